@@ -12,7 +12,7 @@ from dusttaichi.errors import DustError
 class Output:
     """A stream that does not raise where it cannot be written; further output is discarded.
 
-    So a run of weeks does not end because the disk of its log is full. error: the first one, or
+    A run of weeks does not end because the disk of its log is full. error: the first one, or
     None.
     """
 

@@ -249,7 +249,7 @@ class Batch:
         return int(np.argmin(distance)), float(distance.min())
 
     def _relative_velocities(self, v):
-        """Of the first body against the second, or against the wall: (scenes, 3) [um/us]."""
+        """Velocity of the first body against the second or the wall: (scenes, 3) [um/us]."""
         out = np.empty((len(self), 3))
         for n, split in enumerate(self.target_grains):
             own = v[self.first[n] : self.first[n + 1]]

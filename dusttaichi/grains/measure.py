@@ -241,7 +241,8 @@ class Readout:
     def grain_losses(self):
         """Energy lost in the contacts of each grain since the start [fJ], (N, channels).
 
-        In the sample's order: of two grains half each, with a wall or the sphere all of it.
+        Grains are in the sample's order. Two grains share the loss; at a wall or the sphere it is
+        the grain's.
         """
         self.kernels.add_grain_losses()
         out = np.empty((self.grains, len(self.layout.channels)))

@@ -131,7 +131,7 @@ def _inertia(sim):
 
 
 def _sphere(sim, m, window):
-    """Of the rigid sphere: motion, mean load, energies, contacts."""
+    """Record of the rigid sphere: motion, mean load, energies, contacts."""
     sphere = sim.sphere
     now = m["sphere_load"]
     load = np.concatenate(now) if window is None else window.mean("sphere_impulse")

@@ -27,7 +27,7 @@ from dusttaichi.names import NEVER
 class Typical:
     """Radius [um], mass [pg] and moment of inertia [pg um^2] of equal grains.
 
-    Of others those of a typical one.
+    For polydisperse grains they are those of a typical one.
     """
 
     radius: float
@@ -285,8 +285,8 @@ class Simulation(Readout):
     def forces(self):
         """Force [nN] and torque [nN um] of the present contacts on every grain, (N, 3) each.
 
-        In the sample's order. Nothing moves and nothing is changed; forces that act during one step
-        only (first touches) are not in it.
+        Grains are in the sample's order. Nothing is changed; forces that act during one step only
+        (first touches) are not included.
         """
         loads = self.state.rows("load")
         self.kernels.evaluate(self.step, self.dt, self.walls_argument)

@@ -34,7 +34,7 @@ FAR = 1e6  # of the grains that fill empty lanes [um]
 class GrainProperties:
     """Radius [um], mass [pg], moment of inertia [pg um^2] and material of every grain.
 
-    Each (N,), in the sample's order; the material is its number.
+    Arrays are (N,), in the sample's order; the material is its number.
     """
 
     radius: np.ndarray
@@ -179,7 +179,7 @@ class GrainState:
     def rows(self, part, blocks=None):
         """History ("history") or loads ("load") of the contacts, (contacts, rows).
 
-        Of all blocks, or of the first so many.
+        Blocks are all, or the first so many.
         """
         return _by_contact(self.fields["contact"].to_numpy(blocks, self._slice(part)))
 

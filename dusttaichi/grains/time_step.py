@@ -89,7 +89,7 @@ def time_step(scene, grains, polydisperse=None, motion=None):
 def stiffest_of(scene, grains, polydisperse):
     """(shortest period [s], highest damping rate [1/s]), see physics.stability.
 
-    Of polydisperse grains each cluster is one of grains of the smallest radius of a
+    For polydisperse grains each cluster has grains of the smallest radius of a
     material, all with the springs of such a grain's contact with the largest grain of each
     material. That is on the safe side (by a quarter for small grains among very large ones), as
     springs grow with the size of the partner and frequencies fall with the mass.
@@ -104,7 +104,7 @@ def stiffest_of(scene, grains, polydisperse):
 def arrangements(scene, polydisperse):
     """(mass [kg], ContactConstants of a pair, of a wall, strengths of the walls) of clusters.
 
-    Those of `stiffest_of`; a rigid sphere counts as a wall that grains touch.
+    The clusters are those of `stiffest_of`; a rigid sphere counts as a wall that grains touch.
     """
     scene = scaled(scene)
     strengths = wall_strengths(scene.boundary)
@@ -161,9 +161,9 @@ def step_of_motion(scene, polydisperse, motion):
 class Motion:
     """Largest relative speeds [m/s] and spin [rad/s].
 
-    Of two grains, of a grain and a wall, and of a grain and the sphere. alone: one collision is
-    most of what happens: few grains, or hardly any that touch. thrown: relative speed of two grains
-    without the parts of spins and of the faces of a cell.
+    They are speeds of two grains, a grain and a wall, and a grain and the sphere. alone: one
+    collision is most of what happens: few grains, or hardly any that touch. thrown: relative speed
+    of two grains without the parts of spins and of the faces of a cell.
     """
 
     grains: float

@@ -38,7 +38,7 @@ def overlap(contact, speed):
 def speed_of_overlap(contact, most):
     """Speed [m/s] of the head-on collision whose largest overlap is `most` [m].
 
-    At least the overlap at rest.
+    That overlap counts as at least the overlap at rest.
     """
     given = energy(contact, most) - energy(contact, 0.0)
     return sqrt(2.0 * max(given, 0.0) / contact.mass)

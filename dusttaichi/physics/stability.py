@@ -204,7 +204,7 @@ def damped_limit(mass, pair, wall, grains, strengths=None):
 def largest_stable_step(period, rate=0.0):
     """Largest stable step [s] of the leapfrog: (omega dt/2)^2 + rate dt < 1.
 
-    Without damping T/pi. The damping force is carried forward from the last two half steps
+    Without damping it is T/pi. The damping force is carried forward from the last two half steps
     (Adams-Bashforth), which alone is stable for rate dt < 1; the sum is on the safe side.
     """
     a = (pi / period) ** 2

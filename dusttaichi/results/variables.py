@@ -126,7 +126,7 @@ def declare(group, rows, integers=(), counts=()):
 
 
 def select(variables, features, chosen=(), precision="f64"):
-    """Those of the variables whose needs are among the features, in order.
+    """Variables whose needs are among the features, in order.
 
     Parameters
     ----------

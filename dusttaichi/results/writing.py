@@ -22,7 +22,7 @@ def acquired(path, lock):
 
 
 def appended(rows, blocks):
-    """Both one after the other, each group -> name -> array."""
+    """Two sets of arrays one after the other, each group -> name -> array."""
     appended = {
         group: {name: np.concatenate([rows[group][name], new]) for name, new in block.items()}
         for group, block in blocks.items()

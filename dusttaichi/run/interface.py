@@ -138,7 +138,8 @@ class Simulation:
     def contacts(self):
         """Contacts between grains: name -> array, one row a contact, as in /contacts of result.nc.
 
-        Such as grain_i, grain_j, overlap [m]. Needs `output.contacts: true`, the default.
+        Names are for example grain_i, grain_j, overlap [m]. Needs `output.contacts: true`, the
+        default.
         """
         groups = self.snapshot()
         if "contacts" not in groups:

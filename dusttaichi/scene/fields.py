@@ -106,7 +106,7 @@ def some_of(names: tuple[str, ...]) -> Any:
 
 
 class Mark:
-    """Of a field that `_validate` reads from the YAML and `_serialize` writes for it."""
+    """Mark of a field that `_validate` reads from the YAML and `_serialize` writes for it."""
 
     def __get_pydantic_core_schema__(self, source, handler):
         return core_schema.no_info_plain_validator_function(

@@ -69,7 +69,7 @@ def _more(found: list) -> str:
 def line(path: Path, text: str, data: Any, lines: Mapping[Path, int]) -> str:
     """Line about one fault.
 
-    Such as 'boundary.wall_speed = "1 cm": a speed is needed, for example "1 cm/s" (line 14)'.
+    Example: 'boundary.wall_speed = "1 cm": a speed is needed, for example "1 cm/s" (line 14)'.
     """
     number = _line(path, lines)
     where = f"  (line {number})" if number else ""

@@ -157,8 +157,8 @@ class ContactPass:
     def totals(self, sums: ti.template()):
         """Sums over the lanes, by column.
 
-        In one loop: LLVM unrolls small ones, and examines a hundred uses of a local array at most
-        before it takes it for one that others may know.
+        They are summed in one loop: LLVM unrolls small ones, and examines a hundred uses of a local
+        array at most before it takes it for one that others may know.
         """
         out = ti.Vector.zero(self.real, ti.static(self.CHANGES + 1))
         for lane in range(self.width):

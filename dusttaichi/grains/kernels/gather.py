@@ -106,7 +106,7 @@ class PairGatherer(Gatherer):
 
 @ti.data_oriented
 class WallGatherer(Gatherer):
-    """Of a grain and a wall. place: the Plane of the wall of a block."""
+    """Relative motion of a grain and a wall. place: the Plane of the wall of a block."""
 
     flat, kind, columns = True, WALL, 10
 
@@ -127,7 +127,7 @@ class WallGatherer(Gatherer):
 
     @ti.func
     def plane(self, c, box: ti.template(), time):
-        """Of the wall of block c: unit normal, offset at `time`, velocity, strength."""
+        """Wall of block c: unit normal, offset at `time`, velocity, strength."""
         k = self.of[c]
         normal = self.place3(box.normal[k, 0], box.normal[k, 1], box.normal[k, 2])
         along = ti.cast(0.0, self.geometry)

@@ -137,7 +137,7 @@ def make_grain_pass(fields, layout):
 def make_rates(fields, layout):
     """Returns `rates(step, dt)`: L'/L along each axis of the cell and the rate of its shear.
 
-    In the middle of the step.
+    They are rates in the middle of the step.
     """
     cell = fields.get("cell")
 

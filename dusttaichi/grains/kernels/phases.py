@@ -136,7 +136,7 @@ class Phases:
     def first_part(self, me, workers):
         """First grain of a worker: that of the first of its pairs, whose loads its grains gather.
 
-        So few lines of the cache go from core to core. It is near an even share at least, where
+        Few lines of the cache then go from core to core. It is near an even share at least, where
         some grains have many pairs and others few.
         """
         n, tiles = self.parts(), self.pair_tiles()

@@ -1,6 +1,6 @@
 """Grains of their own radius and material: the numbers of each contact, rows of its block.
 
-Those of a pair of grains never change, so they are computed once, when a search lists the pair,
+The numbers of a pair never change and are computed once, when a search lists the pair,
 from the two radii and from a table of interfaces (`Interface` of physics.contact.interface, one row
 for each two materials, and the keys of the laws' blocks, in internal units: the formulas hold in
 any consistent ones). The passes read them in the place of those of equal grains.

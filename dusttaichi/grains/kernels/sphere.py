@@ -55,8 +55,8 @@ def make_sphere(fields, layout):
 
     `tiles()`: number of tiles of contacts; `loads()`: force and torque of the grains on the sphere,
     summed in the order of the lanes; `move(dt, reach2)`: kick and drift, 1 if a new search is due.
-    Of a block of threads: `share(thread, threads)`: force and torque of the contacts of one of them
-    on the sphere; `put_load(k, total)`: number k of the sum over the block; `move_by_load(dt,
+    For a block of threads: `share(thread, threads)`: force and torque of the contacts of one of
+    them on the sphere; `put_load(k, total)`: number k of the sum over the block; `move_by_load(dt,
     reach2)`: kick and drift by these.
     """
     if not layout.sphere:

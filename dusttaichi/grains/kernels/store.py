@@ -179,8 +179,8 @@ def wall_contacts(grains, thick):
 def wall_sections(grains):
     """Number of parts of the grains whose contacts with walls are adjacent.
 
-    So a worker passes those of its own grains. Each costs some three blocks more, as no block is of
-    two walls.
+    A worker passes the contacts of its own grains. Each costs some three blocks more, as no block
+    is of two walls.
     """
     return next(n for n, most in ((1, SMALL), (2, 8192), (4, 32768), (8, grains)) if grains <= most)
 

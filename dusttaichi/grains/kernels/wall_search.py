@@ -215,7 +215,7 @@ def make_fold(fields, lists):
 def make_wall_relist(fields, scratch, layout, write_constants=None):
     """Function `relist_walls(box)`, to be called outside of the loops of a kernel.
 
-    Of the numbers of the search wall_reach is the distance of centre and wall within which a grain
+    wall_reach, a number of the search, is the distance of centre and wall within which a grain
     is listed, of polydisperse grains that of their surfaces; far below zero where there is no wall.
     write_constants: see WallLists.
     """

@@ -114,7 +114,7 @@ class ContactConstants(Interface):
 
     @cached_property
     def a0_pair(self):
-        """That of two grains, also on a wall [m]."""
+        """a0 of two grains, also on a wall [m]."""
         return equilibrium_contact_radius(self.gamma, self.R_pair, self.E_star)
 
     @cached_property

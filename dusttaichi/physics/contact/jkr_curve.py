@@ -11,8 +11,8 @@ from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
 def scaled_radius(overlap):
     """s for overlaps in units of delta0 (any shape): 3 s^4 - 2 s = overlap.
 
-    From above by Newton, which cannot fail there: the curve is convex. Below pull-off that of
-    pull-off.
+    Newton's method starts from above, where it cannot fail: the curve is convex. Below pull-off s
+    is that of pull-off.
     """
     d = np.maximum(np.asarray(overlap, float), -PULL_OFF)
     s = (np.maximum(d, 0.0) / 3.0) ** 0.25 + 1.0

@@ -25,7 +25,7 @@ COMMON = {
 class ContactModel:
     """Effects of the contacts of a scene: (kind, law) pairs in the order in which they act.
 
-    Those along the normal come first: they act from the first touch on, and on walls whatever the
+    Effects along the normal come first: they act from the first touch on, and on walls whatever the
     strength of the walls' springs.
     """
 

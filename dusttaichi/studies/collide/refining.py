@@ -31,7 +31,7 @@ def collide_and_refine(scene, directory, *, force=False, resume=False, **how):
 def next_speed(data):
     """Speed [m/s] that halves the widest interval in which a growth efficiency falls below 0.
 
-    Of all bodies and mass ratios; None where none is left to halve. Three digits.
+    It considers all bodies and mass ratios; None where none is left to halve. Three digits.
     """
     brackets = [
         growth_bracket(data, body, ratio)

@@ -39,7 +39,7 @@ class Setting:
 
     @property
     def text(self):
-        """As "stiffness_scaling 0.1, mass_scaling 4"; "as it is" for the unchanged scene."""
+        """Text such as "stiffness_scaling 0.1, mass_scaling 4"; "as it is" for no change."""
         return ", ".join(f"{name} {level}" for name, level in self.levels) or "as it is"
 
 

@@ -163,7 +163,7 @@ def _numerics(scene, which):
 def seeds_moved(scene, number):
     """Changes that add `number` to every seed of the sample; {} where none has an effect.
 
-    Of the lattices of the continuum only a glass is random.
+    Among the lattices of the continuum only a glass is random.
     """
     found, todo = {}, [("sample", scene.sample.model_dump(mode="json"))]
     while todo:

@@ -49,7 +49,7 @@ class Suggestion:
 
     @classmethod
     def of(cls, row, cost=None):
-        """From a row of the table; cost: in place of that of the row."""
+        """Setting from a row of the table; cost: in place of that of the row."""
         numbers = (float(row[name]) for name in ("error", "uncertainty", "scatter"))
         cost = float(row["cost"]) if cost is None else cost
         return cls(row["settings"], cost, *numbers, row["observable"])
