@@ -85,6 +85,11 @@ class Collisions(Block):
         description="number of additional speeds: each halves, in the logarithm, the widest "
         "interval of a body and mass ratio in which the growth efficiency falls below 0",
     )
+    phases: bool = Field(
+        False,
+        description="whether the energy dissipated in compression and in stretching is measured, "
+        "which takes up to twice as long",
+    )
 
     @property
     def speeds(self) -> tuple[float, ...]:

@@ -73,6 +73,8 @@ def test_the_collisions_of_a_study(tmp_path):
     assert [c.key for c in again.collisions] == [c.key for c in study.collisions]
     other = make_study(scene.with_value("material.surface_energy", "50 mJ/m^2"), tmp_path)
     assert not {c.key for c in other.collisions} & {c.key for c in study.collisions}
+    phases = make_study(scene.with_value("collisions.phases", True), tmp_path)
+    assert not {c.key for c in phases.collisions} & {c.key for c in study.collisions}
 
 
 def test_filling_factors_are_those_of_both_bodies(tmp_path):
@@ -180,7 +182,7 @@ def test_compression_and_stretching_of_two_grains():
     pair = {**COLLISION, "target": grain, "projectile": grain, "impact_parameter": 0}
     # a contact of 10 ns is followed in steps of 1.25 ns
     scene = study_scene().with_value("numerics.time_step", "0.05 ns")
-    row = task.make_collision(scene.with_value("sample", pair))
+    row = task.make_collision(scene.with_value("sample", pair), phases=True)
     assert row["outcome"] == "bouncing"
     first, second, loss = row["compression_loss"], row["stretching_loss"], row["loss"]
     assert first + second == pytest.approx(sum(loss.values()), rel=1e-9)
@@ -194,7 +196,10 @@ def test_compression_and_stretching_of_two_grains():
 def test_compression_ends_where_the_bodies_turn(tmp_path):
     """The loss until then is that of the run at the record of the turn."""
     scene = study_scene().with_value("sample.speed", "8 m/s")
-    row = task.make_collision(scene)
+    row = task.make_collision(scene, phases=True)
+    # only on request, and the same collision without
+    own = {"compression_loss": None, "stretching_loss": None}
+    assert task.make_collision(scene) == row | own
     scene = scene.with_value("stop.time", "1 us").with_value("output.series", {"steps": 25})
     execute(scene, tmp_path / "run")
     with analysis.open_run(tmp_path / "run") as run:
@@ -234,7 +239,8 @@ def test_bodies_that_miss_and_what_cannot_be_made():
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     folder = tmp_path_factory.mktemp("collide")
-    (folder / "study.yaml").write_text(study_scene().to_yaml(), encoding="utf-8")
+    text = study_scene(phases=True).to_yaml()
+    (folder / "study.yaml").write_text(text, encoding="utf-8")
     words = ["collide", str(folder / "study.yaml"), "-o", str(folder / "out"), "-q"]
     app(words, standalone_mode=False)
     return folder, words
@@ -308,7 +314,7 @@ def test_a_study_on_a_dask_cluster(done):
 def test_ctrl_c_ends_a_batch_with_its_rows(monkeypatch):
     made = iter([{"outcome": "miss"}, KeyboardInterrupt, {"outcome": "miss"}])
 
-    def make(scene):
+    def make(scene, phases):
         found = next(made)
         if found is KeyboardInterrupt:
             raise found

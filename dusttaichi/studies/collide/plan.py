@@ -38,8 +38,9 @@ class Study:
     """All collisions of a scene with a block `collisions`.
 
     scene: without that block. axes: name of a dimension -> values, in the order of the indices;
-    speeds [m/s]. by_area: the impact parameters are those of equal areas. inputs: files that the
-    bodies are read from, and extensions.
+    speeds [m/s]. by_area: the impact parameters are those of equal areas. phases: losses of
+    compression and of stretching are wanted. inputs: files that the bodies are read from, and
+    extensions.
     """
 
     source: Scene
@@ -47,6 +48,7 @@ class Study:
     directory: Path
     axes: dict[str, tuple]
     by_area: bool
+    phases: bool
     collisions: tuple[Collision, ...]
     inputs: tuple[str, ...]
 
@@ -96,13 +98,14 @@ def make_study(scene: Scene, directory: Path, added: tuple = ()) -> Study:
     for index in itertools.product(*(range(len(values)) for values in axes.values())):
         point = {name: values[n] for (name, values), n in zip(axes.items(), index, strict=True)}
         sample = _sample(templates[point["body"]], point)
-        text = core + json.dumps(sample, sort_keys=True)
+        text = core + json.dumps(sample, sort_keys=True) + "phases" * own.phases
         key = hashlib.sha256(text.encode()).hexdigest()[:32]
         collisions.append(Collision(index, sample, key))
     for sample in templates.values():  # a filling factor that a body does not allow
         Scene.from_dict(data | {"sample": sample}, title="the scene of the study")
     base = Scene.from_dict(data, title="the scene of the study")
-    return Study(scene, base, Path(directory), axes, own.by_area, tuple(collisions), tuple(inputs))
+    own = own.by_area, own.phases
+    return Study(scene, base, Path(directory), axes, *own, tuple(collisions), tuple(inputs))
 
 
 def _templates(sample: dict, own) -> dict[str, dict]:

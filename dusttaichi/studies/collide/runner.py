@@ -28,6 +28,7 @@ class Batch:
     number: int
     scene: str
     collisions: tuple
+    phases: bool = False
     directory: None = None
     files: dict = field(default_factory=dict)
 
@@ -35,7 +36,7 @@ class Batch:
 
     def request(self, directory):
         """Arguments of the task."""
-        return {"scene": self.scene, "collisions": self.collisions}
+        return {"scene": self.scene, "collisions": self.collisions, "phases": self.phases}
 
 
 def collide(
@@ -140,7 +141,7 @@ def _batches(study, left):
     found = []
     for first in range(0, len(order), TOGETHER):
         own = tuple((c.key, c.sample) for c in order[first : first + TOGETHER])
-        found.append(Batch(len(found), text, own))
+        found.append(Batch(len(found), text, own, study.phases))
     return found
 
 

@@ -24,31 +24,33 @@ LEAST = 50  # steps between two looks, at least
 SHORT = 25  # steps between two looks at compression and stretching: a third of a grain's contact
 
 
-def run(parent, *, scene, collisions):
+def run(parent, *, scene, collisions, phases=False):
     """Make collisions of a scene (text of its YAML); returns {"rows": [...], "interrupted": bool}.
 
-    collisions: (key, sample block) for each. A collision that cannot be made is a row with `error`.
-    After Ctrl-C the rows of those that are done are returned.
+    collisions: (key, sample block) for each. phases: as `make_collision` takes it. A collision that
+    cannot be made is a row with `error`. After Ctrl-C the rows of those that are done are returned.
     """
     base, rows = from_yaml(scene), []
     try:
         for key, sample in collisions:
-            rows.append({"key": key, **_row(base, sample)})
+            rows.append({"key": key, **_row(base, sample, phases)})
             parent.report(share=len(rows) / len(collisions))
     except KeyboardInterrupt:
         return {"rows": rows, "interrupted": True}
     return {"rows": rows, "interrupted": False}
 
 
-def _row(base, sample):
+def _row(base, sample, phases):
     try:
-        return make_collision(base.with_value("sample", sample))
+        return make_collision(base.with_value("sample", sample), phases)
     except DustError as error:  # a guard, or a sample that cannot be made
         return {"error": str(error)}
 
 
-def make_collision(scene):
+def make_collision(scene, phases=False):
     """One collision to its end: a row of plain numbers, as JSON has them, SI.
+
+    phases: True where the losses of compression and of stretching are measured, every SHORT steps.
 
     outcome ("miss" without a touch); settled: the fragments no longer change; time [s] after the
     first touch; fragments, masses: grains and shares of the total mass of all of them, largest
@@ -56,13 +58,13 @@ def make_collision(scene):
     relative motion; loss [J] by channel; kinetic, potential [J]: at the end, and its change;
     compression_loss, stretching_loss [J]: dissipated from the touch until the centres of mass first
     stop approaching each other, and then until the bodies are apart or stop receding, None where
-    the collision ends before; collision_loss [J]: from the touch to the end;
+    the collision ends before or without `phases`; collision_loss [J]: from the touch to the end;
     residual of the ledger over the impact energy; filling_factor: of the target and the projectile
     (within the characteristic radius); mass_ratio, grains.
     Raises GuardStop where the numbers can no longer be trusted, and DustError.
     """
     sample = samples.make(scene)
-    motion = _Motion.start(scene, sample)
+    motion = _Motion.start(scene, sample, phases)
     row = motion.facts()
     if not sample.info["hit"]:
         return row | {"outcome": "miss"}
@@ -75,9 +77,9 @@ class _Motion:
     """A collision under way.
 
     sim: its method.Simulation. bodies: grains of the target and of the projectile. masses, radii:
-    of the grains [kg], [m]. first: the Measurement of the start. ends: energy dissipated [J] from
-    the first touch to the ends of compression and of stretching, as far as they are over; lost,
-    lost_before: from the start to the last look at them and to the touch.
+    of the grains [kg], [m]. first: the Measurement of the start. phases: ends are wanted. ends:
+    energy dissipated [J] from the first touch to the ends of compression and of stretching, as far
+    as they are over; lost, lost_before: from the start to the last look at them and to the touch.
     """
 
     scene: object
@@ -87,18 +89,19 @@ class _Motion:
     masses: np.ndarray
     radii: np.ndarray
     first: object
+    phases: bool = False
     ends: list = field(default_factory=list)
     lost: float = 0.0
     lost_before: float = 0.0
 
     @classmethod
-    def start(cls, scene, sample):
+    def start(cls, scene, sample, phases):
         materials, count = Materials(scene), sample.info["target_grains"]
         bodies = np.arange(count), np.arange(count, len(sample))
         masses = np.broadcast_to(materials.masses(sample), len(sample))
         radii = np.broadcast_to(materials.radii_of(sample), len(sample))
         sim = method.of(scene).build(scene, sample)
-        return cls(scene, sample, sim, bodies, masses, radii, sim.measure())
+        return cls(scene, sample, sim, bodies, masses, radii, sim.measure(), phases)
 
     def facts(self):
         """Columns known before the collision."""
@@ -163,7 +166,7 @@ class _Motion:
     def advance(self, steps):
         """Advance by a number of steps; note the losses of compression and of stretching."""
         end = self.sim.step + steps
-        while len(self.ends) < 2 and self.sim.step < end:
+        while self.phases and len(self.ends) < 2 and self.sim.step < end:
             self.sim.advance(min(SHORT, end - self.sim.step))
             line, velocity = self.relative()
             lost, before = self.dissipated(), self.lost
