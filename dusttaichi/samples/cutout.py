@@ -2,7 +2,8 @@
 
 Grains whose centres are inside remain, by default those of the largest connected fragment, with
 their velocities, spins and contacts: their number over the volume of the cut is on average that of
-the sample. A cylinder may lie, so that two plates press it across its axis.
+the sample. A cylinder may lie, so that two plates press it across its axis. A sphere of a number of
+grains is at rest, a body for collisions; in a periodic cell it can be about any grain.
 """
 
 from __future__ import annotations
@@ -14,14 +15,15 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected, heaviest_first, pairs_within
+from dusttaichi.geometry import connected, heaviest_first, nearest_image, pairs_within
 from dusttaichi.names import AXES, LYING
 from dusttaichi.samples import taken
 from dusttaichi.samples.contacts import FARTHEST
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import AnyBody, SampleBlock, made, reads_samples, register
 from dusttaichi.samples.sample import Sample
-from dusttaichi.scene.fields import Faults
+from dusttaichi.samples.values import Seed, exactly_one
+from dusttaichi.scene.fields import Count, Faults
 from dusttaichi.scene.quantities import Quantity
 
 FILLED = 0.01  # share of an edge of the cut that may be missing in the sample
@@ -30,12 +32,20 @@ SHAPES = {"x": LYING, "y": LYING, "z": "cylinder", None: "sphere"}
 
 @reads_samples
 class CutoutSample(SampleBlock):
-    """A sphere or a cylinder cut from the middle of another sample."""
+    """A sphere or a cylinder cut from another sample."""
 
     kind: Literal["cutout"]
     of: AnyBody = Field(description="the sample to cut from: one of another kind")
-    diameter: Annotated[float, Quantity("length", gt=0, example="30 um")] = Field(
-        description="diameter of the sphere or the cylinder"
+    diameter: Annotated[float, Quantity("length", gt=0, example="30 um")] | None = Field(
+        None, description="diameter of the sphere or the cylinder; this, or grains"
+    )
+    grains: Count | None = Field(
+        None, description="number of grains of a sphere at rest, the nearest to its centre"
+    )
+    seed: Seed | None = Field(
+        None,
+        description="seed of the grain of a periodic cell about which the sphere of these grains "
+        "is; without it the cut is about the middle of the sample",
     )
     length: Annotated[float, Quantity("length", gt=0, example="15 um")] | None = Field(
         None, description="length of a cylinder along its axis; without it a sphere is cut"
@@ -53,6 +63,11 @@ class CutoutSample(SampleBlock):
         return None if self.length is None else self.axis or "y"
 
     def faults(self) -> Faults:
+        yield from exactly_one(self, ("diameter", "grains"), "diameter: 20 um")
+        if self.seed is not None and self.grains is None:
+            yield "seed", "it is allowed only together with grains"
+        if self.length is not None and self.grains is not None:
+            yield "length", "it is allowed only together with diameter"
         if self.axis is not None and self.length is None:
             yield "axis", "a sphere has none; give the length of a cylinder as well"
 
@@ -67,13 +82,37 @@ class CutoutSample(SampleBlock):
 def make(spec: CutoutSample, materials: Materials) -> Sample:
     """The grains of spec.of whose centres are inside, the centre of the cut at the origin.
 
-    The cut is made about the middle of the bounding box. Contacts across the faces of a periodic
-    cell are left out. info: diameter and length [m], axis; cut_from: number of grains of spec.of;
-    left_out: those inside that the cut has disconnected; a remark where spec.of is smaller than the
-    cut. Raises DustError where no grain is inside.
+    The cut is made about the middle of the bounding box, or about a grain that spec.seed draws.
+    Contacts across the faces of a periodic cell are left out. info: diameter and length [m], axis;
+    cut_from: number of grains of spec.of; left_out: those inside that the cut has disconnected; a
+    remark where spec.of is smaller than the cut. Raises DustError where no grain is inside, for too
+    few grains, or without the periodic cell that spec.seed needs.
     """
     whole = made(spec.of, materials)
     radii = np.broadcast_to(materials.radii_of(whole), len(whole))
+    if spec.grains is None:
+        sample, extent = _by_size(spec, whole, radii)
+    else:
+        sample, extent = _by_grains(spec, whole, radii), None
+    count, radii = len(sample), np.broadcast_to(materials.radii_of(sample), len(sample))
+    sample = _without_images(sample, radii)
+    if spec.fragments == "largest":
+        sample = _largest_fragment(sample, radii, materials)
+    info = {"kind": "cutout", "shape": SHAPES[spec.cylinder_axis]}
+    if spec.diameter is not None:
+        info["diameter"] = spec.diameter
+    if spec.length is not None:
+        info |= {"length": spec.length, "axis": spec.cylinder_axis}
+    info |= {"grains": len(sample), "cut_from": len(whole), "left_out": count - len(sample)}
+    if extent is not None and (remarks := _extent_remarks(spec, extent)):
+        info["remarks"] = remarks
+    if "stiffness_scaling" in whole.info:
+        info["stiffness_scaling"] = whole.info["stiffness_scaling"]
+    return replace(sample, info=info | {"of": _plain(whole.info)})
+
+
+def _by_size(spec, whole: Sample, radii):
+    """The sample of the grains inside, and the extent (3,) [m] of the whole."""
     low = (whole.positions - radii[:, None]).min(axis=0)
     high = (whole.positions + radii[:, None]).max(axis=0)
     sample = replace(whole, positions=whole.positions - 0.5 * (low + high), wall_contacts=None)
@@ -83,19 +122,22 @@ def make(spec: CutoutSample, materials: Materials) -> Sample:
             f"sample.diameter = {1e6 * spec.diameter:g} µm: no grain is inside; allowed: a "
             "larger diameter or length, or a sample that is less empty."
         )
-    sample, count = taken.selection(sample, inside), len(inside)
-    sample = _without_images(sample, radii[inside])
-    if spec.fragments == "largest":
-        sample = _largest_fragment(sample, radii[inside], materials)
-    info = {"kind": "cutout", "shape": SHAPES[spec.cylinder_axis], "diameter": spec.diameter}
-    if spec.length is not None:
-        info |= {"length": spec.length, "axis": spec.cylinder_axis}
-    info |= {"grains": len(sample), "cut_from": len(whole), "left_out": count - len(sample)}
-    if remarks := _extent_remarks(spec, high - low):
-        info["remarks"] = remarks
-    if "stiffness_scaling" in whole.info:
-        info["stiffness_scaling"] = whole.info["stiffness_scaling"]
-    return replace(sample, info=info | {"of": _plain(whole.info)})
+    return taken.selection(sample, inside), high - low
+
+
+def _by_grains(spec, whole: Sample, radii) -> Sample:
+    """The sphere of so many grains: about the middle, or in a periodic cell about a random one."""
+    cell = whole.info.get("cell") or {"period": whole.info.get("period", [None] * 3)}
+    period = np.array([np.inf if edge is None else edge for edge in cell["period"]], float)
+    if spec.seed is None:
+        period = np.full(3, np.inf)
+    elif not np.isfinite(period).any():
+        raise DustError(
+            "sample.seed: sample.of has no periodic cell; without `seed` the sphere is about the "
+            "middle of the sample."
+        )
+    how = {"period": period, "nearest": lambda d: nearest_image(d, period, cell.get("tilt", 0.0))}
+    return taken.sphere(whole, spec.grains, spec.seed, **how, diameter=2.0 * radii.max())
 
 
 def _extent_remarks(spec, extent) -> list[str]:

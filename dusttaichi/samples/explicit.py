@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import scipy
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import nearest_image, pairs_within
@@ -21,17 +21,16 @@ from dusttaichi.samples.values import (
     MaterialName,
     Position,
     Radius,
-    Seed,
     Spin,
     Velocity,
     unknown_materials,
 )
-from dusttaichi.scene.fields import Count, Faults, Number
+from dusttaichi.scene.fields import Faults, Number, problems
 from dusttaichi.scene.quantities import Quantity
 
 Which = Annotated[int | Literal["largest"], Number(whole=True, ge=0, word="largest")]
 Part = Literal["walls", "box", "time"]
-FROM_RUN = ("snapshot", "fragment", "grains", "keep")  # keys that only a file has
+FROM_RUN = ("snapshot", "fragment", "keep")  # keys that only a file has
 
 
 class ExplicitSample(SampleBlock):
@@ -69,14 +68,6 @@ class ExplicitSample(SampleBlock):
         description="a single fragment of another run: largest, or its number in order of "
         "decreasing mass, from 0 on; all grains by default",
     )
-    grains: Count | None = Field(
-        None,
-        description="a sphere cut from another run: so many grains, the nearest to a random one, "
-        "of which the largest fragment is used; all grains by default",
-    )
-    seed: Seed | None = Field(
-        None, description="seed of the centre of that sphere, default 1; only with grains"
-    )
     keep: tuple[Part, ...] = Field(
         (),
         description="parts of another run beside grains and their contacts: walls (positions and "
@@ -87,6 +78,18 @@ class ExplicitSample(SampleBlock):
         description="unit of x, y, z, radius in a text file without units; "
         "velocities and spins are m/s and rad/s",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _cut(cls, data: Any) -> Any:
+        given = [name for name in ("grains", "seed") if isinstance(data, dict) and name in data]
+        if given:
+            text = (
+                "all grains of the file are read; a sphere of some of them is {kind: cutout, of: "
+                "{kind: explicit, file: ...}, grains: 500, seed: 1}"
+            )
+            raise problems([(given[0], text)])
+        return data
 
     def faults(self) -> Faults:
         if (self.positions is None) == (self.file is None):
@@ -104,12 +107,6 @@ class ExplicitSample(SampleBlock):
             given = name in self.model_fields_set and getattr(self, name) != default
             if given and self.file is None:
                 yield name, "it is allowed only together with file"
-        if self.seed is not None and self.grains is None:
-            yield "seed", "it is allowed only together with grains"
-        if self.grains is not None and self.fragment is not None:
-            yield "fragment", "it is not allowed together with grains"
-        if self.grains is not None and self.keep:
-            yield "keep", "it is not allowed together with grains: a sphere has no walls"
 
     def conflicts(self, scene) -> Faults:
         yield from unknown_materials(self.materials, scene)
@@ -135,8 +132,8 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     """The grains of spec.
 
     A file is CSV, NetCDF, or a run directory (its result.nc); of several snapshots one is read,
-    with the stored history of its contacts, and the parts in `keep`. The largest fragment of a
-    sphere may have fewer than `grains`.
+    with the stored history of its contacts, and the parts in `keep`. info: cell, period [m] and
+    tilt [m] of that of a periodic run.
     Raises DustError for a file that is missing or lacks columns, arrays of the wrong shape,
     numbers that are not finite, no grains, a material that the scene does not have, or two centres
     closer than 0.9 diameters.
@@ -176,8 +173,6 @@ def _grains(state: dict, materials: Materials, where: str) -> Sample:
 def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str) -> Sample:
     """The sample with the other parts that `spec` selects in the file."""
     walls = state.get("wall_contacts")
-    if spec.grains is not None:
-        return _sphere(spec, sample, state, materials, where)
     if spec.fragment is not None:
         masses = materials.masses(sample)
         before = len(sample)
@@ -185,36 +180,17 @@ def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str)
             sample, walls, spec.fragment, nearest=_nearest(state), masses=masses, where=where
         )
         sample.info.update(fragments=count, grains_of_all=before)
-    sample.info.update(_stiffness(state))
+    elif np.isfinite(state.get("period", np.inf)).any():  # a fragment is joined across its faces
+        edges = [float(edge) if np.isfinite(edge) else None for edge in state["period"]]
+        sample.info["cell"] = {"period": edges, "tilt": state.get("tilt", 0.0)}
+    if (scaling := state.get("stiffness_scaling", 1.0)) != 1.0:
+        sample.info["stiffness_scaling"] = scaling
     return taken.along(sample, state, walls, spec, where)
-
-
-def _sphere(spec, sample: Sample, state: dict, materials: Materials, where: str) -> Sample:
-    """The largest fragment of the sphere that `grains` and `seed` select."""
-    seed = 1 if spec.seed is None else spec.seed
-    how = {"period": _period(state), "nearest": _nearest(state), "where": where}
-    cut = taken.sphere(sample, spec.grains, seed, **how)
-    how = {"nearest": lambda d: d, "masses": materials.masses(cut), "where": where}
-    body, _, count = taken.fragment(cut, None, taken.LARGEST, **how)
-    body.info.update(shape="aggregate", fragments=count, grains_of_all=len(sample))
-    body.info.update(_stiffness(state))
-    return body
-
-
-def _stiffness(state: dict) -> dict:
-    """Entry of the info for contacts that are softened."""
-    scaling = state.get("stiffness_scaling", 1.0)
-    return {} if scaling == 1.0 else {"stiffness_scaling": scaling}
-
-
-def _period(state: dict):
-    """Edges (3,) [m] of the file's cell, infinite where it is not periodic."""
-    return state.get("period", np.full(3, np.inf))
 
 
 def _nearest(state: dict):
     """Function of distance vectors (N, 3) [m]: those to the nearest image of the file's cell."""
-    period = _period(state)
+    period = state.get("period", np.full(3, np.inf))
     return lambda d: nearest_image(d, period, state.get("tilt", 0.0))
 
 

@@ -1,11 +1,13 @@
 """Crystals of grains in equilibrium contact: simple, body-centred, face-centred cubic, CCP.
 
+Close packing from which grains are extracted at random (CPE of Wada et al. 2011) has `vacancies`.
+
 A lattice consists of whole cells, so that it continues seamlessly with the `period`.
 """
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -15,8 +17,8 @@ from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample, check_grains
-from dusttaichi.samples.values import BoxSize, exactly_one
-from dusttaichi.scene.fields import Count, Faults, needed, problems
+from dusttaichi.samples.values import BoxSize, Seed, exactly_one
+from dusttaichi.scene.fields import Count, Faults, Number, needed, problems
 
 MOST_GRAINS = 2e7  # a mistyped size must not fill the memory
 
@@ -60,6 +62,12 @@ class LatticeSample(SampleBlock):
     size: BoxSize | None = Field(
         None, description="[Lx, Ly, Lz] that is filled with as many whole cells as possible"
     )
+    vacancies: Annotated[float, Number(ge=0, lt=1)] = Field(
+        0.0, description="share of the sites without a grain, drawn at random"
+    )
+    seed: Seed | None = Field(
+        None, description="seed of the vacancies, default 1; only with vacancies"
+    )
 
     @field_validator("cells", mode="before")
     @classmethod
@@ -82,7 +90,9 @@ class LatticeSample(SampleBlock):
         return data
 
     def faults(self) -> Faults:
-        return exactly_one(self, ("cells", "grains", "size"), "cells: [10, 10, 10]")
+        yield from exactly_one(self, ("cells", "grains", "size"), "cells: [10, 10, 10]")
+        if self.seed is not None and not self.vacancies:
+            yield "seed", "it is allowed only together with vacancies"
 
 
 @register(LatticeSample)
@@ -91,7 +101,8 @@ def make(spec: LatticeSample, materials: Materials) -> Sample:
 
     `grains` is rounded up to whole cells: from somewhat less than a cube on, the shortest edge
     grows by a cell until there are enough. With `size` there are as many whole cells as fit into
-    it, grain surfaces included. info: cells, and period, the edges of the periodic lattice [m].
+    it, grain surfaces included. Vacancies leave out a share of the grains, also of the first one;
+    that share is rounded to whole grains, and one grain remains. info: cells, and period, the edges of the periodic lattice [m].
     Raises DustError if no cell fits, or for too many grains.
     """
     edges, basis = (np.array(values) for values in CELLS[spec.structure])
@@ -105,6 +116,10 @@ def make(spec: LatticeSample, materials: Materials) -> Sample:
     check_grains(cells.prod() * len(basis), "sample")
     corners = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), -1)
     positions = (corners.reshape(-1, 1, 3) + basis).reshape(-1, 3) * edges
+    if spec.vacancies:
+        left = max(1, round(len(positions) * (1.0 - spec.vacancies)))
+        rng = np.random.default_rng(1 if spec.seed is None else spec.seed)
+        positions = positions[np.sort(rng.permutation(len(positions))[:left])]
     sample = Sample.at_rest(positions)
     sample.info.update(
         kind="lattice",

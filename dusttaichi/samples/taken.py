@@ -1,7 +1,7 @@
 """Grains from another run: a fragment, a sphere, contacts with walls, the box, the time.
 
-The keys `fragment`, `grains` and `keep` select the parts of a result; `info["remarks"]` lists the
-other ones.
+The keys `fragment` and `keep` select the parts of a result; `info["remarks"]` lists the other ones.
+Kind `cutout` cuts spheres of a number of grains.
 """
 
 from __future__ import annotations
@@ -69,32 +69,37 @@ def selection(sample: Sample, own) -> Sample:
     )
 
 
-def sphere(sample: Sample, count: int, seed: int, *, period, nearest, where: str) -> Sample:
-    """The `count` grains nearest to a random grain, with the contacts between them, at rest.
+def sphere(sample: Sample, count: int, seed, *, period, nearest, diameter: float) -> Sample:
+    """The `count` grains nearest to a centre, with the contacts between them, at rest.
 
+    seed: that of the grain about which the sphere is; None for the middle of the bounding box.
     period: edges of the cell (3,) [m], inf where it is not periodic. nearest: maps distance vectors
-    (N, 3) [m] to those to the nearest image. Positions are about the centre of the sphere. A
-    collision needs bodies without motion of their own: velocities and spins are zero.
-    Raises DustError where the file has no contacts or too few grains, or where the sphere would
-    touch its own image.
+    (N, 3) [m] to those to the nearest image. diameter: of the largest grain [m], the least length
+    of a contact that counts here. Positions are about the centre of the sphere. A collision needs bodies without motion of
+    their own: velocities and spins are zero.
+    Raises DustError for too few grains, or where the sphere would touch its own image.
     """
-    pairs = _contact_pairs(sample, where)
     if count > len(sample):
         raise DustError(
-            f"sample.grains = {count}: {where} has {len(sample)} grains; allowed: fewer."
+            f"sample.grains = {count}: sample.of has {len(sample)} grains; allowed: no more."
         )
-    centre = np.random.default_rng(seed).integers(len(sample))
-    away = nearest(sample.positions - sample.positions[centre])
+    centre = 0.5 * (sample.positions.min(axis=0) + sample.positions.max(axis=0))
+    if seed is not None:
+        centre = sample.positions[np.random.default_rng(seed).integers(len(sample))]
+    away = nearest(sample.positions - centre)
     distance = np.linalg.norm(away, axis=1)
     own = np.sort(np.argsort(distance, kind="stable")[:count])
-    vectors = nearest(sample.positions[pairs[:, 0]] - sample.positions[pairs[:, 1]])
-    longest = np.linalg.norm(vectors, axis=1).max(initial=0.0)
+    reach = diameter
+    if sample.contacts is not None:
+        i, j = sample.contacts["i"], sample.contacts["j"]
+        apart = np.linalg.norm(nearest(sample.positions[i] - sample.positions[j]), axis=1)
+        reach = apart.max(initial=diameter)
     # grains on opposite sides would else be in contact through the faces of the cell
-    if 2.0 * distance[own].max() + longest >= np.min(period):
-        inside = np.count_nonzero(distance < 0.5 * (np.min(period) - longest))
+    if 2.0 * distance[own].max() + reach >= np.min(period):
+        inside = np.count_nonzero(distance < 0.5 * (np.min(period) - reach))
         raise DustError(
-            f"sample.grains = {count}: the sphere is wider than the cell of {where}; allowed: up "
-            f"to {inside} grains, or a larger run."
+            f"sample.grains = {count}: the sphere is wider than the cell of sample.of; allowed: up "
+            f"to {inside} grains, or a larger cell."
         )
     still = np.zeros_like(away)
     return selection(replace(sample, positions=away, velocities=still, spins=still.copy()), own)

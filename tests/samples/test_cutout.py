@@ -109,9 +109,33 @@ def test_a_cut_that_is_not_full_has_a_remark():
     assert "remarks" not in cutout(diameter="8 um", length="10 um").info
 
 
+def test_a_sphere_of_grains_about_any_grain_of_a_periodic_cell(pressed):
+    """A lattice looks the same from each of its sites, across the faces as well."""
+    run = {"kind": "explicit", "file": str(pressed)}
+    for of in (run, {"kind": "lattice", "structure": "sc", "cells": [5, 5, 5]}):
+        first, second = (make(scene(kind="cutout", of=of, grains=19, seed=n)) for n in (1, 2))
+        assert len(first) == 19 and first.info["cut_from"] == 125
+        for body in (first, second):  # a site, its 6 neighbours and the 12 at sqrt(2)
+            far = np.sort(np.linalg.norm(body.positions, axis=1)) / D
+            np.testing.assert_allclose(far, [0] + [1] * 6 + [2**0.5] * 12, atol=1e-3)
+    # each of the 12 touches 2 of the 6
+    assert len(make(scene(kind="cutout", of=run, grains=19, seed=2)).contacts["i"]) == 6 + 2 * 12
+    middle = make(scene(kind="cutout", of=LATTICE, grains=7))
+    assert len(middle) == 7 and middle.info["filling_factor_in"] == "bounding sphere"
+
+
 @pytest.mark.parametrize(
     "keys, words",
     [
+        ({}, "exactly one of diameter and grains is needed"),
+        ({"diameter": "5 um", "grains": 3}, "exactly one of diameter and grains is needed"),
+        ({"diameter": "5 um", "seed": 3}, "it is allowed only together with grains"),
+        ({"grains": 9, "length": "5 um"}, "it is allowed only together with diameter"),
+        ({"grains": 730}, "sample.grains = 730: sample.of has 729 grains; allowed: no more"),
+        (
+            {"grains": 9, "seed": 1, "of": {"kind": "chain", "grains": 20}},
+            "sample.seed: sample.of has no periodic cell",
+        ),
         (
             {"diameter": "0.5 um", "of": {"kind": "chain", "grains": 2}},
             "sample.diameter = 0.5 µm: no grain is inside",

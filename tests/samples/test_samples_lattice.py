@@ -124,3 +124,15 @@ def test_minimum_image_and_open_distances_agree_inside():
 )
 def test_refused(keys, words):
     assert words in refused(kind="lattice", **keys)
+
+
+def test_vacancies_are_sites_without_a_grain():
+    keys = {"structure": "fcc", "cells": [3, 3, 3]}
+    sites = {tuple(row) for row in np.round(lattice(**keys).positions / D, 9)}
+    found = [lattice(**keys, vacancies=0.25, seed=seed) for seed in (1, 2)]
+    one, other = ({tuple(row) for row in np.round(s.positions / D, 9)} for s in found)
+    assert len(one) == len(other) == 81 and one < sites and other < sites and one != other
+    assert found[0].info["period"] == lattice(**keys).info["period"]
+    assert "it is allowed only together with vacancies" in refused(
+        kind="lattice", **keys, seed=1
+    )

@@ -187,7 +187,7 @@ def periodic_lattice(cells):
 def test_a_sphere_is_the_nearest_grains_and_their_contacts():
     """33 sites of a cubic lattice are within 2 spacings of one of them, with 60 pairs at 1."""
     lattice, period = periodic_lattice(7), np.full(3, 7.0)
-    how = {"period": period, "nearest": lambda d: nearest_image(d, period), "where": "run"}
+    how = {"period": period, "nearest": lambda d: nearest_image(d, period), "diameter": 1.0}
     for seed in (1, 2):
         body = sphere(lattice, 33, seed, **how)
         distance = np.linalg.norm(body.positions, axis=1)
@@ -200,21 +200,17 @@ def test_a_sphere_is_the_nearest_grains_and_their_contacts():
     centres = [sphere(lattice, 33, seed, **how).contacts["twist"].tolist() for seed in (1, 2, 1)]
     assert centres[0] == centres[2] != centres[1]
     # a sphere of 3 spacings, and a contact, reach the image of the sphere: 7 edges
-    with pytest.raises(DustError, match="the sphere is wider than the cell of run; allowed: up to"):
+    with pytest.raises(DustError, match="wider than the cell of sample.of; allowed: up to"):
         sphere(lattice, 123, 1, **how)
-    with pytest.raises(DustError, match="run has 343 grains; allowed: fewer"):
+    with pytest.raises(DustError, match="has 343 grains; allowed: no more"):
         sphere(lattice, 344, 1, **how)
 
 
 def test_a_sphere_of_a_run(pressed):
-    body = make(onward(pressed, grains=8, seed=3))
-    assert 1 < len(body) <= 8 and body.wall_contacts is None
-    assert body.info["grains_of_all"] == 27 and body.info["shape"] == "aggregate"
-    assert not body.info.get("remarks")
-    for wrong, words in (
-        ({"seed": 3}, "it is allowed only together with grains"),
-        ({"grains": 8, "fragment": 0}, "it is not allowed together with grains"),
-        ({"grains": 8, "keep": ["box"]}, "a sphere has no walls"),
-    ):
-        with pytest.raises(DustError, match=words):
-            onward(pressed, **wrong)
+    of = {"kind": "explicit", "file": str(pressed)}
+    body = make(onward(pressed).with_value("sample", {"kind": "cutout", "of": of, "grains": 7}))
+    assert len(body) == 7 and body.wall_contacts is None and len(body.contacts["i"]) == 6
+    assert body.info["cut_from"] == 27 and body.info["shape"] == "sphere"
+    assert not body.info.get("remarks") and not body.velocities.any()
+    with pytest.raises(DustError, match="kind: cutout, of: {kind: explicit"):
+        onward(pressed, grains=8, seed=3)

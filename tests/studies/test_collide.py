@@ -131,12 +131,12 @@ def test_what_cannot_be_a_study(keys, words):
 
 def test_bodies_cut_from_a_run_differ(tmp_path):
     """Each pair has two spheres of the run, by their seeds."""
-    body = {"kind": "explicit", "file": str(tmp_path / "run"), "grains": 12}
+    whole = {"kind": "explicit", "file": str(tmp_path / "run")}
+    body = {"kind": "cutout", "of": whole, "grains": 12}
     study = make_study(study_scene(bodies={"a": {**body, "seed": 4}}, mass_ratio=[3]), tmp_path)
     sample = study.collisions[0].sample
     assert sample["target"]["seed"] == 4 and sample["projectile"]["seed"] > 1000
     assert (sample["target"]["grains"], sample["projectile"]["grains"]) == (12, 4)
-    whole = {"kind": "explicit", "file": str(tmp_path / "run")}
     assert make_study(study_scene(bodies={"a": whole}), tmp_path).collisions
 
 
