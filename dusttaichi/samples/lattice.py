@@ -102,7 +102,8 @@ def make(spec: LatticeSample, materials: Materials) -> Sample:
     `grains` is rounded up to whole cells: from somewhat less than a cube on, the shortest edge
     grows by a cell until there are enough. With `size` there are as many whole cells as fit into
     it, grain surfaces included. Vacancies leave out a share of the grains, also of the first one;
-    that share is rounded to whole grains, and one grain remains. info: cells, and period, the edges of the periodic lattice [m].
+    that share is rounded to whole grains, and one grain remains. info: cells, and period, the edges
+    of the periodic lattice [m].
     Raises DustError if no cell fits, or for too many grains.
     """
     edges, basis = (np.array(values) for values in CELLS[spec.structure])

@@ -75,8 +75,8 @@ def sphere(sample: Sample, count: int, seed, *, period, nearest, diameter: float
     seed: that of the grain about which the sphere is; None for the middle of the bounding box.
     period: edges of the cell (3,) [m], inf where it is not periodic. nearest: maps distance vectors
     (N, 3) [m] to those to the nearest image. diameter: of the largest grain [m], the least length
-    of a contact that counts here. Positions are about the centre of the sphere. A collision needs bodies without motion of
-    their own: velocities and spins are zero.
+    of a contact that counts here. Positions are about the centre of the sphere. A collision needs
+    bodies without motion of their own: velocities and spins are zero.
     Raises DustError for too few grains, or where the sphere would touch its own image.
     """
     if count > len(sample):

@@ -133,6 +133,4 @@ def test_vacancies_are_sites_without_a_grain():
     one, other = ({tuple(row) for row in np.round(s.positions / D, 9)} for s in found)
     assert len(one) == len(other) == 81 and one < sites and other < sites and one != other
     assert found[0].info["period"] == lattice(**keys).info["period"]
-    assert "it is allowed only together with vacancies" in refused(
-        kind="lattice", **keys, seed=1
-    )
+    assert "it is allowed only together with vacancies" in refused(kind="lattice", **keys, seed=1)
