@@ -15,7 +15,7 @@ from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.runs import PlanProgress, content_of, drain, shares
 from dusttaichi.studies.workers import INTERRUPTED
 
-TOGETHER = 8  # collisions of a job: what is lost with a machine, and what shares a start
+TOGETHER = 16  # collisions of a job: what is lost with a machine, and what shares a start
 
 
 @dataclass(frozen=True)
