@@ -156,7 +156,7 @@ def tensile(run, stage=None, axis=None, windows=None):
         strength_strain=float(strain),
         passed=top < len(mean_stress) - 1,
         phi_init=phi_init,
-        law=_law(part, phi_init),
+        law=strength_law(part, phi_init),
     )
 
 
@@ -166,10 +166,21 @@ def _tensile_start(phi, stress):
     return start if place[0] - place[start] > UNLOADING * np.ptp(place) else 0
 
 
-def _law(part, phi_init):
-    if (m := part.material) is None:
+def strength_law(run, phi):
+    """Tensile strength [Pa] of a Run's material at a filling factor (T19 eq 33), NaN without one.
+
+    Parameters
+    ----------
+    run : Run
+    phi : float
+
+    Returns
+    -------
+    float
+    """
+    if (m := run.material) is None:
         return np.nan
-    return float(laws.tensile_strength(phi_init, m.surface_energy, m.radius))
+    return float(laws.tensile_strength(phi, m.surface_energy, m.radius))
 
 
 def _stretched_axis(part):

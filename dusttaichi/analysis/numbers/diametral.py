@@ -1,33 +1,25 @@
 """Diametral compression of a disc: its strength."""
 
 from dusttaichi.analysis.diametral import FALL, diametral, is_diametral
-from dusttaichi.analysis.numbers.registry import Family, Observable, quiet
+from dusttaichi.analysis.numbers.registry import Family, Observable, quiet, strength_by_law
+from dusttaichi.analysis.tensile import strength_law
 from dusttaichi.analysis.texts import quantity_text
-from dusttaichi.physics import laws
 
 
 def _measure(run):
     found = diametral(run)
-    out = {
+    return {
         "diametral_strength": found.strength,
         "diametral_strain": found.strength_strain,
         "diametral_phi": found.filling_factor,
         "diametral_passed": found.passed,
+        "diametral_law": strength_law(run, found.filling_factor),
     }
-    if run.material is not None:
-        numbers = run.material.surface_energy, run.material.radius
-        out["diametral_law"] = float(laws.tensile_strength(found.filling_factor, *numbers))
-    return out
 
 
 def _strength(value, n):
     text = quantity_text(value, "Pa")
     return text if n["diametral_passed"] else f"at least {text}: the force has not fallen yet"
-
-
-def _law(n):
-    law = n.get("diametral_law")
-    return "" if law is None else f"{quantity_text(law, 'Pa')} (tensile strength, T19 eq 33)"
 
 
 DIAMETRAL = Family(
@@ -38,7 +30,8 @@ DIAMETRAL = Family(
     measure=_measure,
     numbers=(
         Observable(name="diametral_strength", title="diametral strength", unit="Pa",
-                   symbol=r"$2F/(\pi D L)$", text=_strength, literature=_law,
+                   symbol=r"$2F/(\pi D L)$", text=_strength,
+                   literature=strength_by_law("diametral_law", "tensile strength, "),
                    about="2 F/(pi D L) of a lying cylinder between plates, at the largest force F "
                    f"(mean over ten records) before it falls by {FALL:.0%} and stays below",
                    column=("diametral kPa", "{:.3g}", 1e3), wanted=2, figure="diametral"),

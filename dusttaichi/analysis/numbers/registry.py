@@ -147,6 +147,16 @@ def quiet(name: str, title: str, unit: str | None = "1", **more: Any) -> Observa
     return Observable(name=name, title=title, unit=unit, **more)
 
 
+def strength_by_law(name: str, what: str = "") -> Callable[[Mapping], str]:
+    """Literature beside a strength: the value of the row `name`, its tensile strength by T19."""
+
+    def text(numbers):
+        law = numbers.get(name)
+        return f"{quantity_text(law, 'Pa')} ({what}T19 eq 33)" if is_known(law) else ""
+
+    return text
+
+
 def uncertainty(name: str, unit: str = "1", **more: Any) -> Observable:
     """The row NAME_sigma of the uncertainty of another one, which is shown with it."""
     return quiet(name, f"uncertainty of {name.removesuffix('_sigma')}", unit, **more)

@@ -1,34 +1,25 @@
 """Spin-up: the rotation rate at which an aggregate breaks, and the stress in it then."""
 
-from dusttaichi.analysis.numbers.registry import Family, Observable, quiet
+from dusttaichi.analysis.numbers.registry import Family, Observable, quiet, strength_by_law
 from dusttaichi.analysis.spin_up import WHOLE, is_spun, spin_up
-from dusttaichi.analysis.texts import quantity_text
-from dusttaichi.physics import laws
+from dusttaichi.analysis.tensile import strength_law
 
 
 def _measure(run):
     found = spin_up(run)
-    out = {
+    return {
         "spin_rate": float(found.rate[found.top]),
         "spin_stress": float(found.stress[found.top]),
         "spin_phi": found.filling_factor,
         "spin_broken": found.broken is not None,
+        "spin_law": strength_law(run, found.filling_factor),
     }
-    if run.material is not None:
-        numbers = run.material.surface_energy, run.material.radius
-        out["spin_law"] = float(laws.tensile_strength(found.filling_factor, *numbers))
-    return out
 
 
 def _rate(value, n):
     text = f"{value:.3g} rad/s"
     whole = f"{WHOLE:.0%} of the mass in one fragment"
     return text if n["spin_broken"] else f"at least {text}: still {whole}"
-
-
-def _law(n):
-    law = n.get("spin_law")
-    return "" if law is None else f"{quantity_text(law, 'Pa')} (tensile strength, T19 eq 33)"
 
 
 SPIN_UP = Family(
@@ -43,7 +34,8 @@ SPIN_UP = Family(
                    f"than {WHOLE:.0%} of the mass", column=("largest rad/s", "{:.3g}", 1),
                    figure="spin_up"),
         Observable(name="spin_stress", title="… stress across a plane through the axis", unit="Pa",
-                   literature=_law, about="rho R^2 omega^2 / 4 at that rate",
+                   literature=strength_by_law("spin_law", "tensile strength, "),
+                   about="rho R^2 omega^2 / 4 at that rate",
                    column=("spin stress kPa", "{:.3g}", 1e3), wanted=2, figure="spin_up"),
         quiet("spin_phi", "filling factor of the sphere with the aggregate's radius of gyration",
               column=("phi of sphere", "{:.3g}", 1)),

@@ -1,8 +1,12 @@
 """Stretching: the tensile strength, or the reason why it is missing."""
 
-import numpy as np
-
-from dusttaichi.analysis.numbers.registry import Family, Observable, quiet, uncertainty
+from dusttaichi.analysis.numbers.registry import (
+    Family,
+    Observable,
+    quiet,
+    strength_by_law,
+    uncertainty,
+)
 from dusttaichi.analysis.tensile import tensile
 from dusttaichi.analysis.tension import missing_strength
 from dusttaichi.analysis.texts import quantity_text
@@ -12,18 +16,12 @@ def _measure(run):
     if problem := missing_strength(run):
         return {"strength_problem": problem}
     result = vars(tensile(run))
-    law = result["law"] if np.isfinite(result["law"]) else None
-    return result | {"strength_passed": result["passed"], "strength_law": law}
+    return result | {"strength_passed": result["passed"], "strength_law": result["law"]}
 
 
 def _strength(value, n):
     text = quantity_text(value, "Pa", n["strength_sigma"])
     return text if n["strength_passed"] else f"at least {text}: the stress had not fallen yet"
-
-
-def _law(n):
-    law = n["strength_law"]
-    return "" if law is None else f"{quantity_text(law, 'Pa')} (T19 eq 33)"
 
 
 def _where(value, n):
@@ -43,7 +41,8 @@ TENSION = Family(
         quiet("phi_init", "filling factor at the start", symbol=r"$\phi_{\rm init}$",
               column=("phi_init", "{:.3g}", 1)),
         Observable(name="strength", title="tensile strength", unit="Pa", error="strength_sigma",
-                   why="strength_problem", text=_strength, literature=_law,
+                   why="strength_problem", text=_strength,
+                   literature=strength_by_law("strength_law"),
                    column=("strength kPa", "{:.3g}", 1e3), wanted=2, figure="tensile"),
         uncertainty("strength_sigma", "Pa", column=("± kPa", "{:.2g}", 1e3)),
         Observable(name="strength_phi", title="… at filling factor", text=_where,
