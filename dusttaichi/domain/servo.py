@@ -5,17 +5,18 @@ error. The speed v of approach follows from it as that of a proportional-integra
 
     v = r e + v_0,    v_0 += r e T / T_i,    r = g / (k T),    T_i = 4 DAMPED^2 T / g,
 
-within the largest speed. g is the gain, and k the measured stiffness: the slope of the change of e
-over the strain in about the last MEMORY intervals, plus its standard error, so that a load that
-also changes by itself makes the servo slower but does not stop it. So a load on a spring approaches
-its value with the damping ratio DAMPED for any spring, and where dust yields at a steady rate, as
-in shear, the mean error is zero. k is that of the intervals before, and the proportional part is
-not summed up: both would shift the mean where k and e change together.
+within the largest speed. g is the gain, and k the measured stiffness, from the last MEMORY
+intervals or so: the slope of the change of e over the strain, and a share SCATTER of the scatter
+about it, since a load also changes by itself. That makes the servo slower but does not stop it. So
+a load on a spring approaches its value with the damping ratio DAMPED for any spring, and where dust
+yields at a steady rate, as in shear, the mean error is zero. k is that of the intervals before, and
+the proportional part is not summed up: both would shift the mean where k and e change together.
 
 A sample that yields slowly is stiff at short times (waves, unloading), and the servo can stop no
-faster than a stiff sample allows: |v| is at most LIMIT r, the speed for that relative error, and
-RELIEF r e' where the load exceeds the prescribed one by a relative e' that asks for more. Walls and
-faces are at rest when a stage begins to control a load.
+faster than a stiff sample allows. |v| is at most LIMIT r, the speed for that relative error, where
+there is no load yet, growing to HELD r under the prescribed load; more, RELIEF r |e| times the
+share of the load that is there, while the error is large. Walls and faces are at rest when a stage
+begins to control a load.
 """
 
 from dataclasses import asdict, dataclass, replace
@@ -26,7 +27,7 @@ from dusttaichi import units
 from dusttaichi.scene import drive as given
 
 EVERY, MEMORY = 25, 80
-DAMPED, LIMIT, RELIEF = 1.0, 0.5, 2.0
+DAMPED, LIMIT, HELD, RELIEF, SCATTER = 1.0, 0.5, 2.0, 5.0, 0.3
 STIFF, SOFT = 1e7, 1.0  # k at first, stiffer than any sample, and at least
 FIRST = 0.01  # change of e in the first estimate of k
 TINY = 1e-300
@@ -86,8 +87,8 @@ class Servo:
         """Measured stiffness: change of the relative load per strain, (n,)."""
         ways = np.maximum(self.ways, TINY)
         slope = self.products / ways
-        scatter = np.maximum(self.changes / ways - slope**2, 0.0) / MEMORY
-        return np.maximum(np.abs(slope) + np.sqrt(scatter), SOFT)
+        scatter = np.maximum(self.changes / ways - slope**2, 0.0)
+        return np.maximum(np.sqrt(slope**2 + SCATTER**2 * scatter), SOFT)
 
     def changed(self, load, integral, dt):
         """The Servo after a change of speed.
@@ -100,8 +101,10 @@ class Servo:
         strain = self.speed * time / self.length
         response = self.gain / (self.stiffness * time) * self.length
         steady = self.steady + response * self.gain / (4.0 * DAMPED**2) * missing
-        above = np.maximum(np.abs(load) - np.abs(self.load), 0.0) / self.scale
-        most = np.minimum(self.largest, np.maximum(LIMIT, RELIEF * above) * response)
+        there = np.abs(load) / self.scale
+        limit = LIMIT + (HELD - LIMIT) * np.minimum(there, 1.0)
+        share = np.maximum(limit, RELIEF * np.abs(missing) * there)
+        most = np.minimum(self.largest, share * response)
         speed = np.clip(response * missing + steady, -most, most)
         return replace(
             self,
