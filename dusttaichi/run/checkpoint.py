@@ -18,7 +18,7 @@ from dusttaichi.files import explain, remove, replace_atomically
 from dusttaichi.results.provenance import plain
 
 OLDER = b"dusttaichi checkpoint "
-MAGIC = b"dusttaichi checkpoint 3\n"
+MAGIC = b"dusttaichi checkpoint 4\n"
 
 
 class Checkpoint(NamedTuple):
