@@ -16,6 +16,7 @@ from dusttaichi.continuum.kernels.store import (
     WORK,
 )
 from dusttaichi.method import Measurement
+from dusttaichi.physics.continuum.elasticity import path_energy
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 
@@ -79,7 +80,7 @@ def attraction_energy(sim):
 def elastic_energies(sim, gives):
     """Elastic energy of pressure in compression and in tension, and of the deviator [J], (3,).
 
-    p^2/2K and S:S/4mu per volume.
+    The energy of the path (physics.continuum.elasticity) and S:S/4mu per volume.
     """
     return elastic_of_particles(sim, gives).sum(axis=0)
 
@@ -89,14 +90,14 @@ def elastic_of_particles(sim, gives):
 
     In damaged dust the undamaged share stores tension and deviator.
     """
-    density = sim.of_particles("density")[gives]
+    density, reference = (sim.of_particles(name)[gives] for name in ("density", "reference"))
     volume = sim.of_particles("mass")[gives] / density
     K, ratio = sim.of_particles("modulus")[gives], sim.of_particles("shear_ratio")[gives]
     p, S = sim.of_particles("pressure")[gives], sim.of_particles("deviator")[gives]
     d = sim.dimension
     trace = S[:, :: d + 1].sum(axis=1)
     squares = np.sum(S * S, axis=1) + trace * trace
-    of_pressure, whole = volume * p * p / (2.0 * K), undamaged(sim)[gives]
+    of_pressure, whole = volume * path_energy(density, reference, K), undamaged(sim)[gives]
     return np.stack(
         [
             np.where(p >= 0.0, of_pressure, 0.0),

@@ -1,6 +1,6 @@
 """The guards of the continuum.
 
-Numbers that are none, dust denser than its laws allow, bodies that have left through a face.
+Numbers that are none, dust denser than its solid, bodies that have left through a face.
 """
 
 import numpy as np
@@ -11,8 +11,6 @@ from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 from dusttaichi.names import WALLS
 
-BEYOND = 1.1
-"""Density over that of phi_2 above which the elastic strain is too large for a linear law."""
 ROUNDING = 1e-3
 """Distance [um] of the centre of a body beyond a face that counts as round-off."""
 
@@ -26,16 +24,14 @@ def validate(sim, measurement):
             f"{when} the energy is not a number: the step is too long for what happens. Try a "
             "smaller numerics.cfl, a larger numerics.viscosity.grid or a lower speed."
         )
-    # of the dust that is nearest to its limit
-    most, phi, unloaded = max(
-        m["largest"], key=lambda row: max(row[1] / BEYOND / row[0], row[2] / row[0])
-    )
-    if phi > BEYOND * most or unloaded > most:
+    phi_2, phi, unloaded = max(m["largest"], key=lambda row: row[1])
+    if phi > 1.0:
         raise GuardStop(
-            f"{when} dust has the filling factor {phi:.4g}, and {unloaded:.4g} without "
-            f"pressure; the model ends at {BEYOND * most:.4g}, and at {most:g} without pressure "
-            "(material.compressive.phi_2), where its compressive strength has no bound. Try a "
-            "lower speed, an earlier stop, or a smaller numerics.cfl."
+            f"{when} dust has the filling factor {phi:.4g}, more than its solid has. From "
+            f"material.compressive.phi_2 = {phi_2:g} on dust is elastic; this dust has "
+            f"{unloaded:.3g} without pressure, and its bulk modulus there does not withstand what "
+            "happens. Try a lower speed, a larger material.bulk_modulus or material.exponent, an "
+            "earlier stop, or a smaller numerics.cfl."
         )
 
 

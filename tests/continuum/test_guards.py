@@ -16,11 +16,13 @@ def test_guards_stop_what_has_no_meaning():
     x, area = dust.disc(3 * dust.SPACING)
     motion = dust.moving(dust.scene(viscosity={"grid": 0.005}), dust.particles(x, area))
     motion.validate(motion.measure())
-    compacted = motion.sim.of_particles("reference")
-    motion.sim.put("reference", compacted * 4.0)
-    with pytest.raises(GuardStop, match="filling factor"):
+    density = motion.sim.of_particles("density")
+    motion.sim.put("density", density * 6.6)  # 0.99, elastic
+    motion.validate(motion.measure())
+    motion.sim.put("density", density * 6.7)
+    with pytest.raises(GuardStop, match="filling factor 1.005, more than its solid"):
         motion.validate(motion.measure())
-    motion.sim.put("reference", compacted)
+    motion.sim.put("density", density)
     motion.sim.put("v", np.full((len(x), 2), np.nan))
     with pytest.raises(GuardStop, match="not a number"):
         motion.validate(motion.measure())

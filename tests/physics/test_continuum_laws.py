@@ -85,7 +85,8 @@ def test_torn_dust_stays_a_number():
     met = elasticity.elastic_pressure(density, reference, G09)
     assert np.allclose(met, p, rtol=1e-4)  # three steps of Newton's method at |q| = 0.5
     p, reference = path.pressure(density, 0.7 * density, replace(G09, p_m=1e6))
-    assert np.all(p <= G09.q_max * bulk) and np.all(reference >= 0.7 * density)
+    assert np.all(p <= np.where(density < 1158.0, G09.q_max * bulk, np.inf))
+    assert np.all(reference >= 0.7 * density)
 
 
 def test_largest_share_of_an_elastic_path():
@@ -95,7 +96,7 @@ def test_largest_share_of_an_elastic_path():
 
 def test_stored_energy_is_the_work_of_the_path():
     """rho times the integral of p drho/rho^2, by the trapezoidal rule with 1e5 steps."""
-    for end in (300.03, 312.0, 290.0):
+    for end in (300.03, 312.0, 290.0, 314.99, 315.01, 450.0, 200.0):
         density = np.linspace(300.0, end, 100_001)
         p = elasticity.elastic_pressure(density, 300.0, G09)
         work = end * np.trapezoid(p / density**2, density)

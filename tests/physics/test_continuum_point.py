@@ -63,6 +63,25 @@ def test_dust_at_the_end_of_its_curve_is_elastic():
     assert abs(back.work - start.work) < 1e-9 * start.work
 
 
+def test_soft_dust_is_elastic_beyond_the_end_of_its_curve():
+    """K_0 = 4.5 kPa: the elastic path stays below Sigma from 0.56 on, and is the straight line of
+    its modulus up to 0.9, far beyond phi_2; the way back costs nothing, and stores no more than
+    has been done."""
+    m = replace(G09, K_0=4.5e3, p_m=260.0)
+    start = MaterialPoint.at(m).to_density_from_all_sides(0.579 * m.rho_s, 4000)[-1]
+    assert start.reference < 0.56 * m.rho_s and start.p < 0.1 * sigma(start)
+    on = start.to_density_from_all_sides(0.9 * m.rho_s, 1000)
+    K = elasticity.bulk_modulus(start.reference, m)
+    for point in on:
+        assert point.reference == start.reference
+        assert relative(point.p, K * (point.density / start.reference - 1.0)) < 1e-12
+    assert on[-1].p > 0.5 * K
+    assert relative(on[-1].work - start.work, on[-1].volume_energy - start.volume_energy) < 1e-6
+    back = on[-1].to_density_from_all_sides(start.density, 1000)[-1]
+    assert relative(back.p, start.p) < 1e-9
+    assert abs(back.work - start.work) < 1e-9 * on[-1].work
+
+
 @pytest.mark.parametrize("p_m", [1300.0, 13e3])
 def test_loss_of_compaction_is_the_integral_of_the_strength(p_m):
     """Work on the way = integral of Sigma drho/rho^2; what is stored is booked apart."""

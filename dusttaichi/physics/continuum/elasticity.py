@@ -7,7 +7,10 @@ On an elastic path the dust has the density `reference` at zero pressure (rho_0'
 with K constant along the path. The ratio of the shear modulus to K is fixed.
 """
 
-from numpy import exp, log, sqrt
+from numpy import exp, log, sqrt, where
+
+SMALL = 0.05
+"""Elastic strain of the density below which its energy is computed as a series."""
 
 
 def bulk_modulus(reference, m):
@@ -36,15 +39,21 @@ def sound_speed(density, reference, m):
 
 
 def volume_energy(density, reference, m):
-    """Energy stored by pressure in a unit of the present volume [J/m^3].
+    """Energy stored by pressure in a unit of the present volume [J/m^3]."""
+    return path_energy(density, reference, bulk_modulus(reference, m))
+
+
+def path_energy(density, reference, K):
+    """The same on the elastic path of modulus K [Pa].
 
     The integral of p drho/rho^2 from `reference` on, times rho: with y = rho/reference - 1 it is
-    K (1 + y) (ln(1 + y) - y/(1 + y)). Written as its series, since the terms cancel where y is
-    small; at |y| = 0.05 the series is 3e-7 of itself short.
+    K (1 + y) (ln(1 + y) - y/(1 + y)). Where y is small the terms cancel, and it is computed as a
+    series: at |y| = 0.05 that is 3e-7 of itself short.
     """
     y = density / reference - 1.0
     series = 1.0 / 2.0 + y * (-2.0 / 3.0 + y * (3.0 / 4.0 + y * (-4.0 / 5.0 + y * (5.0 / 6.0))))
-    return bulk_modulus(reference, m) * (1.0 + y) * y * y * series
+    whole = log(density / reference) - y / (1.0 + y)
+    return K * (1.0 + y) * where((y < SMALL) & (y > -SMALL), y * y * series, whole)
 
 
 def shear_energy(J2, reference, m):

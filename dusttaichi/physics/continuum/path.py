@@ -18,14 +18,14 @@ SOFTEST = 0.5
 def limited_pressure(density, trial, m):
     """The pressure `trial` of an elastic path [Pa], limited to T and Sigma at this density.
 
-    From phi_cap on Sigma has no bound: dust as dense as that is elastic.
-    The pressure of an elastic path is at most a share of its modulus, `bulk_modulus(density)` times
-    q_max in compression and SOFTEST in tension: this ends the path of dust that was torn to a
-    filling factor of some hundredths, where its modulus has nearly vanished.
+    From phi_cap on Sigma has no bound: dust as dense as that remains on its elastic path.
+    A limit is at most a share of the modulus, `bulk_modulus(density)` times q_max in compression
+    and SOFTEST in tension: this ends the path of dust that was torn to a filling factor of some
+    hundredths, where its modulus has nearly vanished.
     """
     phi = density / m.rho_s
     K = bulk_modulus(density, m)
-    most = minimum(where(phi < m.phi_cap, compressive(phi, m), m.q_max * K), m.q_max * K)
+    most = where(phi < m.phi_cap, minimum(compressive(phi, m), m.q_max * K), trial)
     return maximum(minimum(trial, most), maximum(tensile(phi, m), -SOFTEST * K))
 
 
