@@ -56,21 +56,17 @@ def _plot(runs, output, suffix):
     if len(runs) == 1 and analysis.is_trade(runs[0]):
         data, file = analysis.open_trade(runs[0])
         folder = output or file.parent
-        say_written([plots.save(plots.trade(data), folder / f"trade{suffix}")])
-        return
+        return say_written([plots.save(plots.trade(data), folder / f"trade{suffix}")])
     if len(runs) == 1 and analysis.is_ensemble(runs[0]):
         data, file = analysis.open_ensemble(runs[0])
-        say_written(plots.save_ensemble(data, output or file.parent, suffix))
-        return
+        return say_written(plots.save_all(data, output or file.parent, suffix))
     failed = []
     with ExitStack() as opened:
-        results = [opened.enter_context(analysis.open_run(path)) for path in runs]
-        if len(results) == 1:
-            folder = output or (runs[0] if runs[0].is_dir() else runs[0].parent)
-            paths = plots.save_all(results[0], folder, suffix, failed)
-        else:
-            paths = plots.save_together(results, output or Path("."), suffix, failed)
-    say_written(paths)
+        of = [opened.enter_context(analysis.open_run(path)) for path in runs]
+        folder = output or Path(".")
+        if len(of) == 1:
+            of, folder = of[0], output or (runs[0] if runs[0].is_dir() else runs[0].parent)
+        say_written(plots.save_all(of, folder, suffix, failed))
     say_not_drawn(failed)
 
 
@@ -100,7 +96,7 @@ def compare(
         if text := mixture(results):
             remark(f"warning: {text}")
         failed = []
-        drawn = [] if figures is None else plots.save_together(results, figures, failed=failed)
+        drawn = [] if figures is None else plots.save_all(results, figures, failed=failed)
         if as_json:
             say_json(plain_runs(results))
         else:

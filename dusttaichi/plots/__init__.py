@@ -6,6 +6,8 @@ row in the registry (`dusttaichi.plots.registry`) are imported by the names of t
 
 from pathlib import Path
 
+import xarray as xr
+
 from dusttaichi.analysis.ensemble_tables import axes_of
 from dusttaichi.errors import DustError
 from dusttaichi.names import exported
@@ -42,12 +44,13 @@ _OF_RUNS = in_package(f"{__name__}.continuum") | in_package(__name__)
 globals().update(_OF_RUNS)  # after their modules, whose names they have
 
 
-def save_all(run, directory, suffix=".png", failed=None):
+def save_all(of, directory, suffix=".png", failed=None):
     """Write every figure of `figures_of`.
 
     Parameters
     ----------
-    run : Run
+    of : Run, list of Run or xarray.Dataset
+        As in `figures_of`.
     directory : path
     suffix : str
         Format of matplotlib: .png, .pdf, .svg.
@@ -62,122 +65,50 @@ def save_all(run, directory, suffix=".png", failed=None):
     Raises
     ------
     DustError
-        The directory cannot be written.
+        There are no figures of several runs, or the directory cannot be written.
     """
-    return _save(figures_of(run, failed), directory, suffix)
+    drawings = figures_of(of, failed)
+    if not drawings and isinstance(of, list):
+        raise DustError(
+            "There is no figure of these runs together: no two of them are compressed, stretched, "
+            "pushed or move."
+        )
+    return [save(one, Path(directory) / f"{name}{suffix}") for name, one in drawings.items()]
 
 
 @styled
-def figures_of(run, failed=None):
-    """Every figure of the registry that applies to a run, by name.
+def figures_of(of, failed=None):
+    """Every figure of a run, of several runs together, or of an ensemble or a sweep, by name.
+
+    Of runs those of the registry that apply. Of a dataset of `analysis.gather`:
+
+    - sweep or ensemble: all curves in one panel
+    - points: one panel for each
+    - numbers: the numbers of the runs against the swept keys, or the replicas
+    - weibull: tensile strengths of several samples
 
     Parameters
     ----------
-    run : Run
+    of : Run, list of Run or xarray.Dataset
     failed : list, optional
-        Receives (title, error) of failed figures; without it they raise DustError.
+        Receives (title, error) of failed figures of runs; without it they raise DustError.
 
     Returns
     -------
     dict
         Name -> matplotlib Figure.
     """
-    return _collected(drawn(run), failed)
-
-
-def _collected(found, failed):
-    """Figures by name, of the results of `drawn` and `drawn_together`."""
-    rows = list(found)
+    if isinstance(of, xr.Dataset):
+        drawings = {"sweep" if axes_of(of) else "ensemble": ensemble(of), "points": points(of)}
+        drawings |= {"numbers": numbers(of), "weibull": weibull(of)}
+        return {name: drawing for name, drawing in drawings.items() if drawing is not None}
+    rows = list(drawn_together(of) if isinstance(of, list) else drawn(of))
     problems = [(row.title, why) for row, _, why in rows if why]
     if failed is None and problems:
         raise DustError("; ".join(f"{title}: {why}" for title, why in problems))
     if failed is not None:
         failed += problems
     return {row.name: drawing for row, drawing, why in rows if not why}
-
-
-def save_ensemble(data, directory, suffix=".png"):
-    """Write the figures of `figures_of_ensemble`.
-
-    Parameters
-    ----------
-    data : xarray.Dataset
-    directory : path
-    suffix : str
-        Format of matplotlib: .png, .pdf, .svg.
-
-    Returns
-    -------
-    list of pathlib.Path
-        The files.
-    """
-    return _save(figures_of_ensemble(data), directory, suffix)
-
-
-def figures_of_ensemble(data):
-    """Figures of a dataset of `analysis.gather`, an ensemble or a sweep, by name.
-
-    - sweep or ensemble: all curves in one panel
-    - points: one panel for each
-    - numbers: the numbers of the runs against the swept keys, or the replicas
-    - weibull: tensile strengths of several samples
-    """
-    drawings = {"sweep" if axes_of(data) else "ensemble": ensemble(data)}
-    more = {"points": points(data), "numbers": numbers(data), "weibull": weibull(data)}
-    return drawings | {name: drawing for name, drawing in more.items() if drawing is not None}
-
-
-def save_together(runs, directory, suffix=".png", failed=None):
-    """Write the figures of `figures_together`.
-
-    Parameters
-    ----------
-    runs : list of Run
-    directory : path
-    suffix : str
-        Format of matplotlib: .png, .pdf, .svg.
-    failed : list, optional
-        As in `figures_of`.
-
-    Returns
-    -------
-    list of pathlib.Path
-        The files.
-
-    Raises
-    ------
-    DustError
-        There are no figures, or the directory cannot be written.
-    """
-    drawings = figures_together(runs, failed)
-    if not drawings:
-        raise DustError(
-            "There is no figure of these runs together: no two of them are compressed, stretched, "
-            "pushed or move."
-        )
-    return _save(drawings, directory, suffix)
-
-
-@styled
-def figures_together(runs, failed=None):
-    """Figures of the registry for several runs together, by name.
-
-    Parameters
-    ----------
-    runs : list of Run
-    failed : list, optional
-        As in `figures_of`.
-
-    Returns
-    -------
-    dict
-        Name -> matplotlib Figure.
-    """
-    return _collected(drawn_together(runs), failed)
-
-
-def _save(drawings, directory, suffix):
-    return [save(one, Path(directory) / f"{name}{suffix}") for name, one in drawings.items()]
 
 
 __all__ = exported(globals())

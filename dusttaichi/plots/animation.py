@@ -93,33 +93,10 @@ def _mp4(path, images, rate):
             height, width = image.shape[:2]
             # H.264 wants even numbers of pixels
             even = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"
-            command = [
-                program,
-                "-y",
-                "-loglevel",
-                "error",
-                "-f",
-                "rawvideo",
-                "-pix_fmt",
-                "rgb24",
-                "-s",
-                f"{width}x{height}",
-                "-r",
-                f"{rate:g}",
-                "-i",
-                "-",
-                "-vf",
-                even,
-                "-c:v",
-                "libx264",
-                "-crf",
-                "18",
-                "-pix_fmt",
-                "yuv420p",
-                "-metadata",
-                f"comment={MARK}",
-                str(path),
-            ]
+            read = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {rate:g} -i -"
+            write = f"-vf {even} -c:v libx264 -crf 18 -pix_fmt yuv420p -metadata"
+            command = [program, "-y", "-loglevel", "error", *read.split(), *write.split()]
+            command += [f"comment={MARK}", str(path)]
             process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
         try:
             process.stdin.write(image.tobytes())

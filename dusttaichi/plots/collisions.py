@@ -90,20 +90,29 @@ def growth(data):
     """
     figure, (axes,) = style.new_figure(height=3.4)
     axes.axhline(0.0, color=style.GREY, linewidth=0.8)
-    values = data.growth_efficiency.transpose("body", "mass_ratio", "speed", ...).values
-    values = values.reshape(*values.shape[:3], -1)
-    for number, index in enumerate(np.ndindex(values.shape[:2])):
-        mean, error = np.array([mean_and_error(own) for own in values[index]]).T
-        error = np.nan_to_num(error)
-        named = f"{data.body.values[index[0]]}, {data.mass_ratio.values[index[1]]:g}:1"
-        colour = style.run_style(number)["color"]
-        axes.errorbar(data.speed, mean, error, fmt="o-", ms=4, color=colour, capsize=2, label=named)
-    axes.set_xscale("log")
-    style.few_ticks(axes.xaxis)
+    several = _means(axes, data, data.growth_efficiency, "o-", "")
+    style.logarithmic(axes, "x")
     axes.set(xlabel=NAMES["speed"], ylabel="growth efficiency")
-    if values.shape[:2] != (1, 1):
+    if several:
         style.legend(axes)
     return figure
+
+
+def _means(axes, data, values, look, text):
+    """Means and standard errors against the speed, a line for every body and mass ratio.
+
+    look: marker and dashes. text: end of the labels. Returns whether there are several lines.
+    """
+    values = values.transpose("body", "mass_ratio", "speed", ...).values
+    values = values.reshape(*values.shape[:3], -1)
+    several = values.shape[:2] != (1, 1)
+    for number, index in enumerate(np.ndindex(values.shape[:2])):
+        mean, error = np.array([mean_and_error(own) for own in values[index]]).T
+        name = f"{data.body.values[index[0]]}, {data.mass_ratio.values[index[1]]:g}:1"
+        label = ", ".join([name] * several + [text] * bool(text))
+        how = {"fmt": look, "ms": 4, "capsize": 2, "color": style.run_style(number)["color"]}
+        axes.errorbar(data.speed, mean, np.nan_to_num(error), label=label, **how)
+    return several
 
 
 PHASES = {
@@ -124,18 +133,8 @@ def phases(data):
         return None
     figure, (axes,) = style.new_figure(height=3.4)
     for look, (name, values) in zip(("o-", "s--"), found.items(), strict=False):
-        values = values.transpose("body", "mass_ratio", "speed", ...).values
-        values = values.reshape(*values.shape[:3], -1)
-        for number, index in enumerate(np.ndindex(values.shape[:2])):
-            mean, error = np.array([mean_and_error(own) for own in values[index]]).T
-            named = f"{data.body.values[index[0]]}, {data.mass_ratio.values[index[1]]:g}:1"
-            several = values.shape[:2] != (1, 1)
-            label = f"{named}, {PHASES[name]}" if several else PHASES[name]
-            how = {"fmt": look, "ms": 4, "capsize": 2, "label": label}
-            colour = style.run_style(number)["color"]
-            axes.errorbar(data.speed, mean, np.nan_to_num(error), color=colour, **how)
-    axes.set_xscale("log")
-    style.few_ticks(axes.xaxis)
+        _means(axes, data, values, look, PHASES[name])
+    style.logarithmic(axes, "x")
     axes.set(xlabel=NAMES["speed"], ylabel="share of the energy dissipated")
     axes.set_ylim(0.0, 1.05)
     style.legend(axes)
@@ -205,18 +204,10 @@ def threshold_speeds(data, found):
         ends = np.array([(t.low, t.high) for t in own]).T
         ends = np.where(np.isnan(ends), speed, ends)
         ends = np.clip(ends, data.speed.values.min(), data.speed.values.max())
-        axes.errorbar(
-            phi,
-            speed,
-            np.abs(ends - speed),
-            fmt="o",
-            ms=4,
-            capsize=2,
-            color=style.RUN_COLOURS[number],
-            label=rf"$v_{{\rm {name}}}$",
-        )
-    axes.set_yscale("log")
-    style.few_ticks(axes.yaxis)
+        look = {"fmt": "o", "ms": 4, "capsize": 2, "color": style.RUN_COLOURS[number]}
+        label = rf"$v_{{\rm {name}}}$"
+        axes.errorbar(phi, speed, np.abs(ends - speed), label=label, **look)
+    style.logarithmic(axes, "y")
     axes.set_xlabel(r"filling factor of the target $\phi$")
     axes.set_ylabel("threshold speed (m/s)")
     _legend_or(axes, found, "no threshold within the speeds")

@@ -16,49 +16,29 @@ from dusttaichi.plots.registry import figure
 def laboratory(axes, pressure, drawn=(S12_STATIC,)):
     """Laws that belong to the runs: of the laboratory, and of S12 where the wall is fast."""
     scatter = f"scatter of the experiment, ±{EXPERIMENT_SCATTER}"
+    bold, dash_dotted = style.look(style.BLACK, 1.2), (0, (5, 1, 1, 1))
     if S12_STATIC in drawn:
         _scatter(axes, pressure, S12_STATIC, scatter)
-        axes.plot(
-            pressure / 1e3,
-            S12_STATIC.filling_factor(pressure),
-            color=style.BLACK,
-            linewidth=1.2,
-            label="laboratory, S12 eq 31",
-        )
-        axes.plot(
-            pressure / 1e3,
-            G09_OMNIDIRECTIONAL.filling_factor(pressure),
-            label="laboratory, fit of G09",
-            **style.look(style.BLACK, 1.2, style.DASHED),
-        )
+        _law(axes, pressure, S12_STATIC, "laboratory, S12 eq 31", bold)
+        dashed = bold | {"linestyle": style.DASHED}
+        _law(axes, pressure, G09_OMNIDIRECTIONAL, "laboratory, fit of G09", dashed)
     if UNIDIRECTIONAL in drawn:
         _scatter(axes, pressure, UNIDIRECTIONAL, None if S12_STATIC in drawn else scatter)
-        axes.plot(
-            pressure / 1e3,
-            UNIDIRECTIONAL.filling_factor(pressure),
-            label="laboratory, unidirectional (G09)",
-            **style.look(style.BLACK, 1.2, (0, (5, 1, 1, 1))),
-        )
+        look = bold | {"linestyle": dash_dotted}
+        _law(axes, pressure, UNIDIRECTIONAL, "laboratory, unidirectional (G09)", look)
     fast = {law.name: law for law in drawn if law not in (S12_STATIC, UNIDIRECTIONAL)}
     for number, law in enumerate(fast.values()):
-        axes.plot(
-            pressure / 1e3,
-            law.filling_factor(pressure),
-            label=law.name,
-            **style.look(style.BLACK, 1.0, style.RUN_DASHES[number % len(style.RUN_DASHES)]),
-        )
+        _law(axes, pressure, law, law.name, style.law_style(number))
+
+
+def _law(axes, pressure, law, label, look):
+    axes.plot(pressure / 1e3, law.filling_factor(pressure), label=label, **look)
 
 
 def _scatter(axes, pressure, law, label):
-    phi = law.filling_factor(pressure)
-    axes.fill_between(
-        pressure / 1e3,
-        phi - EXPERIMENT_SCATTER,
-        phi + EXPERIMENT_SCATTER,
-        color="#D9D9D9",
-        linewidth=0,
-        label=label,
-    )
+    phi, look = law.filling_factor(pressure), {"color": "#D9D9D9", "linewidth": 0}
+    ends = phi - EXPERIMENT_SCATTER, phi + EXPERIMENT_SCATTER
+    axes.fill_between(pressure / 1e3, *ends, label=label, **look)
 
 
 @figure("Filling factor against pressure", 40, applies=lambda run: run.compresses, together=True)
@@ -71,9 +51,6 @@ def compression(runs, labels=None, laws=(), raw=None):
 
     Parameters
     ----------
-    runs : Run or list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
     laws : sequence of CompressionLaw
         Further laws to draw, thin.
     raw : bool, optional
@@ -90,12 +67,7 @@ def compression(runs, labels=None, laws=(), raw=None):
     drawn = [compression_law(run) for run in runs]
     laboratory(axes, pressure, drawn)
     for law in laws:
-        axes.plot(
-            pressure / 1e3,
-            law.filling_factor(pressure),
-            label=law.name,
-            **style.look(style.GREY, 1.0, style.FINE),
-        )
+        _law(axes, pressure, law, law.name, style.look(style.GREY, 1.0, style.FINE))
     top, bottom = max(law.phi2 for law in drawn) + EXPERIMENT_SCATTER, 0.1
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
         curve = compression_curve(run)
@@ -105,12 +77,8 @@ def compression(runs, labels=None, laws=(), raw=None):
         axes.plot(curve.pressure / 1e3, curve.filling_factor, label=label, **line_style)
         if "inner_filling_factor" in run.series:
             inner = compression_curve(run, of="inner_filling_factor")
-            axes.plot(
-                inner.pressure / 1e3,
-                inner.filling_factor,
-                label="inner cylinder",
-                **style.look(line_style["color"], 1.2, style.FINE),
-            )
+            fine = style.look(line_style["color"], 1.2, style.FINE)
+            axes.plot(inner.pressure / 1e3, inner.filling_factor, label="inner cylinder", **fine)
             top = max(top, np.max(inner.filling_factor, initial=0) + 0.02)
         top = max(top, np.max(curve.raw_filling_factor, initial=0) + 0.02)
         bottom = min(bottom, np.min(curve.raw_filling_factor, initial=1) - 0.02)

@@ -9,12 +9,6 @@ from dusttaichi.plots.registry import figure
 def coordination(runs, labels=None):
     """Mean number of contacts per grain against filling factor, for one run or several.
 
-    Parameters
-    ----------
-    runs : Run or list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
-
     Raises
     ------
     DustError

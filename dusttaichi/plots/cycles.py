@@ -88,5 +88,5 @@ def _moduli(axes, known):
         markersize=4,
         linewidth=1.0,
     )
-    axes.set(xlabel=r"filling factor $\phi$", ylabel=f"unloading modulus ({unit})", yscale="log")
-    style.few_ticks(axes.yaxis)
+    style.logarithmic(axes, "y")
+    axes.set(xlabel=r"filling factor $\phi$", ylabel=f"unloading modulus ({unit})")

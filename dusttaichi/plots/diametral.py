@@ -12,13 +12,6 @@ def diametral(runs, labels=None):
 
     Lines are means over ten records, points the strengths; hollow: the force has not fallen yet.
     With a single run the records themselves too.
-
-    Parameters
-    ----------
-    runs : Run or list of Run
-        Runs of discs between plates (analysis.diametral).
-    labels : list of str, optional
-        One for each run, by default their names.
     """
     runs, labels = style.named(runs, labels)
     found = [diametral_of(run) for run in runs]

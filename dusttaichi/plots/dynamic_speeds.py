@@ -47,9 +47,7 @@ def dynamic_speeds(runs):
     axes[1].plot(speeds, delta_dynamic(speeds), **dashed)
     _legend(axes, colours, dashed)
     for one in axes:
-        one.set(xscale="log", yscale="log")
-        style.few_ticks(one.xaxis)
-        style.few_ticks(one.yaxis)
+        style.logarithmic(one)
     axes[0].set_ylabel("pressure (kPa)")
     axes[1].set(ylabel=r"$\Delta$ (dex)", xlabel="speed of the wall (m/s)")
     return figure

@@ -31,9 +31,8 @@ def mass_spectrum(spectra, labels=None):
         count = np.concatenate([spectrum.count[:1], spectrum.count])
         axes.step(mass, count, where="pre", label=label, **style.run_style(number))
         axes.plot(mass[-1], count[-1], "o", ms=4, color=style.run_style(number)["color"])
-    axes.set(xscale="log", yscale="log", ylim=(0.8, None))
-    style.few_ticks(axes.xaxis)
-    style.few_ticks(axes.yaxis)
+    style.logarithmic(axes)
+    axes.set_ylim(0.8, None)
     axes.set(xlabel="mass of the fragment / total mass", ylabel="fragments of at least this mass")
     if any(labels):
         style.legend(axes)
@@ -73,9 +72,7 @@ def fragment_dimension(run, snapshot=-1, fragment=0):
     axes.plot(x, found.number, "o", color=style.BLUE, label=f"{found.grains} grains")
     line = np.exp(np.mean(np.log(found.number)) - found.dimension * np.mean(np.log(x)))
     axes.plot(x, line * x**found.dimension, color=style.ORANGE, label=f"D = {found.dimension:.2f}")
-    axes.set(xscale="log", yscale="log")
-    style.few_ticks(axes.xaxis)
-    style.few_ticks(axes.yaxis)
+    style.logarithmic(axes)
     axes.set(
         xlabel="R over the mean radius of a grain", ylabel="grains within R of a grain of the core"
     )

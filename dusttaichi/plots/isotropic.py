@@ -19,9 +19,6 @@ def isotropic(runs, labels=None, stage=None):
 
     Parameters
     ----------
-    runs : Run or list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
     stage : str or int, optional
         As in `analysis.isotropic`.
 

@@ -16,12 +16,6 @@ def _in_motion(runs, others):
 def kinetic(runs, labels=None):
     """Kinetic energy over its largest value against time, for several runs of any kind.
 
-    Parameters
-    ----------
-    runs : list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
-
     Raises
     ------
     DustError

@@ -123,8 +123,7 @@ def loss_shares(run, stage=None):
         if np.any(share):
             colour = style.CHANNEL_COLOURS.get(name, style.GREY)
             axes.plot(result.filling_factor, share, color=colour, label=name)
-    axes.set(xscale="log", ylim=(0.0, None))
-    style.few_ticks(axes.xaxis)
-    axes.set(xlabel=r"filling factor $\phi$", ylabel="share of the energy lost")
+    style.logarithmic(axes, "x")
+    axes.set(xlabel=r"filling factor $\phi$", ylabel="share of the energy lost", ylim=(0.0, None))
     style.legend(axes)
     return figure

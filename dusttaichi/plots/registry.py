@@ -1,5 +1,6 @@
 """The registry of figures: its rows, and drawing all figures of a run."""
 
+import inspect
 import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -81,7 +82,8 @@ def figure(title, place=500, *, applies=None, name="", together=False, optional=
     name : str
         Name of the file. Default: that of the function.
     together : bool or function
-        True: all Runs to which it applies in one figure; see Figure.
+        True: all Runs to which it applies in one figure; see Figure. The docstring of a function
+        of `runs` and `labels` gets their description.
     optional : bool
         A DustError of the function means that there is nothing to show.
 
@@ -94,6 +96,7 @@ def figure(title, place=500, *, applies=None, name="", together=False, optional=
         applies = (lambda run: False) if together else (lambda run: True)
 
     def registered(function):
+        function.__doc__ = _with_labels(function)
         drawn = styled(function)
         drawn.row = Figure(
             name=name or function.__name__,
@@ -107,6 +110,23 @@ def figure(title, place=500, *, applies=None, name="", together=False, optional=
         return drawn
 
     return registered
+
+
+LABELS = """runs : Run or list of Run
+labels : list of str, optional
+    One for each run. Default: their names.
+"""
+
+
+def _with_labels(function):
+    """Docstring of a drawing function with its parameters `runs` and `labels`, if it has them."""
+    text, heading = inspect.cleandoc(function.__doc__ or ""), "Parameters\n----------\n"
+    if not {"runs", "labels"} <= set(inspect.signature(function).parameters) or "labels :" in text:
+        return text
+    if heading in text:
+        return text.replace(heading, heading + LABELS)
+    before, errors, after = text.partition("Raises\n------\n")
+    return f"{before.rstrip()}\n\n{heading}{LABELS}\n{errors}{after}"
 
 
 def register(row: Figure) -> None:

@@ -28,21 +28,15 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
         # dense where the curve leaves 0 with an upright tangent
         above = sticking_speed + (high - sticking_speed) * np.linspace(0.0, 1.0, 400) ** 3
         closed = np.sqrt(np.maximum(0.0, 1.0 - (sticking_speed / above) ** 2))
-        axes.plot(
-            np.concatenate([[low], above]),
-            np.concatenate([[0.0], closed]),
-            color=style.BLACK,
-            linewidth=1.2,
-            label=r"$\sqrt{1-(v_s/v)^2}$, "
-            rf"$v_s$ = {sticking_speed:.4g} m/s",
-        )
+        x, y = np.append(low, above), np.append(0.0, closed)
+        text = rf"$\sqrt{{1-(v_s/v)^2}}$, $v_s$ = {sticking_speed:.4g} m/s"
+        axes.plot(x, y, label=text, **style.look(style.BLACK, 1.2))
     rows = np.atleast_2d(coefficients)
     labels = [label] if isinstance(label, str) else label
     for number, (row, text) in enumerate(zip(rows, labels, strict=True)):
         colour = style.run_style(number)["color"]
         axes.plot(speeds, row, "o", ms=4, color=colour, label=text, clip_on=False, zorder=3)
-    axes.set_xscale("log")
-    style.few_ticks(axes.xaxis)
+    style.logarithmic(axes, "x")
     axes.set(ylim=(0.0, 1.02), xlabel="impact speed (m/s)", ylabel="coefficient of restitution")
     style.legend(axes)
     return figure

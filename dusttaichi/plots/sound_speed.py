@@ -20,33 +20,16 @@ def sound_speed(arrivals, fit=None, references=()):
     """
     figure, (axes,) = style.new_figure(height=3.4)
     factor, unit = style.scaled(arrivals.distance.max(), ((1e-3, "mm"), (1e-6, "µm")))
-    axes.plot(
-        arrivals.distance * factor,
-        arrivals.speed,
-        "o",
-        ms=2.5,
-        mew=0,
-        alpha=0.7,
-        color=style.BLUE,
-        label="grains: distance / time",
-        zorder=4,
-    )
+    dots = {"ms": 2.5, "mew": 0, "alpha": 0.7, "color": style.BLUE, "zorder": 4}
+    x = arrivals.distance * factor
+    axes.plot(x, arrivals.speed, "o", label="grains: distance / time", **dots)
     if fit is not None:
-        axes.axhline(
-            fit.speed,
-            color=style.RED,
-            zorder=3,
-            label=rf"fit: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s",
-        )
-        axes.axhspan(
-            fit.speed - fit.sigma, fit.speed + fit.sigma, color=style.RED, alpha=0.2, linewidth=0
-        )
+        text = rf"fit: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s"
+        axes.axhline(fit.speed, color=style.RED, zorder=3, label=text)
+        ends = fit.speed - fit.sigma, fit.speed + fit.sigma
+        axes.axhspan(*ends, color=style.RED, alpha=0.2, linewidth=0)
     for number, (speed, name) in enumerate(references, start=1):
-        axes.axhline(
-            speed,
-            label=name,
-            **style.look(style.BLACK, 1.0, style.RUN_DASHES[number % len(style.RUN_DASHES)]),
-        )
+        axes.axhline(speed, label=name, **style.law_style(number))
     label_axes(axes, unit)
     return figure
 
@@ -78,12 +61,6 @@ def of_push(run):
 @figure("Arrival of the waves", 141, together=in_common(lambda run: run.pushes), optional=True)
 def sound_speeds(runs, labels=None):
     """Speed of sound against distance for several runs with a push, each with its fit.
-
-    Parameters
-    ----------
-    runs : list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
 
     Raises
     ------

@@ -28,12 +28,6 @@ def sphere(runs, labels=None):
 
     The runs may be of grains or of the continuum.
 
-    Parameters
-    ----------
-    runs : Run or list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
-
     Raises
     ------
     DustError
@@ -77,9 +71,6 @@ def sphere_column(runs, labels=None, snapshot=-1):
 
     Parameters
     ----------
-    runs : Run or list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
     snapshot : int
 
     Raises

@@ -13,12 +13,6 @@ def spin_up(runs, labels=None):
     The rate is drawn against that of a rigid body with the same angular momentum, which is the
     dotted line; the dashed line is the share below which an aggregate counts as broken. Curves end
     with the first snapshot of the broken aggregate.
-
-    Parameters
-    ----------
-    runs : Run or list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
     """
     runs, labels = style.named(runs, labels)
     figure, (axes, below) = style.new_figure(height=4.6, rows=2)

@@ -17,12 +17,6 @@ def strength(runs, labels=None):
     With T19 eq 33 for each material among them and, where the runs differ in filling factor, the
     fitted power law. Hollow: the stress had not fallen yet.
 
-    Parameters
-    ----------
-    runs : list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
-
     Raises
     ------
     DustError
@@ -47,31 +41,17 @@ def strengths(results, labels, materials):
     for number, m in enumerate(distinct.values()):
         law = laws.tensile_strength(line, m.surface_energy, m.radius)
         name = f" ({m.name})" if len(distinct) > 1 else ""
-        axes.plot(
-            line,
-            law * scale,
-            label=rf"T19 eq 33, $0.12\,(F_{{\rm c}}/r^2)\,\phi^{{1.8}}${name}",
-            **style.look(style.BLACK, 1.2, style.RUN_DASHES[(number + 1) % len(style.RUN_DASHES)]),
-        )
+        text = rf"T19 eq 33, $0.12\,(F_{{\rm c}}/r^2)\,\phi^{{1.8}}${name}"
+        axes.plot(line, law * scale, label=text, **style.law_style(number + 1, 1.2))
     fit = fit_strength(results) if len(distinct) <= 1 else None
     if fit is not None:
         sigma = "" if np.isnan(fit.exponent_sigma) else rf"\pm{fit.exponent_sigma:.2f}"
-        axes.plot(
-            line,
-            fit.strength(line) * scale,
-            color=style.GREY,
-            linewidth=1.0,
-            label=rf"fit, $\propto\phi^{{{fit.exponent:.2f}{sigma}}}$",
-        )
+        text = rf"fit, $\propto\phi^{{{fit.exponent:.2f}{sigma}}}$"
+        axes.plot(line, fit.strength(line) * scale, label=text, **style.look(style.GREY))
     _points(axes, results, labels, scale)
-    axes.set(
-        xscale="log",
-        yscale="log",
-        xlabel=r"initial filling factor $\phi_{\rm init}$",
-        ylabel=f"tensile strength ({unit})",
-    )
-    for axis in (axes.xaxis, axes.yaxis):
-        style.few_ticks(axis)
+    style.logarithmic(axes)
+    axes.set_xlabel(r"initial filling factor $\phi_{\rm init}$")
+    axes.set_ylabel(f"tensile strength ({unit})")
     style.legend(axes)
     return figure
 
@@ -81,18 +61,10 @@ def _points(axes, results, labels, scale):
     many = len(results) > len(style.RUN_COLOURS)  # more than there are colours
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
         colour = style.BLUE if many else style.run_style(number)["color"]
-        axes.errorbar(
-            t.phi_init,
-            t.strength * scale,
-            np.nan_to_num(t.strength_sigma) * scale,
-            marker="o",
-            markersize=5,
-            color=colour,
-            linestyle="none",
-            capsize=2,
-            markerfacecolor=colour if t.passed else "white",
-            label=label,
-        )
+        look = {"fmt": "o", "markersize": 5, "capsize": 2, "color": colour, "label": label}
+        look["markerfacecolor"] = colour if t.passed else "white"
+        sigma = np.nan_to_num(t.strength_sigma)
+        axes.errorbar(t.phi_init, t.strength * scale, sigma * scale, **look)
     if not all(t.passed for t in results):
         hollow = {"marker": "o", "color": "none", "markeredgecolor": style.GREY}
         axes.plot([], [], label="hollow: at least, the stress had not fallen yet", **hollow)

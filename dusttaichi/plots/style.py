@@ -209,6 +209,13 @@ def few_ticks(axis):
     axis.set_minor_formatter(label)
 
 
+def logarithmic(axes, which="xy"):
+    """Make the x axis, the y axis or both of some Axes logarithmic, labelled by `few_ticks`."""
+    axes.set(**{f"{name}scale": "log" for name in which})
+    for name in which:
+        few_ticks(getattr(axes, f"{name}axis"))
+
+
 def bands(x, mean, std, axes, *, label, number=0):
     """Draw a mean with a band of one standard deviation to either side.
 
@@ -292,6 +299,11 @@ ENERGIES = ((1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"), (1e-15, "f
 def look(color, linewidth=1.0, linestyle="-"):
     """Colour, width and dashes of a line, as keywords of matplotlib."""
     return {"color": color, "linewidth": linewidth, "linestyle": linestyle}
+
+
+def law_style(number, linewidth=1.0):
+    """Look of the line of a law, black, with the dashes of this number."""
+    return look(BLACK, linewidth, RUN_DASHES[number % len(RUN_DASHES)])
 
 
 def run_style(number):

@@ -33,7 +33,7 @@ LOOKS = {  # parameter -> colour, marker
     "viscosity_contact": (style.RED, "s"),
     "combined": (style.GREY, "P"),
 }
-MARKED = {"preset": ("X", style.BLACK, 7), "default": ("*", style.RED, 10)}
+MARKED = {"preset": (style.BLACK, "X", 7), "default": (style.RED, "*", 10)}
 
 
 @style.styled
@@ -49,9 +49,18 @@ def trade(data):
     shown = np.maximum(error, lowest)
     best = front(np.where(known, cost, np.nan), error)
     _thresholds(axes, data, lowest)
-    _points(axes, data.parameter.values, known, cost, shown)
+    parameters = np.where(known, data.parameter.values, "")
+    edge = {"markeredgecolor": "white", "markeredgewidth": 0.4, "markersize": 4.5}
+    for name in dict.fromkeys(parameters[known].tolist()):
+        if name not in MARKED:
+            (colour, marker), here = LOOKS.get(name, (style.GREY, ".")), parameters == name
+            label = name.replace("_", " ")
+            axes.plot(cost[here], shown[here], marker, color=colour, label=label, **edge)
     axes.plot(cost[best], shown[best], color=style.BLACK, linewidth=1.0, zorder=1.5, label="front")
-    _marked_points(axes, data.parameter.values, known, cost, shown)
+    edge |= {"markeredgewidth": 0.6, "zorder": 4}  # presets and the default, above all others
+    for name, (colour, marker, size) in MARKED.items():
+        here, look = parameters == name, edge | {"markersize": size, "color": colour}
+        axes.plot(cost[here], shown[here], marker, label=name, **look)
     name = data.attrs["observable"]
     axes.set(
         xscale="log",
@@ -80,58 +89,13 @@ def _thresholds(axes, data, lowest):
     """The scatter between seeds, the error of the reference itself, and the tolerance."""
     floor, own = _of(data, "scatter"), _of(data, "convergence")
     if np.isfinite(floor):
-        axes.axhspan(
-            lowest / 2,
-            floor,
-            color=style.GREY,
-            alpha=0.18,
-            linewidth=0,
-            label="scatter between seeds",
-        )
+        look = {"color": style.GREY, "alpha": 0.18, "linewidth": 0}
+        axes.axhspan(lowest / 2, floor, label="scatter between seeds", **look)
     if np.isfinite(own) and own > 0:
-        axes.axhline(
-            own,
-            label=f"reference at {data.attrs.get('check', 'half its step')}",
-            **style.look(style.GREY, 1.0, style.FINE),
-        )
-    axes.axhline(
-        data.attrs["tolerance"], label="tolerance", **style.look(style.BLACK, 0.8, (0, (5, 2)))
-    )
-
-
-def _points(axes, parameters, known, cost, shown):
-    for parameter in dict.fromkeys(parameters[known].tolist()):
-        if parameter in MARKED:
-            continue
-        here = known & (parameters == parameter)
-        colour, marker = LOOKS.get(parameter, (style.GREY, "."))
-        axes.plot(
-            cost[here],
-            shown[here],
-            marker,
-            color=colour,
-            markersize=4.5,
-            markeredgecolor="white",
-            markeredgewidth=0.4,
-            label=parameter.replace("_", " "),
-        )
-
-
-def _marked_points(axes, parameters, known, cost, shown):
-    """Presets and the default, above all others."""
-    for parameter, (marker, colour, size) in MARKED.items():
-        here = known & (parameters == parameter)
-        axes.plot(
-            cost[here],
-            shown[here],
-            marker,
-            color=colour,
-            markersize=size,
-            zorder=4,
-            markeredgecolor="white",
-            markeredgewidth=0.6,
-            label=parameter,
-        )
+        text = f"reference at {data.attrs.get('check', 'half its step')}"
+        axes.axhline(own, label=text, **style.look(style.GREY, 1.0, style.FINE))
+    look = style.look(style.BLACK, 0.8, (0, (5, 2)))
+    axes.axhline(data.attrs["tolerance"], label="tolerance", **look)
 
 
 def _of(data, name):

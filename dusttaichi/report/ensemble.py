@@ -36,7 +36,7 @@ def ensemble_data(data, file):
         "remark": "; ".join(filter(None, [remark, *lost])),
         "figures": [
             interactive(figure, name, FIGURES[name])
-            for name, figure in plots.figures_of_ensemble(data).items()
+            for name, figure in plots.figures_of(data).items()
         ],
         "views": _views(data, Path(file).parent),
         "members": _members(data),

@@ -229,9 +229,9 @@ def test_export_to_vtk(fallen, tmp_path):
 
 
 def test_runs_of_beads_in_one_figure(fallen, tmp_path):
-    from dusttaichi.plots import save_together
+    from dusttaichi.plots import save_all
 
-    names = {path.stem for path in save_together([fallen, fallen], tmp_path)}
+    names = {path.stem for path in save_all([fallen, fallen], tmp_path)}
     assert names == {"bead_profile", "compacted_volume", "deceleration", "drops", "resolution"}
 
 

@@ -131,12 +131,12 @@ def test_compression_between_plates(runs):
 
 
 def test_several_runs_in_one(runs, tmp_path):
-    names = {path.stem for path in plots.save_together(runs, tmp_path, ".svg")}
+    names = {path.stem for path in plots.save_all(runs, tmp_path, ".svg")}
     assert names == {"isotropic", "tensile", "strength"}  # one alone is compressed by a wall
     # of runs that have nothing else in common what moves
-    assert set(plots.figures_together([runs[3], runs[4]])) == {"kinetic"}
+    assert set(plots.figures_of([runs[3], runs[4]])) == {"kinetic"}
     with pytest.raises(DustError, match="no figure"):
-        plots.save_together([runs[3]], tmp_path)
+        plots.save_all([runs[3]], tmp_path)
 
 
 def test_bands():

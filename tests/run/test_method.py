@@ -247,4 +247,4 @@ def test_a_sweep_has_its_numbers(tmp_path):
     points = plain_ensemble(data)["points"]
     assert [p["keys"]["start"]["value"] for p in points] == [1e-6, 2e-6]
     assert [p["numbers"]["swing"]["mean"] for p in points] == pytest.approx([1e-6, 2e-6])
-    assert {"numbers", "sweep"} <= set(plots.figures_of_ensemble(data))
+    assert {"numbers", "sweep"} <= set(plots.figures_of(data))

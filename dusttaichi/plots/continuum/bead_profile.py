@@ -33,12 +33,6 @@ def bead_profile(runs, labels=None):
 
     Dotted: the lowest point of the bead.
 
-    Parameters
-    ----------
-    runs : Run or list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
-
     Raises
     ------
     DustError

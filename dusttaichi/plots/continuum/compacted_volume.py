@@ -12,9 +12,6 @@ def compacted_volume(runs, labels=None, scatter=0.0):
 
     Parameters
     ----------
-    runs : Run or list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
     scatter : float
         Standard deviation of the filling factors of the laboratory's dust, with which those of a
         run are convolved.

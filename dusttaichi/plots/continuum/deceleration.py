@@ -33,12 +33,6 @@ def deceleration(runs, labels=None):
 
     The free-fall term g t^2 / 2 is subtracted, as in the paper.
 
-    Parameters
-    ----------
-    runs : Run or list of Run
-    labels : list of str, optional
-        One for each run. Default: their names.
-
     Raises
     ------
     DustError

@@ -42,9 +42,8 @@ def drops(runs):
         axes[0].plot(momentum, depth * 1e3, label=f"{diameter:g} mm", **line)
         axes[1].plot(momentum, time * 1e3, **line)
     for one, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
-        one.set(xscale="log", yscale="log", ylabel=name)
-        style.few_ticks(one.yaxis)
-        style.few_ticks(one.xaxis)
+        style.logarithmic(one)
+        one.set_ylabel(name)
     axes[1].set_xlabel(r"momentum over cross-section $m v / A$ (kg m$^{-1}$ s$^{-1}$)")
     style.legend(axes[0])
     return figure

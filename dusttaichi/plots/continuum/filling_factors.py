@@ -16,7 +16,7 @@ def filling_factors(run):
     for number, (snapshot, label) in enumerate(((0, "start"), (-1, "end"))):
         edges, share = histogram(run, snapshot)
         axes.stairs(share, edges, label=label, **style.run_style(number))
-    axes.set(yscale="log", xlabel=r"filling factor $\phi$", ylabel="share of the volume")
-    style.few_ticks(axes.yaxis)
+    style.logarithmic(axes, "y")
+    axes.set(xlabel=r"filling factor $\phi$", ylabel="share of the volume")
     style.legend(axes)
     return figure
