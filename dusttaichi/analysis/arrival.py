@@ -13,25 +13,15 @@ from dusttaichi.physics.contact import constants
 
 @dataclass(frozen=True)
 class Arrival:
-    """Times at which N grains first moved by more than a threshold.
+    """Times at which N grains first moved by more than a threshold."""
 
-    Attributes
-    ----------
-    time
-        Since the first snapshot [s], (N,); NaN for a grain that has not moved that far.
-    distance
-        At the start, from the nearest pushed grain or from the plane of the pushed wall or face
-        [m], (N,); 0 for pushed grains.
-    threshold
-        Displacement that counts [m].
-    push
-        Displacement of which the threshold is a fraction [m].
-    """
-
+    #: Since the first snapshot [s], (N,); NaN for a grain that has not moved that far.
     time: np.ndarray
+    #: At the start, from the nearest pushed grain or from the plane of the pushed wall or face [m],
+    #: (N,); 0 for pushed grains.
     distance: np.ndarray
-    threshold: float
-    push: float
+    threshold: float  #: Displacement that counts [m].
+    push: float  #: Displacement of which the threshold is a fraction [m].
 
     @property
     def reached(self):
@@ -171,24 +161,12 @@ def _crossing(times, values, level):
 
 @dataclass(frozen=True)
 class SoundSpeed:
-    """Straight line through arrival times: time = delay + distance/speed.
+    """Straight line through arrival times: time = delay + distance/speed."""
 
-    Attributes
-    ----------
-    speed
-        Slope [m/s].
-    sigma
-        Standard error of the speed [m/s].
-    delay
-        Time of the line at distance 0 [s].
-    grains
-        Number of grains in the fit.
-    """
-
-    speed: float
-    sigma: float
-    delay: float
-    grains: int
+    speed: float  #: Slope [m/s].
+    sigma: float  #: Standard error of the speed [m/s].
+    delay: float  #: Time of the line at distance 0 [s].
+    grains: int  #: Number of grains in the fit.
 
 
 def sound_speed(arrivals, beyond=0.0):

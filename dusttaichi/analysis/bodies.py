@@ -10,33 +10,15 @@ from dusttaichi.errors import DustError
 
 @dataclass(frozen=True)
 class Bodies:
-    """Two bodies over time, SI.
+    """Two bodies over time, SI."""
 
-    Attributes
-    ----------
-    time
-        (n,).
-    position
-        Centres of mass, (n, 2, 3).
-    velocity
-        Velocities of the centres of mass, (n, 2, 3).
-    spin
-        Angular momenta about the centres of mass, (n, 2, 3).
-    orbital
-        Angular momentum of both centres about the common one, (n, 3).
-    names
-        (2,).
-    mass
-        (2,).
-    """
-
-    time: np.ndarray
-    names: tuple
-    mass: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    spin: np.ndarray
-    orbital: np.ndarray
+    time: np.ndarray  #: (n,).
+    names: tuple  #: (2,).
+    mass: np.ndarray  #: (2,).
+    position: np.ndarray  #: Centres of mass, (n, 2, 3).
+    velocity: np.ndarray  #: Velocities of the centres of mass, (n, 2, 3).
+    spin: np.ndarray  #: Angular momenta about the centres of mass, (n, 2, 3).
+    orbital: np.ndarray  #: Angular momentum of both centres about the common one, (n, 3).
 
 
 def bodies(run):

@@ -17,36 +17,20 @@ from dusttaichi.physics import laws
 BIN_WIDTH = 0.01
 """Width in filling factor of the bins of a curve; a fifth of it is the default output interval."""
 
-FASTEST = 25.0
-"""Wall speed [m/s] up to which S12 eqs 33 and 35 were fitted."""
+FASTEST = 25.0  #: Wall speed [m/s] up to which S12 eqs 33 and 35 were fitted.
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A compression curve, smoothed and as measured.
+    """A compression curve, smoothed and as measured."""
 
-    Attributes
-    ----------
-    filling_factor
-        Mean of every bin of filling factor that has a positive pressure, (bins,).
-    pressure
-        Median pressure of the bins [Pa], (bins,).
-    count
-        Number of points of the bins, (bins,).
-    raw_filling_factor
-        As recorded, (times,).
-    raw_pressure
-        As recorded [Pa], (times,).
-    bin_width
-        Width of the bins in filling factor.
-    """
-
+    #: Mean of every bin of filling factor that has a positive pressure, (bins,).
     filling_factor: np.ndarray
-    pressure: np.ndarray
-    count: np.ndarray
-    raw_filling_factor: np.ndarray
-    raw_pressure: np.ndarray
-    bin_width: float
+    pressure: np.ndarray  #: Median pressure of the bins [Pa], (bins,).
+    count: np.ndarray  #: Number of points of the bins, (bins,).
+    raw_filling_factor: np.ndarray  #: As recorded, (times,).
+    raw_pressure: np.ndarray  #: As recorded [Pa], (times,).
+    bin_width: float  #: Width of the bins in filling factor.
 
     def monotone(self):
         """The curve as (lg P, filling factor), each (bins,), with lg P strictly growing.

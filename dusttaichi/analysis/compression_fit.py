@@ -11,18 +11,10 @@ from dusttaichi.physics import laws
 
 @dataclass(frozen=True)
 class Fit:
-    """S12 eq 31 fitted to a curve.
+    """S12 eq 31 fitted to a curve."""
 
-    Attributes
-    ----------
-    law
-        CompressionLaw with the fitted parameters.
-    sigma
-        Parameter -> 1-sigma uncertainty, 0 of a fixed parameter.
-    """
-
-    law: laws.CompressionLaw
-    sigma: dict
+    law: laws.CompressionLaw  #: CompressionLaw with the fitted parameters.
+    sigma: dict  #: Parameter -> 1-sigma uncertainty, 0 of a fixed parameter.
     rms: float
     points: int
 
@@ -160,30 +152,14 @@ def _as_fit(names, numbers, covariance, residual):
 
 @dataclass(frozen=True)
 class Deviation:
-    """Distance of a curve from a law, in filling factor, over the pressures that it reaches.
+    """Distance of a curve from a law, in filling factor, over the pressures that it reaches."""
 
-    Attributes
-    ----------
-    rms
-        Root mean square; NaN where nothing is covered, as are the next two.
-    mean
-        Mean of curve less law.
-    largest
-        Largest absolute value.
-    p_low
-        Lower end of the compared range [Pa].
-    p_high
-        Upper end of the compared range [Pa].
-    covered
-        Share of the requested range, in decades.
-    """
-
-    rms: float
-    mean: float
-    largest: float
-    p_low: float
-    p_high: float
-    covered: float
+    rms: float  #: Root mean square; NaN where nothing is covered, as are the next two.
+    mean: float  #: Mean of curve less law.
+    largest: float  #: Largest absolute value.
+    p_low: float  #: Lower end of the compared range [Pa].
+    p_high: float  #: Upper end of the compared range [Pa].
+    covered: float  #: Share of the requested range, in decades.
 
     @property
     def complete(self):

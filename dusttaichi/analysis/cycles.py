@@ -12,45 +12,24 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 
-SHARE = 0.5
-"""Share of the initial pressure of a stage over whose fall the slope is fitted."""
-FEWEST = 4
-"""Least number of records for a slope."""
+SHARE = 0.5  #: Share of the initial pressure of a stage over whose fall the slope is fitted.
+FEWEST = 4  #: Least number of records for a slope.
 
 
 @dataclass(frozen=True)
 class Unloading:
-    """One stage that unloads.
+    """One stage that unloads."""
 
-    Attributes
-    ----------
-    stage
-        Name of the stage.
-    pressure
-        At its start [Pa].
-    filling_factor
-        At its start.
-    modulus
-        Slope of the pressure against the logarithm of the volume over the first SHARE of the
-        pressure [Pa]; NaN for fewer than FEWEST records.
-    modulus_sigma
-        1-sigma uncertainty of the modulus by the scatter about the line [Pa].
-    recovered
-        ln V after over before, at the end of the stage.
-    ln_volume
-        All its records, (times,).
-    path
-        Pressure of these records [Pa], (times,).
-    """
-
-    stage: str
-    pressure: float
-    filling_factor: float
+    stage: str  #: Name of the stage.
+    pressure: float  #: At its start [Pa].
+    filling_factor: float  #: At its start.
+    #: Slope of the pressure against the logarithm of the volume over the first SHARE of the
+    #: pressure [Pa]; NaN for fewer than FEWEST records.
     modulus: float
-    modulus_sigma: float
-    recovered: float
-    ln_volume: np.ndarray
-    path: np.ndarray
+    modulus_sigma: float  #: 1-sigma uncertainty of the modulus by the scatter about the line [Pa].
+    recovered: float  #: ln V after over before, at the end of the stage.
+    ln_volume: np.ndarray  #: All its records, (times,).
+    path: np.ndarray  #: Pressure of these records [Pa], (times,).
 
 
 def unloadings(run):

@@ -15,8 +15,7 @@ from dusttaichi.names import LYING
 
 FALL = 0.2
 """Share by which the force has to fall below its largest value, which then is the strength."""
-LASTING = 0.05
-"""Deflection over the diameter during which it must not reach that value again."""
+LASTING = 0.05  #: Deflection over the diameter during which it must not reach that value again.
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,8 @@
 
 import numpy as np
 
-SLOWEST = 1.0
-"""Wall speed [m/s] from which S12 (section 5.2.2) calls a compression dynamic."""
-STEADY = 0.01
-"""Share by which the speed of a steady wall may vary."""
+SLOWEST = 1.0  #: Wall speed [m/s] from which S12 (section 5.2.2) calls a compression dynamic.
+STEADY = 0.01  #: Share by which the speed of a steady wall may vary.
 
 
 def wall_speed(run):

@@ -27,27 +27,13 @@ def title_of(name):
 
 @dataclass(frozen=True)
 class Band:
-    """A quantity along the common coordinate: mean and scatter over the replicas of one point.
+    """A quantity along the common coordinate: mean and scatter over the replicas of one point."""
 
-    Attributes
-    ----------
-    x
-        Common coordinate, (points,), SI.
-    mean
-        (points,), SI.
-    std
-        (points,), SI; NaN for fewer than two replicas.
-    replicas
-        Their largest number at any x.
-    label
-        Point of the sweep, "" without one.
-    """
-
-    x: np.ndarray
-    mean: np.ndarray
-    std: np.ndarray
-    replicas: int
-    label: str
+    x: np.ndarray  #: Common coordinate, (points,), SI.
+    mean: np.ndarray  #: (points,), SI.
+    std: np.ndarray  #: (points,), SI; NaN for fewer than two replicas.
+    replicas: int  #: Their largest number at any x.
+    label: str  #: Point of the sweep, "" without one.
 
     def named(self, label):
         """This Band with another label."""

@@ -27,65 +27,30 @@ HIDDEN = ("coordination_number", "work", "energy_end")  # in the table of a run
 
 @dataclass(frozen=True)
 class Estimate:
-    """A quantity over all segments, and its error due to the time step [unit].
+    """A quantity over all segments, and its error due to the time step [unit]."""
 
-    Attributes
-    ----------
-    value
-        Mean of the values of the run over the segments.
-    error
-        Excess of the value at the step of the run.
-    scatter
-        Standard error of `error`; NaN for a single segment of two levels.
-    relative_error
-        Error over the mean size of the quantity.
-    relative_scatter
-        Scatter over the same.
-    resolved
-        True if the error exceeds the scatter (95 %).
-    """
-
-    value: float
-    error: float
-    scatter: float
-    relative_error: float
-    relative_scatter: float
-    resolved: bool
+    value: float  #: Mean of the values of the run over the segments.
+    error: float  #: Excess of the value at the step of the run.
+    scatter: float  #: Standard error of `error`; NaN for a single segment of two levels.
+    relative_error: float  #: Error over the mean size of the quantity.
+    relative_scatter: float  #: Scatter over the same.
+    resolved: bool  #: True if the error exceeds the scatter (95 %).
     unit: str
 
 
 @dataclass(frozen=True)
 class ErrorBar:
-    """Error of the time step of a run.
+    """Error of the time step of a run."""
 
-    Attributes
-    ----------
-    estimates
-        Quantity (QUANTITIES, loss_CHANNEL) -> Estimate.
-    segments
-        (first step, steps) of each segment.
-    share
-        Share of the steps of the run in the segments.
-    cost
-        Run time over that of the run (None if unknown).
-    whole
-        True if the whole run was repeated, at a half and a quarter of its step.
-    time_step
-        Step of the run [s].
-    apart
-        Root mean square distance of grains at the end of a segment between dt and dt/2, median [m].
-    residual
-        Largest residual of the ledger in a segment, at dt and dt/2.
-    """
-
-    estimates: dict
-    segments: tuple
-    share: float
-    cost: float | None
-    whole: bool
-    time_step: float
+    estimates: dict  #: Quantity (QUANTITIES, loss_CHANNEL) -> Estimate.
+    segments: tuple  #: (first step, steps) of each segment.
+    share: float  #: Share of the steps of the run in the segments.
+    cost: float | None  #: Run time over that of the run (None if unknown).
+    whole: bool  #: True if the whole run was repeated, at a half and a quarter of its step.
+    time_step: float  #: Step of the run [s].
+    #: Root mean square distance of grains at the end of a segment between dt and dt/2, median [m].
     apart: float
-    residual: tuple
+    residual: tuple  #: Largest residual of the ledger in a segment, at dt and dt/2.
 
 
 def error_bar(run):

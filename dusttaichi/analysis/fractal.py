@@ -13,34 +13,17 @@ SMALL_SCALE = 20.0
 
 @dataclass(frozen=True)
 class Fractal:
-    """Mean number of other grains nearer than r_in, in some snapshots.
+    """Mean number of other grains nearer than r_in, in some snapshots."""
 
-    Attributes
-    ----------
-    radius_in
-        Distances r_in [m], (radii,).
-    number
-        N(r < r_in) without the central grain, (snapshots, radii).
-    slope
-        d ln N / d ln r_in, (snapshots, radii); NaN where N is 0.
-    dimension
-        Slope of a line through ln N over the radii beyond contact with N <= 20, (snapshots,); NaN
-        for fewer than three of them.
-    time
-        [s], (snapshots,).
-    filling_factor
-        (snapshots,), or NaN.
-    grain_radius
-        [m].
-    """
-
-    radius_in: np.ndarray
-    number: np.ndarray
-    slope: np.ndarray
+    radius_in: np.ndarray  #: Distances r_in [m], (radii,).
+    number: np.ndarray  #: N(r < r_in) without the central grain, (snapshots, radii).
+    slope: np.ndarray  #: d ln N / d ln r_in, (snapshots, radii); NaN where N is 0.
+    #: Slope of a line through ln N over the radii beyond contact with N <= 20, (snapshots,); NaN
+    #: for fewer than three of them.
     dimension: np.ndarray
-    time: np.ndarray
-    filling_factor: np.ndarray
-    grain_radius: float
+    time: np.ndarray  #: [s], (snapshots,).
+    filling_factor: np.ndarray  #: (snapshots,), or NaN.
+    grain_radius: float  #: [m].
 
 
 def fractal(run, snapshots=None, radii=None, stage=None):

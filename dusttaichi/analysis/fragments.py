@@ -13,25 +13,6 @@ from dusttaichi.geometry import connected, grains_within, heaviest_first, held_t
 class Fragments:
     """The F fragments of one snapshot, largest mass first, in SI.
 
-    Attributes
-    ----------
-    label
-        Fragment of each grain, (N,); 0 is the largest.
-    grains
-        Number of grains, (F,).
-    mass
-        [kg], (F,).
-    volume
-        Volume of the grains [m^3], (F,).
-    centre
-        Centre of mass [m], (F, 3).
-    velocity
-        Velocity of the centre of mass [m/s], (F, 3).
-    angular_momentum
-        About the centre of mass, with the spins [kg m^2/s], (F, 3).
-    radius_of_gyration
-        [m], (F,).
-
     Notes
     -----
     The radius of gyration treats grains as points at their centres, weighted by mass (Wada et al.
@@ -40,14 +21,14 @@ class Fragments:
     Images have the velocity of their grain.
     """
 
-    label: np.ndarray
-    grains: np.ndarray
-    mass: np.ndarray
-    volume: np.ndarray
-    centre: np.ndarray
-    velocity: np.ndarray
-    angular_momentum: np.ndarray
-    radius_of_gyration: np.ndarray
+    label: np.ndarray  #: Fragment of each grain, (N,); 0 is the largest.
+    grains: np.ndarray  #: Number of grains, (F,).
+    mass: np.ndarray  #: [kg], (F,).
+    volume: np.ndarray  #: Volume of the grains [m^3], (F,).
+    centre: np.ndarray  #: Centre of mass [m], (F, 3).
+    velocity: np.ndarray  #: Velocity of the centre of mass [m/s], (F, 3).
+    angular_momentum: np.ndarray  #: About the centre of mass, with the spins [kg m^2/s], (F, 3).
+    radius_of_gyration: np.ndarray  #: [m], (F,).
 
     def __len__(self):
         return len(self.grains)
@@ -133,27 +114,13 @@ def _unwrapped(frame, graph, label):
 
 @dataclass(frozen=True)
 class FragmentDimension:
-    """Fractal dimension of a fragment: N(<R) ~ R^dimension about the grains of its core.
+    """Fractal dimension of a fragment: N(<R) ~ R^dimension about the grains of its core."""
 
-    Attributes
-    ----------
-    dimension
-        Exponent of the fit.
-    radius
-        Distances R [m], (R,), of geometry.grains_within.
-    number
-        N(<R), (R,).
-    grains
-        Number of grains of the fragment.
-    grain_radius
-        Mean radius of the grains [m].
-    """
-
-    radius: np.ndarray
-    number: np.ndarray
-    dimension: float
-    grains: int
-    grain_radius: float
+    radius: np.ndarray  #: Distances R [m], (R,), of geometry.grains_within.
+    number: np.ndarray  #: N(<R), (R,).
+    dimension: float  #: Exponent of the fit.
+    grains: int  #: Number of grains of the fragment.
+    grain_radius: float  #: Mean radius of the grains [m].
 
 
 def fragment_dimension(run, snapshot=-1, fragment=0):
@@ -196,27 +163,13 @@ def fragment_dimension(run, snapshot=-1, fragment=0):
 
 @dataclass(frozen=True)
 class MassSpectrum:
-    """Distribution of the mass among fragments.
+    """Distribution of the mass among fragments."""
 
-    Attributes
-    ----------
-    mass
-        [kg], (F,), rising.
-    count
-        Number of fragments of at least this mass, (F,).
-    share
-        Their share of the total mass, (F,).
-    edges
-        Edges of the bins [kg], (bins + 1,), evenly spaced in the logarithm.
-    histogram
-        (bins,).
-    """
-
-    mass: np.ndarray
-    count: np.ndarray
-    share: np.ndarray
-    edges: np.ndarray
-    histogram: np.ndarray
+    mass: np.ndarray  #: [kg], (F,), rising.
+    count: np.ndarray  #: Number of fragments of at least this mass, (F,).
+    share: np.ndarray  #: Their share of the total mass, (F,).
+    edges: np.ndarray  #: Edges of the bins [kg], (bins + 1,), evenly spaced in the logarithm.
+    histogram: np.ndarray  #: (bins,).
 
 
 def mass_spectrum(parts, bins=10):
@@ -293,21 +246,11 @@ def two_fragments(run, snapshot):
 
 @dataclass(frozen=True)
 class Compaction:
-    """The largest fragment before and after.
+    """The largest fragment before and after."""
 
-    Attributes
-    ----------
-    grains
-        Number of grains, (2,).
-    radius_of_gyration
-        [m], (2,).
-    filling_factor
-        (2,), see Fragments.
-    """
-
-    grains: np.ndarray
-    radius_of_gyration: np.ndarray
-    filling_factor: np.ndarray
+    grains: np.ndarray  #: Number of grains, (2,).
+    radius_of_gyration: np.ndarray  #: [m], (2,).
+    filling_factor: np.ndarray  #: (2,), see Fragments.
 
     @property
     def ratio(self):

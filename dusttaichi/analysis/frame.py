@@ -17,57 +17,27 @@ INWARD = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, None]
 
 @dataclass(frozen=True)
 class Frame:
-    """One snapshot in SI: N grains, C contacts between them.
+    """One snapshot in SI: N grains, C contacts between them."""
 
-    Attributes
-    ----------
-    number
-        Number of the snapshot, from 0.
-    time
-        [s].
-    step
-        Number of the step.
-    position
-        [m], (N, 3).
-    velocity
-        [m/s], (N, 3).
-    spin
-        Angular velocity [rad/s], (N, 3).
-    radius
-        [m], (N,).
-    cell
-        Lower and upper coordinate of the walls or periodic faces of each axis [m], (3, 2); NaN
-        where there is none.
-    periodic
-        (3,) bool.
-    contacts
-        xr.Dataset with grain_i, grain_j, overlap ... (C,); None for a result without them.
-    wall_contacts
-        The same of walls.
-    sphere
-        Centre and radius of a rigid sphere among the grains [m], (4,), or None.
-    tilt
-        Offset along x of the image above a sheared cell [m].
-    material
-        (N,) int, 0 of a single material.
-    orientation
-        Unit quaternions, (N, 4); None where they were not requested.
-    """
-
-    number: int
-    time: float
-    step: int
-    position: np.ndarray
-    velocity: np.ndarray
-    spin: np.ndarray
-    radius: np.ndarray
+    number: int  #: Number of the snapshot, from 0.
+    time: float  #: [s].
+    step: int  #: Number of the step.
+    position: np.ndarray  #: [m], (N, 3).
+    velocity: np.ndarray  #: [m/s], (N, 3).
+    spin: np.ndarray  #: Angular velocity [rad/s], (N, 3).
+    radius: np.ndarray  #: [m], (N,).
+    #: Lower and upper coordinate of the walls or periodic faces of each axis [m], (3, 2); NaN where
+    #: there is none.
     cell: np.ndarray
-    periodic: np.ndarray
+    periodic: np.ndarray  #: (3,) bool.
+    #: xr.Dataset with grain_i, grain_j, overlap ... (C,); None for a result without them.
     contacts: xr.Dataset | None
+    #: Centre and radius of a rigid sphere among the grains [m], (4,), or None.
     sphere: np.ndarray | None = None
-    tilt: float = 0.0
-    wall_contacts: xr.Dataset | None = None
-    material: np.ndarray | None = None
+    tilt: float = 0.0  #: Offset along x of the image above a sheared cell [m].
+    wall_contacts: xr.Dataset | None = None  #: The same of walls.
+    material: np.ndarray | None = None  #: (N,) int, 0 of a single material.
+    #: Unit quaternions, (N, 4); None where they were not requested.
     orientation: np.ndarray | None = None
 
     @property

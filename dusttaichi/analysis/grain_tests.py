@@ -10,14 +10,11 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 
-LEAST_PRESSED = 0.01
-"""Growth of ln(filling factor) from which a stage presses."""
+LEAST_PRESSED = 0.01  #: Growth of ln(filling factor) from which a stage presses.
 
-LEAST_PULLED = 0.01
-"""Fall of ln(filling factor) from which a stage pulls; by less it unloads."""
+LEAST_PULLED = 0.01  #: Fall of ln(filling factor) from which a stage pulls; by less it unloads.
 
-SIDEWAYS = 0.01
-"""Strain along x and y over that along z up to which a test is confined."""
+SIDEWAYS = 0.01  #: Strain along x and y over that along z up to which a test is confined.
 
 
 @dataclass(frozen=True)

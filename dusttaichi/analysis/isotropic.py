@@ -15,8 +15,7 @@ from dusttaichi.physics import laws
 DECADES = 0.05
 """Width in lg(filling factor) of the bins: the pressure, ~ phi^3, grows by 0.15 dex in one."""
 
-THIN = 0.1
-"""Largest filling factor of the comparison with (E_roll/r^3) phi^3 (T19 eq 9)."""
+THIN = 0.1  #: Largest filling factor of the comparison with (E_roll/r^3) phi^3 (T19 eq 9).
 
 DENSE = 0.105
 """Smallest filling factor of the comparison with Tatsuuma et al. 2023: no bin of runs to 0.1."""
@@ -24,36 +23,19 @@ DENSE = 0.105
 
 @dataclass(frozen=True)
 class Isotropic:
-    """Mean pressure against filling factor, smoothed and as measured.
+    """Mean pressure against filling factor, smoothed and as measured."""
 
-    Attributes
-    ----------
-    filling_factor
-        Mean of every bin of lg(filling factor) with a positive pressure, (bins,).
-    pressure
-        Median pressure of the bins [Pa], (bins,).
-    law
-        (E_roll/r^3) phi^3 [Pa], (bins,); NaN for an unknown material, as are the ratios.
-    count
-        Number of records of the bins, (bins,).
-    ratio
-        Median of the pressure over that law, (bins,).
-    dense_ratio
-        The same over (E_roll/r^3) (1/phi - 1/0.74)^-3 of Tatsuuma et al. 2023, (bins,).
-    raw_filling_factor
-        As recorded, (times,).
-    raw_pressure
-        As recorded [Pa], (times,).
-    """
-
+    #: Mean of every bin of lg(filling factor) with a positive pressure, (bins,).
     filling_factor: np.ndarray
-    pressure: np.ndarray
+    pressure: np.ndarray  #: Median pressure of the bins [Pa], (bins,).
+    #: (E_roll/r^3) phi^3 [Pa], (bins,); NaN for an unknown material, as are the ratios.
     law: np.ndarray
-    ratio: np.ndarray
+    ratio: np.ndarray  #: Median of the pressure over that law, (bins,).
+    #: The same over (E_roll/r^3) (1/phi - 1/0.74)^-3 of Tatsuuma et al. 2023, (bins,).
     dense_ratio: np.ndarray
-    count: np.ndarray
-    raw_filling_factor: np.ndarray
-    raw_pressure: np.ndarray
+    count: np.ndarray  #: Number of records of the bins, (bins,).
+    raw_filling_factor: np.ndarray  #: As recorded, (times,).
+    raw_pressure: np.ndarray  #: As recorded [Pa], (times,).
 
     def ratio_between(self, low=0.0, high=THIN):
         """Pressure over law in the bins with a mean filling factor in a range.
@@ -98,24 +80,12 @@ class Isotropic:
 
 @dataclass(frozen=True)
 class Ratio:
-    """Pressure over law, NaN without bins.
+    """Pressure over law, NaN without bins."""
 
-    Attributes
-    ----------
-    value
-        Median of the bins.
-    scatter
-        Their standard deviation [dex].
-    low
-        Lower end of the range of filling factor.
-    high
-        Upper end of the range of filling factor.
-    """
-
-    value: float
-    scatter: float
-    low: float
-    high: float
+    value: float  #: Median of the bins.
+    scatter: float  #: Their standard deviation [dex].
+    low: float  #: Lower end of the range of filling factor.
+    high: float  #: Upper end of the range of filling factor.
 
 
 def isotropic(run, stage=None, decades=DECADES):

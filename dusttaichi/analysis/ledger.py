@@ -17,44 +17,23 @@ WORKS = "wall_work face_work push_work gravity_work sphere_work work stiffness_w
 
 @dataclass(frozen=True)
 class Ledger:
-    """Energies over time [J], each (times,), unless stated otherwise.
+    """Energies over time [J], each (times,), unless stated otherwise."""
 
-    Attributes
-    ----------
-    time
-        [s].
-    losses
-        Channel -> cumulative loss in contacts of grains, walls and sphere together.
-    work
-        Work of walls, periodic faces, pushes, gravity, a driven sphere and changes of stiffness.
-    stored
-        Kinetic and potential energy less their start.
-    residual
-        stored - work + losses, as in the result.
-    reference
-        Energy that has gone through the system, |work| + initial kinetic + |initial potential| +
-        losses.
-    relative
-        Residual over reference, or over its lower bounds if they are larger, as in the result
-        (run.ledger.turnover).
-    worst
-        Largest absolute value of `relative`, a number.
-    worst_time
-        Time of the worst [s].
-    shares
-        Channel -> share of all losses at the end, or 0.
-    """
-
-    time: np.ndarray
-    losses: dict
+    time: np.ndarray  #: [s].
+    losses: dict  #: Channel -> cumulative loss in contacts of grains, walls and sphere together.
+    #: Work of walls, periodic faces, pushes, gravity, a driven sphere and changes of stiffness.
     work: np.ndarray
-    stored: np.ndarray
-    residual: np.ndarray
+    stored: np.ndarray  #: Kinetic and potential energy less their start.
+    residual: np.ndarray  #: stored - work + losses, as in the result.
+    #: Energy that has gone through the system, |work| + initial kinetic + |initial potential| +
+    #: losses.
     reference: np.ndarray
+    #: Residual over reference, or over its lower bounds if they are larger, as in the result
+    #: (run.ledger.turnover).
     relative: np.ndarray
-    worst: float
-    worst_time: float
-    shares: dict
+    worst: float  #: Largest absolute value of `relative`, a number.
+    worst_time: float  #: Time of the worst [s].
+    shares: dict  #: Channel -> share of all losses at the end, or 0.
 
 
 def losses_by_channel(series):
@@ -108,20 +87,11 @@ class Losses:
     """Energy lost since the start of a run or stage against filling factor (T19 Fig 9).
 
     T19's "normal" is forming and breaking together.
-
-    Attributes
-    ----------
-    filling_factor
-        (times,).
-    by_channel
-        Channel -> energy [J], (times,).
-    total
-        [J], (times,).
     """
 
-    filling_factor: np.ndarray
-    by_channel: dict
-    total: np.ndarray
+    filling_factor: np.ndarray  #: (times,).
+    by_channel: dict  #: Channel -> energy [J], (times,).
+    total: np.ndarray  #: [J], (times,).
 
 
 def losses_against_filling_factor(run, stage=None):
@@ -153,21 +123,11 @@ def losses_against_filling_factor(run, stage=None):
 
 @dataclass(frozen=True)
 class LossShares:
-    """Share of each channel in the losses while the filling factor grows through a bin.
+    """Share of each channel in the losses while the filling factor grows through a bin."""
 
-    Attributes
-    ----------
-    filling_factor
-        Middle of the bin in its logarithm, (bins,).
-    by_channel
-        Channel -> share, (bins,).
-    lost
-        By all channels [J], (bins,).
-    """
-
-    filling_factor: np.ndarray
-    by_channel: dict
-    lost: np.ndarray
+    filling_factor: np.ndarray  #: Middle of the bin in its logarithm, (bins,).
+    by_channel: dict  #: Channel -> share, (bins,).
+    lost: np.ndarray  #: By all channels [J], (bins,).
 
 
 def loss_shares(run, stage=None, decades=0.1):

@@ -8,45 +8,23 @@ from dusttaichi.analysis.cycles import pressure_of
 from dusttaichi.errors import DustError
 from dusttaichi.scene.quantities import parse
 
-LAST = 10
-"""Records at the end of a stage over which a load is averaged."""
-MISSED = 0.1
-"""Relative deviation of a load from the controlled one from which it is missed."""
-ROUNDING = 1e-9
-"""Shear strain below which nothing has been sheared."""
-FLOWING = 0.5
-"""Share of the strain of a stage, at its end, over which stresses are averaged."""
+LAST = 10  #: Records at the end of a stage over which a load is averaged.
+MISSED = 0.1  #: Relative deviation of a load from the controlled one from which it is missed.
+ROUNDING = 1e-9  #: Shear strain below which nothing has been sheared.
+FLOWING = 0.5  #: Share of the strain of a stage, at its end, over which stresses are averaged.
 
 
 @dataclass(frozen=True)
 class ControlledLoad:
-    """One stage under a controlled pressure.
+    """One stage under a controlled pressure."""
 
-    Attributes
-    ----------
-    stage
-        Name of the stage.
-    wanted
-        Controlled pressure [Pa].
-    pressure
-        Mean over the LAST records [Pa].
-    overshoot
-        Largest mean over LAST successive records over `wanted`, less 1.
-    filling_factor
-        At the end.
-    creep
-        Rate of the logarithm of the filling factor over the LAST records [1/s].
-    time
-        Duration [s].
-    """
-
-    stage: str
-    wanted: float
-    pressure: float
-    overshoot: float
-    filling_factor: float
-    creep: float
-    time: float
+    stage: str  #: Name of the stage.
+    wanted: float  #: Controlled pressure [Pa].
+    pressure: float  #: Mean over the LAST records [Pa].
+    overshoot: float  #: Largest mean over LAST successive records over `wanted`, less 1.
+    filling_factor: float  #: At the end.
+    creep: float  #: Rate of the logarithm of the filling factor over the LAST records [1/s].
+    time: float  #: Duration [s].
 
     @property
     def missed(self):
@@ -102,48 +80,22 @@ def _controlled_load(part, wanted):
 
 @dataclass(frozen=True)
 class Shearing:
-    """One stage that shears, in n records.
+    """One stage that shears, in n records."""
 
-    Attributes
-    ----------
-    stage
-        Name of the stage.
-    strain
-        Shear strain since its start, (n,).
-    shear
-        Shear stress along the motion [Pa], (n,); of a wall its force over its area.
-    normal
-        Stress across the motion, positive in compression [Pa], (n,).
-    filling_factor
-        (n,).
-    strength
-        Mean of the shear stress over the last FLOWING of the strain [Pa].
-    strength_sigma
-        Its standard error, from the scatter of ten successive parts [Pa].
-    load
-        Mean of the normal stress there [Pa].
-    density
-        Mean of the filling factor there.
-    wanted
-        Normal stress, or pressure, that the scene prescribes [Pa]; NaN without one.
-    direction
-        1 or -1, that of the shear along x; strain and shear are positive along it.
-    before
-        Total shear strain of the run at the start of the stage.
-    """
-
-    stage: str
-    strain: np.ndarray
+    stage: str  #: Name of the stage.
+    strain: np.ndarray  #: Shear strain since its start, (n,).
+    #: Shear stress along the motion [Pa], (n,); of a wall its force over its area.
     shear: np.ndarray
-    normal: np.ndarray
-    filling_factor: np.ndarray
-    strength: float
-    strength_sigma: float
-    load: float
-    density: float
+    normal: np.ndarray  #: Stress across the motion, positive in compression [Pa], (n,).
+    filling_factor: np.ndarray  #: (n,).
+    strength: float  #: Mean of the shear stress over the last FLOWING of the strain [Pa].
+    strength_sigma: float  #: Its standard error, from the scatter of ten successive parts [Pa].
+    load: float  #: Mean of the normal stress there [Pa].
+    density: float  #: Mean of the filling factor there.
+    #: Normal stress, or pressure, that the scene prescribes [Pa]; NaN without one.
     wanted: float
-    direction: float
-    before: float
+    direction: float  #: 1 or -1, that of the shear along x; strain and shear are positive along it.
+    before: float  #: Total shear strain of the run at the start of the stage.
 
     @property
     def controlled(self):
@@ -171,23 +123,12 @@ class Friction:
     """Line through the strengths of several loads: strength = cohesion + slope x load.
 
     The 1-sigma uncertainties follow from the scatter about the line; they are NaN for two loads.
-
-    Attributes
-    ----------
-    cohesion
-        [Pa].
-    slope
-        Slope of the line.
-    cohesion_sigma
-        Uncertainty of the cohesion [Pa].
-    slope_sigma
-        Uncertainty of the slope.
     """
 
-    cohesion: float
-    cohesion_sigma: float
-    slope: float
-    slope_sigma: float
+    cohesion: float  #: [Pa].
+    cohesion_sigma: float  #: Uncertainty of the cohesion [Pa].
+    slope: float  #: Slope of the line.
+    slope_sigma: float  #: Uncertainty of the slope.
 
     @property
     def angle(self):

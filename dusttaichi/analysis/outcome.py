@@ -18,8 +18,7 @@ from dusttaichi.analysis.fragments import efficiency, fragments
 from dusttaichi.analysis.frame import grain_masses
 from dusttaichi.analysis.restitution import relative_motion, together
 
-WHOLE = 0.95
-"""Share of the mass of a body from which it counts as whole."""
+WHOLE = 0.95  #: Share of the mass of a body from which it counts as whole.
 
 
 NOT_MET, PASSED = "not met yet", "passed by"

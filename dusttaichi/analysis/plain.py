@@ -8,8 +8,7 @@ import numpy as np
 from dusttaichi.analysis import ensemble_tables as tables
 from dusttaichi.analysis.numbers import families, known
 
-SCHEMA = 1
-"""Version of the layout, raised by every change except a further entry."""
+SCHEMA = 1  #: Version of the layout, raised by every change except a further entry.
 
 
 def plain_runs(runs):

@@ -25,24 +25,12 @@ NEAREST = 4  # grains of a bin whose surfaces are examined
 
 @dataclass(frozen=True)
 class Pores:
-    """Pores of a snapshot.
+    """Pores of a snapshot."""
 
-    Attributes
-    ----------
-    void
-        Share of the volume outside of grains.
-    radius
-        [m], (RADII,), rising from 0.
-    share
-        Share of the void in pores of at least that radius, (RADII,).
-    largest
-        Radius of the largest pore [m].
-    """
-
-    void: float
-    radius: np.ndarray
-    share: np.ndarray
-    largest: float
+    void: float  #: Share of the volume outside of grains.
+    radius: np.ndarray  #: [m], (RADII,), rising from 0.
+    share: np.ndarray  #: Share of the void in pores of at least that radius, (RADII,).
+    largest: float  #: Radius of the largest pore [m].
 
     @property
     def median(self):

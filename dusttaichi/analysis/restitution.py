@@ -12,24 +12,12 @@ from dusttaichi.names import WALLS
 
 @dataclass(frozen=True)
 class Restitution:
-    """A collision along its normal.
+    """A collision along its normal."""
 
-    Attributes
-    ----------
-    before
-        Speed of approach of the centres of mass along the normal [m/s].
-    after
-        Speed of separation after the collision [m/s]; negative: still approaching.
-    sticks
-        True if the two stay together.
-    normal
-        Unit vector from the second body, or the wall, to the first, (3,).
-    """
-
-    before: float
-    after: float
-    sticks: bool
-    normal: np.ndarray
+    before: float  #: Speed of approach of the centres of mass along the normal [m/s].
+    after: float  #: Speed of separation after the collision [m/s]; negative: still approaching.
+    sticks: bool  #: True if the two stay together.
+    normal: np.ndarray  #: Unit vector from the second body, or the wall, to the first, (3,).
 
     @property
     def coefficient(self):

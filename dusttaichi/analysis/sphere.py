@@ -14,39 +14,17 @@ from dusttaichi.method import attribute
 
 @dataclass(frozen=True)
 class Penetration:
-    """Motion of a sphere into dust, SI, from the moment at which its lowest point is at `surface`.
+    """Motion of a sphere into dust, SI, from where its lowest point is at `surface`."""
 
-    Attributes
-    ----------
-    surface
-        Height of the upper end of the dust at the start.
-    time
-        (n,).
-    depth
-        Depth of its lowest point below the surface, (n,).
-    velocity
-        Upwards, (n,).
-    force
-        Upwards, (n,): from the result, or mass times acceleration.
-    radius
-        Radius of the sphere.
-    mass
-        Mass of the sphere.
-    speed
-        Downwards at time 0.
-    stop
-        Stop (analysis.continuum), or None where the run ends before.
-    """
-
-    time: np.ndarray
-    depth: np.ndarray
-    velocity: np.ndarray
-    force: np.ndarray
-    radius: float
-    mass: float
-    surface: float
-    speed: float
-    stop: Stop | None
+    time: np.ndarray  #: (n,).
+    depth: np.ndarray  #: Depth of its lowest point below the surface, (n,).
+    velocity: np.ndarray  #: Upwards, (n,).
+    force: np.ndarray  #: Upwards, (n,): from the result, or mass times acceleration.
+    radius: float  #: Radius of the sphere.
+    mass: float  #: Mass of the sphere.
+    surface: float  #: Height of the upper end of the dust at the start.
+    speed: float  #: Downwards at time 0.
+    stop: Stop | None  #: Stop (analysis.continuum), or None where the run ends before.
 
 
 def penetration(run):
@@ -114,21 +92,12 @@ def _frame(run, snapshot):
 
 @dataclass(frozen=True)
 class Column:
-    """Filling factor of an upright cylinder below a sphere in horizontal slices.
+    """Filling factor of an upright cylinder below a sphere in horizontal slices."""
 
-    Attributes
-    ----------
-    depth
-        Depth of the middles of the slices below the initial surface [m], (bins,).
-    filling_factor
-        (bins,).
-    sphere
-        Depth of the lowest point of the sphere [m].
-    """
-
+    #: Depth of the middles of the slices below the initial surface [m], (bins,).
     depth: np.ndarray
-    filling_factor: np.ndarray
-    sphere: float
+    filling_factor: np.ndarray  #: (bins,).
+    sphere: float  #: Depth of the lowest point of the sphere [m].
 
 
 def column(run, snapshot=-1, *, width=0.7, slices=0.25):

@@ -8,8 +8,7 @@ from dusttaichi.analysis.fragments import fragments_of
 from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
 from dusttaichi.errors import DustError
 
-WHOLE = 0.9
-"""Share of the mass in the largest fragment below which the aggregate is broken."""
+WHOLE = 0.9  #: Share of the mass in the largest fragment below which the aggregate is broken.
 
 
 @dataclass(frozen=True)

@@ -8,38 +8,23 @@ import scipy
 from dusttaichi.analysis.frame import read_frame
 from dusttaichi.errors import DustError
 
-BINS = 60
-"""Bins of the pair correlation, up to FARTHEST diameters."""
+BINS = 60  #: Bins of the pair correlation, up to FARTHEST diameters.
 FARTHEST = 5.0
 
 
 @dataclass(frozen=True)
 class Structure:
-    """Structure of a snapshot of N grains with C contacts between them.
+    """Structure of a snapshot of N grains with C contacts between them."""
 
-    Attributes
-    ----------
-    fabric
-        Mean of n n over the contacts, (3, 3), with the unit vector n between the centres: a third
-        of the unit matrix if isotropic.
-    normal
-        These vectors, (C, 3).
-    coordination
-        Share of the grains that touch 0, 1, ... K - 1 others, (K,).
-    normal_force
-        Positive for repulsion [N], (C,); empty if the file has none.
-    distance
-        Middles of the bins in mean diameters, (BINS,).
-    correlation
-        g(r), grains at that distance from a grain over the number expected from the mean density,
-        (BINS,); NaN unless walls or periodic faces bound all axes, or in a sheared cell.
-    """
-
+    #: Mean of n n over the contacts, (3, 3), with the unit vector n between the centres: a third of
+    #: the unit matrix if isotropic.
     fabric: np.ndarray
-    normal: np.ndarray
-    coordination: np.ndarray
-    normal_force: np.ndarray
-    distance: np.ndarray
+    normal: np.ndarray  #: These vectors, (C, 3).
+    coordination: np.ndarray  #: Share of the grains that touch 0, 1, ... K - 1 others, (K,).
+    normal_force: np.ndarray  #: Positive for repulsion [N], (C,); empty if the file has none.
+    distance: np.ndarray  #: Middles of the bins in mean diameters, (BINS,).
+    #: g(r), grains at that distance from a grain over the number expected from the mean density,
+    #: (BINS,); NaN unless walls or periodic faces bound all axes, or in a sheared cell.
     correlation: np.ndarray
 
     @property

@@ -6,8 +6,7 @@ from itertools import groupby
 from dusttaichi import method
 from dusttaichi.analysis.numbers import GENERAL, families, in_order, known
 
-PROBLEMS = "problems"
-"""Key of the numbers that an error prevented."""
+PROBLEMS = "problems"  #: Key of the numbers that an error prevented.
 ONE_SAMPLE = "one sample: fit error only; replicas show the scatter between samples"
 
 

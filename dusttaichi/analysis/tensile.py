@@ -17,11 +17,9 @@ from dusttaichi.physics import laws
 WIDEST = 0.1
 """Largest share by which the filling factor may change within a window (T19 section 3.1)."""
 
-FEWEST = 4
-"""Windows at least, also where the filling factor changes by little."""
+FEWEST = 4  #: Windows at least, also where the filling factor changes by little.
 
-QUIET = 0.02
-"""Largest relative uncertainty of the largest average for the default windows."""
+QUIET = 0.02  #: Largest relative uncertainty of the largest average for the default windows.
 
 UNLOADING = 0.05
 """Share of the change of the filling factor up to which windows include the initial unloading."""
@@ -29,57 +27,23 @@ UNLOADING = 0.05
 
 @dataclass(frozen=True)
 class Tensile:
-    """Stress along `axis` while a sample is stretched, in the order of time.
+    """Stress along `axis` while a sample is stretched, in the order of time."""
 
-    Attributes
-    ----------
-    axis
-        x, y or z.
-    filling_factor
-        Means over the windows, (windows,).
-    stress
-        Means [Pa], (windows,).
-    sigma
-        Uncertainty of the mean stress [Pa], (windows,).
-    count
-        Number of records, (windows,).
-    raw_filling_factor
-        As recorded, in the middle of the averaging time, (times,).
-    raw_stress
-        As recorded [Pa], (times,).
-    window
-        Share by which the filling factor falls within a window.
-    strength
-        Largest mean stress [Pa].
-    strength_sigma
-        Its uncertainty [Pa].
-    strength_phi
-        Filling factor there.
-    strength_strain
-        Strain there, L/L0 - 1 of the cell.
-    passed
-        True if the stress has fallen since; otherwise `strength` is a lower limit.
-    phi_init
-        Filling factor at the start.
-    law
-        T19 eq 33 for phi_init [Pa], NaN for an unknown material.
-    """
-
-    axis: str
-    filling_factor: np.ndarray
-    stress: np.ndarray
-    sigma: np.ndarray
-    count: np.ndarray
-    raw_filling_factor: np.ndarray
-    raw_stress: np.ndarray
-    window: float
-    strength: float
-    strength_sigma: float
-    strength_phi: float
-    strength_strain: float
-    passed: bool
-    phi_init: float
-    law: float
+    axis: str  #: x, y or z.
+    filling_factor: np.ndarray  #: Means over the windows, (windows,).
+    stress: np.ndarray  #: Means [Pa], (windows,).
+    sigma: np.ndarray  #: Uncertainty of the mean stress [Pa], (windows,).
+    count: np.ndarray  #: Number of records, (windows,).
+    raw_filling_factor: np.ndarray  #: As recorded, in the middle of the averaging time, (times,).
+    raw_stress: np.ndarray  #: As recorded [Pa], (times,).
+    window: float  #: Share by which the filling factor falls within a window.
+    strength: float  #: Largest mean stress [Pa].
+    strength_sigma: float  #: Its uncertainty [Pa].
+    strength_phi: float  #: Filling factor there.
+    strength_strain: float  #: Strain there, L/L0 - 1 of the cell.
+    passed: bool  #: True if the stress has fallen since; otherwise `strength` is a lower limit.
+    phi_init: float  #: Filling factor at the start.
+    law: float  #: T19 eq 33 for phi_init [Pa], NaN for an unknown material.
 
 
 def tensile(run, stage=None, axis=None, windows=None):
@@ -285,21 +249,11 @@ def _averaged(window, duration, noise, quantities):
 
 @dataclass(frozen=True)
 class StrengthFit:
-    """Tensile strength = factor * phi_init^exponent [Pa], fitted to several runs.
+    """Tensile strength = factor * phi_init^exponent [Pa], fitted to several runs."""
 
-    Attributes
-    ----------
-    factor
-        [Pa].
-    exponent
-        Exponent of the initial filling factor.
-    exponent_sigma
-        1-sigma uncertainty by the scatter of the runs, NaN for two of them.
-    """
-
-    factor: float
-    exponent: float
-    exponent_sigma: float
+    factor: float  #: [Pa].
+    exponent: float  #: Exponent of the initial filling factor.
+    exponent_sigma: float  #: 1-sigma uncertainty by the scatter of the runs, NaN for two of them.
 
     def strength(self, phi_init):
         """Tensile strength [Pa] at `phi_init`."""

@@ -12,45 +12,21 @@ from dusttaichi.scene.quantities import parse
 
 @dataclass(frozen=True)
 class Triaxial:
-    """One stage that controls the stress along two axes and strains the third, in n records.
+    """One stage that controls the stress along two axes and strains the third, in n records."""
 
-    Attributes
-    ----------
-    stage
-        Name of the stage.
-    axis
-        Letter of the third axis.
-    strain
-        Of that axis since the start of the stage, ln of the lengths, positive in compression, (n,).
-    deviator
-        Stress along it less the mean of the others, positive in compression [Pa], (n,).
-    confining
-        Mean stress along the other axes [Pa], (n,).
-    filling_factor
-        (n,).
-    strength
-        Mean deviator over the last half of the strain, as in loads.Shearing [Pa].
-    strength_sigma
-        Its standard error [Pa].
-    load
-        Mean confining stress there [Pa].
-    wanted
-        Prescribed confining stress [Pa].
-    density
-        Mean filling factor there.
-    """
-
-    stage: str
-    axis: str
+    stage: str  #: Name of the stage.
+    axis: str  #: Letter of the third axis.
+    #: Of that axis since the start of the stage, ln of the lengths, positive in compression, (n,).
     strain: np.ndarray
+    #: Stress along it less the mean of the others, positive in compression [Pa], (n,).
     deviator: np.ndarray
-    confining: np.ndarray
-    filling_factor: np.ndarray
-    strength: float
-    strength_sigma: float
-    load: float
-    density: float
-    wanted: float
+    confining: np.ndarray  #: Mean stress along the other axes [Pa], (n,).
+    filling_factor: np.ndarray  #: (n,).
+    strength: float  #: Mean deviator over the last half of the strain, as in loads.Shearing [Pa].
+    strength_sigma: float  #: Its standard error [Pa].
+    load: float  #: Mean confining stress there [Pa].
+    density: float  #: Mean filling factor there.
+    wanted: float  #: Prescribed confining stress [Pa].
 
     @property
     def missed(self):

@@ -16,8 +16,7 @@ from dusttaichi.analysis.texts import quantity_text
 
 FEWEST = 5
 """Samples at least for a modulus; with fewer its interval spans more than a factor of two."""
-CONFIDENCE = 0.68
-"""Confidence of the intervals: that of one standard deviation."""
+CONFIDENCE = 0.68  #: Confidence of the intervals: that of one standard deviation.
 DRAWS = 20_000
 """Sets of samples drawn for the intervals, whose ends they give within a per cent or two."""
 

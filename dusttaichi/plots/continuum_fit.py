@@ -6,8 +6,7 @@ from dusttaichi.physics.continuum import elasticity, strength
 from dusttaichi.physics.laws import G09_OMNIDIRECTIONAL, tensile_strength_laboratory
 from dusttaichi.plots import style
 
-CALIBRATED = 1.3e3
-"""p_m of G09's law for the pressure, by the bead (section 4.2) [Pa]."""
+CALIBRATED = 1.3e3  #: p_m of G09's law for the pressure, by the bead (section 4.2) [Pa].
 
 _MARKS = ("o", "s", "^", "D", "v", "P")
 

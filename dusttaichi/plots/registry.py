@@ -30,33 +30,18 @@ def in_common(does):
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A figure of results: one row of the registry.
+    """A figure of results: one row of the registry."""
 
-    Attributes
-    ----------
-    name
-        Name of its file.
-    title
-        Title in the report.
-    draw
-        Function from a Run, with `together` also from a list of Runs, to a matplotlib Figure.
-    applies
-        Function that is True for a Run that the figure shows.
-    together
-        Function from several Runs, and the names of their figures so far, to those in one figure.
-    optional
-        True if a DustError of `draw` means that there is nothing to show.
-    place
-        Position in the order of figures.
-    """
-
-    name: str
-    title: str
+    name: str  #: Name of its file.
+    title: str  #: Title in the report.
+    #: Function from a Run, with `together` also from a list of Runs, to a matplotlib Figure.
     draw: Callable[..., Any]
+    #: Function that is True for a Run that the figure shows.
     applies: Callable[[Any], bool] = lambda run: True
+    #: Function from several Runs, and the names of their figures so far, to those in one figure.
     together: Callable[..., list] | None = None
-    optional: bool = False
-    place: float = 500.0
+    optional: bool = False  #: True if a DustError of `draw` means that there is nothing to show.
+    place: float = 500.0  #: Position in the order of figures.
 
     def of(self, runs):
         """The matplotlib Figure of a run or several, or None if there is nothing to show."""

@@ -42,41 +42,18 @@ def record_dimension(group):
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the result file.
+    """One variable of the result file."""
 
-    Attributes
-    ----------
-    group
-        Group of the file, such as "series" or "snapshots".
-    name
-        Name in that group.
-    dims
-        Dimensions, the record first if it grows.
-    units
-        SI unit.
-    long_name
-        Meaning.
-    source
-        Equation or section of a paper.
-    dtype
-        Type in the file.
-    needs
-        Features that a scene must have.
-    counts
-        Dimension of a ragged group whose rows of each record it counts.
-    history
-        Part of the contact history, which a sample that is read from the result includes.
-    """
-
-    group: str
-    name: str
-    dims: tuple
-    units: str
-    long_name: str
-    source: str = ""
-    dtype: str = "f8"
-    needs: frozenset = frozenset()
-    counts: str = ""
+    group: str  #: Group of the file, such as "series" or "snapshots".
+    name: str  #: Name in that group.
+    dims: tuple  #: Dimensions, the record first if it grows.
+    units: str  #: SI unit.
+    long_name: str  #: Meaning.
+    source: str = ""  #: Equation or section of a paper.
+    dtype: str = "f8"  #: Type in the file.
+    needs: frozenset = frozenset()  #: Features that a scene must have.
+    counts: str = ""  #: Dimension of a ragged group whose rows of each record it counts.
+    #: Part of the contact history, which a sample that is read from the result includes.
     history: bool = False
 
     @property

@@ -20,26 +20,6 @@ BYTES = 1000  # least memory of a grain in sample and simulation
 class Sample:
     """Grains before the first step; everything in SI.
 
-    Attributes
-    ----------
-    positions
-        [m], (N, 3) float64.
-    velocities
-        [m/s], (N, 3) float64.
-    spins
-        [rad/s], (N, 3) float64.
-    contacts
-        History of existing pair contacts (see Notes); None: contacts are found from the distances.
-    wall_contacts
-        History of the contacts with walls, whose positions are info["room"], or None.
-    info
-        Plain numbers and texts on origin and measures of the sample.
-    radii
-        [m], (N,); None where all grains have the radius of their material.
-    materials
-        (N,) int, 0 for the scene's `material`, from 1 on for its `materials` in their order; None
-        where all are of the first.
-
     Notes
     -----
     `contacts` has i, j (C,) int64; pointer_i, pointer_j (C, 3) unit vectors; twist (C,) [rad]; and
@@ -55,13 +35,19 @@ class Sample:
     `remarks`, sentences for the user.
     """
 
-    positions: np.ndarray
-    velocities: np.ndarray
-    spins: np.ndarray
+    positions: np.ndarray  #: [m], (N, 3) float64.
+    velocities: np.ndarray  #: [m/s], (N, 3) float64.
+    spins: np.ndarray  #: [rad/s], (N, 3) float64.
+    #: History of existing pair contacts (see Notes); None: contacts are found from the distances.
     contacts: dict[str, np.ndarray] | None = None
+    #: Plain numbers and texts on origin and measures of the sample.
     info: dict = field(default_factory=dict)
+    #: [m], (N,); None where all grains have the radius of their material.
     radii: np.ndarray | None = None
+    #: (N,) int, 0 for the scene's `material`, from 1 on for its `materials` in their order; None
+    #: where all are of the first.
     materials: np.ndarray | None = None
+    #: History of the contacts with walls, whose positions are info["room"], or None.
     wall_contacts: dict[str, np.ndarray] | None = None
 
     @classmethod

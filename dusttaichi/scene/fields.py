@@ -17,8 +17,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError, core_schema
 
-Faults = Iterable[tuple[str, str]]
-"""Faults of an input, as (dotted path of the key, text)."""
+Faults = Iterable[tuple[str, str]]  #: Faults of an input, as (dotted path of the key, text).
 
 
 class Block(BaseModel):

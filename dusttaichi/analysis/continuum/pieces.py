@@ -8,8 +8,7 @@ import scipy
 from dusttaichi.analysis.continuum.particles import FIXED, WALL, read_particles
 from dusttaichi.names import AXES, WALLS
 
-STILL = 1e-6
-"""Speed of a body, over that of its fastest particle, up to which it does not fly."""
+STILL = 1e-6  #: Speed of a body, over that of its fastest particle, up to which it does not fly.
 APART = 1.6  # spacings, of the present volumes, from which two particles are of two pieces
 
 

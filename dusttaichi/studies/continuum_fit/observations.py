@@ -4,20 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BIN = 0.01
-"""Width in filling factor of the averages during a compression."""
+BIN = 0.01  #: Width in filling factor of the averages during a compression.
 
 LEAST_GROWTH = 1.06
 """Smallest filling factor over that of the start: below it a cut cake is not connected."""
 
-LEAST_RECORDS = 8
-"""Fewest records of an unloading for its slope."""
+LEAST_RECORDS = 8  #: Fewest records of an unloading for its slope.
 
 SETTLING = 0.2
 """Share of an unloading at its start that is left out, because of waves from the reversal."""
 
-UNCERTAIN = 0.5
-"""Largest relative error of a slope."""
+UNCERTAIN = 0.5  #: Largest relative error of a slope.
 
 QUANTITIES = {
     "p": "mean pressure during compression",
