@@ -21,3 +21,12 @@ def assert_same_bits(a, b):
     assert a.keys() == b.keys()
     for name in a:
         np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+
+
+def difference(a, b):
+    """In what the two differ, or None."""
+    try:
+        assert_same_bits(a, b)
+    except (AssertionError, OSError) as error:
+        return str(error)
+    return None

@@ -17,6 +17,7 @@ from types import SimpleNamespace
 
 import bits
 import toy
+from tally import forked
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import pieces
@@ -45,7 +46,7 @@ def run(count, seed, tally):
                     killed, problem = _case(name, place, _at_rename(number, after), whole)
                     if not killed:
                         break
-                    tally.case("renames", f"{what}: {problem}" if problem else None, what)
+                    tally.case("renames", problem, what)
             for case in range(count // len(toy.SCENES)):
                 rng = random.Random(f"{seed} {name} {case}")
                 who, delay = JOINS[case % 3], rng.uniform(0.0, 1.5)
@@ -54,35 +55,26 @@ def run(count, seed, tally):
                     continue
                 place = Path(folder) / "joins" / "run"
                 _, problem = _case(name, place, _at_join(who, delay), whole)
-                tally.case("joins", f"{what}: {problem}" if problem else None, what)
+                tally.case("joins", problem, what)
 
 
 def _case(name, directory, aim, whole):
     """(whether a kill fell, what went wrong then or None) of a run that is killed as `aim` says."""
     shutil.rmtree(directory.parent, ignore_errors=True)
-    if not (child := os.fork()):
-        os.setpgid(0, 0)
-        aim()
-        code = 0
-        try:
-            toy.go(name, directory)
-        except DustError:  # the joining alone was killed
-            code = 2
-        except BaseException:
-            code = 1
-        os._exit(code)
-    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    told = directory.parent.with_suffix(".told")
+    alone = (lambda: os.setpgid(0, 0), aim, lambda: toy.go(name, directory))
+    status, text = forked(told, *alone)  # a DustError where the joining alone was killed
     if status == 0:
-        return False, _differs(whole, directory)
+        return False, bits.difference(whole, directory / "result.nc")
     if status == 1:
-        return True, "a traceback"
+        return True, text
     try:
         if (directory / "result.nc").exists():
             open_tree(directory / "result.nc").close()
         _resume(name, directory)
     except DustError as error:
         return True, str(error)
-    return True, _differs(whole, directory)
+    return True, bits.difference(whole, directory / "result.nc")
 
 
 def _resume(name, directory):
@@ -96,14 +88,6 @@ def _resume(name, directory):
                 raise
             time.sleep(0.1)
     toy.go(name, directory, resume=True)
-
-
-def _differs(whole, directory):
-    try:
-        bits.assert_same_bits(whole, directory / "result.nc")
-    except AssertionError as error:
-        return str(error)
-    return None
 
 
 def _at_rename(number, after):
@@ -130,16 +114,9 @@ def _at_join(who, delay):
     """What kills a run, the process that joins its parts, or both, while it joins them."""
 
     def aim():
-        def joined(command, *, capture_output, text, errors, pass_fds, start_new_session):
-            with subprocess.Popen(
-                command,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=text,
-                errors=errors,
-                pass_fds=pass_fds,
-                start_new_session=start_new_session,
-            ) as process:
+        def joined(command, *, capture_output, **how):
+            pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+            with subprocess.Popen(command, **pipes, **how) as process:
                 time.sleep(delay)
                 if who != "the run":
                     process.kill()

@@ -14,7 +14,7 @@ import threading
 import time
 from pathlib import Path
 
-from bits import assert_same_bits
+from bits import difference
 from distributed import LocalCluster
 from tally import ROOT
 
@@ -128,10 +128,8 @@ def tried(lost, folder):
         return problem
     for member in plan.members:
         whole = execute(member.scene, folder / "whole" / member.directory.name)
-        try:
-            assert_same_bits(whole / RESULT, member.directory / RESULT)
-        except (AssertionError, OSError) as error:
-            return str(error)[:300]
+        if problem := difference(whole / RESULT, member.directory / RESULT):
+            return problem[:300]
     return None
 
 

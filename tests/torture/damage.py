@@ -42,7 +42,7 @@ def run(count, seed, tally):
             kind = kinds[number % len(kinds)]
             problem = globals()[f"_{kind}"](folder, made, rng)
             found, problem = ("repaired", None) if problem is None else problem
-            problem = problem and f"{kind} {number} of seed {seed}: {problem}"
+            problem = problem and f"{kind}, seed {seed}: {problem}"
             tally.case(f"{kind} {found}", problem, number)
 
 

@@ -5,18 +5,17 @@ ends by a signal, with a traceback, or does not end. Half of them are of each me
 """
 
 import math
-import os
 import random
 import resource
 import signal
 import tempfile
-import traceback
 from pathlib import Path
 
 import netCDF4
 import numpy as np
 import yaml
 from killed import CONTINUUM
+from tally import forked
 
 from dusttaichi.errors import DustError
 from dusttaichi.run import execute
@@ -118,20 +117,13 @@ def run(count, seed, tally):
                 rng = random.Random(f"{seed} {method} {number}")
                 text = yaml.safe_dump(changed(rng.choice(originals(method)), rng), sort_keys=False)
                 kind, problem = _case(text, Path(folder) / f"{method}{number}")
-                told = f"{what}: {problem}\n{text}" if problem else None
-                tally.case(f"{method} {kind}", told, what)
+                tally.case(f"{method} {kind}", problem and f"{problem}\n{text}", what)
 
 
 def _case(text, directory):
     """(how a scene ended, what went wrong or None)."""
-    told = directory.with_suffix(".told")
-    if not (child := os.fork()):
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 10))
-        resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        os._exit(_run(text, directory, told))
-    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    words = told.read_text() if told.exists() else ""
+    run = (_limit, lambda: execute(from_yaml(text), directory))
+    status, words = forked(directory.with_suffix(".told"), *run)
     if status < 0:
         signals = {-signal.SIGXCPU: "it does not end"}
         return "signal", signals.get(status, f"ended by signal {-status}")
@@ -142,17 +134,11 @@ def _case(text, directory):
     return {0: "finished", 2: "refused", 3: "stopped"}[status], _infinite(directory, status)
 
 
-def _run(text, directory, told):
+def _limit():
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 10))
+    resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     np.seterr(all="ignore")
-    try:
-        execute(from_yaml(text), directory)
-    except DustError as error:
-        told.write_text(str(error))
-        return error.exit_code
-    except BaseException:
-        told.write_text(traceback.format_exc())
-        return 1
-    return 0
 
 
 def _infinite(directory, status):

@@ -15,12 +15,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import traceback
 from pathlib import Path
 
 SHIM = Path(__file__).with_name("shim.c")
 FOREVER = 2**40
-STOPPED, UNTOLD = 42, 43  # exit codes: a DustError, any other exception
 
 
 def run(count, seed, tally):
@@ -45,7 +43,7 @@ def run(count, seed, tally):
                     print(f"  said below Python: {line}", end="")
                     continue
                 name, kind, problem = json.loads(line)
-                tally.case(kind, f"{name}: {problem}" if problem else None, name)
+                tally.case(kind, problem, name)
     if process.returncode != 0:
         tally.case("torture itself", f"it ended with status {process.returncode}")
 
@@ -84,27 +82,12 @@ def _inside(folder, library, count, seed):
 def _run(shim, name, case, fault):
     """The run, from the beginning and with a fault: (exit status, what it said)."""
     import toy
-
-    from dusttaichi.errors import DustError
+    from tally import forked
 
     shutil.rmtree(case.parent, ignore_errors=True)
     case.parent.mkdir(parents=True)
-    told = case.parent.parent / "told"
-    told.write_text("")
     shim.fault_set(os.fsencode(case.parent), *map(ctypes.c_long, fault[:2]), fault[2])
-    if not (child := os.fork()):
-        code = 0
-        try:
-            toy.go(name, case)
-        except DustError as error:
-            told.write_text(str(error))
-            code = STOPPED
-        except BaseException:
-            told.write_text(traceback.format_exc())
-            code = UNTOLD
-        os._exit(code)
-    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    return status, told.read_text()
+    return forked(case.parent.parent / "told", lambda: toy.go(name, case))
 
 
 def _case(shim, name, case, fault, whole):
@@ -119,9 +102,9 @@ def _case(shim, name, case, fault, whole):
     shim.fault_set(b"", *map(ctypes.c_long, (0, 0)), 0)
     if status < 0:
         return f"ended by signal {-status}"
-    if status == UNTOLD:
+    if status == 1:
         return text
-    if status == STOPPED and len(text) < 30:
+    if status > 1 and len(text) < 30:
         return f"a message that says little: {text!r}"
     if (case / "result.nc").exists():
         try:
@@ -130,10 +113,9 @@ def _case(shim, name, case, fault, whole):
             return f"not readable: {error}"
     try:
         toy.go(name, case, resume=True)
-        bits.assert_same_bits(whole, case / "result.nc")
-    except (DustError, AssertionError) as error:
+    except DustError as error:
         return f"resumed: {error}"
-    return None
+    return bits.difference(whole, case / "result.nc")
 
 
 if __name__ == "__main__":

@@ -65,7 +65,7 @@ def _chains(name, kills, folder, seed, tally):
         for kill in range(1, found + 1):
             last = kill == found
             where = f"{name}, chain {chain}, kill {kill}"
-            tally.case(name, f"{where}: {problem}" if last and problem else None, where)
+            tally.case(name, problem if last else None, where)
         left -= found
         print(f"  {name}: {kills - left} of {kills}", flush=True)
 

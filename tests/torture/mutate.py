@@ -141,7 +141,7 @@ def run(count, seed, tally):
             problem = f"{more / 1e6:.0f} MB"
             resource_before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         if problem:
-            problem = f"scene {number} of seed {seed}: {problem}\n{text[:3000]}"
+            problem = f"seed {seed}: {problem}\n{text[:3000]}"
         tally.case(kind, problem, number)
 
 

@@ -2,10 +2,14 @@
 
 import csv
 import json
+import os
 import subprocess
 import time
+import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
+
+from dusttaichi.errors import DustError
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "docs" / "validation" / "reliability.csv"
@@ -43,8 +47,8 @@ class Tally:
         self.kinds[kind] = self.kinds.get(kind, 0) + 1
         self.known.add(str(name))
         if problem:
-            self.failures.append(problem)
-            print(f"  FAILED {problem}", flush=True)
+            self.failures.append(f"{name}: {problem}")
+            print(f"  FAILED {name}: {problem}", flush=True)
         if self.journal is not None:
             with self.journal.open("a", encoding="utf-8") as file:
                 file.write(json.dumps([str(name), kind, problem]) + "\n")
@@ -54,6 +58,28 @@ class Tally:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(self.kinds.items()))
         took = time.perf_counter() - began
         return f"{name}: {self.tried} tried, {len(self.failures)} failed, {took:.0f} s ({kinds})"
+
+
+def forked(told, *functions):
+    """(exit status, what was said) of a process that forks from this one and calls the functions.
+
+    The status is 1 with a traceback, or the exit code of a DustError. told: file for the words.
+    """
+    told.write_text("")
+    if not (child := os.fork()):
+        code = 0
+        try:
+            for function in functions:
+                function()
+        except DustError as error:
+            told.write_text(str(error))
+            code = error.exit_code
+        except BaseException:
+            told.write_text(traceback.format_exc())
+            code = 1
+        os._exit(code)
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    return status, told.read_text()
 
 
 def write_row(name, tally, command):

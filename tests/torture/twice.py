@@ -20,8 +20,8 @@ def run(count, seed, tally):
         for how in HOW:
             with tempfile.TemporaryDirectory() as folder:
                 problem = _second(Path(folder), how, delete)
-            told = f"{how}, lock file {'deleted' if delete else 'left'}"
-            tally.case("refused", f"{told}: {problem}" if problem else None)
+            name = f"{how}, lock file {'deleted' if delete else 'left'}"
+            tally.case("refused", problem, name)
 
 
 def _second(folder, how, delete):
