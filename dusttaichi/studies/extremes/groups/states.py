@@ -1,11 +1,10 @@
 """Single grains, contacts about to form or break, coinciding grains, fast spins."""
 
 from dusttaichi.studies.extremes.cell import Cell
-from dusttaichi.studies.extremes.groups.scenes import BOTTOM, scene
+from dusttaichi.studies.extremes.groups.grains import BOTTOM, NEAR, ONE, given, scene
 
 FAST = 1e9  # rad/s
-NEAR = [[0, 0, 0], [1.9997, 0, 0]]  # positions of two grains in contact, in radii
-TOUCHING = [[0, 0, 0], [2, 0, 0]]
+TOUCHING = [[0, 0, 0], [2, 0, 0]]  # in radii
 ORIGIN = ["0 m"] * 3
 
 
@@ -25,33 +24,28 @@ def special(quick):
     ]
 
 
-def _given(positions, **motion):
-    """Sample of grains at positions [radii]."""
-    return {"kind": "given", "positions": positions, **motion}
-
-
 def _single():
     """Grains without contacts, and two bound ones: name -> (scene, sample)."""
-    timed, one = scene(numerics={"time_step": "0.1 ns"}), [[0, 0, 0]]
+    timed = scene(numerics={"time_step": "0.1 ns"})
     return {
-        "one grain, auto": (scene(), _given(one)),
-        "one grain at rest": (timed, _given(one)),
-        "one grain flying": (timed, _given(one, velocities=[[1, 2, 3]])),
-        "one grain spinning": (timed, _given(one, spins=[[FAST, 0, 0]])),
-        "two grains at rest": (scene(), _given([[0, 0, 0], [3, 0, 0]])),
+        "one grain, auto": (scene(), given(ONE)),
+        "one grain at rest": (timed, given(ONE)),
+        "one grain flying": (timed, given(ONE, velocities=[[1, 2, 3]])),
+        "one grain spinning": (timed, given(ONE, spins=[[FAST, 0, 0]])),
+        "two grains at rest": (scene(), given([[0, 0, 0], [3, 0, 0]])),
         "two grains, bound": (scene(), {"kind": "chain", "grains": 2}),
     }
 
 
 def _touching():
     """Two grains at the distance of first contact."""
-    found = {"touching exactly, at rest": (scene(), _given(TOUCHING))}
+    found = {"touching exactly, at rest": (scene(), given(TOUCHING))}
     for way, velocity in (
         ("approaching", [1e-3, 0, 0]),
         ("leaving", [-1e-3, 0, 0]),
         ("sliding past", [0, 0.1, 0]),
     ):
-        sample = _given(TOUCHING, velocities=[velocity, [0, 0, 0]])
+        sample = given(TOUCHING, velocities=[velocity, [0, 0, 0]])
         found[f"touching exactly, {way}"] = scene(), sample
     return found
 
@@ -89,9 +83,9 @@ def _spinning():
         ("pair twisting", [[FAST, 0, 0], [-FAST, 0, 0]]),
         ("one of two", [[FAST, FAST, FAST], [0, 0, 0]]),
     ):
-        found[f"spin 1e9, {name}"] = scene(), _given(NEAR, spins=spins)
-    floor, one = scene(boundary=BOTTOM), [[0, 0, 0]]
-    found["spin 1e9, on a wall"] = floor, _given(one, spins=[[0, FAST, 0]])
-    found["spin 1e9, upright on a wall"] = floor, _given(one, spins=[[0, 0, FAST]])
+        found[f"spin 1e9, {name}"] = scene(), given(NEAR, spins=spins)
+    floor = scene(boundary=BOTTOM)
+    found["spin 1e9, on a wall"] = floor, given(ONE, spins=[[0, FAST, 0]])
+    found["spin 1e9, upright on a wall"] = floor, given(ONE, spins=[[0, 0, FAST]])
     found["spin 1e9, cluster"] = scene(), {"kind": "cluster", "grains": 13, "spin": FAST}
     return found

@@ -1,0 +1,170 @@
+"""Grains: time steps, speeds over six decades, unequal sizes, filling factors, precisions."""
+
+from dusttaichi.studies.extremes.cell import Cell
+
+BASE = {
+    "name": "extremes",
+    "material": "silicate_s12",
+    "interaction": {"rolling": {"modifier": 8}, "sliding": {"modifier": 2.5}, "damping": "viscous"},
+    "sample": {"kind": "explicit", "positions": [["0 m", "0 m", "0 m"]]},
+    "boundary": {"kind": "open"},
+    "stop": {"steps": 1},
+    "numerics": {"threads": 1},
+}
+BOTTOM = {"kind": "box", "omit": ["x_min", "x_max", "y_min", "y_max", "top"]}
+PERIODIC = {"kind": "periodic"}
+SMALL = {"base": "silicate_s12", "radius": "0.1 um"}
+# positions in radii: of one grain, of two in contact, and of two about to touch
+ONE, NEAR, APART = [[0, 0, 0]], [[0, 0, 0], [1.9997, 0, 0]], [[2.0005, 0, 0], [0, 0, 0]]
+
+
+def scene(**blocks):
+    """The blocks of BASE with others in their place; keys of `numerics` are added."""
+    own = {**BASE, **blocks}
+    own["numerics"] = {**BASE["numerics"], **blocks.get("numerics", {})}
+    return own
+
+
+def given(positions, **motion):
+    """Sample of grains at positions [radii]."""
+    return {"kind": "given", "positions": positions, **motion}
+
+
+FRACTIONS = (0.01, 0.03, 0.1, 0.2, 0.25, 0.28, 0.3, 0.31, 0.33, 0.36, 0.4, 0.5, 0.7, 1.0, 1.2)
+FEW_FRACTIONS = (0.01, 0.2, 0.3, 0.33, 0.5, 1.2)
+
+
+def time_step(quick):
+    """Time steps from a hundredth of the stiffest period to more than it."""
+    things = {
+        "pair": ({"kind": "chain", "grains": 2}, {"kind": "open"}, 20_000),
+        "wall": (given(ONE), BOTTOM, 20_000),
+        "RBD cake": ({"kind": "cake", "grains": 200}, {"kind": "open"}, 4_000),
+        "compacted cake": ({"kind": "compacted"}, {"kind": "open"}, 4_000),
+    }
+    cells = []
+    for name, (sample, boundary, steps) in things.items():
+        for damping in ("none",) if quick else ("none", "viscoelastic"):
+            own = scene(boundary=boundary, interaction={**BASE["interaction"], "damping": damping})
+            for n, fraction in enumerate(FEW_FRACTIONS if quick else FRACTIONS):
+                cells.append(
+                    Cell("time step", f"{name}, damping {damping}, {fraction:g}", own,
+                         {**sample, "speed": 0.005, "spin": 5e3}, steps // 4 if quick else steps,
+                         fraction=fraction, limit=n == 0,
+                         row=f"{name}, {damping}", column=fraction)
+                )  # fmt: skip
+    return cells
+
+
+def long_runs(quick):
+    """Many steps, for drifts."""
+    steps = 200_000 if quick else 10_000_000
+    cells = []
+    for precision in ("f64",) if quick else ("f64", "mixed"):
+        own = scene(interaction={"damping": "none"}, numerics={"precision": precision})
+        for what, sample in (
+            ("pair", {"kind": "chain", "grains": 2, "speed": 0.002, "spin": 1e3}),
+            ("chain", {"kind": "chain", "grains": 10, "speed": 0.002, "spin": 1e3}),
+        ):
+            cells.append(
+                Cell("long runs", f"{what}, {precision}, {steps:.0e} steps", own, sample, steps,
+                     time_limit=300.0, row=what, column=precision)
+            )  # fmt: skip
+    return cells
+
+
+SPEEDS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
+
+
+def wall_speeds(quick):
+    """A cake compressed at speeds over six decades; pairs, and grains and walls, at the same."""
+    cells = []
+    for speed in SPEEDS[::3] if quick else SPEEDS:
+        for damping in ("viscous",) if quick else ("viscous", "viscoelastic"):
+            own = {**BASE["interaction"], "damping": damping}
+            box = {"kind": "box", "wall_speed": f"{speed} m/s"}
+            half = [[-0.5 * speed, 0, 0], [0.5 * speed, 0.05 * speed, 0]]
+            things = {
+                "cake": (box, {"kind": "cake", "grains": 60}, 4_000),
+                "pair": (BASE["boundary"], given(APART, velocities=half), 3_000),
+                "wall": (BOTTOM, given(ONE, velocities=[[0.1 * speed, 0, -speed]]), 3_000),
+            }
+            for what, (boundary, sample, steps) in things.items():
+                blocks = scene(boundary=boundary, interaction=own)
+                name = f"{what}, {damping}, {speed:g} m/s"
+                place = {"row": f"{what}, {damping}", "column": speed}
+                cells.append(Cell("wall speeds", name, blocks, sample, steps, **place))
+    return sorted(cells, key=lambda cell: cell.row)
+
+
+RATIOS = (1, 3, 10, 30, 100, 300, 1000)
+
+
+def size_ratios(quick):
+    """A large grain and small ones of 0.1 um: one colliding, six or up to forty on it."""
+    cells = []
+    for ratio in RATIOS[::3] if quick else RATIOS:
+        own = scene(material=SMALL, interaction={"damping": "none"})
+        for what, sample, limit in (
+            ("flying", {"kind": "polydisperse", "ratio": ratio, "speed_in": 0.3}, False),
+            ("six", {"kind": "polydisperse", "ratio": ratio, "around": 6, "speed": 0.01}, True),
+            ("coat", {"kind": "polydisperse", "ratio": ratio,
+                      "around": min(40, 2 * (1 + ratio) ** 2), "speed": 0.01}, True),
+        ):  # fmt: skip
+            cells.append(
+                Cell("size ratios", f"{what}, 1:{ratio}", own, sample, 3_000, limit=limit,
+                     row=what, column=ratio)
+            )  # fmt: skip
+    return sorted(cells, key=lambda cell: cell.row)
+
+
+def filling_factors(quick):
+    """Filling factors from a gas to the densest packing, in a periodic cell."""
+    things = {
+        phi: {"kind": "gas", "grains": 60, "filling_factor": phi}
+        for phi in (1e-4, 1e-3, 0.01, 0.05, 0.15)
+    }
+    things[0.3] = {"kind": "gas", "grains": 60, "filling_factor": 0.25}
+    things[0.5] = {"kind": "packed_", "grains": 200, "filling_factor": 0.5}
+    things[0.6] = {"kind": "packed_", "grains": 200, "filling_factor": 0.6}
+    things[0.74] = {"kind": "lattice_", "structure": "fcc", "cells": [4, 4, 4]}
+    cells = []
+    for n, (phi, sample) in enumerate(things.items()):
+        if quick and n % 4:
+            continue
+        own = dict(sample)
+        if own["kind"].endswith("_"):
+            block = {"packed_": "random_packing", "lattice_": "lattice"}[own.pop("kind")]
+            own = {"kind": "packed", "block": {"kind": block, **own}}
+        for what, speed, drive in (
+            ("slow", 0.001, {}),
+            ("fast", 1.0, {}),
+            ("shrinking", 0.01, {"strain_rate": "-1e4 s^-1"}),
+        ):
+            cells.append(
+                Cell("filling factors", f"{what}, {phi:g}", scene(boundary={**PERIODIC, **drive}),
+                     {**own, "speed": speed}, 1_500, row=what, column=phi, kernels=f"{phi}")
+            )  # fmt: skip
+    return cells
+
+
+def precisions(quick):
+    """Scenes of the other groups in every precision."""
+    pressed = {"kind": "box", "wall_speed": "1 m/s"}
+    unequal = {"kind": "polydisperse", "ratio": 10, "around": 6, "speed": 0.01}
+    things = {
+        "pair, meeting": (scene(), {"kind": "meeting", "sticking": 0.7}, 5_000),
+        "pair, 10 m/s": (scene(), given(APART, velocities=[[-10, 0, 0], [0, 1, 0]]), 3_000),
+        "cake, warm": (scene(), {"kind": "cake", "grains": 60, "speed": 0.003}, 3_000),
+        "cake, pressed": (scene(boundary=pressed), {"kind": "cake", "grains": 60}, 3_000),
+        "pair, spinning": (scene(), given(NEAR, spins=[[1e7, 0, 1e7], [0, 0, 0]]), 5_000),
+        "polydisperse": (scene(material=SMALL), unequal, 3_000),
+        "ice, meeting": (scene(material="ice_t19"), {"kind": "meeting", "sticking": 0.7}, 5_000),
+    }
+    cells = []
+    for what, (blocks, sample, steps) in list(things.items())[:: 3 if quick else 1]:
+        for precision in ("f64", "mixed", "f32"):
+            own = {**blocks, "numerics": {**blocks["numerics"], "precision": precision}}
+            name = f"{what}, {precision}"
+            cells.append(Cell("precisions", name, own, sample, steps, row=what, column=precision))
+    return cells
