@@ -6,8 +6,6 @@ Lengths are in any common unit. Positions are (N, 3), in the order x, y, z.
 import numpy as np
 import scipy
 
-from dusttaichi.names import AXES
-
 
 def nearest_image(d, period, tilt=0.0):
     """Distance vectors (..., 3) to the nearest image.
@@ -124,11 +122,6 @@ def _ranks(values):
     ranks = np.empty(len(values), dtype=np.int64)
     ranks[np.argsort(values)] = np.arange(len(values))
     return ranks
-
-
-def projected_area(positions, radius, axis="z"):
-    """Projected area of spheres along `axis` (x, y or z) [length^2], see `union_area`."""
-    return union_area(np.delete(np.asarray(positions, float), AXES.index(axis), axis=1), radius)
 
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)

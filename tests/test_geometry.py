@@ -109,14 +109,6 @@ def test_union_against_monte_carlo(grains):
     assert abs(geometry.union_area(centres, 1.0) - share * 16**2) < error
 
 
-def test_projected_area():
-    positions = np.array([[0, 0, 0], [0, 0, 1.0], [5, 0, 0]])
-    assert geometry.projected_area(positions, 1.0) == pytest.approx(2 * np.pi)
-    beside = 3 * np.pi - lens(1.0)
-    assert geometry.projected_area(positions, 1.0, "y") == pytest.approx(beside)
-    assert geometry.projected_area(positions, 1.0, "x") == pytest.approx(2 * np.pi - lens(1.0))
-
-
 # Spheres in a cylinder.
 
 

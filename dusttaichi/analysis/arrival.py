@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from dusttaichi.analysis.frame import frame_count, nearest_image, read_frame
+from dusttaichi.analysis.frame import frame_count, read_frame
 from dusttaichi.errors import DustError
+from dusttaichi.geometry import nearest_image
 from dusttaichi.names import WALLS
 from dusttaichi.physics.contact import constants
 
@@ -101,9 +102,9 @@ def _motion(run, start):
     displaced = np.empty((len(times), len(start.position)))
     for n, cell in enumerate(cells):  # one at a time: all positions may not fit into memory
         moved = snapshots.position[start.number + n].values - start.position
-        edges = cell.reshape(3, 2) @ (-1.0, 1.0)
+        period = np.where(start.periodic, cell.reshape(3, 2) @ (-1.0, 1.0), np.inf)
         tilt = float(snapshots.tilt[start.number + n]) if "tilt" in snapshots else 0.0
-        displaced[n] = np.linalg.norm(nearest_image(moved, edges, start.periodic, tilt), axis=1)
+        displaced[n] = np.linalg.norm(nearest_image(moved, period, tilt), axis=1)
     return times, displaced, np.abs(cells - start.cell.ravel())
 
 

@@ -102,6 +102,11 @@ class Frame:
         return self.cell[:, 1] - self.cell[:, 0]
 
     @property
+    def period(self):
+        """Edges of the cell along periodic axes [m], (3,); infinite along the others."""
+        return np.where(self.periodic, self.edges, np.inf)
+
+    @property
     def top(self):
         """Height of the uppermost point of the grains [m]."""
         return np.max(self.position[:, 2] + self.radius)
@@ -139,21 +144,7 @@ class Frame:
 
     def nearest(self, vectors):
         """Differences of positions [m], (..., 3), to the nearest image along periodic axes."""
-        return nearest_image(vectors, self.edges, self.periodic, self.tilt)
-
-
-def nearest_image(vectors, edges, periodic, tilt=0.0):
-    """Differences of positions [m], (..., 3), to the nearest image along the axes `periodic` (3,).
-
-    edges [m]: (3,) of the cell. tilt [m]: see Frame.
-    """
-    vectors = np.array(vectors, dtype=float)
-    for axis in np.flatnonzero(periodic)[::-1]:
-        count = np.round(vectors[..., axis] / edges[axis])
-        vectors[..., axis] -= edges[axis] * count
-        if axis == 2 and tilt:
-            vectors[..., 0] -= tilt * count
-    return vectors
+        return geometry.nearest_image(vectors, self.period, self.tilt)
 
 
 def frame_count(run):

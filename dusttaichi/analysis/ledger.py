@@ -32,7 +32,6 @@ class Ledger:
     #: (run.ledger.turnover).
     relative: np.ndarray
     worst: float  #: Largest absolute value of `relative`, a number.
-    worst_time: float  #: Time of the worst [s].
     shares: dict  #: Channel -> share of all losses at the end, or 0.
 
 
@@ -61,12 +60,11 @@ def ledger(run):
     energy, residual = kinetic + potential, series.energy_residual.values
     if not len(zero):
         no_shares = dict.fromkeys(losses, 0.0)
-        return Ledger(zero, losses, work, zero, residual, zero, zero, 0.0, 0.0, no_shares)
+        return Ledger(zero, losses, work, zero, residual, zero, zero, 0.0, no_shares)
     reference = reference_energy(work, kinetic[0], potential[0], lost)
     relative = np.where(np.isnan(residual), np.nan, series.energy_residual_relative.values)
     # a residual that is not a number is the worst there is
     size = np.where(np.isnan(relative), np.inf, np.abs(relative))
-    worst = int(np.argmax(size))
     shares = {c: float(v[-1] / lost[-1]) if lost[-1] else 0.0 for c, v in losses.items()}
     return Ledger(
         time=series.time.values,
@@ -76,8 +74,7 @@ def ledger(run):
         residual=residual,
         reference=reference,
         relative=relative,
-        worst=float(size[worst]),
-        worst_time=float(series.time.values[worst]),
+        worst=float(size.max()),
         shares=shares,
     )
 

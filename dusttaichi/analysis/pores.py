@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from dusttaichi.analysis.frame import nearest_image, read_frame
+from dusttaichi.analysis.frame import read_frame
 from dusttaichi.errors import DustError
 
 POINTS = 4_000  # random points of the cell
@@ -95,7 +95,7 @@ def _shared(frame, points, centre, radius):
     centre, falling, result = centre[order], radius[order], radius.copy()
     for first in range(0, len(points), BLOCK):
         some = slice(first, first + BLOCK)
-        apart = nearest_image(points[some, None] - centre, frame.edges, frame.periodic)
+        apart = frame.nearest(points[some, None] - centre)
         inside = np.einsum("pck,pck->pc", apart, apart) <= falling**2
         known = inside.any(axis=1)
         result[some][known] = falling[inside.argmax(axis=1)[known]]

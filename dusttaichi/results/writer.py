@@ -219,11 +219,6 @@ class Writer:
         """Records of each group, with those in memory, for a checkpoint."""
         return {g: n + self._rows_waiting(g) for g, n in self._records.items()}
 
-    @property
-    def pending_bytes(self):
-        """Bytes in memory for the next flush."""
-        return sum(a.nbytes for b in self._buffer.values() for r in b for a in r.values())
-
     def flush(self):
         """Write everything to disk.
 

@@ -49,19 +49,22 @@ def path():
 
 def known():
     """All measurements, the newest last; [] without a readable file."""
-    try:
-        rows = json.loads(path().read_text(encoding="utf-8"))
-        return [
-            Speed(**{f.name: row[f.name] for f in fields(Speed)} | {"parts": tuple(row["parts"])})
-            for row in rows
-        ]
-    except (OSError, ValueError, TypeError, KeyError):
-        return []
+    return read_rows(path(), Speed)
 
 
 def remember(speed):
     """Store a measurement."""
     write_rows(path(), [*known(), speed])
+
+
+def read_rows(file, kind):
+    """The rows of a file, of that dataclass; [] without a readable file."""
+    try:
+        rows = json.loads(file.read_text(encoding="utf-8"))
+        values = [[row[f.name] for f in fields(kind)] for row in rows]
+        return [kind(*(tuple(v) if isinstance(v, list) else v for v in row)) for row in values]
+    except (OSError, ValueError, TypeError, KeyError):
+        return []
 
 
 def write_rows(file, rows):

@@ -4,9 +4,8 @@ Every `dust run` adds a row to a small file in the cache of the user, beside tha
 (speeds.py), from which `dust check` estimates the time of a further run.
 """
 
-import json
 import time as real_time
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import log
 from statistics import median
 
@@ -40,11 +39,7 @@ def path():
 
 def known():
     """All runs, the newest last; [] without a readable file."""
-    try:
-        rows = json.loads(path().read_text(encoding="utf-8"))
-        return [Start(**{f.name: row[f.name] for f in fields(Start)}) for row in rows]
-    except (OSError, ValueError, TypeError, KeyError):
-        return []
+    return speeds.read_rows(path(), Start)
 
 
 def kernels_of(scene, size):

@@ -161,7 +161,7 @@ def test_plates_measure_the_shadow_of_the_grains(plates):
         at = {int(step): k for k, step in enumerate(series.step.values)}
         for frame in frames.step.values:
             x = frames.position[list(frames.step.values).index(frame)].values
-            area = geometry.projected_area(x, radius)
+            area = geometry.union_area(x[:, :2], radius)
             # the area of positions in m and of those in um: rounding of the conversion
             assert float(series.projected_area[at[int(frame)]]) == pytest.approx(area, rel=1e-9)
         # pressed to half its height the cake has spread, and none is lost
