@@ -9,14 +9,8 @@ import xarray as xr
 
 AXES = ("body", "mass_ratio", "speed", "impact_parameter", "seed")
 OUTCOMES = (
-    "sticking",
-    "growth",
-    "mass transfer",
-    "bouncing",
-    "erosion",
-    "fragmentation",
-    "miss",
-)
+    "sticking", "growth", "mass transfer", "bouncing", "erosion", "fragmentation", "miss",
+)  # fmt: skip
 FAILED = "failed"
 MISS = "miss"
 # name -> (unit, long_name)
@@ -160,14 +154,8 @@ def table(data):
     columns |= {name: values.values for name, values in phase_losses(data).items()}
     shares = [name for name in OUTCOMES if name != MISS]
     header = [
-        "body",
-        "mass_ratio",
-        "speed_m_per_s",
-        "over",
-        "impact_parameter",
-        "collisions",
-        "hit",
-    ]
+        "body", "mass_ratio", "speed_m_per_s", "over", "impact_parameter", "collisions", "hit",
+    ]  # fmt: skip
     header += [f"share_{name.replace(' ', '_')}" for name in shares]
     header += [part for name in columns for part in (name, f"{name}_error")]
     header += ["slope", "slope_error", "not_settled", "failed"]

@@ -36,24 +36,10 @@ from dusttaichi.samples.taken import with_walls_of
 from dusttaichi.scene import quantities
 
 __all__ = [
-    "AnySample",
-    "Materials",
-    "Sample",
-    "SampleBlock",
-    "bulk_filling_factor",
-    "coordination",
-    "describe",
-    "filling_factor",
-    "fractal_dimension",
-    "group_of",
-    "make",
-    "pushed",
-    "radius_of_gyration",
-    "reads_samples",
-    "register",
-    "smallest_gap",
-    "touching_pairs",
-]
+    "AnySample", "Materials", "Sample", "SampleBlock", "bulk_filling_factor", "coordination",
+    "describe", "filling_factor", "fractal_dimension", "group_of", "make", "pushed",
+    "radius_of_gyration", "reads_samples", "register", "smallest_gap", "touching_pairs",
+]  # fmt: skip
 
 
 def make(scene) -> Sample:

@@ -89,21 +89,14 @@ def test_bad_text_names_place_value_reason_and_example(value, dimension, reason)
 @pytest.mark.parametrize(
     "value, dimension, text",
     [
-        (0.6e-6, "length", "0.6 um"),
-        (2e-9, "length", "2 nm"),
-        (0.01, "speed", "1 cm/s"),
-        (5.0, "speed", "5 m/s"),
-        (0.0, "speed", "0 m/s"),
-        (-0.05, "speed", "-5 cm/s"),
-        (1e-9, "mass rate", "1e-6 g/s"),
-        (54e9, "pressure", "54 GPa"),
-        (1.2e5, "pressure", "120 kPa"),
-        (2650.0, "density", "2.65 g/cm^3"),
-        (0.02, "surface energy", "20 mJ/m^2"),
-        (12.5e-12, "time", "12.5 ps"),
+        (0.6e-6, "length", "0.6 um"), (2e-9, "length", "2 nm"), (0.01, "speed", "1 cm/s"),
+        (5.0, "speed", "5 m/s"), (0.0, "speed", "0 m/s"), (-0.05, "speed", "-5 cm/s"),
+        (1e-9, "mass rate", "1e-6 g/s"), (54e9, "pressure", "54 GPa"),
+        (1.2e5, "pressure", "120 kPa"), (2650.0, "density", "2.65 g/cm^3"),
+        (0.02, "surface energy", "20 mJ/m^2"), (12.5e-12, "time", "12.5 ps"),
         (60.0, "time", "60 s"),
     ],
-)
+)  # fmt: skip
 def test_format_is_what_a_person_writes(value, dimension, text):
     assert quantities.format(value, dimension) == text
 

@@ -99,33 +99,18 @@ def test_schema_accepts_what_loads(blocks, reader):
 
 # What a schema cannot say: it sees no other block and no unit's dimension.
 BY_SCHEMA = [
-    "material: quartz",
-    "material: {base: quartz}",
-    "material: {radius: 1 um}",
-    "material: {base: ice_t19, poisson_ratio: 0.5}",
-    "material: {base: ice_t19, radius: 1e-7}",
-    "material: {base: ice_t19, gamma: 1 J/m^2}",
-    "interaction: {rolling: 8}",
-    "interaction: {rolling: {modifier: 0}}",
-    "interaction: {damping: strong}",
-    "interaction: {damping: {model: viscous, kapa: 1 g/s}}",
-    "interaction: {shear_modulus: x}",
-    "sample: {kind: bam}",
-    "sample: {kind: rbd, grains: 0}",
-    "sample: {kind: rbd, size: [9 um, 9 um]}",
-    "boundary: {kind: torus}",
-    "boundary: {kind: box, wall_speed: 1}",
-    "boundary: {kind: box, wall_sped: 1 m/s}",
-    "boundary: {kind: box, omit: [up]}",
-    "boundary: {kind: open, wall_speed: 1 m/s}",
-    "stop: {filling_factor: 0.8}",
-    "numerics: {time_step: 1}",
-    "numerics: {precision: f16}",
-    "output: {series: 100}",
-    "output: {window: all}",
-    "name: a/b",
-    "name: cake\nmaterials: x",
-]
+    "material: quartz", "material: {base: quartz}", "material: {radius: 1 um}",
+    "material: {base: ice_t19, poisson_ratio: 0.5}", "material: {base: ice_t19, radius: 1e-7}",
+    "material: {base: ice_t19, gamma: 1 J/m^2}", "interaction: {rolling: 8}",
+    "interaction: {rolling: {modifier: 0}}", "interaction: {damping: strong}",
+    "interaction: {damping: {model: viscous, kapa: 1 g/s}}", "interaction: {shear_modulus: x}",
+    "sample: {kind: bam}", "sample: {kind: rbd, grains: 0}",
+    "sample: {kind: rbd, size: [9 um, 9 um]}", "boundary: {kind: torus}",
+    "boundary: {kind: box, wall_speed: 1}", "boundary: {kind: box, wall_sped: 1 m/s}",
+    "boundary: {kind: box, omit: [up]}", "boundary: {kind: open, wall_speed: 1 m/s}",
+    "stop: {filling_factor: 0.8}", "numerics: {time_step: 1}", "numerics: {precision: f16}",
+    "output: {series: 100}", "output: {window: all}", "name: a/b", "name: cake\nmaterials: x",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("text", BY_SCHEMA)

@@ -22,26 +22,8 @@ from dusttaichi.analysis.continuum.particles import ParticleFrame, has_dust, rea
 from dusttaichi.analysis.continuum.pieces import Bounce, Pieces, bounce, collide, pieces
 
 __all__ = [
-    "AxisProfile",
-    "Bounce",
-    "CumulatedVolume",
-    "Intrusion",
-    "Map",
-    "ParticleFrame",
-    "Pieces",
-    "Stop",
-    "at_zero_spacing",
-    "axis_profile",
-    "bounce",
-    "collide",
-    "cumulated_volume",
-    "filling_map",
-    "histogram",
-    "intrusion",
-    "laboratory",
-    "momentum_per_area",
-    "pieces",
-    "has_dust",
-    "read_particles",
-    "section",
-]
+    "AxisProfile", "Bounce", "CumulatedVolume", "Intrusion", "Map", "ParticleFrame", "Pieces",
+    "Stop", "at_zero_spacing", "axis_profile", "bounce", "collide", "cumulated_volume",
+    "filling_map", "histogram", "intrusion", "laboratory", "momentum_per_area", "pieces",
+    "has_dust", "read_particles", "section",
+]  # fmt: skip

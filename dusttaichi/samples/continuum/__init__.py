@@ -35,27 +35,10 @@ from dusttaichi.samples.continuum.registry import (
 )
 
 __all__ = [
-    "COMPONENTS",
-    "DUST",
-    "ELASTIC",
-    "FIXED",
-    "RIGID",
-    "ROLES",
-    "WALL",
-    "AnyParticles",
-    "Body",
-    "BodyBlock",
-    "Matter",
-    "Particles",
-    "at_rest_under_gravity",
-    "made",
-    "make",
-    "matter_of",
-    "numbers_of",
-    "reads_particles",
-    "register",
-    "with_faces",
-]
+    "COMPONENTS", "DUST", "ELASTIC", "FIXED", "RIGID", "ROLES", "WALL", "AnyParticles", "Body",
+    "BodyBlock", "Matter", "Particles", "at_rest_under_gravity", "made", "make", "matter_of",
+    "numbers_of", "reads_particles", "register", "with_faces",
+]  # fmt: skip
 
 
 REACH = 2.6  # cutoff of the neighbour lists in smoothing lengths (continuum.search)

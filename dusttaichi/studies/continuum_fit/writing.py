@@ -16,17 +16,11 @@ from dusttaichi.studies.continuum_fit.model import PARAMETERS
 DIGITS = 4
 DIMENSION = 3  # of the grains, and of the stresses and strains of the point that is fitted
 _SEEN_IN = {
-    "bulk_modulus": ("M", "lambda"),
-    "exponent": ("M", "lambda"),
-    "shear_ratio": ("M", "lambda"),
-    "compressive.p_m": ("p",),
-    "compressive.delta": ("p",),
-    "compressive.phi_1": ("p",),
-    "shear.factor": ("q",),
-    "shear.exponent": ("q",),
-    "tensile.a": ("tension",),
+    "bulk_modulus": ("M", "lambda"), "exponent": ("M", "lambda"), "shear_ratio": ("M", "lambda"),
+    "compressive.p_m": ("p",), "compressive.delta": ("p",), "compressive.phi_1": ("p",),
+    "shear.factor": ("q",), "shear.exponent": ("q",), "tensile.a": ("tension",),
     "tensile.b": ("tension",),
-}
+}  # fmt: skip
 
 
 def block(fit, name):
