@@ -294,10 +294,7 @@ BENCHMARKS = {
     "single_point": (single_point, ({"numerics.spacing": "133 um"}, {})),
     "verney_shell": (verney_shell, ({"numerics.spacing": "0.333 mm"}, {})),
     "oscillating_plate": (oscillating_plate, ({"numerics.spacing": "0.143 mm"}, {})),
-    "diametral_compression": (
-        diametral_compression,
-        ({"numerics.spacing": "0.333 mm"}, {}),
-    ),
+    "diametral_compression": (diametral_compression, ({"numerics.spacing": "0.333 mm"}, {})),
     "rotating_block": (rotating_block, ({}, {"numerics.spacing": "0.05 mm"})),
 }
 """Name of the config: the function that reads its run, and what is changed for each resolution."""

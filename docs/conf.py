@@ -34,12 +34,7 @@ extensions = [
     "sphinx_design",
     "sphinx-mathjax-offline",
 ]
-exclude_patterns = [
-    "_build",
-    "generated/keys_*",
-    "generated/variables_*",
-    "generated/*.md",
-]
+exclude_patterns = ["_build", "generated/keys_*", "generated/variables_*", "generated/*.md"]
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4

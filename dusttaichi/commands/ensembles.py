@@ -1,13 +1,6 @@
 """`dust run` with replicas, and `dust sweep`: runs, dataset, figure, table."""
 
-from dusttaichi.commands.console import (
-    plain_table,
-    remark,
-    say,
-    say_abreast,
-    say_json,
-    say_written,
-)
+from dusttaichi.commands.console import plain_table, remark, say, say_abreast, say_json, say_written
 from dusttaichi.commands.options import resumable
 from dusttaichi.commands.progress import Phases, ProgressBar, shares_text
 from dusttaichi.errors import DustError, GuardStop

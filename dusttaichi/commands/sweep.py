@@ -25,8 +25,7 @@ def sweep(
     force: options.ForceResults = False,
     resume: options.ResumeMissing = False,
     part: Annotated[
-        str | None,
-        typer.Option(help="only every N-th run, starting from the K-th", metavar="K/N"),
+        str | None, typer.Option(help="only every N-th run, starting from the K-th", metavar="K/N")
     ] = None,
     extensions: options.Extensions = None,
     output: options.Output = None,

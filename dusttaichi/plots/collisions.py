@@ -115,10 +115,7 @@ def _means(axes, data, values, look, text):
     return several
 
 
-PHASES = {
-    "compression_loss": "in compression",
-    "stretching_loss": "in stretching, of the rest",
-}
+PHASES = {"compression_loss": "in compression", "stretching_loss": "in stretching, of the rest"}
 
 
 @style.styled

@@ -9,13 +9,7 @@ from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.jkr_curve import scaled_radius
 from dusttaichi.physics.contact.registry import DEFAULT
 from dusttaichi.plots import style
-from dusttaichi.report.packing import (
-    OUTLIERS,
-    class_quantity,
-    number_quantity,
-    packed,
-    quantised,
-)
+from dusttaichi.report.packing import OUTLIERS, class_quantity, number_quantity, packed, quantised
 
 FRAGMENTS = 7  # largest ones with separate classes; the others share the last
 SPHERE_END = 6  # after the walls: the end of a contact with the rigid sphere

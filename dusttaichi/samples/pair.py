@@ -31,8 +31,7 @@ class PairSample(SampleBlock):
 
     kind: Literal["pair"]
     distance: Annotated[float, Quantity("length", gt=0, example="1.3 um")] | None = Field(
-        None,
-        description="initial distance of the centres; without it and gap: equilibrium contact",
+        None, description="initial distance of the centres; without it and gap: equilibrium contact"
     )
     gap: Annotated[float, Quantity("length", example="10 nm")] | None = Field(
         None, description="initial distance of the surfaces, below 0 for an overlap"

@@ -57,8 +57,7 @@ class PcaSample(MixtureBlock):
         1.0, description="height over width of a cut, with grains"
     )
     cluster: Count = Field(
-        1,
-        description="number of grains of each projectile: 1, or those of a small cluster (BCCA)",
+        1, description="number of grains of each projectile: 1, or those of a small cluster (BCCA)"
     )
     impact_parameter: Annotated[float, Number(ge=0, lt=1)] | None = Field(
         None,

@@ -59,7 +59,7 @@ class Collisions(Block):
         description="relative speeds: a list, or {lowest, highest, count} in the logarithm"
     )
     impact_parameter: Impacts = Field(
-        description="fractions of the sum of the outer radii: a list, or {rings: n} of equal area",
+        description="fractions of the sum of the outer radii: a list, or {rings: n} of equal area"
     )
     mass_ratio: tuple[Ratio, ...] = Field(
         (1.0,),

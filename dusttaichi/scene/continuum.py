@@ -35,8 +35,7 @@ class ContinuumScene(MaterialsScene):
         "differ, or a block with all numbers"
     )
     materials: dict[str, ContinuumMaterial] = Field(
-        {},
-        description="further materials of bodies of dust, by name, each written like `material`",
+        {}, description="further materials of bodies of dust, by name, each written like `material`"
     )
     sample: AnyParticles = Field(description="bodies at the start")
     gravity: ContinuumGravity | None = Field(

@@ -177,7 +177,7 @@ assert contacts.sizes["contact"] == int(last.contact_count)
 assert walls.sizes["wall_contact"] == int(last.wall_contact_count)
 assert len(curve.raw_pressure) > 1 and set(shares) == set(series.channel.values)
 assert numbers["grains"] == 60
-""",
+"""
 }
 
 

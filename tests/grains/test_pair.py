@@ -180,11 +180,7 @@ def spinning(kind, rate):
 @BOTH
 @pytest.mark.parametrize(
     "kind, rate, dt",
-    [
-        ("rolling", 1e6, "0.02 ns"),
-        ("sliding", 2e7, "0.002 ns"),
-        ("twisting", 2e7, "0.02 ns"),
-    ],
+    [("rolling", 1e6, "0.02 ns"), ("sliding", 2e7, "0.002 ns"), ("twisting", 2e7, "0.02 ns")],
 )
 def test_limits_are_hit_exactly(kind, rate, dt, precision):
     """A steady motion past the limit keeps the displacement at it and loses force x way.

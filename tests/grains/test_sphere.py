@@ -317,10 +317,7 @@ def test_across_a_face():
     "sphere, named",
     [
         ({"gap": "0 um", "position": ["0 um"] * 3}, "exactly one of position and gap"),
-        (
-            {"position": ["0 um"] * 3, "offset": ["1 um", "0 um"]},
-            "offset.*it belongs to gap",
-        ),
+        ({"position": ["0 um"] * 3, "offset": ["1 um", "0 um"]}, "offset.*it belongs to gap"),
         ({"gap": "1 nm", "density": "1 g/cm^3", "mass": "1 pg"}, "sphere.mass"),
         ({"gap": "1 nm", "material": "iron"}, "sphere.material.*one of default is needed"),
         ({"gap": "1 nm", "radius": "0.1 um"}, "sphere.radius.*smaller than a grain"),

@@ -86,10 +86,7 @@ def test_auto_step_is_stable_in_a_corner():
 
 @pytest.mark.parametrize(
     "damping",
-    [
-        {"model": "viscoelastic", "time": "100 ps"},
-        {"model": "viscous", "kappa": "1e-2 g/s"},
-    ],
+    [{"model": "viscoelastic", "time": "100 ps"}, {"model": "viscous", "kappa": "1e-2 g/s"}],
 )
 def test_strong_damping_shortens_the_step_or_is_refused(damping):
     """Damping is explicit: too much of it is unstable at a step that the springs alone allow."""

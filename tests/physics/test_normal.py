@@ -10,11 +10,7 @@ from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
 
 # scaled overlaps from a hair above pull-off to a tenth of the radius and beyond
 OVERLAPS = np.concatenate(
-    [
-        -PULL_OFF + np.logspace(-9, -1, 30),
-        np.linspace(-0.7, 2.0, 50),
-        np.logspace(0.4, 5, 30),
-    ]
+    [-PULL_OFF + np.logspace(-9, -1, 30), np.linspace(-0.7, 2.0, 50), np.logspace(0.4, 5, 30)]
 )
 
 

@@ -24,12 +24,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.report import contacts, page
 from dusttaichi.report.interactive import html, interactive
 from dusttaichi.report.packing import packed, quantised, unpacked
-from dusttaichi.report.particles import (
-    chosen,
-    dissipated_by_channel,
-    first_colour,
-    particles,
-)
+from dusttaichi.report.particles import chosen, dissipated_by_channel, first_colour, particles
 from dusttaichi.scene import load
 
 ROOT = Path(__file__).parents[2]

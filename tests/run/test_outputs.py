@@ -82,12 +82,7 @@ def test_the_scene_of_a_run_runs_again_in_its_place(here):
 )
 def test_commands_spare_inputs_and_files_of_others(here, run, words):
     (here / "figures").mkdir()
-    files = [
-        here / "notes.txt",
-        here / "figures/ledger.png",
-        run / "result.nc",
-        run / "scene.yaml",
-    ]
+    files = [here / "notes.txt", here / "figures/ledger.png", run / "result.nc", run / "scene.yaml"]
     for path in files[:2]:
         path.write_text(OWN)
     before = [path.read_bytes() for path in files]

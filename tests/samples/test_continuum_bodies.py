@@ -154,11 +154,7 @@ def test_layers_hold_dust_and_rigid_faces_are_planes():
 
 
 def test_several_bodies_fly_and_turn():
-    flying = {
-        "position": ["2 mm", "0 mm"],
-        "velocity": ["-1 m/s", "0 m/s"],
-        "spin": "100 rad/s",
-    }
+    flying = {"position": ["2 mm", "0 mm"], "velocity": ["-1 m/s", "0 m/s"], "spin": "100 rad/s"}
     one, other = {"kind": "sphere", "diameter": "1 mm"}, {"kind": "sphere", "diameter": "1 mm"}
     both = made(2, kind="several", bodies=[one, other | flying])
     second = both.body == 1

@@ -6,14 +6,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
-from test_samples_explicit import (
-    NAMES,
-    STATE,
-    UNITS,
-    N,
-    assert_state,
-    load,
-)
+from test_samples_explicit import NAMES, STATE, UNITS, N, assert_state, load
 
 from dusttaichi.errors import DustError
 

@@ -87,8 +87,7 @@ SAMPLES = st.one_of(
     ),
 )
 EFFECT = st.one_of(
-    st.sampled_from(("on", "off")),
-    st.builds("{{modifier: {!r}}}".format, st.floats(0.01, 100.0)),
+    st.sampled_from(("on", "off")), st.builds("{{modifier: {!r}}}".format, st.floats(0.01, 100.0))
 )
 SCENES = st.builds(
     """

@@ -172,10 +172,7 @@ def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
     ]
     ladders = offers(rows, judge, noise=0.02)
     # b = 3 saves less than the noise, c errs by too much; a saves most for its error
-    assert [[r.point.label for r in found] for found in ladders] == [
-        ["a = 1"],
-        ["b = 1", "b = 2"],
-    ]
+    assert [[r.point.label for r in found] for found in ladders] == [["a = 1"], ["b = 1", "b = 2"]]
 
     def run(point):
         parts = list(point.changes.values())

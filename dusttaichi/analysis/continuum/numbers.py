@@ -6,12 +6,7 @@ from dusttaichi.analysis.continuum import laboratory
 from dusttaichi.analysis.continuum.filling import axis_profile, compacted, cumulated_volume
 from dusttaichi.analysis.continuum.intrusion import intrusion
 from dusttaichi.analysis.continuum.particles import read_particles
-from dusttaichi.analysis.continuum.pieces import (
-    bounce,
-    collide,
-    pieces,
-    velocities_at_start,
-)
+from dusttaichi.analysis.continuum.pieces import bounce, collide, pieces, velocities_at_start
 from dusttaichi.analysis.ledger import ledger
 from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.analysis.numbers.registry import quiet

@@ -53,10 +53,7 @@ CHANGES = {
         "sphere": SPHERE,
         "gravity": {"acceleration": ["0 m/s^2", "0 m/s^2", "-9.81 m/s^2"]},
     },
-    "grains of different size": {
-        "sample": {"sizes": SIZES},
-        "output": {"stress": True},
-    },
+    "grains of different size": {"sample": {"sizes": SIZES}, "output": {"stress": True}},
 }
 """Changes of BASE for each scene."""
 
