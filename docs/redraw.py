@@ -19,7 +19,7 @@ from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.plots import style
 from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
 from dusttaichi.plots.grid import grid
-from dusttaichi.plots.strength import strengths
+from dusttaichi.plots.tensile import strengths
 from dusttaichi.plots.weibull import strength_samples
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material

@@ -1,4 +1,4 @@
-"""Pictures of a collision of two bodies: before, meanwhile and after."""
+"""Two colliding bodies: pictures before, meanwhile and after; velocities and momenta."""
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -6,6 +6,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from dusttaichi.analysis import bodies as bodies_of
 from dusttaichi.analysis.frame import frame_count, read_frame
 from dusttaichi.plots import style
 from dusttaichi.plots.colouring import BODY_COLOURS, BODY_NAMES
@@ -16,6 +17,7 @@ from dusttaichi.plots.spheres import Camera, axes_of, picture
 
 WIDTH, TALLEST, DPI = 6.4, 9.0, 200
 NOTE = 0.24  # height of the time above a picture [inches]
+MOMENTA = tuple((10.0**-n, rf"$10^{{-{n}}}$") for n in (15, 18, 21, 24, 27))
 
 
 @figure("Before, meanwhile, after", 30, applies=lambda run: run.collides)
@@ -117,3 +119,43 @@ def _camera(low, high, widest, axes, scale):
     # the rounded number of pixels sees a little more, so that pixels stay square
     far = np.array([left + columns / (scale * DPI), bottom + rows / (scale * DPI)])
     return Camera(axes, np.array([left, bottom]), far, columns, rows)
+
+
+def _has_bodies(run):
+    return len(run.series.time) > 1 and "body_angular_momentum" in run.series
+
+
+@figure("Velocities and angular momenta", 20, applies=_has_bodies)
+def bodies(run):
+    """Velocities and angular momenta of the two bodies of a run over time.
+
+    Velocities along x and y; angular momenta along z: orbital, of each about its centre, total.
+
+    Raises
+    ------
+    DustError
+        There are not two bodies.
+    """
+    two = bodies_of(run)
+    figure, (speeds, turning) = style.new_figure(height=5.2, rows=2)
+    per_time, seconds = style.scaled(two.time[-1], style.TIMES)
+    time = two.time * per_time
+    for number, name in enumerate(two.names):
+        line = style.run_style(number)
+        speeds.plot(time, two.velocity[:, number, 0], label=f"{name}, along x", **line)
+        faint = line | {"linestyle": (0, (1, 1.5)), "linewidth": 1.0}
+        speeds.plot(time, two.velocity[:, number, 1], label=f"{name}, along y", **faint)
+    speeds.set_ylabel("velocity (m/s)")
+    style.legend(speeds, ncols=2)
+    parts = {"about each other": two.orbital[:, 2]}
+    parts |= {f"of the {name}": two.spin[:, k, 2] for k, name in enumerate(two.names)}
+    parts["of all"] = two.orbital[:, 2] + two.spin[:, :, 2].sum(axis=1)
+    per_unit, unit = style.scaled(max(np.abs(a).max() for a in parts.values()), MOMENTA)
+    for number, (name, values) in enumerate(parts.items()):
+        line = style.run_style(number)
+        if name == "of all":
+            line = {"color": style.BLACK, "linewidth": 1.0, "linestyle": style.DASHED}
+        turning.plot(time, values * per_unit, label=name, **line)
+    turning.set(ylabel=f"angular momentum\nalong z ({unit} kg m²/s)", xlabel=f"time ({seconds})")
+    style.legend(turning, ncols=2)
+    return figure

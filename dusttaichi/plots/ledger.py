@@ -1,10 +1,11 @@
-"""The energy ledger: losses, work and residual; losses against filling factor (T19 Fig 9)."""
+"""Energies of a run, where they went, and kinetic energies of several."""
 
 import numpy as np
 
 from dusttaichi.analysis import ledger as ledger_of
 from dusttaichi.analysis import loss_shares as shares_of
 from dusttaichi.analysis import losses_against_filling_factor, tensile
+from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
@@ -127,3 +128,39 @@ def loss_shares(run, stage=None):
     axes.set(xlabel=r"filling factor $\phi$", ylabel="share of the energy lost", ylim=(0.0, None))
     style.legend(axes)
     return figure
+
+
+def _in_motion(runs, others):
+    """All of several Runs, where they collide, or have nothing else in common."""
+    return runs if len(runs) > 1 and (all(r.collides for r in runs) or not others) else []
+
+
+@figure("Kinetic energy", 1000, together=_in_motion, optional=True)
+def kinetic(runs, labels=None):
+    """Kinetic energy over its largest value against time, for several runs of any kind.
+
+    Raises
+    ------
+    DustError
+        No run has a kinetic energy, or labels do not match the runs.
+    """
+    runs, labels = style.named(runs, labels)
+    energies = [_kinetic(run) for run in runs]
+    if all(energy is None for energy in energies):
+        raise DustError("None of these runs tells its kinetic energy.")
+    figure, (axes,) = style.new_figure()
+    last = max(float(run.series.time[-1]) for run in runs if len(run.series.time))
+    per_time, unit = style.scaled(last, style.TIMES)
+    for number, (run, energy, label) in enumerate(zip(runs, energies, labels, strict=True)):
+        if energy is not None:
+            time = run.series.time.values * per_time
+            axes.plot(time, energy / energy.max(), label=label, **style.run_style(number))
+    axes.set(ylim=(0.0, 1.05), xlabel=f"time ({unit})", ylabel="kinetic energy over its largest")
+    style.legend(axes)
+    return figure
+
+
+def _kinetic(run):
+    parts = [run.series[n].values for n in run.series if str(n).startswith("kinetic")]
+    total = np.sum(parts, axis=0) if parts else np.zeros(0)
+    return total if total.ndim == 1 and len(total) and total.max() > 0.0 else None

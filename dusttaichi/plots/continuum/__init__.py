@@ -1,4 +1,4 @@
-"""Figures of the continuum, one a file; its Method names them."""
+"""Figures of the continuum; its Method names them."""
 
 from dusttaichi.plots.registry import in_package
 
