@@ -47,6 +47,7 @@ def trade(
 ):
     """Measure run time and error of each numerical parameter: table, figure, cheapest setting."""
     from dusttaichi.studies.trade import measure
+    from dusttaichi.studies.trade.trade import SEEDS, Wanted
 
     scene = options.load_scene(file, extensions=extensions)
     runs = scene.output.directory
@@ -55,9 +56,9 @@ def trade(
         _suggest(scene)
         return
     if grid is not None:
-        _grid(scene, folder, grid, seeds or measure.SEEDS, force=force, quiet=quiet, file=file)
+        _grid(scene, folder, grid, seeds or SEEDS, force=force, quiet=quiet, file=file)
         return
-    wanted = measure.Wanted.of(parameters, quick, seeds=seeds, tolerance=tolerance, name=observable)
+    wanted = Wanted.of(parameters, quick, seeds=seeds, tolerance=tolerance, name=observable)
     how = {"jobs": jobs, "pairs": pairs, "force": force}
     done = f"finished points are in {folder / measure.POINTS}"
     onward = shlex.join(["dust", *sys.argv[1:]]).replace(" --force", "")

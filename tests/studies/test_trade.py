@@ -13,8 +13,8 @@ from dusttaichi.analysis.observables import CURVE, Measured, differences, scatte
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml, load
 from dusttaichi.studies.trade import parameters, scenes
-from dusttaichi.studies.trade.measure import share_of
 from dusttaichi.studies.trade.point import KINDS
+from dusttaichi.studies.trade.trade import share_of
 
 TRADED = ("omni", "tensile", "collision", "sound")
 

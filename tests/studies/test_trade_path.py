@@ -13,7 +13,7 @@ from dusttaichi.studies.trade import scenes
 from dusttaichi.studies.trade.judge import Judge
 from dusttaichi.studies.trade.path import Row, cheapest, offers, walk
 from dusttaichi.studies.trade.point import KINDS, NUMERICAL, PHYSICAL, Point, PointResult
-from dusttaichi.studies.trade.trade import trade, yaml_of
+from dusttaichi.studies.trade.trade import Wanted, trade, yaml_of
 
 
 class Model:
@@ -50,12 +50,13 @@ class Model:
         return PointResult(0, "finished", 10.0 * cost, cost, 100, 1e-10, 1e-4, measured)
 
 
-def modelled(**options):
+def modelled(paired=True, **options):
     model = Model()
     # wall speed 1 cm/s, so that the text of a changed one is the factor; one seed differs by 0.02
     base = scenes.base(scene_of(sample="{kind: rbd, grains: 100, seed: 1}"))
     names = ("step_fraction", "precision", "speed", "rolling")
-    found = trade(base, model, **({"names": names, "tolerance": 0.09, "seeds": 2} | options))
+    wanted = Wanted(**({"names": names, "tolerance": 0.09, "seeds": 2} | options))
+    found = trade(base, model, wanted, paired=paired)
     return found, model
 
 
@@ -147,7 +148,7 @@ def test_refused_and_guarded_points_are_results():
 def test_scene_that_does_not_run_ends_it():
     base = scenes.base(scene_of())
     with pytest.raises(DustError, match="the unchanged scene does not run.*too fast"):
-        trade(base, lambda points: {p.label: PointResult(3, "too fast") for p in points})
+        trade(base, lambda points: {p.label: PointResult(3, "too fast") for p in points}, Wanted())
     with pytest.raises(DustError, match=r"--observable sound_speed.*allowed: strength"):
         modelled(observable="sound_speed")
 

@@ -1,44 +1,16 @@
 """Trade of a scene from its plan to the dataset and the figure."""
 
-import re
 import shutil
-from dataclasses import dataclass
 from pathlib import Path
 
 from dusttaichi import files
 from dusttaichi.analysis.ensemble import save_ensemble
-from dusttaichi.errors import DustError
 from dusttaichi.plots import save
 from dusttaichi.plots import trade as draw_trade
 from dusttaichi.processes import usable_cores
-from dusttaichi.studies.trade import parameters, report, scenes
+from dusttaichi.studies.trade import report, scenes
 from dusttaichi.studies.trade.runner import POINTS, Runner
-from dusttaichi.studies.trade.trade import plan, trade
-
-QUICK_SEEDS, SEEDS = 2, 4
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """Plan of a trade.
-
-    names: of the parameters. quick: three levels of each. seeds: how many in all. tolerance:
-    largest accepted error, a share. observable: name of the number whose error decides, or None for
-    the first.
-    """
-
-    names: tuple[str, ...] = parameters.NAMES
-    quick: bool = False
-    seeds: int = SEEDS
-    tolerance: float = 0.05
-    observable: str | None = None
-
-    @classmethod
-    def of(cls, names, quick, *, seeds, tolerance, name):
-        """The plan from texts of the command line; None: the default. Raises DustError."""
-        if seeds is None:
-            seeds = QUICK_SEEDS if quick else SEEDS
-        return cls(parameters.chosen(names), quick, seeds, share_of(tolerance), name)
+from dusttaichi.studies.trade.trade import trade
 
 
 class Watcher:
@@ -57,18 +29,6 @@ class Watcher:
         """Take the PointResult of a finished point."""
 
 
-def share_of(text):
-    """A share from "5%", "5 %" or "0.05". Raises DustError."""
-    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*(%?)\s*", text)
-    try:
-        value = float(match[1]) / (100.0 if match[2] else 1.0)
-    except (TypeError, ValueError):
-        value = 0.0
-    if not 0.0 < value <= 1.0:
-        raise DustError(f"--tolerance {text}: must be a share above 0 and up to 1, such as 5%")
-    return value
-
-
 def measure(scene, directory, wanted, *, jobs=None, pairs=True, force=False, watcher=None):
     """The Trade of a scene, and the paths of its dataset and figure.
 
@@ -85,17 +45,13 @@ def measure(scene, directory, wanted, *, jobs=None, pairs=True, force=False, wat
     with files.RunLock(directory):
         if force:
             shutil.rmtree(directory / POINTS, ignore_errors=True)
-        front, behind, _ = plan(base, wanted.names, wanted.quick, wanted.seeds)
+        front, behind, _ = wanted.plan(base)
         watcher.begin(1 + len(front) + len(behind) + (not pairs))
         runner = Runner(base, directory, jobs, pairs, report=watcher.report)
         found = trade(
             base,
             lambda points: runner.run(points, done=watcher.done),
-            names=wanted.names,
-            quick=wanted.quick,
-            seeds=wanted.seeds,
-            tolerance=wanted.tolerance,
-            observable=wanted.observable,
+            wanted,
             paired=pairs,
             log=watcher.log,
         )

@@ -17,27 +17,21 @@ class Row:
     result: PointResult
 
 
-def pays(row, judge, noise):
-    """True for a row that is cheaper than the default beyond the noise, at an accepted error."""
-    ratio = row.result.ratio
-    return ratio is not None and ratio < 1.0 - noise and judge.accepts(row)
-
-
-def saves(row, judge, noise, most):
-    """True for a row that is cheaper than the default beyond the noise, its error up to `most`."""
-    ratio = row.result.ratio
-    return ratio is not None and ratio < 1.0 - noise and judge.error(row.result) <= most
+def saves(row, noise):
+    """True for a row that is cheaper than the default beyond the noise."""
+    return row.result.ratio is not None and row.result.ratio < 1.0 - noise
 
 
 def offers(rows, judge, noise, most=None):
-    """Rows that pay: a list for each parameter, cheapest first.
+    """Rows that are cheaper at an accepted error: a list for each parameter, cheapest first.
 
     The lists are sorted by the saving of their cheapest level over its error. most: where the error
     of the default is too large, the largest error of a row for combination with an accepted one.
     """
     parameters = {}
     for row in rows:
-        if pays(row, judge, noise) if most is None else saves(row, judge, noise, most):
+        able = judge.accepts(row) if most is None else judge.error(row.result) <= most
+        if able and saves(row, noise):
             parameters.setdefault(row.point.parameter, []).append(row)
 
     def worth(found):
@@ -87,5 +81,5 @@ def cheapest(rows, judge, kinds, noise):
     able = [row for row in able if judge.accepts(row)]
     default = [row for row in able if row.point.parameter == "default"]
     if default:
-        able = [row for row in able if row.result.ratio < 1.0 - noise] or default
+        able = [row for row in able if saves(row, noise)] or default
     return min(able, key=lambda row: row.result.ratio, default=None)

@@ -1,6 +1,7 @@
 """The trade of a scene: default, reference, seeds, levels of parameters, presets, combinations."""
 
 import math
+import re
 from dataclasses import dataclass
 
 import yaml
@@ -13,6 +14,7 @@ from dusttaichi.studies.trade.path import Row, cheapest, offers, walk
 from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Point
 
 LEAST_NOISE = 0.02  # of a cost
+QUICK_SEEDS, SEEDS = 2, 4
 AGAIN = Point("default again", "default", "", math.nan, NUMERICAL, paired=False, again=True)
 DEFAULT = Point("default", "default", "", math.nan, NUMERICAL)
 
@@ -38,35 +40,59 @@ class Trade:
     noise: float
 
 
-def plan(scene, names=parameters.NAMES, quick=False, seeds=4):
-    """(points beside the default, check of the reference and seeds, left out) of a base scene."""
-    singles, left_out = parameters.ladder(scene, names, quick)
-    behind = [parameters.parameters_of(scene).check(scene), *parameters.seeds(scene, seeds)]
-    return [*parameters.parameters_of(scene).presets(scene), *singles], behind, left_out
+@dataclass(frozen=True)
+class Wanted:
+    """Plan of a trade.
 
-
-def trade(
-    scene,
-    run,
-    *,
-    names=parameters.NAMES,
-    quick=False,
-    seeds=4,
-    tolerance=0.05,
-    observable=None,
-    paired=True,
-    log=lambda text: None,
-):
-    """The Trade of a base scene (`scenes.base`).
-
-    run: list of Points -> label -> PointResult. seeds: how many in all. paired: points run beside
-    the default, which gives the noise of a cost; else the default runs twice. Raises DustError
-    where the scene or its reference fails, or has no such observable.
+    names: of the parameters. quick: three levels of each. seeds: how many in all. tolerance:
+    largest accepted error, a share. observable: name of the number whose error decides, or None for
+    the first.
     """
-    front, behind, left_out = plan(scene, names, quick, seeds)
+
+    names: tuple[str, ...] = parameters.NAMES
+    quick: bool = False
+    seeds: int = SEEDS
+    tolerance: float = 0.05
+    observable: str | None = None
+
+    @classmethod
+    def of(cls, names, quick, *, seeds, tolerance, name):
+        """The plan from texts of the command line; None: the default. Raises DustError."""
+        if seeds is None:
+            seeds = QUICK_SEEDS if quick else SEEDS
+        return cls(parameters.chosen(names), quick, seeds, share_of(tolerance), name)
+
+    def plan(self, scene):
+        """(points beside the default, check of the reference and seeds, left out) of a scene."""
+        own = parameters.parameters_of(scene)
+        singles, left_out = parameters.ladder(scene, self.names, self.quick)
+        behind = [own.check(scene), *parameters.seeds(scene, self.seeds)]
+        return [*own.presets(scene), *singles], behind, left_out
+
+
+def share_of(text):
+    """A share from "5%", "5 %" or "0.05". Raises DustError."""
+    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*(%?)\s*", text)
+    try:
+        value = float(match[1]) / (100.0 if match[2] else 1.0)
+    except (TypeError, ValueError):
+        value = 0.0
+    if not 0.0 < value <= 1.0:
+        raise DustError(f"--tolerance {text}: must be a share above 0 and up to 1, such as 5%")
+    return value
+
+
+def trade(scene, run, wanted, *, paired=True, log=lambda text: None):
+    """The Trade of a base scene (`scenes.base`), as Wanted.
+
+    run: list of Points -> label -> PointResult. paired: points run beside the default, which gives
+    the noise of a cost; else the default runs twice. Raises DustError where the scene or its
+    reference fails, or has no such observable.
+    """
+    front, behind, left_out = wanted.plan(scene)
     default = run([DEFAULT])[DEFAULT.label]
     _needed(default, "the unchanged scene")
-    _known(observable, default.measured)
+    _known(wanted.observable, default.measured)
     results = run([*behind, *front])
     reference, check = results["reference"], results[behind[0].label]
     _needed(reference, "the reference")
@@ -77,8 +103,8 @@ def trade(
         check.measured if check.ok else None,
         default.measured,
         measured,
-        tolerance=tolerance,
-        name=observable,
+        tolerance=wanted.tolerance,
+        name=wanted.observable,
     )
     if not math.isfinite(judge.error(default)):
         raise DustError(
