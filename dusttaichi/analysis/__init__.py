@@ -22,6 +22,7 @@ from dusttaichi.analysis.fragments import (
     mass_spectrum,
 )
 from dusttaichi.analysis.frame import Frame, frame_count, grain_masses, read_frame
+from dusttaichi.analysis.grid import front
 from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
 from dusttaichi.analysis.ledger import (
     Ledger,
@@ -48,7 +49,6 @@ from dusttaichi.analysis.stored import is_ensemble, is_trade, open_ensemble, ope
 from dusttaichi.analysis.structure import Structure, structure
 from dusttaichi.analysis.summary import summary, table
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
-from dusttaichi.analysis.trade import front, trade_dataset
 from dusttaichi.analysis.triaxial import Triaxial, is_triaxial, triaxials
 from dusttaichi.analysis.weibull import (
     SizeEffect,

@@ -141,3 +141,24 @@ def text_of(observable):
     """Description of an observable."""
     prefix = next((p for p in STAGES if observable.startswith(p)), None)
     return f"{prefix}in stage {observable[len(prefix) :]}" if prefix else TEXTS[observable]
+
+
+def front(cost, error):
+    """Numbers of the points of the Pareto front of cost and error, by growing cost.
+
+    Parameters
+    ----------
+    cost
+        (points,).
+    error
+        (points,). Points with a value that is NaN are left out.
+
+    Returns
+    -------
+    list of int
+    """
+    cost, error = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
+    known = np.flatnonzero(np.isfinite(cost) & np.isfinite(error))
+    order = known[np.lexsort((error[known], cost[known]))]
+    best = np.minimum.accumulate(np.append(np.inf, error[order]))[:-1]
+    return order[error[order] < best].tolist()

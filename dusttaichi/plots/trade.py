@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Bbox
 
+from dusttaichi.analysis.grid import front
 from dusttaichi.analysis.observables import about
-from dusttaichi.analysis.trade import front
 from dusttaichi.plots import style
 
 LOOKS = {  # parameter -> colour, marker
@@ -38,7 +38,7 @@ MARKED = {"preset": (style.BLACK, "X", 7), "default": (style.RED, "*", 10)}
 
 @style.styled
 def trade(data):
-    """The figure of a dataset of `analysis.trade_dataset`.
+    """The figure of the dataset of a trade (trade.nc).
 
     An error of 0, and that of the reference against itself, is drawn at the lower edge.
     """

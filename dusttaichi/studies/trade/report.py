@@ -2,51 +2,87 @@
 
 import math
 
+import numpy as np
+import xarray as xr
+
 from dusttaichi.analysis.observables import about
-from dusttaichi.analysis.trade import NUMBERS, trade_dataset
 from dusttaichi.results import provenance
 from dusttaichi.studies.trade.trade import yaml_of
 
-NAMES = {"cost_ratio": "ratio", "ledger_worst": "ledger"}  # variable -> name in a PointResult
+# variables of trade.nc by point: name -> (long name, units or None for a text, from row and Judge)
+POINTS = {
+    "parameter": ("the varied parameter, or default, preset, combined", None,
+                  lambda row, judge: row.point.parameter),
+    "label": ("the point", None, lambda row, judge: row.point.label),
+    "kind": ("numerical, physical or sample: what the parameter changes", None,
+             lambda row, judge: row.point.kind),
+    "status": ("how the run ended, or why it was refused", None,
+               lambda row, judge: row.result.status),
+    "value": ("value of the parameter, not a number for a word", "1",
+              lambda row, judge: row.point.value),
+    "cost": ("core-seconds of the time steps, without start, compilation and writing", "s",
+             lambda row, judge: row.result.cost),
+    "cost_ratio": ("cost over that of the default, measured side by side", "1",
+                   lambda row, judge: row.result.ratio),
+    "error": ("relative error of the attribute `observable` against the converged reference", "1",
+              lambda row, judge: judge.error(row.result)),
+    "ledger_worst": ("worst relative residual of the energy ledger", "1",
+                     lambda row, judge: row.result.ledger),
+    "steps": ("time steps", "1", lambda row, judge: row.result.steps),
+    "time_step": ("time step", "s", lambda row, judge: row.result.time_step),
+}  # fmt: skip
+FLAGS = {
+    "free": ("the error is below the scatter of seeds (without seeds: the reference's own)",
+             lambda row, judge: judge.free(row.result)),
+    "accepted": ("the error is within the tolerance, or free where the kind is numerical",
+                 lambda row, judge: judge.accepts(row)),
+}  # fmt: skip
 
 
 def dataset(trade, given_scene, source, numbers):
     """The xr.Dataset of a Trade. source: text of the YAML file; numbers: further attributes."""
     rows, judge = trade.rows, trade.judge
-    results = [row.result for row in rows]
-    columns = {
-        name: [getattr(row.point, name) for row in rows] for name in ("parameter", "label", "kind")
-    }
-    columns["status"] = [o.status for o in results]
-    found = [judge.errors(o) for o in results]
-    column = {
-        name: [getattr(o, NAMES.get(name, name), None) for o in results]
-        for name in NUMBERS
-        if name not in ("value", "error")
-    }
-    column["value"] = [row.point.value for row in rows]
-    column["error"] = [f[judge.name][1] for f in found]
+    found = [judge.errors(row.result) for row in rows]
     names = list(found[0])
-    seeds = {
-        n: [s.values.get(n, math.nan) for s in trade.seeds]
-        for n in names
-        if any(n in s.values for s in trade.seeds)
-    }
-    about = {
-        "reference": [judge.reference.values.get(n, math.nan) for n in names],
-        "scatter": [judge.scatter[n] for n in names],
-        "convergence": [judge.convergence[n] for n in names],
-    }
-    flags = {
-        "free": [judge.free(o) for o in results],
-        "accepted": [judge.accepts(row) for row in rows],
-    }
+    data = xr.Dataset(attrs=_attributes(trade, given_scene, source, numbers))
+    data = data.assign_coords(observable=names)
+
+    def put(name, over, values, text, units=None, *, dtype=float):
+        about = {"long_name": text} if units is None else {"units": units, "long_name": text}
+        values = [math.nan if value is None else value for value in values]
+        data[name] = (over, np.array(values, dtype=dtype), about)
+
+    for name, (text, units, of) in POINTS.items():
+        dtype = str if units is None else float
+        put(name, "point", [of(row, judge) for row in rows], text, units, dtype=dtype)
+    for name, (text, of) in FLAGS.items():
+        put(name, "point", [of(row, judge) for row in rows], text, dtype=np.int8)
+    for name in names:
+        text, unit = about(name)
+        values, errors = zip(*(one[name] for one in found), strict=True)
+        put(name, "point", values, text, unit)
+        put(f"error_{name}", "point", errors, f"relative error of: {text}", "1")
+        seeds = [seed.values.get(name) for seed in trade.seeds]
+        if any(value is not None for value in seeds):
+            put(f"seed_{name}", "seed", seeds, f"with each seed: {text}", unit)
+    for name, text, known in (
+        ("reference", "value of the reference, SI", judge.reference.values),
+        ("scatter", "standard deviation between seeds, as an error", judge.scatter),
+        ("convergence", "difference of the reference from that at `check`, as an error",
+         judge.convergence),
+    ):  # fmt: skip
+        put(name, "observable", [known.get(n) for n in names], text)
+    return data
+
+
+def _attributes(trade, given_scene, source, numbers):
+    """Global attributes of the dataset; those without a value are left out."""
     attrs = provenance(
         source,
         trade.scene.to_yaml(),
         title=trade.scene.name,
-        observable=judge.name,
-        tolerance=judge.tolerance,
+        observable=trade.judge.name,
+        tolerance=trade.judge.tolerance,
         cost_noise=trade.noise,
         cheapest_numerical=_label(trade.numerical),
         cheapest=_label(trade.anything),
@@ -56,18 +92,7 @@ def dataset(trade, given_scene, source, numbers):
         left_out="; ".join(f"{k}: {v}" for k, v in trade.left_out.items()) or None,
         **numbers,
     )
-    attrs = {k: [v] if k.startswith("scene_") else v for k, v in attrs.items() if v is not None}
-    values, errors = ({n: [f[n][side] for f in found] for n in names} for side in (0, 1))
-    return trade_dataset(
-        columns=columns,
-        numbers=column,
-        flags=flags,
-        values=values,
-        errors=errors,
-        observables=about,
-        seeds=seeds,
-        attrs=attrs,
-    )
+    return {k: [v] if k.startswith("scene_") else v for k, v in attrs.items() if v is not None}
 
 
 def _label(row):
