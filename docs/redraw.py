@@ -121,8 +121,9 @@ def strength_size(table, *words):
 
 @style.styled
 def compression_law():
-    """Pressure of ice that is compressed from all sides beside both laws, and the share of each
-    channel in its losses; runs of a seed that continue each other are one line."""
+    """Pressure of ice and silicate that is compressed from all sides beside both laws, and the
+    share of each channel in the losses of ice; runs of a seed that continue each other are one
+    line."""
     ice = Material(**NAMED["ice_t19"])
     own = ice.surface_energy, ice.radius, ice.critical_rolling
     unit = laws.isotropic_pressure(1.0, *own)
@@ -140,6 +141,11 @@ def compression_law():
         pressure = numbers(mine, "pressure_Pa") / unit
         text = f"{grains} grains, seed {seed}"
         axes.plot(numbers(mine, "filling_factor"), pressure, label=text, **style.run_style(number))
+    sand = Material(**NAMED["silicate_s12"])
+    unit = laws.isotropic_pressure(1.0, sand.surface_energy, sand.radius, sand.critical_rolling)
+    mine = rows("compression_silicate.csv")
+    phi, pressure = numbers(mine, "filling_factor"), numbers(mine, "pressure_Pa") / unit
+    axes.plot(phi, pressure, marker="o", ms=3, label="silicate, 1024 grains", color=style.ORANGE)
     largest = [r for r in table if r["grains"] == "4096"]
     for name, colour in style.CHANNEL_COLOURS.items():
         if f"share_{name}" in largest[0]:
@@ -223,6 +229,52 @@ def curves():
     return [Curve(*key, *(numbers(of, name) for name in names)) for key, of in groups.items()]
 
 
+# lines of the figure of fragmentation: study, label
+FRAGMENTATION = {
+    "base": "500 grains",
+    "none": "no damping",
+    "damp01": "ten times the damping",
+    "roll02": r"$\xi_{\rm crit}/4$",
+    "roll32": r"$4\,\xi_{\rm crit}$",
+}
+
+
+@style.styled
+def fragmentation():
+    """Growth efficiency against the speed, and against the energy over that of all contacts."""
+    table = rows("fragmentation.csv")
+    figure, (axes, below) = style.new_figure(height=6.2, rows=2, ratios=[1, 1], shared=False)
+    lines = {(r["study"], r["body"], r["mass_ratio"]) for r in table}
+    number = 0
+    for key in sorted(
+        lines,
+        key=lambda k: (
+            list(FRAGMENTATION).index(k[0]) if k[0] in FRAGMENTATION else 9,
+            float(k[2]),
+            k[1],
+        ),
+    ):
+        own = [r for r in table if (r["study"], r["body"], r["mass_ratio"]) == key]
+        text = FRAGMENTATION.get(key[0]) or (
+            f"{float(key[2]):.3g}:1" if float(key[2]) > 1 else f"{key[1].removeprefix('n')} grains"
+        )
+        growth, error = (numbers(own, f"growth_efficiency{end}") for end in ("", "_error"))
+        line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4, "capsize": 2}
+        if float(key[2]) == 1.0:
+            axes.errorbar(numbers(own, "speed_m_per_s"), growth, error, **line)
+        below.errorbar(numbers(own, "energy_over_breaking"), growth, error, **line)
+        number += 1
+    for one, label in ((axes, "relative speed (m/s)"), (below, "impact energy / (N E_break)")):
+        one.axhline(0.0, color=style.GREY, linewidth=0.8)
+        one.set_xscale("log")
+        style.few_ticks(one.xaxis)
+        one.set(xlabel=label, ylabel="growth efficiency")
+    below.set_xlabel(r"impact energy / $(N E_{\rm break})$")
+    style.legend(axes)
+    style.legend(below)
+    return figure
+
+
 def main():
     """Entry point."""
     for scene in TRADES:
@@ -231,6 +283,7 @@ def main():
     plots.save(extremes(), FIGURES / "extremes.png")
     plots.save(tensile_strength(), FIGURES / "tensile_strength.png")
     plots.save(compression_law(), FIGURES / "compression_law.png")
+    plots.save(fragmentation(), FIGURES / "fragmentation.png")
     plots.save(diametral_strength(), FIGURES / "diametral_strength.png")
     plots.save(strength_size("strength_size.csv"), FIGURES / "strength_size.png")
     slow = strength_size("tensile.csv", *SLOW)

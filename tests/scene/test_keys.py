@@ -19,6 +19,7 @@ KINDS = {
     ("sample", "space_filling"): {"grains": 9},
     ("sample", "chain"): {"grains": 9},
     ("sample", "collision"): {"target": PAIR, "projectile": PAIR, "speed": "1 m/s"},
+    ("sample", "lattice"): {"structure": "sc", "grains": 9},
     ("sample", "explicit"): {"file": "grains.csv"},
     ("sample", "cutout"): {"of": PAIR, "diameter": "3 um"},
 }

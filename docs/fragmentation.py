@@ -1,0 +1,126 @@
+"""Tables of collisions: `python docs/fragmentation.py OUT.csv STUDY...`.
+
+STUDY is a directory of `dust collide`.
+
+`python docs/fragmentation.py pairs STUDY OTHER...` prints growth efficiencies of the same pairs in
+the other studies less those in the first, with the standard error over the collisions.
+
+A row for each study, body, mass ratio and speed: means over impact parameters and seeds in which
+the bodies touched, with standard errors over these collisions. Energies are those of the relative
+motion over N E_break, N grains of both bodies, E_break the work that separates two grains from
+equilibrium. second_over_projectile: mass of the second largest fragment over that of the
+projectile, above 1 where it has taken mass from the target. single: share of the mass in single
+grains.
+"""
+
+import csv
+import sys
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi.analysis.collisions import (
+    FAILED,
+    MISS,
+    fragment_slope,
+    mean_and_error,
+    spectrum,
+)
+from dusttaichi.analysis.thresholds import thresholds
+from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.physics.contact import jkr
+from dusttaichi.scene import from_yaml
+
+
+def breaking_energy(scene):
+    """Work [J] that pulls two grains of the scene apart from equilibrium."""
+    c, _ = contact_constants(scene)
+    s = (1.0 / 6.0) ** (1.0 / 3.0)  # at pull-off
+    return 4.0 * c.F_c * c.delta0 * (jkr.energy(s) - jkr.energy(1.0))
+
+
+def open_study(path):
+    """(name, dataset) of a directory."""
+    return path.rstrip("/").rsplit("/", 1)[-1], xr.load_dataset(f"{path}/collisions.nc")
+
+
+def rows(path):
+    """Dicts of one study."""
+    name, data = open_study(path)
+    energy = breaking_energy(from_yaml(data.attrs["scene_resolved"]))
+    known = {(t.body, t.mass_ratio): t for t in thresholds(data) if t.name == "fragment"}
+    for index in np.ndindex(data.outcome.shape[:3]):
+        body, ratio, speed = (data[a].values[n] for a, n in zip(data.dims, index, strict=False))
+        own = data.isel(body=index[0], mass_ratio=index[1], speed=index[2])
+        choice = np.zeros(data.outcome.shape, bool)
+        choice[index] = True
+        hit = int((~own.outcome.isin([MISS, FAILED])).sum())
+        growth = mean_and_error(own.growth_efficiency.values.ravel())
+        second = mean_and_error((own.second * (1.0 + own.actual_mass_ratio)).values.ravel())
+        loss = (own.loss / own.impact_energy).mean(own.outcome.dims)
+        over = float((own.impact_energy / own.grains).mean() / energy)
+        t = known[str(body), float(ratio)]
+        grains, collisions = spectrum(data, choice)
+        tau = fragment_slope(grains, np.nanmax(data.grains.values[choice], initial=1))
+        numbers = np.isin(data.fragment_collision, np.flatnonzero(choice.ravel()))
+        single = data.fragment_mass.values[numbers & (data.fragment_grains.values == 1)].sum()
+        head_on = mean_and_error(own.growth_efficiency.isel(impact_parameter=0).values)
+        yield {
+            "study": name,
+            "body": body,
+            "grains": int(np.nanmean(own.grains)),
+            "mass_ratio": f"{float(np.nanmean(own.actual_mass_ratio)):.4g}",
+            "speed_m_per_s": f"{speed:g}",
+            "touching": hit,
+            "growth_efficiency": f"{growth[0]:.4f}",
+            "growth_efficiency_error": f"{growth[1]:.4f}",
+            "growth_smallest_impact_parameter": f"{head_on[0]:.4f}",
+            "energy_over_breaking": f"{over:.4g}",
+            "largest": f"{float(own.largest.mean()):.4f}",
+            "second_over_projectile": f"{second[0]:.4f}",
+            "second_over_projectile_error": f"{second[1]:.4f}",
+            "fragments": f"{float(own.fragments.mean()):.4g}",
+            "single": f"{single / hit:.4f}",
+            "slope": f"{tau[0]:.3f}",
+            "slope_error": f"{tau[1]:.3f}",
+            "bouncing": int((own.outcome == "bouncing").sum()),
+            "not_settled": int((own.settled == 0).sum()),
+            **{f"loss_{c}": f"{float(loss.sel(channel=c)):.4f}" for c in loss.channel.values},
+            "residual": f"{float(np.abs(own.residual).max()):.1e}",
+            "v_fragment_m_per_s": f"{t.speed:.4g}",
+            "v_fragment_low": f"{t.low:.4g}",
+            "v_fragment_high": f"{t.high:.4g}",
+            "version": data.attrs.get("git_commit", ""),
+        }
+
+
+def main(out, *paths):
+    """Write the table of these studies."""
+    table = [row for path in paths for row in rows(path)]
+    names = list(dict.fromkeys(name for row in table for name in row))
+    with open(out, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, names, lineterminator="\n", restval="")
+        writer.writeheader()
+        writer.writerows(
+            {name: "" if text == "nan" else text for name, text in row.items()} for row in table
+        )
+
+
+def pairs(first, *others):
+    """Print differences of growth efficiencies of the same pairs."""
+    _, base = open_study(first)
+    for path in others:
+        name, data = open_study(path)
+        change = (data.growth_efficiency - base.growth_efficiency).squeeze()
+        for speed in [*base.speed.values, None]:
+            own = change if speed is None else change.sel(speed=speed)
+            mean, error = mean_and_error(own.values.ravel())
+            where = "all speeds" if speed is None else f"{speed:g} m/s"
+            print(f"{name}, {where}: {mean:+.3f} ± {error:.3f}")
+
+
+if __name__ == "__main__":
+    if sys.argv[1] == "pairs":
+        pairs(*sys.argv[2:])
+    else:
+        main(*sys.argv[1:])
