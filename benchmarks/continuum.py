@@ -148,15 +148,20 @@ _state = {}
 
 
 def _neighbours(sim):
-    """Mean number of neighbours within reach of the kernel, with periodic images, of all particles
-    with neighbours (rigid and fixed ones have none)."""
-    first = sim.lists["first"].to_numpy(sim.n + 1)
+    """Mean number of neighbours within reach of the kernel, with images, of all particles that move
+    by themselves."""
+    x, lanes = sim.tables["x"].to_numpy(), sim.layout.lanes
+    yields, blocks = sim.of_particles("group") < 0, -(-sim.n // lanes)
+    first = sim.lists["first"].to_numpy(blocks + 1)
     entry = sim.lists["entry"].to_numpy()[: first[-1]]
-    x = sim.tables["x"].to_numpy()
-    here = np.repeat(x[: sim.n], np.diff(first), axis=0)
-    apart = np.linalg.norm(here - x[entry], axis=1)
-    some = max(1, np.count_nonzero(np.diff(first)))
-    return np.count_nonzero(apart < 2.0 * sim.numbers["h"]) / some
+    # a block has one list: each of its particles with all of that
+    block, found = np.repeat(np.arange(blocks), np.diff(first)), 0
+    for lane in range(lanes):
+        i = np.minimum(lanes * block + lane, sim.n - 1)
+        apart = np.linalg.norm(x[i] - x[entry], axis=1)
+        near = (apart < 2.0 * sim.numbers["h"]) & (i != entry) & yields[i]
+        found += np.count_nonzero(near & (lanes * block + lane < sim.n))
+    return found / max(1, np.count_nonzero(yields))
 
 
 def _build(scene):

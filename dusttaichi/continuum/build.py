@@ -16,6 +16,7 @@ from dusttaichi.continuum.kernels.store import (
     DT,
     FACES,
     FREEDOM,
+    LANES,
     LAYER,
     LEFT,
     LONGEST_LIST,
@@ -71,8 +72,8 @@ def build(scene, particles, *, loops=None):
     return sim
 
 
-def layout_of(scene):
-    """Layout of the kernels of a scene."""
+def layout_of(scene, kind="workers"):
+    """Layout of the kernels of a scene; kind: of the loops (backend.Loops)."""
     numerics, boundary = scene.numerics, scene.boundary
     return Layout(
         dimension=scene.dimension,
@@ -87,6 +88,7 @@ def layout_of(scene):
         heat=scene.material.heat_capacity is not None,
         damage=any(material.damage for material in scene.all_materials),
         materials=bool(scene.materials),
+        lanes=LANES if kind == "workers" else 1,
     )
 
 
@@ -97,7 +99,7 @@ def self_gravity(scene):
 
 def chosen_kernels(scene, particles, threads, kind):
     """The Compiled of a scene with its particles, with loops of that kind."""
-    layout, numerics = layout_of(scene), scene.numerics
+    layout, numerics = layout_of(scene, kind), scene.numerics
     room = capacity_for(len(particles))
     crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))

@@ -6,6 +6,7 @@ from typing import Any
 from dusttaichi.compute.memory import Table, arrays_of
 from dusttaichi.continuum.kernels import store
 from dusttaichi.continuum.kernels.attraction import Attraction, make_potential
+from dusttaichi.continuum.kernels.blocks import Blocks
 from dusttaichi.continuum.kernels.forces import Forces
 from dusttaichi.continuum.kernels.hourglass import Hourglass
 from dusttaichi.continuum.kernels.images import Images
@@ -101,7 +102,7 @@ def compiled_for(key, layout, capacity, kind):
     motion = Motion(f, scratch, layout, rigid, attraction)
     advance = make_advance((motion, rates, forces), StepNumbers, kind)
     search = None if kind == "workers" else make_search(motion, advance.known.numbers)
-    count, write = make_list(Lists(f, scratch, n))
+    count, write = make_list(Lists(f, scratch, layout))
     measure = make_measure(f, scratch, rigid, StepNumbers) if layout.rigid else None
     potential = make_potential(attraction, StepNumbers) if layout.self_gravity else None
     kernels = Kernels(advance, search, count, write, measure, potential, StepNumbers)
@@ -111,13 +112,14 @@ def compiled_for(key, layout, capacity, kind):
 
 def passes(f, lists, layout, attraction=None):
     """(Rigid, Rates, Forces) of a layout over Fields of state and lists."""
-    slope, rigid = KERNELS[layout.kernel], Rigid(f, layout.dimension)
-    images = Images(f, lists, layout, slope, rigid) if layout.rigid else None
-    contact = None
+    slope, rigid, images, contact = KERNELS[layout.kernel], Rigid(f, layout.dimension), None, None
+    blocks = Blocks(f, lists, layout, Lists(f, lists, layout))
+    if layout.rigid:
+        images = Images(f, lists, blocks, layout, slope=slope, rigid=rigid)
     if layout.separate:
-        contact = Separation(f, lists, layout.dimension, slope=slope, images=images)
+        contact = Separation(f, lists, blocks, slope=slope, images=images)
     law = Response(f, lists, layout)
-    hourglass = Hourglass(f, lists, layout.dimension, slope) if layout.hourglass else None
-    both = {"images": images, "hourglass": hourglass}
+    hourglass = Hourglass(f, lists, blocks, slope) if layout.hourglass else None
+    both = {"blocks": blocks, "images": images, "hourglass": hourglass}
     rates = Rates(f, lists, layout, law=law, contact=contact, **both)
     return rigid, rates, Forces(f, lists, layout, attraction=attraction, **both)

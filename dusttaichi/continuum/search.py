@@ -67,15 +67,17 @@ class Search:
         return SUPPORT * self.h + 2.0 * self.skin
 
     def now(self):
-        """Write new lists for the present positions; particles are sorted by cell."""
+        """Write new lists for the present positions; particles are sorted by place."""
         x = self.sim.of_particles("x")
         self.check_places(x)
         wrapped = self._wrap(x)
         if wrapped is not x:
             self.sim.put("x", wrapped)
         grid = self._grid(wrapped)
-        cell = self._cells(wrapped, *grid)
-        order = np.argsort(cell, kind="stable")
+        if self.sim.layout.lanes > 1:
+            order = self._in_blocks(wrapped)
+        else:
+            order = np.argsort(self._cells(wrapped, *grid), kind="stable")
         self.sim.reorder(order)
         self.sim.put("x_search", wrapped[order])
         rows = self.sim.tables["rigid"].to_numpy()
@@ -117,6 +119,21 @@ class Search:
         place = np.floor((x - low) * (1.0 / width)).astype(np.int64)
         return np.ravel_multi_index(tuple(np.clip(place, 0, cells - 1).T), tuple(cells))
 
+    def _in_blocks(self, x):
+        """The order in which the blocks of particles (kernels.blocks) are about as wide as high.
+
+        Columns as wide as a block, one beside the other, up and down in turn.
+        """
+        lanes, d = self.sim.layout.lanes, self.sim.dimension
+        volume = self.sim.of_particles("volume")
+        width = (lanes * np.median(volume[volume > 0.0])) ** (1.0 / d)
+        place = np.floor((x[:, :-1] - x[:, :-1].min(axis=0)) / width).astype(np.int64)
+        turn = place.sum(axis=1) % 2 == 1
+        if d == 3:
+            place[:, 1] = np.where(place[:, 0] % 2 == 1, -place[:, 1], place[:, 1])
+        along = np.where(turn, -x[:, -1], x[:, -1])
+        return np.lexsort((along, *place.T[::-1]))
+
     def _list(self, x, grid):
         """Ghosts and lists for particles at positions x, sorted by cell."""
         sim, n = self.sim, len(x)
@@ -135,7 +152,7 @@ class Search:
         sim.lists["grid_origin"].from_numpy(low)
         sim.lists["grid_cells"].from_numpy(cells)
         sim.kernels.count(n, self.reach**2, 1.0 / width)
-        self.check_capacity("entry", int(sim.lists["first"].to_numpy(n + 1)[n]))
+        self.check_capacity("entry", int(sim.lists["first"].to_numpy()[-(-n // sim.layout.lanes)]))
         sim.kernels.write(n, self.reach**2, 1.0 / width)
         self._touches(n)
 

@@ -31,8 +31,8 @@ def make_advance(phases, StepNumbers, kind):
 
 def by_workers(motion, rates, forces, StepNumbers):
     """Many steps in one kernel: each worker does its share of every phase (compute.workers)."""
-    lists = motion.lists
-    sync = lists.sync
+    lists, blocks = motion.lists, rates.blocks
+    sync, lanes = lists.sync, rates.blocks.lanes
 
     @ti.kernel
     def advance(
@@ -47,10 +47,10 @@ def by_workers(motion, rates, forces, StepNumbers):
         for q in range(workers * STRIDE):
             if q % STRIDE == 0:
                 me, present = assemble(sync, workers)
-                begin, end = 0, 0
-                if present > 0:
-                    begin = first_of(me, present, numbers.count)
-                    end = first_of(me + 1, present, numbers.count)
+                shares = ti.max(present, 1)
+                first = first_of(me, shares, blocks.count(numbers))
+                behind = first_of(me + 1, shares, blocks.count(numbers))
+                begin, end = lanes * first, ti.min(lanes * behind, numbers.count)
                 done, met, drifted = 0, 0, pending
                 while done < output_steps and present > 0:
                     if drifted == 0:
@@ -67,14 +67,15 @@ def by_workers(motion, rates, forces, StepNumbers):
                             break
                     drifted = 0
                     fastest = 0.0
+                    for block in range(first, behind):
+                        fastest = ti.max(fastest, rates.pass_over(block, numbers, material))
                     for i in range(begin, end):
-                        fastest = ti.max(fastest, rates.pass_over(i, numbers, material))
                         motion.show_others(i, numbers)
                     lists.most[APART * me] = fastest
                     met += present
                     barrier(sync, met)
-                    for i in range(begin, end):
-                        forces.pass_over(i, numbers)
+                    for block in range(first, behind):
+                        forces.pass_over(block, numbers)
                     met += present
                     barrier(sync, met)
                     if me == 0:

@@ -93,7 +93,7 @@ class Cells:
     @ti.func
     def cell(self, k):
         """Number of the cell of particle or ghost k."""
-        along, out = self.near.own_cell(k, self.lists.inv_width[0]), 0
+        along, out = self.near.cell_of(self.f.x[k], self.lists.inv_width[0]), 0
         for a in ti.static(range(self.n)):
             out = out * self.lists.grid_cells[a] + along[a]
         return out

@@ -16,84 +16,151 @@ the stress and f the kernel over its value at the spacing, against the pairing o
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import CLOSE, KERNELS, SHAPES
-from dusttaichi.continuum.kernels.store import near_begin
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
+
+# rows of the sums over neighbours, a vector for each particle, and behind them the power of both
+# viscosities
+STRESS, GRID, VISCOUS, PUSHING, PLACES, MOTIONS, POWER = range(7)
 
 
 @ti.data_oriented
 class Forces:
     """Forces on the particles.
 
-    fields, lists: see store.place; layout: store.Layout; images: images.Images or None; attraction:
-    attraction.Attraction or None; hourglass: hourglass.Hourglass or None.
+    fields, lists: see store.place; layout: store.Layout; blocks: blocks.Blocks; images:
+    images.Images or None; attraction: attraction.Attraction or None; hourglass:
+    hourglass.Hourglass or None.
     """
 
-    def __init__(self, fields, lists, layout, *, images, attraction, hourglass):
-        self.f, self.lists, self.layout, self.images = fields, lists, layout, images
-        self.attraction, self.hourglass = attraction, hourglass
+    def __init__(self, fields, lists, layout, *, blocks, images, attraction, hourglass):
+        self.f, self.lists, self.layout, self.blocks = fields, lists, layout, blocks
+        self.images, self.attraction, self.hourglass = images, attraction, hourglass
         self.slope, self.shape = KERNELS[layout.kernel], SHAPES[layout.kernel]
-        self.n = layout.dimension
+        self.n, self.lanes = layout.dimension, layout.lanes
+        self.resisting = (fields.alpha, fields.beta, fields.impedance, fields.density)
 
     @ti.func
-    def pass_over(self, i, numbers: ti.template()):
-        """Compute the force on particle i, and its parts with a channel of the ledger."""
-        x, v, k_i, alpha = self.f.x[i], self.f.v[i], self.f.impedance[i], self.f.alpha[i]
-        beta, rho = self.f.beta[i], self.f.density[i]
-        stress, viscous = ti.Vector.zero(ti.f64, self.n), ti.Vector.zero(ti.f64, self.n)
-        pushing, grid = ti.Vector.zero(ti.f64, self.n), ti.Vector.zero(ti.f64, self.n)
-        # sums of what depends on i by a factor only; power of the two viscosities
-        places, motions = ti.Vector.zero(ti.f64, self.n), ti.Vector.zero(ti.f64, self.n)
-        power = 0.0
-        # The loop takes little from outside (h and scale come behind it): with more, LLVM goes over
-        # four vectors at a time, and most of a list is left to be done one by one.
-        side, opened = 0, 0.0
-        if ti.static(self.layout.separate):
-            side, opened = self.f.side[i], ti.select(self.f.gap[i] >= 0.0, 1.0, 0.0)
-        begin = near_begin(self.lists, i)
-        for k in range(begin, begin + self.lists.near_counts[i]):
-            j = self.lists.near[k]
-            d, u = x - self.f.x[j], v - self.f.v[j]
-            r2 = d.norm_sqr()
-            weight = self.f.volume[j] * self.slope(r2, numbers.inv_h, 1.0)
-            k_j = self.f.impedance[j]
-            # those of what i does to both, and j, whose contacts open each by itself
-            own, other = weight, weight
-            if ti.static(self.layout.separate):
-                foreign = ti.select(self.f.side[j] != side, weight, 0.0)
-                own -= opened * foreign
-                other -= ti.select(self.f.gap[j] >= 0.0, foreign, 0.0)
-            wd, wu = other * d, other * u
-            if ti.static(self.layout.heat):
-                power += numbers.grid * numbers.h * self.noise_power(i, j, own, other, d, u)
-            places += own * d
-            motions += own * u
-            Q_j, kL_j = self.f.flux[j], self.f.drag[j]
-            for a in ti.static(range(self.n)):
-                grid[a] += k_j * wu[a]
-                for b in ti.static(range(self.n)):
-                    stress[a] += Q_j[self.n * a + b] * wd[b]
-                    grid[a] -= kL_j[self.n * a + b] * wd[b]
+    def pass_over(self, block, numbers: ti.template()):
+        """Compute the forces on a block of particles, and their parts with a channel each."""
+        n = ti.static(self.n)
+        sums = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * self.lanes))
+        self.add_pairs(block, sums, numbers)
+        for lane in range(self.lanes):
+            i = block * self.lanes + lane
+            if i < numbers.count:
+                at = self.of_lane(sums, PLACES, lane)
+                stress = self.of_lane(sums, STRESS, lane) + tensors.matrix(self.f.flux[i], n) @ at
+                grid = self.f.impedance[i] * self.of_lane(sums, MOTIONS, lane)
+                grid += self.of_lane(sums, GRID, lane) - tensors.matrix(self.f.drag[i], n) @ at
+                volume = numbers.scale * self.f.volume[i]
+                if ti.static(self.layout.artificial):
+                    self.f.pushing[i] = volume * self.of_lane(sums, PUSHING, lane)
+                grid *= volume * numbers.grid * numbers.h
+                viscous = volume * self.of_lane(sums, VISCOUS, lane)
+                power = volume * sums[POWER * n * self.lanes + lane]
+                self.add_up(i, volume * stress, viscous, grid, power, numbers)
+
+    @ti.func
+    def of_lane(self, sums: ti.template(), row: ti.template(), lane):
+        """The vector of a lane in a row of the sums."""
+        out = ti.Vector.zero(ti.f64, self.n)
+        for a in ti.static(range(self.n)):
+            out[a] = sums[(self.n * row + a) * self.lanes + lane]
+        return out
+
+    @ti.func
+    def place_lanes(self, block, own: ti.template(), side: ti.template(), numbers: ti.template()):
+        """Write what the pairs of a block need of its own particles."""
+        n, lanes = ti.static(self.n, self.lanes)
+        for lane in range(lanes):
+            i = self.blocks.particle(block, lane, numbers)
+            for a in ti.static(range(n)):
+                own[a * lanes + lane] = self.f.x[i][a]
+                own[(n + a) * lanes + lane] = self.f.v[i][a]
             if ti.static(self.layout.viscous):
-                mu = self.approach(d, u, numbers.inv_h)
-                linear = 0.5 * ti.max(alpha, self.f.alpha[j]) * (k_i + k_j)
-                square = 0.5 * ti.max(beta, self.f.beta[j]) * (rho + self.f.density[j])
-                resisting = ti.max(own, other) * (linear - square * mu) * mu
-                viscous += resisting * d
+                for c, values in ti.static(enumerate(self.resisting)):
+                    own[(2 * n + c) * lanes + lane] = values[i]
+            if ti.static(self.layout.separate):
+                side[lane] = self.f.side[i]
+                own[(2 * n + 4) * lanes + lane] = self.opened(i)
+
+    @ti.func
+    def opened(self, i):
+        """1 where the contact of particle i is open."""
+        return ti.select(self.f.gap[i] >= 0.0, 1.0, 0.0)
+
+    @ti.func
+    def add_pairs(self, block, sums: ti.template(), numbers: ti.template()):
+        """Add up the forces of all neighbours of a block over scale and own volume."""
+        n, lanes = ti.static(self.n, self.lanes)
+        own = ti.Vector.zero(ti.f64, ti.static((2 * n + 5) * lanes))
+        side = ti.Vector.zero(ti.i32, lanes)
+        self.place_lanes(block, own, side, numbers)
+        first = block * lanes
+        for k in range(self.blocks.begin(first), self.blocks.end(first)):
+            j = self.lists.near[k]
+            x, v, volume = self.f.x[j], self.f.v[j], self.f.volume[j]
+            Q_j, kL_j, k_j = self.f.flux[j], self.f.drag[j], self.f.impedance[j]
+            side_j, open_j = 0, 0.0
+            if ti.static(self.layout.separate):
+                side_j, open_j = self.f.side[j], self.opened(j)
+            for lane in range(lanes):
+                d = ti.Vector([own[a * lanes + lane] - x[a] for a in ti.static(range(n))])
+                u = ti.Vector([own[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))])
+                weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
+                # those of what i does to both, and j, whose contacts open each by itself
+                mine, other = weight, weight
+                if ti.static(self.layout.separate):
+                    foreign = ti.select(side_j != side[lane], weight, 0.0)
+                    mine -= own[(2 * n + 4) * lanes + lane] * foreign
+                    other -= open_j * foreign
+                wd, wu = other * d, other * u
+                for a in ti.static(range(n)):
+                    # sums of what depends on i by a factor only
+                    sums[(PLACES * n + a) * lanes + lane] += mine * d[a]
+                    sums[(MOTIONS * n + a) * lanes + lane] += mine * u[a]
+                    of_stress, of_noise = 0.0, k_j * wu[a]
+                    for b in ti.static(range(n)):
+                        of_stress += Q_j[n * a + b] * wd[b]
+                        of_noise -= kL_j[n * a + b] * wd[b]
+                    sums[(STRESS * n + a) * lanes + lane] += of_stress
+                    sums[(GRID * n + a) * lanes + lane] += of_noise
+                i = self.blocks.particle(block, lane, numbers)
                 if ti.static(self.layout.heat):
-                    power += resisting * u.dot(d)
-            if ti.static(self.layout.artificial_stress):
-                shape = self.shape(ti.sqrt(r2) * numbers.inv_h) * numbers.at_spacing
-                for a, b in ti.static(ti.ndrange(self.n, self.n)):
-                    c = ti.static(self.n * a + b)
-                    pull = self.f.tension[i][c] + self.f.tension[j][c]
-                    pushing[a] += shape**numbers.exponent * pull * ti.max(own, other) * d[b]
-        stress += tensors.matrix(self.f.flux[i], self.n) @ places
-        grid += k_i * motions - tensors.matrix(self.f.drag[i], self.n) @ places
-        volume = numbers.scale * self.f.volume[i]
-        if ti.static(self.layout.artificial):
-            self.f.pushing[i] = volume * pushing
-        grid *= volume * numbers.grid * numbers.h
-        self.add_up(i, volume * stress, volume * viscous, grid, volume * power, numbers)
+                    noise = self.noise_power(i, j, mine, other, d, u)
+                    sums[POWER * n * lanes + lane] += numbers.grid * numbers.h * noise
+                if ti.static(self.layout.viscous):
+                    self.resist(j, lane, own, ti.max(mine, other), d, u, sums, numbers)
+                if ti.static(self.layout.artificial_stress):
+                    self.pull(i, j, lane, ti.max(mine, other), d, sums, numbers)
+
+    @ti.func
+    def resist(
+        self, j, lane, own: ti.template(), weight, d, u, sums: ti.template(), numbers: ti.template()
+    ):
+        """Add the viscosity of a pair."""
+        n, lanes = ti.static(self.n, self.lanes)
+        alpha, beta, k_i, rho = ti.static(2 * n, 2 * n + 1, 2 * n + 2, 2 * n + 3)
+        mu = self.approach(d, u, numbers.inv_h)
+        linear = 0.5 * ti.max(own[alpha * lanes + lane], self.f.alpha[j])
+        linear *= own[k_i * lanes + lane] + self.f.impedance[j]
+        square = 0.5 * ti.max(own[beta * lanes + lane], self.f.beta[j])
+        square *= own[rho * lanes + lane] + self.f.density[j]
+        resisting = weight * (linear - square * mu) * mu
+        for a in ti.static(range(n)):
+            sums[(VISCOUS * n + a) * lanes + lane] += resisting * d[a]
+        if ti.static(self.layout.heat):
+            sums[POWER * n * lanes + lane] += resisting * u.dot(d)
+
+    @ti.func
+    def pull(self, i, j, lane, weight, d, sums: ti.template(), numbers: ti.template()):
+        """Add the artificial stress of a pair."""
+        n = ti.static(self.n)
+        shape = self.shape(ti.sqrt(d.norm_sqr()) * numbers.inv_h) * numbers.at_spacing
+        for a, b in ti.static(ti.ndrange(n, n)):
+            tension = self.f.tension[i][n * a + b] + self.f.tension[j][n * a + b]
+            force = shape**numbers.exponent * tension * weight * d[b]
+            sums[(PUSHING * n + a) * self.lanes + lane] += force
 
     @ti.func
     def approach(self, d, u, inv_h):

@@ -13,16 +13,17 @@ have such a force in place of artificial stress.
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import CLOSE
-from dusttaichi.continuum.kernels.store import DT, near_begin
+from dusttaichi.continuum.kernels.store import DT
 from dusttaichi.samples.continuum.particles import ELASTIC
 
 
 @ti.data_oriented
 class Hourglass:
-    """fields, lists: see store.place; n: dimension; slope: that of the smoothing kernel."""
+    """fields, lists: see store.place; blocks: blocks.Blocks; slope: of the smoothing kernel."""
 
-    def __init__(self, fields, lists, n, slope):
-        self.f, self.lists, self.n, self.slope = fields, lists, n, slope
+    def __init__(self, fields, lists, blocks, slope):
+        self.f, self.lists, self.blocks, self.slope = fields, lists, blocks, slope
+        self.n = blocks.n
 
     @ti.func
     def follow(self, i, L: ti.template(), numbers: ti.template()):
@@ -31,12 +32,11 @@ class Hourglass:
             x, v, side, dt = self.f.x[i], self.f.v[i], self.f.side[i], self.f.clock[DT]
             total, places = 0.0, ti.Vector.zero(ti.f64, self.n)
             motions = ti.Vector.zero(ti.f64, self.n)
-            begin = near_begin(self.lists, i)
-            for k in range(begin, begin + self.lists.near_counts[i]):
+            for k in range(self.blocks.begin(i), self.blocks.end(i)):
                 j = self.lists.near[k]
                 d, u = x - self.f.x[j], v - self.f.v[j]
                 weight = self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
-                weight = ti.select(self.f.side[j] == side, weight, 0.0)
+                weight = ti.select(self.f.side[j] == side and j != i, weight, 0.0)
                 total += weight
                 places += weight * d
                 motions += weight * u
@@ -50,8 +50,7 @@ class Hourglass:
         out = ti.Vector.zero(ti.f64, self.n)
         if self.f.role[i] == ELASTIC:
             x, eta, side = self.f.x[i], self.f.hourglass[i], self.f.side[i]
-            begin = near_begin(self.lists, i)
-            for k in range(begin, begin + self.lists.near_counts[i]):
+            for k in range(self.blocks.begin(i), self.blocks.end(i)):
                 j = self.lists.near[k]
                 d = x - self.f.x[j]
                 r2 = d.norm_sqr()

@@ -22,35 +22,40 @@ An open contact has no images, for each particle separately: those of its own su
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels.smoothing import CLOSE
-from dusttaichi.continuum.kernels.store import LAYER, PARTS, SPIN, near_begin
+from dusttaichi.continuum.kernels.store import FACES, LAYER, PARTS, SPIN
 
 
 @ti.data_oriented
 class Images:
     """Images of particles beyond surfaces.
 
-    fields, lists: see store.place; layout: store.Layout; slope: that of the smoothing kernel;
-    rigid: kernels.rigid.Rigid.
+    fields, lists: see store.place; blocks: blocks.Blocks; layout: store.Layout; slope: that of the
+    smoothing kernel; rigid: kernels.rigid.Rigid.
     """
 
-    def __init__(self, fields, lists, layout, slope, rigid):
-        self.f, self.lists, self.layout = fields, lists, layout
+    def __init__(self, fields, lists, blocks, layout, *, slope, rigid):
+        self.f, self.lists, self.blocks, self.layout = fields, lists, blocks, layout
         self.slope, self.rigid, self.n = slope, rigid, layout.dimension
 
     @ti.func
-    def apart(self, arm_i, arm_k, touch_i: ti.template(), touch_k: ti.template()):
-        """(x_i - x_k', n) of a pair as (3,) each, and 1, or 0.
+    def apart(self, row, arm_i, arm_k, touch_i, touch_k, numbers: ti.template()):
+        """(x_i - x_k', n) of a pair as (3,) each, and True where the image is in reach.
 
-        0 where the surface turns away by more than a right angle between them. arm: from the
-        centre; touch: distance and normal, (4,).
+        It is not where the surface turns away by more than a right angle between them. arm: from
+        the centre; touch: distance and normal, (4,).
         """
-        d_i, n_i = touch_i[0], ti.Vector([touch_i[1], touch_i[2], touch_i[3]])
-        d_k, n_k = touch_k[0], ti.Vector([touch_k[1], touch_k[2], touch_k[3]])
-        n, there = n_i + n_k, 0.0
-        if n_i.dot(n_k) > 0.0:
-            n, there = n.normalized(), 1.0
-        between = arm_i - arm_k
-        return between + (d_i + d_k - n.dot(between)) * n, n, there
+        n_i = ti.Vector([touch_i[1], touch_i[2], touch_i[3]])
+        n_k = ti.Vector([touch_k[1], touch_k[2], touch_k[3]])
+        between, n, away = arm_i - arm_k, n_i, touch_i[0] + touch_k[0]
+        near = away < 2.0 * numbers.h
+        if near and row >= FACES:  # a plane has one normal
+            near = n_i.dot(n_k) > 0.0
+            if near:
+                n = (n_i + n_k).normalized()
+        if near:
+            between += (away - n.dot(between)) * n
+            near = between.norm_sqr() < 4.0 * numbers.h * numbers.h
+        return between, n, near
 
     @ti.func
     def touch(self, i, row, numbers: ti.template()):
@@ -64,39 +69,50 @@ class Images:
         return self.f.v[i] - self.rigid.motion(row, self.rigid.arm(row, self.f.x[i], numbers))
 
     @ti.func
-    def strained(self, i, row, touch: ti.template(), numbers: ti.template()):
-        """Terms of A and G of the first pass (rates) from images behind the surface `row`."""
-        A = ti.Matrix.zero(ti.f64, self.n, self.n)
-        G = ti.Matrix.zero(ti.f64, self.n, self.n)
+    def strained(self, i, e, touch: ti.template(), numbers: ti.template()):
+        """Terms of A and G of the first pass (rates) from images behind the surface of touch e."""
+        self.clear(e)
+        n = ti.static(self.n)
+        row = self.lists.touch_row[e]
         arm = self.rigid.arm(row, self.f.x[i], numbers)
         w_i = self.f.v[i] - self.rigid.motion(row, arm)
         spin = self.rigid.vector(row, SPIN)
-        begin, count = near_begin(self.lists, i), self.lists.near_counts[i]
-        for m in range(count + 1):
-            k = self.other(i, begin, m, count)
-            if m == count or k != i:
+        begin, end = self.blocks.begin(i), self.blocks.end(i)
+        for m in range(begin, end + 1):
+            k = self.other(i, m, end)
+            if m == end or self.reaches(i, k, numbers):
                 arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
                 touch_k = self.rigid.surface(row, arm_k, numbers.h)
-                if touch[0] + touch_k[0] < 2.0 * numbers.h:
-                    between, _, there = self.apart(arm, arm_k, touch, touch_k)
-                    weight = there * self.f.volume[k]
+                between, _, near = self.apart(row, arm, arm_k, touch, touch_k, numbers)
+                if near:
+                    weight = self.f.volume[k]
                     weight *= self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
                     weight *= self.slope(between.norm_sqr(), numbers.inv_h, numbers.scale)
                     u = w_i + self.f.v[k] - self.rigid.motion(row, arm_k)
                     u += self.rigid.flat(spin.cross(between))
                     d = self.rigid.flat(between)
-                    for a, b in ti.static(ti.ndrange(self.n, self.n)):
-                        A[a, b] -= weight * d[a] * d[b]
-                        G[a, b] -= weight * u[a] * d[b]
+                    for a, b in ti.static(ti.ndrange(n, n)):
+                        self.add(e, n * a + b, -weight * d[a] * d[b])
+                        self.add(e, n * n + n * a + b, -weight * u[a] * d[b])
+        A, G = ti.Matrix.zero(ti.f64, n, n), ti.Matrix.zero(ti.f64, n, n)
+        for a, b in ti.static(ti.ndrange(n, n)):
+            A[a, b] = self.lists.touch[e, n * a + b]
+            G[a, b] = self.lists.touch[e, n * n + n * a + b]
         return A, G
 
     @ti.func
-    def other(self, i, begin, m, count):
-        """The neighbour number m of particle i; the particle itself behind all others."""
+    def other(self, i, m, end):
+        """The neighbour in entry m of the list of particle i; the particle itself behind all."""
         k = i
-        if m < count:
-            k = self.lists.near[begin + m]
+        if m < end:
+            k = self.lists.near[m]
         return k
+
+    @ti.func
+    def reaches(self, i, k, numbers: ti.template()):
+        """True where k is another particle in reach of i, and not of another one of its block."""
+        far = (self.f.x[i] - self.f.x[k]).norm_sqr()
+        return k != i and far < 4.0 * numbers.h * numbers.h
 
     @ti.func
     def push(self, i, numbers: ti.template()):
@@ -111,68 +127,64 @@ class Images:
             row = self.lists.touch_row[e]
             arm = self.rigid.arm(row, self.f.x[i], numbers)
             touch = self.rigid.surface(row, arm, numbers.h)
-            for c in ti.static(range(PARTS)):
-                self.lists.touch[e, c] = 0.0
+            self.clear(e)
             if touch[0] < 2.0 * numbers.h:
-                begin, count = near_begin(self.lists, i), self.lists.near_counts[i]
-                for m in range(count + 1):
-                    k = self.other(i, begin, m, count)
-                    if m == count or k != i:
-                        of_stress, of_pairs, of_noise, warms = self.pair(i, k, e, arm, numbers)
-                        stress += of_stress
-                        viscous += of_pairs
-                        grid += of_noise
-                        power += warms
+                begin, end = self.blocks.begin(i), self.blocks.end(i)
+                for m in range(begin, end + 1):
+                    k = self.other(i, m, end)
+                    if m == end or self.reaches(i, k, numbers):
+                        arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
+                        touch_k = self.rigid.surface(row, arm_k, numbers.h)
+                        between, n, near = self.apart(row, arm, arm_k, touch, touch_k, numbers)
+                        if near:
+                            share = self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
+                            base = share * self.f.volume[i] * self.f.volume[k]
+                            pair = self.pair(i, k, e, base, arm, between, n, numbers)
+                            stress += pair[0]
+                            viscous += pair[1]
+                            grid += pair[2]
+                            power += pair[3]
         return stress, viscous, grid, power
 
     @ti.func
-    def pair(self, i, k, e, arm, numbers: ti.template()):
+    def pair(self, i, k, e, base, arm, between, n, numbers: ti.template()):
         """Forces on i of its images with k (stress, viscous, grid): T_ik + T_ki each.
 
-        And the power of both viscosities.
+        And the power of both viscosities. base: product of both volumes; between, n: x_i - x_k' and
+        the normal of the mirror, (3,) both. The load on the surface is added to that of touch e.
         """
         row = self.lists.touch_row[e]
-        touch = self.rigid.surface(row, arm, numbers.h)
         arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
-        touch_k = self.rigid.surface(row, arm_k, numbers.h)
         stress, power = ti.Vector.zero(ti.f64, self.n), 0.0
         viscous, grid = stress, stress
-        if touch[0] + touch_k[0] < 2.0 * numbers.h:  # else the image is out of reach
-            between, n, there = self.apart(arm, arm_k, touch, touch_k)
-            r2 = between.norm_sqr()
-            base = there * self.f.volume[i] * self.f.volume[k]
-            base *= self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
-            base *= self.slope(r2, numbers.inv_h, numbers.scale)
-            spin = self.rigid.vector(row, SPIN)
-            w = (
-                self.f.v[i]
-                - self.rigid.motion(row, arm)
-                + self.f.v[k]
-                - self.rigid.motion(row, arm_k)
-            )
-            mirrored = 2.0 * n.dot(between) * n - between
-            d, d_k = self.rigid.flat(between), self.rigid.flat(mirrored)
-            u = w + self.rigid.flat(spin.cross(between))
-            u_k = w + self.rigid.flat(spin.cross(mirrored))
-            own, its = base * self.closed(i, row), base * self.closed(k, row)
-            closing = numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
-            mu, mu_k = ti.min(u.dot(d), 0.0) * closing, ti.min(u_k.dot(d_k), 0.0) * closing
-            middle = 2.0 * arm - self.rigid.raised(self.f.x[i] - self.f.x[k]) - between
-            stress += own * self.of_rows(self.f.flux[i], d)
-            viscous += own * self.resistance(i, k, mu) * d
-            grid += own * self.noise(i, u, d, numbers)
-            if ti.static(self.layout.heat):
-                power += (viscous + grid).dot(u)
-            # twice on the body, at the place of k and at that of its image: the mean of both arms
-            for part, force in ti.static(enumerate((stress, viscous, grid))):
-                self.note(e, part, self.rigid.raised(force), middle)
-            stress += its * self.of_rows(self.f.flux[k], d_k)
-            of_pairs = its * self.resistance(i, k, mu_k) * d_k
-            of_noise = its * self.noise(k, u_k, d_k, numbers)
-            if ti.static(self.layout.heat):
-                power += (of_pairs + of_noise).dot(u_k)
-            viscous += of_pairs
-            grid += of_noise
+        r2 = between.norm_sqr()
+        weight = base * self.slope(r2, numbers.inv_h, numbers.scale)
+        spin = self.rigid.vector(row, SPIN)
+        w = self.f.v[i] - self.rigid.motion(row, arm)
+        w += self.f.v[k] - self.rigid.motion(row, arm_k)
+        mirrored = 2.0 * n.dot(between) * n - between
+        d, d_k = self.rigid.flat(between), self.rigid.flat(mirrored)
+        u = w + self.rigid.flat(spin.cross(between))
+        u_k = w + self.rigid.flat(spin.cross(mirrored))
+        own, its = weight * self.closed(i, row), weight * self.closed(k, row)
+        closing = numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
+        mu, mu_k = ti.min(u.dot(d), 0.0) * closing, ti.min(u_k.dot(d_k), 0.0) * closing
+        middle = 2.0 * arm - self.rigid.raised(self.f.x[i] - self.f.x[k]) - between
+        stress += own * self.of_rows(self.f.flux[i], d)
+        viscous += own * self.resistance(i, k, mu) * d
+        grid += own * self.noise(i, u, d, numbers)
+        if ti.static(self.layout.heat):
+            power += (viscous + grid).dot(u)
+        # twice on the body, at the place of k and at that of its image: the mean of both arms
+        for part, force in ti.static(enumerate((stress, viscous, grid))):
+            self.note(e, part, self.rigid.raised(force), middle)
+        stress += its * self.of_rows(self.f.flux[k], d_k)
+        of_pairs = its * self.resistance(i, k, mu_k) * d_k
+        of_noise = its * self.noise(k, u_k, d_k, numbers)
+        if ti.static(self.layout.heat):
+            power += (of_pairs + of_noise).dot(u_k)
+        viscous += of_pairs
+        grid += of_noise
         return stress, viscous, grid, power
 
     @ti.func
@@ -216,5 +228,20 @@ class Images:
         """Add the reaction to a force T of a pair to what touch e does to its surface."""
         torque = middle.cross(force)
         for a in ti.static(range(3)):
-            self.lists.touch[e, 6 * part + a] -= 2.0 * force[a]
-            self.lists.touch[e, 6 * part + 3 + a] -= torque[a]
+            self.add(e, 6 * part + a, -2.0 * force[a])
+            self.add(e, 6 * part + 3 + a, -torque[a])
+
+    @ti.func
+    def clear(self, e):
+        """Set the numbers of touch e to 0."""
+        for c in ti.static(range(PARTS)):
+            self.lists.touch[e, c] = 0.0
+
+    @ti.func
+    def add(self, e, c, value):
+        """Add to a number of touch e, of which no other thread knows: `+=` would be an atomic one.
+
+        A loop that stores to memory has no vectors. Few of its neighbours have an image in reach,
+        and vectors of all of them take twice as long.
+        """
+        self.lists.touch[e, c] = self.lists.touch[e, c] + value

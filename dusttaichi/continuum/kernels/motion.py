@@ -72,7 +72,8 @@ class Motion:
             x = self.rigid.flat(self.rigid.vector(group, CENTRE) + arm)
             new = self.rigid.motion(group, arm)
         mean = (0.5 * half) * (v + new)
-        self.f.loss[i] -= ti.Vector([self.f.viscous[i].dot(mean), self.f.grid_force[i].dot(mean)])
+        lost = ti.Vector([self.f.viscous[i].dot(mean), self.f.grid_force[i].dot(mean)])
+        self.f.loss[i] = self.f.loss[i] - lost  # `-=` would be an atomic one
         if ti.static(self.layout.artificial):
             self.f.taken[i] -= self.f.pushing[i].dot(mean)
         if ti.static(self.layout.heat):

@@ -8,7 +8,7 @@ rigid surface the sums include mirror images (images).
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import KERNELS
-from dusttaichi.continuum.kernels.store import DT, LAYER, VECTOR, near_begin
+from dusttaichi.continuum.kernels.store import DT, LAYER
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
@@ -21,76 +21,101 @@ STRAIN = 1e-30  # keeps a rate of strain of zero from being divided by
 class Rates:
     """Rates of the particles.
 
-    fields, lists: see store.place; layout: store.Layout; law: the response to a velocity gradient
-    (response.Response); images: images.Images or None; contact: separation.Separation or None;
-    hourglass: hourglass.Hourglass or None.
+    fields, lists: see store.place; layout: store.Layout; blocks: blocks.Blocks; law: the response
+    to a velocity gradient (response.Response); images: images.Images or None; contact:
+    separation.Separation or None; hourglass: hourglass.Hourglass or None.
     """
 
-    def __init__(self, fields, lists, layout, *, law, images, contact, hourglass):
-        self.f, self.lists, self.layout = fields, lists, layout
+    def __init__(self, fields, lists, layout, *, blocks, law, images, contact, hourglass):
+        self.f, self.lists, self.layout, self.blocks = fields, lists, layout, blocks
         self.slope = KERNELS[layout.kernel]
         self.law, self.images, self.contact = law, images, contact
         self.hourglass = hourglass
-        self.n = layout.dimension
+        self.n, self.lanes = layout.dimension, layout.lanes
 
     @ti.func
-    def pass_over(self, i, numbers: ti.template(), material: ti.template()):
-        """Update particle i from the motion of its neighbours; returns its speed of signals [m/s].
+    def pass_over(self, block, numbers: ti.template(), material: ti.template()):
+        """Update the particles of a block from the motion of their neighbours.
 
-        At least its own speed, so that a step cannot carry it past a neighbour.
+        Returns their fastest speed of signals [m/s], at least their own speed, so that a step
+        cannot carry one past a neighbour.
         """
-        speed = self.f.v[i].norm()
-        self.find_neighbours(i, 4.0 * numbers.h * numbers.h)
-        role = self.f.role[i]
-        if role == DUST or role == ELASTIC:
-            speed = ti.max(speed, self.update_stress(i, numbers, material))
-        return speed
+        fastest = 0.0
+        self.blocks.find_neighbours(block, numbers)
+        A = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
+        G = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
+        near = ti.Vector.zero(ti.f64, self.lanes)
+        self.sum_up(block, A, G, near, numbers)
+        for lane in range(self.lanes):
+            i = block * self.lanes + lane
+            if i < numbers.count:
+                fastest = ti.max(fastest, self.f.v[i].norm())
+                role = self.f.role[i]
+                if role == DUST or role == ELASTIC:
+                    of_A, of_G = self.of_lane(A, lane), self.of_lane(G, lane)
+                    for a, b in ti.static(ti.ndrange(self.n, self.n)):
+                        if ti.static(a > b):
+                            of_A[a, b] = of_A[b, a]
+                    speed = self.update_stress(i, of_A, of_G, near[lane], numbers, material)
+                    fastest = ti.max(fastest, speed)
+        return fastest
 
     @ti.func
-    def find_neighbours(self, i, reach2):
-        """Select the listed neighbours of particle i within reach of the kernel.
-
-        They are padded to whole vectors of the processor with the particle itself, which adds
-        nothing.
-        """
-        x, begin = self.f.x[i], near_begin(self.lists, i)
-        found = begin
-        for k in range(self.lists.first[i], self.lists.first[i + 1]):
-            j = self.lists.entry[k]
-            # one out of reach is overwritten by the next: no unpredictable branch
-            self.lists.near[found] = j
-            found += ti.cast((x - self.f.x[j]).norm_sqr() < reach2, ti.i32)
-        for k in ti.static(range(VECTOR - 1)):
-            self.lists.near[found + k] = i
-        self.lists.near_counts[i] = (found - begin + VECTOR - 1) // VECTOR * VECTOR
-
-    @ti.func
-    def update_stress(self, i, numbers: ti.template(), material: ti.template()):
-        x, v = self.f.x[i], self.f.v[i]
-        A = ti.Matrix.zero(ti.f64, self.n, self.n)
-        G = ti.Matrix.zero(ti.f64, self.n, self.n)
-        near, side, opened = 0.0, 0, 0.0
-        if ti.static(self.layout.separate or self.layout.viscous):
-            side, opened = self.f.side[i], self.opened(i)
-        begin = near_begin(self.lists, i)
-        for k in range(begin, begin + self.lists.near_counts[i]):
-            j = self.lists.near[k]
-            d, u = x - self.f.x[j], v - self.f.v[j]
-            weight = self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
-            if ti.static(self.layout.separate or self.layout.viscous):
-                # sums and selections alone: an `and` would be a branch, which prevents vectors
-                foreign = ti.select(self.f.side[j] != side, weight, 0.0)
-                near += foreign
-                weight -= opened * foreign
-            for b in ti.static(range(self.n)):
-                wd = weight * d[b]
-                for a in ti.static(range(self.n)):
-                    G[a, b] -= u[a] * wd
-                    if ti.static(a <= b):
-                        A[a, b] -= d[a] * wd
+    def of_lane(self, sums: ti.template(), lane):
+        """The matrix of a lane."""
+        out = ti.Matrix.zero(ti.f64, self.n, self.n)
         for a, b in ti.static(ti.ndrange(self.n, self.n)):
-            if ti.static(a > b):
-                A[a, b] = A[b, a]
+            out[a, b] = sums[(self.n * a + b) * self.lanes + lane]
+        return out
+
+    @ti.func
+    def sum_up(
+        self, block, A: ti.template(), G: ti.template(), near: ti.template(), numbers: ti.template()
+    ):
+        """Add up A, of which the upper half, G and the foreign volume around the particles."""
+        n, lanes = ti.static(self.n, self.lanes)
+        x = ti.Vector.zero(ti.f64, ti.static(n * lanes))
+        v = ti.Vector.zero(ti.f64, ti.static(n * lanes))
+        side, opened = ti.Vector.zero(ti.i32, lanes), ti.Vector.zero(ti.f64, lanes)
+        for lane in range(lanes):
+            i = self.blocks.particle(block, lane, numbers)
+            for a in ti.static(range(n)):
+                x[a * lanes + lane], v[a * lanes + lane] = self.f.x[i][a], self.f.v[i][a]
+            if ti.static(self.layout.separate or self.layout.viscous):
+                side[lane], opened[lane] = self.f.side[i], self.opened(i)
+        first = block * lanes
+        for k in range(self.blocks.begin(first), self.blocks.end(first)):
+            j = self.lists.near[k]
+            x_j, v_j, volume, side_j = self.f.x[j], self.f.v[j], self.f.volume[j], 0
+            if ti.static(self.layout.separate or self.layout.viscous):
+                side_j = self.f.side[j]
+            for lane in range(lanes):
+                d = ti.Vector([x[a * lanes + lane] - x_j[a] for a in ti.static(range(n))])
+                u = ti.Vector([v[a * lanes + lane] - v_j[a] for a in ti.static(range(n))])
+                weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
+                if ti.static(self.layout.separate or self.layout.viscous):
+                    foreign = ti.select(side_j != side[lane], weight, 0.0)
+                    near[lane] += foreign
+                    weight -= opened[lane] * foreign
+                for b in ti.static(range(n)):
+                    wd = weight * d[b]
+                    for a in ti.static(range(n)):
+                        G[(n * a + b) * lanes + lane] -= u[a] * wd
+                        if ti.static(a <= b):
+                            A[(n * a + b) * lanes + lane] -= d[a] * wd
+
+    @ti.func
+    def update_stress(
+        self,
+        i,
+        A: ti.template(),
+        G: ti.template(),
+        near,
+        numbers: ti.template(),
+        material: ti.template(),
+    ):
+        """Stress of particle i from the sums over its neighbours; returns its speed of signals."""
+        opened = self.opened(i)
         if ti.static(self.layout.rigid):
             for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
                 row = self.lists.touch_row[e]
@@ -98,7 +123,7 @@ class Rates:
                 if touch[0] < 2.0 * numbers.h:
                     near -= 1.0 - self.f.rigid[row, LAYER]
                     if self.images.closed(i, row) == 1.0:
-                        more_A, more_G = self.images.strained(i, row, touch, numbers)
+                        more_A, more_G = self.images.strained(i, e, touch, numbers)
                         A += more_A
                         G += more_G
         C = ti.Matrix.identity(ti.f64, self.n)

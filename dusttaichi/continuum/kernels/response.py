@@ -70,13 +70,14 @@ class Response:
             whole = 1.0 - self.f.damage[i] ** 3
             p, after = LAWS.carried_pressure(p, whole), whole * after
         pressed = -0.5 * (before + p) * growth * power
-        self.f.work[i] += ti.Vector(
+        done = ti.Vector(
             [
                 ti.select(before + p >= 0.0, pressed, 0.0),
                 ti.select(before + p < 0.0, pressed, 0.0),
                 0.5 * tensors.double_dot(S + after, D) * power,
             ]
         )
+        self.f.work[i] = self.f.work[i] + done  # `+=` would be an atomic one
         return after - p * one, swollen
 
     @ti.func

@@ -62,7 +62,7 @@ def make_search(motion, numbers):
     by cell; `write_lists()`; `place_ghosts()`; `outcome()`: 0, or not where particles are lost or
     lists too long. numbers: field of the StepNumbers.
     """
-    layout, near = motion.layout, Lists(motion.f, motion.lists, motion.n)
+    layout, near = motion.layout, Lists(motion.f, motion.lists, motion.layout)
     known = motion, near, numbers
     ghosts = Ghosts(*known) if layout.ghosts else None
     touches = Touches(*known) if layout.rigid else None
@@ -142,11 +142,9 @@ def make_write(cells, ghosts, touches):
 
     @ti.func
     def visit(i, write: ti.template()):
-        found = 0
-        if near.yields(i) == 1:  # rigid and fixed particles need no neighbours
-            reach = lists.reaches[REACH]
-            found = near.neighbours(i, reach * reach, lists.inv_width[0], write)
-        return found
+        reach = lists.reaches[REACH]
+        count = numbers[None].count
+        return near.neighbours(i, count, reach * reach, lists.inv_width[0], write)
 
     @ti.kernel
     def write_lists():

@@ -10,7 +10,7 @@ again.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.continuum.kernels.store import LAYER, near_begin
+from dusttaichi.continuum.kernels.store import LAYER
 
 CLOSED = -1.0
 
@@ -19,12 +19,13 @@ CLOSED = -1.0
 class Separation:
     """Contacts of particles that open.
 
-    fields, lists: see store.place; n: dimension; slope: that of the smoothing kernel; images:
-    images.Images or None.
+    fields, lists: see store.place; blocks: blocks.Blocks; slope: that of the smoothing kernel;
+    images: images.Images or None.
     """
 
-    def __init__(self, fields, lists, n, *, slope, images):
-        self.f, self.lists, self.n, self.slope = fields, lists, n, slope
+    def __init__(self, fields, lists, blocks, *, slope, images):
+        self.f, self.lists, self.blocks, self.slope = fields, lists, blocks, slope
+        self.n = blocks.n
         self.images, self.surfaces = images, images is not None
 
     @ti.func
@@ -39,8 +40,7 @@ class Separation:
         normal = ti.Vector.zero(ti.f64, self.n)
         place, motion = normal, normal
         total = 0.0
-        begin = near_begin(self.lists, i)
-        for k in range(begin, begin + self.lists.near_counts[i]):
+        for k in range(self.blocks.begin(i), self.blocks.end(i)):
             j = self.lists.near[k]
             if self.f.side[j] != self.f.side[i]:
                 d = x - self.f.x[j]

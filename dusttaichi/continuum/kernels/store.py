@@ -23,7 +23,7 @@ APART = 8  # numbers between those of two workers in `most`: a line of the cache
 BODIES = 16  # largest number of rigid bodies
 MATERIALS = 16  # largest number of materials
 TOUCHES = 3  # capacity: surfaces near a particle, on average
-VECTOR = 4  # neighbours that a vector of the processor holds; lists of near ones are multiples
+LANES = 4  # particles of a block on a CPU, numbers in a vector of its registers
 LONGEST_LIST = {2: 150, 3: 420}  # capacity: neighbours on average at eta 1.3
 CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid", "artificial")
 
@@ -62,7 +62,7 @@ class Layout(NamedTuple):
     Dimension, kernel, ghosts or none, surfaces of rigid faces and bodies or none, contact that
     opens or sticks, viscosity by pairs or none, artificial stress or none, stiffness against
     hourglass modes or none, self-gravity or none, heat of viscosity or none, damage or none, one
-    material or several.
+    material or several. lanes: particles of a block, which share a list of neighbours.
     """
 
     dimension: int
@@ -77,6 +77,7 @@ class Layout(NamedTuple):
     heat: bool
     damage: bool
     materials: bool
+    lanes: int
 
     @property
     def sides(self):
@@ -157,12 +158,6 @@ WHOLE = {
 }
 
 
-@ti.func
-def near_begin(lists: ti.template(), i):
-    """First entry of the near neighbours of particle i in `near`."""
-    return lists.first[i] + (VECTOR - 1) * i
-
-
 def place(layout, room, entries, ghosts=0):
     """Taichi fields by name.
 
@@ -180,8 +175,8 @@ def place(layout, room, entries, ghosts=0):
         "first": (ti.i32, (room + 1,)),
         "counts": (ti.i32, (room,)),
         "entry": (ti.i32, (entries,)),
-        # of each list what is within reach of the kernel in this step, and how many
-        "near": (ti.i32, (entries + VECTOR * room,)),
+        # of the list of each block what is within reach of the kernel in this step, and how many
+        "near": (ti.i32, (entries,)),
         "near_counts": (ti.i32, (room,)),
         # the grid of cells: its lowest corner [m], cells along each axis
         "grid_origin": (ti.f64, (layout.dimension,)),

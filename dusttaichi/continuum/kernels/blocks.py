@@ -1,0 +1,53 @@
+"""Blocks of particles, which share a list of neighbours.
+
+The passes go through the list of a block once: what belongs to a neighbour is read once for all
+particles of the block, and the processor computes these together, as the lanes of a vector. For
+that the loop over the lanes is the innermost, without branches, and numbers of the particles are in
+local arrays, number c of lane l in place c lanes + l. A neighbour out of reach of one of them has
+the weight 0 there. On a device a block is one particle.
+"""
+
+from dusttaichi.compute.engine import ti
+
+
+@ti.data_oriented
+class Blocks:
+    """fields, lists: see store.place; layout: store.Layout; near: lists.Lists."""
+
+    def __init__(self, fields, lists, layout, near):
+        self.f, self.lists, self.near = fields, lists, near
+        self.n, self.lanes = layout.dimension, layout.lanes
+
+    @ti.func
+    def count(self, numbers: ti.template()):
+        """Number of blocks."""
+        return (numbers.count + self.lanes - 1) // self.lanes
+
+    @ti.func
+    def particle(self, block, lane, numbers: ti.template()):
+        """Particle of a lane; behind the last particle, that one again."""
+        return ti.min(block * self.lanes + lane, numbers.count - 1)
+
+    @ti.func
+    def begin(self, i):
+        """First entry of the near neighbours of particle i in `near`."""
+        return self.lists.first[i // self.lanes]
+
+    @ti.func
+    def end(self, i):
+        """The entry behind the last one of them."""
+        return self.begin(i) + self.lists.near_counts[i // self.lanes]
+
+    @ti.func
+    def find_neighbours(self, block, numbers: ti.template()):
+        """Select the listed neighbours of a block within reach of the kernel."""
+        x = ti.Vector.zero(ti.f64, ti.static(self.n * self.lanes))
+        self.near.place_lanes(block, numbers.count, x)
+        begin, reach2 = self.lists.first[block], 4.0 * numbers.h * numbers.h
+        found = begin
+        for k in range(begin, self.lists.first[block + 1]):
+            j = self.lists.entry[k]
+            # one out of reach is overwritten by the next: no unpredictable branch
+            self.lists.near[found] = j
+            found += ti.min(self.near.in_reach(x, j, reach2), 1)
+        self.lists.near_counts[block] = found - begin
