@@ -253,7 +253,7 @@ def main(
 
 
 def _prepared(grains, log):
-    """Files of the samples of so many grains and of FEW."""
+    """Files of the samples of that many grains and of FEW."""
     recipes = [bench_sample.Recipe(n, FILLING_FACTOR) for n in (grains, FEW)]
     for recipe in recipes:
         prepare(recipe, log)

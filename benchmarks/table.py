@@ -67,7 +67,7 @@ class Column:
 
 
 def digits(count: int) -> Callable:
-    """Formatter of a number with so many digits behind the point; "-" where there is none."""
+    """Formatter of a number with that many digits behind the point; "-" where there is none."""
     return lambda value: "-" if math.isnan(value) else f"{value:.{count}f}"
 
 

@@ -41,7 +41,7 @@ class Row(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """What the figure of a benchmark shows: (x, y) of a run as points, and of the closed form."""
+    """Curves of the figure of a benchmark: (x, y) of a run as points, and of the closed form."""
 
     found: tuple
     exact: tuple

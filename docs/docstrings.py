@@ -86,5 +86,5 @@ def _signature(app, what, name, value, options, signature, returns):
 
 
 def _skip(app, what, name, value, skip, options):
-    """What pydantic makes of a class by itself is no part of the interface."""
+    """Members that pydantic adds to a class are no part of the interface."""
     return True if name.startswith(("model_", "_")) else None

@@ -77,7 +77,7 @@ def _words(option):
 
 
 def _kind(option):
-    """What an option takes, in a word; typer keeps the type in one of two places."""
+    """Type of an option, in a word; typer keeps the type in one of two places."""
     if hasattr(option, "type_descriptor"):
         kind = option.type_descriptor.annotation
         return {Path: "PATH", int: "N", float: "NUMBER"}.get(kind, "TEXT")

@@ -69,7 +69,7 @@ def pressures(table):
 
 
 def causes(table):
-    """What softening changes in SCENE: events of contacts, and shares of the losses."""
+    """Changes of SCENE by softening: events of contacts, and shares of the losses."""
     base, some = _runs_of_scene(table)
     lines = _head(
         f"`{STIFFNESS}`", "energy that binds a contact", "slides from", "contacts formed per grain",

@@ -32,7 +32,7 @@ class SpeedDependent(Effect):
 
 
 class RollingWithSpeed:
-    """What a contact stores for the law, and the functions that say what rolling costs."""
+    """History of a contact for the law, and the functions that compute the loss by rolling."""
 
     NUMBERS = {
         **rolling.NUMBERS,

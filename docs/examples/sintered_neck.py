@@ -33,7 +33,7 @@ class Neck(Block):
 
 
 class SinteredNeck:
-    """What a contact keeps and exerts for its neck."""
+    """History of a contact with a neck, and the load of the neck."""
 
     MATERIAL = {"neck_strength": Property("pressure", "tensile strength of a sintered neck")}
     NUMBERS = {

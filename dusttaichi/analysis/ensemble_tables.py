@@ -95,7 +95,7 @@ def _size(data, axes):
 
 
 def _several(data, axes):
-    """Those of the keys that have more than one value."""
+    """Keys that have more than one value."""
     return [axis for axis in axes if data.sizes[axis] > 1]
 
 

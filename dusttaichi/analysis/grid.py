@@ -1,6 +1,6 @@
 """The table of `dust trade --grid`: cost and error of each setting, and the scatter of seeds.
 
-A setting is the mean over its seeds. Its error is the mean difference from the scene as it is, each
+A setting is the mean over its seeds. Its error is the mean difference from the unchanged scene; each
 run compared with that of the same seed: what the seeds have in common cancels, so that the mean
 difference is known better than either mean.
 """
@@ -33,11 +33,11 @@ TEXTS = {
 class Outcome:
     """One observable of a setting, over all its seeds.
 
-    cost: steps over those of the scene as it is. value: mean (of a curve the mean filling factor).
-    shift: mean difference from the scene as it is with the same seeds, over its mean (of a curve
+    cost: steps over those of the unchanged scene. value: mean (of a curve the mean filling factor).
+    shift: mean difference from the unchanged scene with the same seeds, over its mean (of a curve
     the mean over its pressures). error: the same without its sign; of a curve the root mean square
     over its pressures. uncertainty: standard error of it, from the scatter of the differences; not
-    a number for one seed. scatter: standard deviation between the seeds of the scene as it is,
+    a number for one seed. scatter: standard deviation between the seeds of the unchanged scene,
     relative as well. seeds: number of finished runs. contacts: contacts a grain at the end.
     refused: why there is no result, or "".
     """
@@ -117,7 +117,7 @@ def _of_setting(rows, base, **about):
 
 
 def _numbers(mine, right, spread):
-    """Numbers of an Outcome from tables (seed, pressure) of a setting and of the scene as it is.
+    """Numbers of an Outcome from tables (seed, pressure) of a setting and of the unchanged scene.
 
     spread: standard deviation between seeds, (pressure,).
     """

@@ -59,7 +59,7 @@ def pores(run, snapshot=-1):
 
 
 def pores_of(frame, points=POINTS):
-    """The Pores of a Frame from so many random points.
+    """The Pores of a Frame from that many random points.
 
     Raises DustError where the boundary is open along an axis, or the cell is sheared.
     """

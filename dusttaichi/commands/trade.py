@@ -96,7 +96,7 @@ def _suggest(scene):
     for own in found:
         say(f"  {own.settings}: {own.text()}")
     if not found:
-        say("  none within 5 % or the scatter of seeds: the scene as it is")
+        say("  none within 5 % or the scatter of seeds: the unchanged scene")
 
 
 def _grid(scene, folder, text, seeds, *, force, quiet, file):

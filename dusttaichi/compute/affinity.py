@@ -28,7 +28,7 @@ class ThreadPool:
 
     @contextmanager
     def start(self, count):
-        """Taichi is initialised in this context, with so many threads."""
+        """Taichi is initialised in this context, with that many threads."""
         before = thread_ids()
         yield
         # Taichi starts the threads that compile first, then the pool

@@ -21,7 +21,7 @@ class LastCompiled:
         return self._compiled if program() is self._program else None
 
     def tables(self, compiled, particles):
-        """Tables of a Compiled for a scene of so many particles; earlier tables become unusable."""
+        """Tables of a Compiled for that many particles; earlier tables become unusable."""
         if self._lease is not None:
             self._lease.end()
         self._compiled, self._lease = compiled, Lease()

@@ -10,7 +10,7 @@ FEW = 16384  # particles
 
 
 def is_short(particles):
-    """True if a loop with little work for each of so many particles runs in one thread.
+    """True if a loop with little work for each of that many particles runs in one thread.
 
     An argument of `ti.loop_config(serialize=...)`: on a CPU it ends before other threads have woken
     up.

@@ -39,7 +39,7 @@ class WorkerChoice:
         self._begin(None)
 
     def advance(self, steps):
-        """Make so many steps."""
+        """Make that many steps."""
         while steps > 0:
             piece = steps if self.fixed else min(steps, self._to_make())
             POOL.serve(self.sim.threads)

@@ -118,7 +118,7 @@ class Simulation:
     # -- steps -----------------------------------------------------------------------------------
 
     def advance(self, output_steps):
-        """Make so many output steps, searching for neighbours whenever it is due."""
+        """Make that many output steps, searching for neighbours whenever it is due."""
         end, pending = self.step + output_steps, 0
         while self.step < end:
             self.step += self._call(end - self.step, pending)

@@ -180,7 +180,7 @@ def is_thick(box, cell, grains, smallest):
     if box is None or grains <= COARSE:
         return False
     edges = lengths(box, cell, 0.0)
-    # not a number along an open axis: nobody knows how far the grains are going to spread there
+    # not a number along an open axis: how far the grains will spread is unknown
     areas = [np.prod(np.delete(edges, n // 2)) for n in np.flatnonzero(box.present)]
     full = sum(areas) / (2.0 * np.sqrt(3.0) * smallest**2)
     return bool(1.2 * full <= store.wall_contacts(grains, thick=True))

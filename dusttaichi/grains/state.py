@@ -179,7 +179,7 @@ class GrainState:
     def rows(self, part, blocks=None):
         """History ("history") or loads ("load") of the contacts, (contacts, rows).
 
-        Blocks are all, or the first so many.
+        Blocks are all, or the first ones.
         """
         return _by_contact(self.fields["contact"].to_numpy(blocks, self._slice(part)))
 

@@ -3,7 +3,7 @@
 The leapfrog, with the damping force carried forward from the last two half steps, first fails in
 the mode that flips sign every step: there dt^2/4 A q + dt C q = q, with A = M^-1/2 K M^-1/2 and C
 the damping matrix scaled likewise. So the limit is where the largest eigenvalue of dt^2/4 A + dt C
-reaches 1; without damping that is dt = 2/omega = T/pi. (Of a single mode a = (omega dt)^2,
+reaches 1; without damping that is dt = 2/omega = T/pi. (For a single mode a = (omega dt)^2,
 c = rate dt the multipliers solve z^3 + (a + 1.5 c - 2) z^2 + (1 - 2 c) z + c/2 = 0, of which the
 Jury conditions leave a/4 + c < 1 as the first to fail.)
 """

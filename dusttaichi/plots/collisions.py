@@ -172,7 +172,7 @@ def fragment_spectrum(data, most=6):
         xscale="log",
         yscale="log",
         xlabel="grains of the fragment",
-        ylabel="fragments of at least so many grains,\nin a collision",
+        ylabel="fragments of at least that many grains,\nin a collision",
     )
     _legend_or(axes, drawn, "no fragments beside the two largest")
     return figure

@@ -16,7 +16,7 @@ from dusttaichi.report.page import as_json, html, report_data
 
 HOST = "127.0.0.1"
 NAMES = (HOST, "localhost")
-SHARE = 0.1  # of one core for the report: it is updated after ten times its run time
+SHARE = 0.1  # of a core's time for the report: it is updated after ten times its run time
 LAST = 6.0  # s during which a page may fetch the end before the server ends
 
 

@@ -27,7 +27,7 @@ from dusttaichi.scene.fields import Count, Faults, Number
 
 MOST_GRAINS = 30_000  # a minute
 POINTS = 32  # simultaneous draws
-TRIES = 100  # unsuccessful draws of so many points after which the box is full
+TRIES = 100  # unsuccessful draws of that many points after which the box is full
 
 
 class SpaceFillingSample(MixtureBlock):

@@ -38,6 +38,13 @@ STANDARD = {
     r"surroundings": "environment, boundary",
     r"what it costs": "energy dissipated, run time",
     r"perhaps": "optionally",
+    r"so many": "that many, the number by its name",
+    r"by luck": "by chance, since errors cancel",
+    r"nobody knows": "unknown",
+    r"of one core": "on one core",
+    r"(?:scene|run) as it is": "default, unchanged",
+    r"(?-i:Of (?:the|a|an|all|each|both|two|several|others))": "the subject first",
+    r'(?<=""")(?-i:Of|What|Such|Those)': "a noun or a verb phrase",
     r"neighbor\w*|(?<!Compression )behavior\w*|analyz\w+": "British spelling",
 }
 REFUSED = re.compile(r"\b(?:" + "|".join(f"({word})" for word in STANDARD) + r")\b", re.IGNORECASE)

@@ -60,7 +60,7 @@ def _impact(run):
 
 
 def _flight(run):
-    """Of bodies of dust that fly at a wall or at each other."""
+    """Numbers of bodies of dust that fly at a wall or at each other."""
     start = velocities_at_start(run)
     if not any(np.linalg.norm(velocity) > 0.0 for velocity in start.values()):
         return {}

@@ -35,7 +35,7 @@ def pulled(S: ti.template(), factor):
     """The part of a symmetric tensor with positive principal values, times a factor.
 
     The plane uses S = m + r (n n - t t); in space one that has hardly a deviator, whose principal
-    axes nobody knows, is taken for its mean.
+    axes are unknown, is taken for its mean.
     """
     n = ti.static(S.n)
     one, mean = ti.Matrix.identity(ti.f64, n), S.trace() / n

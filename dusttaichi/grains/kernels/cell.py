@@ -38,7 +38,7 @@ def make_cell(fields, layout):
 
     @ti.func
     def power(k: ti.template(), edges, force, frame):
-        """Power of the faces across axis k on a pair with this force and so many edges between.
+        """Power of the faces across axis k on a pair with this force and that many edges between.
 
         In the precision of the laws.
         """

@@ -133,7 +133,7 @@ def _do(study, left, known, *, scheduler, report, log):
 
 
 def _batches(study, left):
-    """Those of the same number of grains together, whose kernels are the same; slow ones first."""
+    """Collisions by their number of grains, whose kernels are the same; slow ones first."""
     text = study.scene.to_yaml()
     names = list(study.axes)
     body, ratio, speed = (names.index(name) for name in ("body", "mass_ratio", "speed"))

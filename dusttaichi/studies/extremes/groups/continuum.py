@@ -7,7 +7,7 @@ SPEEDS = (1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1000.0)  # m/s
 MODULI = (300.0, 30.0, 10.0, 4.5, 2.0, 1.0, 0.3)  # kPa, of dust_g09
 FILLINGS = (0.05, 0.1, 0.13, 0.15, 0.3, 0.5, 0.57, 0.579, 0.6)
 STEPS = 60  # of the run, each of eight steps of the method at subsonic speeds
-# Of a block pulled at 1 km/s: its wall is a hundred heights away by then, and moves so far in each
+# For a block pulled at 1 km/s: its wall is a hundred heights away by then, and moves so far in each
 # step of the method that every one needs a search.
 STEPS_PULLED_AWAY = 12
 BASE = {
