@@ -1,8 +1,8 @@
 """The table of `dust trade --grid`: cost and error of each setting, and the scatter of seeds.
 
-A setting is the mean over its seeds. Its error is the mean difference from the unchanged scene; each
-run compared with that of the same seed: what the seeds have in common cancels, so that the mean
-difference is known better than either mean.
+A setting is the mean over its seeds. Its error is the mean difference from the unchanged scene,
+each run compared with that of the same seed: what the seeds have in common cancels, so that the
+mean difference is known better than either mean.
 """
 
 from dataclasses import dataclass
