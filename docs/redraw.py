@@ -231,11 +231,9 @@ def curves():
 
 # lines of the figure of fragmentation: study, label
 FRAGMENTATION = {
-    "base": "500 grains",
-    "none": "no damping",
-    "damp01": "ten times the damping",
-    "roll02": r"$\xi_{\rm crit}/4$",
-    "roll32": r"$4\,\xi_{\rm crit}$",
+    "base": "500 and 500 grains",
+    "none": "the same, no damping",
+    "ratio": "500 and 125 grains",
 }
 
 
@@ -243,35 +241,20 @@ FRAGMENTATION = {
 def fragmentation():
     """Growth efficiency against the speed, and against the energy over that of all contacts."""
     table = rows("fragmentation.csv")
-    figure, (axes, below) = style.new_figure(height=6.2, rows=2, ratios=[1, 1], shared=False)
-    lines = {(r["study"], r["body"], r["mass_ratio"]) for r in table}
-    number = 0
-    for key in sorted(
-        lines,
-        key=lambda k: (
-            list(FRAGMENTATION).index(k[0]) if k[0] in FRAGMENTATION else 9,
-            float(k[2]),
-            k[1],
-        ),
-    ):
-        own = [r for r in table if (r["study"], r["body"], r["mass_ratio"]) == key]
-        text = FRAGMENTATION.get(key[0]) or (
-            f"{float(key[2]):.3g}:1" if float(key[2]) > 1 else f"{key[1].removeprefix('n')} grains"
-        )
-        growth, error = (numbers(own, f"growth_efficiency{end}") for end in ("", "_error"))
-        line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4, "capsize": 2}
-        if float(key[2]) == 1.0:
-            axes.errorbar(numbers(own, "speed_m_per_s"), growth, error, **line)
-        below.errorbar(numbers(own, "energy_over_breaking"), growth, error, **line)
-        number += 1
-    for one, label in ((axes, "relative speed (m/s)"), (below, "impact energy / (N E_break)")):
-        one.axhline(0.0, color=style.GREY, linewidth=0.8)
-        one.set_xscale("log")
-        style.few_ticks(one.xaxis)
-        one.set(xlabel=label, ylabel="growth efficiency")
-    below.set_xlabel(r"impact energy / $(N E_{\rm break})$")
-    style.legend(axes)
-    style.legend(below)
+    figure, panels = style.new_figure(height=6.2, rows=2, ratios=[1, 1], shared=False)
+    columns = "speed_m_per_s", "energy_over_breaking"
+    labels = "relative speed (m/s)", r"impact energy / $(N E_{\rm break})$"
+    for axes, column, label in zip(panels, columns, labels, strict=True):
+        axes.axhline(0.0, color=style.GREY, linewidth=0.8)
+        for number, (study, text) in enumerate(FRAGMENTATION.items()):
+            own = [row for row in table if row["study"] == study]
+            growth, error = (numbers(own, f"growth_efficiency{end}") for end in ("", "_error"))
+            line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4, "capsize": 2}
+            axes.errorbar(numbers(own, column), growth, error, **line)
+        axes.set_xscale("log")
+        style.few_ticks(axes.xaxis)
+        axes.set(xlabel=label, ylabel="growth efficiency")
+        style.legend(axes)
     return figure
 
 
