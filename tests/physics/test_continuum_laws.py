@@ -96,7 +96,7 @@ def test_largest_share_of_an_elastic_path():
 
 def test_stored_energy_is_the_work_of_the_path():
     """rho times the integral of p drho/rho^2, by the trapezoidal rule with 1e5 steps."""
-    for end in (300.03, 312.0, 290.0, 314.99, 315.01, 450.0, 200.0):
+    for end in (300.03, 312.0, 290.0, 305.99, 306.01, 450.0, 200.0):
         density = np.linspace(300.0, end, 100_001)
         p = elasticity.elastic_pressure(density, 300.0, G09)
         work = end * np.trapezoid(p / density**2, density)
