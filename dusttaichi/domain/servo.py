@@ -14,7 +14,7 @@ the proportional part is not summed up: both would shift the mean where k and e 
 
 A sample that yields slowly is stiff at short times (waves, unloading), and the servo can stop no
 faster than a stiff sample allows. |v| is at most LIMIT r, the speed for that relative error, where
-there is no load yet, growing to HELD r under the prescribed load; more, RELIEF r |e| times the
+there is no load yet, growing to LOADED r under the prescribed load; more, RELIEF r |e| times the
 share of the load that is there, while the error is large. Walls and faces are at rest when a stage
 begins to control a load.
 """
@@ -27,7 +27,7 @@ from dusttaichi import units
 from dusttaichi.scene import drive as given
 
 EVERY, MEMORY = 25, 80
-DAMPED, LIMIT, HELD, RELIEF, SCATTER = 1.0, 0.5, 2.0, 5.0, 0.3
+DAMPED, LIMIT, LOADED, RELIEF, SCATTER = 1.0, 0.5, 2.0, 5.0, 0.3
 STIFF, SOFT = 1e7, 1.0  # k at first, stiffer than any sample, and at least
 FIRST = 0.01  # change of e in the first estimate of k
 TINY = 1e-300
@@ -102,7 +102,7 @@ class Servo:
         response = self.gain / (self.stiffness * time) * self.length
         steady = self.steady + response * self.gain / (4.0 * DAMPED**2) * missing
         there = np.abs(load) / self.scale
-        limit = LIMIT + (HELD - LIMIT) * np.minimum(there, 1.0)
+        limit = LIMIT + (LOADED - LIMIT) * np.minimum(there, 1.0)
         share = np.maximum(limit, RELIEF * np.abs(missing) * there)
         most = np.minimum(self.largest, share * response)
         speed = np.clip(response * missing + steady, -most, most)

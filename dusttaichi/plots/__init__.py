@@ -80,7 +80,7 @@ def save_all(of, directory, suffix=".png", failed=None):
 def figures_of(of, failed=None):
     """Every figure of a run, of several runs together, or of an ensemble or a sweep, by name.
 
-    Of runs those of the registry that apply. Of a dataset of `analysis.gather`:
+    Runs have those of the registry that apply; a dataset of `analysis.gather` has:
 
     - sweep or ensemble: all curves in one panel
     - points: one panel for each

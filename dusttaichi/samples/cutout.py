@@ -126,7 +126,7 @@ def _by_size(spec, whole: Sample, radii):
 
 
 def _by_grains(spec, whole: Sample, radii) -> Sample:
-    """The sphere of so many grains: about the middle, or in a periodic cell about a random one."""
+    """Sphere of that many grains: about the middle, or in a periodic cell about a random one."""
     cell = whole.info.get("cell") or {"period": whole.info.get("period", [None] * 3)}
     period = np.array([np.inf if edge is None else edge for edge in cell["period"]], float)
     if spec.seed is None:
