@@ -27,7 +27,6 @@ KINDS = {
     "tensile_ice": "tension",
     "trade_isotropic": "compression from all sides",
     "trade_shear": "shear",
-    "trade_collision": "collision",
 }
 """Kind of the scenes that were measured, by name."""
 
