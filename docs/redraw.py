@@ -81,7 +81,8 @@ def softening():
     with open(files("dusttaichi.studies.trade") / TABLE, "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        writer.writerows(to_table(found))
+        # collisions refuse softened contacts: nothing to suggest
+        writer.writerows(to_table(own for own in found if own.scene != "trade_collision"))
     shown = [own for own in found if own.scene.startswith("trade_")]
     return grid(shown, observables=("phi(P)", "strength", "ratio"))
 

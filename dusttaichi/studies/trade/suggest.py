@@ -27,6 +27,7 @@ KINDS = {
     "tensile_ice": "tension",
     "trade_isotropic": "compression from all sides",
     "trade_shear": "shear",
+    "trade_collision": "collision",
 }
 """Kind of the scenes that were measured, by name."""
 
@@ -111,7 +112,7 @@ def suggestions(scene, tolerance=TOLERANCE):
     kind = kind_of(scene)
     rows = [] if kind is None else measured(kind)
     if not rows:
-        known = ", ".join(dict.fromkeys(KINDS.values()))
+        known = ", ".join(own for own in dict.fromkeys(KINDS.values()) if measured(own))
         raise DustError(f"no measurements for this kind of scene; available: {known}")
     groups = {}
     for row in rows:
