@@ -56,10 +56,16 @@ def controlled_loads(run):
     ]
 
 
+def stage_of(part):
+    """Block of a stage of a Run in its scene; None of a run without stages."""
+    stages = {stage["name"]: stage for stage in part.scene.get("stages") or []}
+    return stages.get(part.stage_name, {}) if stages else None
+
+
 def drive_of(part):
     """Drive of a stage of a Run, as in its scene; of a run without stages its block `boundary`."""
-    drives = {stage["name"]: stage.get("drive", {}) for stage in part.scene.get("stages", [])}
-    return drives.get(part.stage_name, {}) if drives else part.scene.get("boundary", {})
+    stage = stage_of(part)
+    return part.scene.get("boundary", {}) if stage is None else stage.get("drive", {})
 
 
 def _controlled_load(part, wanted):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.analysis.compression_fit import correlation_factor
-from dusttaichi.analysis.tension import start_of_tension
+from dusttaichi.analysis.tension import longest_axis, start_of_tension
 from dusttaichi.errors import DustError
 from dusttaichi.names import AXES
 from dusttaichi.physics import laws
@@ -150,8 +150,7 @@ def strength_law(run, phi):
 def _stretched_axis(part):
     if "box_length" not in part.series:
         return "z"
-    growth = (part.series.box_length[-1] / part.start.box_length).values
-    return AXES[int(np.nanargmax(growth))]
+    return AXES[longest_axis(part)]
 
 
 def _edge(records, axis):

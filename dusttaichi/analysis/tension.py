@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.loads import drive_of
+from dusttaichi.analysis.loads import drive_of, stage_of
 
 RECORDS = 10
 """Successive records whose mean distinguishes tension from fluctuations, see stop.past_maximum."""
@@ -19,11 +19,11 @@ def recorded_tension(part):
     normal = np.diagonal(series.stress.values, axis1=1, axis2=2)
     if "box_length" not in series:
         return normal[:, np.argmax(np.nanmean(normal, axis=0))]
-    return normal[:, _longest_axis(part)]
+    return normal[:, longest_axis(part)]
 
 
-def _longest_axis(part):
-    """Number of the axis along which the cell of a stage grows most."""
+def longest_axis(part):
+    """Number of the axis along which the cell of a stage, which has `box_length`, grows most."""
     return int(np.nanargmax((part.series.box_length[-1] / part.start.box_length).values))
 
 
@@ -32,7 +32,7 @@ def _is_load_controlled(part):
     drive = drive_of(part)
     stress = drive.get("stress")
     if isinstance(stress, (list, tuple)) and "box_length" in part.series:
-        return stress[_longest_axis(part)] != "free"
+        return stress[longest_axis(part)] != "free"
     return bool(stress or drive.get("pressure"))
 
 
@@ -54,8 +54,8 @@ def start_of_tension(stress):
 
 def is_tensile_test(part):
     """True for a stage, or a run without stages, that its scene ends past the largest tension."""
-    stages = {stage["name"]: stage for stage in part.scene.get("stages") or []}
-    block = stages.get(part.stage_name, {}) if stages else part.scene
+    stage = stage_of(part)
+    block = part.scene if stage is None else stage
     return (block.get("stop") or {}).get("past_maximum") is not None
 
 

@@ -23,9 +23,10 @@ from dusttaichi.samples.values import (
     Radius,
     Spin,
     Velocity,
+    refuse,
     unknown_materials,
 )
-from dusttaichi.scene.fields import Faults, Number, problems
+from dusttaichi.scene.fields import Faults, Number
 from dusttaichi.scene.quantities import Quantity
 
 Which = Annotated[int | Literal["largest"], Number(whole=True, ge=0, word="largest")]
@@ -82,13 +83,11 @@ class ExplicitSample(SampleBlock):
     @model_validator(mode="before")
     @classmethod
     def _cut(cls, data: Any) -> Any:
-        given = [name for name in ("grains", "seed") if isinstance(data, dict) and name in data]
-        if given:
-            text = (
-                "all grains of the file are read; a sphere of some of them is {kind: cutout, of: "
-                "{kind: explicit, file: ...}, grains: 500, seed: 1}"
-            )
-            raise problems([(given[0], text)])
+        text = (
+            "all grains of the file are read; a sphere of some of them is {kind: cutout, of: "
+            "{kind: explicit, file: ...}, grains: 500, seed: 1}"
+        )
+        refuse(data, ("grains", "seed"), text)
         return data
 
     def faults(self) -> Faults:

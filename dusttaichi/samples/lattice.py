@@ -17,8 +17,8 @@ from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample, check_grains
-from dusttaichi.samples.values import BoxSize, Seed, exactly_one
-from dusttaichi.scene.fields import Count, Faults, Number, needed, problems
+from dusttaichi.samples.values import BoxSize, Seed, exactly_one, refuse
+from dusttaichi.scene.fields import Count, Faults, Number, needed
 
 MOST_GRAINS = 2e7  # a mistyped size must not fill the memory
 
@@ -76,14 +76,11 @@ class LatticeSample(SampleBlock):
     @model_validator(mode="before")
     @classmethod
     def _equal_grains(cls, data: Any) -> Any:
-        given = [name for name in ("sizes", "shares") if isinstance(data, dict) and name in data]
-        if given:
-            text = (
-                "unequal grains cannot all touch at the sites of a lattice: some would overlap, "
-                "others be apart; use random_packing, rbd, pca or bcca, or list positions "
-                "(kind: explicit)"
-            )
-            raise problems([(given[0], text)])
+        text = (
+            "unequal grains cannot all touch at the sites of a lattice: some would overlap, others "
+            "be apart; use random_packing, rbd, pca or bcca, or list positions (kind: explicit)"
+        )
+        refuse(data, ("sizes", "shares"), text)
         return data
 
     def faults(self) -> Faults:
