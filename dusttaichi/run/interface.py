@@ -10,7 +10,6 @@ from types import SimpleNamespace
 
 from dusttaichi import files, units
 from dusttaichi.errors import DustError
-from dusttaichi.method import Window
 from dusttaichi.results import Writer
 from dusttaichi.run.activities import OwnRecords, series_record
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
@@ -106,14 +105,12 @@ class Simulation:
     def measure(self):
         """Present values of the time series of result.nc, in SI, by the same names.
 
-        Averages (pressure, wall_force, stress) are over the time since the last record. The state
-        does not change.
+        Averages (pressure, wall_force, stress) are over the time since the last record, or, at the
+        step of a record, over its time. The state does not change.
         """
         run, sim = self._run, self._run.sim
-        m = sim.measure()
-        span = (sim.step - run.state.opened) * sim.dt
-        window = Window(run.state.sums, sim.sums(), span) if span > 0.0 else None
-        return SimpleNamespace(**series_record(sim, run.clock, run.state, m, window))
+        window = run.state.window(sim)
+        return SimpleNamespace(**series_record(sim, run.clock, run.state, sim.measure(), window))
 
     def snapshot(self):
         """The current frame: group of result.nc (snapshots, ...) -> name -> array [SI]."""

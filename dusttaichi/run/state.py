@@ -26,7 +26,8 @@ class RunState:
     start: energies of step 0. stage: its number; first: its first step; ended: reason why it has
     ended before its last step was known, or "". last_snapshot: step of the last frame, or -1;
     frame_bytes: its size; apart: steps between automatic snapshots. opened: step at which the
-    average of the next record begins; sums: of that step. pressures [Pa]: of the last records of
+    average of the next record begins; sums: of that step. last_sums, last_span [us]: sums at which
+    the average of the last record began, and its duration, 0 before the first. pressures [Pa]: of the last records of
     the stage, for stop.plateau; settling: (time [s], logarithm of the filling factor, load over the
     controlled one) of these, for stop.creep. wall_clock: real time spent [s].
     """
@@ -40,6 +41,8 @@ class RunState:
     apart: int = 0
     opened: int = 0
     sums: dict[str, np.ndarray] = field(default_factory=dict)
+    last_sums: dict[str, np.ndarray] = field(default_factory=dict)
+    last_span: float = 0.0
     tension: Tension = field(default_factory=Tension)
     pressures: list[float] = field(default_factory=list)
     settling: list[list[float]] = field(default_factory=list)
@@ -56,22 +59,37 @@ class RunState:
 
     def close_window(self, sim):
         """The Window that ends at this step; the next one opens."""
-        opened, before = self.opened, self.sums
+        self.last_sums, self.last_span = self.sums, (sim.step - self.opened) * sim.dt
         self.open_window(sim)
-        return Window(before, self.sums, (sim.step - opened) * sim.dt)
+        return Window(self.last_sums, self.sums, self.last_span)
+
+    def window(self, sim):
+        """The Window since the last record, that of the record at its step; None before any."""
+        if sim.step > self.opened:
+            return Window(self.sums, sim.sums(), (sim.step - self.opened) * sim.dt)
+        return Window(self.last_sums, self.sums, self.last_span) if self.last_span > 0.0 else None
 
     def to_meta(self):
         """Plain data that JSON can hold."""
-        return asdict(self) | {"sums": {k: np.asarray(v).tolist() for k, v in self.sums.items()}}
+        return asdict(self) | {name: _plain(getattr(self, name)) for name in ("sums", "last_sums")}
 
     @classmethod
     def from_meta(cls, meta):
         own = {
             "start": Start(**meta["start"]),
             "tension": Tension(**meta["tension"]),
-            "sums": {name: np.array(values) for name, values in meta["sums"].items()},
+            "sums": _arrays(meta["sums"]),
+            "last_sums": _arrays(meta["last_sums"]),
         }
         return cls(**(meta | own))
+
+
+def _plain(sums):
+    return {name: np.asarray(values).tolist() for name, values in sums.items()}
+
+
+def _arrays(sums):
+    return {name: np.array(values) for name, values in sums.items()}
 
 
 @dataclass

@@ -142,6 +142,21 @@ def test_own_records_go_on_with_a_resumed_run(tmp_path):
                                                        [1500, 1.0], [2000, 1.0]]  # fmt: skip
 
 
+def test_averages_at_the_step_of_a_record_are_those_of_the_record(tmp_path):
+    scene = dt.from_yaml(PLAIN)
+    with dt.simulate(scene, directory=tmp_path / "run") as simulation:
+        simulation.advance(200)
+        mean = simulation.measure().mean_speed
+        assert mean == simulation.records("series")["mean_speed"][-1] > 0.0
+        simulation.advance(40)
+        speed = simulation.measure().mean_speed
+        assert speed > 0.0 and speed != mean
+        simulation.advance(60)
+        mean = simulation.measure().mean_speed
+    with dt.simulate(scene, directory=tmp_path / "run", resume=True, log=list) as again:
+        assert again.step == 300 and again.measure().mean_speed == mean > 0.0
+
+
 def test_a_guard_stops_it_with_the_result_kept(tmp_path):
     scene = dt.from_yaml(PLAIN + "start: 9.0\n").with_value("numerics.time_step", "0.99 us")
     with dt.simulate(scene, directory=tmp_path / "run", log=list) as simulation:
