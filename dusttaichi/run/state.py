@@ -27,9 +27,9 @@ class RunState:
     ended before its last step was known, or "". last_snapshot: step of the last frame, or -1;
     frame_bytes: its size; apart: steps between automatic snapshots. opened: step at which the
     average of the next record begins; sums: of that step. last_sums, last_span [us]: sums at which
-    the average of the last record began, and its duration, 0 before the first. pressures [Pa]: of the last records of
-    the stage, for stop.plateau; settling: (time [s], logarithm of the filling factor, load over the
-    controlled one) of these, for stop.creep. wall_clock: real time spent [s].
+    the average of the last record began, and its duration, 0 before the first. pressures [Pa]: of
+    the last records of the stage, for stop.plateau; settling: (time [s], logarithm of the filling
+    factor, load over the controlled one) of these, for stop.creep. wall_clock: real time spent [s].
     """
 
     start: Start
