@@ -5,14 +5,18 @@ for its error messages and work repeated at every call of a function.
 """
 
 import ast
+import operator
 import sys
 import textwrap
-from functools import cache
+from functools import cache, reduce, wraps
+from importlib import import_module
 from types import SimpleNamespace
 
 from dusttaichi.compute.engine import ti
 
+Expr = ti.lang.expr.Expr
 impl, kernel_impl, snode, Struct = ti.lang.impl, ti.lang.kernel_impl, ti.lang.snode, ti.Struct
+matrix_ops, make_matrix = import_module("taichi.lang.matrix_ops"), ti.lang.matrix.make_matrix
 ASTTransformerContext = ti.lang.ast.ast_transformer_utils.ASTTransformerContext
 
 
@@ -22,7 +26,8 @@ def patches():
     Errors name the line of the source without marks under its words. Whether a function is a method
     follows from its place of definition, not from the source of its caller. Places where fields
     were declared are not recorded. The lines of a function are found and parsed once, not at every
-    call, and structs with the same members share one class.
+    call, and structs with the same members share one class. Products of vectors are expressions at
+    once, not functions whose sources are read at every call.
     """
     # the functions that Taichi uses of this module
     wrap = SimpleNamespace(fill=cache(textwrap.fill), dedent=cache(textwrap.dedent))
@@ -38,6 +43,7 @@ def patches():
         (kernel_impl, "ast", trees),
         (kernel_impl, "transform_tree", trees.transform),
         (Struct, "_register_members", _register_members),
+        *((matrix_ops, name, _at_once(name, ours)) for name, ours in _OPERATIONS),
     ]
 
 
@@ -94,6 +100,51 @@ def _class_with(cls, names):
     """The subclass of a Taichi struct that has its members as properties."""
     properties = {name: property(cls._make_getter(name), cls._make_setter(name)) for name in names}
     return type(cls.__name__, (cls,), properties)
+
+
+def _at_once(name, ours):
+    """The function of matrix_ops of that name: `ours` for vectors of a kernel, else its own."""
+    own = getattr(matrix_ops, name)
+
+    @wraps(own)
+    def call(*args):
+        vectors = impl.inside_kernel() and all(isinstance(a, Expr) and a.is_tensor() for a in args)
+        shapes = {a.get_shape() for a in args} if vectors else ()
+        if len(shapes) != 1 or len(shape := shapes.pop()) != 1:
+            return own(*args)
+        found = ours(shape[0], *(_components(a, shape[0]) for a in args))
+        return own(*args) if found is None else found
+
+    return call
+
+
+def _components(vector, size):
+    """The components of a vector, which is evaluated once."""
+    stored = impl.expr_init(vector)
+    builder = impl.get_runtime().compiling_callable.ast_builder()
+    return [impl.subscript(builder, stored, n) for n in range(size)]
+
+
+def _sum(size, a):
+    return reduce(operator.add, a)
+
+
+def _dot(size, a, b):
+    return _sum(size, [x * y for x, y in zip(a, b, strict=True)])
+
+
+def _norm_sqr(size, a):
+    return _dot(size, a, a)
+
+
+def _cross(size, a, b):
+    if size != 3:
+        return None
+    turns = ((1, 2), (2, 0), (0, 1))
+    return make_matrix([a[m] * b[n] - a[n] * b[m] for m, n in turns])
+
+
+_OPERATIONS = (("sum", _sum), ("dot", _dot), ("norm_sqr", _norm_sqr), ("cross", _cross))
 
 
 def _nowhere(stacklevel=1):

@@ -8,7 +8,6 @@ contact is a physics.contact.constants.ContactConstants throughout, whatever its
 from math import inf, pi, sqrt
 
 import numpy as np
-import scipy
 
 # Share of the period of the deepest contact: the energy of a bounce is then right within 0.5 %,
 # and a contact is found before it has stored as much (measured over 1 cm/s to 100 m/s).
@@ -32,7 +31,11 @@ def overlap(contact, speed):
         return low
     while energy(contact, high) < given:
         low, high = high, 2.0 * high
-    return scipy.optimize.brentq(lambda d: energy(contact, d) - given, low, high, xtol=1e-12 * high)
+    while high - low > 1e-12 * high:  # scipy.optimize alone takes longer to import
+        trial = np.linspace(low, high, 100)
+        above = np.searchsorted(contact.curve(trial)[1], given)
+        low, high = trial[above - 1 : above + 1]
+    return float(high)
 
 
 def speed_of_overlap(contact, most):

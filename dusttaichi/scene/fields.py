@@ -23,7 +23,7 @@ Faults = Iterable[tuple[str, str]]  #: Faults of an input, as (dotted path of th
 class Block(BaseModel):
     """A frozen block of the YAML file; unknown keys are refused, and all of its `faults`."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, defer_build=True)
 
     # Keys that the YAML may hold and that are resolved into fields.
     extra_keys: ClassVar[tuple[str, ...]] = ()

@@ -1,5 +1,7 @@
 """Kernels are read quickly, and what they compute does not change."""
 
+import numpy as np
+import pytest
 from scenes import make_scene
 
 from dusttaichi.compute.backend import start_taichi
@@ -41,3 +43,40 @@ def test_functions_within_themselves_and_of_several_types():
 
     evaluate()
     assert out.to_numpy().tolist() == [1.5**3, 25.0, 18.0, 25.0]
+
+
+def test_products_of_vectors_are_those_of_numpy():
+    start_taichi(make_scene(), 1)
+    a, b = np.array([1.0, -2.0, 3.0]), np.array([0.5, 4.0, -1.0])
+    out = ti.field(ti.f64, shape=8)
+
+    @ti.func
+    def product(u, v):
+        return (u + v).cross(u - v)
+
+    @ti.kernel
+    def evaluate():
+        u, v = ti.Vector([1.0, -2.0, 3.0], ti.f64), ti.Vector([0.5, 4.0, -1.0], ti.f64)
+        turned = product(u, v)
+        for k in ti.static(range(3)):
+            out[k] = turned[k]
+        out[3], out[4], out[5] = u.dot(v), u.norm_sqr(), (u + v).sum()
+        flat = ti.Vector([u[0], u[1]])
+        out[6] = flat.cross(ti.Vector([v[0], v[1]]))
+        out[7] = ti.Matrix([[1.0, 2.0], [3.0, 4.0]]).sum()
+
+    evaluate()
+    expected = [*np.cross(a + b, a - b), a @ b, a @ a, (a + b).sum(), a[0] * b[1] - a[1] * b[0], 10]
+    # small numbers in binary: nothing is rounded
+    assert out.to_numpy().tolist() == expected
+
+
+def test_vectors_of_unlike_lengths_are_refused():
+    start_taichi(make_scene(), 1)
+
+    @ti.kernel
+    def evaluate() -> ti.f64:
+        return ti.Vector([1.0, 2.0, 3.0]).dot(ti.Vector([1.0, 2.0]))
+
+    with pytest.raises(ti.TaichiCompilationError, match="Tensor"):
+        evaluate()

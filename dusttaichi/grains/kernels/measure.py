@@ -235,14 +235,12 @@ def make_measure_walls(fields, sums, layout, phases):
                 if thread < 3:
                     wall_force[wall, thread] = total
         else:
-            for n in range(6):
-                for a in ti.static(range(3)):
-                    force = ti.cast(0.0, ti.f64)
-                    for c in range(counts[WALL_BLOCKS]):
-                        if wall_of[c] == n:
-                            for k in range(W):
-                                own = contact[counts[FIRST_WALL] + c, LOAD + a, k]
-                                force += ti.cast(own, ti.f64)
-                    wall_force[n, a] = force
+            for n, a in ti.ndrange(6, 3):
+                force = ti.cast(0.0, ti.f64)
+                for c in range(counts[WALL_BLOCKS]):
+                    if wall_of[c] == n:
+                        for k in range(W):
+                            force += ti.cast(contact[counts[FIRST_WALL] + c, LOAD + a, k], ti.f64)
+                wall_force[n, a] = force
 
     return measure_walls

@@ -30,14 +30,14 @@ class HistoryRows:
     @ti.func
     def put_aside(self, b):
         """The history of a block to where the new lists find it."""
-        for n in ti.static(range(self.rows)):
+        for n in range(self.rows):
             for k in range(self.width):
                 self.table[b, self.load + n, k] = self.table[b, n, k]
 
     @ti.func
     def carry(self, b, k, old):
         """History of lane k of block b: that of contact `old` before, nothing where that is -1."""
-        for n in ti.static(range(self.rows)):
+        for n in range(self.rows):
             value = ti.cast(0.0, self.real)
             if old >= 0:
                 value = self.table[old // self.width, self.load + n, old % self.width]
@@ -45,7 +45,7 @@ class HistoryRows:
 
     @ti.func
     def clear(self, b, k):
-        for n in ti.static(range(self.rows)):
+        for n in range(self.rows):
             self.table[b, n, k] = 0.0
 
 
