@@ -71,6 +71,11 @@ def pytest_collection_finish():
     collect_seldom()
 
 
+def pytest_unconfigure():
+    """Taichi stores what it has compiled when its last program is collected."""
+    gc.unfreeze()
+
+
 @pytest.fixture(autouse=True)
 def registries_as_before():
     """A test that registers a law, a kind of sample or a method removes it again: what the schema

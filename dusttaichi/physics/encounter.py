@@ -32,7 +32,7 @@ def overlap(contact, speed):
     while energy(contact, high) < given:
         low, high = high, 2.0 * high
     while high - low > 1e-12 * high:  # scipy.optimize alone takes longer to import
-        trial = np.linspace(low, high, 100)
+        trial = np.linspace(low, high, 20)
         above = np.searchsorted(contact.curve(trial)[1], given)
         low, high = trial[above - 1 : above + 1]
     return float(high)
