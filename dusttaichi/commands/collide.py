@@ -1,5 +1,9 @@
 """`dust collide`: many collisions of a scene, their map and the table for coagulation codes."""
 
+from typing import Annotated
+
+import typer
+
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_abreast, say_written
 from dusttaichi.commands.ensembles import shown
@@ -14,6 +18,12 @@ def collide(
     force: options.ForceResults = False,
     resume: options.ResumeMissing = False,
     output: options.Output = None,
+    threads: Annotated[
+        int | None, typer.Option(min=1, help="CPU threads per collision, default 1")
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="collisions at a time, default as many as fit")
+    ] = None,
     scheduler: options.Scheduler = None,
     extensions: options.Extensions = None,
     figures: options.Figures = True,
@@ -25,7 +35,7 @@ def collide(
     from dusttaichi.studies.collide import collide_and_refine, make_study, write
 
     options.refuse_both(force, resume)
-    scene = options.load_scene(file, settings=settings, extensions=extensions)
+    scene = options.load_scene(file, threads, settings, extensions)
     runs = scene.output.directory
     study = make_study(scene, output or runs.with_name(f"{runs.name}-collisions"))
     how = {"settings": settings or [], "scheduler": scheduler, "extensions": extensions}
@@ -33,7 +43,7 @@ def collide(
     with options.writing(force=force, inputs=[file]):
         done = f"finished collisions are in {study.directory}"
         with ProgressBar(quiet) as bar, options.resumable(done, onward):
-            how = {"force": force, "resume": resume, "scheduler": scheduler}
+            how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
             how |= {"report": shown(bar, "collisions"), "log": bar.log}
             study, rows = collide_and_refine(scene, study.directory, **how)
         data, found, written = write(study, rows, figures=figures)

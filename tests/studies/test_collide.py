@@ -353,18 +353,49 @@ class Pool:
         Pool.stopped = True
 
 
-def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch):
-    study = make_study(study_scene(seeds=2), tmp_path)
+@pytest.fixture
+def one_batch(monkeypatch):
+    """Eight collisions are one batch, whose process ends after three."""
     monkeypatch.setattr(runner, "open_pool", Pool)
+    monkeypatch.setattr(runner, "usable_cores", lambda: 1)
+    monkeypatch.setattr(runner, "ROUNDS", 1)
+
+
+def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, one_batch):
+    study = make_study(study_scene(seeds=2), tmp_path)
     monkeypatch.setattr(runner, "noted_signals", lambda: nullcontext([2]))
     with pytest.raises(KeyboardInterrupt):
         runner.collide(study)
     assert Pool.stopped and len(runner._known(study.rows_file)) == 3
 
 
-def test_rows_of_a_process_that_was_lost_are_missing(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "options, workers, batch",
+    [((), 8, 5), (("--threads", 4), 2, 16), (("--jobs", 3), 3, 14), (("--jobs", 9), 8, 5)],
+)
+def test_collisions_at_a_time(options, workers, batch, tmp_path, monkeypatch):
+    """Eighty on eight cores: at least two batches for each process, of at most sixteen."""
+
+    class Counted(Pool):
+        def __init__(self, scheduler, count, heard):
+            assert count == workers
+
+        def submit(self, one, inputs):
+            assert len(one.collisions) <= batch
+            assert one.number or len(one.collisions) == batch
+            return super().submit(one, inputs)
+
+    monkeypatch.setattr(runner, "open_pool", Counted)
+    monkeypatch.setattr(runner, "usable_cores", lambda: 8)
+    path = tmp_path / "study.yaml"
+    path.write_text(study_scene(seeds=20).to_yaml(), encoding="utf-8")
+    words = ["collide", str(path), "-o", str(tmp_path / "out"), "-q", *map(str, options)]
+    with pytest.raises(DustError, match="were lost with their process"):
+        app(words, standalone_mode=False)
+
+
+def test_rows_of_a_process_that_was_lost_are_missing(tmp_path, one_batch):
     study = make_study(study_scene(seeds=2), tmp_path)
-    monkeypatch.setattr(runner, "open_pool", Pool)
     with pytest.raises(DustError, match="5 collisions were lost with their process"):
         runner.collide(study)
 

@@ -1,6 +1,7 @@
 """All collisions of a study: what is there already, what is left to do."""
 
 import json
+import math
 import os
 import threading
 from contextlib import suppress
@@ -15,7 +16,8 @@ from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.runs import PlanProgress, content_of, drain, shares
 from dusttaichi.studies.workers import INTERRUPTED
 
-TOGETHER = 16  # collisions of a job: what is lost with a machine, and what shares a start
+TOGETHER = 16  # collisions of a job at most: what is lost with a machine, and what shares a start
+ROUNDS = 2  # jobs of each worker at least, of which the last ones even out
 
 
 @dataclass(frozen=True)
@@ -45,13 +47,15 @@ def collide(
     force=False,
     resume=False,
     scheduler=None,
+    jobs=None,
     report=lambda progress: None,
     log=lambda text: None,
 ):
     """Make all collisions of a Study; returns their rows (see `task.make_collision`), in its order.
 
     Rows go to study.rows_file as they come. resume: those that are there and belong to the study
-    are not made again. A row with `error` is one that could not be made.
+    are not made again. jobs: collisions at a time on this machine, at most; None: as many as its
+    cores allow. A row with `error` is one that could not be made.
     Raises DustError (existing rows, no scheduler), KeyboardInterrupt; finished rows are stored.
     """
     with files.RunLock(study.directory):
@@ -69,7 +73,8 @@ def collide(
         # also those of further speeds (collisions.refine)
         files.write_whole(path, "".join(map(_line, known.values())).encode())
         if left:
-            _do(study, left, known, scheduler=scheduler, report=report, log=log)
+            how = {"scheduler": scheduler, "jobs": jobs, "report": report, "log": log}
+            _do(study, left, known, **how)
         lost = sum(c.key not in known for c in study.collisions)
         if lost:
             raise DustError(
@@ -94,9 +99,11 @@ def _line(row):
     return json.dumps(row) + "\n"
 
 
-def _do(study, left, known, *, scheduler, report, log):
+def _do(study, left, known, *, scheduler, jobs, report, log):
     """Make the collisions that are left; their rows go into `known`."""
-    batches = _batches(study, left)
+    workers = shares(study.scene, len(left), usable_cores())[0]
+    workers = min(workers, jobs or workers)
+    batches = _batches(study, left, workers)
     progress = PlanProgress(len(study.collisions), len(known))
     lock, ended = threading.Lock(), set()
 
@@ -123,7 +130,6 @@ def _do(study, left, known, *, scheduler, report, log):
             log("stopping: finished collisions are stored")
         return bool(signals)
 
-    workers = shares(study.scene, len(batches), usable_cores())[0]
     report(progress)
     with noted_signals() as signals, open_pool(scheduler, workers, heard) as pool:
         shared = pool.share({path: content_of(path) for path in study.inputs})
@@ -132,15 +138,18 @@ def _do(study, left, known, *, scheduler, report, log):
             raise KeyboardInterrupt
 
 
-def _batches(study, left):
-    """Collisions by their number of grains, whose kernels are the same; slow ones first."""
+def _batches(study, left, workers):
+    """Collisions by their number of grains, whose kernels are the same; slow ones first.
+
+    Large enough to share a start, and enough of them for a number of workers.
+    """
     text = study.scene.to_yaml()
     names = list(study.axes)
     body, ratio, speed = (names.index(name) for name in ("body", "mass_ratio", "speed"))
     order = sorted(left, key=lambda c: (c.index[body], c.index[ratio], c.index[speed]))
-    found = []
-    for first in range(0, len(order), TOGETHER):
-        own = tuple((c.key, c.sample) for c in order[first : first + TOGETHER])
+    size, found = min(TOGETHER, math.ceil(len(order) / (ROUNDS * workers))), []
+    for first in range(0, len(order), size):
+        own = tuple((c.key, c.sample) for c in order[first : first + size])
         found.append(Batch(len(found), text, own, study.phases))
     return found
 
