@@ -2,15 +2,17 @@
 
 STUDY is a directory of `dust collide`.
 
-`python docs/fragmentation.py pairs STUDY OTHER...` prints growth efficiencies of the same pairs in
-the other studies less those in the first, with the standard error over the collisions.
+`python docs/fragmentation.py pairs STUDY OTHER...` prints growth efficiencies and tangential losses
+of the same pairs in the other studies less those in the first, with the standard error over the
+collisions.
 
 A row for each study, body, mass ratio and speed: means over impact parameters and seeds in which
 the bodies touched, with standard errors over these collisions. Energies are those of the relative
 motion over N E_break, N grains of both bodies, E_break the work that separates two grains from
 equilibrium. second_over_projectile: mass of the second largest fragment over that of the
-projectile, above 1 where it has taken mass from the target. single: share of the mass in single
-grains.
+projectile, above 1 where it has taken mass from the target; heavier: in how many collisions it is.
+single: share of the mass in single grains. loss_...: shares of the energy of the relative motion;
+tangential: rolling, sliding and twisting.
 """
 
 import csv
@@ -28,8 +30,12 @@ from dusttaichi.analysis.collisions import (
 )
 from dusttaichi.analysis.thresholds import thresholds
 from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.names import CHANNELS
 from dusttaichi.physics.contact import jkr
 from dusttaichi.scene import from_yaml
+
+TANGENTIAL = ["rolling", "sliding", "twisting"]
+ROUNDING = 1e-9  # of shares of the mass
 
 
 def breaking_energy(scene):
@@ -44,6 +50,11 @@ def open_study(path):
     return path.rstrip("/").rsplit("/", 1)[-1], xr.load_dataset(f"{path}/collisions.nc")
 
 
+def tangential_loss(data):
+    """Share of the energy of the relative motion that rolling, sliding and twisting dissipate."""
+    return data.loss.sel(channel=TANGENTIAL).sum("channel", skipna=False) / data.impact_energy
+
+
 def rows(path):
     """Dicts of one study."""
     name, data = open_study(path)
@@ -56,8 +67,9 @@ def rows(path):
         choice[index] = True
         hit = int((~own.outcome.isin([MISS, FAILED])).sum())
         growth = mean_and_error(own.growth_efficiency.values.ravel())
-        second = mean_and_error((own.second * (1.0 + own.actual_mass_ratio)).values.ravel())
-        loss = (own.loss / own.impact_energy).mean(own.outcome.dims)
+        second = (own.second * (1.0 + own.actual_mass_ratio)).values.ravel()
+        loss = own.loss / own.impact_energy
+        tangential = mean_and_error(tangential_loss(own).values.ravel())
         over = float((own.impact_energy / own.grains).mean() / energy)
         t = known[str(body), float(ratio)]
         grains, collisions = spectrum(data, choice)
@@ -77,15 +89,18 @@ def rows(path):
             "growth_smallest_impact_parameter": f"{head_on[0]:.4f}",
             "energy_over_breaking": f"{over:.4g}",
             "largest": f"{float(own.largest.mean()):.4f}",
-            "second_over_projectile": f"{second[0]:.4f}",
-            "second_over_projectile_error": f"{second[1]:.4f}",
+            "second_over_projectile": f"{mean_and_error(second)[0]:.4f}",
+            "second_over_projectile_error": f"{mean_and_error(second)[1]:.4f}",
+            "heavier": int((second > 1.0 + ROUNDING).sum()),
             "fragments": f"{float(own.fragments.mean()):.4g}",
             "single": f"{single / hit:.4f}",
             "slope": f"{tau[0]:.3f}",
             "slope_error": f"{tau[1]:.3f}",
             "bouncing": int((own.outcome == "bouncing").sum()),
             "not_settled": int((own.settled == 0).sum()),
-            **{f"loss_{c}": f"{float(loss.sel(channel=c)):.4f}" for c in loss.channel.values},
+            **{f"loss_{c}": f"{float(loss.sel(channel=c).mean()):.4f}" for c in CHANNELS},
+            "loss_tangential": f"{tangential[0]:.4f}",
+            "loss_tangential_error": f"{tangential[1]:.4f}",
             "residual": f"{float(np.abs(own.residual).max()):.1e}",
             "v_fragment_m_per_s": f"{t.speed:.4g}",
             "v_fragment_low": f"{t.low:.4g}",
@@ -107,16 +122,17 @@ def main(out, *paths):
 
 
 def pairs(first, *others):
-    """Print differences of growth efficiencies of the same pairs."""
+    """Print differences of growth efficiencies and of tangential losses of the same pairs."""
     _, base = open_study(first)
     for path in others:
         name, data = open_study(path)
-        change = (data.growth_efficiency - base.growth_efficiency).squeeze()
+        growth = (data.growth_efficiency - base.growth_efficiency).squeeze()
+        loss = (tangential_loss(data) - tangential_loss(base)).squeeze()
         for speed in [*base.speed.values, None]:
-            own = change if speed is None else change.sel(speed=speed)
-            mean, error = mean_and_error(own.values.ravel())
+            own = [x if speed is None else x.sel(speed=speed) for x in (growth, loss)]
+            (f, error), (lost, lost_error) = (mean_and_error(x.values.ravel()) for x in own)
             where = "all speeds" if speed is None else f"{speed:g} m/s"
-            print(f"{name}, {where}: {mean:+.3f} ± {error:.3f}")
+            print(f"{name}, {where}: {f:+.3f} ± {error:.3f}; loss {lost:+.3f} ± {lost_error:.3f}")
 
 
 if __name__ == "__main__":

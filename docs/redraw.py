@@ -230,11 +230,15 @@ def curves():
     return [Curve(*key, *(numbers(of, name) for name in names)) for key, of in groups.items()]
 
 
-# lines of the figure of fragmentation: study, label
-FRAGMENTATION = {
-    "base": "500 and 500 grains",
-    "none": "the same, no damping",
-    "ratio": "500 and 125 grains",
+# lines of the panels of the figure of fragmentation: (study, body) -> label
+DISSIPATION = {
+    ("base", "sample"): "500 and 500 grains",
+    ("none", "sample"): "the same, no damping",
+    ("rolling32", "sample"): r"the same, $\xi_{\rm crit}$ = 3.2 nm",
+}
+BODIES = {
+    ("base", "sample"): "500 and 500 grains",
+    ("ratio", "sample"): "500 and 125 grains",
 }
 
 
@@ -242,13 +246,15 @@ FRAGMENTATION = {
 def fragmentation():
     """Growth efficiency against the speed, and against the energy over that of all contacts."""
     table = rows("fragmentation.csv")
-    figure, panels = style.new_figure(height=6.2, rows=2, ratios=[1, 1], shared=False)
-    columns = "speed_m_per_s", "energy_over_breaking"
-    labels = "relative speed (m/s)", r"impact energy / $(N E_{\rm break})$"
-    for axes, column, label in zip(panels, columns, labels, strict=True):
+    figure, panels = style.new_figure(height=8.6, rows=3, ratios=[1, 1, 1], shared=False)
+    columns = "speed_m_per_s", "speed_m_per_s", "energy_over_breaking"
+    energy = r"impact energy / $(N E_{\rm break})$"
+    labels = "relative speed (m/s)", "relative speed (m/s)", energy
+    choices = DISSIPATION, BODIES, BODIES
+    for axes, column, label, lines in zip(panels, columns, labels, choices, strict=True):
         axes.axhline(0.0, color=style.GREY, linewidth=0.8)
-        for number, (study, text) in enumerate(FRAGMENTATION.items()):
-            own = [row for row in table if row["study"] == study]
+        for number, (key, text) in enumerate(lines.items()):
+            own = [row for row in table if (row["study"], row["body"]) == key]
             growth, error = (numbers(own, f"growth_efficiency{end}") for end in ("", "_error"))
             line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4, "capsize": 2}
             axes.errorbar(numbers(own, column), growth, error, **line)
