@@ -239,6 +239,7 @@ DISSIPATION = {
 BODIES = {
     ("base", "sample"): "500 and 500 grains",
     ("ratio", "sample"): "500 and 125 grains",
+    ("ratio16", "sample"): "500 and 31 grains",
 }
 
 
