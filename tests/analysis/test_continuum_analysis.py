@@ -205,6 +205,50 @@ def test_pieces_fly_apart_and_stick(tmp_path):
     assert numbers["pieces"] == 2 and numbers["dust_restitution"] == pytest.approx(0.25)
 
 
+@pytest.mark.parametrize(
+    ("after", "coefficient", "problem"),
+    [
+        ({"gap": 1e-3, "velocity": 0.05}, 0.25, None),
+        ({"gap": 1e-3, "velocity": -0.05}, None, "still approach"),
+        ({"gap": A}, None, "stick together"),
+        ({"gap": A, "loose": True}, None, "stick together"),  # a fragment is no body
+        ({"gap": 1e-3, "broken": True}, None, "broken up"),
+    ],
+    ids=["bounce", "not met", "stick", "stick but for a fragment", "broken up"],
+)
+def test_two_bodies_that_merge_or_break_up_have_no_restitution(
+    after, coefficient, problem, tmp_path
+):
+    """Two discs of dust, the upper one flies at the lower one."""
+    disc = bed(6, 6)
+    n, high = len(disc), np.ptp(disc[:, 2])
+    before = np.concatenate([disc, disc + [0, 0, high + 2e-3]])
+    x = np.concatenate([disc, disc + [0, 0, high + after["gap"]]])
+    start, end = np.zeros((2 * n, 3)), np.zeros((2 * n, 3))
+    start[n:, 2], end[n:, 2] = -0.2, after.get("velocity", 0.0)
+    if "loose" in after:
+        x[-1] += [0, 0, 1e-2]
+        end[-1, 2] = 0.1
+    if "broken" in after:
+        x[:n] += 1e-2 * np.arange(n)[:, None]
+    path = write(
+        tmp_path / "result.nc",
+        series={"time": [0, 1e-3], "step": [0, 1], "momentum": np.zeros((2, 3)),
+                "wall_clock": [0, 0], "energy_residual": [0, 0],
+                "energy_residual_relative": [0, 0]},
+        snapshots=[frame(before, start), frame(x, end)],
+        static={"mass": np.full(2 * n, 300.0 * A**2 * 3**0.5 / 2), "role": np.zeros(2 * n),
+                "body": np.repeat([0, 1], n)},
+        sample={"kind": "several"},
+    )  # fmt: skip
+    with open_run(path) as run:
+        numbers = summary(run)
+        shown = {what: value for what, value, _ in table(numbers)}
+    found = numbers["dust_restitution"]
+    assert found is None if coefficient is None else found == pytest.approx(coefficient)
+    assert (problem or "0.2500") in shown["coefficient of restitution"]
+
+
 def test_figures_film_and_table_of_a_run(fallen, tmp_path):
     from dusttaichi.plots import animation, save_all
 

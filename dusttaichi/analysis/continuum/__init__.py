@@ -19,11 +19,11 @@ from dusttaichi.analysis.continuum.intrusion import (
     momentum_per_area,
 )
 from dusttaichi.analysis.continuum.particles import ParticleFrame, has_dust, read_particles
-from dusttaichi.analysis.continuum.pieces import Bounce, Pieces, bounce, collide, pieces
+from dusttaichi.analysis.continuum.pieces import Bounce, Pieces, Rebound, bounce, collide, pieces
 
 __all__ = [
     "AxisProfile", "Bounce", "CumulatedVolume", "Intrusion", "Map", "ParticleFrame", "Pieces",
-    "Stop", "at_zero_spacing", "axis_profile", "bounce", "collide", "cumulated_volume",
+    "Rebound", "Stop", "at_zero_spacing", "axis_profile", "bounce", "collide", "cumulated_volume",
     "filling_map", "histogram", "intrusion", "laboratory", "momentum_per_area", "pieces",
     "has_dust", "read_particles", "section",
 ]  # fmt: skip

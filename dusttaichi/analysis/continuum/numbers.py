@@ -74,7 +74,8 @@ def _flight(run):
         back = bounce(run)
         found |= {"dust_restitution": back.coefficient, "largest_rebound": back.rebound}
     elif len(start) == 2:
-        found["dust_restitution"] = collide(run)
+        back = collide(run)
+        found |= {"dust_restitution": back.coefficient, "restitution_problem": back.problem}
     return found
 
 
@@ -145,15 +146,17 @@ DUST = Family(
                    figure="compacted_volume"),
         Observable(name="largest_filling_factor", title="largest filling factor", text="{:.3f}",
                    column=None, figure="filling_factors"),
-        Observable(name="compacted_mass", title="mass compacted by a twentieth or more",
+        Observable(name="compacted_mass", title="mass whose filling factor rose by at least 5 %",
                    text="{:.1%}", column=None, figure="filling_factors"),
         Observable(name="pieces", title="pieces", text=_pieces, column=None),
         quiet("largest_piece", "share of the largest piece"),
         Observable(name="sticking_mass", title="mass that sticks to a wall", text="{:.1%}",
                    column=("share that sticks", "{:.2f}", 1)),
+        Observable(name="restitution_problem", title="coefficient of restitution", unit="",
+                   column=None, about="why there is no restitution"),
         Observable(name="dust_restitution", title="coefficient of restitution", text="{:.4f}",
-                   column=("restitution of dust", "{:.3f}", 1), wanted=8,
-                   about="restitution of dust"),
+                   why="restitution_problem", column=("restitution of dust", "{:.3f}", 1),
+                   wanted=8, about="restitution of dust"),
         Observable(name="largest_rebound", title="largest rebound of the centre of mass",
                    text="{:.3f} v0", column=("rebound", "{:.3f}", 1)),
         Observable(name="numerical_dissipation", title="numerical dissipation",

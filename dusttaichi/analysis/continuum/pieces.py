@@ -166,18 +166,46 @@ def _pushed_at_the_end(run):
     return bool(np.any(force[-max(1, len(force) // 10) :]))
 
 
-def collide(run):
-    """Restitution of the two first bodies of a run that fly at each other.
+@dataclass(frozen=True)
+class Rebound:
+    """What two bodies that fly at each other do.
 
-    It is the relative speed of the two heaviest pieces along the line of their first approach, over
-    the speed of approach; 0 where there is one piece.
+    coefficient: of restitution; None where there is none, and `problem` says why.
     """
-    parts = pieces(run)
-    one, other, *_ = velocities_at_start(run).values()
-    approach = other - one
-    if len(parts.mass) < 2 or not np.any(approach):
-        return 0.0
-    first = parts.velocity[1] - parts.velocity[0]
-    apart = parts.centre[1] - parts.centre[0]
-    opening = float(first @ apart / np.linalg.norm(apart))
-    return opening / float(np.linalg.norm(approach))
+
+    coefficient: float | None
+    problem: str | None
+
+
+def collide(run):
+    """The Rebound of the first two bodies of a run that fly at each other.
+
+    A body is the piece with more than half of its mass. The restitution is the speed at which the
+    pieces of both leave each other, along the line between them, over the relative speed at the
+    start.
+    """
+    frame, parts = read_particles(run), pieces(run)
+    start = velocities_at_start(run)
+    one, other = (start[n] for n in list(start)[:2])
+    approach = float(np.linalg.norm(other - one))
+    if approach == 0.0:
+        return Rebound(None, "none: the bodies do not approach each other")
+    found = [_piece_of(frame, parts, n) for n in list(start)[:2]]
+    if None in found:
+        return Rebound(None, "none: a body has broken up, and no piece has half of its mass")
+    first, second = found
+    if first == second:
+        return Rebound(None, "none: the bodies stick together")
+    apart = parts.centre[second] - parts.centre[first]
+    opening = float((parts.velocity[second] - parts.velocity[first]) @ apart)
+    opening /= float(np.linalg.norm(apart))
+    if opening < 0.0:
+        return Rebound(None, "none: the bodies still approach each other; let the run continue")
+    return Rebound(opening / approach, None)
+
+
+def _piece_of(frame, parts, body):
+    """Number of the piece with more than half of the mass of a body; None where there is none."""
+    own = frame.flies & (frame.body == body)
+    shares = np.bincount(parts.number[own], frame.mass[own]) / frame.mass[own].sum()
+    return int(shares.argmax()) if shares.max() > 0.5 else None
