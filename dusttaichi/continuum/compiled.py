@@ -99,7 +99,7 @@ def compiled_for(key, layout, capacity, kind):
     n, StepNumbers = layout.dimension, numbers_type(layout.dimension)
     attraction = Attraction(f, scratch, n) if layout.self_gravity else None
     rigid, rates, forces = passes(f, scratch, layout, attraction)
-    motion = Motion(f, scratch, layout, rigid, attraction)
+    motion = Motion(f, scratch, layout, rigid=rigid, images=forces.images, attraction=attraction)
     advance = make_advance((motion, rates, forces), StepNumbers, kind)
     search = None if kind == "workers" else make_search(motion, advance.known.numbers)
     count, write = make_list(Lists(f, scratch, layout))

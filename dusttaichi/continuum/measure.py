@@ -150,7 +150,8 @@ def half_step(sim, v, speed, spin):
     mean = 0.5 * (sim.raised(sim.of_particles("v")) + v)
     speed, spin = 0.5 * (sim.rigid(SPEED) + speed), 0.5 * (sim.rigid(SPIN) + spin)
     drags = sim.rigid(DRAGS, 12)
-    return np.array(
+    by_pairs = np.array([0.0, half * sim.of_particles("noise_power").sum()])
+    return -by_pairs + np.array(
         [
             half * np.sum(sim.raised(sim.of_particles(name)) * mean)
             + half * np.sum(drags[:, column : column + 3] * speed)

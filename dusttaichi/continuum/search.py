@@ -235,10 +235,10 @@ class Search:
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source] * sign)
         both = (sign[:, :, None] * sign[:, None, :]).reshape(-1, d * d)
-        for name in ("flux", "drag", "tension"):
+        for name in ("load", "flux", "drag", "tension"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source] * both)
-        for name in ("volume", "density", "impedance", "alpha", "beta", "side", "gap"):
+        for name in ("volume", "density", "impedance", "damping", "alpha", "beta", "side", "gap"):
             if name in sim.tables:
                 sim.put_ghosts(name, n, sim.of_particles(name)[source])
 

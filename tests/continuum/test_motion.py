@@ -5,6 +5,9 @@ import pytest
 from continuum import dust
 
 from dusttaichi import method, units
+from dusttaichi.compute.backend import start_taichi
+from dusttaichi.compute.engine import ti
+from dusttaichi.continuum.kernels.smoothing import KERNELS, SHAPES
 from dusttaichi.method import State
 
 OPEN = {"viscosity": {"grid": 0.005}}
@@ -248,3 +251,20 @@ def test_a_contact_may_open():
         assert abs(dust.ledger(motion, start, start.kinetic)) < 0.01
         away[contact] = motion.sim.of_particles("x")[:, 1].min() / dust.SPACING
     assert away["separate"] > 1.5 and away["stick"] < 1.0
+
+
+@pytest.mark.parametrize(("name", "factor"), [("cubic_spline", 0.75), ("wendland_c2", 5.0)])
+def test_the_slope_of_a_kernel_is_that_of_its_shape(name, factor):
+    """F q is the derivative of the shape but for a factor, and exactly 0 out of reach."""
+    start_taichi(dust.scene(), 1)
+    slope, shape = KERNELS[name], SHAPES[name]
+
+    @ti.kernel
+    def at(q: ti.f64) -> ti.f64:
+        return slope(q * q, 1.0, 1.0)
+
+    step = 1e-5  # central differences: third derivatives times 1e-10
+    for q in (0.1, 0.6, 0.99, 1.01, 1.5, 1.99):
+        expected = (shape(q + step) - shape(q - step)) / (2.0 * step)
+        assert factor * q * at(q) == pytest.approx(expected, rel=1e-8, abs=1e-9)
+    assert at(2.0) == at(2.5) == at(1e50) == 0.0

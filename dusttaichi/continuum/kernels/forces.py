@@ -18,9 +18,9 @@ from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import CLOSE, KERNELS, SHAPES
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
-# rows of the sums over neighbours, a vector for each particle, and behind them the power of both
-# viscosities
-STRESS, GRID, VISCOUS, PUSHING, PLACES, MOTIONS, POWER = range(7)
+# rows of the sums over neighbours, a vector for each particle, and behind them the power of the
+# viscosity by pairs
+FORCE, VISCOUS, PUSHING, PLACES, MOTIONS, POWER = range(6)
 
 
 @ti.data_oriented
@@ -49,16 +49,14 @@ class Forces:
             i = block * self.lanes + lane
             if i < numbers.count:
                 at = self.of_lane(sums, PLACES, lane)
-                stress = self.of_lane(sums, STRESS, lane) + tensors.matrix(self.f.flux[i], n) @ at
-                grid = self.f.impedance[i] * self.of_lane(sums, MOTIONS, lane)
-                grid += self.of_lane(sums, GRID, lane) - tensors.matrix(self.f.drag[i], n) @ at
+                force = self.of_lane(sums, FORCE, lane) + tensors.matrix(self.f.load[i], n) @ at
+                force += self.f.damping[i] * self.of_lane(sums, MOTIONS, lane)
                 volume = numbers.scale * self.f.volume[i]
                 if ti.static(self.layout.artificial):
                     self.f.pushing[i] = volume * self.of_lane(sums, PUSHING, lane)
-                grid *= volume * numbers.grid * numbers.h
                 viscous = volume * self.of_lane(sums, VISCOUS, lane)
                 power = volume * sums[POWER * n * self.lanes + lane]
-                self.add_up(i, volume * stress, viscous, grid, power, numbers)
+                self.add_up(i, volume * force, viscous, power, numbers)
 
     @ti.func
     def of_lane(self, sums: ti.template(), row: ti.template(), lane):
@@ -100,7 +98,7 @@ class Forces:
         for k in range(self.blocks.begin(first), self.blocks.end(first)):
             j = self.lists.near[k]
             x, v, volume = self.f.x[j], self.f.v[j], self.f.volume[j]
-            Q_j, kL_j, k_j = self.f.flux[j], self.f.drag[j], self.f.impedance[j]
+            load, damping = self.f.load[j], self.f.damping[j]
             side_j, open_j = 0, 0.0
             if ti.static(self.layout.separate):
                 side_j, open_j = self.f.side[j], self.opened(j)
@@ -119,19 +117,14 @@ class Forces:
                     # sums of what depends on i by a factor only
                     sums[(PLACES * n + a) * lanes + lane] += mine * d[a]
                     sums[(MOTIONS * n + a) * lanes + lane] += mine * u[a]
-                    of_stress, of_noise = 0.0, k_j * wu[a]
+                    force = damping * wu[a]
                     for b in ti.static(range(n)):
-                        of_stress += Q_j[n * a + b] * wd[b]
-                        of_noise -= kL_j[n * a + b] * wd[b]
-                    sums[(STRESS * n + a) * lanes + lane] += of_stress
-                    sums[(GRID * n + a) * lanes + lane] += of_noise
-                i = self.blocks.particle(block, lane, numbers)
-                if ti.static(self.layout.heat):
-                    noise = self.noise_power(i, j, mine, other, d, u)
-                    sums[POWER * n * lanes + lane] += numbers.grid * numbers.h * noise
+                        force += load[n * a + b] * wd[b]
+                    sums[(FORCE * n + a) * lanes + lane] += force
                 if ti.static(self.layout.viscous):
                     self.resist(j, lane, own, ti.max(mine, other), d, u, sums, numbers)
                 if ti.static(self.layout.artificial_stress):
+                    i = self.blocks.particle(block, lane, numbers)
                     self.pull(i, j, lane, ti.max(mine, other), d, sums, numbers)
 
     @ti.func
@@ -168,30 +161,23 @@ class Forces:
         return ti.min(u.dot(d), 0.0) * inv_h / (d.norm_sqr() * inv_h * inv_h + CLOSE)
 
     @ti.func
-    def noise_power(self, i, j, own, other, d, u):
-        """Power of what acts on grid noise in a pair, over grid h: of i and of j."""
-        of_i = self.f.impedance[i] * u - tensors.matrix(self.f.drag[i], self.n) @ d
-        of_j = self.f.impedance[j] * u - tensors.matrix(self.f.drag[j], self.n) @ d
-        return (own * of_i + other * of_j).dot(u)
-
-    @ti.func
-    def add_up(self, i, stress, viscous, grid, power, numbers: ti.template()):
+    def add_up(self, i, force, viscous, power, numbers: ti.template()):
         """Add all other forces on particle i to those of its neighbours [N], and its heat.
 
-        Half of the power of the viscosities of all its pairs [W].
+        That is what grid noise loses, and half of the power of the viscosity of all its pairs [W].
         """
+        grid = ti.Vector.zero(ti.f64, self.n)
         if ti.static(self.layout.rigid):
-            of_stress, of_pairs, of_noise, of_images = self.images.push(i, numbers)
-            stress += of_stress
+            of_stress, of_pairs, grid, of_images = self.images.push(i, numbers)
+            force += of_stress + grid
             viscous += of_pairs
-            grid += of_noise
             power += of_images
         if ti.static(self.layout.heat):
-            self.f.heating[i] = -0.5 * power
+            self.f.heating[i] = self.f.noise_power[i] - 0.5 * power
         self.f.viscous[i], self.f.grid_force[i] = viscous, grid
         role = self.f.role[i]
         falls = ti.select(role == DUST or role == ELASTIC, self.f.mass[i], 0.0)
-        force = stress + viscous + grid + falls * numbers.gravity
+        force += viscous + falls * numbers.gravity
         if ti.static(self.layout.self_gravity):
             force += falls * self.attraction.pull(i, numbers)
         if ti.static(self.layout.hourglass):

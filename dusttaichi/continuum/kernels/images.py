@@ -64,6 +64,14 @@ class Images:
         return self.rigid.surface(row, arm, numbers.h)
 
     @ti.func
+    def clearance(self, i, numbers: ti.template()):
+        """Distance of particle i from the nearest surface, or 2 h where all are out of reach."""
+        least = 2.0 * numbers.h
+        for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
+            least = ti.min(least, self.touch(i, self.lists.touch_row[e], numbers)[0])
+        return least
+
+    @ti.func
     def relative_motion(self, i, row, numbers: ti.template()):
         """Velocity of particle i relative to the body at its position."""
         return self.f.v[i] - self.rigid.motion(row, self.rigid.arm(row, self.f.x[i], numbers))
@@ -79,21 +87,17 @@ class Images:
         spin = self.rigid.vector(row, SPIN)
         begin, end = self.blocks.begin(i), self.blocks.end(i)
         for m in range(begin, end + 1):
-            k = self.other(i, m, end)
-            if m == end or self.reaches(i, k, numbers):
+            k, share, between, _, near = self.image(i, m, row, arm, touch, numbers)
+            if near:
                 arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
-                touch_k = self.rigid.surface(row, arm_k, numbers.h)
-                between, _, near = self.apart(row, arm, arm_k, touch, touch_k, numbers)
-                if near:
-                    weight = self.f.volume[k]
-                    weight *= self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
-                    weight *= self.slope(between.norm_sqr(), numbers.inv_h, numbers.scale)
-                    u = w_i + self.f.v[k] - self.rigid.motion(row, arm_k)
-                    u += self.rigid.flat(spin.cross(between))
-                    d = self.rigid.flat(between)
-                    for a, b in ti.static(ti.ndrange(n, n)):
-                        self.add(e, n * a + b, -weight * d[a] * d[b])
-                        self.add(e, n * n + n * a + b, -weight * u[a] * d[b])
+                weight = share * self.f.volume[k]
+                weight *= self.slope(between.norm_sqr(), numbers.inv_h, numbers.scale)
+                u = w_i + self.f.v[k] - self.rigid.motion(row, arm_k)
+                u += self.rigid.flat(spin.cross(between))
+                d = self.rigid.flat(between)
+                for a, b in ti.static(ti.ndrange(n, n)):
+                    self.add(e, n * a + b, -weight * d[a] * d[b])
+                    self.add(e, n * n + n * a + b, -weight * u[a] * d[b])
         A, G = ti.Matrix.zero(ti.f64, n, n), ti.Matrix.zero(ti.f64, n, n)
         for a, b in ti.static(ti.ndrange(n, n)):
             A[a, b] = self.lists.touch[e, n * a + b]
@@ -101,18 +105,28 @@ class Images:
         return A, G
 
     @ti.func
-    def other(self, i, m, end):
-        """The neighbour in entry m of the list of particle i; the particle itself behind all."""
-        k = i
-        if m < end:
-            k = self.lists.near[m]
-        return k
+    def image(self, i, m, row, arm, touch: ti.template(), numbers: ti.template()):
+        """The image behind a surface of entry m of the list of particle i; of i itself behind all.
 
-    @ti.func
-    def reaches(self, i, k, numbers: ti.template()):
-        """True where k is another particle in reach of i, and not of another one of its block."""
-        far = (self.f.x[i] - self.f.x[k]).norm_sqr()
-        return k != i and far < 4.0 * numbers.h * numbers.h
+        (k, share, x_i - x_k', n, near): particle, the share of the surface, normal of the mirror,
+        and True where particle and image are in reach, and not only in that of another one of the
+        block.
+        """
+        k, near = i, m == self.blocks.end(i)
+        if not near:
+            k = self.lists.near[m]
+            # most neighbours are too far from all surfaces
+            if touch[0] + self.f.clearance[k] < 2.0 * numbers.h:
+                far = (self.f.x[i] - self.f.x[k]).norm_sqr()
+                near = k != i and far < 4.0 * numbers.h * numbers.h
+        share, between, normal = 0.0, ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
+        if near:
+            arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
+            touch_k = self.rigid.surface(row, arm_k, numbers.h)
+            between, normal, near = self.apart(row, arm, arm_k, touch, touch_k, numbers)
+            if near:
+                share = self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
+        return k, share, between, normal, near
 
     @ti.func
     def push(self, i, numbers: ti.template()):
@@ -131,19 +145,14 @@ class Images:
             if touch[0] < 2.0 * numbers.h:
                 begin, end = self.blocks.begin(i), self.blocks.end(i)
                 for m in range(begin, end + 1):
-                    k = self.other(i, m, end)
-                    if m == end or self.reaches(i, k, numbers):
-                        arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
-                        touch_k = self.rigid.surface(row, arm_k, numbers.h)
-                        between, n, near = self.apart(row, arm, arm_k, touch, touch_k, numbers)
-                        if near:
-                            share = self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
-                            base = share * self.f.volume[i] * self.f.volume[k]
-                            pair = self.pair(i, k, e, base, arm, between, n, numbers)
-                            stress += pair[0]
-                            viscous += pair[1]
-                            grid += pair[2]
-                            power += pair[3]
+                    k, share, between, n, near = self.image(i, m, row, arm, touch, numbers)
+                    if near:
+                        base = share * self.f.volume[i] * self.f.volume[k]
+                        pair = self.pair(i, k, e, base, arm, between, n, numbers)
+                        stress += pair[0]
+                        viscous += pair[1]
+                        grid += pair[2]
+                        power += pair[3]
         return stress, viscous, grid, power
 
     @ti.func

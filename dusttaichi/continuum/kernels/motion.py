@@ -43,12 +43,13 @@ ROUNDING = 1e-9  # of an output step, below which the rest counts as zero
 class Motion:
     """Motion of particles and bodies.
 
-    fields, lists: see store.place; layout: store.Layout; rigid: kernels.rigid.Rigid; attraction:
-    attraction.Attraction or None.
+    fields, lists: see store.place; layout: store.Layout; rigid: kernels.rigid.Rigid; images:
+    images.Images or None; attraction: attraction.Attraction or None.
     """
 
-    def __init__(self, fields, lists, layout, rigid, attraction):
+    def __init__(self, fields, lists, layout, *, rigid, images, attraction):
         self.f, self.lists, self.layout, self.rigid = fields, lists, layout, rigid
+        self.images = images
         self.attraction = attraction
         self.n = layout.dimension
 
@@ -72,13 +73,16 @@ class Motion:
             x = self.rigid.flat(self.rigid.vector(group, CENTRE) + arm)
             new = self.rigid.motion(group, arm)
         mean = (0.5 * half) * (v + new)
-        lost = ti.Vector([self.f.viscous[i].dot(mean), self.f.grid_force[i].dot(mean)])
-        self.f.loss[i] = self.f.loss[i] - lost  # `-=` would be an atomic one
+        by_noise = 0.75 * half * self.f.noise_power[i] - self.f.grid_force[i].dot(mean)
+        lost = ti.Vector([-self.f.viscous[i].dot(mean), by_noise])
+        self.f.loss[i] = self.f.loss[i] + lost  # `+=` would be an atomic one
         if ti.static(self.layout.artificial):
             self.f.taken[i] -= self.f.pushing[i].dot(mean)
         if ti.static(self.layout.heat):
             self.f.warmed[i] += half * self.f.heating[i]
         self.f.x[i], self.f.v[i] = x, new
+        if ti.static(self.layout.rigid):
+            self.f.clearance[i] = self.images.clearance(i, numbers)
         self.move_ghosts(i, numbers)
         return ti.cast((x - self.f.x_search[i]).norm_sqr() > numbers.way2, ti.i32)
 
@@ -110,14 +114,17 @@ class Motion:
                 for a, b in ti.static(ti.ndrange(self.n, self.n)):
                     sign = self.lists.ghost_sign[g, a] * self.lists.ghost_sign[g, b]
                     k = ti.static(self.n * a + b)
-                    self.f.flux[image][k] = sign * self.f.flux[i][k]
-                    self.f.drag[image][k] = sign * self.f.drag[i][k]
+                    self.f.load[image][k] = sign * self.f.load[i][k]
+                    if ti.static(self.layout.rigid):
+                        self.f.flux[image][k] = sign * self.f.flux[i][k]
+                        self.f.drag[image][k] = sign * self.f.drag[i][k]
                     if ti.static(self.layout.artificial_stress):
                         self.f.tension[image][k] = sign * self.f.tension[i][k]
                     if ti.static(self.layout.hourglass and b == 0):
                         along = self.lists.ghost_sign[g, a] * self.f.hourglass[i][a]
                         self.f.hourglass[image][a] = along
                 self.f.impedance[image] = self.f.impedance[i]
+                self.f.damping[image] = self.f.damping[i]
                 if ti.static(self.layout.viscous):
                     self.f.alpha[image], self.f.beta[image] = self.f.alpha[i], self.f.beta[i]
                     self.f.density[image] = self.f.density[i]

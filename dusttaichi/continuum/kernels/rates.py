@@ -8,7 +8,7 @@ rigid surface the sums include mirror images (images).
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import KERNELS
-from dusttaichi.continuum.kernels.store import DT, LAYER
+from dusttaichi.continuum.kernels.store import DT, LAYER, OLD
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
@@ -44,8 +44,8 @@ class Rates:
         self.blocks.find_neighbours(block, numbers)
         A = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
         G = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
-        near = ti.Vector.zero(ti.f64, self.lanes)
-        self.sum_up(block, A, G, near, numbers)
+        near, squares = ti.Vector.zero(ti.f64, self.lanes), ti.Vector.zero(ti.f64, self.lanes)
+        self.sum_up(block, A, G, near, squares, numbers)
         for lane in range(self.lanes):
             i = block * self.lanes + lane
             if i < numbers.count:
@@ -56,7 +56,8 @@ class Rates:
                     for a, b in ti.static(ti.ndrange(self.n, self.n)):
                         if ti.static(a > b):
                             of_A[a, b] = of_A[b, a]
-                    speed = self.update_stress(i, of_A, of_G, near[lane], numbers, material)
+                    more = ti.Vector([near[lane], squares[lane]])
+                    speed = self.update_stress(i, of_A, of_G, more, numbers, material)
                     fastest = ti.max(fastest, speed)
         return fastest
 
@@ -70,9 +71,15 @@ class Rates:
 
     @ti.func
     def sum_up(
-        self, block, A: ti.template(), G: ti.template(), near: ti.template(), numbers: ti.template()
+        self,
+        block,
+        A: ti.template(),
+        G: ti.template(),
+        near: ti.template(),
+        squares: ti.template(),
+        numbers: ti.template(),
     ):
-        """Add up A, of which the upper half, G and the foreign volume around the particles."""
+        """Add up A, of which the upper half, G, foreign volume and squares of motion."""
         n, lanes = ti.static(self.n, self.lanes)
         x = ti.Vector.zero(ti.f64, ti.static(n * lanes))
         v = ti.Vector.zero(ti.f64, ti.static(n * lanes))
@@ -97,6 +104,7 @@ class Rates:
                     foreign = ti.select(side_j != side[lane], weight, 0.0)
                     near[lane] += foreign
                     weight -= opened[lane] * foreign
+                squares[lane] += weight * u.norm_sqr()
                 for b in ti.static(range(n)):
                     wd = weight * d[b]
                     for a in ti.static(range(n)):
@@ -110,12 +118,13 @@ class Rates:
         i,
         A: ti.template(),
         G: ti.template(),
-        near,
+        more: ti.template(),
         numbers: ti.template(),
         material: ti.template(),
     ):
         """Stress of particle i from the sums over its neighbours; returns its speed of signals."""
-        opened = self.opened(i)
+        opened, near = self.opened(i), more[0]
+        of_pairs = G
         if ti.static(self.layout.rigid):
             for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
                 row = self.lists.touch_row[e]
@@ -133,9 +142,12 @@ class Rates:
         m = self.law.material(i, material)
         stress, swollen = self.law.respond(i, L, self.f.clock[DT], numbers, m)
         # neighbours count with the volumes of the first pass, the particle with its new one
-        self.f.flux[i] = tensors.rows((swollen * stress) @ C)
-        impedance = self.f.impedance[i]
-        self.f.drag[i] = impedance * tensors.rows(L)
+        flux, impedance = (swollen * stress) @ C, self.f.impedance[i]
+        damping = numbers.grid * numbers.h * impedance
+        self.f.load[i], self.f.damping[i] = tensors.rows(flux - damping * L), damping
+        if ti.static(self.layout.rigid):
+            self.f.flux[i], self.f.drag[i] = tensors.rows(flux), impedance * tensors.rows(L)
+        self.dissipate(i, -damping * (more[1] + tensors.double_dot(L, of_pairs)))
         self.resist(i, L, near * (1.0 - opened) < 0.0, numbers)
         if ti.static(self.layout.hourglass):
             self.hourglass.follow(i, L, numbers)
@@ -148,6 +160,18 @@ class Rates:
         strain = numbers.h * ti.sqrt(tensors.double_dot(D, D) + STRAIN)
         sound = impedance / self.f.density[i]
         return sound * ti.max(1.0, damped) + (1.0 + numbers.quadratic) * strain
+
+    @ti.func
+    def dissipate(self, i, power):
+        """Note the power over volume that grid noise loses, and its part of the last kick.
+
+        The work of a constant force is 3/4 of the power at its start and 1/4 of that at its end,
+        since the power is quadratic in the velocities.
+        """
+        half = 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
+        power *= self.f.volume[i]
+        self.f.noise_power[i] = power
+        self.f.loss[i][1] = self.f.loss[i][1] + 0.25 * half * power
 
     @ti.func
     def resist(self, i, L: ti.template(), touches, numbers: ti.template()):

@@ -13,18 +13,21 @@ CLOSE = 0.01  # of h^2, keeps a viscosity finite where particles meet
 
 @ti.func
 def cubic_spline(r2, inv_h, scale):
-    """Cubic spline (Monaghan & Lattanzio 1985): F = scale (4 (1-q)+^2 - (2-q)+^2)/q, q = r/h."""
+    """Cubic spline (Monaghan & Lattanzio 1985): F = scale (4 (1-q)+^2 - (2-q)+^2)/q, q = r/h.
+
+    That is 3 q - 4 up to q = 1, and 4 - q - 4/q up to q = 2, where it is exactly 0.
+    """
     s = r2 * inv_h * inv_h + TINY
-    inv_q = 1.0 / ti.sqrt(s)
-    q = s * inv_q
-    far, near = ti.max(2.0 - q, 0.0), ti.max(1.0 - q, 0.0)
-    return scale * inv_q * (4.0 * near * near - far * far)
+    s = ti.select(s < 4.0, s, 4.0)
+    q = ti.sqrt(s)
+    return scale * ti.select(s < 1.0, 3.0 * q - 4.0, 4.0 - q - 4.0 / q)
 
 
 @ti.func
 def wendland_c2(r2, inv_h, scale):
     """Wendland (1995) C2: F = -scale (1 - q/2)+^3, q = r/h."""
-    half = ti.max(1.0 - 0.5 * ti.sqrt(r2) * inv_h, 0.0)
+    half = 1.0 - 0.5 * ti.sqrt(r2) * inv_h
+    half = ti.select(half > 0.0, half, 0.0)
     return -scale * half * half * half
 
 

@@ -98,15 +98,16 @@ def declare(layout):
         ("x", "place", "m", vector, "seen", True),
         ("v", "velocity half a step back", "m/s", vector, "seen", True),
         ("volume", "volume, 0 of rigid and fixed particles", "m^3", one, "seen", True),
-        ("flux", "stress times correction of the gradient", "Pa", tensor, "felt", True),
-        ("drag", "velocity gradient times impedance", "Pa/m", tensor, "felt", True),
+        ("load", "stress times correction, and grid viscosity", "Pa", tensor, "felt", True),
+        ("damping", "viscosity on grid noise", "Pa s", one, "felt", True),
         ("impedance", "density times sound", "Pa s/m", one, "felt", True),
         ("alpha", "linear viscosity of its pairs", "1", one, "felt", True),
         ("beta", "quadratic viscosity of its pairs", "1", one, "felt", True),
         ("density", "density", "kg/m^3", one, "felt", True),
         ("force", "force of the neighbours and gravity", "N", vector, "own"),
         ("viscous", "viscous part of it", "N", vector, "own"),
-        ("grid_force", "part of it that acts on grid noise", "N", vector, "own"),
+        ("grid_force", "part of it by images that acts on grid noise", "N", vector, "own"),
+        ("noise_power", "power by pairs that grid noise loses", "W", one, "own"),
         ("mass", "mass", "kg", one, "own"),
         ("modulus", "bulk modulus of the present path", "Pa", one, "own"),
         ("reference", "density at zero pressure on the present path", "kg/m^3", one, "own"),
@@ -127,6 +128,13 @@ def declare(layout):
         ("role", "dust, rigid, fixed, wall or elastic", "1", count, "own"),
         ("number", "its number in the sample", "1", count, "own"),
     ]
+    if layout.rigid:
+        rows += [
+            # 0 of ghosts, which are looked at always
+            ("clearance", "distance from the nearest surface", "m", one, "seen"),
+            ("flux", "stress times correction of the gradient", "Pa", tensor, "image", True),
+            ("drag", "velocity gradient times impedance", "Pa/m", tensor, "image", True),
+        ]
     if layout.sides:
         rows.append(("side", "dust 0, rigid 1, elastic bodies from 2", "1", count, "kind", True))
     if layout.separate:
