@@ -105,7 +105,7 @@ def check_same(saved, scene, inputs, stage):
         done = tree.get("stages", [])[: stage + 1]
         tree["stages"] = {str(n): s for n, s in enumerate(done)}
         tree["stages"].get(str(stage), {}).pop("stop", None)
-    changed = sorted(_differences(old, new))
+    changed = sorted(differences(old, new))
     old = saved["inputs"]
     if len(old) != len(inputs) or any(b and a != b for a, b in zip(old, inputs, strict=True)):
         changed.append("the contents of its files")
@@ -117,9 +117,10 @@ def check_same(saved, scene, inputs, stage):
         )
 
 
-def _differences(old, new, path=""):
+def differences(old, new, path=""):
+    """Paths of the keys in which plain data differ, such as "boundary.wall_speed", in no order."""
     if isinstance(old, dict) and isinstance(new, dict):
         for key in old.keys() | new.keys():
-            yield from _differences(old.get(key), new.get(key), f"{path}.{key}".lstrip("."))
+            yield from differences(old.get(key), new.get(key), f"{path}.{key}".lstrip("."))
     elif old != new:
         yield path

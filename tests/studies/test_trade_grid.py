@@ -7,6 +7,7 @@ from scenes import CONFIGS
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load
+from dusttaichi.scene.numerics import PRESETS
 from dusttaichi.studies.trade import grid, scenes
 
 
@@ -99,3 +100,47 @@ def test_scenes_share_a_table(monkeypatch, tmp_path):
             ("trade_omni", "1"),
             ("trade_uni", "3"),
         ]
+
+
+@pytest.fixture
+def ran(monkeypatch):
+    """Settings that `grid` runs, with an empty run in place of each."""
+    found = []
+
+    def row(base, folder, setting, seed):
+        found.append(setting.text)
+        row = {"scene": base.name, "settings": setting.text, "seed": seed, "steps": 1}
+        return row | {"seconds": "1.0", "status": "finished"}
+
+    monkeypatch.setattr(grid, "_row", row)
+    return found
+
+
+def test_an_edited_scene_does_not_continue_a_table(ran, tmp_path):
+    grid.grid(omni(), tmp_path, "accuracy draft", 1)
+    edited = omni().with_value("boundary.wall_speed", "10 cm/s")
+    with pytest.raises(DustError, match=r"differs in boundary\.wall_speed\. .* --force"):
+        grid.grid(edited, tmp_path, "accuracy draft", 2)
+    assert ran == ["as it is", "accuracy draft"]
+    grid.grid(edited, tmp_path, "accuracy draft", 1, force=True)
+    assert ran == ["as it is", "accuracy draft"] * 2
+    # neither threads nor the folder of the results change a number
+    same = edited.with_value("numerics.threads", 2).with_value("output.directory", "elsewhere")
+    grid.grid(same, tmp_path, "accuracy draft", 1)
+    grid.grid(edited.with_value("name", "slower"), tmp_path, "accuracy draft", 1)
+    assert ran == ["as it is", "accuracy draft"] * 3
+
+
+def test_a_changed_preset_does_not_continue_a_table(ran, monkeypatch, tmp_path):
+    grid.grid(omni(), tmp_path, "accuracy draft", 1)
+    monkeypatch.setitem(PRESETS, "draft", PRESETS["draft"] | {"mass_scaling": 6.0})
+    with pytest.raises(DustError, match=r"\(accuracy draft\) .* differs in numerics\.mass_scaling"):
+        grid.grid(omni(), tmp_path, "accuracy draft", 2)
+    grid.grid(omni(), tmp_path, "mass_scaling 4", 2)
+
+
+def test_rows_of_an_unknown_scene_are_refused(ran, tmp_path):
+    grid.grid(omni(), tmp_path, "", 1)
+    (tmp_path / grid.origin.FILE).unlink()
+    with pytest.raises(DustError, match="unknown scene"):
+        grid.grid(omni(), tmp_path, "", 2)

@@ -20,7 +20,7 @@ from dusttaichi import __version__, files
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.results.provenance import git_commit
 from dusttaichi.run.code import package_hash
-from dusttaichi.studies.trade import scenes
+from dusttaichi.studies.trade import origin, scenes
 from dusttaichi.studies.trade.point import parameters_of
 
 PRESSURES = (1e3, 3e3, 1e4, 3e4, 6e4)  # Pa, for the comparison of curves
@@ -98,8 +98,9 @@ def _between(levels, text):
 def grid(scene, directory, text, seeds, *, force=False, log=lambda text: None):
     """Run all settings at all seeds that `grid.csv` does not contain yet; returns its path.
 
-    Rows of other scenes stay in it. Each row is written at once. Raises DustError;
-    KeyboardInterrupt, after which all finished rows are in the file.
+    Rows of other scenes stay in it. Each row is written at once. Raises DustError, also where rows
+    are of another version of the scene; KeyboardInterrupt, after which all finished rows are in the
+    file.
     """
     base, directory = scenes.base(scene), Path(directory)
     settings = settings_of(base, text)
@@ -110,6 +111,7 @@ def grid(scene, directory, text, seeds, *, force=False, log=lambda text: None):
         if force:
             table = [row for row in table if row["scene"] != base.name]
         done = {(row["scene"], row["settings"], int(row["seed"])) for row in table}
+        origin.check(directory, base, settings, {s for name, s, _ in done if name == base.name})
         for k, (setting, n) in enumerate(wanted, 1):
             if (base.name, setting.text, n) in done:
                 continue
