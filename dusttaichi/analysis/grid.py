@@ -17,6 +17,7 @@ CURVE, PHI = "phi(P)", "phi at "
 # of a stage, whose name follows
 SHEAR, DEVIATOR = "shear strength ", "deviator "
 LOAD, UNLOADING = "filling factor under load ", "unloading modulus "
+MOST = 0.5  # share of the pairs of runs that must reach a pressure for it to count
 STAGES = (SHEAR, DEVIATOR, LOAD, UNLOADING)
 NUMBERS = ("cost", "value", "shift", "error", "uncertainty", "scatter", "contacts")
 # observables in the order of their priority
@@ -106,10 +107,10 @@ def _of_setting(rows, base, **about):
     contacts = finished.get("contacts a grain", pd.Series(dtype=float)).mean()
     result = []
     for name, columns in _observables(base).items():
-        mine, right = (some[columns].dropna(axis=1) for some in both)
-        known = mine.columns.intersection(right.columns, sort=False)  # those that all seeds reach
-        if len(known):
-            mine, right = mine[known], right[known]
+        mine, right = (some[columns] for some in both)
+        paired = mine.notna() & right.notna()
+        if known := [name for name in columns if paired[name].mean() > MOST]:
+            mine, right = (some.where(paired)[known] for some in (mine, right))
             numbers = _numbers(mine, right, base[known].std())
             numbers |= {"cost": float(cost), "contacts": float(contacts)}
             result.append(Outcome(**about, **numbers, observable=name))
@@ -119,12 +120,13 @@ def _of_setting(rows, base, **about):
 def _numbers(mine, right, spread):
     """Numbers of an Outcome from tables (seed, pressure) of a setting and of the unchanged scene.
 
-    spread: standard deviation between seeds, (pressure,).
+    Both are NaN where a pair of runs has no value. spread: standard deviation between seeds,
+    (pressure,).
     """
-    scale, change = abs(right.to_numpy().mean()), mine - right
+    scale, change = abs(right.mean().mean()), mine - right
     rms = {"error": change.mean(), "uncertainty": change.sem(), "scatter": spread}
     numbers = {name: np.sqrt(np.mean(d.to_numpy() ** 2)) / scale for name, d in rms.items()}
-    numbers |= {"value": mine.to_numpy().mean(), "shift": change.to_numpy().mean() / scale}
+    numbers |= {"value": mine.mean().mean(), "shift": change.mean().mean() / scale}
     return {name: float(v) for name, v in numbers.items()}
 
 

@@ -45,6 +45,18 @@ def test_errors_are_those_of_means():
     assert found["as it is", CURVE].error == 0.0
 
 
+def test_a_pressure_that_one_seed_of_many_misses_counts():
+    """At 3 kPa the pairs 0 and 1 differ by 0.1; at half of the pairs a pressure is left out."""
+    nan = math.nan
+    table = [row("as it is", n, 100, **phi(0.2, 0.4 if n < 2 else nan)) for n in range(3)]
+    table += [row("softer", n, 20, **phi(0.2, 0.3)) for n in range(3)]
+    found = outcomes(pd.DataFrame(table))[-1]
+    assert found.seeds == 3 and found.uncertainty == pytest.approx(0.0, abs=1e-9)
+    assert found.value == pytest.approx(0.25) and found.shift == pytest.approx(-0.05 / 0.3)
+    table[4] |= phi(0.2, nan)
+    assert outcomes(pd.DataFrame(table))[-1].error == 0.0
+
+
 def test_seeds_that_did_not_end_are_left_out():
     """Steps and values are compared with those of the same seeds."""
     found = outcomes(pd.DataFrame(TABLE))
