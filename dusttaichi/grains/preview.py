@@ -18,7 +18,7 @@ from dusttaichi.grains.grain_contacts import (
     grain_properties,
     scaled,
 )
-from dusttaichi.grains.impacts import softened_rows
+from dusttaichi.grains.impacts import softened_remarks, softened_rows
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
 from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts
@@ -47,7 +47,8 @@ def preview(scene):
     if scene.gravity is not None:
         sections.append(("Gravity", _gravity(scene)))
     if scene.softened:
-        sections.append(("Softened contacts", softened_rows(scene)))
+        remarks = [("remark", text) for text in softened_remarks(scene, step.impact)]
+        sections.append(("Softened contacts", [*softened_rows(scene), *remarks]))
     sections.append(("Time step", _step(step)))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
     return Preview(sections, len(sample), domain.dt, domain.planned(scene))

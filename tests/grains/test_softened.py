@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from scenes import Probe, box, make_scene, polydisperse, sample_of, two_materials
+from scenes import CONFIGS, Probe, box, make_scene, polydisperse, sample_of, two_materials
 
 from dusttaichi import units
 from dusttaichi.errors import DustError
@@ -11,17 +11,27 @@ from dusttaichi.grains.changes import change_stiffness, with_stiffness
 from dusttaichi.grains.grain_contacts import contact_constants, scaled
 from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
+from dusttaichi.grains.preview import preview
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model
 from dusttaichi.run import execute
-from dusttaichi.scene import from_yaml
+from dusttaichi.scene import from_yaml, load
 
 S = 0.03
 
 
 def softer(scene, scale=S):
     return with_stiffness(scene, scale)
+
+
+@pytest.mark.parametrize("speed, warns", [("5 mm/s", False), ("20 cm/s", True)])
+def test_dust_check_warns_of_impacts_that_break_contacts(speed, warns):
+    """Two grains of this silicate stick below 11 cm/s; a wall throws them at twice its speed."""
+    scene = load(CONFIGS / "trade/omni.yaml").with_value("boundary.wall_speed", speed)
+    rows = dict(preview(softer(scene)).sections)["Softened contacts"]
+    texts = [text for name, text in rows if name == "remark"]
+    assert [("stick below 11 cm/s" in text) for text in texts] == [True] * warns
 
 
 @pytest.mark.parametrize("damping", ["viscous", "scaled", "viscoelastic"])
