@@ -12,9 +12,11 @@ from dusttaichi.scene import load
 HERE = Path(__file__).parent
 TABLE = HERE / "validation" / "softening.csv"
 SCENE = HERE.parent / "configs/trade/omni.yaml"  # that of the causes
+NAME, SLOW = "trade_omni", "trade_omni_slow"
 STIFFNESS = "stiffness_scaling"
 LEVELS = ("0.3", "0.1", "0.03", "0.01", "0.003")
 DRAFT = "accuracy draft"
+OF_DRAFT = ("draft", DRAFT)  # name in tables, and settings
 CHOSEN, UNSEEN = "trade_", "unseen_"  # prefixes of the names of scenes
 SHORT = {"strength": "tensile strength", "ratio": "pressure over T19 eq 9"}
 CHANNELS = ("rolling", "twisting", "damping", "sliding", "breaking", "forming")
@@ -26,6 +28,7 @@ def pages():
     return {
         "softening_levels.md": levels(found),
         "softening_pressures.md": pressures(read(TABLE)),
+        "softening_speeds.md": speeds(read(TABLE)),
         "softening_causes.md": causes(read(TABLE)),
         "softening_drafts.md": drafts(found, CHOSEN),
         "softening_unseen.md": drafts(found, UNSEEN),
@@ -55,16 +58,33 @@ def levels(found):
 
 def pressures(table):
     """Shift of the mean filling factor of SCENE at each pressure, and the scatter of seeds."""
-    base, some = _runs_of_scene(table)
-    names = [name for name in table if name.startswith(PHI)]
-    lines = _head(f"`{STIFFNESS}`", *(f"φ at {name.removeprefix(PHI)}" for name in names))
+    return _shifts(_runs(table, NAME), _softened(table, NAME))
+
+
+def speeds(table):
+    """The same of SLOW, whose wall is a quarter as fast, and of SCENE against it."""
+    faster = {f"{what}, 20 cm/s": _runs(table, NAME, s) for what, s in (("1", AS_IT_IS), OF_DRAFT)}
+    return _shifts(_runs(table, SLOW), faster | _softened(table, SLOW))
+
+
+def _softened(table, name):
+    """{first cell of a row: runs} of the levels and the draft of a scene."""
+    levels = [(s, f"{STIFFNESS} {s}") for s in LEVELS]
+    return {what: _runs(table, name, settings) for what, settings in (*levels, OF_DRAFT)}
+
+
+def _shifts(base, some):
+    """Shifts of the mean filling factor at each pressure, over the seeds that both have."""
+    names = [name for name in base if name.startswith(PHI)]
+    lines = _head(f"`{STIFFNESS}`", "seeds", *(f"φ at {name.removeprefix(PHI)}" for name in names))
     mean, spread = base[names].mean(), base[names].std()
     cells = [f"{mean[n]:.3f}, scatter {_percent(spread[n] / mean[n])}" for n in names]
-    lines.append(_row("1", *cells))
-    for s, rows in some.items():
-        change = (rows - base)[names]
-        cells = [_signed(change[n].mean() / mean[n], change[n].sem() / mean[n]) for n in names]
-        lines.append(_row(s, *cells))
+    lines.append(_row("1", str(len(base)), *cells))
+    for what, rows in some.items():
+        change = (rows[names] - base[names]).dropna(how="all")
+        if len(change):
+            cells = [_signed(change[n].mean() / mean[n], change[n].sem() / mean[n]) for n in names]
+            lines.append(_row(what, str(len(change)), *cells))
     return _text(lines)
 
 
@@ -87,17 +107,19 @@ def causes(table):
     return _text(lines)
 
 
+def _runs(table, name, settings=AS_IT_IS):
+    """Numbers of the finished runs of a scene with these settings, by seed."""
+    rows = table[(table.scene == name) & (table.settings == settings)]
+    rows = rows[rows.status.str.startswith("finished")].set_index("seed")
+    return rows.select_dtypes("number")
+
+
 def _runs_of_scene(table):
     """Finished runs of SCENE by seed: as it is, and {level: those of the same seeds}."""
-    table = table[table.scene == load(SCENE).name]
-    table = table[table.status.str.startswith("finished")]
-    by = {s: rows.set_index("seed") for s, rows in table.groupby("settings")}
-    base = by[AS_IT_IS]
-    names = base.select_dtypes("number").columns
-    some = {s: by[f"{STIFFNESS} {s}"] for s in LEVELS if f"{STIFFNESS} {s}" in by}
-    seeds = set(base.index).intersection(*(rows.index for rows in some.values()))
-    base, some = base[names], {s: rows[names] for s, rows in some.items()}
-    return base.loc[sorted(seeds)], {s: rows.loc[sorted(seeds)] for s, rows in some.items()}
+    base = _runs(table, NAME)
+    some = {s: rows for s in LEVELS if len(rows := _runs(table, NAME, f"{STIFFNESS} {s}"))}
+    seeds = sorted(set(base.index).intersection(*(rows.index for rows in some.values())))
+    return base.loc[seeds], {s: rows.loc[seeds] for s, rows in some.items()}
 
 
 def drafts(found, prefix):

@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi import geometry, samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
-from dusttaichi.grains import record, validity
+from dusttaichi.grains import record, short_loads, validity
 from dusttaichi.grains.build import build
 from dusttaichi.grains.changes import (
     change_stiffness,
@@ -54,9 +54,10 @@ class MovingGrains(SimpleSimulation):
     @property
     def remarks(self):
         """Sentences for the user about the start."""
-        impact = chosen_step(self.scene, self.sample, self.sim.polydisperse).impact
-        own = [] if impact is None else impact.remarks()
-        return [*own, *softened_remarks(self.scene, impact)]
+        step = chosen_step(self.scene, self.sample, self.sim.polydisperse)
+        own = [] if step.impact is None else step.impact.remarks()
+        softened = softened_remarks(self.scene, step.impact)
+        return [*own, *softened, *short_loads.remarks(self.scene, step.dt)]
 
     @property
     def step(self):

@@ -10,7 +10,7 @@ from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.domain.walls import glued
-from dusttaichi.grains import network
+from dusttaichi.grains import network, short_loads
 from dusttaichi.grains.build import build, chosen_layout, environment, is_thick
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
@@ -50,6 +50,8 @@ def preview(scene):
         remarks = [("remark", text) for text in softened_remarks(scene, step.impact)]
         sections.append(("Softened contacts", [*softened_rows(scene), *remarks]))
     sections.append(("Time step", _step(step)))
+    if texts := short_loads.remarks(scene, step.dt):
+        sections.append(("Controlled loads", [("remark", text) for text in texts]))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
     return Preview(sections, len(sample), domain.dt, domain.planned(scene))
 

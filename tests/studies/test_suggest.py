@@ -58,7 +58,8 @@ def test_a_draft_has_the_errors_that_were_measured(table):
     assert suggest.draft_rows(draft) == [("error", "not measured for this kind of scene")]
     table.append(row("accuracy draft", 0.2, 0.02))
     text = "2 % ± 1 % (phi(P); within the scatter of seeds, 3 %)"
-    assert suggest.draft_rows(draft) == [("error, compression in a box, 400 grains", text)]
+    where = "error in trade_omni (compression in a box, 400 grains)"
+    assert suggest.draft_rows(draft) == [(where, text)]
 
 
 def test_kinds_of_scenes(table):

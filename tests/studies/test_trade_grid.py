@@ -1,10 +1,12 @@
 """`dust trade --grid`: which settings it runs, and that it goes on where it was."""
 
 import csv
+from types import SimpleNamespace
 
 import pytest
 from scenes import CONFIGS
 
+from dusttaichi import analysis
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load
 from dusttaichi.scene.numerics import PRESETS
@@ -144,3 +146,16 @@ def test_rows_of_an_unknown_scene_are_refused(ran, tmp_path):
     (tmp_path / grid.origin.FILE).unlink()
     with pytest.raises(DustError, match="unknown scene"):
         grid.grid(omni(), tmp_path, "", 2)
+
+
+def test_a_load_that_was_missed_gives_no_number(monkeypatch):
+    def load(stage, pressure):
+        numbers = {"overshoot": 0.0, "filling_factor": 0.3, "creep": 0.0, "time": 1e-5}
+        return analysis.ControlledLoad(stage=stage, wanted=5e3, pressure=pressure, **numbers)
+
+    run = SimpleNamespace(series={}, unloads=False)
+    monkeypatch.setattr(analysis, "is_triaxial", lambda run: False)
+    monkeypatch.setattr(
+        analysis, "controlled_loads", lambda run: [load("first", 1.8e3), load("second", 4.9e3)]
+    )
+    assert grid._of_stages(run) == {"filling factor under load second": 0.3}

@@ -153,7 +153,8 @@ def _measured(folder):
     with analysis.open_run(folder) as run:
         found, last = observables.measured(run), run.series.isel(time=-1)
         numbers = found.values | _of_stages(run)
-        if found.curve is not None:
+        # under a controlled load a pressure occurs at several filling factors
+        if found.curve is not None and not analysis.controlled_loads(run):
             lg, phi = found.curve
             for p in PRESSURES:
                 known = lg[0] <= np.log10(p) <= lg[-1]
@@ -175,20 +176,25 @@ def _of_stages(run):
     """Numbers of single stages.
 
     Strength in shear and triaxial tests, filling factor under a controlled load, slope of
-    unloading.
+    unloading; none of a test that missed its load.
     """
     from dusttaichi import analysis
     from dusttaichi.analysis.grid import DEVIATOR, LOAD, SHEAR, UNLOADING
 
     numbers = {}
     if "shear_strain" in run.series:
-        numbers |= {SHEAR + own.stage: own.strength for own in analysis.shearings(run)}
+        numbers |= {SHEAR + own.stage: own.strength for own in _reached(analysis.shearings(run))}
     if analysis.is_triaxial(run):
-        numbers |= {DEVIATOR + own.stage: own.strength for own in analysis.triaxials(run)}
+        numbers |= {DEVIATOR + own.stage: own.strength for own in _reached(analysis.triaxials(run))}
     if run.unloads:
         numbers |= {UNLOADING + own.stage: own.modulus for own in analysis.unloadings(run)}
-    loads = analysis.controlled_loads(run)
+    loads = _reached(analysis.controlled_loads(run))
     return numbers | {LOAD + own.stage: own.filling_factor for own in loads}
+
+
+def _reached(tests):
+    """Those of some tests that ran under their prescribed loads."""
+    return [own for own in tests if not own.missed]
 
 
 def _read(path):

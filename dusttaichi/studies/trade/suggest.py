@@ -19,7 +19,9 @@ MOST = 4  # lines
 SEEDS = 3  # fewest of a measurement
 KINDS = {
     "trade_omni": "compression in a box",
+    "trade_omni_slow": "compression in a box",
     "trade_omni_3000": "compression in a box",
+    "trade_omni_3000_slow": "compression in a box",
     "omni_static": "compression in a box",
     "trade_uni": "compression between plates",
     "uni_static": "compression between plates",
@@ -142,7 +144,10 @@ def draft_rows(scene):
     if not rows:
         return [("error", "not measured for this kind of scene")]
     return [
-        (f"error, {row['kind']}, {row['grains']} grains", Suggestion.of(row).error_text())
+        (
+            f"error in {row['scene']} ({row['kind']}, {row['grains']} grains)",
+            Suggestion.of(row).error_text(),
+        )
         for row in rows
     ]
 
