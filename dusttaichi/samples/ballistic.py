@@ -1,7 +1,5 @@
 """Straight flight until first contact: of grains shot at an aggregate, and of two bodies."""
 
-from __future__ import annotations
-
 import numpy as np
 import scipy
 

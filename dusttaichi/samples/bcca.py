@@ -8,8 +8,6 @@ shot again. With a `mass_ratio` below 1 the partners have that ratio of grains, 
 of Okuzumi et al. (2009), but each has grown independently.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """A straight chain of grains, each in equilibrium contact with the next (PD08 section 3.2)."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

@@ -5,8 +5,6 @@ parameter is along +y, between the trajectories of the centres of mass. The comm
 at rest at the origin.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np

@@ -5,8 +5,6 @@ comma separated, then a line for each grain. A material is a name or a number of
 that begin with # are skipped. Numbers are in SI unless the header has a unit, as in `x [um]`.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 import warnings

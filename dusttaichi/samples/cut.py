@@ -1,7 +1,5 @@
 """A box or an upright cylinder cut from a larger body, and its connected fragments."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from dusttaichi.errors import DustError

@@ -6,8 +6,6 @@ the sample. A cylinder may lie, so that two plates press it across its axis. A s
 grains is at rest, a body for collisions; in a periodic cell it can be about any grain.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """Grains listed in the YAML, in a CSV or NetCDF file, or in a snapshot of another run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any, Literal
 

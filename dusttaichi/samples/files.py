@@ -1,7 +1,5 @@
 """Files of samples, read as dicts of arrays in SI (position, velocity, spin, contacts)."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -6,8 +6,6 @@ velocities in m/s, spins in rad/s. Types of LAMMPS are numbers of the scene's ma
 These files have no contacts: they are found from the distances.
 """
 
-from __future__ import annotations
-
 import re
 import tempfile
 from pathlib import Path

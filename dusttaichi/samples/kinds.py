@@ -1,7 +1,5 @@
 """Kinds of samples, selected by the key `kind`: a YAML block and a generator each."""
 
-from __future__ import annotations
-
 import typing
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ Close packing from which grains are extracted at random (CPE of Wada et al. 2011
 A lattice consists of whole cells, so that it continues seamlessly with the `period`.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 import numpy as np

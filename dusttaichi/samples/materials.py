@@ -1,7 +1,5 @@
 """Materials of the grains of a sample: names, numbers, radii and masses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from dusttaichi.errors import DustError

@@ -6,8 +6,6 @@ shares of the grains too. Grains are drawn independently, in the order in which 
 them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal
 
@@ -111,7 +109,7 @@ class Radii(Block):
         return rng.choice(np.array(self.radii), size=count, p=shares / shares.sum())
 
 
-def sized(positions, grains: Grains, materials: Materials, info: dict) -> Sample:
+def sized(positions, grains: "Grains", materials: Materials, info: dict) -> Sample:
     """The Sample at rest of Grains at these centres (N, 3) [m]; info: of the Sample."""
     if isinstance(grains, EqualGrains):
         return Sample.at_rest(positions, info | {"equilibrium_distance": float(grains.touch)})
@@ -160,7 +158,7 @@ class Grains:
 
     radii: np.ndarray
     numbers: np.ndarray
-    touch: Touch
+    touch: "Touch"
 
     def __len__(self):
         return len(self.radii)

@@ -6,8 +6,6 @@ the group `snapshots` if there is one, otherwise at the root; with one more dime
 attribute `units`, otherwise SI. A result also has contacts and the box around the grains.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

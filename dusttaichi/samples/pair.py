@@ -6,8 +6,6 @@ plane of x and y; the impact parameter b is along y, b = d sin(angle) with the i
 the centres and the angle between the line of centres and the x axis.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, ClassVar, Literal
 

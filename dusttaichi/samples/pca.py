@@ -11,8 +11,6 @@ last fifth added less than a thousandth to the cut. Every grain sticks to just o
 a cut has several connected fragments, which remain in the sample and are counted.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, Literal
 

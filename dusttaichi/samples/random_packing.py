@@ -8,8 +8,6 @@ four per grain at 0.61, three at 0.6, one at 0.55. Without gravity, friction and
 not a model of the formation of a packing.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal
 

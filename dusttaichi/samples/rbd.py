@@ -13,8 +13,6 @@ would be below the cake's, especially near the side walls; a compression collect
 a surface effect: a third of 1e3 grains, 15-18 % of 1e4, 12-14 % of 1e5, 10 % of 1e6.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal
 

@@ -14,8 +14,6 @@ After that `sample: {kind: cube, edge: 20 um}` is valid YAML in this process. Ea
 registers itself in the same way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, ClassVar
 

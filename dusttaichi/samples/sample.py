@@ -1,7 +1,5 @@
 """Samples: grains with positions, velocities and spins, their measures, and largest numbers."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass, field
 
@@ -51,7 +49,7 @@ class Sample:
     wall_contacts: dict[str, np.ndarray] | None = None
 
     @classmethod
-    def at_rest(cls, positions: np.ndarray, info: dict | None = None) -> Sample:
+    def at_rest(cls, positions: np.ndarray, info: dict | None = None) -> "Sample":
         """Grains that neither move nor spin.
 
         Parameters

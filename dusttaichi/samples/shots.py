@@ -4,8 +4,6 @@ The rules are those of pca and bcca, which shoot many equal grains at once; each
 touches at its own equilibrium distance. Grains are used in the order in which they were drawn.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from dusttaichi.samples.ballistic import (

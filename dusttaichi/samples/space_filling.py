@@ -8,8 +8,6 @@ any filling factor; above about 0.2 to 0.3 no further grains fit. This is not a 
 formation of dust.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal
 

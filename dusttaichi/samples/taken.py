@@ -4,8 +4,6 @@ The keys `fragment` and `keep` select the parts of a result; `info["remarks"]` l
 Kind `cutout` cuts spheres of a number of grains.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

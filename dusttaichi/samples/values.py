@@ -1,7 +1,5 @@
 """Types of values in the YAML blocks of several kinds of samples."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """Parameters of `dust collide`: many speeds, impact parameters, bodies and seeds."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np

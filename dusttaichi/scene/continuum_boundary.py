@@ -1,7 +1,5 @@
 """Boundaries of the continuum: open space, or a box with a condition at each face."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator

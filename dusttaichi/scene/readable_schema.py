@@ -6,8 +6,6 @@ For `oneOf` and `anyOf` a validator reports only "not valid under any of the giv
 rather than a word.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 NOTHING = {"type": "null"}

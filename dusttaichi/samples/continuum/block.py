@@ -1,7 +1,5 @@
 """A block of dust: a rectangle in two dimensions, a cuboid in three, its surface at z = 0."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

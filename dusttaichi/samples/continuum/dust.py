@@ -1,7 +1,5 @@
 """Dust on points: exact masses, and a filling factor that may have layers and scatter."""
 
-from __future__ import annotations
-
 import numpy as np
 import scipy
 

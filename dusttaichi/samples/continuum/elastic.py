@@ -1,7 +1,5 @@
 """An elastic body without strengths, such as a soft bead (G09 section 4.1) or a ring of rubber."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """Particles from a file: CSV, or the last snapshot of another run of the continuum."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Literal
 

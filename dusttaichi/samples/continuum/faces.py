@@ -1,7 +1,5 @@
 """Faces of the box: layers of fixed dust, rigid walls, mirror planes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Initial stress of a bed under its own weight, which avoids oscillations."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

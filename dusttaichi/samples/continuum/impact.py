@@ -1,7 +1,5 @@
 """A projectile above a target, about to touch it: a bead on dust (G09 section 4.1)."""
 
-from __future__ import annotations
-
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np

@@ -5,8 +5,6 @@ exact. For that, lattices are stretched by less than half a spacing over the who
 continue across periodic faces.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import scipy
 

@@ -1,7 +1,5 @@
 """Bodies of the continuum before the first step, as particles."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -35,7 +33,7 @@ class Body:
     radius: float = 0.0
     half_height: float = 0.0
 
-    def at(self, shift, velocity, spin) -> Body:
+    def at(self, shift, velocity, spin) -> "Body":
         """The displaced body, with velocity and spin added to its own (each (3,))."""
         return replace(
             self,

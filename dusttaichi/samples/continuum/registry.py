@@ -12,8 +12,6 @@ kinds register themselves; a package may add its own:
         return Particles(...)
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -87,9 +85,9 @@ class Matter:
     least: float = 0.0
     most: float = 1.0
     number: int = 0
-    others: dict[str, Matter] = field(default_factory=dict)
+    others: dict[str, "Matter"] = field(default_factory=dict)
 
-    def of(self, name: str | None) -> Matter:
+    def of(self, name: str | None) -> "Matter":
         """The Matter of the material of that name, or this one for None."""
         return self if name is None else self.others[name]
 

@@ -1,7 +1,5 @@
 """A rigid body: a bead of glass (G09 section 4.1), or an upright cylinder."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import numpy as np

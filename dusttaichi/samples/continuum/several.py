@@ -1,7 +1,5 @@
 """Several bodies, each with its own position, velocity and spin."""
 
-from __future__ import annotations
-
 from typing import ClassVar, Literal
 
 import numpy as np

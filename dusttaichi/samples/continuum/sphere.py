@@ -1,7 +1,5 @@
 """A sphere of dust: a disc in two dimensions."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Annotated, Literal
 
