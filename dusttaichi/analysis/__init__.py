@@ -2,7 +2,6 @@
 
 from dusttaichi.analysis.arrival import Arrival, SoundSpeed, arrival, sound_speed
 from dusttaichi.analysis.bodies import Bodies, bodies
-from dusttaichi.analysis.compare import compare, to_csv
 from dusttaichi.analysis.compression import Curve, compression_curve, compression_law, onset
 from dusttaichi.analysis.compression_fit import Deviation, Fit, fit_compression, rms_from_law
 from dusttaichi.analysis.cycles import Unloading, unloadings
@@ -47,7 +46,7 @@ from dusttaichi.analysis.run import Run, open_run
 from dusttaichi.analysis.sphere import Column, Penetration, column, penetration
 from dusttaichi.analysis.stored import is_ensemble, is_trade, open_ensemble, open_trade
 from dusttaichi.analysis.structure import Structure, structure
-from dusttaichi.analysis.summary import summary, table
+from dusttaichi.analysis.summary import compare, summary, table, to_csv
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
 from dusttaichi.analysis.triaxial import Triaxial, is_triaxial, triaxials
 from dusttaichi.analysis.weibull import (

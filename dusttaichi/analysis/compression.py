@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from dusttaichi.analysis.drive import is_dynamic, wall_speed
+from dusttaichi.analysis.kind import is_dynamic, wall_speed
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from dusttaichi.analysis.compression import compression_curve
 from dusttaichi.analysis.compression_fit import fit_compression
-from dusttaichi.analysis.drive import SLOWEST, is_dynamic, wall_speed
+from dusttaichi.analysis.kind import SLOWEST, is_dynamic, wall_speed
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC
 

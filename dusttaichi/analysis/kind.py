@@ -1,9 +1,10 @@
-"""Kind of a run: whether it compresses, stretches, shears or collides, from its records."""
+"""Kind of a run: whether it compresses, stretches, shears or collides, from its records; drafts."""
 
 import numpy as np
 
 from dusttaichi.analysis.tension import is_tensile_test, recorded_tension, start_of_tension
 from dusttaichi.names import LYING
+from dusttaichi.scene.numerics import DRAFT
 
 LEAST_CHANGE = 1e-3
 """Relative change of the filling factor from which a run counts as compressed or stretched."""
@@ -124,3 +125,52 @@ class Kind:
             return False
         ratio = (self.series.box_length[-1] / self.start.box_length).values
         return bool(np.all(np.abs(ratio / ratio[0] - 1.0) < 0.01))  # not for nan either
+
+
+SLOWEST = 1.0  #: Wall speed [m/s] from which S12 (section 5.2.2) calls a compression dynamic.
+STEADY = 0.01  #: Share by which the speed of a steady wall may vary.
+
+
+def wall_speed(run):
+    """Downward speed [m/s] of the top wall; nan where it changes or is unknown."""
+    if "height" not in run.series or run.series.sizes["time"] < 3:
+        return np.nan
+    height, time = run.series.height.values, run.series.time.values
+    if not np.all(np.isfinite(height)) or time[-1] <= time[0]:
+        return np.nan
+    speed = (height[0] - height[-1]) / (time[-1] - time[0])
+    straight = height[0] - speed * (time - time[0])
+    travelled = abs(height[0] - height[-1])
+    return float(speed) if np.all(np.abs(height - straight) <= STEADY * travelled) else np.nan
+
+
+def is_dynamic(run):
+    """True for a cake in a closed box pressed at a constant speed of SLOWEST or more."""
+    return run.compresses and run.boundary == "box" and wall_speed(run) > (1.0 - STEADY) * SLOWEST
+
+
+def draft_of(scene):
+    """Reason why a run of a resolved scene (plain dicts) is a draft; "" for others."""
+    numerics = scene.get("numerics") or {}
+    scale = numerics.get("stiffness_scaling", 1.0)
+    if numerics.get("accuracy") == DRAFT:
+        return DRAFT
+    return f"softened, {scale:g}" if isinstance(scale, (int, float)) and scale < 1.0 else ""
+
+
+def named(name, scene):
+    """The name of a run, of a draft with the reason in parentheses."""
+    text = draft_of(scene)
+    return f"{name} ({text})" if text else name
+
+
+def mixture(runs):
+    """A sentence where some of several Runs are drafts and others are not; else ""."""
+    texts = {run.name: draft_of(run.scene) for run in runs}
+    if len(set(texts.values())) < 2:
+        return ""
+    drafts = ", ".join(name for name, text in texts.items() if text)
+    return (
+        f"drafts beside others: {drafts}. Grains of a draft are heavier and softer: differences "
+        "within its error, which dust check prints, say nothing about the samples"
+    )

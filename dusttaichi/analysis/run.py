@@ -9,8 +9,7 @@ import numpy as np
 
 from dusttaichi import method
 from dusttaichi.analysis import foreign
-from dusttaichi.analysis.draft import named
-from dusttaichi.analysis.kind import Kind
+from dusttaichi.analysis.kind import Kind, named
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 from dusttaichi.results.reading import open_tree

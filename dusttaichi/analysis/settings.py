@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dusttaichi.analysis.compare import text_of
 from dusttaichi.analysis.numbers import Family, Observable
+from dusttaichi.analysis.summary import text_of
 
 DRIVES = ("wall_speed", "face_speed", "strain_rate", "compression_rate", "pressure", "stress")
 DRIVES += ("shear_speed", "shear_rate")

@@ -83,10 +83,9 @@ def compare(
 ):
     """Compare runs: a table of all their numbers, side by side."""
     from dusttaichi import analysis, plots
-    from dusttaichi.analysis.compare import columns
-    from dusttaichi.analysis.draft import mixture
+    from dusttaichi.analysis.kind import mixture
     from dusttaichi.analysis.plain import plain_runs
-    from dusttaichi.analysis.summary import has_fit_error
+    from dusttaichi.analysis.summary import columns, has_fit_error
 
     options.import_files(extension)
     with ExitStack() as opened:

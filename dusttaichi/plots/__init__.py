@@ -13,6 +13,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import exported
 from dusttaichi.plots import style as style
 from dusttaichi.plots.animation import animation
+from dusttaichi.plots.collision import restitution
 from dusttaichi.plots.collisions import (
     fragment_spectrum,
     growth,
@@ -34,7 +35,6 @@ from dusttaichi.plots.registry import (
     in_package,
     register,
 )
-from dusttaichi.plots.restitution import restitution
 from dusttaichi.plots.sound_speed import sound_speed
 from dusttaichi.plots.style import bands, save, styled
 from dusttaichi.plots.trade import trade

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dusttaichi.analysis.drive import is_dynamic
 from dusttaichi.analysis.dynamic import dynamic
+from dusttaichi.analysis.kind import is_dynamic
 from dusttaichi.physics.laws import delta_dynamic, p_m_fast
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure, in_common

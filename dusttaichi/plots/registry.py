@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import Any
 
 from dusttaichi import method
-from dusttaichi.analysis.draft import draft_of
+from dusttaichi.analysis.kind import draft_of
 from dusttaichi.analysis.numbers import reason
 from dusttaichi.errors import DustError
 from dusttaichi.plots.style import GREY, styled

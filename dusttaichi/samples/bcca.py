@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import shots
+from dusttaichi.samples import ballistic
 from dusttaichi.samples.ballistic import first_touch, random_in_disc, random_rotations
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import MixtureBlock, drawn, mixed, sized
@@ -98,7 +98,7 @@ def make(spec: BccaSample, materials: Materials) -> Sample:
     info = {"kind": "bcca", "shape": "aggregate", "seed": int(spec.seed), "grains": spec.grains}
     if mixed(spec) or spec.grains & (spec.grains - 1) or spec.mass_ratio != 1.0:
         grains = drawn(spec, materials, spec.grains, rng)
-        x = shots.clusters(grains, rng, spec.mass_ratio)
+        x = ballistic.clusters(grains, rng, spec.mass_ratio)
         return sized(x, grains, materials, info)
     *_, clusters = generations(spec.grains, materials.distance, rng)
     return Sample.at_rest(clusters[0], info | {"equilibrium_distance": materials.distance})

@@ -16,10 +16,10 @@ from dusttaichi.errors import DustError
 from dusttaichi.geometry import connected, heaviest_first, nearest_image, pairs_within
 from dusttaichi.names import AXES, LYING
 from dusttaichi.samples import taken
-from dusttaichi.samples.contacts import FARTHEST
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import AnyBody, SampleBlock, made, reads_samples, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.taken import FARTHEST
 from dusttaichi.samples.values import Seed, exactly_one
 from dusttaichi.scene.fields import Count, Faults
 from dusttaichi.scene.quantities import Quantity

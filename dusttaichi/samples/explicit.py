@@ -11,10 +11,10 @@ from dusttaichi.errors import DustError
 from dusttaichi.geometry import nearest_image, pairs_within
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.samples import files, taken
-from dusttaichi.samples.contacts import check_contacts
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.taken import check_contacts
 from dusttaichi.samples.values import (
     MaterialName,
     Position,

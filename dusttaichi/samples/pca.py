@@ -18,14 +18,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import cut, shots
-from dusttaichi.samples.ballistic import (
-    across,
-    arrival,
-    first_hits,
-    random_directions,
-    random_in_disc,
-)
+from dusttaichi.samples import ballistic, cut
+from dusttaichi.samples.ballistic import across, arrival, random_directions, random_in_disc
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import Crowd, MixtureBlock, drawn, mixed, sized
 from dusttaichi.samples.registry import register
@@ -103,7 +97,7 @@ class Aggregate:
         off = random_in_disc(rng, shots) * cover
         u, v = across(directions)
         starts = off[:, :1] * u + off[:, 1:] * v - cover * directions
-        hits = first_hits(self.positions, starts, directions, distance, 2 * cover)
+        hits = ballistic.first_hits(self.positions, starts, directions, distance, 2 * cover)
         new = np.empty((shots, 3))
         count = 0
         for start, direction, hit in zip(starts, directions, hits, strict=True):
@@ -168,12 +162,12 @@ def _one_by_one(spec, materials: Materials, rng) -> Sample:
     if spec.shape == "aggregate":
         _check_grains(spec.grains * SLOWER)
         grains = drawn(spec, materials, spec.grains, rng)
-        x = shots.aggregate(grains, rng, spec.cluster, spec.impact_parameter)
+        x = ballistic.aggregate(grains, rng, spec.cluster, spec.impact_parameter)
         return sized(x, grains, materials, info | {"grains": len(x)})
     radius = float(np.mean(drawn(spec, materials, 10_000, rng).radii ** 3) ** (1 / 3))
     edges = cut.proportions(spec, radius)
     _check_grains(_guessed_grains(spec, radius, edges) * SLOWER)
-    grown = shots.Aggregate(drawn(spec, materials, 1, rng), spec.impact_parameter)
+    grown = ballistic.Aggregate(drawn(spec, materials, 1, rng), spec.impact_parameter)
     needed = None
     while needed is None:
         for _ in range(max(20, len(grown.positions) // 10)):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from matplotlib.figure import Figure
 from scenes import edited
 
-from dusttaichi.analysis.draft import draft_of, mixture, named
+from dusttaichi.analysis.kind import draft_of, mixture, named
 from dusttaichi.plots.registry import marked
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.numerics import PRESETS

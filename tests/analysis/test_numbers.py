@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 from dusttaichi import analysis, plots, report
 from dusttaichi.analysis import ensemble_tables as tables
 from dusttaichi.analysis import numbers
-from dusttaichi.analysis.compare import columns
 from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.analysis.plain import plain_ensemble, plain_runs
+from dusttaichi.analysis.summary import columns
 from dusttaichi.commands import options
 from dusttaichi.commands.app import app
 from dusttaichi.report import page

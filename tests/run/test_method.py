@@ -20,8 +20,8 @@ from bits import assert_same_bits
 from typer.testing import CliRunner
 
 from dusttaichi import analysis, method, plots, report
-from dusttaichi.analysis.compare import columns
 from dusttaichi.analysis.plain import plain_ensemble, plain_runs
+from dusttaichi.analysis.summary import columns
 from dusttaichi.commands.app import app
 from dusttaichi.continuum.moving_dust import MovingDust
 from dusttaichi.errors import DustError, GuardStop, Interrupted

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from dusttaichi import plots, report
 from dusttaichi.analysis import compare, open_run
-from dusttaichi.analysis.compare import to_csv
+from dusttaichi.analysis.summary import to_csv
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.results.outputs import is_ours, writing

@@ -13,9 +13,9 @@ from dusttaichi.method import Measurement, Start
 from dusttaichi.run import ledger
 from dusttaichi.studies.extremes import chart as whole
 from dusttaichi.studies.extremes import pool, results
-from dusttaichi.studies.extremes.cell import VERDICTS, Cell, CellResult
 from dusttaichi.studies.extremes.groups import GROUPS
 from dusttaichi.studies.extremes.groups.grains import BOTTOM, scene
+from dusttaichi.studies.extremes.results import VERDICTS, Cell, CellResult
 from dusttaichi.studies.extremes.trial import attempt
 
 

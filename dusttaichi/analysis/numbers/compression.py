@@ -5,10 +5,10 @@ import numpy as np
 from dusttaichi.analysis.compression import compression_curve, compression_law, onset
 from dusttaichi.analysis.compression_fit import fit_compression, rms_from_law
 from dusttaichi.analysis.cycles import unloadings
-from dusttaichi.analysis.drive import is_dynamic
 from dusttaichi.analysis.dynamic import PLATEAU, dynamic
 from dusttaichi.analysis.error_bar import error_bar, filling_factor_error
 from dusttaichi.analysis.isotropic import isotropic
+from dusttaichi.analysis.kind import is_dynamic
 from dusttaichi.analysis.numbers.registry import (
     AUTO,
     ENSEMBLES,

@@ -9,8 +9,8 @@ from dusttaichi import __version__
 from dusttaichi.errors import DustError
 from dusttaichi.processes import usable_cores
 from dusttaichi.studies.extremes import pool, results
-from dusttaichi.studies.extremes.cell import VERDICTS, CellResult
 from dusttaichi.studies.extremes.groups import GROUPS
+from dusttaichi.studies.extremes.results import VERDICTS, CellResult
 
 STORED = "cells.jsonl"
 

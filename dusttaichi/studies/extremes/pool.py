@@ -4,7 +4,7 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from queue import Empty, SimpleQueue
 
-from dusttaichi.studies.extremes.cell import CellResult
+from dusttaichi.studies.extremes.results import CellResult
 from dusttaichi.studies.workers import POLL, Worker
 
 TASK = "dusttaichi.studies.extremes.trial:attempt_cell"

@@ -1,6 +1,6 @@
 """Continuum: materials at their limits, speeds over six decades, unusual bodies."""
 
-from dusttaichi.studies.extremes.cell import Cell
+from dusttaichi.studies.extremes.results import Cell
 
 GROUP = "continuum"
 SPEEDS = (1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1000.0)  # m/s

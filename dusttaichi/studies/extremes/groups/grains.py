@@ -1,6 +1,6 @@
 """Grains: time steps, speeds over six decades, unequal sizes, filling factors, precisions."""
 
-from dusttaichi.studies.extremes.cell import Cell
+from dusttaichi.studies.extremes.results import Cell
 
 BASE = {
     "name": "extremes",

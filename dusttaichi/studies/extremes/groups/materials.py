@@ -2,8 +2,8 @@
 
 from itertools import product
 
-from dusttaichi.studies.extremes.cell import Cell
 from dusttaichi.studies.extremes.groups.grains import BOTTOM, scene
+from dusttaichi.studies.extremes.results import Cell
 
 CORNERS = {
     "gamma": ("1e-4 J/m^2", "1 J/m^2"),

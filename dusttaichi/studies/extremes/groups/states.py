@@ -1,7 +1,7 @@
 """Single grains, contacts about to form or break, coinciding grains, fast spins."""
 
-from dusttaichi.studies.extremes.cell import Cell
 from dusttaichi.studies.extremes.groups.grains import BOTTOM, NEAR, ONE, given, scene
+from dusttaichi.studies.extremes.results import Cell
 
 FAST = 1e9  # rad/s
 TOUCHING = [[0, 0, 0], [2, 0, 0]]  # in radii
