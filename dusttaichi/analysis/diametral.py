@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dusttaichi.analysis.tensile import strength_law
 from dusttaichi.analysis.tension import RECORDS
 from dusttaichi.errors import DustError
 from dusttaichi.names import LYING
@@ -28,6 +29,7 @@ class Diametral:
     its mean over RECORDS records about each, not a number at both ends. strength [Pa],
     strength_strain: the first largest mean below which the stress has fallen by FALL, for LASTING
     at least, and the strain there. passed: there is one; otherwise `strength` is the largest mean.
+    law [Pa]: tensile strength at that filling factor by T19 eq 33, NaN for an unknown material.
     """
 
     diameter: float
@@ -39,6 +41,7 @@ class Diametral:
     strength: float
     strength_strain: float
     passed: bool
+    law: float
 
 
 def is_diametral(run):
@@ -67,17 +70,18 @@ def diametral(run):
     mean = np.convolve(stress, np.ones(RECORDS) / RECORDS, "valid")
     middle = np.convolve(strain, np.ones(RECORDS) / RECORDS, "valid")
     number, passed = _first_maximum(middle, mean)
-    volume = np.pi / 4.0 * diameter**2 * length
+    phi = float(_grain_volume(run) / (np.pi / 4.0 * diameter**2 * length))
     return Diametral(
         diameter=diameter,
         length=length,
-        filling_factor=float(_grain_volume(run) / volume),
+        filling_factor=phi,
         strain=strain,
         stress=stress,
         mean=np.interp(strain, middle, mean, np.nan, np.nan),
         strength=float(mean[number]),
         strength_strain=float(middle[number]),
         passed=passed,
+        law=strength_law(run, phi),
     )
 
 

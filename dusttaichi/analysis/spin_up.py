@@ -6,6 +6,7 @@ import numpy as np
 
 from dusttaichi.analysis.fragments import fragments_of
 from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
+from dusttaichi.analysis.tensile import strength_law
 from dusttaichi.errors import DustError
 
 WHOLE = 0.9  #: Share of the mass in the largest fragment below which the aggregate is broken.
@@ -21,8 +22,9 @@ class SpinUp:
     (snapshots,): of the mass in the largest fragment. stress [Pa] (snapshots,): rho R^2 rate^2 / 4,
     the mean over a plane through the axis of a uniform sphere of the same mass (half of it pulls
     with pi rho R^4 omega^2 / 4), with R = sqrt(5/3) R_g of the first snapshot. filling_factor: of
-    that sphere. top: number of the snapshot with the largest rate while it is whole. broken: number
-    of the first in which it is not, None where it has not broken.
+    that sphere. law [Pa]: tensile strength at it by T19 eq 33, NaN for an unknown material. top:
+    number of the snapshot with the largest rate while it is whole. broken: number of the first in
+    which it is not, None where it has not broken.
     """
 
     rate: np.ndarray
@@ -30,6 +32,7 @@ class SpinUp:
     share: np.ndarray
     stress: np.ndarray
     filling_factor: float
+    law: float
     top: int
     broken: int | None
 
@@ -65,7 +68,7 @@ def spin_up(run):
         )
     momentum, inertia = np.array([_rotation(frame, masses) for frame in frames]).T
     rate = momentum / inertia
-    radius = float(parts[0].characteristic_radius[0])
+    radius, phi = (float(x[0]) for x in (parts[0].characteristic_radius, parts[0].filling_factor))
     density = masses.sum() / (4.0 / 3.0 * np.pi * radius**3)
     broken = np.flatnonzero(share < WHOLE)
     broken = int(broken[0]) if len(broken) else None
@@ -74,7 +77,8 @@ def spin_up(run):
         momentum / inertia[np.argmax(momentum > 0.0)],
         share,
         0.25 * density * radius**2 * rate**2,
-        float(parts[0].filling_factor[0]),
+        phi,
+        strength_law(run, phi),
         int(np.argmax(rate[:broken])),
         broken,
     )

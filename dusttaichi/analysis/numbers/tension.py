@@ -1,5 +1,6 @@
-"""Stretching: the tensile strength, or the reason why it is missing."""
+"""Strengths: of stretched samples, of discs between plates, and of aggregates that are spun up."""
 
+from dusttaichi.analysis.diametral import FALL, diametral, is_diametral
 from dusttaichi.analysis.numbers.registry import (
     Family,
     Observable,
@@ -7,21 +8,25 @@ from dusttaichi.analysis.numbers.registry import (
     strength_by_law,
     uncertainty,
 )
+from dusttaichi.analysis.spin_up import WHOLE, is_spun, spin_up
 from dusttaichi.analysis.tensile import tensile
 from dusttaichi.analysis.tension import missing_strength
 from dusttaichi.analysis.texts import quantity_text
 
 
 def _measure(run):
-    if problem := missing_strength(run):
-        return {"strength_problem": problem}
-    result = vars(tensile(run))
-    return result | {"strength_passed": result["passed"], "strength_law": result["law"]}
+    problem = missing_strength(run)
+    return {"strength_problem": problem} if problem else vars(tensile(run))
 
 
-def _strength(value, n):
-    text = quantity_text(value, "Pa", n["strength_sigma"])
-    return text if n["strength_passed"] else f"at least {text}: the stress had not fallen yet"
+def _strength(passed, whole, error=""):
+    """Text of a strength; passed: row that is true if the `whole` maximum was measured."""
+
+    def text(value, n):
+        strength = quantity_text(value, "Pa", n.get(error))
+        return strength if n[passed] else f"at least {strength}: the {whole} not fallen yet"
+
+    return text
 
 
 def _where(value, n):
@@ -41,7 +46,8 @@ TENSION = Family(
         quiet("phi_init", "filling factor at the start", symbol=r"$\phi_{\rm init}$",
               column=("phi_init", "{:.3g}", 1)),
         Observable(name="strength", title="tensile strength", unit="Pa", error="strength_sigma",
-                   why="strength_problem", text=_strength,
+                   why="strength_problem",
+                   text=_strength("strength_passed", "stress had", "strength_sigma"),
                    literature=strength_by_law("strength_law"),
                    column=("strength kPa", "{:.3g}", 1e3), wanted=2, figure="tensile"),
         uncertainty("strength_sigma", "Pa", column=("± kPa", "{:.2g}", 1e3)),
@@ -50,10 +56,70 @@ TENSION = Family(
                    about="filling factor at the largest stress",
                    column=("strength at phi", "{:.3g}", 1)),
         quiet("strength_strain", "strain at the largest stress"),
-        quiet("strength_law", "strength by T19 eq 33", "Pa", short="T19 eq 33",
+        quiet("strength_law", "strength by T19 eq 33", "Pa", value="law", short="T19 eq 33",
               column=("T19 eq 33 kPa", "{:.3g}", 1e3)),
-        quiet("strength_passed", "the stress has fallen since", "",
+        quiet("strength_passed", "the stress has fallen since", "", value="passed",
               column=("maximum passed", "{!s}", 1)),
     ),
 )  # fmt: skip
-FAMILIES = (TENSION,)
+DIAMETRAL = Family(
+    name="diametral",
+    title="diametral compression",
+    place=32,
+    applies=is_diametral,
+    measure=diametral,
+    numbers=(
+        Observable(name="diametral_strength", title="diametral strength", unit="Pa", value="strength",
+                   symbol=r"$2F/(\pi D L)$", text=_strength("diametral_passed", "force has"),
+                   literature=strength_by_law("diametral_law", "tensile strength, "),
+                   about="2 F/(pi D L) of a lying cylinder between plates, at the largest force F "
+                   f"(mean over ten records) before it falls by {FALL:.0%} and stays below",
+                   column=("diametral kPa", "{:.3g}", 1e3), wanted=2, figure="diametral"),
+        Observable(name="diametral_strain", title="… at a deflection over the diameter",
+                   value="strength_strain",
+                   text="{:.3g}", column=("at strain", "{:.3g}", 1)),
+        Observable(name="diametral_phi", title="… filling factor of the cylinder", text="{:.3g}",
+                   value="filling_factor",
+                   about="volume of the grains over that of the cylinder that was cut",
+                   column=("phi", "{:.3g}", 1)),
+        quiet("diametral_passed", "the force has fallen since", "", value="passed",
+              column=("maximum passed", "{!s}", 1)),
+        quiet("diametral_law", "tensile strength at that filling factor by T19 eq 33", "Pa",
+              value="law"),
+    ),
+)  # fmt: skip
+
+
+def _rate(value, n):
+    text = f"{value:.3g} rad/s"
+    whole = f"{WHOLE:.0%} of the mass in one fragment"
+    return text if n["spin_broken"] else f"at least {text}: still {whole}"
+
+
+SPIN_UP = Family(
+    name="spin_up",
+    title="an aggregate that is spun up",
+    place=85,
+    applies=is_spun,
+    measure=spin_up,
+    numbers=(
+        Observable(name="spin_rate", title="largest rotation rate", unit="rad/s", text=_rate,
+                   value=lambda spin: float(spin.rate[spin.top]),
+                   about="largest rotation rate in a snapshot before the largest fragment has less "
+                   f"than {WHOLE:.0%} of the mass", column=("largest rad/s", "{:.3g}", 1),
+                   figure="spin_up"),
+        Observable(name="spin_stress", title="… stress across a plane through the axis", unit="Pa",
+                   value=lambda spin: float(spin.stress[spin.top]),
+                   literature=strength_by_law("spin_law", "tensile strength, "),
+                   about="rho R^2 omega^2 / 4 at that rate",
+                   column=("spin stress kPa", "{:.3g}", 1e3), wanted=2, figure="spin_up"),
+        quiet("spin_phi", "filling factor of the sphere with the aggregate's radius of gyration",
+              value="filling_factor",
+              column=("phi of sphere", "{:.3g}", 1)),
+        quiet("spin_broken", "the aggregate has broken", "",
+              value=lambda spin: spin.broken is not None, column=("broken", "{!s}", 1)),
+        quiet("spin_law", "tensile strength at that filling factor by T19 eq 33", "Pa",
+              value="law"),
+    ),
+)  # fmt: skip
+FAMILIES = (TENSION, DIAMETRAL, SPIN_UP)
