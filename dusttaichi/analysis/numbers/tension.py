@@ -70,7 +70,8 @@ DIAMETRAL = Family(
     measure=diametral,
     numbers=(
         Observable(name="diametral_strength", title="diametral strength", unit="Pa",
-                   value="strength", symbol=r"$2F/(\pi D L)$", text=_strength("diametral_passed", "force has"),
+                   value="strength", symbol=r"$2F/(\pi D L)$",
+                   text=_strength("diametral_passed", "force has"),
                    literature=strength_by_law("diametral_law", "tensile strength, "),
                    about="2 F/(pi D L) of a lying cylinder between plates, at the largest force F "
                    f"(mean over ten records) before it falls by {FALL:.0%} and stays below",
