@@ -161,7 +161,7 @@ def recorded(stress):
 
 class Recorded:
     boundary = "plates"
-    path = "run"
+    path, material = "run", None
     sample = {"shape": "lying cylinder", "diameter": 20e-6, "length": 10e-6}
 
     def __init__(self, series):
