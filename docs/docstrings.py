@@ -1,6 +1,8 @@
 """Docstrings of the package for Sphinx: plain text in NumPy's layout, `names` in backticks."""
 
+import inspect
 import re
+import typing
 from functools import cache
 
 import interface
@@ -22,12 +24,31 @@ def setup(app):
 
 def _process(app, what, name, value, options, lines):
     """Turn a docstring in NumPy's layout into fields; text that looks like markup is escaped."""
-    plain = restructured("\n".join(lines)).split("\n")
+    plain = restructured(_with_returns("\n".join(lines), value)).split("\n")
     # a property is none here: napoleon would take its text up to a colon for a type
     kind = "object" if what in ("attribute", "data", "property") else what
     lines[:] = NumpyDocstring(plain, _layout(), app, kind, name, value, options).lines()
     if what == "class" and issubclass(value, BaseModel):
         lines += _keys(value)
+
+
+def _with_returns(text, value):
+    """A docstring with parameters and the section Returns, which the annotation states as well."""
+    kind = getattr(inspect.unwrap(value), "__annotations__", {}).get("return")
+    if "Parameters\n---" not in text or "Returns\n---" in text or kind is None:
+        return text
+    end = re.search(r"^(Attributes|Raises|Notes)\n---|\Z", text, re.MULTILINE).start()
+    return f"{text[:end].rstrip()}\n\nReturns\n-------\n{_words(kind)}\n\n{text[end:]}"
+
+
+def _words(kind):
+    """An annotation in words: `list of Band`, `xarray.Dataset`."""
+    if isinstance(kind, str):
+        return kind
+    if typing.get_origin(kind) is list:
+        return f"list of {_words(*typing.get_args(kind))}"
+    home = kind.__module__.partition(".")[0]
+    return kind.__name__ if home in ("builtins", "dusttaichi") else f"{home}.{kind.__name__}"
 
 
 @cache

@@ -36,7 +36,7 @@ class Arrival:
         return np.divide(self.distance, self.time, out=out, where=self.reached)
 
 
-def arrival(run, pushed=None, *, fraction=0.1, threshold=None, push=None, first=0):
+def arrival(run, pushed=None, *, fraction=0.1, threshold=None, push=None, first=0) -> Arrival:
     """Arrival of a push at the grains of a run.
 
     A grain is reached once it is farther than the threshold from its position in snapshot `first`.
@@ -61,10 +61,6 @@ def arrival(run, pushed=None, *, fraction=0.1, threshold=None, push=None, first=
         speed, the overlap delta0 of two grains at rest, since pushed grains never stop.
     first : int
         Snapshot at the start of the push.
-
-    Returns
-    -------
-    Arrival
 
     Raises
     ------
@@ -170,7 +166,7 @@ class SoundSpeed:
     grains: int  #: Number of grains in the fit.
 
 
-def sound_speed(arrivals, beyond=0.0):
+def sound_speed(arrivals, beyond=0.0) -> SoundSpeed:
     """Fit of the speed of sound to the arrival times of all reached grains, by least squares.
 
     Parameters
@@ -179,10 +175,6 @@ def sound_speed(arrivals, beyond=0.0):
     beyond : float
         Distance [m] below which grains are left out, since close to the push the speed is that of
         single chains (PD08 Fig 7).
-
-    Returns
-    -------
-    SoundSpeed
 
     Raises
     ------

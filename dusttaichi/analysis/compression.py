@@ -44,7 +44,7 @@ class Curve:
         return rising + 1e-9 * np.arange(len(rising)), self.filling_factor
 
 
-def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor", peaks=1):
+def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor", peaks=1) -> Curve:
     """Compression curve of a run: the median pressure in bins of filling factor.
 
     The median of P is also that of lg P, and single bursts do not shift it.
@@ -62,10 +62,6 @@ def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor",
     peaks : int
         Number of successive records whose largest pressure is taken; PD08 (section 3.1.2) took ten,
         of the instantaneous force (a small output.window).
-
-    Returns
-    -------
-    Curve
 
     Raises
     ------

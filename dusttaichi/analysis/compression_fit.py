@@ -64,7 +64,7 @@ def fit_compression(
     p_high=np.inf,
     phi_high=np.inf,
     weights="bins",
-):
+) -> Fit:
     """Fit of S12 eq 31 to the bins of a curve, by least squares in the filling factor.
 
     The 1-sigma uncertainties are those of the least squares with the scatter of the residuals,
@@ -90,10 +90,6 @@ def fit_compression(
     weights : str
         "bins", equal for every bin, or "decades", equal for every decade of pressure, by the width
         in lg P of a bin on `Curve.monotone`.
-
-    Returns
-    -------
-    Fit
 
     Raises
     ------
@@ -167,7 +163,7 @@ class Deviation:
         return self.covered > 0.999
 
 
-def rms_from_law(curve, law, p_low=1e3, p_high=1e5, points=201):
+def rms_from_law(curve, law, p_low=1e3, p_high=1e5, points=201) -> Deviation:
     """Difference in filling factor between a curve and a law, at equally spaced lg P.
 
     The curve is `Curve.monotone`, interpolated linearly in lg P; where it is flat in P it jumps in
@@ -184,10 +180,6 @@ def rms_from_law(curve, law, p_low=1e3, p_high=1e5, points=201):
         Upper end of the requested range [Pa].
     points : int
         Number of pressures.
-
-    Returns
-    -------
-    Deviation
     """
     first, last = np.log10(p_low), np.log10(p_high)
     decades, phi = curve.monotone()

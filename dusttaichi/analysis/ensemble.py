@@ -33,7 +33,7 @@ CONVENTION = (
 NO_NUMBER = "why there is no such number of a run, if so"
 
 
-def gather(runs, axes=None, labels=None, attrs=None):
+def gather(runs, axes=None, labels=None, attrs=None) -> xr.Dataset:
     """One dataset of several runs, with the dimensions (*axes, replica, coordinate, ...).
 
     The coordinate is the filling factor where it is monotonic in the last stage of every run, else
@@ -50,10 +50,6 @@ def gather(runs, axes=None, labels=None, attrs=None):
         Name -> one value for each run, coordinates of the dataset (seed, status).
     attrs : dict, optional
         Further global attributes.
-
-    Returns
-    -------
-    xarray.Dataset
 
     Raises
     ------

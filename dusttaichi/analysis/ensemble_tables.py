@@ -40,7 +40,7 @@ class Band:
         return replace(self, label=label)
 
 
-def bands(data, name, width=BIN_WIDTH, **selected):
+def bands(data, name, width=BIN_WIDTH, **selected) -> list[Band]:
     """Mean and scatter of a variable for each point of a dataset of `gather`.
 
     Along the filling factor each replica is first smoothed by its median, like a compression curve.
@@ -55,10 +55,6 @@ def bands(data, name, width=BIN_WIDTH, **selected):
         Width of the windows of the median.
     **selected
         Labels of further dimensions, such as wall="top".
-
-    Returns
-    -------
-    list of Band
     """
     x = data.attrs["coordinate"]
     values = data[name].sel(selected) if selected else data[name]

@@ -26,7 +26,7 @@ class Fractal:
     grain_radius: float  #: [m].
 
 
-def fractal(run, snapshots=None, radii=None, stage=None):
+def fractal(run, snapshots=None, radii=None, stage=None) -> Fractal:
     """Number of grains within a distance of a grain, images of periodic cells included.
 
     Parameters
@@ -38,10 +38,6 @@ def fractal(run, snapshots=None, radii=None, stage=None):
         Growing radii [m], (radii,). Default: 30 from 2.1 grain radii to half of the largest extent.
     stage : str or int, optional
         Default: the first that stretches.
-
-    Returns
-    -------
-    Fractal
 
     Raises
     ------

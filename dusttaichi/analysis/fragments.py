@@ -49,7 +49,7 @@ class Fragments:
         return np.divide(self.volume, sphere, out=np.full(len(self), np.nan), where=sphere > 0.0)
 
 
-def fragments(run, snapshot=-1):
+def fragments(run, snapshot=-1) -> Fragments:
     """Fragments of a snapshot of a run: sets of grains connected by contacts between grains.
 
     Walls do not connect grains.
@@ -59,10 +59,6 @@ def fragments(run, snapshot=-1):
     run : Run
     snapshot : int
         Number of the snapshot, from the end if negative.
-
-    Returns
-    -------
-    Fragments
 
     Raises
     ------
@@ -123,7 +119,7 @@ class FragmentDimension:
     grain_radius: float  #: Mean radius of the grains [m].
 
 
-def fragment_dimension(run, snapshot=-1, fragment=0):
+def fragment_dimension(run, snapshot=-1, fragment=0) -> FragmentDimension:
     """Fractal dimension of a fragment of a snapshot of a run.
 
     Parameters
@@ -132,10 +128,6 @@ def fragment_dimension(run, snapshot=-1, fragment=0):
     snapshot : int
     fragment : int
         Its number in the order of decreasing mass.
-
-    Returns
-    -------
-    FragmentDimension
 
     Raises
     ------
@@ -172,7 +164,7 @@ class MassSpectrum:
     histogram: np.ndarray  #: (bins,).
 
 
-def mass_spectrum(parts, bins=10):
+def mass_spectrum(parts, bins=10) -> MassSpectrum:
     """Distribution of the mass among fragments.
 
     Parameters
@@ -180,10 +172,6 @@ def mass_spectrum(parts, bins=10):
     parts : Fragments
     bins : int
         Number of bins of the histogram, from the smallest to the largest mass.
-
-    Returns
-    -------
-    MassSpectrum
     """
     mass = np.sort(parts.mass)
     count = np.arange(len(mass), 0, -1)
@@ -193,7 +181,7 @@ def mass_spectrum(parts, bins=10):
     return MassSpectrum(mass, count, share, edges, np.histogram(mass, edges)[0])
 
 
-def growth_efficiency(run, first=0, last=-1, bodies=None):
+def growth_efficiency(run, first=0, last=-1, bodies=None) -> float:
     """Growth efficiency f = (M_largest - M_target)/M_projectile of a collision (Wada et al. 2013).
 
     1: everything sticks; 0: the mass of the target is unchanged, as in a bounce; negative: erosion.
@@ -208,10 +196,6 @@ def growth_efficiency(run, first=0, last=-1, bodies=None):
         Snapshot after, whose largest fragment has M_largest.
     bodies : pair of lists, optional
         Grains of target and projectile, instead of the two fragments of `first`.
-
-    Returns
-    -------
-    float
 
     Raises
     ------
@@ -258,7 +242,7 @@ class Compaction:
         return float(self.filling_factor[1] / self.filling_factor[0])
 
 
-def compaction(run, first=0, last=-1):
+def compaction(run, first=0, last=-1) -> Compaction:
     """Compaction of the largest fragment between two snapshots of a run.
 
     The filling factor is within the characteristic radius sqrt(5/3) R_g, so that fragments of
@@ -271,10 +255,6 @@ def compaction(run, first=0, last=-1):
         Number of the snapshot before.
     last : int
         Number of the snapshot after.
-
-    Returns
-    -------
-    Compaction
     """
     both, names = [fragments(run, n) for n in (first, last)], Compaction.__annotations__
     return Compaction(*(np.array([getattr(parts, name)[0] for parts in both]) for name in names))

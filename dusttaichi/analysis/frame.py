@@ -160,7 +160,7 @@ def frame_count(run):
     return int(run.tree["snapshots"].sizes["snapshot"])
 
 
-def read_frame(run, snapshot=-1, contacts=True):
+def read_frame(run, snapshot=-1, contacts=True) -> Frame:
     """One snapshot of a run.
 
     Parameters
@@ -170,10 +170,6 @@ def read_frame(run, snapshot=-1, contacts=True):
         Its number, from 0, or from the end if negative.
     contacts : bool
         Read the contacts, too.
-
-    Returns
-    -------
-    Frame
 
     Raises
     ------

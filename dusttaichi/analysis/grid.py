@@ -145,7 +145,7 @@ def text_of(observable):
     return f"{prefix}in stage {observable[len(prefix) :]}" if prefix else TEXTS[observable]
 
 
-def front(cost, error):
+def front(cost, error) -> list[int]:
     """Numbers of the points of the Pareto front of cost and error, by growing cost.
 
     Parameters
@@ -154,10 +154,6 @@ def front(cost, error):
         (points,).
     error
         (points,). Points with a value that is NaN are left out.
-
-    Returns
-    -------
-    list of int
     """
     cost, error = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
     known = np.flatnonzero(np.isfinite(cost) & np.isfinite(error))

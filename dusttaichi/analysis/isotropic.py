@@ -37,7 +37,7 @@ class Isotropic:
     raw_filling_factor: np.ndarray  #: As recorded, (times,).
     raw_pressure: np.ndarray  #: As recorded [Pa], (times,).
 
-    def ratio_between(self, low=0.0, high=THIN):
+    def ratio_between(self, low=0.0, high=THIN) -> "Ratio":
         """Pressure over law in the bins with a mean filling factor in a range.
 
         Parameters
@@ -46,14 +46,10 @@ class Isotropic:
             Lower end of the range.
         high : float
             Upper end of the range.
-
-        Returns
-        -------
-        Ratio
         """
         return self._between(self.ratio, low, high)
 
-    def dense_ratio_between(self, low=DENSE, high=1.0):
+    def dense_ratio_between(self, low=DENSE, high=1.0) -> "Ratio":
         """Pressure over the law of Tatsuuma et al. 2023, likewise.
 
         Parameters
@@ -62,10 +58,6 @@ class Isotropic:
             Lower end of the range of filling factor.
         high : float
             Upper end of the range of filling factor.
-
-        Returns
-        -------
-        Ratio
         """
         return self._between(self.dense_ratio, low, high)
 
@@ -88,7 +80,7 @@ class Ratio:
     high: float  #: Upper end of the range of filling factor.
 
 
-def isotropic(run, stage=None, decades=DECADES):
+def isotropic(run, stage=None, decades=DECADES) -> Isotropic:
     """Mean pressure -trace(stress)/3 of a cell that is compressed from all sides.
 
     Parameters
@@ -98,10 +90,6 @@ def isotropic(run, stage=None, decades=DECADES):
         Default: the first in which the cell shrinks equally along all axes.
     decades : float
         Width of the bins in lg(filling factor).
-
-    Returns
-    -------
-    Isotropic
 
     Raises
     ------

@@ -91,7 +91,7 @@ class Losses:
     total: np.ndarray  #: [J], (times,).
 
 
-def losses_against_filling_factor(run, stage=None):
+def losses_against_filling_factor(run, stage=None) -> Losses:
     """Losses of a run by channel against filling factor.
 
     Parameters
@@ -99,10 +99,6 @@ def losses_against_filling_factor(run, stage=None):
     run : Run
     stage : str or int, optional
         Default: the first that stretches.
-
-    Returns
-    -------
-    Losses
 
     Raises
     ------
@@ -127,7 +123,7 @@ class LossShares:
     lost: np.ndarray  #: By all channels [J], (bins,).
 
 
-def loss_shares(run, stage=None, decades=0.1):
+def loss_shares(run, stage=None, decades=0.1) -> LossShares:
     """Share of each channel in the losses of a cell that is compressed from all sides.
 
     Parameters
@@ -137,10 +133,6 @@ def loss_shares(run, stage=None, decades=0.1):
         Default: the first in which the cell shrinks equally along all axes.
     decades : float
         Width of the bins in lg(filling factor).
-
-    Returns
-    -------
-    LossShares
 
     Raises
     ------

@@ -38,17 +38,13 @@ class Pores:
         return float(np.interp(-0.5, -self.share, self.radius))
 
 
-def pores(run, snapshot=-1):
+def pores(run, snapshot=-1) -> Pores:
     """Pore sizes in a snapshot of a run.
 
     Parameters
     ----------
     run : Run
     snapshot : int
-
-    Returns
-    -------
-    Pores
 
     Raises
     ------

@@ -1,11 +1,12 @@
 """Vertical profiles of the filling factor (S12 Fig 5)."""
 
 import numpy as np
+import xarray as xr
 
 from dusttaichi.errors import DustError
 
 
-def profile(run, most=None):
+def profile(run, most=None) -> xr.Dataset:
     """Profiles of a run as a dataset: filling_factor (profile, bin), height [m] ...
 
     Variables are those of the file, and `middle` (profile, bin) [m]: the middle of the part of the
@@ -17,10 +18,6 @@ def profile(run, most=None):
     most : int, optional
         Largest number of profiles, first and last included, evenly spaced in the filling factor of
         the box.
-
-    Returns
-    -------
-    xarray.Dataset
 
     Raises
     ------

@@ -25,7 +25,7 @@ class Restitution:
         return 0.0 if self.sticks else self.after / self.before
 
 
-def restitution(run, first=0, last=-1, bodies=None):
+def restitution(run, first=0, last=-1, bodies=None) -> Restitution:
     """Restitution of two bodies between two snapshots of a run.
 
     A body consists of the same grains before and after the collision. The normal is the line
@@ -41,10 +41,6 @@ def restitution(run, first=0, last=-1, bodies=None):
         Snapshot after.
     bodies : pair of lists, optional
         Grain numbers. Default: the two fragments of snapshot `first`.
-
-    Returns
-    -------
-    Restitution
 
     Raises
     ------
@@ -93,7 +89,7 @@ def relative_motion(run, snapshot, bodies, masses):
     return np.stack([_between(frame, one, other, masses), velocity])
 
 
-def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None):
+def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None) -> Restitution:
     """Restitution of grains on a wall between two snapshots of a run.
 
     Speeds are relative to the wall, which may move. The grains stick where one of them is in
@@ -110,10 +106,6 @@ def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None):
         Snapshot after.
     grains : list, optional
         Their numbers. Default: all.
-
-    Returns
-    -------
-    Restitution
 
     Raises
     ------

@@ -143,7 +143,7 @@ class Run(Kind, AbstractContextManager):
         begun = set(self.series.stage.values.tolist())
         return [self.stage(number) for number in range(len(self.stages)) if number in begun]
 
-    def part_that(self, does, stage=None):
+    def part_that(self, does, stage=None) -> "Run":
         """The requested stage; by default the first that `does`, or the run.
 
         Parameters
@@ -151,10 +151,6 @@ class Run(Kind, AbstractContextManager):
         does : str
             Property of a Run, such as "compresses".
         stage : str or int, optional
-
-        Returns
-        -------
-        Run
         """
         if stage is not None:
             return self.stage(stage)

@@ -100,7 +100,7 @@ class Column:
     sphere: float  #: Depth of the lowest point of the sphere [m].
 
 
-def column(run, snapshot=-1, *, width=0.7, slices=0.25):
+def column(run, snapshot=-1, *, width=0.7, slices=0.25) -> Column:
     """Filling factor below the sphere in a snapshot.
 
     Grains count with their volume inside the cylinder; of a continuum it is the mean of the
@@ -114,10 +114,6 @@ def column(run, snapshot=-1, *, width=0.7, slices=0.25):
         Radius of the cylinder over that of the sphere.
     slices : float
         Height of a slice over the radius of the sphere.
-
-    Returns
-    -------
-    Column
     """
     motion = penetration(run)
     frames = run.snapshots.isel(snapshot=snapshot)

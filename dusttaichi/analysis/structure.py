@@ -34,17 +34,13 @@ class Structure:
         return float(values[-1] - values[0])
 
 
-def structure(run, snapshot=-1):
+def structure(run, snapshot=-1) -> Structure:
     """Structure of the contacts in a snapshot of a run.
 
     Parameters
     ----------
     run : Run
     snapshot : int
-
-    Returns
-    -------
-    Structure
 
     Raises
     ------

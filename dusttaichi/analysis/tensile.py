@@ -46,7 +46,7 @@ class Tensile:
     law: float  #: T19 eq 33 for phi_init [Pa], NaN for an unknown material.
 
 
-def tensile(run, stage=None, axis=None, windows=None):
+def tensile(run, stage=None, axis=None, windows=None) -> Tensile:
     """Tensile test of a run that is stretched.
 
     The stress is the virial stress (T19 eq 23), or, where the file has none, the pull on the top
@@ -62,10 +62,6 @@ def tensile(run, stage=None, axis=None, windows=None):
     windows : int, optional
         Number of averaging windows, each with the same relative change of the filling factor.
         Default: the largest number that the noise allows.
-
-    Returns
-    -------
-    Tensile
 
     Raises
     ------
@@ -130,17 +126,13 @@ def _tensile_start(phi, stress):
     return start if place[0] - place[start] > UNLOADING * np.ptp(place) else 0
 
 
-def strength_law(run, phi):
+def strength_law(run, phi) -> float:
     """Tensile strength [Pa] of a Run's material at a filling factor (T19 eq 33), NaN without one.
 
     Parameters
     ----------
     run : Run
     phi : float
-
-    Returns
-    -------
-    float
     """
     if (m := run.material) is None:
         return np.nan

@@ -26,7 +26,7 @@ def git_commit():
     return answer.stdout.strip() or None
 
 
-def provenance(scene_given, scene_resolved, **numbers):
+def provenance(scene_given, scene_resolved, **numbers) -> dict:
     """Global attributes of a run: both YAML texts, versions, machine, and `numbers`.
 
     Parameters
@@ -38,10 +38,6 @@ def provenance(scene_given, scene_resolved, **numbers):
     **numbers
         title, seed, backend, precision, threads, time_step [s] and further attributes of the run;
         those that are None are left out when written.
-
-    Returns
-    -------
-    dict
     """
     versions = {name: metadata.version(name) for name in ("taichi", "numpy", "netCDF4")}
     return {

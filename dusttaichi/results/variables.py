@@ -67,7 +67,7 @@ class Variable:
         return record_dimension(self.group) in self.dims
 
 
-def declare(group, rows, integers=(), counts=()):
+def declare(group, rows, integers=(), counts=()) -> list[Variable]:
     """Variables of a group from the rows of a table.
 
     Parameters
@@ -80,10 +80,6 @@ def declare(group, rows, integers=(), counts=()):
         Name -> type of those that are not f8.
     counts : dict
         Name -> dimension that the variable counts.
-
-    Returns
-    -------
-    list of Variable
     """
     integers, counts = dict(integers), dict(counts)
     return tuple(
@@ -102,7 +98,7 @@ def declare(group, rows, integers=(), counts=()):
     )
 
 
-def select(variables, features, chosen=(), precision="f64"):
+def select(variables, features, chosen=(), precision="f64") -> list[Variable]:
     """Variables whose needs are among the features, in order.
 
     Parameters
@@ -115,10 +111,6 @@ def select(variables, features, chosen=(), precision="f64"):
         excluded ones.
     precision : str
         "f32": variables of every grain, particle or contact are in single precision.
-
-    Returns
-    -------
-    list of Variable
     """
     features = {*features, REQUESTED}
     selected = [v for v in variables if v.needs <= features and _wanted(v, chosen)]

@@ -46,7 +46,7 @@ class Writer:
         self._last_time = None
 
     @classmethod
-    def create(cls, path, variables, sizes, coords, attrs, *, force=False, lock=None):
+    def create(cls, path, variables, sizes, coords, attrs, *, force=False, lock=None) -> "Writer":
         """A new result file with the given variables, on disk at once.
 
         Parameters
@@ -63,10 +63,6 @@ class Writer:
             Overwrite an existing file.
         lock : RunLock, optional
             An acquired lock, which the caller releases.
-
-        Returns
-        -------
-        Writer
 
         Raises
         ------
@@ -93,7 +89,7 @@ class Writer:
         return writer
 
     @classmethod
-    def resume(cls, path, counts, *, lock=None):
+    def resume(cls, path, counts, *, lock=None) -> "Writer":
         """Continue the file at `path`; further records are dropped with the first flush.
 
         Parameters
@@ -103,10 +99,6 @@ class Writer:
             Group -> records, see `counts()`.
         lock : RunLock, optional
             An acquired lock, which the caller releases.
-
-        Returns
-        -------
-        Writer
 
         Raises
         ------

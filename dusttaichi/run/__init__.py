@@ -16,7 +16,7 @@ from dusttaichi.run.state import Report
 __all__ = ["Report", "execute", "run_directory"]
 
 
-def run_directory(scene, output=None):
+def run_directory(scene, output=None) -> Path:
     """Output directory of the results of a scene.
 
     Parameters
@@ -24,10 +24,6 @@ def run_directory(scene, output=None):
     scene : Scene
     output : path, optional
         Directory to use instead of the scene's.
-
-    Returns
-    -------
-    pathlib.Path
     """
     return Path(output) if output is not None else Path(scene.output.directory)
 

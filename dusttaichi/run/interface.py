@@ -18,7 +18,9 @@ from dusttaichi.scene.output import Interval
 from dusttaichi.scene.quantities import parse
 
 
-def simulate(scene, sample=None, directory=None, *, force=False, resume=False, log=print):
+def simulate(
+    scene, sample=None, directory=None, *, force=False, resume=False, log=print
+) -> "Simulation":
     """Build a scene, and return its simulation at the start, or at the end of an earlier run.
 
     Parameters
@@ -34,10 +36,6 @@ def simulate(scene, sample=None, directory=None, *, force=False, resume=False, l
         Continue an existing result.
     log : function
         Called with messages for the user.
-
-    Returns
-    -------
-    Simulation
 
     Raises
     ------

@@ -150,10 +150,6 @@ class Materials:
             Radii of the grains [m].
         numbers : pair
             Numbers of their materials.
-
-        Returns
-        -------
-        float
         """
         one, two = (self.all[n] for n in numbers)
         overlap = mixed_constants(one, radii[0], two, radii[1], self.interaction).delta0

@@ -24,10 +24,6 @@ def pushed(scene, sample: Sample) -> Sample:
     scene : Scene
     sample
 
-    Returns
-    -------
-    Sample
-
     Raises
     ------
     DustError

@@ -57,10 +57,6 @@ class Sample:
         positions
             [m], (N, 3).
         info
-
-        Returns
-        -------
-        Sample
         """
         positions = np.ascontiguousarray(positions, dtype=np.float64)
         still = np.zeros_like(positions)
@@ -95,10 +91,6 @@ def filling_factor(sample: Sample, radius) -> float:
     sample
     radius : float or array
         Radii of the grains [m].
-
-    Returns
-    -------
-    float
     """
     grains = len(sample) * 4 / 3 * np.pi * np.mean(radius**3)
     return float(grains / _volume(sample, radius)[0])
@@ -132,10 +124,6 @@ def radius_of_gyration(sample: Sample, radius) -> float:
     sample
     radius : float or array
         Radii of the grains [m].
-
-    Returns
-    -------
-    float
     """
     if np.ndim(radius):
         weight = radius**3 / np.sum(radius**3)
@@ -214,10 +202,6 @@ def bulk_filling_factor(
         the floor, about 5 % above the bulk further up, decaying slowly).
     top
         Excluded layer at the top.
-
-    Returns
-    -------
-    float
     """
     low, high = sample.positions.min(axis=0), sample.positions.max(axis=0)
     floor, ceiling = low[2] + bottom * radius, high[2] - top * radius
@@ -257,10 +241,6 @@ def smallest_gap(positions: np.ndarray, radius) -> float:
         [m], (N, 3).
     radius : float or array
         Radii of the grains [m].
-
-    Returns
-    -------
-    float
     """
     near = min(5, len(positions))
     distance, other = scipy.spatial.cKDTree(positions).query(positions, k=near)
@@ -282,10 +262,6 @@ def coordination(sample: Sample, distance: float | None, radius=None) -> float:
         Largest distance of the centres of grains in contact [m]; None: the sum of their radii.
     radius : float or array
         Radii of the grains [m].
-
-    Returns
-    -------
-    float
     """
     if distance is None:
         pairs = np.column_stack(pairs_within(sample.positions, radius)[:2])

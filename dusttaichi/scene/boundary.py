@@ -192,10 +192,6 @@ def strains(boundary: Block, drive: Drive) -> bool:
     ----------
     boundary
     drive
-
-    Returns
-    -------
-    bool
     """
     if drive.shears:
         return True

@@ -25,10 +25,6 @@ def load(path: str | Path) -> Scene:
     path
         A file, or the name of a bundled scene, such as "omni_static".
 
-    Returns
-    -------
-    Scene
-
     Raises
     ------
     DustError
@@ -59,10 +55,6 @@ def from_yaml(
         Name of the scene in errors.
     check_files
         As in `Scene.from_dict`.
-
-    Returns
-    -------
-    Scene
 
     Raises
     ------

@@ -166,10 +166,6 @@ class Material(Block):
             Factor on the density (numerics.mass_scaling).
         stiffness
             Factor on Young's modulus (numerics.stiffness_scaling).
-
-        Returns
-        -------
-        Material
         """
         own = self.unscaled
         if mass == stiffness == 1.0:

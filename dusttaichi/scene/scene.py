@@ -177,10 +177,6 @@ class Scene(Block):
             Refuse a `sample.file` that does not exist, and an extension that has changed since this
             process imported it.
 
-        Returns
-        -------
-        Scene
-
         Raises
         ------
         DustError
@@ -211,10 +207,6 @@ class Scene(Block):
         value
             As written in the YAML.
 
-        Returns
-        -------
-        Scene
-
         Raises
         ------
         DustError
@@ -244,10 +236,6 @@ class Scene(Block):
         title
             Name of the scene in errors.
 
-        Returns
-        -------
-        Scene
-
         Raises
         ------
         DustError
@@ -267,10 +255,6 @@ class Scene(Block):
         ----------
         absolute
             Write absolute paths of its files, so that they are found from any folder.
-
-        Returns
-        -------
-        str
         """
         data = _absolute(self._plain()) if absolute else self._plain()
         return yaml.dump(data, Dumper=plain.Dumper, sort_keys=False, allow_unicode=True, width=1000)

@@ -73,9 +73,9 @@ def faults_of_layout(function, text):
         yield "several arguments need a section Parameters"
     drawing = any("styled" in ast.unparse(d) or "figure" in ast.unparse(d)
                   for d in function.decorator_list)  # returns a Figure  # fmt: skip
-    if "Parameters" in parts and "Returns" not in parts and returns_a_value(function):
-        if not drawing:
-            yield "a value that is returned needs a section Returns"
+    silent = not drawing and "Returns" not in parts and function.returns is None
+    if "Parameters" in parts and silent and returns_a_value(function):
+        yield "a value that is returned needs an annotation, or a section Returns"
 
 
 def public():
@@ -176,3 +176,9 @@ def test_the_checks_find_what_is_wrong(old, new, fault):
     docstring = ast.get_docstring(function)
     found = [*faults_of_first_line(docstring), *faults_of_layout(function, docstring)]
     assert (fault in " ".join(found)) if fault else not found
+
+
+def test_an_annotation_takes_the_place_of_the_section_returns():
+    text = GOOD.replace("\n    Returns\n    -------\n    float\n", "")
+    function = ast.parse(text.replace("height):", "height) -> float:")).body[0]
+    assert not list(faults_of_layout(function, ast.get_docstring(function)))
