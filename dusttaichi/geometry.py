@@ -255,6 +255,11 @@ def heaviest_first(label, masses):
     return np.argsort(-np.round(mass / np.min(masses), 6), kind="stable")
 
 
+def largest_first(label, masses):
+    """Numbers of the fragments of the points (N,) in that order; arguments as of heaviest_first."""
+    return np.argsort(heaviest_first(label, masses))[label]
+
+
 def held_together(positions, graph, starts, nearest):
     """Positions (N, 3) for which fragments of a graph are not cut by the faces of a periodic cell.
 

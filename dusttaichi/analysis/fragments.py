@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses, read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected, grains_within, heaviest_first, held_together, power
+from dusttaichi.geometry import connected, grains_within, held_together, largest_first, power
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def fragments_of(frame, masses):
     """The Fragments of a Frame whose grains have these masses [kg], (N,)."""
     count = len(masses)
     number, label, graph = connected(frame.pairs, count)
-    label = _largest_first(label, number, masses)
+    label = largest_first(label, masses)
     position = _unwrapped(frame, graph, label)
     mass = np.bincount(label, masses, minlength=number)
 
@@ -87,13 +87,6 @@ def fragments_of(frame, masses):
     volume = np.bincount(label, 4.0 / 3.0 * np.pi * frame.radius**3, minlength=number)
     grains = np.bincount(label, minlength=number)
     return Fragments(label, grains, mass, volume, centre, velocity, angular, np.sqrt(square))
-
-
-def _largest_first(label, number, masses):
-    """Labels in the order of falling mass, equal ones in that of their first grain."""
-    rank = np.empty(number, dtype=np.int64)
-    rank[heaviest_first(label, masses)] = np.arange(number)
-    return rank[label]
 
 
 def _sums(label, vectors, number):

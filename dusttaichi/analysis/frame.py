@@ -160,6 +160,16 @@ def frame_count(run):
     return int(run.tree["snapshots"].sizes["snapshot"])
 
 
+def snapshot_number(run, snapshot):
+    """Number of a snapshot from 0; from the end if negative. Raises DustError without it."""
+    count = frame_count(run)
+    if not -count <= snapshot < count:
+        raise DustError(
+            f"{run.path} has no snapshot {snapshot}; allowed: 0 to {count - 1}, or -1 for the last."
+        )
+    return snapshot % count
+
+
 def read_frame(run, snapshot=-1, contacts=True) -> Frame:
     """One snapshot of a run.
 
@@ -176,12 +186,7 @@ def read_frame(run, snapshot=-1, contacts=True) -> Frame:
     DustError
         There is no snapshot of that number.
     """
-    count = frame_count(run)
-    if not -count <= snapshot < count:
-        raise DustError(
-            f"{run.path} has no snapshot {snapshot}; allowed: 0 to {count - 1}, or -1 for the last."
-        )
-    number = snapshot % count
+    number = snapshot_number(run, snapshot)
     data = run.tree["snapshots"].to_dataset(inherit=False).isel(snapshot=number).load()
     groups = [name for name in ("contacts", "wall_contacts") if name in run.tree.children]
     read = {name: run.contacts(number, name) for name in groups} if contacts else {}

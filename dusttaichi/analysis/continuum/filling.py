@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from dusttaichi.analysis.continuum.intrusion import projectile_of
 from dusttaichi.analysis.continuum.particles import read_particles
-from dusttaichi.errors import DustError
 
 BLURRED = 1e-4  # depth below the bead [m] that the kernel blurs in G09, left out of a comparison
 NEAR = 0.3e-3  # depth [m] below the bead over which the prototype's median was taken
@@ -27,17 +27,6 @@ class AxisProfile:
     filling_factor: np.ndarray
     nearest: float
     bead: float
-
-
-def projectile_of(run):
-    """Rigid body that falls on dust, from the result: a dict with name, diameter ...
-
-    Raises DustError where there is none.
-    """
-    bead = run.sample.get("projectile", {})
-    if "density" not in bead:
-        raise DustError(f"{run.path} has no rigid projectile: sample kind impact, with kind rigid.")
-    return bead
 
 
 def axis_profile(run, snapshot=-1):

@@ -88,16 +88,23 @@ def at_zero_spacing(spacing, values):
     return float(value), float(slope)
 
 
+def projectile_of(run):
+    """Rigid body that falls on dust, from the result: a dict with name, diameter ...
+
+    Raises DustError where there is none.
+    """
+    bead = run.sample.get("projectile", {})
+    if "density" not in bead or "body_position" not in run.series:
+        raise DustError(f"{run.path} has no rigid projectile: sample kind impact, with kind rigid.")
+    return bead
+
+
 def intrusion(run):
     """The Intrusion of the projectile of a Run with one rigid body that falls on dust.
 
     Raises DustError where there is none.
     """
-    info = run.sample
-    bead = info.get("projectile", {})
-    if "body_position" not in run.series or "density" not in bead:
-        raise DustError(f"{run.path} has no rigid projectile: sample kind impact, with kind rigid.")
-    series = run.whole.series
+    bead, series = projectile_of(run), run.whole.series
     way = series.sel(rigid=bead["name"])
     time = series.time.values
     height = way.body_position.sel(xyz="z").values
@@ -105,7 +112,7 @@ def intrusion(run):
     spacing, gravity = float(run.attrs["spacing"]), float(run.attrs.get("gravity", 0.0))
     # the surface of the body meets that of the dust when it has fallen the gap between them
     speed = -float(velocity[0])
-    fall = info.get("gap", spacing)
+    fall = run.sample.get("gap", spacing)
     touch = fall / speed if speed > 0.0 else 0.0
     from_touch = time >= touch
     time = time[from_touch] - touch

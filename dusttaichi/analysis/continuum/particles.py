@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.frame import frame_count
+from dusttaichi.analysis.frame import snapshot_number
 from dusttaichi.errors import DustError
 
 DUST, RIGID, FIXED, WALL, ELASTIC = range(5)  # roles in the file
@@ -88,10 +88,6 @@ class ParticleFrame:
         return (self.volume / share) ** (1.0 / self.dimension)
 
 
-def _solid(run):
-    return float(run.attrs["solid_density"])
-
-
 def has_dust(run):
     """True where a Run of the continuum with snapshots has dust, and not elastic bodies alone."""
     return bool(np.isin(run.snapshots.role, (DUST, FIXED)).any())
@@ -102,12 +98,7 @@ def read_particles(run, snapshot=-1):
 
     Raises DustError where there is none of this number, or the run is not one of the continuum.
     """
-    count = frame_count(run)
-    if not -count <= snapshot < count:
-        raise DustError(
-            f"{run.path} has no snapshot {snapshot}; allowed: 0 to {count - 1}, or -1 for the last."
-        )
-    number = snapshot % count
+    number = snapshot_number(run, snapshot)
     group = run.tree["snapshots"].to_dataset(inherit=False)
     if "particle" not in group.dims:
         raise DustError(f"{run.path} is not a run of the continuum: its snapshots have grains.")
@@ -124,5 +115,7 @@ def read_particles(run, snapshot=-1):
         body=data.body.values.astype(int),
         spacing=float(run.attrs["spacing"]),
         dimension=int(run.attrs["dimension"]),
-        solid=data.solid_density.values if "solid_density" in data else _solid(run),
+        solid=data.solid_density.values
+        if "solid_density" in data
+        else float(run.attrs["solid_density"]),
     )

@@ -6,6 +6,7 @@ import numpy as np
 import scipy
 
 from dusttaichi.analysis.continuum.particles import FIXED, WALL, read_particles
+from dusttaichi.geometry import connected, largest_first
 from dusttaichi.names import AXES, WALLS
 
 STILL = 1e-6  #: Speed of a body, over that of its fastest particle, up to which it does not fly.
@@ -68,17 +69,10 @@ def pieces_of(frame, planes=()):
     pairs = scipy.spatial.cKDTree(x).query_pairs(APART * size.max(), output_type="ndarray")
     i, j = pairs.T
     near = np.linalg.norm(x[i] - x[j], axis=1) < APART * 0.5 * (size[i] + size[j])
-    links = scipy.sparse.coo_matrix(
-        (np.ones(near.sum()), (i[near], j[near])), shape=(len(x), len(x))
-    )
-    count, found = scipy.sparse.csgraph.connected_components(links, directed=False)
-    mass = np.bincount(found, frame.mass[moves], minlength=count)
-    order = np.argsort(-mass, kind="stable")
-    rank = np.empty(count, int)
-    rank[order] = np.arange(count)
-    label = rank[found]
     weight = frame.mass[moves]
-    mass = mass[order]
+    count, found, _ = connected(pairs[near], len(x))
+    label = largest_first(found, weight)
+    mass = np.bincount(label, weight, minlength=count)
 
     def mean(vectors):
         sums = [np.bincount(label, weight * vectors[:, n], minlength=count) for n in range(3)]
