@@ -23,8 +23,8 @@ SMALL = 400  # grains below which a second thread costs more than it gains
 class Loops:
     """Layout of the loops: lanes of a block, blocks of a tile, and the kind of the step loop.
 
-    Eight doubles fill a wide vector register. On a GPU a thread computes one contact and a block of
-    threads a tile, with one kernel per phase instead of workers that wait for each other.
+    On a GPU a thread computes one contact and a block of threads a tile, with one kernel per phase
+    instead of workers that wait for each other.
     """
 
     width: int
@@ -32,7 +32,11 @@ class Loops:
     kind: str
 
 
-LOOPS = {"cpu": Loops(8, 16, "workers"), "cuda": Loops(1, 128, "launches")}
+def loops_of(numerics):
+    """The Loops of a scene: a block fills a vector register of 512 bits, or two of 256."""
+    if numerics.backend == "cuda":
+        return Loops(1, 128, "launches")
+    return Loops(8, 16, "workers") if numerics.precision == "f64" else Loops(16, 8, "workers")
 
 
 def threads_of(scene, grains):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
+from dusttaichi.compute.backend import loops_of, start_taichi, threads_of
 from dusttaichi.compute.last_compiled import LastCompiled
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.continuum import time_step
@@ -47,7 +47,7 @@ def build(scene, particles, *, loops=None):
     if len(moving) > BODIES:
         raise DustError(f"sample: {len(moving)} rigid bodies; allowed: {BODIES} at most.")
     threads, n = threads_of(scene, len(particles)), len(particles)
-    kind = (loops or LOOPS[scene.numerics.backend]).kind
+    kind = (loops or loops_of(scene.numerics)).kind
     compiled = chosen_kernels(scene, particles, threads, kind)
     sim = Simulation(
         compiled,

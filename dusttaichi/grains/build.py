@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.compute.backend import LOOPS, start_taichi, threads_of
+from dusttaichi.compute.backend import loops_of, start_taichi, threads_of
 from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.last_compiled import LastCompiled
@@ -72,7 +72,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     contacts = farthest_contacts(scene, own)
     box, cell = environment(scene, sample, own, scenes, contacts)
     smallest = radius if own is None else own.radius[around(scenes)].min()
-    loops = loops or LOOPS[scene.numerics.backend]
+    loops = loops or loops_of(scene.numerics)
     layout = replace(
         chosen_layout(scene, model, loops, push, polydisperse=own is not None),
         batch=scenes is not None,

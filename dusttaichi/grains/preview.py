@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.compute.backend import LOOPS
+from dusttaichi.compute.backend import loops_of
 from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.pushes import make_push
@@ -171,7 +171,7 @@ def _domain(scene, sample, own, contacts, step):
 
 def _state_memory(scene, sample, own, step, domain):
     """Memory of the state, without the scratch of the search."""
-    loops = LOOPS[scene.numerics.backend]
+    loops = loops_of(scene.numerics)
     laws = chosen_model(scene.interaction, scene.numerics.newton_steps)
     kinds = {push.kind for push in of_stages(scene)}
     order = np.arange(len(sample))

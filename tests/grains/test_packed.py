@@ -9,7 +9,7 @@ from collections import Counter
 import pytest
 from scenes import box, make_scene
 
-from dusttaichi.compute.backend import LOOPS, start_taichi
+from dusttaichi.compute.backend import loops_of, start_taichi
 from dusttaichi.compute.engine import settings, ti
 from dusttaichi.compute.processor import compiled_bits
 from dusttaichi.domain.pushes import make_push
@@ -38,19 +38,17 @@ SCENES = {
 }
 
 
-def operations(name, precision, folder, monkeypatch):
+def operations(scene, walls, folder, monkeypatch):
     """Counter of the arithmetic of the compiled pass over walls or pairs by (lanes, type)."""
     monkeypatch.chdir(folder)
     # few contacts form or break: those are not part of the loop, and not packed
     monkeypatch.setattr(ContactPass, "change_block", nothing)
-    scene = make_scene(damping="viscoelastic", numerics={"precision": precision}, **SCENES[name])
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     push = make_push(scene.push, {}, [], 1.0)
-    layout = chosen_layout(scene, model, LOOPS["cpu"], push, polydisperse=False)
+    layout = chosen_layout(scene, model, loops_of(scene.numerics), push, polydisperse=False)
     start_taichi(scene, 1)
     settings().print_kernel_llvm_ir_optimized = True
     settings().offline_cache = False  # what comes from the cache is not printed
-    walls = name == "walls"
     phases = Phases(place(declare(64, layout, walls)), layout, walls)
 
     @ti.kernel
@@ -74,11 +72,15 @@ def operations(name, precision, folder, monkeypatch):
 @pytest.mark.parametrize("precision, kind", [("mixed", "float"), ("f64", "double")])
 @pytest.mark.parametrize("name", SCENES)
 def test_contacts_are_packed(name, precision, kind, tmp_path, monkeypatch):
-    found = operations(name, precision, tmp_path, monkeypatch)
-    lanes = min(LOOPS["cpu"].width, compiled_bits() // {"float": 32, "double": 64}[kind])
+    scene = make_scene(damping="viscoelastic", numerics={"precision": precision}, **SCENES[name])
+    found = operations(scene, name == "walls", tmp_path, monkeypatch)
+    lanes = min(
+        loops_of(scene.numerics).width, compiled_bits() // {"float": 32, "double": 64}[kind]
+    )
     packed = sum(n for (count, _), n in found.items() if count > 1)
     # what is gathered, and what is the same for a tile, may be left as it is: a fifth of all. Two
     # doubles at a time (SSE2) LLVM may leave more: what is gathered costs more than it saves
     assert packed > (0.75 if lanes > 2 else 0.5) * found.total(), found
-    # and they fill the registers: one number of another width would halve them
-    assert found[lanes, kind] > (0.7 if lanes > 2 else 0.5) * found.total(), found
+    # and they fill the registers: one number of another width would halve them. Distances from
+    # walls are formed in double precision, a fifth of all
+    assert found[lanes, kind] > (0.65 if lanes > 2 else 0.5) * found.total(), found

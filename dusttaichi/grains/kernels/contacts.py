@@ -53,7 +53,7 @@ class ContactPass:
         outside: the frame of a periodic cell (kernels.cell) for pairs; Walls, which are at `time`,
         for walls.
         """
-        sums = ti.Vector.zero(self.real, ti.static((self.CHANGES + 1) * self.width))
+        sums = [ti.Vector.zero(self.real, self.width) for _ in ti.static(range(self.CHANGES + 1))]
         virial = ti.Vector.zero(self.real, 9)
         p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
         for block in range(first, last):
@@ -143,8 +143,7 @@ class ContactPass:
 
     @ti.func
     def add(self, sums: ti.template(), column: ti.template(), lane, value):
-        at = column * self.width + lane
-        sums[at] = sums[at] + value
+        sums[column][lane] = sums[column][lane] + value
 
     @ti.func
     def add_virial(self, virial: ti.template(), branch, force):
@@ -155,15 +154,11 @@ class ContactPass:
 
     @ti.func
     def totals(self, sums: ti.template()):
-        """Sums over the lanes, by column.
-
-        They are summed in one loop: LLVM unrolls small ones, and examines a hundred uses of a local
-        array at most before it takes it for one that others may know.
-        """
+        """Sums over the lanes, by column."""
         out = ti.Vector.zero(self.real, ti.static(self.CHANGES + 1))
         for lane in range(self.width):
             for n in ti.static(range(self.CHANGES + 1)):
-                out[n] += sums[n * self.width + lane]
+                out[n] += sums[n][lane]
         return out
 
     @ti.func

@@ -1,7 +1,7 @@
 """The phases of a step on a device: a thread for each grain, and one for each contact.
 
-Blocks of threads are as long as tiles (backend.LOOPS), so that each row of a table of sums belongs
-to one block: what its threads sum is added up in a fixed order (compute.blocks).
+Blocks of threads are as long as tiles (backend.loops_of), so that each row of a table of sums
+belongs to one block: what its threads sum is added up in a fixed order (compute.blocks).
 """
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, padded
