@@ -81,19 +81,20 @@ class ContactThreads(ContactPass):
     @ti.func
     def thread(self, books: ti.template(), block, dt_wide, place):
         """The contact of a block, which has one; its sums are added to `books`."""
-        sums = ti.Vector.zero(self.real, ti.static(self.CHANGES + 1))
+        sums = [ti.Vector.zero(self.real, self.width) for _ in ti.static(range(self.CHANGES + 1))]
         virial = ti.Vector.zero(self.real, 9)
         p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
         self.block(sums, virial, block, dt, p, place)
+        totals = self.totals(sums)
         if ti.static(self.ledger):
             for n, channel in ti.static(self.channels):
-                self.add_loss(books, channel, sums[n])
+                self.add_loss(books, channel, totals[n])
         if ti.static(self.stress):
             for n in ti.static(range(9)):
                 books[self.VIRIAL + n] = ti.cast(virial[n], ti.f64)
         if ti.static(self.faces):
-            books[self.WORK] = ti.cast(sums[self.FACES], ti.f64)
-        if sums[self.CHANGES] > 0.0:
+            books[self.WORK] = ti.cast(totals[self.FACES], ti.f64)
+        if totals[self.CHANGES] > 0.0:
             self.change_block(block, books, dt, p, place)
 
 
