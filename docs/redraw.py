@@ -266,6 +266,32 @@ def fragmentation():
     return figure
 
 
+# level and speed [m/s] of the lines of the figure of bouncing -> label
+BOUNCING = {
+    ("phi60", "4"): r"$\phi$ = 0.57, 4 m/s",
+    ("phi60", "16"): r"$\phi$ = 0.57, 16 m/s",
+    ("phi60", "10"): r"$\phi$ = 0.57, 10 m/s",
+    ("phi60", "1"): r"$\phi$ = 0.57, 1 m/s",
+    ("phi55", "10"): r"$\phi$ = 0.53 and 0.49, 10 m/s",
+}
+
+
+@style.styled
+def bouncing_threshold():
+    """Share of the pairs that bounce, against the number of grains of a body."""
+    table = rows("bouncing_levels.csv")
+    figure, (axes,) = style.new_figure()
+    for number, (key, text) in enumerate(BOUNCING.items()):
+        own = [row for row in table if (row["level"], row["speed_m_per_s"]) == key]
+        own.sort(key=lambda row: int(row["grains_per_body"]))
+        share = numbers(own, "bouncing") / numbers(own, "pairs")
+        line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4}
+        axes.plot(numbers(own, "grains_per_body"), share, **line)
+    axes.set(xscale="log", xlabel="grains per body", ylabel="share of the pairs that bounce")
+    style.legend(axes)
+    return figure
+
+
 def main():
     """Entry point."""
     for scene in TRADES:
@@ -275,6 +301,7 @@ def main():
     plots.save(tensile_strength(), FIGURES / "tensile_strength.png")
     plots.save(compression_law(), FIGURES / "compression_law.png")
     plots.save(fragmentation(), FIGURES / "fragmentation.png")
+    plots.save(bouncing_threshold(), FIGURES / "bouncing_threshold.png")
     plots.save(diametral_strength(), FIGURES / "diametral_strength.png")
     plots.save(strength_size("strength_size.csv"), FIGURES / "strength_size.png")
     slow = strength_size("tensile.csv", *SLOW)

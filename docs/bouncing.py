@@ -1,0 +1,127 @@
+"""Tables of bouncing: `python docs/bouncing.py OUT.csv STUDY...`.
+
+STUDY is a directory of `dust collide` with bodies of several numbers of grains, one filling factor
+each; the word before the last underscore of a body is its level, such as phi60_n500.
+
+A row for each study, body and speed: pairs, how many of them bounce, stick and grow, filling factor
+within the characteristic radius, coefficient of restitution of those that bounce.
+
+`python docs/bouncing.py fit OUT.csv` prints for each level and speed the number of grains per body
+at which half of the pairs bounce, and the exponent s of this threshold N ~ v^s, with 68 % intervals
+of the profile likelihood, nan where it does not end within the table: a logistic regression,
+P = 1/(1 + exp(-b (ln N - t - s ln v))), b >= 0.
+"""
+
+import csv
+import sys
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi.analysis.collisions import FAILED, MISS, mean_and_error
+
+STEEPNESS = np.linspace(0.0, 8.0, 41)  # b: at 8 from 5 to 95 % within a factor of two in the mass
+EXPONENTS = np.linspace(-6.0, 6.0, 61)
+BEYOND = np.log(100.0)  # a threshold beyond the masses of a table, at most
+HALF = 0.5  # fall of the log likelihood at the ends of an interval of 68 %
+
+
+def rows(path):
+    """Dicts of one study."""
+    data = xr.load_dataset(f"{path}/collisions.nc")
+    for body in data.body.values:
+        for speed in data.speed.values:
+            own = data.sel(body=body, speed=speed)
+            hit = ~own.outcome.isin([MISS, FAILED])
+            count = {name: int((own.outcome == name).sum()) for name in np.unique(own.outcome)}
+            phi = mean_and_error(
+                np.append(own.target_filling_factor.values, own.projectile_filling_factor.values)
+            )
+            bounced = own.restitution.values[own.outcome.values == "bouncing"]
+            apart = mean_and_error(bounced)
+            yield {
+                "study": path.rstrip("/").rsplit("/", 1)[-1],
+                "level": str(body).rpartition("_")[0],
+                "grains_per_body": round(float(own.grains.mean()) / 2),
+                "filling_factor": f"{phi[0]:.4f}",
+                "speed_m_per_s": f"{speed:g}",
+                "pairs": int(hit.sum()),
+                "bouncing": count.get("bouncing", 0),
+                "sticking": count.get("sticking", 0),
+                "growth": count.get("growth", 0),
+                "failed": count.get(FAILED, 0),
+                "not_settled": int((own.settled == 0).sum()),
+                "restitution": f"{apart[0]:.3f}" if len(bounced) else "",
+                "residual": f"{float(np.abs(own.residual).max()):.1e}",
+                "version": data.attrs.get("git_commit", ""),
+            }
+
+
+def main(out, *paths):
+    """Write the table of these studies."""
+    table = [row for path in paths for row in rows(path)]
+    with open(out, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, table[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(table)
+
+
+# -- thresholds ----------------------------------------------------------------------------------
+
+
+def likelihoods(points, exponents):
+    """Log likelihood (T, S, B) on a grid, and its thresholds T (ln N at the mean of ln v).
+
+    points: ln N, ln v, pairs, bouncing, each (n,).
+    """
+    mass, speed, pairs, bounced = points
+    middles = np.linspace(mass.min() - BEYOND, mass.max() + BEYOND, 121)
+    t, s, b = np.meshgrid(middles, exponents, STEEPNESS, indexing="ij")
+    total = np.zeros(t.shape)
+    for m, v, n, k in zip(mass, speed - speed.mean(), pairs, bounced, strict=True):
+        x = b * (m - t - s * v)
+        total -= k * np.logaddexp(0.0, -x) + (n - k) * np.logaddexp(0.0, x)
+    return total, middles
+
+
+def interval(values, profile):
+    """(best value, low, high); not a number where the interval reaches the end of the values."""
+    inside = np.flatnonzero(profile >= profile.max() - HALF)
+    low, high = inside[[0, -1]]
+    ends = [np.nan if n in (0, len(values) - 1) else values[n] for n in (low, high)]
+    return values[profile.argmax()], *ends
+
+
+def fit(path):
+    """Print thresholds and exponents of a table."""
+    with open(path, newline="", encoding="utf-8") as file:
+        table = list(csv.DictReader(file))
+    for level in dict.fromkeys(row["level"] for row in table):
+        own = [row for row in table if row["level"] == level]
+        columns = ("grains_per_body", "speed_m_per_s", "pairs", "bouncing")
+        every = np.array([[float(row[name]) for name in columns] for row in own]).T
+        every[:2] = np.log(every[:2])
+        for speed in np.unique(every[1]):
+            points = every[:, every[1] == speed]
+            found, middles = likelihoods(points, np.zeros(1))
+            t, low, high = np.exp(interval(middles, found.max(axis=(1, 2))))
+            bounced, pairs = points[3].sum(), points[2].sum()
+            print(
+                f"{level}, {np.exp(speed):g} m/s: {bounced:.0f} of {pairs:.0f} bounce, threshold "
+                f"{t:.0f} ({low:.0f} to {high:.0f})"
+            )
+        if len(np.unique(every[1])) < 2:
+            continue
+        profile = likelihoods(every, EXPONENTS)[0].max(axis=(0, 2))
+        s, low, high = interval(EXPONENTS, profile)
+        at = np.interp(-4 / 3, EXPONENTS, profile) - profile.max()
+        print(
+            f"{level}: exponent {s:.1f} ({low:.1f} to {high:.1f}), log likelihood of -4/3 {at:.1f}"
+        )
+
+
+if __name__ == "__main__":
+    if sys.argv[1] == "fit":
+        fit(sys.argv[2])
+    else:
+        main(*sys.argv[1:])
