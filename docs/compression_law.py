@@ -1,7 +1,8 @@
 """Tables of compression from all sides: `python docs/compression_law.py OUT.csv RUN...`.
 
-`python docs/compression_law.py factors OUT.csv` prints the pressure of the runs SWITCH_SEED of a
-table over that of the runs base_SEED.
+`python docs/compression_law.py factors OUT.csv [BASE LOW HIGH]` prints the pressure of the runs
+SWITCH_SEED of a table over that of the runs BASE_SEED, between two filling factors (base, 0.05,
+0.13).
 
 A row for each run and tenth of a decade of the filling factor: the mean pressure, its ratio to the
 laws of T19 eq 9 and of Tatsuuma et al. 2023, and the share of each channel in what is lost there.
@@ -63,11 +64,12 @@ def main(out, *paths):
         writer.writerows(table)
 
 
-def factors(path):
-    """Print the geometric mean over the bins that two runs of a seed have in common from 0.05 to
-    0.13: mean and standard deviation between the seeds, and their number."""
+def factors(path, base="base", low=0.05, high=0.13):
+    """Print the geometric mean over the bins that two runs of a seed have in common from `low` to
+    `high`: mean and standard deviation between the seeds, and their number."""
+    low, high = float(low), float(high)
     with open(path, newline="", encoding="utf-8") as file:
-        table = [row for row in csv.DictReader(file) if 0.05 < float(row["filling_factor"]) < 0.13]
+        table = [row for row in csv.DictReader(file) if low < float(row["filling_factor"]) < high]
     known = {}
     for row in table:
         switch, seed = row["run"].rsplit("_", 1)
@@ -75,7 +77,7 @@ def factors(path):
         bins[row["filling_factor"]] = np.log(float(row["over_phi3"]))
     for switch, seeds in known.items():
         found = [
-            np.mean([value - known["base"][seed][phi] for phi, value in bins.items()])
+            np.mean([value - known[base][seed][phi] for phi, value in bins.items()])
             for seed, bins in seeds.items()
         ]
         scatter = np.std(found, ddof=1) if len(found) > 1 else np.nan
@@ -84,6 +86,6 @@ def factors(path):
 
 if __name__ == "__main__":
     if sys.argv[1] == "factors":
-        factors(sys.argv[2])
+        factors(*sys.argv[2:])
     else:
         main(*sys.argv[1:])

@@ -144,7 +144,7 @@ def compression_law():
         axes.plot(numbers(mine, "filling_factor"), pressure, label=text, **style.run_style(number))
     sand = Material(**NAMED["silicate_s12"])
     unit = laws.isotropic_pressure(1.0, sand.surface_energy, sand.radius, sand.critical_rolling)
-    mine = rows("compression_silicate.csv")
+    mine = [r for r in rows("compression_silicate.csv") if r["run"] == "silicate_1"]
     phi, pressure = numbers(mine, "filling_factor"), numbers(mine, "pressure_Pa") / unit
     axes.plot(phi, pressure, marker="o", ms=3, label="silicate, 1024 grains", color=style.ORANGE)
     largest = [r for r in table if r["grains"] == "4096"]
