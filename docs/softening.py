@@ -89,21 +89,24 @@ def _shifts(base, some):
 
 
 def causes(table):
-    """Changes of SCENE by softening: events of contacts, and shares of the losses."""
+    """Changes of SCENE and SLOW by softening: events of contacts, and shares of the losses."""
     base, some = _runs_of_scene(table)
+    levels = {s: (s, rows) for s, rows in {"1": base, **some}.items()}
+    for s, settings in (("1", AS_IT_IS), ("0.1", f"{STIFFNESS} 0.1")):
+        levels[f"{s}, 5 cm/s"] = s, _runs(table, SLOW, settings).loc[base.index]
     lines = _head(
         f"`{STIFFNESS}`", "energy that binds a contact", "slides from", "contacts formed per grain",
         "contacts per grain at the end", *(f"lost on {name}" for name in CHANNELS),
     )  # fmt: skip
     scene = load(SCENE)
-    for s, rows in {"1": base, **some}.items():
+    for name, (s, rows) in levels.items():
         pair = contact_constants(scene.with_value(f"numerics.{STIFFNESS}", float(s)))[0]
         lost = rows[[f"lost {name} [J]" for name in CHANNELS]].fillna(0.0).mean()
         touch = -float(pair.curve(np.array([0.0]))[1][0])
         formed = lost["lost forming [J]"] / touch / rows.grains.iloc[0]
         cells = (f"{pair.bound * 1e18:.3g} aJ", f"{pair.numbers['zeta_crit'] * 1e9:.2g} nm")
         cells += (f"{formed:.1f}", f"{rows['contacts a grain'].mean():.2f}")
-        lines.append(_row(s, *cells, *(_percent(part) for part in lost / lost.sum())))
+        lines.append(_row(name, *cells, *(_percent(part) for part in lost / lost.sum())))
     return _text(lines)
 
 

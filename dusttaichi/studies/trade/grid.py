@@ -193,7 +193,7 @@ def _of_stages(run):
 
 
 def _reached(tests):
-    """Those of some tests that ran under their prescribed loads."""
+    """Tests that ran under their prescribed loads."""
     return [own for own in tests if not own.missed]
 
 

@@ -30,8 +30,7 @@ def check(directory, base, settings, ran):
         if changed := sorted(differences(old[text], new[text])):
             why = f"another scene, which differs in {', '.join(changed)}"
             raise _refusal(directory, base.name, text, why)
-    kept = {text: own for text, own in old.items() if text in ran}
-    stored[base.name] = kept | new
+    stored[base.name] = {text: own for text, own in old.items() if text in ran} | new
     temporary = path.with_suffix(".tmp")
     temporary.write_text(json.dumps(stored, indent=1), encoding="utf-8")
     files.replace_atomically(temporary, path)
