@@ -7,7 +7,7 @@ import socket
 import stat
 import tempfile
 import time
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from functools import lru_cache
 from pathlib import Path
 
@@ -133,7 +133,7 @@ def _write_all(file, block):
         view = view[file.write(view) :]
 
 
-class WorkFile:
+class WorkFile(AbstractContextManager):
     """A temporary file for a library that does not recover from failed writes (HDF5).
 
     It is in memory (MEMORY) if there is enough, otherwise on disk, beside the file at `beside`,
@@ -170,9 +170,6 @@ class WorkFile:
             file.seek(0)
             while count := file.readinto(buffer):
                 yield buffer[:count]
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         os.close(self._descriptor)
@@ -232,7 +229,7 @@ def reserve(path, size):
 # --- lock ---------------------------------------------------------------------------------------
 
 
-class RunLock:
+class RunLock(AbstractContextManager):
     """Lock of a run directory against a second process; the system releases it with its process.
 
     `RunLock(directory)` takes it at once, makes the directory if it is missing, and raises
@@ -337,9 +334,6 @@ class RunLock:
         for descriptor in self.descriptors:
             os.close(descriptor)
         self._descriptor = self._folder = None
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self.release()

@@ -13,10 +13,10 @@ import scipy
 
 from dusttaichi.analysis.ensemble_tables import axes_of, point_labels
 from dusttaichi.analysis.texts import quantity_text
+from dusttaichi.analysis.thresholds import CONFIDENCE
 
 FEWEST = 5
 """Samples at least for a modulus; with fewer its interval spans more than a factor of two."""
-CONFIDENCE = 0.68  #: Confidence of the intervals: that of one standard deviation.
 DRAWS = 20_000
 """Sets of samples drawn for the intervals, whose ends they give within a per cent or two."""
 

@@ -1,6 +1,7 @@
 """The writer of the result file, which a kill or a full disk cannot harm."""
 
 import time as clock
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ def _now():
     return clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime())
 
 
-class Writer:
+class Writer(AbstractContextManager):
     """Appends records to one result; the files on disk are valid at any moment.
 
     `append` stores records in memory. `flush` creates the file again in memory (HDF5 does not
@@ -271,9 +272,6 @@ class Writer:
         finally:
             if self._owns_lock:
                 self._lock.release()
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self.close()

@@ -5,6 +5,7 @@ It is the run of `dust run`: same activities, bitwise identical result.nc.
 
 import re
 import tempfile
+from contextlib import AbstractContextManager
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -47,7 +48,7 @@ def simulate(
     return Simulation(scene, sample, directory, force=force, resume=resume, log=log)
 
 
-class Simulation:
+class Simulation(AbstractContextManager):
     """A simulation of a scene, at whole steps. A context manager; see `close`.
 
     Attributes
@@ -320,9 +321,6 @@ class Simulation:
             self._lock = None
             if self._temporary is not None:
                 self._temporary.cleanup()
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self.close()

@@ -7,7 +7,7 @@ the numbers are medians of the rounds.
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -22,7 +22,7 @@ WARM_UP = 0.3  # s of steps before the first round
 BUSY = 15.0  # smallest spread of the rounds [%] with a remark
 
 
-class Timed:
+class Timed(AbstractContextManager):
     """A worker process that holds one simulation and times it.
 
     A context manager: at its end the process ends by itself and writes its kernels to the cache;
@@ -42,9 +42,6 @@ class Timed:
         if answer.code != 0:
             raise DustError(answer.text)
         return answer.found
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, kind, *_):
         if kind is not None:

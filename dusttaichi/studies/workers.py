@@ -23,7 +23,7 @@ import os
 import subprocess
 import tempfile
 import threading
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field
 
 from dusttaichi.files import KERNEL_FOLDER
@@ -56,7 +56,7 @@ class Answer:
     found: dict = field(default_factory=dict)
 
 
-class Worker:
+class Worker(AbstractContextManager):
     """A process for one kind of task, one request after the other.
 
     task: "module:function"; the process calls function(parent, **request), where `parent` is a
@@ -191,9 +191,6 @@ class Worker:
         except subprocess.TimeoutExpired:
             self.kill()
             return self._process.returncode
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self.close()

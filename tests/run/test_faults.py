@@ -24,12 +24,6 @@ from dusttaichi.scene import from_yaml, load
 PLAIN, STAGED = toy.plain(), toy.staged()
 
 
-@pytest.fixture(autouse=True)
-def known(monkeypatch):
-    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
-    method.register(spring.METHOD)
-
-
 def frames(directory):
     with xr.open_datatree(directory / RESULT) as tree:
         return tree["snapshots"].step.values.tolist()

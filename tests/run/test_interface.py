@@ -7,26 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import spring
 import toy
 import xarray as xr
 from bits import assert_same_bits, tree
 from scenes import law_of_the_docs
 
 import dusttaichi as dt
-from dusttaichi import method
 from dusttaichi.errors import GuardStop
 from dusttaichi.files import RESULT
 from dusttaichi.run import execute
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 PLAIN, STAGED = toy.plain(), toy.staged()
-
-
-@pytest.fixture(autouse=True)
-def known(monkeypatch):
-    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
-    method.register(spring.METHOD)
 
 
 def place(simulation):

@@ -37,13 +37,6 @@ HERE = Path(__file__).parent
 PLAIN, STAGED = toy.plain(), toy.staged()
 
 
-@pytest.fixture(autouse=True)
-def known(monkeypatch):
-    """The method is there, as if a package had brought it along."""
-    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
-    method.register(spring.METHOD)
-
-
 def test_from_the_yaml_to_the_result(tmp_path):
     with xr.open_datatree(execute(from_yaml(PLAIN), tmp_path / "run") / "result.nc") as tree:
         series = tree.to_dataset()

@@ -9,6 +9,7 @@ import threading
 import uuid
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
 
 from dusttaichi.errors import DustError
 from dusttaichi.studies.ensemble.jobs import perform
@@ -29,7 +30,7 @@ def open_pool(scheduler, workers, report):
     return Dask(scheduler, report)
 
 
-class Threads:
+class Threads(AbstractContextManager):
     """A pool of threads of this process."""
 
     def __init__(self, workers, report):
@@ -44,9 +45,6 @@ class Threads:
     def submit(self, job, inputs):
         """A Future of the JobResult."""
         return self._executor.submit(perform, job, self, inputs)
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self.stop()
@@ -72,7 +70,7 @@ class Link:
         get_worker().log_event(self.name, [number, share])
 
 
-class Dask:
+class Dask(AbstractContextManager):
     """A cluster of dask.distributed. scheduler: its address."""
 
     def __init__(self, scheduler, report):
@@ -112,9 +110,6 @@ class Dask:
     def stop(self):
         """Stop all runs, each with its checkpoint."""
         self._event.set()
-
-    def __enter__(self):
-        return self
 
     def __exit__(self, *_):
         self._client.close()
