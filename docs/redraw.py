@@ -90,10 +90,10 @@ def softening():
 def extremes():
     """How every cell ends; its row and column are those of the cell of that name."""
     table = rows("extremes.csv")
-    cells = {(c.group, c.name): c.coordinates for make in GROUPS.values() for c in make(False)}
+    cells = {(c.group, c.name): c for make in GROUPS.values() for c in make(False)}
     found = [cells[row["group"], row["name"]] for row in table]
     texts = {name: [row[name] for row in table] for name in ("group", "name", "verdict")}
-    texts |= {way: [str(c.get(way, "")) for c in found] for way in ("row", "column")}
+    texts |= {way: [str(getattr(c, way)) for c in found] for way in ("row", "column")}
     data = xr.Dataset(
         {name: ("cell", np.array(column, dtype=object)) for name, column in texts.items()}
         | {name: ("cell", numbers(table, name)) for name in ("residual", "measured", "ratio")}

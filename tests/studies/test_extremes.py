@@ -1,7 +1,9 @@
 """`dust extremes`: its cheap corners, its verdicts, and what becomes of a crash or a hang."""
 
+import csv
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -108,6 +110,15 @@ def test_grains_that_have_left_a_wall():
         3000,
     )
     assert attempt(fast).verdict == "stable"
+
+
+def test_the_published_map_has_the_cells_of_the_program():
+    """docs/redraw.py looks for the row and column of each cell by its name."""
+    path = Path(__file__).parents[2] / "docs/validation/extremes.csv"
+    with open(path, newline="", encoding="utf-8") as file:
+        published = [(row["group"], row["name"]) for row in csv.DictReader(file)]
+    cells = [(c.group, c.name) for make in GROUPS.values() for c in make(False)]
+    assert sorted(published) == sorted(cells)
 
 
 def test_checks_are_fixed_by_the_scene():
