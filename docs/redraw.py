@@ -240,6 +240,8 @@ BODIES = {
     ("base", "sample"): "500 and 500 grains",
     ("ratio", "sample"): "500 and 125 grains",
     ("ratio16", "sample"): "500 and 31 grains",
+    ("sizes", "n250"): "250 and 250 grains",
+    ("sizes", "n125"): "125 and 125 grains",
 }
 
 
