@@ -162,7 +162,7 @@ def _pushed_at_the_end(run):
 
 @dataclass(frozen=True)
 class Rebound:
-    """What two bodies that fly at each other do.
+    """Rebound of two bodies of dust from each other.
 
     coefficient: of restitution; None where there is none, and `problem` says why.
     """

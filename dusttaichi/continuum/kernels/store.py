@@ -130,7 +130,7 @@ def declare(layout):
     ]
     if layout.rigid:
         rows += [
-            # 0 of ghosts, which are looked at always
+            # 0 of ghosts, which are always examined
             ("clearance", "distance from the nearest surface", "m", one, "seen"),
             ("flux", "stress times correction of the gradient", "Pa", tensor, "image", True),
             ("drag", "velocity gradient times impedance", "Pa/m", tensor, "image", True),
