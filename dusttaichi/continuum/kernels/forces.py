@@ -94,7 +94,8 @@ class Forces:
         own = ti.Vector.zero(ti.f64, ti.static((2 * n + 5) * lanes))
         side = ti.Vector.zero(ti.i32, lanes)
         self.place_lanes(block, own, side, numbers)
-        first = block * lanes
+        # a length that LLVM does not know: short loops it unrolls, and finds fewer vectors in them
+        first, used = block * lanes, ti.min(lanes, numbers.count)
         for k in range(self.blocks.begin(first), self.blocks.end(first)):
             j = self.lists.near[k]
             x, v, volume = self.f.x[j], self.f.v[j], self.f.volume[j]
@@ -102,7 +103,7 @@ class Forces:
             side_j, open_j = 0, 0.0
             if ti.static(self.layout.separate):
                 side_j, open_j = self.f.side[j], self.opened(j)
-            for lane in range(lanes):
+            for lane in range(used):
                 d = ti.Vector([own[a * lanes + lane] - x[a] for a in ti.static(range(n))])
                 u = ti.Vector([own[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))])
                 weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
