@@ -9,7 +9,7 @@ are all second order in dt (S12 sect. 4).
 `advance(steps, first, pending, workers, numbers, box)` makes up to `steps`
 steps from step number `first`; with `pending` the first one has drifted already and lacks its
 contacts (a search came between). It ends early when a search is due. It returns how many it has
-made, or None where sync[DONE] tells.
+made, or None where sync[DONE] has that number.
 """
 
 from dusttaichi.compute.engine import ti

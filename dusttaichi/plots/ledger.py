@@ -147,7 +147,7 @@ def kinetic(runs, labels=None):
     runs, labels = style.named(runs, labels)
     energies = [_kinetic(run) for run in runs]
     if all(energy is None for energy in energies):
-        raise DustError("None of these runs tells its kinetic energy.")
+        raise DustError("None of these runs has records of its kinetic energy.")
     figure, (axes,) = style.new_figure()
     last = max(float(run.series.time[-1]) for run in runs if len(run.series.time))
     per_time, unit = style.scaled(last, style.TIMES)

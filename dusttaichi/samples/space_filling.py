@@ -23,8 +23,8 @@ from dusttaichi.samples.sample import ROUNDING, Sample, check_grains
 from dusttaichi.samples.values import BoxSize, exactly_one
 from dusttaichi.scene.fields import Count, Faults, Number
 
-MOST_GRAINS = 30_000  # a minute
-POINTS = 32  # simultaneous draws
+MOST_GRAINS = 30_000  # two minutes
+POINTS, AT_ONCE = 32, 4  # draws of a trial, and those that are tried together
 TRIES = 100  # unsuccessful draws of that many points after which the box is full
 
 
@@ -107,16 +107,17 @@ def _tree(grains, edges, rng) -> np.ndarray | None:
 def _beside(x, radii, touch, room, rng):
     """Position of the next grain beside the one nearest to a random point; NaN without success."""
     edges, radius = room
-    points = rng.random((POINTS, 3)) * edges
-    apart = points[:, None] - x
-    distance = np.linalg.norm(apart, axis=2)
-    near = (distance - radii).argmin(axis=1)
-    row = np.arange(POINTS)
-    towards = apart[row, near] / np.maximum(distance[row, near], 1e-30)[:, None]
-    places = x[near] + towards * touch[near][:, None]
-    inside = np.all((places >= radius) & (places <= edges - radius), axis=1)
-    for place in places[inside]:
-        free = np.linalg.norm(x - place, axis=1) >= touch * (1 - ROUNDING)
-        if free.all():
-            return place
+    # the first that fits is taken: most often one of the first few, and all cost as much
+    for points in (rng.random((POINTS, 3)) * edges).reshape(-1, AT_ONCE, 3):
+        apart = points[:, None] - x
+        distance = np.linalg.norm(apart, axis=2)
+        near = (distance - radii).argmin(axis=1)
+        row = np.arange(AT_ONCE)
+        towards = apart[row, near] / np.maximum(distance[row, near], 1e-30)[:, None]
+        places = x[near] + towards * touch[near][:, None]
+        inside = np.all((places >= radius) & (places <= edges - radius), axis=1)
+        for place in places[inside]:
+            free = np.linalg.norm(x - place, axis=1) >= touch * (1 - ROUNDING)
+            if free.all():
+                return place
     return np.full(3, np.nan)

@@ -194,7 +194,7 @@ def everything(plan, folder):
 
 
 def _sweep(plan, cluster, lose, done=None):
-    """Results of a sweep of which something is lost once a run has told that it goes on.
+    """Results of a sweep of which something is lost once a run has reported that it continues.
 
     done: an event that is set once a run has come to its end.
     """

@@ -1,4 +1,4 @@
-"""What the tortures share: how a count is kept, and what is told of it."""
+"""What the tortures share: how a count is stored, and how it is reported."""
 
 import csv
 import json
@@ -60,26 +60,26 @@ class Tally:
         return f"{name}: {self.tried} tried, {len(self.failures)} failed, {took:.0f} s ({kinds})"
 
 
-def forked(told, *functions):
+def forked(report, *functions):
     """(exit status, what was said) of a process that forks from this one and calls the functions.
 
-    The status is 1 with a traceback, or the exit code of a DustError. told: file for the words.
+    The status is 1 with a traceback, or the exit code of a DustError. report: file for the words.
     """
-    told.write_text("")
+    report.write_text("")
     if not (child := os.fork()):
         code = 0
         try:
             for function in functions:
                 function()
         except DustError as error:
-            told.write_text(str(error))
+            report.write_text(str(error))
             code = error.exit_code
         except BaseException:
-            told.write_text(traceback.format_exc())
+            report.write_text(traceback.format_exc())
             code = 1
         os._exit(code)
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    return status, told.read_text()
+    return status, report.read_text()
 
 
 def write_row(name, tally, command):

@@ -152,7 +152,7 @@ def bounce(run):
 
 
 def _pushed_at_the_end(run):
-    """True where some face acts with a force in the last tenth of a run; or nothing tells of it."""
+    """True where some face acts with a force in the last tenth of a run, or none is known."""
     series = run.whole.series
     if "wall_force" not in series:
         return True

@@ -150,7 +150,7 @@ def across(a, normal):
 def shortfall(e, along):
     """1 - sqrt(1 - e.e): what a unit pointer that deviates by e across n_c falls short of 1 along.
 
-    along: component of the deviation along n_c before, which tells the half of the turn where
+    along: component of the deviation along n_c before, which decides the half of the turn where
     nothing keeps pointers from turning away from the line of centres.
     """
     return 1.0 + ti.select(along > 1.0, 1.0, -1.0) * ti.sqrt(ti.max(1.0 - e.dot(e), 0.0))
