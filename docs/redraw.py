@@ -146,7 +146,9 @@ def compression_law():
     unit = laws.isotropic_pressure(1.0, sand.surface_energy, sand.radius, sand.critical_rolling)
     mine = [r for r in rows("compression_silicate.csv") if r["run"] == "silicate_1"]
     phi, pressure = numbers(mine, "filling_factor"), numbers(mine, "pressure_Pa") / unit
-    axes.plot(phi, pressure, marker="o", ms=3, label="silicate, 1024 grains", color=style.ORANGE)
+    axes.plot(
+        phi, pressure, "o", ms=4, mfc="none", label="silicate, 1024 grains", color=style.BLACK
+    )
     largest = [r for r in table if r["grains"] == "4096"]
     for name, colour in style.CHANNEL_COLOURS.items():
         if f"share_{name}" in largest[0]:
