@@ -93,10 +93,19 @@ def _run(commands):
     except OSError as error:  # of the system, where nothing closer to it knows what was done
         _end(DustError(f"the system refuses: {error}"))
     except Exception as error:
+        if _by_an_interrupt(error):
+            _end(Interrupted("interrupted"))
         if type(error).__module__.startswith(("click", "typer")):
             error.show()
             sys.exit(error.exit_code)
         raise
+
+
+def _by_an_interrupt(error):
+    """Whether Ctrl-C caused it: a compiled module that is being imported raises ImportError."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def _deadly_signals():

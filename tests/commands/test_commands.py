@@ -64,6 +64,15 @@ def test_exit_codes_are_those_of_the_errors(ended, error, code, text):
     assert found == code and text in printed
 
 
+def test_an_interrupt_that_an_import_turned_into_its_own_error(ended):
+    """As pybind11's modules do, and Taichi's `raise ... from None` after them."""
+    error = ImportError("initialization failed")
+    error.__context__ = KeyboardInterrupt()
+    error.__suppress_context__ = True
+    found, printed = ended(error)
+    assert found == 130 and "dust: interrupted" in printed
+
+
 def test_bad_options_have_the_exit_code_of_bad_input():
     done = subprocess.run(
         [sys.executable, "-m", "dusttaichi", "run", "--no-such-option"],
