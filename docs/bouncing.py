@@ -16,6 +16,7 @@ import csv
 import sys
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from dusttaichi.analysis.collisions import FAILED, MISS, mean_and_error
@@ -60,10 +61,7 @@ def rows(path):
 def main(out, *paths):
     """Write the table of these studies."""
     table = [row for path in paths for row in rows(path)]
-    with open(out, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, table[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(table)
+    pd.DataFrame(table).to_csv(out, index=False, lineterminator="\n")
 
 
 # -- thresholds ----------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ import csv
 import sys
 
 import numpy as np
+import pandas as pd
 
 from dusttaichi import analysis
 from dusttaichi.names import CHANNELS
@@ -58,10 +59,7 @@ def rows(path):
 def main(out, *paths):
     """Write the table of these runs."""
     table = [row for path in paths for row in rows(path)]
-    with open(out, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, table[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(table)
+    pd.DataFrame(table).to_csv(out, index=False, lineterminator="\n")
 
 
 def factors(path, base="base", low=0.05, high=0.13):

@@ -15,10 +15,10 @@ single: share of the mass in single grains. loss_...: shares of the energy of th
 tangential: rolling, sliding and twisting.
 """
 
-import csv
 import sys
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from dusttaichi.analysis.collisions import (
@@ -112,13 +112,7 @@ def rows(path):
 def main(out, *paths):
     """Write the table of these studies."""
     table = [row for path in paths for row in rows(path)]
-    names = list(dict.fromkeys(name for row in table for name in row))
-    with open(out, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, names, lineterminator="\n", restval="")
-        writer.writeheader()
-        writer.writerows(
-            {name: "" if text == "nan" else text for name, text in row.items()} for row in table
-        )
+    pd.DataFrame(table).replace("nan", "").to_csv(out, index=False, lineterminator="\n")
 
 
 def pairs(first, *others):

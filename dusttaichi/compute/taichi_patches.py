@@ -103,17 +103,20 @@ def _class_with(cls, names):
 
 
 def _at_once(name, ours):
-    """The function of matrix_ops of that name: `ours` for vectors of a kernel, else its own."""
+    """The function of matrix_ops of that name: `ours` for vectors of a kernel, else its own.
+
+    Of two dimensions, a cross product is a number and stays Taichi's own.
+    """
     own = getattr(matrix_ops, name)
 
     @wraps(own)
     def call(*args):
         vectors = impl.inside_kernel() and all(isinstance(a, Expr) and a.is_tensor() for a in args)
         shapes = {a.get_shape() for a in args} if vectors else ()
-        if len(shapes) != 1 or len(shape := shapes.pop()) != 1:
+        shape = shapes.pop() if len(shapes) == 1 else ()
+        if len(shape) != 1 or (ours is _cross and shape != (3,)):
             return own(*args)
-        found = ours(shape[0], *(_components(a, shape[0]) for a in args))
-        return own(*args) if found is None else found
+        return ours(*(_components(a, shape[0]) for a in args))
 
     return call
 
@@ -125,21 +128,19 @@ def _components(vector, size):
     return [impl.subscript(builder, stored, n) for n in range(size)]
 
 
-def _sum(size, a):
+def _sum(a):
     return reduce(operator.add, a)
 
 
-def _dot(size, a, b):
-    return _sum(size, [x * y for x, y in zip(a, b, strict=True)])
+def _dot(a, b):
+    return _sum([x * y for x, y in zip(a, b, strict=True)])
 
 
-def _norm_sqr(size, a):
-    return _dot(size, a, a)
+def _norm_sqr(a):
+    return _dot(a, a)
 
 
-def _cross(size, a, b):
-    if size != 3:
-        return None
+def _cross(a, b):
     turns = ((1, 2), (2, 0), (0, 1))
     return make_matrix([a[m] * b[n] - a[n] * b[m] for m, n in turns])
 

@@ -155,7 +155,5 @@ def test_a_load_that_was_missed_gives_no_number(monkeypatch):
 
     run = SimpleNamespace(series={}, unloads=False)
     monkeypatch.setattr(analysis, "is_triaxial", lambda run: False)
-    monkeypatch.setattr(
-        analysis, "controlled_loads", lambda run: [load("first", 1.8e3), load("second", 4.9e3)]
-    )
-    assert grid._of_stages(run) == {"filling factor under load second": 0.3}
+    loads = [load("first", 1.8e3), load("second", 4.9e3)]
+    assert grid._of_stages(run, loads) == {"filling factor under load second": 0.3}

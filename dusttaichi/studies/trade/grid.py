@@ -8,6 +8,7 @@ Several scenes may share a table.
 """
 
 import csv
+import io
 import shutil
 import time
 from dataclasses import dataclass
@@ -152,9 +153,10 @@ def _measured(folder):
 
     with analysis.open_run(folder) as run:
         found, last = observables.measured(run), run.series.isel(time=-1)
-        numbers = found.values | _of_stages(run)
+        loads = analysis.controlled_loads(run)
+        numbers = found.values | _of_stages(run, loads)
         # under a controlled load a pressure occurs at several filling factors
-        if found.curve is not None and not analysis.controlled_loads(run):
+        if found.curve is not None and not loads:
             lg, phi = found.curve
             for p in PRESSURES:
                 known = lg[0] <= np.log10(p) <= lg[-1]
@@ -172,11 +174,11 @@ def _measured(folder):
         } | {name: f"{value:.6g}" for name, value in numbers.items()}
 
 
-def _of_stages(run):
+def _of_stages(run, loads):
     """Numbers of single stages.
 
     Strength in shear and triaxial tests, filling factor under a controlled load, slope of
-    unloading; none of a test that missed its load.
+    unloading; none of a test that missed its load. loads: those that the run controls.
     """
     from dusttaichi import analysis
     from dusttaichi.analysis.grid import DEVIATOR, LOAD, SHEAR, UNLOADING
@@ -188,8 +190,7 @@ def _of_stages(run):
         numbers |= {DEVIATOR + own.stage: own.strength for own in _reached(analysis.triaxials(run))}
     if run.unloads:
         numbers |= {UNLOADING + own.stage: own.modulus for own in analysis.unloadings(run)}
-    loads = _reached(analysis.controlled_loads(run))
-    return numbers | {LOAD + own.stage: own.filling_factor for own in loads}
+    return numbers | {LOAD + own.stage: own.filling_factor for own in _reached(loads)}
 
 
 def _reached(tests):
@@ -207,9 +208,8 @@ def _read(path):
 
 def _write(path, table):
     names = dict.fromkeys([*SCENE, *RUN, *(name for row in table for name in row)])
-    temporary = path.with_suffix(".tmp")
-    with open(temporary, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(names), restval="")
-        writer.writeheader()
-        writer.writerows(table)
-    files.replace_atomically(temporary, path)
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, list(names), restval="")
+    writer.writeheader()
+    writer.writerows(table)
+    files.write_whole(path, text.getvalue().encode())

@@ -31,9 +31,7 @@ def check(directory, base, settings, ran):
             why = f"another scene, which differs in {', '.join(changed)}"
             raise _refusal(directory, base.name, text, why)
     stored[base.name] = {text: own for text, own in old.items() if text in ran} | new
-    temporary = path.with_suffix(".tmp")
-    temporary.write_text(json.dumps(stored, indent=1), encoding="utf-8")
-    files.replace_atomically(temporary, path)
+    files.write_whole(path, json.dumps(stored, indent=1).encode())
 
 
 def _identity(base, changes):

@@ -250,6 +250,4 @@ def _stored(path, key):
 
 
 def _store(path, key, result):
-    temporary = path.with_suffix(".tmp")
-    temporary.write_text(json.dumps({"key": key, "result": result.to_json()}))
-    files.replace_atomically(temporary, path)
+    files.write_whole(path, json.dumps({"key": key, "result": result.to_json()}).encode())
