@@ -102,7 +102,7 @@ def _run(commands):
 
 
 def _by_an_interrupt(error):
-    """Whether Ctrl-C caused it: a compiled module that is being imported raises ImportError."""
+    """True where Ctrl-C caused it: a compiled module that is being imported raises ImportError."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None
