@@ -13,6 +13,7 @@ from dusttaichi.continuum.kernels.images import Images
 from dusttaichi.continuum.kernels.lists import Lists, make_list, make_measure
 from dusttaichi.continuum.kernels.motion import Motion
 from dusttaichi.continuum.kernels.numbers import numbers_type
+from dusttaichi.continuum.kernels.planes import Planes
 from dusttaichi.continuum.kernels.rates import Rates
 from dusttaichi.continuum.kernels.response import Response
 from dusttaichi.continuum.kernels.rigid import Rigid
@@ -112,14 +113,17 @@ def compiled_for(key, layout, capacity, kind):
 
 def passes(f, lists, layout, attraction=None):
     """(Rigid, Rates, Forces) of a layout over Fields of state and lists."""
-    slope, rigid, images, contact = KERNELS[layout.kernel], Rigid(f, layout.dimension), None, None
+    slope, rigid, contact = KERNELS[layout.kernel], Rigid(f, layout.dimension), None
+    images = planes = None
     blocks = Blocks(f, lists, layout, Lists(f, lists, layout))
     if layout.rigid:
         images = Images(f, lists, blocks, layout, slope=slope, rigid=rigid)
+    if layout.faces:
+        planes = Planes(f, lists, blocks, rigid)
     if layout.separate:
         contact = Separation(f, lists, blocks, slope=slope, images=images)
     law = Response(f, lists, layout)
     hourglass = Hourglass(f, lists, blocks, slope) if layout.hourglass else None
-    both = {"blocks": blocks, "images": images, "hourglass": hourglass}
+    both = {"blocks": blocks, "images": images, "planes": planes, "hourglass": hourglass}
     rates = Rates(f, lists, layout, law=law, contact=contact, **both)
     return rigid, rates, Forces(f, lists, layout, attraction=attraction, **both)

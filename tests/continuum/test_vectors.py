@@ -27,11 +27,13 @@ MORE = {"contact": "separate", "viscosity": {"contact": 1.0}}
 WALL = {"boundary": {"kind": "faces", "bottom": "rigid"}}
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("more", [{}, MORE, WALL], ids=["plain", "separate, viscous", "rigid"])
 @pytest.mark.parametrize("number", ["first", "second"])
-def test_a_pass_over_neighbours_is_packed(number, more, tmp_path, monkeypatch):
-    scene = dust.scene(**more)
-    layout, StepNumbers = layout_of(scene), numbers_type(2)
+def test_a_pass_over_neighbours_is_packed(number, more, dimension, tmp_path, monkeypatch):
+    """Of neighbours, and of their images behind faces where there are any."""
+    scene = dust.scene(dimension=dimension, **more)
+    layout, StepNumbers = layout_of(scene), numbers_type(dimension)
     start_taichi(scene, 1)
     f, lists = (Fields(fields) for fields in store.place(layout, 64, 64))
     _, rates, forces = passes(f, lists, layout)
@@ -57,7 +59,9 @@ def test_a_pass_over_neighbours_is_packed(number, more, tmp_path, monkeypatch):
     if compiled_bits() < NARROWEST:
         pytest.skip(f"the compiler has vectors of {compiled_bits()} bits here, which do not pay")
     bodies = [body for body in BLOCK.findall(code) if ROOTS.search(body)]
-    assert len(bodies) == 1 and ROOTS.findall(bodies[0]) == [str(store.LANES)]
-    done = ARITHMETIC.findall(bodies[0])
-    # what belongs to the neighbour alone is computed once for all lanes
-    assert done.count(f"<{store.LANES} x double>") > 30 and done.count("double") < 5
+    assert len(bodies) == 1 + layout.faces
+    # what belongs to the neighbour alone is computed once for all lanes: of an image, its place
+    for body, alone in zip(bodies, (5, 25), strict=False):
+        done = ARITHMETIC.findall(body)
+        assert ROOTS.findall(body) == [str(store.LANES)]
+        assert done.count(f"<{store.LANES} x double>") > 30 and done.count("double") < alone

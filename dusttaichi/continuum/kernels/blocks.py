@@ -29,6 +29,17 @@ class Blocks:
         return ti.min(block * self.lanes + lane, numbers.count - 1)
 
     @ti.func
+    def width(self, numbers: ti.template()):
+        """Length of a loop over the lanes; in the plane LLVM does not know it.
+
+        Short loops it unrolls, and finds fewer vectors in some. In space it finds all, and keeps
+        their sums in registers.
+        """
+        return (
+            ti.static(self.lanes) if ti.static(self.n == 3) else ti.min(self.lanes, numbers.count)
+        )
+
+    @ti.func
     def begin(self, i):
         """First entry of the near neighbours of particle i in `near`."""
         return self.lists.first[i // self.lanes]

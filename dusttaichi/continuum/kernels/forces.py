@@ -16,11 +16,13 @@ the stress and f the kernel over its value at the spacing, against the pairing o
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import CLOSE, KERNELS, SHAPES
+from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 # rows of the sums over neighbours, a vector for each particle, and behind them the power of the
 # viscosity by pairs
 FORCE, VISCOUS, PUSHING, PLACES, MOTIONS, POWER = range(6)
+NOISE = PUSHING  # of images behind faces, which have no artificial stress
 
 
 @ti.data_oriented
@@ -28,13 +30,14 @@ class Forces:
     """Forces on the particles.
 
     fields, lists: see store.place; layout: store.Layout; blocks: blocks.Blocks; images:
-    images.Images or None; attraction: attraction.Attraction or None; hourglass:
-    hourglass.Hourglass or None.
+    images.Images or None; planes: planes.Planes or None; attraction: attraction.Attraction or
+    None; hourglass: hourglass.Hourglass or None.
     """
 
-    def __init__(self, fields, lists, layout, *, blocks, images, attraction, hourglass):
+    def __init__(self, fields, lists, layout, *, blocks, images, planes, attraction, hourglass):
         self.f, self.lists, self.layout, self.blocks = fields, lists, layout, blocks
-        self.images, self.attraction, self.hourglass = images, attraction, hourglass
+        self.images, self.planes = images, planes
+        self.attraction, self.hourglass = attraction, hourglass
         self.slope, self.shape = KERNELS[layout.kernel], SHAPES[layout.kernel]
         self.n, self.lanes = layout.dimension, layout.lanes
         self.resisting = (fields.alpha, fields.beta, fields.impedance, fields.density)
@@ -45,6 +48,10 @@ class Forces:
         n = ti.static(self.n)
         sums = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * self.lanes))
         self.add_pairs(block, sums, numbers)
+        images = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * self.lanes))
+        if ti.static(self.layout.faces):
+            if self.planes.near_any(block, numbers):
+                self.add_images(block, images, numbers)
         for lane in range(self.lanes):
             i = block * self.lanes + lane
             if i < numbers.count:
@@ -56,7 +63,10 @@ class Forces:
                     self.f.pushing[i] = volume * self.of_lane(sums, PUSHING, lane)
                 viscous = volume * self.of_lane(sums, VISCOUS, lane)
                 power = volume * sums[POWER * n * self.lanes + lane]
-                self.add_up(i, volume * force, viscous, power, numbers)
+                force = volume * force + self.of_lane(images, FORCE, lane)
+                viscous += self.of_lane(images, VISCOUS, lane)
+                power += images[POWER * n * self.lanes + lane]
+                self.add_up(i, force, viscous, self.of_lane(images, NOISE, lane), power, numbers)
 
     @ti.func
     def of_lane(self, sums: ti.template(), row: ti.template(), lane):
@@ -94,8 +104,7 @@ class Forces:
         own = ti.Vector.zero(ti.f64, ti.static((2 * n + 5) * lanes))
         side = ti.Vector.zero(ti.i32, lanes)
         self.place_lanes(block, own, side, numbers)
-        # a length that LLVM does not know: short loops it unrolls, and finds fewer vectors in them
-        first, used = block * lanes, ti.min(lanes, numbers.count)
+        first, inv_h = block * lanes, numbers.inv_h  # loaded once, not for each lane
         for k in range(self.blocks.begin(first), self.blocks.end(first)):
             j = self.lists.near[k]
             x, v, volume = self.f.x[j], self.f.v[j], self.f.volume[j]
@@ -103,10 +112,10 @@ class Forces:
             side_j, open_j = 0, 0.0
             if ti.static(self.layout.separate):
                 side_j, open_j = self.f.side[j], self.opened(j)
-            for lane in range(used):
+            for lane in range(self.blocks.width(numbers)):
                 d = ti.Vector([own[a * lanes + lane] - x[a] for a in ti.static(range(n))])
                 u = ti.Vector([own[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))])
-                weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
+                weight = volume * self.slope(d.norm_sqr(), inv_h, 1.0)
                 # those of what i does to both, and j, whose contacts open each by itself
                 mine, other = weight, weight
                 if ti.static(self.layout.separate):
@@ -127,6 +136,109 @@ class Forces:
                 if ti.static(self.layout.artificial_stress):
                     i = self.blocks.particle(block, lane, numbers)
                     self.pull(i, j, lane, ti.max(mine, other), d, sums, numbers)
+
+    @ti.func
+    def add_images(self, block, out: ti.template(), numbers: ti.template()):
+        """Forces of the images behind faces on a block, and what its particles do to the faces.
+
+        They are T_ik, of the stress of the particle itself, and T_ki, of that of the neighbour
+        (images). Adds to FORCE, VISCOUS, NOISE and POWER of `out`.
+        """
+        n, lanes = ti.static(self.n, self.lanes)
+        own = ti.Vector.zero(ti.f64, ti.static((2 * n + 5) * lanes))
+        side, closed = ti.Vector.zero(ti.i32, lanes), ti.Vector.zero(ti.f64, lanes)
+        noise = numbers.grid * numbers.h
+        self.place_lanes(block, own, side, numbers)
+        x, v = (
+            ti.Vector.zero(ti.f64, ti.static(n * lanes)),
+            ti.Vector.zero(ti.f64, ti.static(n * lanes)),
+        )
+        first = block * lanes
+        for row in range(FACES):
+            place, normal, speed = self.planes.frame(row, numbers)
+            nearest = self.planes.place_lanes(block, row, place, normal, x, v, numbers)
+            mine = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes))
+            its = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes))
+            if nearest < 2.0 * numbers.h:
+                for lane in range(lanes):
+                    i = self.blocks.particle(block, lane, numbers)
+                    closed[lane] = self.images.closed(i, row)
+                for k in range(self.blocks.begin(first), self.planes.last(first)):
+                    j = self.planes.neighbour(k, first)
+                    distance, to_image = self.planes.distance(j, place, normal, numbers)
+                    if nearest + distance < 2.0 * numbers.h:
+                        x_j, v_j = self.f.x[j] - to_image * normal, 2.0 * speed - self.f.v[j]
+                        volume, closed_j = self.f.volume[j], self.images.closed(j, row)
+                        flux, drag = self.f.flux[j], noise * self.f.drag[j]
+                        impedance = noise * self.f.impedance[j]
+                        for lane in range(lanes):
+                            d = ti.Vector(
+                                [x[a * lanes + lane] - x_j[a] for a in ti.static(range(n))]
+                            )
+                            u = ti.Vector(
+                                [v[a * lanes + lane] - v_j[a] for a in ti.static(range(n))]
+                            )
+                            weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
+                            mirrored = 2.0 * normal.dot(d) * normal - d
+                            of_i, of_j = weight * closed[lane], weight * closed_j
+                            for a in ti.static(range(n)):
+                                mine[(PLACES * n + a) * lanes + lane] += of_i * d[a]
+                                mine[(MOTIONS * n + a) * lanes + lane] += of_i * u[a]
+                                stress, shear = 0.0, impedance * u[a]
+                                for b in ti.static(range(n)):
+                                    stress += flux[n * a + b] * mirrored[b]
+                                    shear -= drag[n * a + b] * mirrored[b]
+                                its[(FORCE * n + a) * lanes + lane] += of_j * stress
+                                its[(NOISE * n + a) * lanes + lane] += of_j * shear
+                                if ti.static(self.layout.heat):
+                                    its[POWER * n * lanes + lane] += 2.0 * of_j * shear * u[a]
+                            if ti.static(self.layout.viscous):
+                                self.resist(j, lane, own, of_i, d, u, mine, numbers)
+                                self.resist(j, lane, own, of_j, mirrored, u, its, numbers)
+                            if ti.static(self.layout.heat):
+                                i = self.blocks.particle(block, lane, numbers)
+                                shear = (
+                                    self.f.impedance[i] * u - tensors.matrix(self.f.drag[i], n) @ d
+                                )
+                                power = 2.0 * noise * of_i * shear.dot(u)
+                                mine[POWER * n * lanes + lane] += power
+            for lane in range(lanes):
+                i = block * lanes + lane
+                if i < numbers.count:
+                    self.end_images(i, lane, self.planes.touch(i, row), mine, its, out, numbers)
+
+    @ti.func
+    def end_images(
+        self,
+        i,
+        lane,
+        e,
+        mine: ti.template(),
+        its: ti.template(),
+        out: ti.template(),
+        numbers: ti.template(),
+    ):
+        """Add up the forces of images on a lane, and write what touch e does to its face."""
+        n, lanes = ti.static(self.n, self.lanes)
+        if e >= 0:
+            volume, grid = numbers.scale * self.f.volume[i], numbers.grid * numbers.h
+            at, motion = self.of_lane(mine, PLACES, lane), self.of_lane(mine, MOTIONS, lane)
+            stress = volume * tensors.matrix(self.f.flux[i], n) @ at
+            noise = self.f.impedance[i] * motion - tensors.matrix(self.f.drag[i], n) @ at
+            noise *= volume * grid
+            # two of them act on each pair: half of the viscosity each
+            viscous = 0.5 * volume * self.of_lane(mine, VISCOUS, lane)
+            self.planes.load(e, stress, viscous, noise)
+            stress += volume * self.of_lane(its, FORCE, lane)
+            noise += volume * self.of_lane(its, NOISE, lane)
+            viscous += 0.5 * volume * self.of_lane(its, VISCOUS, lane)
+            for a in ti.static(range(n)):
+                out[(FORCE * n + a) * lanes + lane] += stress[a]
+                out[(NOISE * n + a) * lanes + lane] += noise[a]
+                out[(VISCOUS * n + a) * lanes + lane] += viscous[a]
+            at_power = ti.static(POWER * n * lanes)
+            power = mine[at_power + lane] + its[at_power + lane]
+            out[at_power + lane] += 0.5 * volume * power
 
     @ti.func
     def resist(
@@ -162,17 +274,19 @@ class Forces:
         return ti.min(u.dot(d), 0.0) * inv_h / (d.norm_sqr() * inv_h * inv_h + CLOSE)
 
     @ti.func
-    def add_up(self, i, force, viscous, power, numbers: ti.template()):
+    def add_up(self, i, force, viscous, grid, power, numbers: ti.template()):
         """Add all other forces on particle i to those of its neighbours [N], and its heat.
 
         That is what grid noise loses, and half of the power of the viscosity of all its pairs [W].
+        grid: force of the images behind faces on grid noise.
         """
-        grid = ti.Vector.zero(ti.f64, self.n)
-        if ti.static(self.layout.rigid):
-            of_stress, of_pairs, grid, of_images = self.images.push(i, numbers)
-            force += of_stress + grid
+        if ti.static(self.layout.bodies):
+            of_stress, of_pairs, of_noise, of_images = self.images.push(i, numbers)
+            grid += of_noise
+            force += of_stress
             viscous += of_pairs
             power += of_images
+        force += grid
         if ti.static(self.layout.heat):
             self.f.heating[i] = self.f.noise_power[i] - 0.5 * power
         self.f.viscous[i], self.f.grid_force[i] = viscous, grid

@@ -68,7 +68,9 @@ class Images:
         """Distance of particle i from the nearest surface, or 2 h where all are out of reach."""
         least = 2.0 * numbers.h
         for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
-            least = ti.min(least, self.touch(i, self.lists.touch_row[e], numbers)[0])
+            row = self.lists.touch_row[e]
+            if row >= FACES:
+                least = ti.min(least, self.touch(i, row, numbers)[0])
         return least
 
     @ti.func
@@ -139,20 +141,21 @@ class Images:
         viscous, grid = stress, stress
         for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
             row = self.lists.touch_row[e]
-            arm = self.rigid.arm(row, self.f.x[i], numbers)
-            touch = self.rigid.surface(row, arm, numbers.h)
-            self.clear(e)
-            if touch[0] < 2.0 * numbers.h:
-                begin, end = self.blocks.begin(i), self.blocks.end(i)
-                for m in range(begin, end + 1):
-                    k, share, between, n, near = self.image(i, m, row, arm, touch, numbers)
-                    if near:
-                        base = share * self.f.volume[i] * self.f.volume[k]
-                        pair = self.pair(i, k, e, base, arm, between, n, numbers)
-                        stress += pair[0]
-                        viscous += pair[1]
-                        grid += pair[2]
-                        power += pair[3]
+            if row >= FACES:
+                arm = self.rigid.arm(row, self.f.x[i], numbers)
+                touch = self.rigid.surface(row, arm, numbers.h)
+                self.clear(e)
+                if touch[0] < 2.0 * numbers.h:
+                    begin, end = self.blocks.begin(i), self.blocks.end(i)
+                    for m in range(begin, end + 1):
+                        k, share, between, n, near = self.image(i, m, row, arm, touch, numbers)
+                        if near:
+                            base = share * self.f.volume[i] * self.f.volume[k]
+                            pair = self.pair(i, k, e, base, arm, between, n, numbers)
+                            stress += pair[0]
+                            viscous += pair[1]
+                            grid += pair[2]
+                            power += pair[3]
         return stress, viscous, grid, power
 
     @ti.func

@@ -81,7 +81,7 @@ class Motion:
         if ti.static(self.layout.heat):
             self.f.warmed[i] += half * self.f.heating[i]
         self.f.x[i], self.f.v[i] = x, new
-        if ti.static(self.layout.rigid):
+        if ti.static(self.layout.bodies):
             self.f.clearance[i] = self.images.clearance(i, numbers)
         self.move_ghosts(i, numbers)
         return ti.cast((x - self.f.x_search[i]).norm_sqr() > numbers.way2, ti.i32)

@@ -8,7 +8,7 @@ rigid surface the sums include mirror images (images).
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import KERNELS
-from dusttaichi.continuum.kernels.store import DT, LAYER, OLD
+from dusttaichi.continuum.kernels.store import DT, FACES, LAYER, OLD
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
@@ -22,14 +22,15 @@ class Rates:
     """Rates of the particles.
 
     fields, lists: see store.place; layout: store.Layout; blocks: blocks.Blocks; law: the response
-    to a velocity gradient (response.Response); images: images.Images or None; contact:
-    separation.Separation or None; hourglass: hourglass.Hourglass or None.
+    to a velocity gradient (response.Response); images: images.Images or None; planes:
+    planes.Planes or None; contact: separation.Separation or None; hourglass: hourglass.Hourglass
+    or None.
     """
 
-    def __init__(self, fields, lists, layout, *, blocks, law, images, contact, hourglass):
+    def __init__(self, fields, lists, layout, *, blocks, law, images, planes, contact, hourglass):
         self.f, self.lists, self.layout, self.blocks = fields, lists, layout, blocks
         self.slope = KERNELS[layout.kernel]
-        self.law, self.images, self.contact = law, images, contact
+        self.law, self.images, self.planes, self.contact = law, images, planes, contact
         self.hourglass = hourglass
         self.n, self.lanes = layout.dimension, layout.lanes
 
@@ -46,18 +47,26 @@ class Rates:
         G = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
         near, squares = ti.Vector.zero(ti.f64, self.lanes), ti.Vector.zero(ti.f64, self.lanes)
         self.sum_up(block, A, G, near, squares, numbers)
+        # those of images apart, since no grid noise is found in them
+        image_A = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
+        image_G = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
+        if ti.static(self.layout.faces):
+            if self.planes.near_any(block, numbers):
+                self.add_images(block, image_A, image_G, numbers)
         for lane in range(self.lanes):
             i = block * self.lanes + lane
             if i < numbers.count:
                 fastest = ti.max(fastest, self.f.v[i].norm())
                 role = self.f.role[i]
                 if role == DUST or role == ELASTIC:
-                    of_A, of_G = self.of_lane(A, lane), self.of_lane(G, lane)
+                    of_A, of_pairs = self.of_lane(A, lane), self.of_lane(G, lane)
+                    of_A += self.of_lane(image_A, lane)
                     for a, b in ti.static(ti.ndrange(self.n, self.n)):
                         if ti.static(a > b):
                             of_A[a, b] = of_A[b, a]
+                    of_G = of_pairs + self.of_lane(image_G, lane)
                     more = ti.Vector([near[lane], squares[lane]])
-                    speed = self.update_stress(i, of_A, of_G, more, numbers, material)
+                    speed = self.update_stress(i, of_A, of_G, of_pairs, more, numbers, material)
                     fastest = ti.max(fastest, speed)
         return fastest
 
@@ -105,12 +114,49 @@ class Rates:
                     near[lane] += foreign
                     weight -= opened[lane] * foreign
                 squares[lane] += weight * u.norm_sqr()
-                for b in ti.static(range(n)):
-                    wd = weight * d[b]
-                    for a in ti.static(range(n)):
-                        G[(n * a + b) * lanes + lane] -= u[a] * wd
-                        if ti.static(a <= b):
-                            A[(n * a + b) * lanes + lane] -= d[a] * wd
+                self.add_pair(lane, d, u, weight, A, G)
+
+    @ti.func
+    def add_pair(self, lane, d, u, weight, A: ti.template(), G: ti.template()):
+        """Add a pair to A, of which the upper half, and G of a lane."""
+        n, lanes = ti.static(self.n, self.lanes)
+        for b in ti.static(range(n)):
+            wd = weight * d[b]
+            for a in ti.static(range(n)):
+                G[(n * a + b) * lanes + lane] -= u[a] * wd
+                if ti.static(a <= b):
+                    A[(n * a + b) * lanes + lane] -= d[a] * wd
+
+    @ti.func
+    def add_images(self, block, A: ti.template(), G: ti.template(), numbers: ti.template()):
+        """Add images behind faces to A and G of those particles whose contact is closed."""
+        n, lanes = ti.static(self.n, self.lanes)
+        x = ti.Vector.zero(ti.f64, ti.static(n * lanes))
+        v, closed = x, ti.Vector.zero(ti.f64, lanes)
+        first = block * lanes
+        for row in range(FACES):
+            place, normal, speed = self.planes.frame(row, numbers)
+            nearest = self.planes.place_lanes(block, row, place, normal, x, v, numbers)
+            if nearest < 2.0 * numbers.h:
+                for lane in range(lanes):
+                    i = self.blocks.particle(block, lane, numbers)
+                    closed[lane] = self.images.closed(i, row)
+                for k in range(self.blocks.begin(first), self.planes.last(first)):
+                    j = self.planes.neighbour(k, first)
+                    distance, to_image = self.planes.distance(j, place, normal, numbers)
+                    if nearest + distance < 2.0 * numbers.h:
+                        x_j, v_j = self.f.x[j] - to_image * normal, 2.0 * speed - self.f.v[j]
+                        volume = self.f.volume[j]
+                        for lane in range(self.blocks.width(numbers)):
+                            d = ti.Vector(
+                                [x[a * lanes + lane] - x_j[a] for a in ti.static(range(n))]
+                            )
+                            u = ti.Vector(
+                                [v[a * lanes + lane] - v_j[a] for a in ti.static(range(n))]
+                            )
+                            weight = self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
+                            weight *= volume * closed[lane]
+                            self.add_pair(lane, d, u, weight, A, G)
 
     @ti.func
     def update_stress(
@@ -118,23 +164,27 @@ class Rates:
         i,
         A: ti.template(),
         G: ti.template(),
+        of_pairs: ti.template(),
         more: ti.template(),
         numbers: ti.template(),
         material: ti.template(),
     ):
-        """Stress of particle i from the sums over its neighbours; returns its speed of signals."""
+        """Stress of particle i from the sums over its neighbours; returns its speed of signals.
+
+        of_pairs: G without images.
+        """
         opened, near = self.opened(i), more[0]
-        of_pairs = G
         if ti.static(self.layout.rigid):
             for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
                 row = self.lists.touch_row[e]
                 touch = self.images.touch(i, row, numbers)
                 if touch[0] < 2.0 * numbers.h:
                     near -= 1.0 - self.f.rigid[row, LAYER]
-                    if self.images.closed(i, row) == 1.0:
-                        more_A, more_G = self.images.strained(i, e, touch, numbers)
-                        A += more_A
-                        G += more_G
+                    if ti.static(self.layout.bodies):
+                        if row >= FACES and self.images.closed(i, row) == 1.0:
+                            more_A, more_G = self.images.strained(i, e, touch, numbers)
+                            A += more_A
+                            G += more_G
         C = ti.Matrix.identity(ti.f64, self.n)
         if A.determinant() >= FEW:
             C = A.inverse()

@@ -59,8 +59,8 @@ class ParticleVariable(StateVariable):
 class Layout(NamedTuple):
     """Options that are compiled in.
 
-    Dimension, kernel, ghosts or none, surfaces of rigid faces and bodies or none, contact that
-    opens or sticks, viscosity by pairs or none, artificial stress or none, stiffness against
+    Dimension, kernel, ghosts or none, surfaces of rigid faces or none, of rigid bodies or none,
+    contact that opens or sticks, viscosity by pairs or none, artificial stress or none, stiffness against
     hourglass modes or none, self-gravity or none, heat of viscosity or none, damage or none, one
     material or several. lanes: particles of a block, which share a list of neighbours.
     """
@@ -68,7 +68,8 @@ class Layout(NamedTuple):
     dimension: int
     kernel: str
     ghosts: bool
-    rigid: bool
+    faces: bool
+    bodies: bool
     separate: bool
     viscous: bool
     artificial_stress: bool
@@ -78,6 +79,11 @@ class Layout(NamedTuple):
     damage: bool
     materials: bool
     lanes: int
+
+    @property
+    def rigid(self):
+        """True where there are surfaces, with mirror images behind them."""
+        return self.faces or self.bodies
 
     @property
     def sides(self):
@@ -122,10 +128,11 @@ def declare(layout):
         ("role", "dust, rigid, fixed, wall or elastic", "1", count, "own"),
         ("number", "its number in the sample", "1", count, "own"),
     ]
+    if layout.bodies:
+        # 0 of ghosts, which are always examined
+        rows.append(("clearance", "distance from the nearest rigid body", "m", one, "seen"))
     if layout.rigid:
         rows += [
-            # 0 of ghosts, which are always examined
-            ("clearance", "distance from the nearest surface", "m", one, "seen"),
             ("flux", "stress times correction of the gradient", "Pa", tensor, "image", True),
             ("drag", "velocity gradient times impedance", "Pa/m", tensor, "image", True),
         ]
