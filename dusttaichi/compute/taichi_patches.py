@@ -105,7 +105,7 @@ def _class_with(cls, names):
 def _at_once(name, ours):
     """The function of matrix_ops of that name: `ours` for vectors of a kernel, else its own.
 
-    Of two dimensions, a cross product is a number and stays Taichi's own.
+    A cross product in the plane is a number and stays Taichi's own.
     """
     own = getattr(matrix_ops, name)
 

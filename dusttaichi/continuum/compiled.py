@@ -119,7 +119,7 @@ def passes(f, lists, layout, attraction=None):
     if layout.rigid:
         images = Images(f, lists, blocks, layout, slope=slope, rigid=rigid)
     if layout.faces:
-        planes = Planes(f, lists, blocks, rigid)
+        planes = Planes(f, lists, blocks, images)
     if layout.separate:
         contact = Separation(f, lists, blocks, slope=slope, images=images)
     law = Response(f, lists, layout)

@@ -141,71 +141,78 @@ class Forces:
     def add_images(self, block, out: ti.template(), numbers: ti.template()):
         """Forces of the images behind faces on a block, and what its particles do to the faces.
 
-        They are T_ik, of the stress of the particle itself, and T_ki, of that of the neighbour
-        (images). Adds to FORCE, VISCOUS, NOISE and POWER of `out`.
+        They are T_ik, of the stress of the particle itself (`mine`), and T_ki, of that of the
+        neighbour (`its`; see images). Adds to FORCE, VISCOUS, NOISE and POWER of `out`.
         """
         n, lanes = ti.static(self.n, self.lanes)
         own = ti.Vector.zero(ti.f64, ti.static((2 * n + 5) * lanes))
         side, closed = ti.Vector.zero(ti.i32, lanes), ti.Vector.zero(ti.f64, lanes)
-        noise = numbers.grid * numbers.h
         self.place_lanes(block, own, side, numbers)
-        x, v = (
-            ti.Vector.zero(ti.f64, ti.static(n * lanes)),
-            ti.Vector.zero(ti.f64, ti.static(n * lanes)),
-        )
         first = block * lanes
         for row in range(FACES):
             place, normal, speed = self.planes.frame(row, numbers)
-            nearest = self.planes.place_lanes(block, row, place, normal, x, v, numbers)
+            nearest = self.planes.place_lanes(block, row, place, normal, own, closed, numbers)
             mine = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes))
             its = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes))
             if nearest < 2.0 * numbers.h:
-                for lane in range(lanes):
-                    i = self.blocks.particle(block, lane, numbers)
-                    closed[lane] = self.images.closed(i, row)
                 for k in range(self.blocks.begin(first), self.planes.last(first)):
                     j = self.planes.neighbour(k, first)
-                    distance, to_image = self.planes.distance(j, place, normal, numbers)
+                    distance, x, v = self.planes.image(j, place, normal, speed, numbers)
                     if nearest + distance < 2.0 * numbers.h:
-                        x_j, v_j = self.f.x[j] - to_image * normal, 2.0 * speed - self.f.v[j]
-                        volume, closed_j = self.f.volume[j], self.images.closed(j, row)
-                        flux, drag = self.f.flux[j], noise * self.f.drag[j]
-                        impedance = noise * self.f.impedance[j]
-                        for lane in range(lanes):
-                            d = ti.Vector(
-                                [x[a * lanes + lane] - x_j[a] for a in ti.static(range(n))]
-                            )
-                            u = ti.Vector(
-                                [v[a * lanes + lane] - v_j[a] for a in ti.static(range(n))]
-                            )
-                            weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
-                            mirrored = 2.0 * normal.dot(d) * normal - d
-                            of_i, of_j = weight * closed[lane], weight * closed_j
-                            for a in ti.static(range(n)):
-                                mine[(PLACES * n + a) * lanes + lane] += of_i * d[a]
-                                mine[(MOTIONS * n + a) * lanes + lane] += of_i * u[a]
-                                stress, shear = 0.0, impedance * u[a]
-                                for b in ti.static(range(n)):
-                                    stress += flux[n * a + b] * mirrored[b]
-                                    shear -= drag[n * a + b] * mirrored[b]
-                                its[(FORCE * n + a) * lanes + lane] += of_j * stress
-                                its[(NOISE * n + a) * lanes + lane] += of_j * shear
-                                if ti.static(self.layout.heat):
-                                    its[POWER * n * lanes + lane] += 2.0 * of_j * shear * u[a]
-                            if ti.static(self.layout.viscous):
-                                self.resist(j, lane, own, of_i, d, u, mine, numbers)
-                                self.resist(j, lane, own, of_j, mirrored, u, its, numbers)
-                            if ti.static(self.layout.heat):
-                                i = self.blocks.particle(block, lane, numbers)
-                                shear = (
-                                    self.f.impedance[i] * u - tensors.matrix(self.f.drag[i], n) @ d
-                                )
-                                power = 2.0 * noise * of_i * shear.dot(u)
-                                mine[POWER * n * lanes + lane] += power
+                        closed_j = self.images.closed(j, row)
+                        self.add_image(
+                            block, j, x, v, normal, closed_j, own, closed, mine, its, numbers
+                        )
             for lane in range(lanes):
                 i = block * lanes + lane
                 if i < numbers.count:
                     self.end_images(i, lane, self.planes.touch(i, row), mine, its, out, numbers)
+
+    @ti.func
+    def add_image(
+        self,
+        block,
+        j,
+        x,
+        v,
+        normal,
+        closed_j,
+        own: ti.template(),
+        closed: ti.template(),
+        mine: ti.template(),
+        its: ti.template(),
+        numbers: ti.template(),
+    ):
+        """Add the image of particle j, at place x with velocity v, to the sums of a block."""
+        n, lanes = ti.static(self.n, self.lanes)
+        volume, noise = self.f.volume[j], numbers.grid * numbers.h
+        flux, drag = self.f.flux[j], noise * self.f.drag[j]
+        impedance = noise * self.f.impedance[j]
+        for lane in range(lanes):
+            d = ti.Vector([own[a * lanes + lane] - x[a] for a in ti.static(range(n))])
+            u = ti.Vector([own[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))])
+            weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
+            of_i, of_j = weight * closed[lane], weight * closed_j
+            mirrored = 2.0 * normal.dot(d) * normal - d
+            for a in ti.static(range(n)):
+                # sums of what depends on i by a factor only
+                mine[(PLACES * n + a) * lanes + lane] += of_i * d[a]
+                mine[(MOTIONS * n + a) * lanes + lane] += of_i * u[a]
+                stress, shear = 0.0, impedance * u[a]
+                for b in ti.static(range(n)):
+                    stress += flux[n * a + b] * mirrored[b]
+                    shear -= drag[n * a + b] * mirrored[b]
+                its[(FORCE * n + a) * lanes + lane] += of_j * stress
+                its[(NOISE * n + a) * lanes + lane] += of_j * shear
+                if ti.static(self.layout.heat):
+                    its[POWER * n * lanes + lane] += 2.0 * of_j * shear * u[a]
+            if ti.static(self.layout.viscous):
+                self.resist(j, lane, own, of_i, d, u, mine, numbers)
+                self.resist(j, lane, own, of_j, mirrored, u, its, numbers)
+            if ti.static(self.layout.heat):
+                i = self.blocks.particle(block, lane, numbers)
+                shear = self.f.impedance[i] * u - tensors.matrix(self.f.drag[i], n) @ d
+                mine[POWER * n * lanes + lane] += 2.0 * noise * of_i * shear.dot(u)
 
     @ti.func
     def end_images(

@@ -1,7 +1,7 @@
 """Images behind faces, for all particles of a block at once.
 
 Behind a plane the image of a neighbour k (see images) is at the same place for every particle: the
-mirror image of k, that moves with twice the velocity of the face less that of k. The loops over
+mirror image of k, which moves with twice the velocity of the face less that of k. The loops over
 images are thus those over neighbours, with other places and velocities. Faces do not turn, and
 nothing asks for their torque.
 """
@@ -15,19 +15,18 @@ OUT_OF_REACH = 4.0  # of h: distance of a particle that has no images behind a f
 
 @ti.data_oriented
 class Planes:
-    """fields, lists: see store.place; blocks: blocks.Blocks; rigid: kernels.rigid.Rigid."""
+    """fields, lists: see store.place; blocks: blocks.Blocks; images: images.Images."""
 
-    def __init__(self, fields, lists, blocks, rigid):
-        self.f, self.lists, self.blocks, self.rigid = fields, lists, blocks, rigid
+    def __init__(self, fields, lists, blocks, images):
+        self.f, self.lists, self.blocks = fields, lists, blocks
+        self.rigid, self.closed = images.rigid, images.closed
         self.n, self.lanes = blocks.n, blocks.lanes
 
     @ti.func
-    def frame(self, row, numbers: ti.template()):
-        """A point of a face, its normal and its velocity, (dimension,) each."""
-        touch = self.rigid.surface(row, ti.Vector.zero(ti.f64, 3), numbers.h)
-        normal = self.rigid.flat(ti.Vector([touch[1], touch[2], touch[3]]))
-        place = self.rigid.flat(self.rigid.vector(row, CENTRE))
-        return place, normal, self.rigid.flat(self.rigid.vector(row, SPEED))
+    def near_any(self, block, numbers: ti.template()):
+        """True where a particle of the block may touch a surface."""
+        behind = ti.min((block + 1) * self.lanes, numbers.count)
+        return self.lists.touch_first[block * self.lanes] < self.lists.touch_first[behind]
 
     @ti.func
     def touch(self, i, row):
@@ -39,52 +38,63 @@ class Planes:
         return found
 
     @ti.func
-    def near_any(self, block, numbers: ti.template()):
-        """True where a particle of the block is near a surface."""
-        behind = ti.min((block + 1) * self.lanes, numbers.count)
-        return self.lists.touch_first[block * self.lanes] < self.lists.touch_first[behind]
+    def frame(self, row, numbers: ti.template()):
+        """A point of a face, its normal and its velocity, (dimension,) each."""
+        touch = self.rigid.surface(row, ti.Vector.zero(ti.f64, 3), numbers.h)
+        normal = self.rigid.flat(ti.Vector([touch[1], touch[2], touch[3]]))
+        place = self.rigid.flat(self.rigid.vector(row, CENTRE))
+        return place, normal, self.rigid.flat(self.rigid.vector(row, SPEED))
 
     @ti.func
     def place_lanes(
-        self, block, row, place, normal, x: ti.template(), v: ti.template(), numbers: ti.template()
+        self,
+        block,
+        row,
+        place,
+        normal,
+        own: ti.template(),
+        closed: ti.template(),
+        numbers: ti.template(),
     ):
-        """Write places, no nearer to the face than any is, and velocities of those with images.
+        """Write places and velocities of a block into `own`, and 1 of closed contacts.
 
-        Returns the least distance of one from the face; the others are out of reach.
+        No place is nearer to the face than a surface lets it be, and those of particles that have
+        no images there are out of reach. Returns the least distance of one from the face.
         """
+        n, lanes = ti.static(self.n, self.lanes)
         nearest = OUT_OF_REACH * numbers.h
-        for lane in range(self.lanes):
+        for lane in range(lanes):
             i = self.blocks.particle(block, lane, numbers)
-            away = normal.dot(self.f.x[i] - place)
-            distance = OUT_OF_REACH * numbers.h
+            away, distance = normal.dot(self.f.x[i] - place), OUT_OF_REACH * numbers.h
             if self.touch(i, row) >= 0:
                 distance = ti.max(away, LEAST * numbers.h)
             nearest = ti.min(nearest, distance)
-            for a in ti.static(range(self.n)):
-                x[a * self.lanes + lane] = self.f.x[i][a] + (distance - away) * normal[a]
-                v[a * self.lanes + lane] = self.f.v[i][a]
+            closed[lane] = self.closed(i, row)
+            for a in ti.static(range(n)):
+                own[a * lanes + lane] = self.f.x[i][a] + (distance - away) * normal[a]
+                own[(n + a) * lanes + lane] = self.f.v[i][a]
         return nearest
 
     @ti.func
     def last(self, first):
-        """The entry behind the last one of the neighbours that have images, for `neighbour`."""
+        """The entry behind the last one for `neighbour`."""
         # on a device a particle is no neighbour of itself, but it has an image
         return self.blocks.end(first) + ti.static(1 if self.lanes == 1 else 0)
 
     @ti.func
     def neighbour(self, k, first):
-        """The particle of an entry."""
+        """The particle of an entry of the list of a block, which may have an image."""
         j = first
         if ti.static(self.lanes > 1) or k < self.blocks.end(first):
             j = self.lists.near[k]
         return j
 
     @ti.func
-    def distance(self, j, place, normal, numbers: ti.template()):
-        """Distance of particle j from a face (rigid.surface) and from its image there."""
+    def image(self, j, place, normal, speed, numbers: ti.template()):
+        """Distance of particle j from a face, place and velocity of its image."""
         away = normal.dot(self.f.x[j] - place)
-        least = ti.max(away, LEAST * numbers.h)
-        return least, least + away
+        distance = ti.max(away, LEAST * numbers.h)
+        return distance, self.f.x[j] - (distance + away) * normal, 2.0 * speed - self.f.v[j]
 
     @ti.func
     def load(self, e, stress, viscous, grid):

@@ -131,32 +131,27 @@ class Rates:
     def add_images(self, block, A: ti.template(), G: ti.template(), numbers: ti.template()):
         """Add images behind faces to A and G of those particles whose contact is closed."""
         n, lanes = ti.static(self.n, self.lanes)
-        x = ti.Vector.zero(ti.f64, ti.static(n * lanes))
-        v, closed = x, ti.Vector.zero(ti.f64, lanes)
+        own = ti.Vector.zero(ti.f64, ti.static(2 * n * lanes))
+        closed = ti.Vector.zero(ti.f64, lanes)
         first = block * lanes
         for row in range(FACES):
             place, normal, speed = self.planes.frame(row, numbers)
-            nearest = self.planes.place_lanes(block, row, place, normal, x, v, numbers)
+            nearest = self.planes.place_lanes(block, row, place, normal, own, closed, numbers)
             if nearest < 2.0 * numbers.h:
-                for lane in range(lanes):
-                    i = self.blocks.particle(block, lane, numbers)
-                    closed[lane] = self.images.closed(i, row)
                 for k in range(self.blocks.begin(first), self.planes.last(first)):
                     j = self.planes.neighbour(k, first)
-                    distance, to_image = self.planes.distance(j, place, normal, numbers)
+                    distance, x, v = self.planes.image(j, place, normal, speed, numbers)
                     if nearest + distance < 2.0 * numbers.h:
-                        x_j, v_j = self.f.x[j] - to_image * normal, 2.0 * speed - self.f.v[j]
                         volume = self.f.volume[j]
                         for lane in range(self.blocks.width(numbers)):
                             d = ti.Vector(
-                                [x[a * lanes + lane] - x_j[a] for a in ti.static(range(n))]
+                                [own[a * lanes + lane] - x[a] for a in ti.static(range(n))]
                             )
                             u = ti.Vector(
-                                [v[a * lanes + lane] - v_j[a] for a in ti.static(range(n))]
+                                [own[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))]
                             )
                             weight = self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
-                            weight *= volume * closed[lane]
-                            self.add_pair(lane, d, u, weight, A, G)
+                            self.add_pair(lane, d, u, weight * volume * closed[lane], A, G)
 
     @ti.func
     def update_stress(

@@ -60,9 +60,9 @@ class Layout(NamedTuple):
     """Options that are compiled in.
 
     Dimension, kernel, ghosts or none, surfaces of rigid faces or none, of rigid bodies or none,
-    contact that opens or sticks, viscosity by pairs or none, artificial stress or none, stiffness against
-    hourglass modes or none, self-gravity or none, heat of viscosity or none, damage or none, one
-    material or several. lanes: particles of a block, which share a list of neighbours.
+    contact that opens or sticks, viscosity by pairs or none, artificial stress or none, stiffness
+    against hourglass modes or none, self-gravity or none, heat of viscosity or none, damage or
+    none, one material or several. lanes: particles of a block, which share a list of neighbours.
     """
 
     dimension: int
@@ -132,10 +132,9 @@ def declare(layout):
         # 0 of ghosts, which are always examined
         rows.append(("clearance", "distance from the nearest rigid body", "m", one, "seen"))
     if layout.rigid:
-        rows += [
-            ("flux", "stress times correction of the gradient", "Pa", tensor, "image", True),
-            ("drag", "velocity gradient times impedance", "Pa/m", tensor, "image", True),
-        ]
+        meaning = "stress times correction of the gradient"
+        rows.append(("flux", meaning, "Pa", tensor, "image", True))
+        rows.append(("drag", "velocity gradient times impedance", "Pa/m", tensor, "image", True))
     if layout.sides:
         rows.append(("side", "dust 0, rigid 1, elastic bodies from 2", "1", count, "kind", True))
     if layout.separate:
