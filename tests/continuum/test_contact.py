@@ -65,6 +65,67 @@ def test_the_force_on_a_plate_follows_from_its_height(face):
     assert abs(dust.ledger(motion, start, end.work)) < 1e-4
 
 
+# what a scene can have in the loops over images
+OPTIONS = {
+    "viscous": {"viscosity": {"contact": 1.0, "bulk": 0.5, "quadratic": 1.0}},
+    "separate, with heat": {"contact": "separate", "viscosity": {"contact": 0.5}},
+}
+
+
+def on_a_plane(face, material, numerics):
+    """Simulation of dust on a face, or on the flat end of a rigid body of the same height.
+
+    Of its lowest row some are beyond the surface.
+    """
+    x, area = dust.rows(8, 6)
+    random = np.random.default_rng(1)
+    x += random.normal(0.0, 0.1 * dust.SPACING, x.shape)
+    x[:, 1] -= 0.8 * ROW * (x[:, 1] < ROW) * (x[:, 0] < 3 * dust.SPACING)
+    v = random.normal(0.0, 0.05, x.shape) - [0.0, 0.1]
+    room = np.array([[np.nan] * 2, [0.0, 8 * dust.SPACING], [np.nan] * 2])
+    room[2, 0] = 0.0 if face else np.nan
+    layer = dust.particles(x, area, v, room=room)
+    still, width, half = np.zeros(3), 30 * dust.SPACING, 6 * ROW
+    layer.bodies = (Body("dust", False, layer.mass.sum(), still, still, still, np.eye(3), width),)
+    boundary = {"kind": "faces", "bottom": "rigid"} if face else {"kind": "open"}
+    scene = dust.scene(material, boundary, time_step="0.2 us", **numerics)
+    if not face:
+        mass, centre = 1e6, np.array([4 * dust.SPACING, 0.0, -half])
+        body = Body(
+            "anvil", True, mass, centre, still, still, mass * np.eye(3), width, "cylinder", False,
+            width, half,
+        )  # fmt: skip
+        anvil = Particles(
+            position=centre[None], mass=np.array([mass]), density=np.array([2e3]),
+            spacing=dust.SPACING, dimension=2, role=np.array([RIGID], np.int8), bodies=(body,),
+        )  # fmt: skip
+        bead = {"kind": "rigid", "diameter": "1 mm", "density": "1 g/cm^3"}
+        scene, layer = scene.with_value("sample", bead), joined([layer, anvil])
+        layer.room = room
+    return dust.moving(scene, layer)
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_a_face_acts_as_the_flat_end_of_a_body(option):
+    """Images behind faces are computed for a block at once, those behind bodies one by one."""
+    material = {"base": "dust_g09"}
+    if "heat" in option:
+        material["heat_capacity"] = "800 J/(kg K)"
+    found = []
+    for face, row in ((True, 4), (False, FACES)):
+        motion = on_a_plane(face, material, OPTIONS[option])
+        motion.advance(40)
+        sim = motion.sim
+        order = np.argsort(sim.of_particles("number"))[:48]
+        names = ("x", "v", "force", "loss", "grid_force", "viscous", "density")
+        names += ("warmed",) * ("heat" in option)
+        found.append([sim.of_particles(name)[order] for name in names])
+        found[-1].append(sim.impulses()[row])
+    for name, one, other in zip((*names, "impulse"), *found, strict=True):
+        # sums in another order, grown along the way
+        assert other == pytest.approx(one, abs=1e-9 * np.abs(one).max()), name
+
+
 def period(motion, mode, until):
     """Period [s] of a mode, a function of the simulation: half of it between two zeros."""
     sim, times, values = motion.sim, [], []

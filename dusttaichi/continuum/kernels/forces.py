@@ -146,22 +146,23 @@ class Forces:
         """
         n, lanes = ti.static(self.n, self.lanes)
         own = ti.Vector.zero(ti.f64, ti.static((2 * n + 5) * lanes))
-        side, closed = ti.Vector.zero(ti.i32, lanes), ti.Vector.zero(ti.f64, lanes)
+        side = ti.Vector.zero(ti.i32, lanes)
+        face = ti.Vector.zero(ti.f64, ti.static(2 * lanes))
         self.place_lanes(block, own, side, numbers)
         first = block * lanes
         for row in range(FACES):
             place, normal, speed = self.planes.frame(row, numbers)
-            nearest = self.planes.place_lanes(block, row, place, normal, own, closed, numbers)
+            nearest = self.planes.place_lanes(block, row, place, normal, own, face, numbers)
             mine = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes))
             its = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes))
             if nearest < 2.0 * numbers.h:
                 for k in range(self.blocks.begin(first), self.planes.last(first)):
                     j = self.planes.neighbour(k, first)
-                    distance, x, v = self.planes.image(j, place, normal, speed, numbers)
+                    distance, height, x, v = self.planes.image(j, place, normal, speed, numbers)
                     if nearest + distance < 2.0 * numbers.h:
                         closed_j = self.images.closed(j, row)
                         self.add_image(
-                            block, j, x, v, normal, closed_j, own, closed, mine, its, numbers
+                            block, j, x, v, height, normal, closed_j, own, face, mine, its, numbers
                         )
             for lane in range(lanes):
                 i = block * lanes + lane
@@ -175,10 +176,11 @@ class Forces:
         j,
         x,
         v,
+        height,
         normal,
         closed_j,
         own: ti.template(),
-        closed: ti.template(),
+        face: ti.template(),
         mine: ti.template(),
         its: ti.template(),
         numbers: ti.template(),
@@ -192,7 +194,8 @@ class Forces:
             d = ti.Vector([own[a * lanes + lane] - x[a] for a in ti.static(range(n))])
             u = ti.Vector([own[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))])
             weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
-            of_i, of_j = weight * closed[lane], weight * closed_j
+            weight *= self.planes.in_reach(lane, d, height, normal, face, numbers)
+            of_i, of_j = weight * face[lane], weight * closed_j
             mirrored = 2.0 * normal.dot(d) * normal - d
             for a in ti.static(range(n)):
                 # sums of what depends on i by a factor only

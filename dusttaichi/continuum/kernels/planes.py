@@ -53,10 +53,10 @@ class Planes:
         place,
         normal,
         own: ti.template(),
-        closed: ti.template(),
+        face: ti.template(),
         numbers: ti.template(),
     ):
-        """Write places and velocities of a block into `own`, and 1 of closed contacts.
+        """Write places and velocities of a block to `own`, 1 of closed contacts, heights to `face`.
 
         No place is nearer to the face than a surface lets it be, and those of particles that have
         no images there are out of reach. Returns the least distance of one from the face.
@@ -65,13 +65,13 @@ class Planes:
         nearest = OUT_OF_REACH * numbers.h
         for lane in range(lanes):
             i = self.blocks.particle(block, lane, numbers)
-            away, distance = normal.dot(self.f.x[i] - place), OUT_OF_REACH * numbers.h
+            height, distance = normal.dot(self.f.x[i] - place), OUT_OF_REACH * numbers.h
             if self.touch(i, row) >= 0:
-                distance = ti.max(away, LEAST * numbers.h)
+                distance = ti.max(height, LEAST * numbers.h)
             nearest = ti.min(nearest, distance)
-            closed[lane] = self.closed(i, row)
+            face[lane], face[lanes + lane] = self.closed(i, row), height
             for a in ti.static(range(n)):
-                own[a * lanes + lane] = self.f.x[i][a] + (distance - away) * normal[a]
+                own[a * lanes + lane] = self.f.x[i][a] + (distance - height) * normal[a]
                 own[(n + a) * lanes + lane] = self.f.v[i][a]
         return nearest
 
@@ -91,10 +91,22 @@ class Planes:
 
     @ti.func
     def image(self, j, place, normal, speed, numbers: ti.template()):
-        """Distance of particle j from a face, place and velocity of its image."""
-        away = normal.dot(self.f.x[j] - place)
-        distance = ti.max(away, LEAST * numbers.h)
-        return distance, self.f.x[j] - (distance + away) * normal, 2.0 * speed - self.f.v[j]
+        """Distance and height of particle j from a face, place and velocity of its image."""
+        height = normal.dot(self.f.x[j] - place)
+        distance = ti.max(height, LEAST * numbers.h)
+        x = self.f.x[j] - (distance + height) * normal
+        return distance, height, x, 2.0 * speed - self.f.v[j]
+
+    @ti.func
+    def in_reach(self, lane, d, height, normal, face: ti.template(), numbers: ti.template()):
+        """1 where a lane and the neighbour of that height are in reach of each other.
+
+        d: from the image to the lane. Beyond the face an image may be nearer than the neighbour
+        itself, whose list may lack this particle.
+        """
+        along, apart = normal.dot(d), face[self.lanes + lane] - height
+        far = d.norm_sqr() - along * along + apart * apart
+        return ti.select(far < 4.0 * numbers.h * numbers.h, 1.0, 0.0)
 
     @ti.func
     def load(self, e, stress, viscous, grid):

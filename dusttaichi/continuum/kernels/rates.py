@@ -132,15 +132,15 @@ class Rates:
         """Add images behind faces to A and G of those particles whose contact is closed."""
         n, lanes = ti.static(self.n, self.lanes)
         own = ti.Vector.zero(ti.f64, ti.static(2 * n * lanes))
-        closed = ti.Vector.zero(ti.f64, lanes)
+        face = ti.Vector.zero(ti.f64, ti.static(2 * lanes))
         first = block * lanes
         for row in range(FACES):
             place, normal, speed = self.planes.frame(row, numbers)
-            nearest = self.planes.place_lanes(block, row, place, normal, own, closed, numbers)
+            nearest = self.planes.place_lanes(block, row, place, normal, own, face, numbers)
             if nearest < 2.0 * numbers.h:
                 for k in range(self.blocks.begin(first), self.planes.last(first)):
                     j = self.planes.neighbour(k, first)
-                    distance, x, v = self.planes.image(j, place, normal, speed, numbers)
+                    distance, height, x, v = self.planes.image(j, place, normal, speed, numbers)
                     if nearest + distance < 2.0 * numbers.h:
                         volume = self.f.volume[j]
                         for lane in range(self.blocks.width(numbers)):
@@ -151,7 +151,9 @@ class Rates:
                                 [own[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))]
                             )
                             weight = self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
-                            self.add_pair(lane, d, u, weight * volume * closed[lane], A, G)
+                            weight *= volume * face[lane]
+                            weight *= self.planes.in_reach(lane, d, height, normal, face, numbers)
+                            self.add_pair(lane, d, u, weight, A, G)
 
     @ti.func
     def update_stress(
