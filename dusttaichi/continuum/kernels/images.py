@@ -17,7 +17,8 @@ itself. The forces are the adjoint: the power of the stress of i, V_i Q_i : V_k'
 grad W, has the force T = V_i V_k' Q_i grad W on i and on k, and -T on the body, at x_k' and at x_k.
 So the power of the forces equals the stress power, and momentum and angular momentum are conserved.
 
-An open contact has no images, for each particle separately: those of its own sums.
+An open contact has no images, for each particle separately: those of its own sums. Images behind
+faces are those of planes (planes), and computed there.
 """
 
 from dusttaichi.compute.engine import ti
@@ -38,7 +39,7 @@ class Images:
         self.slope, self.rigid, self.n = slope, rigid, layout.dimension
 
     @ti.func
-    def apart(self, row, arm_i, arm_k, touch_i, touch_k, numbers: ti.template()):
+    def apart(self, arm_i, arm_k, touch_i, touch_k, numbers: ti.template()):
         """(x_i - x_k', n) of a pair as (3,) each, and True where the image is in reach.
 
         It is not where the surface turns away by more than a right angle between them. arm: from
@@ -47,12 +48,9 @@ class Images:
         n_i = ti.Vector([touch_i[1], touch_i[2], touch_i[3]])
         n_k = ti.Vector([touch_k[1], touch_k[2], touch_k[3]])
         between, n, away = arm_i - arm_k, n_i, touch_i[0] + touch_k[0]
-        near = away < 2.0 * numbers.h
-        if near and row >= FACES:  # a plane has one normal
-            near = n_i.dot(n_k) > 0.0
-            if near:
-                n = (n_i + n_k).normalized()
+        near = away < 2.0 * numbers.h and n_i.dot(n_k) > 0.0
         if near:
+            n = (n_i + n_k).normalized()
             between += (away - n.dot(between)) * n
             near = between.norm_sqr() < 4.0 * numbers.h * numbers.h
         return between, n, near
@@ -125,7 +123,7 @@ class Images:
         if near:
             arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
             touch_k = self.rigid.surface(row, arm_k, numbers.h)
-            between, normal, near = self.apart(row, arm, arm_k, touch, touch_k, numbers)
+            between, normal, near = self.apart(arm, arm_k, touch, touch_k, numbers)
             if near:
                 share = self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
         return k, share, between, normal, near

@@ -111,12 +111,12 @@ class Rigid:
 
     @ti.func
     def share(self, row, distance):
-        """Volume of the mirror image of a volume at a distance, over its own.
+        """Volume of the mirror image of a volume at a distance from a body, over its own.
 
         Below 1 in a sphere, which has less space.
         """
         out = 1.0
-        if row >= FACES and self.f.rigid[row, HALF] == 0.0:
+        if self.f.rigid[row, HALF] == 0.0:
             radius = self.f.rigid[row, RADIUS]
             out = ti.max(radius - distance, 0.0) / (radius + distance)
             if ti.static(self.n == 3):
