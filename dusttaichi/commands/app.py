@@ -8,6 +8,14 @@ EXIT_CODES = (
     (130, "Ctrl-C, SIGTERM or SIGHUP; results up to there are saved"),
 )
 
+
+def by_an_interrupt(error):
+    """True where Ctrl-C caused it: a compiled module that is being imported raises ImportError."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
 try:
     import signal
     import sys
@@ -43,7 +51,9 @@ try:
     COMMANDS += (report, watch, plot, compare, fit, bench, selftest, export, render)
     for command in COMMANDS:
         app.command()(command)
-except KeyboardInterrupt:  # Ctrl-C meanwhile; it, or another, would print a traceback
+except (KeyboardInterrupt, ImportError) as error:  # Ctrl-C meanwhile would print a traceback
+    if not by_an_interrupt(error):
+        raise
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -93,19 +103,12 @@ def _run(commands):
     except OSError as error:  # of the system, where nothing closer to it knows what was done
         _end(DustError(f"the system refuses: {error}"))
     except Exception as error:
-        if _by_an_interrupt(error):
+        if by_an_interrupt(error):
             _end(Interrupted("interrupted"))
         if type(error).__module__.startswith(("click", "typer")):
             error.show()
             sys.exit(error.exit_code)
         raise
-
-
-def _by_an_interrupt(error):
-    """True where Ctrl-C caused it: a compiled module that is being imported raises ImportError."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or error.__context__
-    return error is not None
 
 
 def _deadly_signals():

@@ -7,7 +7,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.continuum import time_step
-from dusttaichi.continuum.build import layout_of
+from dusttaichi.continuum.build import layout_of, stiff_faces
 from dusttaichi.continuum.domain import domain_of
 from dusttaichi.continuum.kernels.rates import DAMPED
 from dusttaichi.continuum.kernels.store import declare
@@ -37,7 +37,7 @@ def preview(scene):
         ("Sample", _sample(scene, sample)),
         *([("Dust at the start", _dust(sample, dust, sound, m))] if dust.any() else []),
         ("Particles", [*_particles(scene), *_resolution(sample)]),
-        ("Time step", [*_step(scene, fastest, output_step), *_whole_steps(scene, output_step)]),
+        ("Time step", _steps(scene, sample, fastest, output_step)),
         ("Memory", [("state", _memory(scene, len(sample)))]),
     ]
     domain = domain_of(scene, sample, output_step / units.TIME)
@@ -124,22 +124,21 @@ def _resolution(sample):
     return rows
 
 
-def _whole_steps(scene, output_step):
-    """Rows of the requested times that output steps do not meet."""
-    rows = []
+def _whole_steps(scene, output_step, exact):
+    """Rows of the requested times that output steps do not meet; exact: they may not be shorter."""
+    rows, most, near = [], "" if exact else "at most ", "" if exact else "about "
     for plan in scene.stage_plans:
         of = f" of {plan.name}" if plan.name else ""
         for name in ("series", "snapshots"):
             every = getattr(getattr(plan, name), "time", None)
             if every is not None and every < (1.0 - 1e-9) * output_step:
-                rows.append((f"{name}{of}", _instead(every, output_step, every)))
+                rows.append((f"{name}{of}", most + _instead(every, output_step, every)))
         end = plan.stop.time
         if end is not None:
             whole = max(1, round(end / output_step)) * output_step
             if abs(whole - end) > NEAR * end:
-                rows.append(
-                    (f"end{of}", _instead(end, whole, end / round(end / output_step + 0.5)))
-                )
+                step = end / round(end / output_step + 0.5)
+                rows.append((f"end{of}", near + _instead(end, whole, step)))
     return rows
 
 
@@ -153,14 +152,20 @@ def _instead(wanted, met, step):
     return f"{met} in place of {wanted}, in whole steps of the run; {exact}"
 
 
-def _step(scene, fastest, output_step):
+def _steps(scene, sample, fastest, output_step):
+    """Rows of both steps; dust that is strained at the start, as kernels find, shortens them."""
     own = scene.numerics.cfl * scene.numerics.smoothing_length / fastest if fastest else output_step
+    still = not np.ptp(sample.velocity, axis=0).any()
+    if stiff_faces(scene.boundary):
+        still = still and not sample.velocity.any()
+    exact = still or scene.numerics.time_step != "auto"
+    length = f"{output_step * 1e6:.4g} µs, {output_step / own:.3g} of these at the start"
+    if not exact:
+        length = f"at most {length}; less where bodies or walls already meet"
     return [
         ("step of the method at the start", f"{own * 1e6:.4g} µs, shorter where dust is denser"),
-        (
-            "a step of the run",
-            f"{output_step * 1e6:.4g} µs, {output_step / own:.3g} of these at the start",
-        ),
+        ("a step of the run", length),
+        *_whole_steps(scene, output_step, exact),
     ]
 
 

@@ -83,6 +83,15 @@ def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss(fresh):
     assert "numerical dissipation" not in text and "in place of" not in text
 
 
+def test_of_a_continuum_that_meets_a_wall_at_the_start_it_says_that_steps_may_be_shorter(fresh):
+    """The run takes 1.266 us: the dust at the wall is strained by 8.4 m/s already."""
+    wall = str(Path(__file__).parents[2] / "configs/guettler2009/wall_impact.yaml")
+    text = said(wall)
+    assert "at most 1.592 µs, 8 of these at the start" in text
+    assert re.search(r"at most 1.592\d* µs in place of 1 µs", text)
+    assert "run                          1 µs" in said(wall, "--set", "numerics.time_step=1 us")
+
+
 def test_a_step_that_does_not_resolve_how_bodies_meet_is_said(fresh):
     """The shipped collision takes 0.2 ns; `auto` would resolve it."""
     what = "times the step that resolves how fast bodies meet"
