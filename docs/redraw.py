@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from strength_size import groups as strength_groups
 
@@ -78,11 +79,10 @@ def trade(scene):
 def softening():
     """Cost against error of softened contacts; and the table that `--suggest` reads."""
     found = outcomes(read(TABLES / "softening.csv"))
-    with open(files("dusttaichi.studies.trade") / TABLE, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        # collisions refuse softened contacts: nothing to suggest
-        writer.writerows(to_table(own for own in found if own.scene != "trade_collision"))
+    # collisions refuse softened contacts: nothing to suggest
+    table = to_table(own for own in found if own.scene != "trade_collision")
+    path = files("dusttaichi.studies.trade") / TABLE
+    pd.DataFrame(table, columns=COLUMNS).to_csv(path, index=False, lineterminator="\n")
     shown = [own for own in found if own.scene.startswith("trade_")]
     return grid(shown, observables=("phi(P)", "strength", "ratio"))
 

@@ -18,6 +18,16 @@ K, MU = 3e5, 1.5e5  # of dust_g09 at its own density
 LONGITUDINAL = np.sqrt((K + 4.0 / 3.0 * MU) / dust.DENSITY)
 TRANSVERSE = np.sqrt(MU / dust.DENSITY)
 QUIET = {"viscosity": {"grid": 0.0}}
+# that there is a rigid body says the scene: a bead stands for it
+BEAD = {"kind": "rigid", "diameter": "1 mm", "density": "1 g/cm^3"}
+
+
+def alone(body):
+    """The particle of a rigid body."""
+    return Particles(
+        position=body.centre[None], mass=np.array([body.mass]), density=np.array([2e3]),
+        spacing=dust.SPACING, dimension=2, role=np.array([RIGID], np.int8), bodies=(body,),
+    )  # fmt: skip
 
 
 def column(count, velocity=0.0, top="rigid", **numerics):
@@ -95,12 +105,7 @@ def on_a_plane(face, material, numerics):
             "anvil", True, mass, centre, still, still, mass * np.eye(3), width, "cylinder", False,
             width, half,
         )  # fmt: skip
-        anvil = Particles(
-            position=centre[None], mass=np.array([mass]), density=np.array([2e3]),
-            spacing=dust.SPACING, dimension=2, role=np.array([RIGID], np.int8), bodies=(body,),
-        )  # fmt: skip
-        bead = {"kind": "rigid", "diameter": "1 mm", "density": "1 g/cm^3"}
-        scene, layer = scene.with_value("sample", bead), joined([layer, anvil])
+        scene, layer = scene.with_value("sample", BEAD), joined([layer, alone(body)])
         layer.room = room
     return dust.moving(scene, layer)
 
@@ -180,17 +185,11 @@ def test_a_mass_swings_on_a_layer_of_dust():
         "punch", True, mass, centre, np.array([0.0, 0.0, 1e-4]), still,
         np.diag([0.0, 1.0, 0.0]) * mass, width, "cylinder", False, width, 5 * ROW,
     )  # fmt: skip
-    punch = Particles(
-        position=centre[None], mass=np.array([mass]), density=np.array([2e3]),
-        spacing=dust.SPACING, dimension=2, role=np.array([RIGID], np.int8), bodies=(body,),
-    )  # fmt: skip
     own = Body("dust", False, layer.mass.sum(), still, still, still, np.eye(3), high)
     layer.bodies = (own,)
-    both = joined([layer, punch])
+    both = joined([layer, alone(body)])
     both.room = layer.room
-    # which of the parts are rigid says the scene: a bead stands for the punch
-    bead = {"kind": "rigid", "diameter": "1 mm", "density": "1 g/cm^3"}
-    scene = scene.with_value("sample", bead)
+    scene = scene.with_value("sample", BEAD)
     motion = dust.moving(scene, both)
     kh = brentq(lambda a: a * np.tan(a) - ratio, 1e-6, 1.5)
     exact = 2.0 * np.pi / (kh / high * LONGITUDINAL)
@@ -226,14 +225,9 @@ def twist(spacing_ratio):
         "disc", True, mass, still, still, spin, np.diag([0.0, inertia, 0.0]), 2 * inner, "sphere",
         False, inner, 0.0,
     )  # fmt: skip
-    disc = Particles(
-        position=np.zeros((1, 3)), mass=np.array([mass]), density=np.array([2e3]),
-        spacing=dust.SPACING, dimension=2, role=np.array([RIGID], np.int8), bodies=(body,),
-    )  # fmt: skip
     ring.bodies = (Body("ring", False, ring.mass.sum(), still, still, still, np.eye(3), 2 * outer),)
-    bead = {"kind": "rigid", "diameter": "1 mm", "density": "1 g/cm^3"}
-    scene = dust.scene(time_step="1 us", **QUIET).with_value("sample", bead)
-    motion = dust.moving(scene, joined([ring, disc]))
+    scene = dust.scene(time_step="1 us", **QUIET).with_value("sample", BEAD)
+    motion = dust.moving(scene, joined([ring, alone(body)]))
     exact = 2.0 * np.pi / (k * TRANSVERSE)
     _, before = dust.momenta(motion)
     found = period(motion, lambda sim: sim.body_speeds()[1][FACES, 1], 0.85 * exact)

@@ -8,7 +8,7 @@ nothing asks for their torque.
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels.rigid import LEAST
-from dusttaichi.continuum.kernels.store import CENTRE, PARTS, SPEED
+from dusttaichi.continuum.kernels.store import CENTRE, SPEED
 
 OUT_OF_REACH = 4.0  # of h: distance of a particle that has no images behind a face
 
@@ -19,7 +19,7 @@ class Planes:
 
     def __init__(self, fields, lists, blocks, images):
         self.f, self.lists, self.blocks = fields, lists, blocks
-        self.rigid, self.closed = images.rigid, images.closed
+        self.rigid, self.closed, self.clear = images.rigid, images.closed, images.clear
         self.n, self.lanes = blocks.n, blocks.lanes
 
     @ti.func
@@ -111,8 +111,7 @@ class Planes:
     @ti.func
     def load(self, e, stress, viscous, grid):
         """Write what touch e does to its face: twice the reaction to each part of the force."""
-        for c in ti.static(range(PARTS)):
-            self.lists.touch[e, c] = 0.0
+        self.clear(e)
         for part, force in ti.static(enumerate((stress, viscous, grid))):
             raised = self.rigid.raised(force)
             for a in ti.static(range(3)):
