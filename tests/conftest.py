@@ -1,6 +1,7 @@
 """What holds for the whole suite: the order of tests, and the collector of cycles."""
 
 import gc
+import signal
 from functools import cache
 from pathlib import Path
 
@@ -61,6 +62,13 @@ def pytest_xdist_make_scheduler(config, log):
             return ALIKE[0] if file.endswith(ALIKE) else file
 
     return Files(config, log)
+
+
+def pytest_configure():
+    """Programs that tests start hear Ctrl-C, even if the shell has started pytest in the background
+    and deaf to it: they inherit what pytest does with a signal."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_finish():
