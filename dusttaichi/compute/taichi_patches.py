@@ -5,19 +5,21 @@ for its error messages and work repeated at every call of a function.
 """
 
 import ast
+import builtins
+import linecache
 import operator
 import sys
 import textwrap
 from functools import cache, reduce, wraps
 from importlib import import_module
-from types import SimpleNamespace
 
 from dusttaichi.compute.engine import ti
 
-Expr = ti.lang.expr.Expr
+expr, Expr = ti.lang.expr, ti.lang.expr.Expr
 impl, kernel_impl, snode, Struct = ti.lang.impl, ti.lang.kernel_impl, ti.lang.snode, ti.Struct
 matrix_ops, make_matrix = import_module("taichi.lang.matrix_ops"), ti.lang.matrix.make_matrix
-ASTTransformerContext = ti.lang.ast.ast_transformer_utils.ASTTransformerContext
+ast_utils, core = ti.lang.ast.ast_transformer_utils, ti.lang.impl._ti_core
+ASTTransformerContext = ast_utils.ASTTransformerContext
 
 
 def patches():
@@ -25,70 +27,211 @@ def patches():
 
     Errors name the line of the source without marks under its words. Whether a function is a method
     follows from its place of definition, not from the source of its caller. Places where fields
-    were declared are not recorded. The lines of a function are found and parsed once, not at every
-    call, and structs with the same members share one class. Products of vectors are expressions at
-    once, not functions whose sources are read at every call.
+    were declared are not recorded. The lines of a function are found without a tokenizer, and
+    parsed once, not at every call. Structs with the same members share one class. Products of
+    vectors are expressions at once, not functions whose sources are read at every call. What Taichi
+    does for each node of a tree and each expression tests the usual case first.
     """
-    # the functions that Taichi uses of this module
-    wrap = SimpleNamespace(fill=cache(textwrap.fill), dedent=cache(textwrap.dedent))
-    trees = _Trees(kernel_impl.transform_tree)
     return [
         (ASTTransformerContext, "get_pos_info", _position),
+        (ASTTransformerContext, "get_var_by_name", _variable),
+        (ast_utils.Builder, "__call__", _build),
+        (Expr, "__init__", _quick_init(Expr.__init__)),
+        (expr, "make_constant_expr", _quick_constant(expr.make_constant_expr)),
+        (impl, "expr_init", _quick_variable(impl.expr_init)),
         (impl, "get_traceback", _nowhere),
         (snode, "get_traceback", _nowhere),
         (kernel_impl, "_inside_class", _inside_class),
-        (kernel_impl, "getsourcelines", _once_for_each_code(kernel_impl.getsourcelines)),
-        (kernel_impl, "getsourcefile", _once_for_each_code(kernel_impl.getsourcefile)),
-        (kernel_impl, "textwrap", wrap),
-        (kernel_impl, "ast", trees),
-        (kernel_impl, "transform_tree", trees.transform),
+        (kernel_impl, "_get_tree_and_ctx", _tree_and_context),
+        (kernel_impl, "transform_tree", _transform(kernel_impl.transform_tree)),
         (Struct, "_register_members", _register_members),
         *((matrix_ops, name, _at_once(name, ours)) for name, ours in _OPERATIONS),
     ]
 
 
-def _once_for_each_code(find):
-    """`find(function)`, cached by the code of the function, which all its closures share."""
-    known = {}
-
-    def found(function):
-        code = function.__code__, function.__code__.co_filename
-        if code not in known:
-            known[code] = find(function)
-        return known[code]
-
-    return found
-
-
-class _Trees:
-    """Pool of syntax trees of functions.
+class _Source:
+    """The source of a function, with a pool of its syntax trees.
 
     Taichi writes into the nodes of a tree during its pass, so that a tree is reused only after it,
     and a nested call needs another one. The tree of a kernel loses its arguments and is used once.
     """
 
-    def __init__(self, transform):
-        self._transform, self._free = transform, {}
+    def __init__(self, function):
+        self.file = kernel_impl.getsourcefile(function)
+        lines, self.first = _lines_of(function)
+        self.lines = [line.rstrip() for line in lines]
+        self._text, self._free = textwrap.dedent("\n".join(self.lines)), []
 
-    def parse(self, source):
-        """The tree of a source, as of ast.parse."""
-        free = self._free.setdefault(source, [])
-        if free:
-            return free.pop()
-        tree = ast.parse(source)
-        tree.pool = free
-        tree.attributes = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
+    def take(self):
+        """A tree, as of ast.parse, without decorators."""
+        if self._free:
+            return self._free.pop()
+        tree = ast.parse(self._text)
+        tree.body[0].decorator_list = []
+        tree.source = self
         return tree
 
-    def transform(self, tree, context):
+    def give_back(self, tree):
+        """A tree for the next call of the function."""
+        self._free.append(tree)
+
+
+_SOURCES = {}  # by code, which all closures of a function share
+
+
+def _source_of(function):
+    code = function.__code__
+    key = code, code.co_filename
+    if key not in _SOURCES:
+        _SOURCES[key] = _Source(function)
+    return _SOURCES[key]
+
+
+def _lines_of(function):
+    """Lines of a function, and the number of the first, as of inspect.getsourcelines.
+
+    It ends where a line after its last statement is indented no more than its first.
+    """
+    code = function.__code__
+    lines = linecache.getlines(code.co_filename, function.__globals__)
+    if not lines:
+        return kernel_impl.getsourcelines(function)
+    first, end = code.co_firstlineno, _last_line(code)
+    edge = _indent(lines[first - 1])
+    while end < len(lines) and (not lines[end].strip() or _indent(lines[end]) > edge):
+        end += 1
+    return lines[first - 1 : end], first
+
+
+def _indent(line):
+    return len(line) - len(line.lstrip())
+
+
+def _last_line(code):
+    """The last line with an instruction of a code or of one within it."""
+    inner = [_last_line(other) for other in code.co_consts if hasattr(other, "co_lines")]
+    return max(inner + [line for *_, line in code.co_lines() if line is not None])
+
+
+def _tree_and_context(
+    function,
+    excluded_parameters=(),
+    is_kernel=True,
+    arg_features=None,
+    args=None,
+    ast_builder=None,
+    is_real_function=False,
+):
+    source = _source_of(function.func)
+    names = kernel_impl._get_global_vars(function.func)
+    if is_kernel or is_real_function:
+        for i in function.template_slot_locations:
+            names[function.arguments[i].name] = args[i]
+    return source.take(), ASTTransformerContext(
+        excluded_parameters=excluded_parameters,
+        is_kernel=is_kernel,
+        func=function,
+        arg_features=arg_features,
+        global_vars=names,
+        argument_data=args,
+        src=source.lines,
+        start_lineno=source.first,
+        file=source.file,
+        ast_builder=ast_builder,
+        is_real_function=is_real_function,
+    )
+
+
+def _transform(own):
+    def transform(tree, context):
         """Result of Taichi's pass over a tree."""
         try:
-            return self._transform(tree, context)
+            return own(tree, context)
         finally:
-            for node in tree.attributes:  # the only note that Taichi looks up
-                node.__dict__.pop("caller", None)
             if not context.is_kernel:
-                tree.pool.append(tree)
+                tree.source.give_back(tree)
+
+    return transform
+
+
+def _build(builder, context, node):
+    """Taichi's pass over a node."""
+    runtime, kind = impl.get_runtime(), node.__class__
+    placed = issubclass(kind, (ast.stmt, ast.expr))
+    runtime.src_info_stack.append(context.get_pos_info(node) if placed else "")
+    try:
+        build = getattr(builder, f"build_{kind.__name__}", None)
+        if build is None:
+            raise ti.TaichiSyntaxError(f'Unsupported node "{kind.__name__}"')
+        return build(context, node)
+    except Exception as error:
+        if runtime.print_full_traceback:
+            raise
+        if context.raised or not placed:
+            raise error.with_traceback(None) from None
+        context.raised = True
+        error = ast_utils.handle_exception_from_cpp(error)
+        known = isinstance(error, ti.TaichiCompilationError)
+        text = str(error) if known else ast_utils.traceback.format_exc()
+        refusal = type(error) if known else ti.TaichiCompilationError
+        raise refusal(context.get_pos_info(node) + text) from None
+    finally:
+        runtime.src_info_stack.pop()
+        if kind is ast.Call:  # the only note on a tree that Taichi looks up
+            node.func.__dict__.pop("caller", None)
+
+
+def _variable(context, name):
+    for scope in reversed(context.local_scopes):
+        if name in scope:
+            return scope[name]
+    if name in context.global_vars:
+        found = context.global_vars[name]
+        return make_matrix(found.to_list()) if isinstance(found, ti.Matrix) else found
+    try:
+        return getattr(builtins, name)
+    except AttributeError:
+        raise ti.TaichiNameError(f'Name "{name}" is not defined') from None
+
+
+def _quick_init(own):
+    """Expr.__init__, first of an expression of the compiler itself."""
+
+    def __init__(self, *args, dbg_info=None, dtype=None):
+        if len(args) != 1 or not isinstance(args[0], core.Expr):
+            return own(self, *args, dbg_info=dbg_info, dtype=dtype)
+        self.ptr, self.dbg_info, self.ptr_type_checked = args[0], dbg_info, True
+        if dbg_info:
+            self.ptr.set_dbg_info(dbg_info)
+        self.ptr.type_check(impl.get_runtime().prog.config())
+
+    return __init__
+
+
+def _quick_constant(own):
+    """expr.make_constant_expr, first of an integer."""
+
+    def make_constant_expr(value, dtype):
+        usual = type(value) is int and dtype is None and impl.get_runtime().default_ip is ti.i32
+        if not usual or not -(2**31) <= value < 2**31:
+            return own(value, dtype)
+        return Expr(core.make_const_expr_int(ti.i32, value))
+
+    return make_constant_expr
+
+
+def _quick_variable(own):
+    """impl.expr_init, first of an expression."""
+
+    def expr_init(value):
+        if not isinstance(value, Expr):
+            return own(value)
+        runtime = impl.get_runtime()
+        place = core.DebugInfo(runtime.get_current_src_info())
+        builder = runtime.compiling_callable.ast_builder()
+        return Expr(builder.expr_var(value.ptr, place))
+
+    return expr_init
 
 
 def _register_members(struct):
