@@ -58,18 +58,25 @@ class _Source:
 
     def __init__(self, function):
         self.file = kernel_impl.getsourcefile(function)
-        lines, self.first = _lines_of(function)
-        self.lines = [line.rstrip() for line in lines]
-        self._text, self._free = textwrap.dedent("\n".join(self.lines)), []
+        try:
+            self._read(*_lines_of(function))
+        except SyntaxError:  # more follows without an instruction, as the body of a docstring alone
+            self._read(*kernel_impl.getsourcelines(function))
 
-    def take(self):
-        """A tree, as of ast.parse, without decorators."""
-        if self._free:
-            return self._free.pop()
+    def _read(self, lines, first):
+        self.lines, self.first = [line.rstrip() for line in lines], first
+        self._text = textwrap.dedent("\n".join(self.lines))
+        self._free = [self._parse()]
+
+    def _parse(self):
         tree = ast.parse(self._text)
         tree.body[0].decorator_list = []
         tree.source = self
         return tree
+
+    def take(self):
+        """A tree, as of ast.parse, without decorators."""
+        return self._free.pop() if self._free else self._parse()
 
     def give_back(self, tree):
         """A tree for the next call of the function."""
@@ -113,32 +120,31 @@ def _last_line(code):
     return max(inner + [line for *_, line in code.co_lines() if line is not None])
 
 
-def _tree_and_context(
-    function,
-    excluded_parameters=(),
-    is_kernel=True,
-    arg_features=None,
-    args=None,
-    ast_builder=None,
-    is_real_function=False,
-):
+_CONTEXT = {  # what Taichi's own function takes where it is not told
+    "excluded_parameters": (),
+    "is_kernel": True,
+    "arg_features": None,
+    "args": None,
+    "ast_builder": None,
+    "is_real_function": False,
+}
+
+
+def _tree_and_context(function, **told):
+    told = dict(_CONTEXT, **told)
     source = _source_of(function.func)
     names = kernel_impl._get_global_vars(function.func)
-    if is_kernel or is_real_function:
+    if told["is_kernel"] or told["is_real_function"]:
         for i in function.template_slot_locations:
-            names[function.arguments[i].name] = args[i]
+            names[function.arguments[i].name] = told["args"][i]
     return source.take(), ASTTransformerContext(
-        excluded_parameters=excluded_parameters,
-        is_kernel=is_kernel,
         func=function,
-        arg_features=arg_features,
         global_vars=names,
-        argument_data=args,
+        argument_data=told.pop("args"),
         src=source.lines,
         start_lineno=source.first,
         file=source.file,
-        ast_builder=ast_builder,
-        is_real_function=is_real_function,
+        **told,
     )
 
 
