@@ -8,8 +8,9 @@ from dusttaichi.compute.cache import provide_home
 
 __version__ = "0.1.0"
 
-# Taichi prints a header on import; the output of a run is for the user
+# Taichi and Quadrants print a header on import; the output of a run is for the user
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
 provide_home()
 
 # For each function that it decorates at import Taichi searches the importing module among all
@@ -26,6 +27,7 @@ _NAMES = {
     "simulate": "dusttaichi.run.interface",
     "open_run": "dusttaichi.analysis",
     "DustError": "dusttaichi.errors",
+    "ti": "dusttaichi.compute.engine",
 }
 _SUBPACKAGES = ("analysis", "export", "plots", "samples", "scene")
 

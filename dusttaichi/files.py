@@ -22,7 +22,6 @@ MEMORY = Path("/dev/shm")  # folder of files in memory, if the system has one
 WORK = "dusttaichi-"  # prefix of their names
 BLOCK = 1 << 20  # bytes that are read at a time
 FORGOTTEN = 3600.0  # age [s] of such a file from which its process was killed
-KERNEL_FOLDER = "TI_OFFLINE_CACHE_FILE_PATH"  # Taichi's variable for the folder of kernels
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
 
 

@@ -17,9 +17,9 @@ v0. It is added to the elastic viscous part. Their own function of the speed is 
 from math import pi
 from typing import Annotated, Literal
 
-import taichi as ti
 from pydantic import Field
 
+from dusttaichi import ti
 from dusttaichi.physics.contact import register
 from dusttaichi.physics.contact.damping import viscoelastic
 from dusttaichi.physics.contact.numbers import Constant

@@ -13,9 +13,9 @@ from math import pi
 from typing import Annotated
 
 import numpy as np
-import taichi as ti
 from pydantic import Field
 
+from dusttaichi import ti
 from dusttaichi.physics.contact import register
 from dusttaichi.physics.contact.numbers import Constant
 from dusttaichi.scene.interaction import NormalLaw

@@ -13,9 +13,9 @@ Where this file is imported, the YAML may say
 
 from typing import Annotated
 
-import taichi as ti
 from pydantic import Field
 
+from dusttaichi import ti
 from dusttaichi.physics.contact import register, rolling
 from dusttaichi.physics.contact.limit import limited
 from dusttaichi.physics.contact.numbers import Constant

@@ -15,9 +15,9 @@ channel `neck` of the ledger.
 from math import pi
 from typing import Annotated
 
-import taichi as ti
 from pydantic import Field
 
+from dusttaichi import ti
 from dusttaichi.physics.contact import register
 from dusttaichi.physics.contact.kinematics import across
 from dusttaichi.physics.contact.numbers import Constant, History, Property

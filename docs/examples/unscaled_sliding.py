@@ -9,8 +9,7 @@ softened sliding: this spring is the stiffest of the contact.
     interaction: {sliding: {law: unscaled, modifier: 2.5}}
 """
 
-import taichi as ti
-
+from dusttaichi import ti
 from dusttaichi.physics.contact import register, sliding
 
 

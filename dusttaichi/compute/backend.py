@@ -6,11 +6,11 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 
+from dusttaichi import compiler
 from dusttaichi.compute import cache, processor
 from dusttaichi.compute.affinity import POOL
 from dusttaichi.compute.engine import patch, settings, ti
 from dusttaichi.errors import DustError
-from dusttaichi.files import KERNEL_FOLDER
 from dusttaichi.processes import usable_cores
 
 THREAD_CLASSES = (32, 1024)  # numbers of threads that kernels are compiled for
@@ -55,11 +55,11 @@ def threads_of(scene, grains):
 
 @contextmanager
 def _shell(heard):
-    """Context without the variables TI_* of the shell, unless they are heard.
+    """Context without the compiler's variables TI_* or QD_* of the shell, unless they are heard.
 
     They would change the backend or the compilation. Those of the kernels on disk remain.
     """
-    names = [] if heard else [n for n in os.environ if n.startswith("TI_")]
+    names = [] if heard else [n for n in os.environ if n.startswith(compiler.variable(""))]
     foreign = [name for name in names if "OFFLINE_CACHE" not in name]
     hidden = {name: os.environ.pop(name) for name in foreign}
     try:
@@ -73,7 +73,7 @@ def _kernel_folder():
 
     It is not Taichi's common folder, which other programs cut down to 100 MB when they end, and it
     belongs to this processor and compiler."""
-    if os.environ.get(KERNEL_FOLDER):
+    if os.environ.get(compiler.variable(compiler.KERNEL_FOLDER)):
         return {}
     return {"offline_cache_file_path": str(processor.use_kernel_folder())}
 
@@ -86,14 +86,14 @@ def start_taichi(scene, threads):
     they move the address of the fields out of loops, without which LLVM vectorises none of them.
 
     With numerics.debug Taichi's internals are not patched, it checks the bounds of fields and uses
-    IEEE arithmetic, and the TI_* of the shell apply.
+    IEEE arithmetic, and its variables of the shell apply.
     """
     debug = scene.numerics.debug
     patch(debug)
     for text in cache.remarks():
         logging.getLogger("dusttaichi").warning(text)
     arch = {"cpu": ti.cpu, "cuda": ti.cuda}[scene.numerics.backend]
-    os.environ.setdefault("TI_OFFLINE_CACHE_CLEANING_POLICY", "lru")
+    os.environ.setdefault(compiler.variable("OFFLINE_CACHE_CLEANING_POLICY"), "lru")
     try:
         # Taichi prints where it starts; the output of a run belongs to the user
         with redirect_stdout(StringIO()), _shell(heard=debug), POOL.start(threads):
@@ -116,6 +116,6 @@ def start_taichi(scene, threads):
         settings().cpu_max_num_threads = next((n for n in THREAD_CLASSES if n >= threads), threads)
     except Exception as error:
         raise DustError(
-            f"numerics.backend = {scene.numerics.backend}: Taichi cannot start it here "
+            f"numerics.backend = {scene.numerics.backend}: {compiler.label()} cannot start it here "
             f"({str(error).splitlines()[0]}); try backend: cpu"
         ) from error

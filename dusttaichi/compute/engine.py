@@ -1,26 +1,34 @@
-"""The compiler, in one place: every other module takes `ti` from here, and none imports Taichi.
+"""The compiler, in one place: every other module takes `ti` from here, and none imports it.
 
-Its internals are patched here too (see compute/taichi_patches.py and compute/kernel_arguments.py),
-only in the versions that the patches were tested with, and never with `numerics.debug: true`.
+It is Taichi, or Quadrants where DUST_COMPILER says so (see dusttaichi/compiler.py). The internals
+of Taichi are patched here too (see compute/taichi_patches.py and compute/kernel_arguments.py), only
+in versions that were tested, and never with `numerics.debug: true`.
 """
 
 from functools import cache
+from importlib import import_module
 
-import taichi as ti
+from dusttaichi import compiler
 
-PATCHED = ("1.7.3", "1.7.4")  # versions of Taichi that the patches were tested with
-VERSION = ".".join(map(str, ti.__version__))
+VERSION = compiler.version()  # raises where it is not installed
+TESTED = {"taichi": ("1.7.3", "1.7.4"), "quadrants": ("1.3.3",)}  # versions known inside out
+ti = import_module(compiler.name())
 
-__all__ = ["PATCHED", "VERSION", "patch", "program", "rows", "settings", "ti"]
+__all__ = ["TESTED", "VERSION", "patch", "program", "rows", "settings", "tested", "ti"]
+
+
+def tested():
+    """Whether the internals of the compiler are those that were tested."""
+    return VERSION in TESTED[compiler.name()]
 
 
 def program():
-    """The current program of Taichi, a new one after each start."""
+    """The current program of the compiler, a new one after each start."""
     return ti.lang.impl.get_runtime().prog
 
 
 def settings():
-    """Settings of the running Taichi: arch, cpu_max_num_threads, ...; they may be set."""
+    """Settings of the running compiler: arch, cpu_max_num_threads, ...; they may be set."""
     return ti.lang.impl.current_cfg()
 
 
@@ -34,9 +42,9 @@ def patch(debug):
 def _patches():
     """Rows (module or class, name in it, Taichi's own object, replacement).
 
-    None for a version that was not tested.
+    None for a version that was not tested, and for Quadrants, whose internals are others.
     """
-    if VERSION not in PATCHED:
+    if compiler.name() != "taichi" or not tested():
         return []
     from dusttaichi.compute import kernel_arguments, taichi_patches
 
@@ -51,6 +59,7 @@ def rows(debug):
     elif _patches():
         text = "applied: kernels are read and called in less time"
     else:
-        tested = " and ".join(PATCHED)
-        text = f"none: they are for Taichi {tested}, and without them the first step takes longer"
-    return [("compiler", f"Taichi {VERSION}"), ("patches of its internals", text)]
+        known = " and ".join(TESTED["taichi"])
+        text = f"none: they are for Taichi {known}, and without them the first step takes longer"
+    name = compiler.name().capitalize()
+    return [("compiler", f"{name} {VERSION}"), ("patches of its internals", text)]

@@ -2,8 +2,8 @@
 
 LLVM chooses the width of vectors by the name of the processor. LLVM 15, with which Taichi 1.7
 compiles, takes an AMD processor newer than itself (Zen 5) for the oldest one: two doubles at a
-time, whatever its registers hold. No Taichi is imported here; a child process compiles the loop
-from whose code the width is read.
+time, whatever its registers hold. The compiler is not imported here; a child process compiles the
+loop from whose code the width is read.
 """
 
 import hashlib
@@ -11,15 +11,16 @@ import json
 import os
 import platform
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
 from contextlib import suppress
 from functools import lru_cache
-from importlib import metadata
 from pathlib import Path
 
+from dusttaichi import compiler
 from dusttaichi.compute.cache import cache_folder
 from dusttaichi.files import write_whole
 from dusttaichi.processes import python_command
@@ -100,7 +101,7 @@ def kernel_key():
     name, found = _described()
     digest = hashlib.sha256("\n".join([name, platform.machine(), *sorted(found)]).encode())
     slug = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:40]
-    return f"{slug}-{digest.hexdigest()[:8]}-taichi-{metadata.version('taichi')}"
+    return f"{slug}-{digest.hexdigest()[:8]}-{compiler.name()}-{compiler.version()}"
 
 
 def kernel_folder():
@@ -137,10 +138,7 @@ def _remove_unused(root):
 
 
 def _remove(folder):
-    # Taichi makes no folders in it
-    for path in folder.iterdir():
-        path.unlink(missing_ok=True)
-    folder.rmdir()
+    shutil.rmtree(folder)
     folder.with_name(f"{folder.name}.json").unlink(missing_ok=True)
 
 
@@ -168,7 +166,7 @@ def compiled_bits():
 
 def _found_in_a_child():
     command = python_command("dusttaichi.compute.processor")
-    environment = {n: v for n, v in os.environ.items() if not n.startswith("TI_")}
+    environment = {n: v for n, v in os.environ.items() if not n.startswith(compiler.variable(""))}
     try:
         with tempfile.TemporaryDirectory() as folder:
             done = subprocess.run(
@@ -228,8 +226,8 @@ def warning():
         return None
     return (
         f"kernels use vectors of {bits} bits where this processor has {own}: the compiler "
-        f"(LLVM of Taichi {metadata.version('taichi')}) does not know it, and steps of grains "
-        "take about 1.3 times as long"
+        f"(LLVM of {compiler.label()}) does not know it, and steps of grains take about 1.3 times "
+        f"as long; {compiler.VARIABLE}=quadrants chooses a newer one"
     )
 
 

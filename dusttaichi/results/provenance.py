@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from dusttaichi import __version__
+from dusttaichi import __version__, compiler
 from dusttaichi.compute import processor
 
 
@@ -39,7 +39,7 @@ def provenance(scene_given, scene_resolved, **numbers) -> dict:
         title, seed, backend, precision, threads, time_step [s] and further attributes of the run;
         those that are None are left out when written.
     """
-    versions = {name: metadata.version(name) for name in ("taichi", "numpy", "netCDF4")}
+    versions = {name: metadata.version(name) for name in (compiler.name(), "numpy", "netCDF4")}
     return {
         "Conventions": "CF-1.11",
         "source": f"dusttaichi {__version__}",

@@ -2,22 +2,21 @@
 
 import hashlib
 from functools import lru_cache
-from importlib import metadata
 from pathlib import Path
 from typing import NamedTuple
 
-from dusttaichi import method
+from dusttaichi import compiler, method
 from dusttaichi.run.same_scene import input_hashes
 from dusttaichi.scene import extensions
 
 
 @lru_cache(maxsize=1)
 def package_hash():
-    """Hash of the source of this package and of Taichi's version."""
+    """Hash of the source of this package, and of its compiler and that one's version."""
     root, digest = Path(__file__).parents[1], hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
-    digest.update(metadata.version("taichi").encode())
+    digest.update(compiler.label().encode())
     return digest.hexdigest()
 
 

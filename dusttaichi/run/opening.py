@@ -1,6 +1,6 @@
 """Start of a run: new, from a stage stored by an earlier run, or resumed."""
 
-from dusttaichi import method, units
+from dusttaichi import compiler, method, units
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State
@@ -129,9 +129,9 @@ class Opening:
     def _check_code(self, saved):
         if saved.meta.get("code") != self.origin.code:
             raise DustError(
-                f"{saved.source} was written by another version of dusttaichi, or with another "
-                "version of your laws, whose numbers may differ. Continue with that version, or "
-                "start again with --force."
+                f"{saved.source} was written by another version of dusttaichi or its compiler "
+                f"(here {compiler.label()}), or with another version of your laws: numbers may "
+                "differ. Continue with that version, or start again with --force."
             )
 
     def _run(self, sim, state, writer):

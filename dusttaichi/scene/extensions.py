@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dusttaichi import method
+from dusttaichi import compiler, method
 from dusttaichi.files import refuse_unreadable
 from dusttaichi.physics.contact import registry as laws
 from dusttaichi.scene import problems
@@ -170,6 +170,17 @@ def _run(extension: Extension, source: bytes) -> None:
     except BaseException as error:  # any class of error that the file may define
         del sys.modules[module.__name__]
         raise _Refused(_said(error, path)) from None
+    _refuse_another_compiler(module)
+
+
+def _refuse_another_compiler(module: types.ModuleType) -> None:
+    """Its functions would not be known to the compiler of all others."""
+    modules = [value for value in vars(module).values() if isinstance(value, types.ModuleType)]
+    for other in {found.__name__ for found in modules} & compiler.PREFIX.keys() - {compiler.name()}:
+        raise _Refused(
+            f"it imports {other}, while {compiler.name()} compiles the kernels; write `from "
+            f"dusttaichi import ti` instead ({module.__file__})"
+        )
 
 
 def _said(error: BaseException, path: str) -> str:

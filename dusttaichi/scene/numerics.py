@@ -46,7 +46,7 @@ class CommonNumerics(Block):
     debug: bool = Field(
         False,
         description="for debugging kernels: bounds are checked, fast math and patches of the "
-        "compiler are off, TI_* variables of the shell are used; slower",
+        "compiler are off, its variables TI_* of the shell are used; slower",
     )
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
+from dusttaichi import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.processes import usable_cores
 from dusttaichi.studies.workers import LOST, Worker
@@ -28,7 +29,7 @@ class Timed(AbstractContextManager):
     A context manager: at its end the process ends by itself and writes its kernels to the cache;
     after an error it is killed.
 
-    task: "module:function". kernels: folder of the compiled kernels, by default that of Taichi.
+    task: "module:function". kernels: folder of the compiled kernels, by default the common one.
     """
 
     def __init__(self, task: str, kernels: Path | None = None):
@@ -60,7 +61,7 @@ def machine(*further: str) -> str:
         f"{here['cpu']}, {here['cpu_cores']} cores",
         "vectors of unknown width" if bits is None else f"vectors of {bits} bits",
         f"Python {here['python_version']}",
-        f"Taichi {here['taichi_version']}",
+        compiler.label(),
         f"dusttaichi {here['dusttaichi_version']}",
     ]
     return "; ".join([*texts, *further])

@@ -26,7 +26,7 @@ import threading
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field
 
-from dusttaichi.files import KERNEL_FOLDER
+from dusttaichi import compiler
 from dusttaichi.processes import python_command
 
 LOST = 1  # code of a process that died, or did not answer in time
@@ -38,9 +38,10 @@ PATIENCE = 120.0  # s for a stopped process to write its checkpoint, before it i
 def environment(kernels=None):
     """Environment of a worker: that of this process.
 
-    kernels: folder of the compiled kernels, by default that of Taichi.
+    kernels: folder of the compiled kernels, by default the common one.
     """
-    return {**os.environ, **({} if kernels is None else {KERNEL_FOLDER: str(kernels)})}
+    own = {} if kernels is None else {compiler.variable(compiler.KERNEL_FOLDER): str(kernels)}
+    return {**os.environ, **own}
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import pytest
 from scenes import CONFIGS, KERNELS
 
 from benchmarks import parts
+from dusttaichi import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load
 
@@ -38,7 +39,7 @@ def table(tmp_path_factory):
     folder = tmp_path_factory.mktemp("parts")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
-        patch.setenv("TI_OFFLINE_CACHE_FILE_PATH", KERNELS)
+        patch.setenv(compiler.variable(compiler.KERNEL_FOLDER), KERNELS)
         patch.setattr(parts, "FILLING_FACTOR", 0.15)  # a cake, which needs no kernels to be made
         adhesion = parts.OPEN.settings | parts._off("rolling", "sliding") | parts.NO_DAMPING
         one, two = (parts.Variant(adhesion | more) for more in ({}, parts._off("twisting")))

@@ -14,7 +14,7 @@ from scenes import KERNELS
 
 from benchmarks import lammps, sample, speed, timing
 from benchmarks.table import Row, SpeedTable, Start
-from dusttaichi import samples
+from dusttaichi import compiler, samples
 from dusttaichi.errors import DustError
 
 GRAINS = 60
@@ -27,7 +27,7 @@ def table(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
-        patch.setenv("TI_OFFLINE_CACHE_FILE_PATH", KERNELS)
+        patch.setenv(compiler.variable(compiler.KERNEL_FOLDER), KERNELS)
         patch.setattr(timing.Plan, "kernels_of", lambda *_: Path(KERNELS))  # nothing is compiled
         sample.make(sample.Recipe(GRAINS, 0.35))  # here, where its kernels are compiled already
         result = speed.main(

@@ -15,6 +15,7 @@ import synthetic
 from rich.console import Console
 from scenes import CONFIGS
 
+from dusttaichi import compiler
 from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli
 from dusttaichi.commands import completion, console, options, progress
@@ -121,7 +122,7 @@ def test_two_interrupts_while_it_starts_give_no_traceback(tmp_path, delay):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, "TI_OFFLINE_CACHE_FILE_PATH": str(tmp_path / "kernels")},
+        env={**os.environ, compiler.variable(compiler.KERNEL_FOLDER): str(tmp_path / "kernels")},
     )
     process.stdout.readline()
     time.sleep(delay)

@@ -7,7 +7,7 @@ import pytest
 
 FIELDS = """
 import resource
-import taichi as ti
+from dusttaichi.compute.engine import ti
 from dusttaichi.compute.memory import arrays_of
 from dusttaichi.errors import DustError
 

@@ -7,6 +7,7 @@ import time
 import pytest
 from typer.testing import CliRunner
 
+from dusttaichi import compiler
 from dusttaichi.commands.app import app
 from dusttaichi.compute import processor
 
@@ -37,10 +38,11 @@ def test_processors_and_compilers_share_no_folder(home, monkeypatch):
     folders.append(processor.kernel_folder())
     home((OTHER[0], OTHER[1] - {"avx512f"}))
     folders.append(processor.kernel_folder())
-    monkeypatch.setattr(processor.metadata, "version", lambda name: "1.8.0")
+    monkeypatch.setattr(compiler.metadata, "version", lambda name: "1.8.0")
     folders.append(processor.kernel_folder())
     assert len(set(folders)) == 4
-    assert "amd-epyc-9755" in folders[1].name and folders[3].name.endswith("taichi-1.8.0")
+    assert "amd-epyc-9755" in folders[1].name
+    assert folders[3].name.endswith(f"{compiler.name()}-1.8.0")
 
 
 def test_kernels_of_others_go_when_nobody_uses_them(home):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compilers import taichi_alone
 from scenes import make_scene
 
 from dusttaichi.compute.backend import start_taichi
@@ -105,6 +106,7 @@ def test_products_of_vectors_are_those_of_numpy():
     assert out.to_numpy().tolist() == expected
 
 
+@taichi_alone
 def test_vectors_of_unlike_lengths_are_refused():
     start_taichi(make_scene(), 1)
 

@@ -8,6 +8,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from compilers import taichi_alone
 
 from dusttaichi import analysis
 from dusttaichi.compute.engine import ti
@@ -113,6 +114,7 @@ def is_passed(value, codes, files, kinds):
     return getattr(getattr(value, "func", value), "__code__", None) in codes
 
 
+@taichi_alone
 @pytest.mark.parametrize("page", ["walk_number.md", "walk_force.md"])
 def test_the_walks_name_the_code_that_the_data_pass(page, passed):
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")

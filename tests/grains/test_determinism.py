@@ -7,7 +7,7 @@ import numpy as np
 from scenes import FAR, Probe, box, make_scene, sample_of
 from test_search import FREE, same_bits, state, stirred
 
-from dusttaichi import samples
+from dusttaichi import compiler, samples
 from dusttaichi.compute import backend
 
 
@@ -48,9 +48,11 @@ def test_settings_of_taichi_in_the_shell_change_nothing(monkeypatch):
     seen = []
     monkeypatch.setattr(backend.ti, "init", lambda **how: seen.append(dict(os.environ)))
     monkeypatch.setattr(backend, "settings", SimpleNamespace)
-    for name, value in {"TI_ARCH": "vulkan", "TI_DEBUG": "1"}.items():
+    foreign = {compiler.variable("ARCH"): "vulkan", compiler.variable("DEBUG"): "1"}
+    folder = compiler.variable(compiler.KERNEL_FOLDER)
+    for name, value in foreign.items():
         monkeypatch.setenv(name, value)
-    monkeypatch.setenv("TI_OFFLINE_CACHE_FILE_PATH", "/here")
+    monkeypatch.setenv(folder, "/here")
     backend.start_taichi(make_scene(**FREE), 1)
-    assert not {"TI_ARCH", "TI_DEBUG"} & set(seen[0])
-    assert seen[0]["TI_OFFLINE_CACHE_FILE_PATH"] == "/here" and os.environ["TI_ARCH"] == "vulkan"
+    assert not foreign.keys() & set(seen[0])
+    assert seen[0][folder] == "/here" and foreign.items() <= os.environ.items()

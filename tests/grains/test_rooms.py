@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scenes import RADIUS, Probe, box, make_scene, sample_of
 
+from dusttaichi import compiler
 from dusttaichi.compute import memory
 from dusttaichi.compute.engine import ti
 from dusttaichi.domain.cell import Cell
@@ -41,7 +42,7 @@ def test_a_room_holds_its_grains_and_wastes_little():
 
 
 def test_scenes_of_one_room_share_their_kernels(tmp_path, monkeypatch):
-    monkeypatch.setenv("TI_OFFLINE_CACHE_FILE_PATH", str(tmp_path))
+    monkeypatch.setenv(compiler.variable(compiler.KERNEL_FOLDER), str(tmp_path))
 
     def kernels_after(number, threads):
         monkeypatch.setattr(build, "threads_of", lambda scene, grains: threads)
@@ -49,7 +50,7 @@ def test_scenes_of_one_room_share_their_kernels(tmp_path, monkeypatch):
         probe.advance(3)
         probe.energy()
         ti.reset()  # the cache is written now
-        return {path.name for path in tmp_path.glob("*.tic")}
+        return {path.name for path in tmp_path.rglob("*.*c")}  # .tic or .qdc
 
     first = kernels_after(7, 1)
     assert len(first) > 5

@@ -18,7 +18,7 @@ class Response:
 
     def __init__(self, fields, lists, layout):
         self.f, self.lists, self.layout, self.n = fields, lists, layout, layout.dimension
-        self.columns = tuple(enumerate(NUMBERS))
+        self.columns = range(len(NUMBERS))
 
     @ti.func
     def material(self, i, first: ti.template()):
@@ -26,7 +26,7 @@ class Response:
         own = first
         if ti.static(self.layout.materials):
             row = self.f.material[i]
-            own = MATERIAL(**{name: self.lists.materials[row, n] for n, name in self.columns})
+            own = MATERIAL(*[self.lists.materials[row, n] for n in self.columns])
         return own
 
     @ti.func

@@ -70,12 +70,12 @@ class EqualNumbers:
     def __init__(self, fields, layout):
         self.table, self.touches = fields["numbers"], fields["touches"]
         self.Numbers = numbers_type(layout.model, layout.law)
-        self.columns = tuple(enumerate(declared(layout.model)))
+        self.columns = range(len(declared(layout.model)))
 
     @ti.func
     def of_kind(self, kind: ti.template()):
         """Numbers of contacts of a kind, to be read beside a loop over them."""
-        return self.Numbers(**{name: self.table[kind, n] for n, name in self.columns})
+        return self.Numbers(*[self.table[kind, n] for n in self.columns])
 
     @ti.func
     def touch_of(self, kind: ti.template(), b, lane):

@@ -125,7 +125,7 @@ class OwnNumbers(EqualNumbers):
         column = {name: layout.constants + n for n, name in enumerate(layout.stored)}
         self.r1, self.r2, self.mass = (column[name] for name in ("r1", "r2", "mass"))
         self.softened, self.gap = "gap" in column, column.get("gap", 0)
-        self.of_laws = tuple((name, column[name]) for name in layout.model.numbers)
+        self.of_laws = tuple(column[name] for name in layout.model.numbers)
 
     @ti.func
     def touch_of(self, kind: ti.template(), b, lane):
@@ -141,17 +141,9 @@ class OwnNumbers(EqualNumbers):
         touch = r1 + r2
         if ti.static(self.softened):
             touch += self.contact[b, self.gap, lane]
-        return self.Numbers(
-            r1=r1,
-            r2=r2,
-            inv_r1=inv_r1,
-            inv_r2=inv_r2,
-            R=R,
-            touch=touch,
-            inv_sum=inv_sum,
-            mass=self.contact[b, self.mass, lane],
-            **{name: self.contact[b, row, lane] for name, row in self.of_laws},
-        )
+        mass = self.contact[b, self.mass, lane]
+        radii = [r1, r2, inv_r1, inv_r2, R, touch, inv_sum, mass]  # in the order of RADII
+        return self.Numbers(*radii, *[self.contact[b, row, lane] for row in self.of_laws])
 
 
 def make_write_constants(fields, interfaces, scene, layout):
@@ -237,7 +229,7 @@ def make_write(fields, interfaces, scene, layout):
         table[b, column["mass"], k] = c.mass
         for law, keys in ti.static(of_laws):
             # a struct needs a member: the row, for a law without keys
-            own = ti.Struct(row=row, **{name: interfaces[row, n] for name, n in keys})
+            own = ti.Struct({"row": row, **{name: interfaces[row, n] for name, n in keys}})
             found = law.numbers(c, own)
             for name in ti.static(tuple(law.NUMBERS)):
                 table[b, column[name], k] = found[name]

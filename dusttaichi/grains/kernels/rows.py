@@ -21,7 +21,8 @@ class Rows:
         masked = [*layout.model.radial, *(n for n in layout.model.springs if _masks(n))]
         own = {name for law in masked for name in law.HISTORY}
         self.own = (*own, "touched")  # not masked: their effects do that
-        members = {name: self.real if width == 1 else self.vec3 for name, _, width in named}
+        members = dict.fromkeys((name for name, _ in self.scalars), self.real)
+        members |= dict.fromkeys((name for name, _ in self.vectors), self.vec3)
         self.History = ti.types.struct(**members)
         self.touched = layout.rows["touched"][0]
         self.history_rows = layout.history_rows
@@ -46,8 +47,8 @@ class Rows:
     def history(self, b, lane):
         """History of a contact."""
         return self.History(
-            **{name: self.table[b, first, lane] for name, first in self.scalars},
-            **{name: self.vector(b, first, lane) for name, first in self.vectors},
+            *[self.table[b, first, lane] for _, first in self.scalars],
+            *[self.vector(b, first, lane) for _, first in self.vectors],
         )
 
     @ti.func

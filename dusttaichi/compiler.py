@@ -1,0 +1,44 @@
+"""Which compiler makes the kernels: Taichi, or Quadrants, its successor, where the shell says so.
+
+Neither is imported here (compute/engine.py does), so that what only reads results does not wait.
+"""
+
+import os
+from importlib import metadata
+
+from dusttaichi.errors import DustError
+
+VARIABLE = "DUST_COMPILER"
+PREFIX = {"taichi": "TI_", "quadrants": "QD_"}  # of the variables that a compiler itself heeds
+
+KERNEL_FOLDER = "OFFLINE_CACHE_FILE_PATH"  # its variable for the folder of kernels, without PREFIX
+
+
+def name():
+    """Name of its package. Raises DustError for an unknown one."""
+    given = os.environ.get(VARIABLE, "")
+    found = given.strip().lower() or "taichi"
+    if found not in PREFIX:
+        raise DustError(f"{VARIABLE}={given}: no such compiler; allowed: {', '.join(PREFIX)}")
+    return found
+
+
+def version():
+    """Version of its package. Raises DustError where it is not installed."""
+    try:
+        return metadata.version(name())
+    except metadata.PackageNotFoundError:
+        raise DustError(
+            f"{VARIABLE}={name()}: it is not installed; `pip install 'dusttaichi[{name()}]'` "
+            f"installs it, and without {VARIABLE} kernels are compiled by Taichi"
+        ) from None
+
+
+def label():
+    """Name and version for people."""
+    return f"{name().capitalize()} {version()}"
+
+
+def variable(of):
+    """The environment variable of the compiler itself for a setting, such as OFFLINE_CACHE."""
+    return PREFIX[name()] + of
