@@ -11,15 +11,15 @@ from importlib import import_module
 from dusttaichi import compiler
 
 VERSION = compiler.version()  # raises where it is not installed
-TESTED = {"taichi": ("1.7.3", "1.7.4"), "quadrants": ("1.3.3",)}  # versions known inside out
+PATCHED = ("1.7.3", "1.7.4")  # versions of Taichi whose internals were tested
 ti = import_module(compiler.name())
 
-__all__ = ["TESTED", "VERSION", "patch", "program", "rows", "settings", "tested", "ti"]
+__all__ = ["PATCHED", "VERSION", "patch", "program", "rows", "settings", "tested", "ti"]
 
 
 def tested():
-    """Whether the internals of the compiler are those that were tested."""
-    return VERSION in TESTED[compiler.name()]
+    """Whether the compiler is one whose internals were tested."""
+    return compiler.name() == "taichi" and VERSION in PATCHED
 
 
 def program():
@@ -44,7 +44,7 @@ def _patches():
 
     None for a version that was not tested, and for Quadrants, whose internals are others.
     """
-    if compiler.name() != "taichi" or not tested():
+    if not tested():
         return []
     from dusttaichi.compute import kernel_arguments, taichi_patches
 
@@ -59,7 +59,7 @@ def rows(debug):
     elif _patches():
         text = "applied: kernels are read and called in less time"
     else:
-        known = " and ".join(TESTED["taichi"])
+        known = " and ".join(PATCHED)
         text = f"none: they are for Taichi {known}, and without them the first step takes longer"
     name = compiler.name().capitalize()
     return [("compiler", f"{name} {VERSION}"), ("patches of its internals", text)]

@@ -48,7 +48,7 @@ class Launch:
     """A kernel without arguments, which may return one integer; it is called like the kernel.
 
     The compiled kernel of the first call is reused until Taichi is restarted. In versions of Taichi
-    that have not been tested every call is Taichi's own.
+    that have not been tested, and with Quadrants, which is quick, every call is the compiler's own.
     """
 
     def __init__(self, kernel):

@@ -8,6 +8,7 @@ import sys
 from functools import cache
 from pathlib import Path
 
+from dusttaichi import compiler
 from dusttaichi.compute.cache import cache_folder
 
 HERE = Path(__file__).parent
@@ -54,7 +55,7 @@ def start(arguments, out, **settings):
         "EMULATOR_OUT": str(out),
         "EMULATOR_PYTHON": sys.executable,
         "EMULATOR_CACHE": str(cache_folder() / "emulator" / "modules"),
-        "TI_OFFLINE_CACHE_FILE_PATH": str(cache_folder() / "emulator" / "kernels"),
+        compiler.variable(compiler.KERNEL_FOLDER): str(cache_folder() / "emulator" / "kernels"),
         **{f"EMULATOR_{name.upper()}": str(value) for name, value in settings.items()},
     }
     found = subprocess.run(

@@ -173,10 +173,13 @@ Result cuLaunchKernel(Function *f, unsigned gx, unsigned gy, unsigned gz, unsign
   return 0;
 }
 
-/* what Taichi looks up and does not call here */
+/* what the compilers look up and do not call here */
 #define UNUSED(x) Result x(void) { fprintf(stderr, "emulator: " #x " is not there\n"); return 801; }
 UNUSED(cuStreamBeginCapture_v2) UNUSED(cuLinkCreate_v2) UNUSED(cuLinkAddData_v2) UNUSED(cuLinkAddFile_v2)
 UNUSED(cuLinkComplete) UNUSED(cuLinkDestroy) UNUSED(cuImportExternalMemory)
 UNUSED(cuExternalMemoryGetMappedBuffer) UNUSED(cuExternalMemoryGetMappedMipmappedArray)
 UNUSED(cuMipmappedArrayGetLevel) UNUSED(cuSurfObjectCreate) UNUSED(cuImportExternalSemaphore)
 UNUSED(cuSignalExternalSemaphoresAsync) UNUSED(cuWaitExternalSemaphoresAsync)
+UNUSED(cuGraphCreate) UNUSED(cuGraphDestroy) UNUSED(cuGraphAddNode) UNUSED(cuGraphAddEmptyNode)
+UNUSED(cuGraphAddKernelNode) UNUSED(cuGraphConditionalHandleCreate) UNUSED(cuGraphInstantiate)
+UNUSED(cuGraphExecDestroy) UNUSED(cuGraphLaunch)

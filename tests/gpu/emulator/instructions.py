@@ -40,8 +40,10 @@ ATOMIC = {
     "xor": "old ^ {0}",
     "cas": "old == {0} ? {1} : old",
 }
-# `.param .align 8 .b8 name[16]`
-PARAMETER = re.compile(r"\.param (?:\.align \d+ )?\.(\w+)\s+([\w$]+)(?:\[(\d+)\])?$")
+# `.param .align 8 .b8 name[16]`, `.param .u64 .ptr .global .align 1 name`
+PARAMETER = re.compile(
+    r"\.param (?:\.align \d+ )?\.(\w+)\s+(?:\.ptr (?:\.\w+ )??\.align \d+ )?([\w$]+)(?:\[(\d+)\])?$"
+)
 
 
 class Untranslated(Exception):
@@ -78,6 +80,7 @@ class Body:
 
     def __init__(self):
         self.named, self.lines, self.meets = {}, [], False
+        self.label, self.targets = None, {}  # the last label, the targets of a table of jumps
 
     # -- operands --------------------------------------------------------------------------------
 
@@ -156,6 +159,11 @@ class Body:
 
     def do_bra(self, mods, kind, a):
         return f"goto {a[0].replace('$', '_S_')};"
+
+    def do_brx(self, mods, kind, a):
+        jumps = enumerate(self.targets[a[1]])
+        cases = " ".join(f"case {n}: goto {to.replace('$', '_S_')};" for n, to in jumps)
+        return f"switch ({self.value(a[0], 'u32')}) {{ {cases} }}"
 
     def do_membar(self, mods, kind, a):
         return ";"
@@ -416,7 +424,10 @@ class Body:
             return
         if s in "{}":
             self.lines.append(s)
+        elif s.startswith(".branchtargets"):
+            self.targets[self.label] = operands(s.removeprefix(".branchtargets"))
         elif s.endswith(":"):
+            self.label = s[:-1].strip()
             self.lines.append(f"{s[:-1].strip().replace('$', '_S_')}:;")
         elif s.startswith(".reg"):
             self.lines.append(self._registers(s))

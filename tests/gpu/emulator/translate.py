@@ -1,5 +1,5 @@
-"""`python translate.py MOD.ptx`: translates the PTX of Taichi's kernels (of LLVM's NVPTX) to C
-and compiles it to MOD.so, which has run_NAME(parameters, blocks, threads) for each kernel.
+"""`python translate.py MOD.ptx`: translates the PTX of kernels (of LLVM's NVPTX) to C and
+compiles it to MOD.so, which has run_NAME(parameters, blocks, threads) for each kernel.
 
 Compiled modules are cached by their hash in EMULATOR_CACHE. With EMULATOR_RACES=1 reads and writes
 are recorded (threads.h).
