@@ -1,4 +1,4 @@
-"""Which compiler makes the kernels: Taichi, or Quadrants, its successor, where the shell says so.
+"""Choice of the compiler of the kernels: Taichi, or Quadrants, its successor, by DUST_COMPILER.
 
 Neither is imported here (compute/engine.py does), so that what only reads results does not wait.
 """

@@ -18,7 +18,7 @@ __all__ = ["PATCHED", "VERSION", "patch", "program", "rows", "settings", "tested
 
 
 def tested():
-    """Whether the compiler is one whose internals were tested."""
+    """True for a compiler whose internals were tested."""
     return compiler.name() == "taichi" and VERSION in PATCHED
 
 

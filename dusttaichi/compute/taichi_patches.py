@@ -120,7 +120,7 @@ def _last_line(code):
     return max(inner + [line for *_, line in code.co_lines() if line is not None])
 
 
-_CONTEXT = {  # what Taichi's own function takes where it is not told
+_CONTEXT = {  # defaults of Taichi's own function
     "excluded_parameters": (),
     "is_kernel": True,
     "arg_features": None,
@@ -130,21 +130,21 @@ _CONTEXT = {  # what Taichi's own function takes where it is not told
 }
 
 
-def _tree_and_context(function, **told):
-    told = dict(_CONTEXT, **told)
+def _tree_and_context(function, **settings):
+    settings = dict(_CONTEXT, **settings)
     source = _source_of(function.func)
     names = kernel_impl._get_global_vars(function.func)
-    if told["is_kernel"] or told["is_real_function"]:
+    if settings["is_kernel"] or settings["is_real_function"]:
         for i in function.template_slot_locations:
-            names[function.arguments[i].name] = told["args"][i]
+            names[function.arguments[i].name] = settings["args"][i]
     return source.take(), ASTTransformerContext(
         func=function,
         global_vars=names,
-        argument_data=told.pop("args"),
+        argument_data=settings.pop("args"),
         src=source.lines,
         start_lineno=source.first,
         file=source.file,
-        **told,
+        **settings,
     )
 
 
