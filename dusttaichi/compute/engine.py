@@ -26,8 +26,9 @@ def tested():
 
 
 def program():
-    """The current program of the compiler, a new one after each start."""
-    return ti.lang.impl.get_runtime().prog
+    """The current program of the compiler, a new one after each start; None without one."""
+    runtime = ti.lang.impl.get_runtime()
+    return runtime._prog if hasattr(runtime, "_prog") else runtime.prog  # Quadrants, Taichi
 
 
 def settings():
