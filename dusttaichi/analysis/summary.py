@@ -48,7 +48,7 @@ def table(numbers):
 def has_fit_error(numbers, of=None):
     """True where a number of a `summary`, or of a row of `compare`, has an uncertainty.
 
-    of: the method of the run; by default the numbers of all methods are looked at.
+    of: the method of the run; by default the numbers of all methods are checked.
     """
     rows = (number for family in families(of) for number in family.numbers)
     errors = (numbers.get(number.error) for number in rows)

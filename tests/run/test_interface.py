@@ -189,15 +189,14 @@ def test_names_wait_for_nothing():
         dt.nothing  # noqa: B018
 
 
-# What takes 0.3 s and more to import, and is for results, large samples or units out of the list.
+# What takes 0.3 s and more to import, and is for results or for units out of the list.
 LATER = (
-    "scipy.spatial", "scipy.sparse", "scipy.special", "scipy.optimize", "scipy.ndimage", "pandas",
-    "xarray", "dask", "matplotlib", "pint", "dusttaichi.analysis", "dusttaichi.plots",
+    "pandas", "xarray", "dask", "matplotlib", "pint", "dusttaichi.analysis", "dusttaichi.plots",
 )  # fmt: skip
 
 
 def test_a_run_imports_what_its_steps_need(tmp_path):
-    """What analyses results is imported at the end of a run, and SciPy for larger samples."""
+    """What analyses results is imported at the end of a run."""
     words = ["run", "smoke", "--set", "stop.steps=40", "--output", str(tmp_path / "out")]
     code = (
         "import sys; from dusttaichi import run; from dusttaichi.commands.app import main\n"
@@ -211,15 +210,3 @@ def test_a_run_imports_what_its_steps_need(tmp_path):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (tmp_path / "out" / RESULT).exists(), done.stderr
     assert done.stderr.splitlines()[-1] == "[]"
-
-
-def test_samples_of_few_grains_do_without_scipy():
-    kinds = ("omni_static", "uni_static", "mixture", "collision", "pair", "sound_chain")
-    code = (
-        "import sys; from dusttaichi import samples; from dusttaichi.scene import load\n"
-        f"for name in {kinds}:\n"
-        "    samples.make(load(name))\n"
-        f"    assert not {set(LATER)} & set(sys.modules), name\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
