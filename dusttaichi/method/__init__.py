@@ -130,7 +130,7 @@ class Method:
     read_snapshot
         read_snapshot(run, number): one snapshot of a Run.
     picture
-        Draws snapshots (plots.picture.Picture).
+        Draws snapshots (plots.registry.Picture).
     exports
         Format -> writer.
     trade_parameters

@@ -21,7 +21,7 @@ from dusttaichi.plots.colouring import (
     colour_map,
 )
 from dusttaichi.plots.frame_of_picture import cell_lines, cell_segments, scale_bar
-from dusttaichi.plots.picture import Picture
+from dusttaichi.plots.registry import Picture
 from dusttaichi.plots.spheres import Camera, axes_of, picture
 
 VIEWS = {

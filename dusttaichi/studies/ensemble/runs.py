@@ -19,8 +19,8 @@ from dusttaichi.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.processes import usable_cores
 from dusttaichi.results.reading import open_tree
 from dusttaichi.run import checkpoint
+from dusttaichi.run.identity import without
 from dusttaichi.run.interrupts import noted_signals
-from dusttaichi.run.same_scene import without
 from dusttaichi.studies.ensemble.jobs import Job, JobResult
 from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.scenes import input_files

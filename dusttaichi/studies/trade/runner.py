@@ -15,7 +15,7 @@ from dusttaichi import files
 from dusttaichi.analysis.observables import Measured
 from dusttaichi.errors import DustError
 from dusttaichi.run import stages
-from dusttaichi.run.code import package_hash
+from dusttaichi.run.identity import package_hash
 from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.studies.ensemble.runs import core_of
 from dusttaichi.studies.trade.point import PointResult
