@@ -16,8 +16,6 @@ from dusttaichi.method import attribute
 from dusttaichi.plots.style import GREY, styled
 from dusttaichi.results.shown import FIGURES
 
-LAST = 1000.0
-
 
 def in_common(does):
     """Rule for a figure of several Runs: all to which it applies, if two or more."""

@@ -152,11 +152,11 @@ def appended(rows, blocks):
     return rows | blocks | appended
 
 
-def already_there(path):
-    """Message for an existing result."""
-    return (
-        f"{path} exists already. Use --force to overwrite it, --resume to continue it, or choose "
-        "another output directory."
+def already_there(path, what="it"):
+    """Error for an existing result; what: such as "with the missing runs", which --resume does."""
+    return DustError(
+        f"{path} exists already. Use --force to overwrite it, --resume to continue {what}, or "
+        "choose another output directory."
     )
 
 

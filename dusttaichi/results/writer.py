@@ -74,7 +74,7 @@ class Writer(AbstractContextManager):
         path = Path(path)
         with pieces.acquired(path, lock) as lock_of_run:
             if path.exists() and not force:
-                raise DustError(pieces.already_there(path))
+                raise pieces.already_there(path)
             layout = {v.key: v for v in variables}
             attributes = {"status": "running", "history": f"{_now()} started", **attrs}
             static = {k: np.asarray(coords[k]) for k, v in layout.items() if not v.grows}

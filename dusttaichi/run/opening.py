@@ -165,4 +165,4 @@ def _refuse_finished(path):
 def refuse_existing(directory):
     """Raise DustError for an existing result."""
     if (directory / RESULT).exists():
-        raise DustError(already_there(directory / RESULT))
+        raise already_there(directory / RESULT)

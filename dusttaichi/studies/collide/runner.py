@@ -16,6 +16,7 @@ from dusttaichi.analysis.thresholds import growth_bracket, threshold_text, thres
 from dusttaichi.errors import DustError
 from dusttaichi.processes import usable_cores
 from dusttaichi.results import provenance
+from dusttaichi.results.pieces import already_there
 from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.studies.collide.plan import make_study
 from dusttaichi.studies.ensemble.pool import open_pool
@@ -68,10 +69,7 @@ def collide(
     with files.RunLock(study.directory):
         path = study.rows_file
         if path.exists() and not force and not resume:
-            raise DustError(
-                f"{path} exists already. Use --force to overwrite it, --resume to continue with "
-                "the missing ones, or choose another output directory."
-            )
+            raise already_there(path, "with the missing ones")
         known = _known(path) if resume else {}
         left = [c for c in study.collisions if c.key not in known]
         if len(left) < len(study.collisions):

@@ -17,6 +17,7 @@ from dusttaichi.analysis.ensemble import gather
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.processes import usable_cores
+from dusttaichi.results.pieces import already_there
 from dusttaichi.results.reading import open_tree
 from dusttaichi.run import checkpoint
 from dusttaichi.run.identity import without
@@ -85,7 +86,9 @@ def run_all(
     with files.RunLock(plan.directory) if whole else nullcontext():
         if not force and not resume:
             own = [plan.members[n].directory / RESULT for n in chosen]
-            _refuse_existing([plan.file] * whole + own)
+            for path in [plan.file] * whole + own:
+                if path.exists():
+                    raise already_there(path, "with the missing runs")
         modes = {n: _mode(plan.members[n], force, resume) for n in chosen}
         left = {n: mode for n, mode in modes.items() if mode is not None}
         results = {n: JobResult(n, 0, "") for n in chosen}
@@ -99,15 +102,6 @@ def run_all(
 
 
 # -- what is there -------------------------------------------------------------------------------
-
-
-def _refuse_existing(paths):
-    for path in paths:
-        if path.exists():
-            raise DustError(
-                f"{path} exists already. Use --force to overwrite it, --resume to continue with "
-                "the missing runs, or choose another output directory."
-            )
 
 
 def _mode(member, force, resume):
