@@ -216,6 +216,11 @@ def attribute(thing: Any) -> Any:
     return getattr(importlib.import_module(module), name)
 
 
+def deferred(place: str) -> Callable:
+    """Function that imports "module:attribute" when it is called, and calls that."""
+    return lambda *arguments: attribute(place)(*arguments)
+
+
 def rows(named: tuple[Any, ...]) -> list:
     """`observables` or `figures` of a Method, those imported that are named."""
     found = [attribute(thing) for thing in named]
