@@ -36,6 +36,7 @@ from dusttaichi.results.layout import (
     copy_records,
     define,
     describe,
+    readable,
     record_counts,
     write_attributes,
 )
@@ -106,12 +107,8 @@ def pieces_of(path):
 
 def readable_pieces(path):
     """The pieces of a result. Raises DustError where they cannot be read."""
-    try:
+    with readable(path):
         return pieces_of(path)
-    except (OSError, RuntimeError, KeyError, ValueError, AttributeError) as error:
-        raise DustError(
-            f"{path} is not a result of dusttaichi that can be read: {error}."
-        ) from error
 
 
 def _parts(path):
