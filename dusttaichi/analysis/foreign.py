@@ -1,7 +1,9 @@
 """Results that another program has written or changed: checks of their texts and numbers."""
 
+import copy
 import re
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 
 import yaml
@@ -33,13 +35,19 @@ def attributes(found, path):
 def block(attributes, name, path):
     """The YAML of an attribute as plain data, {} without it. Raises DustError unless a block."""
     text = attributes.get(name, "")
-    try:
-        data = yaml.safe_load(text) or {}
-    except yaml.YAMLError:
-        data = None
+    data = _parsed(text)
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
         raise _not(path, name, text, "a block of YAML")
-    return data
+    return copy.deepcopy(data)
+
+
+@lru_cache(maxsize=64)
+def _parsed(text):
+    """Plain data of a text, once for all numbers of a run that ask for it; None if not YAML."""
+    try:
+        return yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader)) or {}
+    except yaml.YAMLError:
+        return None
 
 
 def _not(path, name, value, needed):

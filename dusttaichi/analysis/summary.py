@@ -5,7 +5,7 @@ import math
 from itertools import groupby
 
 from dusttaichi import method
-from dusttaichi.analysis.numbers import AUTO, GENERAL, families, in_order, is_known, known
+from dusttaichi.analysis.numbers import AUTO, GENERAL, families, in_order, is_known
 from dusttaichi.errors import DustError
 from dusttaichi.results.outputs import check
 
@@ -36,17 +36,22 @@ def table(numbers):
     Numbers that the run does not have are left out.
     """
     name, rows = numbers["method"], [("status", numbers["status"], "")]
-    shown = in_order(method.METHODS.get(name) and method.named(name))
+    of = method.METHODS.get(name) and method.named(name)
+    shown = in_order(of)
     for general, pairs in groupby(shown, key=lambda pair: pair[0] >= GENERAL):
-        if general and has_fit_error(numbers):
+        if general and has_fit_error(numbers, of):
             rows.append(("± of the numbers above", ONE_SAMPLE, ""))
         rows += [row for _, number in pairs for row in number.table_rows(numbers)]
     return rows + [("number not found", f"{what}: {why}", "") for what, why in numbers[PROBLEMS]]
 
 
-def has_fit_error(numbers):
-    """True where a number of a `summary`, or of a row of `compare`, has an uncertainty."""
-    errors = (numbers.get(number.error) for number in known().values())
+def has_fit_error(numbers, of=None):
+    """True where a number of a `summary`, or of a row of `compare`, has an uncertainty.
+
+    of: the method of the run; by default the numbers of all methods are checked.
+    """
+    rows = (number for family in families(of) for number in family.numbers)
+    errors = (numbers.get(number.error) for number in rows)
     return any(error is not None and math.isfinite(error) for error in errors)
 
 

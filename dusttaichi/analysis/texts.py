@@ -50,8 +50,3 @@ def quantity_text(value, unit, std=None, size=None):
         mean = f"{mean:.0f}" if whole else f"{mean:.{4 if abs(mean) >= 1e-4 else 2}g}"
         std = f"{std:.2g}"
     return f"{mean}{f' ± {std}' if scatters else ''} {name if named else ''}".rstrip()
-
-
-def rate_text(value):
-    """ "8,299", "12.3", "0.41": steps a second, with three digits at least."""
-    return f"{value:,.0f}" if value >= 100.0 else f"{value:.3g}"

@@ -84,7 +84,6 @@ def _show(sections):
 
 def _cost(scene, preview, *, measure_it):
     """Rows of the number of steps and of the run time on this machine."""
-    from dusttaichi.analysis.texts import rate_text
     from dusttaichi.scene import quantities
     from dusttaichi.studies import speeds, starts
 
@@ -109,7 +108,9 @@ def _cost(scene, preview, *, measure_it):
     of = "this scene" if speed.name == scene.name else speed.name
     source = f"{of}, {speed.size:,} particles on {_threads(speed.threads)}"
     when = "now" if measure_it else "here before"
-    rows.append(("speed", f"{rate_text(1.0 / seconds)} steps/s, measured {when}: {source}"))
+    rows.append(
+        ("speed", f"{quantities.rate_text(1.0 / seconds)} steps/s, measured {when}: {source}")
+    )
     cached, start = starts.likely(scene, preview.size)
     rows += _slow_rows(scene)
     what = "kernels are cached" if cached else "kernels are compiled"

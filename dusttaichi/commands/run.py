@@ -103,6 +103,7 @@ def _run_one(scene, directory, onward, *, quiet, phases, **how):
 
 def _shown(bar):
     """Progress bar of a run."""
+    from dusttaichi.scene import quantities
 
     def show(progress):
         state = []
@@ -111,10 +112,7 @@ def _shown(bar):
         if progress.pressure is not None:
             state.append(f"P {progress.pressure / 1e3:.3g} kPa")
         if progress.steps_per_second > 0.0:
-            # imports all of the analysis, for which the first step does not wait
-            from dusttaichi.analysis.texts import rate_text
-
-            state.append(f"{rate_text(progress.steps_per_second)} steps/s")
+            state.append(f"{quantities.rate_text(progress.steps_per_second)} steps/s")
         total = progress.end if progress.end < NEVER else None
         what = f"{progress.task}step {progress.step:,}"
         bar.show(what, progress.step, total, "  ".join(state))

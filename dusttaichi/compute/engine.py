@@ -5,6 +5,7 @@ of Taichi are patched here too (see compute/taichi_patches.py and compute/kernel
 in versions that were tested, and never with `numerics.debug: true`.
 """
 
+import warnings
 from functools import cache
 from importlib import import_module
 
@@ -13,6 +14,8 @@ from dusttaichi import compiler
 VERSION = compiler.version()  # raises where it is not installed
 PATCHED = ("1.7.3", "1.7.4")  # versions of Taichi whose internals were tested
 ti = import_module(compiler.name())
+# of Quadrants, about lists as arguments: it examines their types at every call
+warnings.filterwarnings("ignore", ".*Template mapper caching disabled")
 
 __all__ = ["PATCHED", "VERSION", "patch", "program", "rows", "settings", "tested", "ti"]
 
@@ -23,8 +26,9 @@ def tested():
 
 
 def program():
-    """The current program of the compiler, a new one after each start."""
-    return ti.lang.impl.get_runtime().prog
+    """The current program of the compiler, a new one after each start; None without one."""
+    runtime = ti.lang.impl.get_runtime()
+    return runtime._prog if hasattr(runtime, "_prog") else runtime.prog  # Quadrants, Taichi
 
 
 def settings():

@@ -102,7 +102,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         drive=scene.stage_plans[0].drive,
         push=push,
         skin=chosen_skin(scene, smallest),
-        dt=step.dt / units.TIME,
+        chosen=step,
         threads=threads,
         stiffness=scene.numerics.stiffness_scaling,
         scenes=1 if scenes is None else int(scenes[-1]) + 1,

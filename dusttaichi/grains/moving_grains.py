@@ -15,7 +15,7 @@ from dusttaichi.grains.changes import (
 )
 from dusttaichi.grains.impacts import softened_remarks
 from dusttaichi.grains.record import measurement
-from dusttaichi.grains.time_step import chosen_step, short_loads
+from dusttaichi.grains.time_step import short_loads
 from dusttaichi.grains.variables import VARIABLES, variables_of
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.names import AXES, WALLS
@@ -54,7 +54,7 @@ class MovingGrains(SimpleSimulation):
     @property
     def remarks(self):
         """Sentences for the user about the start."""
-        step = chosen_step(self.scene, self.sample, self.sim.polydisperse)
+        step = self.sim.chosen
         own = [] if step.impact is None else step.impact.remarks()
         softened = softened_remarks(self.scene, step.impact)
         return [*own, *softened, *short_loads(self.scene, step.dt)]

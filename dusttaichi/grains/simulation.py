@@ -66,7 +66,7 @@ class Simulation(Readout):
         drive,
         push,
         skin,
-        dt,
+        chosen,
         threads,
         scenes=1,
         stiffness=1.0,
@@ -76,8 +76,8 @@ class Simulation(Readout):
         sample: Sample; order: its grains in internal order. typical: Typical; polydisperse:
         GrainProperties, or None of equal grains. sphere: (RigidSphere, numbers of its contacts)
         or None. gravity: Gravity or None. box, cell: or None; t_c: see Domain. drive: the first.
-        skin [um] or None: as it suits. scenes: of a batch, the `scene` field filled. stiffness: of
-        the contacts over that of the material (numerics.stiffness_scaling).
+        skin [um] or None: as it suits. chosen: the TimeStep. scenes: of a batch, the `scene` field
+        filled. stiffness: of the contacts over that of the material (numerics.stiffness_scaling).
         """
         self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
         self.fields, self.scratch, self.sums = tables
@@ -88,7 +88,8 @@ class Simulation(Readout):
         self.box, self.cell, self.t_c, self.push = box, cell, t_c, push
         self.sphere = None if sphere is None else MovingSphere(self, *sphere)
         self.gravity = gravity
-        self.dt, self.threads, self.step, self.stiffness = dt, threads, 0, stiffness
+        self.chosen, self.dt, self.step = chosen, chosen.dt / units.TIME, 0
+        self.threads, self.stiffness = threads, stiffness
         self.search = Search(self, skin)
         self.ledger_sums, self.servo = LedgerSums(), None
         self._move(drive)

@@ -34,7 +34,7 @@ def input_hashes(scene):
 
 def input_files(scene):
     """Paths of the files and run directories that a scene reads, in order."""
-    return list(_files(yaml.safe_load(scene.to_yaml())))
+    return list(_files(scene.plain))
 
 
 def without(data, keys):

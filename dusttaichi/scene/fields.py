@@ -39,7 +39,8 @@ class Block(BaseModel):
         order = cls.order.split() or [*first, *cls.last]
         if order != list(cls.model_fields):
             cls.__pydantic_fields__ = {name: cls.model_fields[name] for name in order}
-            cls.model_rebuild(force=True)
+            if cls.__pydantic_complete__:
+                cls.model_rebuild(force=True)
 
     def faults(self) -> Faults:
         """Conflicts between the keys of this block; the paths are relative to it."""

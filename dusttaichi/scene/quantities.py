@@ -190,6 +190,11 @@ def format(value: float, dimension: str, digits: int | None = None) -> str:
     return text if digits is None else text.replace(" u", " µ").replace("/u", "/µ")
 
 
+def rate_text(value):
+    """ "8,299", "12.3", "0.41": steps a second, with three digits at least."""
+    return f"{value:,.0f}" if value >= 100.0 else f"{value:.3g}"
+
+
 @dataclass(frozen=True)
 class Quantity(Mark):
     """Marks a pydantic field that is written with a unit and stored as an SI float.

@@ -225,7 +225,7 @@ class Scene(Block):
     @property
     def given(self) -> dict[str, Any]:
         """Plain data of the YAML, without defaults; a copy that may be changed."""
-        return self._plain() if self._given is None else copy.deepcopy(self._given)
+        return self.plain if self._given is None else copy.deepcopy(self._given)
 
     def with_data(self, data: dict[str, Any], title: str = "the scene") -> "Scene":
         """New scene from other plain data, such as `given`, with the folder of this one.
@@ -245,7 +245,9 @@ class Scene(Block):
         scene._path = self._path
         return scene
 
-    def _plain(self) -> dict[str, Any]:
+    @property
+    def plain(self) -> dict[str, Any]:
+        """Plain data of the YAML with every default."""
         return plain.without_none(self.model_dump(mode="json"))
 
     def to_yaml(self, absolute: bool = False) -> str:
@@ -256,7 +258,7 @@ class Scene(Block):
         absolute
             Write absolute paths of its files, so that they are found from any folder.
         """
-        data = _absolute(self._plain()) if absolute else self._plain()
+        data = _absolute(self.plain) if absolute else self.plain
         return yaml.dump(data, Dumper=plain.Dumper, sort_keys=False, allow_unicode=True, width=1000)
 
     def _repr_html_(self) -> str:

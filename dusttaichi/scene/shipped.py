@@ -17,7 +17,8 @@ def folder() -> Path:
 
 def names() -> list[str]:
     """Names of all scenes, such as "seizinger2012/dynamic_5ms"; top-level ones come first."""
-    files = [p.relative_to(folder()).with_suffix("") for p in folder().rglob("*.yaml")]
+    root = folder()
+    files = [p.relative_to(root).with_suffix("") for p in root.rglob("*.yaml")]
     return [f.as_posix() for f in sorted(files, key=lambda f: (len(f.parts), f.as_posix()))]
 
 

@@ -35,9 +35,7 @@ class _Composer(yaml.composer.Composer):
     def compose_node(self, parent, index):
         """The next node; too deep nesting is refused before it exhausts the stack of Python."""
         if self.depth > MOST_NESTED:
-            text = f"more than {MOST_NESTED} blocks and lists are nested"
-            mark = self.peek_event().start_mark
-            raise yaml.MarkedYAMLError(problem=text, problem_mark=mark)
+            raise _too_deep(self.peek_event().start_mark)
         self.depth += 1
         node = super().compose_node(parent, index)
         self.depth -= 1
@@ -109,6 +107,10 @@ def read(text: str) -> Document:
             character = chr(character)
         line, code = before.count("\n") + 1, f"U+{ord(character):04X}"
         raise yaml.YAMLError(f"the character {code} is not allowed (line {line})") from None
+    except yaml.scanner.ScannerError as error:
+        if "nesting depth" in error.problem:  # libyaml's own limit, in recent versions
+            raise _too_deep(error.problem_mark) from None
+        raise
     reader = _Reader()
     if node is not None:
         reader.document.data = reader.build(node, (), ())
@@ -178,6 +180,11 @@ def _text(node: yaml.ScalarNode) -> str:
     if found:
         raise _refused(f"the character U+{ord(found[0]):04X} is not allowed", node)
     return node.value
+
+
+def _too_deep(mark: yaml.Mark) -> yaml.MarkedYAMLError:
+    text = f"more than {MOST_NESTED} blocks and lists are nested"
+    return yaml.MarkedYAMLError(problem=text, problem_mark=mark)
 
 
 def _refused(text: str, node: yaml.Node) -> yaml.MarkedYAMLError:

@@ -187,3 +187,26 @@ def test_names_wait_for_nothing():
     assert done.stdout.strip() == "[]"
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         dt.nothing  # noqa: B018
+
+
+# What takes 0.3 s and more to import, and is for results or for units out of the list.
+LATER = (
+    "pandas", "xarray", "dask", "matplotlib", "pint", "dusttaichi.analysis", "dusttaichi.plots",
+)  # fmt: skip
+
+
+def test_a_run_imports_what_its_steps_need(tmp_path):
+    """What analyses results is imported at the end of a run."""
+    words = ["run", "smoke", "--set", "stop.steps=40", "--output", str(tmp_path / "out")]
+    code = (
+        "import sys; from dusttaichi import run; from dusttaichi.commands.app import main\n"
+        "execute = run.execute\n"
+        "def end(*arguments, **options):\n"
+        "    execute(*arguments, **options)\n"
+        f"    sys.exit(repr([name for name in {LATER} if name in sys.modules]))\n"
+        f"run.execute, sys.argv[1:] = end, {words}\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (tmp_path / "out" / RESULT).exists(), done.stderr
+    assert done.stderr.splitlines()[-1] == "[]"

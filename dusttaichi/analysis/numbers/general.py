@@ -9,7 +9,7 @@ from dusttaichi.analysis.error_bar import error_bar, error_bar_rows
 from dusttaichi.analysis.ledger import ledger
 from dusttaichi.analysis.loads import controlled_loads, shearings
 from dusttaichi.analysis.numbers.registry import ENSEMBLES, FILE, GENERAL, Family, Observable, quiet
-from dusttaichi.analysis.texts import quantity_text, rate_text
+from dusttaichi.analysis.texts import quantity_text
 from dusttaichi.analysis.triaxial import triaxials
 from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
@@ -115,7 +115,8 @@ END = Family(
         Observable(name="wall_time", title="wall time", unit="s", text=_duration, column=None,
                    value=lambda end: end("wall_clock"), sweeps=FILE),
         Observable(name="steps_per_second", title="steps per second", unit="1/s", column=None,
-                   value=lambda end: end.rate, text=lambda v, n: rate_text(v), sweeps=FILE),
+                   value=lambda end: end.rate, sweeps=FILE,
+                   text=lambda v, n: quantities.rate_text(v)),
     ),
 )  # fmt: skip
 FAMILIES = (END,)

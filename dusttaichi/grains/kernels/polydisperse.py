@@ -208,13 +208,8 @@ def make_write(fields, interfaces, scene, layout):
         face = {name: interfaces[row, n] for name, n in faces}
         a0 = contact_radius(face["gamma"], two["R"], face["E_star"])
         F_jkr = pull_off_force(face["gamma"], two["R"])
-        return ti.Struct(
-            **face,
-            **two,
-            a0=a0,
-            a0_pair=contact_radius(face["gamma"], two["R_pair"], face["E_star"]),
-            F_jkr=F_jkr,
-        )
+        a0_pair = contact_radius(face["gamma"], two["R_pair"], face["E_star"])
+        return ti.Struct({**face, **two, "a0": a0, "a0_pair": a0_pair, "F_jkr": F_jkr})
 
     @ti.func
     def write(b, k, row, two: ti.template()):

@@ -20,31 +20,34 @@ from dusttaichi.grains.kernels.store import (
 class HistoryRows:
     """History of the contacts, carried from the lists of the last search to the new ones.
 
-    Loads are computed again after that: their rows contain the old history meanwhile.
+    Loads are computed again after that: their rows contain the old history meanwhile. Blocks are
+    masked as in kernels.contacts: loops over lanes are compiled in a third of the time.
     """
 
     def __init__(self, fields, layout):
         self.table, self.rows, self.load = fields["contact"], layout.state_rows, layout.load
-        self.width, self.real = layout.width, layout.law
+        self.width, self.real, self.mask = layout.width, layout.law, layout.mask
 
     @ti.func
-    def put_aside(self, b):
+    def put_aside(self, block):
         """The history of a block to where the new lists find it."""
+        b = block & self.mask
         for n in range(self.rows):
             for k in range(self.width):
                 self.table[b, self.load + n, k] = self.table[b, n, k]
 
     @ti.func
-    def carry(self, b, k, old):
-        """History of lane k of block b: that of contact `old` before, nothing where that is -1."""
+    def carry(self, block, k, old):
+        """History of lane k of a block: that of contact `old` before, nothing where that is -1."""
+        b, place = block & self.mask, ti.max(old, 0)
+        there, lane = (place // self.width) & self.mask, place % self.width
         for n in range(self.rows):
-            value = ti.cast(0.0, self.real)
-            if old >= 0:
-                value = self.table[old // self.width, self.load + n, old % self.width]
-            self.table[b, n, k] = value
+            value = self.table[there, self.load + n, lane]
+            self.table[b, n, k] = ti.select(old >= 0, value, ti.cast(0.0, self.real))
 
     @ti.func
-    def clear(self, b, k):
+    def clear(self, block, k):
+        b = block & self.mask
         for n in range(self.rows):
             self.table[b, n, k] = 0.0
 
@@ -83,15 +86,16 @@ class PairLists:
         return out
 
     @ti.func
-    def keep_old(self, b):
+    def keep_old(self, block):
         """Entries are listed again after this: their places hold the old partners meanwhile."""
+        b = block & self.history.mask
         self.history.put_aside(b)
         for k in range(self.width):
             self.entry[b * self.width + k] = self.pair_j[b, k]
 
     @ti.func
     def write_pair(self, g, j, c, edges, tilt):
-        b, k = c // self.width, c % self.width
+        b, k = (c // self.width) & self.history.mask, c % self.width
         self.pair_i[b, k], self.pair_j[b, k] = g, j
         if ti.static(self.polydisperse):
             self.write_constants(b, k, g, j)
@@ -123,7 +127,7 @@ class PairLists:
 
     @ti.func
     def clear_lane(self, c):
-        b, k = c // self.width, c % self.width
+        b, k = (c // self.width) & self.history.mask, c % self.width
         self.pair_i[b, k], self.pair_j[b, k] = self.counts[GRAINS], self.counts[GRAINS] + 1
         if ti.static(self.polydisperse):
             self.write_empty(b, k)

@@ -5,7 +5,6 @@ its task (jobs.run) imports Taichi.
 """
 
 from dusttaichi.names import exported
-from dusttaichi.studies.ensemble.runs import gather_plan, run_all
 from dusttaichi.studies.ensemble.scenes import (
     Axis,
     Member,
@@ -16,4 +15,13 @@ from dusttaichi.studies.ensemble.scenes import (
     with_settings,
 )
 
-__all__ = exported(globals())
+_RUNS = ("gather_plan", "run_all")  # they import all of the analysis, `dust run --set` does not
+__all__ = [*exported(globals()), *_RUNS]
+
+
+def __getattr__(name: str):
+    if name not in _RUNS:
+        raise AttributeError(f"module {__name__} has no attribute {name}")
+    from dusttaichi.studies.ensemble import runs
+
+    return getattr(runs, name)
