@@ -14,7 +14,6 @@ TORQUE = 1e-15  # N m
 ENERGY = 1e-15  # J
 PRESSURE = 1e3  # Pa
 STIFFNESS = 1e-3  # N/m, and surface energy in J/m^2
-SURFACE_ENERGY = STIFFNESS
 DENSITY = 1e3  # kg/m^3
 INERTIA = 1e-27  # kg m^2
 DAMPING = 1e-9  # kg/s

@@ -1,7 +1,21 @@
-"""What differs between the compilers (dusttaichi/compiler.py) for tests."""
+"""What differs between the compilers (dusttaichi/compiler.py) for tests, and the code of LLVM."""
+
+import re
 
 import pytest
 
 from dusttaichi import compiler
 
 taichi_alone = pytest.mark.skipif(compiler.name() != "taichi", reason="internals of Taichi")
+
+BLOCK = re.compile(r"^[\w.]+:.*?(?=^[\w.]+:|^})", re.MULTILINE | re.DOTALL)
+
+
+def blocks_with_roots(folder):
+    """The basic blocks that take a square root, of all code that Taichi has printed in a folder.
+
+    Every loop over contacts or neighbours takes one. Other loops, say those that gather, LLVM
+    unrolls as often as it sees fit for the processor, so that their size tells nothing.
+    """
+    code = "".join(file.read_text() for file in folder.glob("*optimized*.ll"))
+    return [block for block in BLOCK.findall(code) if "@llvm.sqrt" in block]

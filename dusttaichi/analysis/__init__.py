@@ -1,7 +1,6 @@
 """Analysis of results: it reads result files only and never needs Taichi."""
 
 from dusttaichi.analysis.arrival import Arrival, SoundSpeed, arrival, sound_speed
-from dusttaichi.analysis.bodies import Bodies, bodies
 from dusttaichi.analysis.compression import Curve, compression_curve, compression_law, onset
 from dusttaichi.analysis.compression_fit import Deviation, Fit, fit_compression, rms_from_law
 from dusttaichi.analysis.cycles import Unloading, unloadings
@@ -41,7 +40,13 @@ from dusttaichi.analysis.loads import (
 )
 from dusttaichi.analysis.pores import Pores, pores
 from dusttaichi.analysis.profile import profile
-from dusttaichi.analysis.restitution import Restitution, restitution, wall_restitution
+from dusttaichi.analysis.restitution import (
+    Bodies,
+    Restitution,
+    bodies,
+    restitution,
+    wall_restitution,
+)
 from dusttaichi.analysis.run import Run, open_run
 from dusttaichi.analysis.sphere import Column, Penetration, column, penetration
 from dusttaichi.analysis.stored import is_ensemble, is_trade, open_ensemble, open_trade

@@ -1,11 +1,10 @@
 """Many collisions in one dataset, and the table that coagulation codes read."""
 
-import csv
-import io
-
 import numpy as np
 import scipy
 import xarray as xr
+
+from dusttaichi.analysis.texts import csv_text
 
 AXES = ("body", "mass_ratio", "speed", "impact_parameter", "seed")
 OUTCOMES = (
@@ -215,11 +214,7 @@ def mean_and_error(values):
 def table_text(data):
     """The table as CSV, empty where there is no number."""
     header, rows = table(data)
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([[_cell(value) for value in row] for row in rows])
-    return out.getvalue()
+    return csv_text([header, *([_cell(value) for value in row] for row in rows)])
 
 
 def _cell(value):

@@ -65,8 +65,9 @@ def error_bar(run):
     residual = np.abs(values.pop("residual")).max(axis=0)
     whole = len(segments[0]["apart"]) > 1
     estimate = of_levels if whole else of_segments
+    units = {name: unit for name, (_, unit) in QUANTITIES.items()}
     return ErrorBar(
-        estimates={name: estimate(v, _unit(name)) for name, v in values.items() if v[:, 0].any()},
+        estimates={n: estimate(v, units.get(n, "J")) for n, v in values.items() if v[:, 0].any()},
         segments=tuple((s["step"], s["steps"]) for s in segments),
         share=sum(s["steps"] for s in segments) / data["run_steps"],
         cost=data["cost"],
@@ -75,10 +76,6 @@ def error_bar(run):
         apart=float(np.median([s["apart"][0] for s in segments])),
         residual=tuple(float(r) for r in residual),
     )
-
-
-def _unit(name):
-    return QUANTITIES[name][1] if name in QUANTITIES else "J"
 
 
 def of_segments(values, unit="1"):

@@ -1,5 +1,7 @@
-"""Texts of numbers: with their scatter, in a suitable unit."""
+"""Texts of numbers: with their scatter, in a suitable unit, as CSV."""
 
+import csv
+import io
 import math
 
 from dusttaichi.scene import quantities
@@ -10,6 +12,13 @@ _POWERS = {
     kind.unit: sorted(((power, unit) for unit, power in kind.powers.items()), reverse=True)
     for kind in quantities.DIMENSIONS.values()
 }
+
+
+def csv_text(rows):
+    """Rows of values as CSV."""
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(rows)
+    return out.getvalue()
 
 
 def fitting_unit(size, unit):

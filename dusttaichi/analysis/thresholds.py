@@ -1,11 +1,11 @@
 """Threshold speeds of collisions, with confidence intervals by resampling the pairs of bodies."""
 
-import csv
-import io
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
+
+from dusttaichi.analysis.texts import csv_text
 
 RESAMPLES = 1000
 CONFIDENCE = 0.68
@@ -125,15 +125,13 @@ def _crossing(total, count, speeds, name):
 
 def threshold_text(found):
     """The `thresholds` as CSV: speeds in m/s, `inf` above all speeds of the study, 0 below them."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     columns = [f"v_{n}{end}_m_per_s" for n in MEANINGS for end in ("", "_low", "_high")]
-    writer.writerow(["body", "mass_ratio", "target_filling_factor", *columns])
+    table = [["body", "mass_ratio", "target_filling_factor", *columns]]
     for rows in _by_point(found):
         numbers = [v for t in rows for v in (t.speed, t.low, t.high)]
         cells = ["" if np.isnan(v) else f"{v:.4g}" for v in (rows[0].filling_factor, *numbers)]
-        writer.writerow([rows[0].body, rows[0].mass_ratio, *cells])
-    return out.getvalue()
+        table.append([rows[0].body, rows[0].mass_ratio, *cells])
+    return csv_text(table)
 
 
 def threshold_columns(found, speeds):

@@ -15,15 +15,13 @@ LOG_EVERY = 600.0  # s between two lines of progress in a log
 class ProgressBar:
     """Progress of a command on one line: task, share, state, time left.
 
-    A context manager. quiet: show nothing; then `log` is silent, too, if `log_quietly` is false.
-    The line appears at the first `show`. On a narrow terminal it has no bar and is truncated;
-    without a terminal (a log), there is a plain line every ten minutes. console: a rich Console, by
-    default that of the errors.
+    A context manager. quiet: show nothing but the lines of `log`. The line appears at the first
+    `show`. On a narrow terminal it has no bar and is truncated; without a terminal (a log), there
+    is a plain line every ten minutes. console: a rich Console, by default that of the errors.
     """
 
-    def __init__(self, quiet=False, description=None, *, log_quietly=True, console=err):
-        self._logs, self._quiet = log_quietly or not quiet, quiet
-        self._printed = real_time.monotonic()
+    def __init__(self, quiet=False, description=None, *, console=err):
+        self._quiet, self._printed = quiet, real_time.monotonic()
         self._bar = Progress(
             *_columns(console.width), console=console, disable=quiet or not console.is_terminal
         )
@@ -57,8 +55,7 @@ class ProgressBar:
 
     def log(self, text):
         """Print a line above the bar."""
-        if self._logs:
-            self._bar.console.print(text, soft_wrap=True)
+        self._bar.console.print(text, soft_wrap=True)
 
 
 class Phases:

@@ -65,11 +65,11 @@ def watch(
             stop.set()
 
         threading.Thread(target=wait, daemon=True).start()
-    serve(run, port, browse=browse, announce=_say_address, stop=stop)
 
+    def announce(url):
+        remark(f"watch it at {url} (Ctrl-C ends it)")
 
-def _say_address(url):
-    remark(f"watch it at {url} (Ctrl-C ends it)")
+    serve(run, port, browse=browse, announce=announce, stop=stop)
 
 
 @contextmanager

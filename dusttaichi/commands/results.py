@@ -164,7 +164,7 @@ def render(
 ):
     """Draw a picture of the grains or the dust of a snapshot, or a film of all snapshots."""
     from dusttaichi import analysis, plots
-    from dusttaichi.plots.picture import picture_of
+    from dusttaichi.plots.registry import picture_of
 
     folder = run if run.is_dir() else run.parent
     with options.writing(force=force, inputs=[run]), analysis.open_run(run) as result:

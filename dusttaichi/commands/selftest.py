@@ -29,11 +29,11 @@ def selftest(
     The exit code is 1 if a scene differs from its reference. With --backend cuda the CPU is timed
     as well, and a warning lists the sizes at which it is faster.
     """
-    from dusttaichi.studies.selftest import checks, device, scenes
+    from dusttaichi.studies.selftest import checks, scenes
 
     numbers = _numbers(sizes)
-    name, memory = device.describe(backend)
-    size = "" if memory is None else f", {memory / device.GIB:.1f} GiB of memory"
+    name, memory = checks.describe(backend)
+    size = "" if memory is None else f", {memory / checks.GIB:.1f} GiB of memory"
     say(f"{backend}: {name}{size}\n")
     outcomes = [checks.check(scene, backend) for scene in scenes.CHANGES]
     _show_outcomes(outcomes)

@@ -1,4 +1,4 @@
-"""Present energies of a continuum [SI], from which ledger and records are made."""
+"""Present energies of a continuum [SI], from which ledger and records are made, and its heat."""
 
 import numpy as np
 
@@ -216,3 +216,35 @@ def _of_elastic(sim, sample):
     numbers = [k for k, body in enumerate(sample.bodies) if body.elastic]
     label = sample.body[sim.of_particles("number")] if numbers else None
     return [np.flatnonzero(label == k) for k in numbers]
+
+
+class Warming:
+    """Heat of the dust of a Simulation `sim`, counted from its step 0."""
+
+    def __init__(self, scene, sample, sim):
+        self.sim = sim
+        everything = np.ones(sim.n, bool)
+        self._stored = sim.in_order(elastic_of_particles(sim, everything).sum(axis=1))
+        capacity, start = (
+            np.array([getattr(material, name) for material in scene.all_materials])
+            for name in ("heat_capacity", "temperature")
+        )
+        self._dust = sample.role == DUST
+        self._capacity = sample.mass * capacity[sample.material]
+        self._start = start[sample.material]
+
+    def snapshot(self):
+        """Temperatures [K] in the order of the sample; not a number of what is not dust."""
+        rise = self.sim.in_order(heat(self.sim, self._stored)) / self._capacity
+        return {"temperature": np.where(self._dust, self._start + rise, np.nan)}
+
+    def series(self):
+        """Heat of the dust [J], its temperature [K]: mean over the heat capacity, largest."""
+        dust, capacity = self._dust, self._capacity[self._dust]
+        energy = self.sim.in_order(heat(self.sim, self._stored))[dust]
+        temperature = self._start[dust] + energy / capacity
+        return {
+            "heat": float(energy.sum()),
+            "temperature_mean": float(np.average(temperature, weights=capacity)),
+            "largest_temperature": float(temperature.max()),
+        }

@@ -1,32 +1,8 @@
 """The method `continuum` as a scene names it; Taichi is imported where something is built."""
 
 from dusttaichi.continuum.variables import VARIABLES
-from dusttaichi.method import Method
+from dusttaichi.method import Method, deferred
 from dusttaichi.scene.continuum import ContinuumScene
-
-
-def _make_sample(scene):
-    from dusttaichi.samples import continuum
-
-    return continuum.make(scene)
-
-
-def _build(scene, sample):
-    from dusttaichi.continuum.moving_dust import make
-
-    return make(scene, sample)
-
-
-def _reopen(scene, state):
-    from dusttaichi.continuum.moving_dust import reopen
-
-    return reopen(scene, state)
-
-
-def _preview(scene):
-    from dusttaichi.continuum.preview import preview
-
-    return preview(scene)
 
 
 def _parts(scene):
@@ -46,11 +22,11 @@ def _parts(scene):
 METHOD = Method(
     name="continuum",
     scene=ContinuumScene,
-    make_sample=_make_sample,
-    build=_build,
-    reopen=_reopen,
+    make_sample=deferred("dusttaichi.samples.continuum:make"),
+    build=deferred("dusttaichi.continuum.moving_dust:make"),
+    reopen=deferred("dusttaichi.continuum.moving_dust:reopen"),
     variables=VARIABLES,
-    preview=_preview,
+    preview=deferred("dusttaichi.continuum.preview:preview"),
     parts=_parts,
     observables=("dusttaichi.analysis.continuum.numbers:FAMILIES",),
     figures=("dusttaichi.plots.continuum:FIGURES",),

@@ -7,11 +7,9 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.continuum import measure, record, validity
-from dusttaichi.continuum.build import build
-from dusttaichi.continuum.domain import domain_of
+from dusttaichi.continuum.build import build, domain_of
 from dusttaichi.continuum.kernels.store import CENTRE, CHANNELS, FACES
 from dusttaichi.continuum.variables import VARIABLES
-from dusttaichi.continuum.warming import Warming
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.results.provenance import yaml_text
@@ -37,7 +35,7 @@ class MovingDust(SimpleSimulation):
         self.around = domain_of(scene, sample, self.dt)
         self.variables = select(VARIABLES, self._features(), *scene.output.chosen)
         self.started = measure.energies(sim)["loss"]
-        self._warms = Warming(scene, sample, sim) if sim.layout.heat else None
+        self._warms = measure.Warming(scene, sample, sim) if sim.layout.heat else None
         # walls whose force is summed: over particles of a layer, or contacts of a rigid face
         self._pressed = {WALLS[face] for face in np.unique(sample.face) if face >= 0}
         self._pressed |= set(getattr(scene.boundary, "rigid", ()))

@@ -7,8 +7,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.continuum import time_step
-from dusttaichi.continuum.build import layout_of, stiff_faces
-from dusttaichi.continuum.domain import domain_of
+from dusttaichi.continuum.build import domain_of, layout_of, stiff_faces
 from dusttaichi.continuum.kernels.rates import DAMPED
 from dusttaichi.continuum.kernels.store import declare
 from dusttaichi.method import Preview

@@ -3,7 +3,7 @@
 from dusttaichi.results.variables import declared
 
 _INTEGERS = {"role": "i4", "body": "i4", "substeps": "i8", "material": "i4"}
-_PHYS, _G09 = "docs, Continuum", "G09 section 4"
+_PHYS = "docs, Continuum"
 
 # Features: "walls" (any face that moves particles), "height" (a finite one), "stages", "bodies"
 # (rigid or elastic ones), "heat", "damage", "materials" (several). In two dimensions masses,

@@ -43,7 +43,7 @@ def write(run, frames, folder):
             header = _header(frame, bounds, "ENTRIES")
             if frame.contacts is not None:
                 pushes = None if forces is None else _forces(frame.contacts, forces[1])
-                rows, more = _with(_contacts(frame), pushes)
+                rows, more = _with(_rows(frame.contacts, frame.pairs + 1), pushes)
                 _item(file(CONTACTS), header, CONTACT_COLUMNS + OF_EACH * more, rows)
             if frame.wall_contacts is not None:
                 pushes = None if forces is None else _forces(frame.wall_contacts, forces[2])
@@ -114,10 +114,6 @@ def _grains(frame, masses):
     ids, kind = np.arange(1, len(masses) + 1), frame.material + 1
     state = frame.position / LENGTH, frame.velocity / SPEED, frame.radius / LENGTH
     return np.column_stack([ids, kind, *state, masses, frame.spin / SPIN])
-
-
-def _contacts(frame):
-    return _rows(frame.contacts, frame.pairs + 1)
 
 
 def _wall_contacts(frame):

@@ -133,16 +133,14 @@ class Batch:
         """Make `steps` steps."""
         self.sim.advance(steps)
 
-    def run_until(self, time, looks=LOOKS, done=None):
-        """Advance to `time` [s], or until done(self) at one of `looks` moments on the way.
+    def run_until(self, time):
+        """Advance to `time` [s], and examine the line between the bodies of each scene on the way.
 
-        At these moments the line between the bodies of each scene is examined, for `outcomes`.
+        That is for `outcomes`, at LOOKS moments.
         """
         self._look()
         left = max(0, int(np.ceil(time / units.TIME / self.sim.dt - 1e-9)) - self.sim.step)
-        for steps in np.diff(np.linspace(0, left, min(looks, max(left, 1)) + 1).astype(int)):
-            if done is not None and done(self):
-                return
+        for steps in np.diff(np.linspace(0, left, min(LOOKS, max(left, 1)) + 1).astype(int)):
             self.advance(int(steps))
             self._look()
 

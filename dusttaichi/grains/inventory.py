@@ -30,6 +30,9 @@ def compiled_rows(scene, sim):
         walls = ", ".join(w for w, there in zip(WALLS, sim.box.present, strict=True) if there)
     if sim.cell is not None:
         faces = "across " + ", ".join(AXES[n] for n in sim.cell.axes)
+    sphere = "none"
+    if sim.sphere is not None:
+        sphere = "moves by forces" if sim.sphere.speed is None else "driven"
     pushes = [
         name
         for name, there in (("force", layout.forced), ("carried grains", layout.carried))
@@ -43,7 +46,7 @@ def compiled_rows(scene, sim):
         ("walls", walls),
         ("periodic faces", faces),
         ("pushes", ", ".join(pushes) or "none"),
-        ("rigid sphere", "none" if sim.sphere is None else _sphere(sim.sphere)),
+        ("rigid sphere", sphere),
         ("gravity", layout.gravity or "none"),
         ("summed in every step", ", ".join(_summed(sim))),
         ("written", ", ".join(_written(scene))),
@@ -55,10 +58,6 @@ def compiled_rows(scene, sim):
             f"{scene.numerics.backend}, {scene.numerics.precision}, {sim.threads}",
         ),
     ]
-
-
-def _sphere(sphere):
-    return "moves by forces" if sphere.speed is None else "driven"
 
 
 def _summed(sim):

@@ -4,48 +4,12 @@ import inspect
 from pathlib import Path
 
 from dusttaichi.grains.variables import VARIABLES
-from dusttaichi.method import Method
+from dusttaichi.method import Method, deferred
 from dusttaichi.scene.grains import GrainsScene
 
 EXPORTS = ("vtk", "vtp", "stl", "xyz", "extxyz", "lammps", "lammps-data", "lammps-restart")
 
 PACKAGE = Path(__file__).parents[1]
-
-
-def _make_sample(scene):
-    from dusttaichi import samples
-
-    return samples.make(scene)
-
-
-def _build(scene, sample):
-    from dusttaichi.grains.moving_grains import make
-
-    return make(scene, sample)
-
-
-def _reopen(scene, state):
-    from dusttaichi.grains.moving_grains import reopen
-
-    return reopen(scene, state)
-
-
-def _preview(scene):
-    from dusttaichi.grains.preview import preview
-
-    return preview(scene)
-
-
-def _internals(scene):
-    from dusttaichi.grains.preview import internals
-
-    return internals(scene)
-
-
-def _forces(scene):
-    from dusttaichi.grains.inventory import forces
-
-    return forces(scene)
 
 
 def _parts(scene):
@@ -85,14 +49,14 @@ def _file_of(thing):
 METHOD = Method(
     name="grains",
     scene=GrainsScene,
-    make_sample=_make_sample,
-    build=_build,
-    reopen=_reopen,
+    make_sample=deferred("dusttaichi.samples:make"),
+    build=deferred("dusttaichi.grains.moving_grains:make"),
+    reopen=deferred("dusttaichi.grains.moving_grains:reopen"),
     variables=tuple(VARIABLES.values()),
     code=_code,
-    preview=_preview,
-    internals=_internals,
-    forces=_forces,
+    preview=deferred("dusttaichi.grains.preview:preview"),
+    internals=deferred("dusttaichi.grains.preview:internals"),
+    forces=deferred("dusttaichi.grains.inventory:forces"),
     parts=_parts,
     observables=("dusttaichi.analysis.settings:OF_GRAINS",),
     read_snapshot="dusttaichi.analysis.frame:read_frame",

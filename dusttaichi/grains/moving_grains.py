@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi import geometry, samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
-from dusttaichi.grains import record, short_loads, validity
+from dusttaichi.grains import record, validity
 from dusttaichi.grains.build import build
 from dusttaichi.grains.changes import (
     change_stiffness,
@@ -15,6 +15,7 @@ from dusttaichi.grains.changes import (
 )
 from dusttaichi.grains.impacts import softened_remarks
 from dusttaichi.grains.record import measurement
+from dusttaichi.grains.time_step import short_loads
 from dusttaichi.grains.variables import VARIABLES, variables_of
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.names import AXES, WALLS
@@ -56,7 +57,7 @@ class MovingGrains(SimpleSimulation):
         step = self.sim.chosen
         own = [] if step.impact is None else step.impact.remarks()
         softened = softened_remarks(self.scene, step.impact)
-        return [*own, *softened, *short_loads.remarks(self.scene, step.dt)]
+        return [*own, *softened, *short_loads(self.scene, step.dt)]
 
     @property
     def step(self):

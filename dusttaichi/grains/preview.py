@@ -10,7 +10,7 @@ from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.domain.walls import glued
-from dusttaichi.grains import network, short_loads
+from dusttaichi.grains import network
 from dusttaichi.grains.build import build, chosen_layout, environment, is_thick
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
@@ -19,10 +19,10 @@ from dusttaichi.grains.grain_contacts import (
     scaled,
 )
 from dusttaichi.grains.impacts import softened_remarks, softened_rows
-from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows, tables
+from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows
 from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts
-from dusttaichi.grains.time_step import chosen_step
+from dusttaichi.grains.time_step import chosen_step, short_loads
 from dusttaichi.method import Preview
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model
@@ -50,7 +50,7 @@ def preview(scene):
         remarks = [("remark", text) for text in softened_remarks(scene, step.impact)]
         sections.append(("Softened contacts", [*softened_rows(scene), *remarks]))
     sections.append(("Time step", _step(step)))
-    if texts := short_loads.remarks(scene, step.dt):
+    if texts := short_loads(scene, step.dt):
         sections.append(("Controlled loads", [("remark", text) for text in texts]))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
     return Preview(sections, len(sample), domain.dt, domain.planned(scene))
@@ -255,8 +255,3 @@ def _sample(scene, sample):
         if not info["hit"]:
             rows[-1] = ("flight to the touch", "never: the bodies miss each other")
     return rows + [("note", text) for text in info.get("remarks", ())]
-
-
-def state_bytes(sim):
-    """Bytes of all fields of a simulation, scratch of the search included."""
-    return sum(field.nbytes for field in tables(sim).values())

@@ -91,7 +91,7 @@ def series(sim, m, window, plates=None):
         mean = np.zeros((3, 3)) if window is None else stress(sim, *window)
         record["stress"] = mean * units.PRESSURE
     if sim.box is not None:
-        force = sim.ledger_sums.wall_force if window is None else _mean_force(window)
+        force = sim.ledger_sums.wall_force if window is None else window.mean("impulse")
         record |= _walls(sim, m, force)
         if plates is not None:
             record |= _between_plates(sim, plates, force, sim.lengths()[2])
@@ -171,11 +171,6 @@ def _momenta(sim):
         "momentum": momentum * unit,
         "angular_momentum": angular * unit * units.LENGTH,
     }
-
-
-def _mean_force(window):
-    """Mean force of the walls on the grains [nN], (6, 3)."""
-    return window.mean("impulse")
 
 
 def _walls(sim, m, mean_force):

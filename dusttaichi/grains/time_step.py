@@ -1,4 +1,7 @@
-"""The choice of the time step: what is stable, and what resolves how fast grains meet at first."""
+"""The choice of the time step: what is stable, and what resolves how fast grains meet at first.
+
+And the stages with too few of these steps.
+"""
 
 from dataclasses import dataclass, replace
 from math import inf, pi
@@ -13,6 +16,7 @@ from dusttaichi.grains.impacts import Impact, check, hardest_impact
 from dusttaichi.grains.sphere import sphere_contact, sphere_contacts
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
+from dusttaichi.scene import quantities
 from dusttaichi.scene.drive import STRAIN_RATE, WALL_SPEED
 from dusttaichi.scene.push import of_stages
 
@@ -248,3 +252,28 @@ def _face_speed(scene, drive, sample, radii):
         rate[:] = STRAIN_RATE
     faces = float(np.linalg.norm((rate * edges)[axes]))
     return faces + abs(drive.shear_rate or 0.0) * float(edges[2])
+
+
+SETTLING = 15_000
+"""Steps within which a load is reached; with or without softening it took 4000 to 13,000
+(docs/studies/trade.md). The controller changes the speed after a number of steps, not a time."""
+
+
+def short_loads(scene, dt):
+    """Sentences for the user about the stages that end before; dt: time step [s]."""
+    return [
+        f"stage {plan.name} controls a load for {steps:,} steps: reaching a load takes up to "
+        f"{SETTLING:,}; end it with stop.creep, or give stop.time at least "
+        f"{quantities.format(SETTLING * dt, 'time', digits=2)}"
+        for plan in scene.stage_plans
+        if plan.drive.controls_load and (steps := _steps_of(plan.stop, dt)) < SETTLING
+    ]
+
+
+def _steps_of(stop, dt):
+    """Steps of a stage that ends after a time or a number of steps; infinite for others."""
+    given = {key for key in type(stop).model_fields if getattr(stop, key) is not None}
+    if not given or not given <= {"time", "steps"}:
+        return float("inf")
+    known = [stop.steps, None if stop.time is None else round(stop.time / dt)]
+    return min(n for n in known if n is not None)

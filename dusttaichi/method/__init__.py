@@ -130,7 +130,7 @@ class Method:
     read_snapshot
         read_snapshot(run, number): one snapshot of a Run.
     picture
-        Draws snapshots (plots.picture.Picture).
+        Draws snapshots (plots.registry.Picture).
     exports
         Format -> writer.
     trade_parameters
@@ -214,6 +214,11 @@ def attribute(thing: Any) -> Any:
         return thing
     module, name = thing.split(":")
     return getattr(importlib.import_module(module), name)
+
+
+def deferred(place: str) -> Callable:
+    """Function that imports "module:attribute" when it is called, and calls that."""
+    return lambda *arguments: attribute(place)(*arguments)
 
 
 def rows(named: tuple[Any, ...]) -> list:

@@ -9,7 +9,7 @@ from PIL import Image
 
 from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
-from dusttaichi.plots.picture import picture_of
+from dusttaichi.plots.registry import picture_of
 from dusttaichi.results.outputs import MARK, check
 
 DPI = 110

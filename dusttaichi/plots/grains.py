@@ -21,7 +21,7 @@ from dusttaichi.plots.colouring import (
     colour_map,
 )
 from dusttaichi.plots.frame_of_picture import cell_lines, cell_segments, scale_bar
-from dusttaichi.plots.picture import Picture
+from dusttaichi.plots.registry import Picture
 from dusttaichi.plots.spheres import Camera, axes_of, picture
 
 VIEWS = {
@@ -86,7 +86,7 @@ def grains(
         A name is unknown.
     """
     frame = read_frame(run, snapshot)
-    masses = grain_masses(run) if _needs_masses(color) else None
+    masses = grain_masses(run) if isinstance(color, str) and color == "fragment" else None
     appearance = appearance_of(
         [frame],
         color,
@@ -207,10 +207,6 @@ def _extent(frame, axes, cell):
             low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
     margin = 0.012 * (high - low).max()
     return np.array([low - margin, high + margin])
-
-
-def _needs_masses(color):
-    return isinstance(color, str) and color == "fragment"
 
 
 def _values(frame, color):

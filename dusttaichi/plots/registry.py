@@ -1,8 +1,8 @@
-"""The registry of figures: its rows, and drawing all figures of a run."""
+"""The registry of figures: its rows, drawing all figures of a run, and pictures of snapshots."""
 
 import inspect
 import pkgutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -12,10 +12,9 @@ from dusttaichi import method
 from dusttaichi.analysis.kind import draft_of
 from dusttaichi.analysis.numbers import reason
 from dusttaichi.errors import DustError
+from dusttaichi.method import attribute
 from dusttaichi.plots.style import GREY, styled
 from dusttaichi.results.shown import FIGURES
-
-LAST = 1000.0
 
 
 def in_common(does):
@@ -196,3 +195,25 @@ def in_package(name):
 @cache
 def _built_in():
     return tuple(function.row for function in in_package("dusttaichi.plots").values())
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Pictures of the snapshots of a method.
+
+    name: of its files. draw(run, snapshot, color, view, dpi=...): the Figure of one snapshot.
+    film(run, color, view, cell=..., dpi=...): the Figures of all, with the same colours and frame.
+    color None: the default.
+    """
+
+    name: str
+    draw: Callable[..., Any]
+    film: Callable[..., Iterator[Any]]
+
+
+def picture_of(run) -> Picture:
+    """The Picture of the method of a Run. Raises DustError where it has none."""
+    found = attribute(run.method.picture)
+    if found is None:
+        raise DustError(f"{run.path}: there are no pictures of method: {run.method.name}.")
+    return found

@@ -12,8 +12,7 @@ from matplotlib.collections import LineCollection, PathCollection, PolyCollectio
 from matplotlib.colors import to_hex, to_rgba
 from matplotlib.container import ErrorbarContainer
 
-from dusttaichi.report.layout import PER_POINT, in_data, layout_of, shown_name, stroke
-from dusttaichi.report.text import css, html
+from dusttaichi.report.layout import PER_POINT, css, html, in_data, layout_of, shown_name, stroke
 
 PIXELS = 1160.0  # width of a picture that fills the page
 WIDEST = 8.0  # largest width of a picture in a column [inches]

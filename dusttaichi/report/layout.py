@@ -1,4 +1,6 @@
-"""Layout for plotly.js of a matplotlib figure: positions, scales and labels of its axes."""
+"""Layout for plotly.js of a matplotlib figure: positions, scales, labels and colours."""
+
+import re
 
 import numpy as np
 from matplotlib.colors import to_hex, to_rgba
@@ -6,7 +8,6 @@ from matplotlib.patches import Polygon, Rectangle
 from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
 
 from dusttaichi.plots.style import own_limits
-from dusttaichi.report.text import css, html
 
 PER_POINT = 96.0 / 72.0 * 0.9
 PER_INCH = 96.0  # pixels per inch of a figure, more for figures in columns
@@ -170,3 +171,36 @@ def _shape(kind, ends, within, end):
         axes = {"xref": f"x{end} domain", "yref": f"y{end}"}
     places = zip(("x0", "x1", "y0", "y1"), (*ends[0], *ends[1]), strict=True)
     return {"type": kind, **axes, **{name: float(value) for name, value in places}}
+
+
+GREEK = {
+    "phi": "φ", "Delta": "Δ", "delta": "δ", "mu": "µ", "gamma": "γ", "sigma": "σ", "xi": "ξ",
+    "rho": "ρ", "eta": "η", "theta": "θ", "pi": "π", "alpha": "α", "beta": "β", "pm": "±",
+    "propto": "∝", "times": "×", "cdot": "·", "leq": "≤", "geq": "≥", "approx": "≈", "sqrt": "√",
+    "langle": "⟨", "rangle": "⟩", "infty": "∞", "varphi": "φ", "epsilon": "ε", "Sigma": "Σ",
+    "sim": "∼", "lambda": "λ", "tau": "τ", "to": "→", "rightarrow": "→", "Phi": "Φ",
+}  # fmt: skip
+
+
+def html(text):
+    """A label with formulas ($...$, for matplotlib) as HTML."""
+    text = text.replace("<", "&lt;")
+    return re.sub(r"\$([^$]*)\$", lambda found: _formula(found[1]), text)
+
+
+def _formula(text):
+    text = re.sub(r"\\(?:rm|mathrm|text|mathit|left|right|!)\s?", "", text)
+    text = re.sub(r"\\[,; ]", " ", text)
+    text = re.sub(r"\\([A-Za-z]+)", lambda m: GREEK.get(m[1], m[1]), text)
+    for mark, tag in (("_", "sub"), ("\\^", "sup")):
+        text = re.sub(mark + r"\{([^{}]*)\}", rf"<{tag}>\1</{tag}>", text)
+        text = re.sub(mark + r"(\w)", rf"<{tag}>\1</{tag}>", text)
+    return re.sub(r" +", " ", text.replace("{", "").replace("}", "").replace("-", "−")).strip()
+
+
+def css(colour):
+    """A colour of matplotlib for CSS; "none" is transparent."""
+    if isinstance(colour, str) and colour == "none":
+        return "rgba(0,0,0,0)"
+    r, g, b, a = to_rgba(colour)
+    return f"rgba({255 * r:.0f},{255 * g:.0f},{255 * b:.0f},{a:.3g})"

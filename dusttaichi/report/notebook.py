@@ -17,13 +17,13 @@ HEIGHT = 470  # pixels of the particles in 3-D
 class View:
     """HTML in a frame of a notebook. text: a complete page."""
 
-    def __init__(self, text, height=HEIGHT):
-        self.text, self.height = text, height
+    def __init__(self, text):
+        self.text = text
 
     def _repr_html_(self):
         return (
             f'<iframe srcdoc="{escape(self.text, quote=True)}" width="100%" '
-            f'height="{self.height}" style="border:0" loading="lazy"></iframe>'
+            f'height="{HEIGHT}" style="border:0" loading="lazy"></iframe>'
         )
 
 

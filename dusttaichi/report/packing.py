@@ -26,36 +26,23 @@ def packed(values, rows=1):
     return {"type": kind, "rows": rows, "data": text}
 
 
-def quantised(values, rows=1, bits=16):
-    """Numbers as integers of `bits` bits between their ends.
+def quantised(values, rows=1):
+    """Numbers as integers of 16 bits between their ends.
 
-    The error is half of 1/65535 of the range for 16 bits. Values that are not a number are 0, and
+    The error is half of 1/65535 of the range. Values that are not a number are 0, and
     then `gap` is the value below which there are none.
     """
     values = np.asarray(values, dtype=float)
     finite = np.isfinite(values)
     low, high = (values[finite].min(), values[finite].max()) if finite.any() else (0.0, 0.0)
-    span, most = float(high - low) or 1.0, 2**bits - 1
+    span, most = float(high - low) or 1.0, 2**16 - 1
     first = 0 if finite.all() else 1
     step = span / (most - first)
     whole = np.where(finite, np.round((np.where(finite, values, low) - low) / step) + first, 0)
-    result = packed(np.clip(whole, 0, most).astype(f"u{bits // 8}"), rows)
+    result = packed(np.clip(whole, 0, most).astype("u2"), rows)
     bottom = float(low) - first * step
     result |= {"low": bottom, "high": bottom + most * step}
     return result if first == 0 else result | {"gap": bottom + 0.5 * step}
-
-
-def unpacked(result):
-    """The numbers of `packed` or `quantised`, flat; data.js does the same."""
-    size = int(result["type"][1])
-    planes = np.frombuffer(zlib.decompress(base64.b64decode(result["data"])), np.uint8)
-    values = np.ascontiguousarray(planes.reshape(size, -1).T).view(f"<{result['type']}").ravel()
-    if result["type"][0] == "u" and result["rows"] > 1:
-        rows = values.reshape(result["rows"], -1)
-        values = np.cumsum(rows, axis=0, dtype=values.dtype).ravel()
-    if "low" not in result:
-        return values
-    return result["low"] + values * (result["high"] - result["low"]) / (2 ** (8 * size) - 1)
 
 
 def number_quantity(label, unit, values, rows):

@@ -113,7 +113,7 @@ def read_records(path, layout, counts):
     Raises DustError where it cannot be read.
     """
     records = {}
-    with _readable(path) as file:
+    with readable(path), opened(path) as file:
         file.set_auto_maskandscale(False)
         for variable in (v for v in layout.values() if v.grows and counts.get(v.group)):
             values = folder_of(file, variable.group)[variable.name][: counts[variable.group]]
@@ -126,7 +126,7 @@ def describe(path):
 
     Raises DustError where it cannot be read.
     """
-    with _readable(path) as file:
+    with readable(path), opened(path) as file:
         file.set_auto_mask(False)
         lengths = {n: len(d) for n, d in file.dimensions.items() if not d.isunlimited()}
         sizes = {n: tuple(file[n][:]) if n in file.variables else s for n, s in lengths.items()}
@@ -144,12 +144,11 @@ def describe(path):
 
 
 @contextmanager
-def _readable(path):
-    """The file, open for reading; DustError where that fails."""
+def readable(path):
+    """Context in which a result is read; DustError where that fails."""
     try:
-        with opened(path) as file:
-            yield file
-    except (OSError, RuntimeError, KeyError, AttributeError) as error:
+        yield
+    except (OSError, RuntimeError, KeyError, ValueError, AttributeError) as error:
         raise DustError(
             f"{path} is not a result of dusttaichi that can be read: {error}."
         ) from error

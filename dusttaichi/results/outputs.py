@@ -42,7 +42,8 @@ def check(path, mark=MARK):
     refuse_inputs(path, _inputs.get())
     if path.is_dir():
         raise DustError(f"{path} is a directory; a file name is needed.")
-    if not _force.get() and path.exists() and not (_empty(path) or is_ours(path, mark)):
+    empty = path.is_file() and path.stat().st_size == 0
+    if not _force.get() and path.exists() and not (empty or is_ours(path, mark)):
         raise DustError(
             f"{path} exists and was not written by dusttaichi. --force overwrites it, --output "
             "names another place."
@@ -58,10 +59,6 @@ def refuse_inputs(path, inputs):
                 f"{path} is read by this command and would be overwritten by it. Choose another "
                 "--output."
             )
-
-
-def _empty(path):
-    return path.is_file() and path.stat().st_size == 0
 
 
 def is_ours(path, mark=MARK):

@@ -13,19 +13,30 @@ import shutil
 import subprocess
 import sys
 import uuid
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 import netCDF4
+import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import clone, explain, parts_folder, remove, replace_atomically, reserve
+from dusttaichi.files import (
+    RunLock,
+    clone,
+    explain,
+    parts_folder,
+    remove,
+    replace_atomically,
+    reserve,
+)
 from dusttaichi.processes import python_command
 from dusttaichi.results import seal
 from dusttaichi.results.layout import (
     copy_records,
     define,
     describe,
+    readable,
     record_counts,
     write_attributes,
 )
@@ -94,6 +105,12 @@ def pieces_of(path):
     return found
 
 
+def readable_pieces(path):
+    """The pieces of a result. Raises DustError where they cannot be read."""
+    with readable(path):
+        return pieces_of(path)
+
+
 def _parts(path):
     return sorted(parts_folder(path).glob("[0-9]*.nc"))
 
@@ -108,6 +125,36 @@ def remove_parts(path, after=0):
 def remove_other_parts(path):
     """Remove the parts of an earlier result at `path`; remaining ones are ignored."""
     shutil.rmtree(parts_folder(path), ignore_errors=True)
+
+
+@contextmanager
+def acquired(path, lock):
+    """The lock of the directory of a result; a new one is released after an error."""
+    acquired = RunLock(path.parent) if lock is None else lock
+    try:
+        yield acquired
+    except BaseException:
+        if lock is None:
+            acquired.release()
+        raise
+
+
+def appended(rows, blocks):
+    """Two sets of arrays one after the other, each group -> name -> array."""
+    appended = {
+        group: {name: np.concatenate([rows[group][name], new]) for name, new in block.items()}
+        for group, block in blocks.items()
+        if group in rows
+    }
+    return rows | blocks | appended
+
+
+def already_there(path, what="it"):
+    """Error for an existing result; what: such as "with the missing runs", which --resume does."""
+    return DustError(
+        f"{path} exists already. Use --force to overwrite it, --resume to continue {what}, or "
+        "choose another output directory."
+    )
 
 
 def join(path, lock=None):

@@ -8,7 +8,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, parts_folder, write_whole
-from dusttaichi.results import pieces, seal, writing
+from dusttaichi.results import pieces, seal
 from dusttaichi.results.layout import describe, image, ragged_groups, read_records
 from dusttaichi.results.variables import LABELS
 
@@ -72,9 +72,9 @@ class Writer(AbstractContextManager):
             written.
         """
         path = Path(path)
-        with writing.acquired(path, lock) as lock_of_run:
+        with pieces.acquired(path, lock) as lock_of_run:
             if path.exists() and not force:
-                raise DustError(writing.already_there(path))
+                raise pieces.already_there(path)
             layout = {v.key: v for v in variables}
             attributes = {"status": "running", "history": f"{_now()} started", **attrs}
             static = {k: np.asarray(coords[k]) for k, v in layout.items() if not v.grows}
@@ -109,7 +109,7 @@ class Writer(AbstractContextManager):
         path = Path(path)
         if not path.exists():
             raise DustError(f"There is no result to continue at {path}.")
-        with writing.acquired(path, lock) as lock_of_run:
+        with pieces.acquired(path, lock) as lock_of_run:
             writer = cls._of_pieces(path, lock_of_run, counts)
             writer._owns_lock = lock is None
         return writer
@@ -117,7 +117,7 @@ class Writer(AbstractContextManager):
     @classmethod
     def _of_pieces(cls, path, lock, counts):
         """A Writer that continues the pieces of a result from `counts`."""
-        files = writing.readable_pieces(path)
+        files = pieces.readable_pieces(path)
         for piece in files:  # damage is reported now, not at the end of the run
             seal.check_whole(piece.path)
         short = [group for group, n in counts.items() if files[-1].ends.get(group, 0) < n]
@@ -232,7 +232,7 @@ class Writer(AbstractContextManager):
         number, starts, rows = self._number, self._starts, self._written
         if self._size >= PIECE:
             number, starts, rows = number + 1, dict(self._records), {}
-        rows = writing.appended(rows, blocks)
+        rows = pieces.appended(rows, blocks)
         file = self._file(number)
         try:
             if not self._alone:

@@ -5,13 +5,12 @@ from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State
 from dusttaichi.results import Writer, opened, provenance
-from dusttaichi.results.writing import already_there
+from dusttaichi.results.pieces import already_there
 from dusttaichi.run import checkpoint, stages
-from dusttaichi.run.code import Origin
 from dusttaichi.run.error_bar import States
+from dusttaichi.run.identity import Origin, check_extensions, check_same, stage_stop
 from dusttaichi.run.loop import Run
 from dusttaichi.run.persistence import RunFiles, check_outputs, write_scene
-from dusttaichi.run.same_scene import check_extensions, check_same, stage_stop
 from dusttaichi.run.state import RunState
 
 
@@ -166,4 +165,4 @@ def _refuse_finished(path):
 def refuse_existing(directory):
     """Raise DustError for an existing result."""
     if (directory / RESULT).exists():
-        raise DustError(already_there(directory / RESULT))
+        raise already_there(directory / RESULT)

@@ -10,7 +10,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT
 from dusttaichi.results import outputs
 from dusttaichi.run import checkpoint
-from dusttaichi.run.same_scene import input_files
+from dusttaichi.run.identity import input_files
 
 FLUSH_SHARE = 0.02  # share of the real time for writing
 LEAST = 5.0  # s between two flushes

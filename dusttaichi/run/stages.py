@@ -17,7 +17,7 @@ import yaml
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, clone, run_files
-from dusttaichi.run.same_scene import without, without_paths
+from dusttaichi.run.identity import without, without_paths
 from dusttaichi.scene.drive import SHEARS
 
 FOLDER = ".stages"

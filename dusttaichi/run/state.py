@@ -70,8 +70,8 @@ class RunState:
         return Window(self.last_sums, self.sums, self.last_span) if self.last_span > 0.0 else None
 
     def to_meta(self):
-        """Plain data that JSON can hold."""
-        return asdict(self) | {name: _plain(getattr(self, name)) for name in ("sums", "last_sums")}
+        """Its data for `checkpoint.save`."""
+        return asdict(self)
 
     @classmethod
     def from_meta(cls, meta):
@@ -82,10 +82,6 @@ class RunState:
             "last_sums": _arrays(meta["last_sums"]),
         }
         return cls(**(meta | own))
-
-
-def _plain(sums):
-    return {name: np.asarray(values).tolist() for name, values in sums.items()}
 
 
 def _arrays(sums):

@@ -153,14 +153,11 @@ def _extent_remarks(spec, extent) -> list[str]:
     ]
 
 
-def _axis_number(spec):
-    return None if spec.length is None else AXES.index(spec.cylinder_axis)
-
-
 def _inside(spec, positions):
     """Mask (N,) of the centres inside of the cut about the origin."""
     distances, within = positions, np.full(len(positions), True)
-    if (number := _axis_number(spec)) is not None:
+    if spec.length is not None:
+        number = AXES.index(spec.cylinder_axis)
         within = np.abs(positions[:, number]) <= 0.5 * spec.length
         distances = np.delete(positions, number, axis=1)
     return within & (np.linalg.norm(distances, axis=1) <= 0.5 * spec.diameter)

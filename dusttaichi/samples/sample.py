@@ -281,11 +281,12 @@ def memory() -> float:
         return float("inf")
 
 
-def check_grains(grains: float, where: str, advice: str = "Use fewer grains.") -> None:
+def check_grains(grains: float, where: str) -> None:
     """Raise DustError, with their source, for too many grains for the memory."""
     most = memory() / BYTES
     if grains > most:
         raise DustError(
             f"{where}: {grains:.3g} grains need {grains * BYTES / 1e9:.3g} GB of memory at least, "
-            f"and this machine has {memory() / 1e9:.3g}; allowed: at most {most:.2g}. {advice}"
+            f"and this machine has {memory() / 1e9:.3g}; allowed: at most {most:.2g}. "
+            "Use fewer grains."
         )

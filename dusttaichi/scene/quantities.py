@@ -310,9 +310,5 @@ class Quantity(Mark):
         return {"anyOf": [*either, one]} if either else one
 
 
-Length = Annotated[float, Quantity("length")]
-Speed = Annotated[float, Quantity("speed")]
-Time = Annotated[float, Quantity("time")]
-Pressure = Annotated[float, Quantity("pressure")]
 Density = Annotated[float, Quantity("density", gt=0)]
 Vector = tuple[float, float, float]

@@ -5,7 +5,7 @@ import pytest
 
 from dusttaichi.commands import app as cli
 from dusttaichi.errors import DustError
-from dusttaichi.studies.selftest import checks, device, scenes
+from dusttaichi.studies.selftest import checks, scenes
 
 
 def selftest(*words):
@@ -64,6 +64,6 @@ def test_no_device_is_a_sentence(monkeypatch):
     def nowhere(name):
         raise OSError(name)
 
-    monkeypatch.setattr(device.ctypes, "CDLL", nowhere)
+    monkeypatch.setattr(checks.ctypes, "CDLL", nowhere)
     with pytest.raises(DustError, match="no CUDA driver.*--backend cpu"):
-        device.describe("cuda")
+        checks.describe("cuda")

@@ -5,8 +5,8 @@ branch; one store to memory or `and` in it, and particles would be computed one 
 import re
 
 import pytest
+from compilers import blocks_with_roots
 from continuum import dust
-from loops_in_llvm import blocks_with_roots
 
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import settings, ti

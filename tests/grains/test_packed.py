@@ -7,7 +7,7 @@ import re
 from collections import Counter
 
 import pytest
-from loops_in_llvm import blocks_with_roots
+from compilers import blocks_with_roots
 from scenes import box, make_scene
 
 from dusttaichi.compute.backend import loops_of, start_taichi

@@ -2,8 +2,8 @@
 
 from scenes import CONFIGS
 
-from dusttaichi.grains import short_loads
 from dusttaichi.grains.preview import preview
+from dusttaichi.grains.time_step import short_loads
 from dusttaichi.scene import load
 
 
@@ -21,6 +21,6 @@ def test_only_stages_that_nothing_else_ends_have_a_remark():
     scene = load(CONFIGS / "trade/unseen/load_steps.yaml")
     settling = scene.with_value("stages.1.stop", {"creep": "200 s^-1", "time": "12 us"})
     counted = settling.with_value("stages.3.stop", {"steps": 20_000})
-    assert len(short_loads.remarks(scene, 2e-9)) == 2
-    assert len(short_loads.remarks(settling, 2e-9)) == 1
-    assert short_loads.remarks(counted, 2e-9) == []
+    assert len(short_loads(scene, 2e-9)) == 2
+    assert len(short_loads(settling, 2e-9)) == 1
+    assert short_loads(counted, 2e-9) == []

@@ -1,8 +1,10 @@
 """The page of a run: what is in it, and that a JavaScript engine reads it."""
 
+import base64
 import json
 import re
 import subprocess
+import zlib
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,7 +25,7 @@ from dusttaichi.analysis.run import Run
 from dusttaichi.errors import DustError
 from dusttaichi.report import contacts, page
 from dusttaichi.report.interactive import html, interactive
-from dusttaichi.report.packing import packed, quantised, unpacked
+from dusttaichi.report.packing import packed, quantised
 from dusttaichi.report.particles import chosen, dissipated_by_channel, first_colour, particles
 from dusttaichi.scene import load
 
@@ -32,6 +34,19 @@ SOURCE = ROOT / "dusttaichi/report/source"
 
 
 # -- data ----------------------------------------------------------------------------------------
+
+
+def unpacked(result):
+    """The numbers of `packed` or `quantised`, flat; as data.js does."""
+    size = int(result["type"][1])
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(result["data"])), np.uint8)
+    values = np.ascontiguousarray(planes.reshape(size, -1).T).view(f"<{result['type']}").ravel()
+    if result["type"][0] == "u" and result["rows"] > 1:
+        rows = values.reshape(result["rows"], -1)
+        values = np.cumsum(rows, axis=0, dtype=values.dtype).ravel()
+    if "low" not in result:
+        return values
+    return result["low"] + values * (result["high"] - result["low"]) / (2 ** (8 * size) - 1)
 
 
 def test_numbers_are_packed_and_come_back():

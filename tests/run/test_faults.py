@@ -18,7 +18,7 @@ from bits import assert_same_bits
 from dusttaichi import method
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.files import CHECKPOINT, RESULT
-from dusttaichi.run import code, execute, loop, stages
+from dusttaichi.run import execute, identity, loop, stages
 from dusttaichi.scene import from_yaml, load
 
 PLAIN, STAGED = toy.plain(), toy.staged()
@@ -64,7 +64,7 @@ def test_a_stage_that_is_taken_over_has_its_last_frame_once(tmp_path):
 def test_a_checkpoint_of_other_code_is_refused_with_what_to_do(tmp_path, monkeypatch):
     scene = from_yaml(PLAIN)
     directory = execute(scene, tmp_path / "run")
-    monkeypatch.setattr(code, "code_hash", lambda scene: "another")
+    monkeypatch.setattr(identity, "code_hash", lambda scene: "another")
     with pytest.raises(DustError, match=r"another version of dusttaichi.*--force"):
         execute(scene, directory, resume=True)
 
@@ -73,11 +73,11 @@ def test_the_hash_of_the_code_is_that_of_all_files(tmp_path):
     own = tmp_path / "law.py"
     own.write_text("k = 1")
     scene = from_yaml(PLAIN)
-    plain = code.code_hash(scene)
+    plain = identity.code_hash(scene)
     method.register(replace(spring.METHOD, code=lambda scene: [own]))
-    first = code.code_hash(scene)
+    first = identity.code_hash(scene)
     own.write_text("k = 2")
-    assert len({plain, first, code.code_hash(scene)}) == 3
+    assert len({plain, first, identity.code_hash(scene)}) == 3
 
 
 def test_a_checkpoint_of_another_step_is_refused(tmp_path):
@@ -100,8 +100,8 @@ def test_a_checkpoint_of_another_step_is_refused(tmp_path):
 def test_a_stage_of_other_code_is_not_taken_over(tmp_path, monkeypatch):
     scene = from_yaml(STAGED)
     execute(scene, tmp_path / "run")
-    monkeypatch.setattr(code, "code_hash", lambda scene: "another")
-    assert not list(stages.stored(scene, tmp_path / "again", code.Origin.of(scene)))
+    monkeypatch.setattr(identity, "code_hash", lambda scene: "another")
+    assert not list(stages.stored(scene, tmp_path / "again", identity.Origin.of(scene)))
 
 
 # -- nothing to go on from -----------------------------------------------------------------------
@@ -189,7 +189,7 @@ def test_an_interrupt_that_python_loses_during_the_build_ends_the_run(tmp_path):
 def test_a_damaged_stage_is_computed_again_with_a_warning(tmp_path, name):
     scene = from_yaml(STAGED)
     whole = execute(scene, tmp_path / "run")
-    ((_, folder),) = stages.stored(scene, tmp_path / "again", code.Origin.of(scene))
+    ((_, folder),) = stages.stored(scene, tmp_path / "again", identity.Origin.of(scene))
     (folder / name).write_bytes((folder / name).read_bytes()[:200])
     log = []
     again = execute(scene, tmp_path / "again", log=log.append)

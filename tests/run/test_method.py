@@ -28,7 +28,7 @@ from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.export import export
 from dusttaichi.grains.moving_grains import MovingGrains
 from dusttaichi.method import Measurement, SimpleSimulation, Start
-from dusttaichi.plots.picture import picture_of
+from dusttaichi.plots.registry import picture_of
 from dusttaichi.run import execute, ledger, loop
 from dusttaichi.run.state import RunState
 from dusttaichi.scene import from_yaml

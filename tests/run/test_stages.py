@@ -12,8 +12,7 @@ from dusttaichi import geometry
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.run import execute, stages
 from dusttaichi.run import loop as running
-from dusttaichi.run.code import Origin
-from dusttaichi.run.same_scene import check_same
+from dusttaichi.run.identity import Origin, check_same
 from dusttaichi.scene import from_yaml
 
 CELL = """

@@ -17,7 +17,7 @@ from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import registry as laws
 from dusttaichi.run import execute
-from dusttaichi.run.code import Origin, code_hash
+from dusttaichi.run.identity import Origin, code_hash
 from dusttaichi.run.stages import folder_of
 from dusttaichi.samples import registry as kinds
 from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions

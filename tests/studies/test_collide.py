@@ -26,7 +26,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.run import execute
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.scene.collisions import Rings
-from dusttaichi.studies.collide import make_study, refining, runner, task
+from dusttaichi.studies.collide import make_study, runner, task
 from dusttaichi.studies.ensemble.jobs import JobResult
 
 BODY = {"kind": "pca", "grains": 12}
@@ -503,17 +503,17 @@ def test_speeds_are_added_where_growth_ends(tmp_path, monkeypatch):
             for c in study.collisions
         ]
 
-    monkeypatch.setattr(refining, "collide", made)
+    monkeypatch.setattr(runner, "collide", made)
     scene = study_scene(speed=["5 m/s", "80 m/s"], refine=4)
     assert scene.collisions.count == 6 * 2
-    study, rows = refining.collide_and_refine(scene, tmp_path)
+    study, rows = runner.collide_and_refine(scene, tmp_path)
     assert study.axes["speed"] == (5.0, 20.0, 23.8, 28.3, 40.0, 80.0)
     assert [resume for _, resume in asked] == [False, True, True, True, True]
     assert len(rows) == len(study.collisions) == 12
     found = thresholds(collisions_dataset(rows, study.axes))[2]
     assert found.speed == pytest.approx(21.0, rel=1e-9)
     scene = study_scene(speed=["5 m/s", "80 m/s"], refine=30)
-    speeds = np.array(refining.collide_and_refine(scene, tmp_path)[0].axes["speed"])
+    speeds = np.array(runner.collide_and_refine(scene, tmp_path)[0].axes["speed"])
     assert speeds[speeds > 21].min() / speeds[speeds < 21].max() < 1.03 and len(speeds) < 12
 
 

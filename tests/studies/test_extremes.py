@@ -2,7 +2,7 @@
 
 import csv
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -226,4 +226,4 @@ def test_every_group_has_cells_that_go_to_another_process():
             cells = make(quick)
             assert cells and len({c.name for c in cells}) == len(cells)
             for cell in cells:
-                assert Cell(**json.loads(json.dumps(cell.to_dict()))) == cell
+                assert Cell(**json.loads(json.dumps(asdict(cell)))) == cell

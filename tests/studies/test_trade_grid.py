@@ -143,7 +143,7 @@ def test_a_changed_preset_does_not_continue_a_table(ran, monkeypatch, tmp_path):
 
 def test_rows_of_an_unknown_scene_are_refused(ran, tmp_path):
     grid.grid(omni(), tmp_path, "", 1)
-    (tmp_path / grid.origin.FILE).unlink()
+    (tmp_path / grid.SCENES).unlink()
     with pytest.raises(DustError, match="unknown scene"):
         grid.grid(omni(), tmp_path, "", 2)
 

@@ -8,7 +8,6 @@ import scipy
 from dusttaichi.analysis.continuum.intrusion import projectile_of
 from dusttaichi.analysis.continuum.particles import read_particles
 
-BLURRED = 1e-4  # depth below the bead [m] that the kernel blurs in G09, left out of a comparison
 NEAR = 0.3e-3  # depth [m] below the bead over which the prototype's median was taken
 MARGIN = 0.8  # spacings around a particle that a map shows as filled
 

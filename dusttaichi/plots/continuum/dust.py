@@ -12,8 +12,7 @@ from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 from dusttaichi.plots import style
-from dusttaichi.plots.picture import Picture
-from dusttaichi.plots.registry import figure
+from dusttaichi.plots.registry import Picture, figure
 
 COLOURS = {
     "filling_factor": (r"filling factor $\phi$", "viridis"),

@@ -6,8 +6,6 @@ has its own ledger and ends when its fragments no longer change.
 """
 
 from dusttaichi.studies.collide.plan import Collision, Study, make_study
-from dusttaichi.studies.collide.refining import collide_and_refine
-from dusttaichi.studies.collide.runner import collide
-from dusttaichi.studies.collide.writing import write
+from dusttaichi.studies.collide.runner import collide, collide_and_refine, write
 
 __all__ = ["Collision", "Study", "collide", "collide_and_refine", "make_study", "write"]

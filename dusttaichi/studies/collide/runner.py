@@ -1,23 +1,31 @@
-"""All collisions of a study: what is there already, what is left to do."""
+"""All collisions of a study: what is there, what is left to do, further speeds, the files."""
 
 import json
 import math
 import os
-import threading
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+import numpy as np
+
 from dusttaichi import files
+from dusttaichi.analysis.collisions import collisions_dataset, table_text
+from dusttaichi.analysis.ensemble import save_ensemble
+from dusttaichi.analysis.thresholds import growth_bracket, threshold_text, thresholds
 from dusttaichi.errors import DustError
 from dusttaichi.processes import usable_cores
+from dusttaichi.results import provenance
+from dusttaichi.results.pieces import already_there
 from dusttaichi.run.interrupts import noted_signals
+from dusttaichi.studies.collide.plan import make_study
 from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.runs import PlanProgress, content_of, drain, shares
 from dusttaichi.studies.workers import INTERRUPTED
 
 TOGETHER = 16  # collisions of a job at most: what is lost with a machine, and what shares a start
 ROUNDS = 2  # jobs of each worker at least, of which the last ones even out
+NARROW = 1.02  # ratio of two speeds below which an interval is not halved any more
 
 
 @dataclass(frozen=True)
@@ -61,10 +69,7 @@ def collide(
     with files.RunLock(study.directory):
         path = study.rows_file
         if path.exists() and not force and not resume:
-            raise DustError(
-                f"{path} exists already. Use --force to overwrite it, --resume to continue with "
-                "the missing ones, or choose another output directory."
-            )
+            raise already_there(path, "with the missing ones")
         known = _known(path) if resume else {}
         left = [c for c in study.collisions if c.key not in known]
         if len(left) < len(study.collisions):
@@ -104,38 +109,23 @@ def _do(study, left, known, *, scheduler, jobs, report, log):
     workers = shares(study.scene, len(left), usable_cores())[0]
     workers = min(workers, jobs or workers)
     batches = _batches(study, left, workers)
-    progress = PlanProgress(len(study.collisions), len(known))
-    lock, ended = threading.Lock(), set()
+    progress = PlanProgress(len(study.collisions), len(known), report)
 
     def heard(number, share):
-        with lock:
-            if number not in ended:
-                progress.running[f"batch {number + 1}"] = share
-                report(progress)
+        progress.heard(f"batch {number + 1}", share)
 
     def take(result):
         rows = result.found.get("rows", [])
         _append(study.rows_file, rows)
-        with lock:
-            known.update({row["key"]: row for row in rows})
-            ended.add(result.number)
-            progress.done += len(rows)
-            progress.running.pop(f"batch {result.number + 1}", None)
-            report(progress)
+        known.update({row["key"]: row for row in rows})
+        progress.ended(f"batch {result.number + 1}", len(rows))
         if result.code not in (0, INTERRUPTED):
             log(f"a batch of {len(batches[result.number].collisions)} was lost: {result.text}")
 
-    def interrupted():
-        if signals:
-            log("stopping: finished collisions are stored")
-        return bool(signals)
-
-    report(progress)
     with noted_signals() as signals, open_pool(scheduler, workers, heard) as pool:
         shared = pool.share({path: content_of(path) for path in study.inputs})
         futures = {pool.submit(batch, shared): batch.number for batch in batches}
-        if drain(pool, futures, take, interrupted):
-            raise KeyboardInterrupt
+        drain(pool, futures, take, signals, lambda: log("stopping: finished collisions are stored"))
 
 
 def _batches(study, left, workers):
@@ -163,3 +153,70 @@ def _append(path, rows):
             os.fsync(file.fileno())
     except OSError as error:
         raise DustError(f"Cannot write {path}: {files.explain(error, path)}.") from error
+
+
+def collide_and_refine(scene, directory, *, force=False, resume=False, **how):
+    """The Study of a scene with its refined speeds, and the rows of all of its collisions.
+
+    A further speed halves the interval in which the growth efficiency falls below 0. how: as
+    `collide` takes it, which raises what this raises.
+    """
+    study, added = make_study(scene, directory), ()
+    rows = collide(study, force=force, resume=resume, **how)
+    for _ in range(scene.collisions.refine):
+        speed = next_speed(collisions_dataset(rows, study.axes))
+        if speed is None:
+            break
+        added = (*added, speed)
+        study = make_study(scene, directory, added)
+        rows = collide(study, resume=True, **how)
+    return study, rows
+
+
+def next_speed(data):
+    """Speed [m/s] that halves the widest interval in which a growth efficiency falls below 0.
+
+    It considers all bodies and mass ratios; None where none is left to halve. Three digits.
+    """
+    brackets = [
+        growth_bracket(data, body, ratio)
+        for body, ratio in np.ndindex(data.sizes["body"], data.sizes["mass_ratio"])
+    ]
+    brackets = [b for b in brackets if b is not None and b[1] > NARROW * b[0]]
+    if not brackets:
+        return None
+    low, high = max(brackets, key=lambda b: b[1] / b[0])
+    return float(f"{np.sqrt(low * high):.3g}")
+
+
+def write(study, rows, *, figures=True):
+    """Write collisions.nc, collisions.csv and, where wanted, the figures of a Study.
+
+    Returns the dataset, its thresholds and the paths. Raises DustError where writing fails.
+    """
+    scene = study.source
+    attrs = provenance(scene.source, scene.to_yaml(), title=scene.name, by_area=int(study.by_area))
+    data = collisions_dataset(rows, study.axes, {k: v for k, v in attrs.items() if v is not None})
+    found = thresholds(data)
+    save_ensemble(data, study.file)
+    paths = [study.file, study.file.with_suffix(".csv")]
+    files.write_whole(paths[1], table_text(data).encode())
+    paths.append(study.directory / "thresholds.csv")
+    files.write_whole(paths[2], threshold_text(found).encode())
+    if figures:
+        paths += _draw(data, found, study.directory)
+    return data, found, paths
+
+
+def _draw(data, found, directory):
+    from dusttaichi import plots
+
+    drawn = {"outcomes": plots.outcome_map(data)}
+    if data.sizes["mass_ratio"] > 1:
+        drawn["outcomes_mass_ratio"] = plots.outcome_map(data, "mass_ratio")
+    if data.sizes["body"] > 1:
+        drawn["thresholds"] = plots.threshold_speeds(data, found)
+    drawn |= {"growth": plots.growth(data), "spectrum": plots.fragment_spectrum(data)}
+    drawn["phases"] = plots.phases(data)
+    there = {name: figure for name, figure in drawn.items() if figure is not None}
+    return [plots.save(figure, directory / f"{name}.png") for name, figure in there.items()]

@@ -3,6 +3,7 @@
 import os
 import shutil
 import threading
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, wait
 from contextlib import nullcontext
 from dataclasses import dataclass, field
@@ -16,10 +17,11 @@ from dusttaichi.analysis.ensemble import gather
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.processes import usable_cores
+from dusttaichi.results.pieces import already_there
 from dusttaichi.results.reading import open_tree
 from dusttaichi.run import checkpoint
+from dusttaichi.run.identity import without
 from dusttaichi.run.interrupts import noted_signals
-from dusttaichi.run.same_scene import without
 from dusttaichi.studies.ensemble.jobs import Job, JobResult
 from dusttaichi.studies.ensemble.pool import open_pool
 from dusttaichi.studies.ensemble.scenes import input_files
@@ -31,11 +33,34 @@ BESIDES = (("output", "directory"), ("output", "checkpoint"), ("numerics", "thre
 
 @dataclass
 class PlanProgress:
-    """Progress of a plan: number of runs, of finished ones, and shares of the running ones."""
+    """Progress of a plan: number of runs, of finished ones, and shares of the running ones.
+
+    report: called with this object after each change, which may come from any thread.
+    """
 
     total: int
-    done: int = 0
+    done: int
+    report: Callable[["PlanProgress"], None]
     running: dict[str, float] = field(default_factory=dict)  # label -> share
+
+    def __post_init__(self):
+        self._lock, self._ended = threading.Lock(), set()
+        self.report(self)
+
+    def heard(self, label, share):
+        """Set the share of a running job."""
+        with self._lock:
+            if label not in self._ended:  # a report of a cluster may come after the end of the run
+                self.running[label] = share
+                self.report(self)
+
+    def ended(self, label, count):
+        """Add the finished runs of a job that has ended."""
+        with self._lock:
+            self._ended.add(label)
+            self.done += count
+            self.running.pop(label, None)
+            self.report(self)
 
 
 def run_all(
@@ -61,7 +86,9 @@ def run_all(
     with files.RunLock(plan.directory) if whole else nullcontext():
         if not force and not resume:
             own = [plan.members[n].directory / RESULT for n in chosen]
-            _refuse_existing([plan.file] * whole + own)
+            for path in [plan.file] * whole + own:
+                if path.exists():
+                    raise already_there(path, "with the missing runs")
         modes = {n: _mode(plan.members[n], force, resume) for n in chosen}
         left = {n: mode for n, mode in modes.items() if mode is not None}
         results = {n: JobResult(n, 0, "") for n in chosen}
@@ -75,15 +102,6 @@ def run_all(
 
 
 # -- what is there -------------------------------------------------------------------------------
-
-
-def _refuse_existing(paths):
-    for path in paths:
-        if path.exists():
-            raise DustError(
-                f"{path} exists already. Use --force to overwrite it, --resume to continue with "
-                "the missing runs, or choose another output directory."
-            )
 
 
 def _mode(member, force, resume):
@@ -133,25 +151,19 @@ def shares(scene, runs, cores):
 def _do(plan, left, total, *, error_bar, scheduler, report, log):
     """JobResults of the runs in `left` (number -> mode), in any order."""
     members = plan.members
-    progress = PlanProgress(total, total - len(left))
-    lock, ended = threading.Lock(), set()
-
-    def heard(number, share):
-        with lock:
-            if number not in ended:  # a report of a cluster may come after the end of the run
-                progress.running[members[number].label] = share
-                report(progress)
-
     workers, threads = shares(plan.scene, len(left), usable_cores())
     if scheduler is not None and plan.scene.numerics.threads == "auto":
         threads = 1  # a task takes one thread of a worker, whose cores are not known here
-    report(progress)
-    results = []
+    progress, results = PlanProgress(total, total - len(left), report), []
 
-    def interrupted():
-        if signals:
-            log("stopping: the runs write their checkpoints")
-        return bool(signals)
+    def heard(number, share):
+        progress.heard(members[number].label, share)
+
+    def take(result):
+        results.append(result)
+        member = members[result.number]
+        _store(result, member.directory)
+        progress.ended(member.label, int(result.code != INTERRUPTED))
 
     with noted_signals() as signals, open_pool(scheduler, workers, heard) as pool:
         remote = scheduler is not None
@@ -160,37 +172,29 @@ def _do(plan, left, total, *, error_bar, scheduler, report, log):
             for n, mode in left.items()
         ]
         futures = _submit(pool, jobs, members, remote)
-
-        def take(result):
-            results.append(result)
-            member = members[result.number]
-            _store(result, member.directory)
-            with lock:
-                ended.add(result.number)
-                progress.done += result.code != INTERRUPTED
-                progress.running.pop(member.label, None)
-                report(progress)
-
-        stopping = drain(pool, futures, take, interrupted)
-    if stopping:
-        raise KeyboardInterrupt
+        drain(
+            pool, futures, take, signals, lambda: log("stopping: the runs write their checkpoints")
+        )
     return results
 
 
-def drain(pool, futures, take, interrupted):
-    """Call take(JobResult) at the end of each job; once interrupted(), stop the pool.
+def drain(pool, futures, take, signals, warn):
+    """Call take(JobResult) at the end of each job; after a signal warn(), and stop the pool.
 
-    futures: Future -> number of the job, emptied. Returns whether it was interrupted.
+    futures: Future -> number of the job, emptied. signals: of `noted_signals`. Raises
+    KeyboardInterrupt at the end where it was stopped.
     """
     stopping = False
     while futures:
         done, _ = wait(futures, timeout=POLL, return_when=FIRST_COMPLETED)
         for future in done:
             take(_result_of(future, futures.pop(future)))
-        if not stopping and interrupted():
+        if signals and not stopping:
             stopping = True
+            warn()
             pool.stop()
-    return stopping
+    if stopping:
+        raise KeyboardInterrupt
 
 
 def _submit(pool, jobs, members, remote):

@@ -84,7 +84,7 @@ def _run(cells, path, count, report):
 
 def _mark(cell):
     """Key of a cell, different for each version."""
-    return json.dumps([__version__, cell.to_dict()], sort_keys=True)
+    return json.dumps([__version__, asdict(cell)], sort_keys=True)
 
 
 def _known(path):

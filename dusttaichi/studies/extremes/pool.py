@@ -2,6 +2,7 @@
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
 from queue import Empty, SimpleQueue
 
 from dusttaichi.studies.extremes.results import CellResult
@@ -23,7 +24,7 @@ class Place:
         if fresh:
             self.worker = Worker(TASK)
         allowed = cell.time_limit + STARTING * fresh
-        answer = self.worker.ask(allowed, cell=cell.to_dict())
+        answer = self.worker.ask(allowed, cell=asdict(cell))
         if answer.code == 0:
             return CellResult(**answer.found)
         self.kill()

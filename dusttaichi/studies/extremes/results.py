@@ -1,7 +1,7 @@
 """Cells of the map with their results, as a dataset, a CSV file and rows of a table."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import nan
 from pathlib import Path
 
@@ -35,10 +35,6 @@ class Cell:
     row: str = ""
     column: str | float = ""
     kernels: str = ""
-
-    def to_dict(self):
-        """Plain data, for another process and for the file of finished cells."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,14 @@
 import math
 
 from dusttaichi.scene import quantities
-from dusttaichi.studies.trade.point import NUMERICAL, PHYSICAL, Parameter, Parameters, Point
+from dusttaichi.studies.trade.point import (
+    NUMERICAL,
+    PHYSICAL,
+    Parameter,
+    Parameters,
+    Point,
+    levels_of,
+)
 
 SPACINGS = (0.5, 0.71, 1.41, 2.0)  # over that of the scene; only those above the reference's
 SMOOTHING = (1.1, 1.2, 1.3, 1.5, 1.8)
@@ -26,12 +33,8 @@ def _spacing(scene):
     return [(f"{factor:g}", spaced(scene, factor)) for factor in factors]
 
 
-def _numbers(path, values):
-    return lambda scene: [(f"{value:g}", {path: value}) for value in values]
-
-
 def _contact(scene):
-    found = _numbers("numerics.viscosity.contact", CONTACT)(scene)
+    found = levels_of("numerics.viscosity.contact", CONTACT)(scene)
     return found if scene.boundary.kind != "open" else "nothing is rigid or fixed"
 
 
@@ -41,14 +44,14 @@ _PARAMETERS = (
         "h_over_spacing",
         NUMERICAL,
         "smoothing length over the spacing",
-        _numbers("numerics.h_over_spacing", SMOOTHING),
+        levels_of("numerics.h_over_spacing", SMOOTHING),
     ),
-    Parameter("cfl", NUMERICAL, "CFL number", _numbers("numerics.cfl", CFL)),
+    Parameter("cfl", NUMERICAL, "CFL number", levels_of("numerics.cfl", CFL)),
     Parameter(
         "viscosity_grid",
         NUMERICAL,
         "viscosity of grid noise",
-        _numbers("numerics.viscosity.grid", GRID),
+        levels_of("numerics.viscosity.grid", GRID),
     ),
     Parameter("viscosity_contact", PHYSICAL, "viscosity at rigid surfaces", _contact),
 )

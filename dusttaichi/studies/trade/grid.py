@@ -9,6 +9,7 @@ Several scenes may share a table.
 
 import csv
 import io
+import json
 import shutil
 import time
 from dataclasses import dataclass
@@ -20,12 +21,16 @@ import numpy as np
 from dusttaichi import __version__, files
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.results.provenance import git_commit
-from dusttaichi.run.code import package_hash
-from dusttaichi.studies.trade import origin, scenes
+from dusttaichi.run.identity import differences, input_hashes, package_hash, without_paths
+from dusttaichi.studies.ensemble.runs import core_of
+from dusttaichi.studies.trade import scenes
 from dusttaichi.studies.trade.point import parameters_of
 
 PRESSURES = (1e3, 3e3, 1e4, 3e4, 6e4)  # Pa, for the comparison of curves
 FILE = "grid.csv"
+# The scenes that its rows are of, which have only their names: without these, runs of an edited
+# YAML, or of a preset that has changed, would continue a table of the previous one.
+SCENES = "grid.json"
 PRESET = "accuracy"
 SCENE = ("scene", "grains", "settings", "seed", "status")
 RUN = ("steps", "time_step [s]", "ledger", "seconds", "version")
@@ -112,7 +117,7 @@ def grid(scene, directory, text, seeds, *, force=False, log=lambda text: None):
         if force:
             table = [row for row in table if row["scene"] != base.name]
         done = {(row["scene"], row["settings"], int(row["seed"])) for row in table}
-        origin.check(directory, base, settings, {s for name, s, _ in done if name == base.name})
+        _check(directory, base, settings, {s for name, s, _ in done if name == base.name})
         for k, (setting, n) in enumerate(wanted, 1):
             if (base.name, setting.text, n) in done:
                 continue
@@ -213,3 +218,48 @@ def _write(path, table):
     writer.writeheader()
     writer.writerows(table)
     files.write_whole(path, text.getvalue().encode())
+
+
+def _check(directory, base, settings, ran):
+    """Store the scenes of settings in SCENES; those of rows that are there must be the same.
+
+    base: scene before the changes. ran: texts of the settings that have rows. Raises DustError
+    where a row is of another scene.
+    """
+    path, new = directory / SCENES, {own.text: _identity(base, own.changes) for own in settings}
+    stored = _stored(path)
+    old = stored.get(base.name, {})
+    for text in (own.text for own in settings if own.text in ran):
+        if text not in old:
+            raise _refusal(directory, base.name, text, f"an unknown scene, as {SCENES} lacks it")
+        if changed := sorted(differences(old[text], new[text])):
+            why = f"another scene, which differs in {', '.join(changed)}"
+            raise _refusal(directory, base.name, text, why)
+    stored[base.name] = {text: own for text, own in old.items() if text in ran} | new
+    files.write_whole(path, json.dumps(stored, indent=1).encode())
+
+
+def _identity(base, changes):
+    """Plain data that determine the runs of a setting: scene, extensions, contents of files."""
+    try:
+        scene = scenes.changed(base, changes)
+    except DustError:  # its row is the refusal
+        scene = base
+    core = without_paths(core_of(scene.to_yaml()))
+    extensions = {"extensions": sorted(scene.imported_texts)} if scene.imported_texts else {}
+    found = core | extensions | {"contents of its files": input_hashes(scene)}
+    return json.loads(json.dumps(found, default=str))
+
+
+def _refusal(directory, name, text, why):
+    return DustError(
+        f"{directory}: its runs of {name} ({text}) are of {why}. Restore the scene, give it "
+        "another name, choose another directory with -o, or run its settings again with --force."
+    )
+
+
+def _stored(path):
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}

@@ -13,6 +13,7 @@ from dusttaichi.studies.trade.point import (
     Parameter,
     Parameters,
     Point,
+    levels_of,
     parameters_of,
 )
 from dusttaichi.studies.trade.suggest import kind_of_grains
@@ -28,16 +29,6 @@ MASSES = (1.0, 4.0, 16.0, 64.0)
 SOFTNESS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003)
 SIDES = (0.0, 0.001, 0.01, 0.1, 1.0)
 QUICK = 3  # levels of a parameter
-
-
-def _values(path, values):
-    def levels(scene):
-        return [
-            (f"{value:g}" if isinstance(value, float) else str(value), {path: value})
-            for value in values
-        ]
-
-    return levels
 
 
 def _step_fraction(scene):
@@ -66,7 +57,7 @@ def _grains(scene):
 def _window(scene):
     if not scene.boundary.walls and not scene.output.stress:
         return "neither pressures nor stresses are averaged"
-    return _values("output.window", WINDOWS)(scene)
+    return levels_of("output.window", WINDOWS)(scene)
 
 
 def _mass_scaling(scene):
@@ -74,13 +65,13 @@ def _mass_scaling(scene):
         return "only for runs with slow walls or faces, and none moves"
     if scene.push or scene.sample.flies:
         return "only for runs with slow walls or faces; inertia matters here"
-    return _values("numerics.mass_scaling", MASSES)(scene)
+    return levels_of("numerics.mass_scaling", MASSES)(scene)
 
 
 def _stiffness_scaling(scene):
     if scene.push:
         return "it changes the speed of sound, at which the response to a push travels"
-    levels = _values("numerics.stiffness_scaling", SOFTNESS[1:])(scene)
+    levels = levels_of("numerics.stiffness_scaling", SOFTNESS[1:])(scene)
     # a trade measures its effect, also where the scene itself would refuse it
     levels = [(text, {"numerics.scaling_anyway": True} | changes) for text, changes in levels]
     return [row for row in levels if _allowed(scene, row[1])] or "contacts are too soft already"
@@ -98,7 +89,7 @@ def _side_walls(scene):
     sides = {"x_min", "x_max", "y_min", "y_max"}
     if scene.boundary.kind != "box" or not sides & set(scene.boundary.walls):
         return "only a box has side walls"
-    return _values("boundary.side_walls", SIDES)(scene)
+    return levels_of("boundary.side_walls", SIDES)(scene)
 
 
 def _part(name):
@@ -118,15 +109,15 @@ def _damping(scene):
 
 PARAMETERS = (
     Parameter("step_fraction", NUMERICAL, "time step over the stiffest period", _step_fraction),
-    Parameter("precision", NUMERICAL, "precision", _values("numerics.precision", PRECISIONS)),
+    Parameter("precision", NUMERICAL, "precision", levels_of("numerics.precision", PRECISIONS)),
     Parameter(
         "newton_steps",
         NUMERICAL,
         "Newton steps of the contact radius",
-        _values("numerics.newton_steps", NEWTON_STEPS),
+        levels_of("numerics.newton_steps", NEWTON_STEPS),
     ),
     Parameter(
-        "skin", NUMERICAL, "skin of the search over the radius", _values("numerics.skin", SKINS)
+        "skin", NUMERICAL, "skin of the search over the radius", levels_of("numerics.skin", SKINS)
     ),
     Parameter("window", NUMERICAL, "steps that pressures are averaged over", _window),
     Parameter("speed", PHYSICAL, "speed of walls and faces over that of the scene", _speed),

@@ -81,6 +81,12 @@ class Parameter:
     levels: Callable
 
 
+def levels_of(path, values):
+    """Levels of a Parameter that is a key of the YAML: these values, whatever the scene is."""
+    rows = [(f"{v:g}" if isinstance(v, float) else str(v), {path: v}) for v in values]
+    return lambda scene: rows
+
+
 @dataclass(frozen=True)
 class Parameters:
     """Parameters of a Method for `dust trade`, as its `trade_parameters`.

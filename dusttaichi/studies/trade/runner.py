@@ -15,7 +15,7 @@ from dusttaichi import files
 from dusttaichi.analysis.observables import Measured
 from dusttaichi.errors import DustError
 from dusttaichi.run import stages
-from dusttaichi.run.code import package_hash
+from dusttaichi.run.identity import package_hash
 from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.studies.ensemble.runs import core_of
 from dusttaichi.studies.trade.point import PointResult
@@ -129,7 +129,8 @@ class Runner:
             self.report(point.label, 0.0)
             result = self._measure(point, scene, folder)
             if result is not None and result.code != LOST:
-                _store(folder / FILE, key, result)
+                text = json.dumps({"key": key, "result": result.to_json()})
+                files.write_whole(folder / FILE, text.encode())
         except OSError as error:
             reason = files.explain(error, folder / FILE)
             raise DustError(f"Cannot write {folder}: {reason}.") from error
@@ -247,7 +248,3 @@ def _stored(path, key):
         return PointResult.from_json(data["result"]) if data["key"] == key else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-
-
-def _store(path, key, result):
-    files.write_whole(path, json.dumps({"key": key, "result": result.to_json()}).encode())

@@ -5,6 +5,7 @@ from dusttaichi.samples.values import CylinderSize
 from dusttaichi.scene import quantities
 from dusttaichi.scene.drive import SHEARS, SPEEDS
 from dusttaichi.scene.numerics import PRESETS
+from dusttaichi.studies.ensemble.scenes import keys_of
 from dusttaichi.studies.trade.point import parameters_of
 
 DRIVES = (*SPEEDS, *SHEARS)
@@ -165,12 +166,9 @@ def seeds_moved(scene, number):
 
     Among the lattices of the continuum only a glass is random.
     """
-    found, todo = {}, [("sample", scene.sample.model_dump(mode="json"))]
-    while todo:
-        path, block = todo.pop()
-        for key, value in block.items():
-            if isinstance(value, dict):
-                todo.append((f"{path}.{key}", value))
-            elif key == "seed" and value is not None and block.get("lattice", "glass") == "glass":
-                found[f"{path}.seed"] = (value + number) % 2**32
-    return found
+    found = keys_of({"sample": scene.sample.model_dump(mode="json")}, "seed")
+    return {
+        ".".join(path): (block["seed"] + number) % 2**32
+        for path, block in found
+        if block.get("lattice", "glass") == "glass"
+    }
