@@ -26,9 +26,10 @@ UNLIKE = """
 name: unlike
 material: silicate_s12
 materials: {ice: ice_t19}
+interaction: {rolling: {modifier: 8}, sliding: {}, twisting: {}, damping: viscous}
 sample:
   {kind: rbd, grains: 60, sizes: {kind: list, radii: [0.5 um, 1 um]}, shares: {default: 1, ice: 1}}
-boundary: {kind: periodic, shear_rate: 1e5 s^-1}
+boundary: {kind: periodic, strain_rate: -1e6 s^-1}
 stop: {steps: 1000}
 output: {series: {steps: 250}}
 """
@@ -47,7 +48,7 @@ output: {series: {time: 0.5 ms}}
 # rounds at 6e-8; some hundred steps in double precision
 SCENES = {
     "equal grains": (SCENE, 1e-4, ("filling_factor", "kinetic_rotation", "loss", "contact_count")),
-    "unlike grains": (UNLIKE, 1e-4, ("kinetic_rotation", "loss", "contact_count")),
+    "unlike grains": (UNLIKE, 1e-4, ("stress", "kinetic_rotation", "loss")),
     "continuum": (CONTINUUM, 1e-9, ("filling_factor_mean", "pressure", "loss")),
 }
 FOREIGN = """
