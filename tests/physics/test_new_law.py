@@ -87,7 +87,7 @@ def test_its_keys_are_checked():
     with pytest.raises(DustError, match=r"rolling\.law = .*linear, speed_dependent is needed"):
         make_scene().with_value("interaction.rolling", {"law": "none_such"})
     made = scene("2 cm/s")
-    assert type(made).from_dict(made._plain()) == made
+    assert type(made).from_dict(made.plain) == made
 
 
 def test_what_cannot_be_registered(example):
