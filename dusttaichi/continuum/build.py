@@ -38,6 +38,8 @@ from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples.continuum.flaws import flaws_of
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
 
+DEPTH = 1.0 / units.LENGTH  # of a scene in two dimensions: forces and energies are per metre
+
 _LAST = LastCompiled()
 
 
@@ -278,9 +280,6 @@ def begin(sim, scene):
     clock[LEFT], clock[WANT] = sim.output_step, step
     clock[DT] = sim.output_step / np.ceil(sim.output_step / step * (1.0 - 1e-12))
     sim.tables["clock"].from_numpy(clock)
-
-
-DEPTH = 1.0 / units.LENGTH  # of a scene in two dimensions: forces and energies are per metre
 
 
 def domain_of(scene, sample, dt):

@@ -25,6 +25,9 @@ SAFE = 1.4  # a step that strong damping limits may be this much nearer to its l
 LOOSE = 1.0  # contacts a grain, below which hardly any energy is bound at the start
 FLOOR = (None, None, None, None, 1.0, None)  # strengths of a wall below alone
 FEW = 13  # grains below which one collision is most of what happens
+SETTLING = 15_000
+"""Steps within which a load is reached; with or without softening it took 4000 to 13,000
+(docs/studies/trade.md). The controller changes the speed after a number of steps, not a time."""
 
 
 @dataclass(frozen=True)
@@ -252,11 +255,6 @@ def _face_speed(scene, drive, sample, radii):
         rate[:] = STRAIN_RATE
     faces = float(np.linalg.norm((rate * edges)[axes]))
     return faces + abs(drive.shear_rate or 0.0) * float(edges[2])
-
-
-SETTLING = 15_000
-"""Steps within which a load is reached; with or without softening it took 4000 to 13,000
-(docs/studies/trade.md). The controller changes the speed after a number of steps, not a time."""
 
 
 def short_loads(scene, dt):

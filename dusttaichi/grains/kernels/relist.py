@@ -95,7 +95,7 @@ class PairLists:
 
     @ti.func
     def write_pair(self, g, j, c, edges, tilt):
-        b, k = (c // self.width) & self.history.mask, c % self.width
+        b, k = c // self.width, c % self.width
         self.pair_i[b, k], self.pair_j[b, k] = g, j
         if ti.static(self.polydisperse):
             self.write_constants(b, k, g, j)
@@ -127,7 +127,7 @@ class PairLists:
 
     @ti.func
     def clear_lane(self, c):
-        b, k = (c // self.width) & self.history.mask, c % self.width
+        b, k = c // self.width, c % self.width
         self.pair_i[b, k], self.pair_j[b, k] = self.counts[GRAINS], self.counts[GRAINS] + 1
         if ti.static(self.polydisperse):
             self.write_empty(b, k)
