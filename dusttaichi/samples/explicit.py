@@ -11,6 +11,10 @@ from dusttaichi.errors import DustError
 from dusttaichi.geometry import nearest_image, pairs_within
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.samples import files, taken
+from dusttaichi.samples.formats.grains import materials_of, remark_on_matter
+from dusttaichi.samples.formats.order import COLUMN_NAMES, has_position, is_column
+from dusttaichi.samples.formats.styles import STYLES
+from dusttaichi.samples.formats.text import Source
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
@@ -29,7 +33,7 @@ from dusttaichi.scene.quantities import Quantity
 
 Which = Annotated[int | Literal["largest"], Number(whole=True, ge=0, word="largest")]
 Part = Literal["walls", "box", "time"]
-FROM_RUN = ("snapshot", "fragment", "keep")  # keys that only a file has
+FROM_RUN = ("snapshot", "fragment", "keep", "columns", "style")  # keys that only a file has
 
 
 class ExplicitSample(SampleBlock):
@@ -55,9 +59,19 @@ class ExplicitSample(SampleBlock):
     )
     file: files.SampleFile | None = Field(
         None,
-        description="CSV with the header x,y,z[,vx,vy,vz,wx,wy,wz][,radius,material], NetCDF with "
-        "the variables of a snapshot, directory or result.nc of another run, dump, data or "
-        "restart file of LAMMPS, text of YADE, or XYZ; relative to the YAML file",
+        description="list or CSV with x y z and optionally vx vy vz, wx wy wz, radius, material, "
+        "NetCDF with the variables of a snapshot, directory or result.nc of another run, dump, "
+        "data or restart file of LAMMPS, text of YADE, or XYZ, also packed (gz, bz2, xz); relative "
+        "to the YAML file",
+    )
+    columns: tuple[str, ...] | None = Field(
+        None,
+        description="names of the columns of a text file in their order, instead of those in it: "
+        "[r, x, y, z]; - for one that is not read",
+    )
+    style: str | None = Field(
+        None,
+        description="atom style of a data file of LAMMPS that does not name it: sphere, full, ...",
     )
     snapshot: Annotated[int | Literal["last"], Number(whole=True, ge=0, word="last")] = Field(
         "last", description="snapshot of another run: a number from 0 on, or last"
@@ -105,6 +119,19 @@ class ExplicitSample(SampleBlock):
             if given and self.file is None:
                 yield name, "it is allowed only together with file"
 
+        yield from self._unknown_columns()
+
+    def _unknown_columns(self) -> Faults:
+        unknown = [name for name in self.columns or () if not is_column(name)]
+        if unknown:
+            yield "columns", f"{unknown[0]!r} is no name of a column; allowed: {COLUMN_NAMES}"
+        elif self.columns is not None and not has_position(self.columns):
+            yield "columns", "x, y and z are needed"
+        if self.style is not None and self.style not in STYLES:
+            yield "style", f"an atom style of LAMMPS is needed: {', '.join(STYLES)}"
+        if self.style is not None and self.columns is not None:
+            yield "style", "columns name the columns; one of both is needed"
+
     def conflicts(self, scene) -> Faults:
         yield from unknown_materials(self.materials, scene)
         # positions of walls and faces from the file replace a size
@@ -128,9 +155,9 @@ class ExplicitSample(SampleBlock):
 def make(spec: ExplicitSample, materials: Materials) -> Sample:
     """The grains of spec.
 
-    A file is CSV, NetCDF, or a run directory (its result.nc); of several snapshots one is read,
-    with the stored history of its contacts, and the parts in `keep`. info: cell, period [m] and
-    tilt [m] of that of a periodic run.
+    A file is text (samples.formats), NetCDF, or a run directory (its result.nc); of several
+    snapshots one is read, with the stored history of its contacts, and the parts in `keep`. info:
+    cell, period [m] and tilt [m] of that of a periodic run.
     Raises DustError for a file that is missing or lacks columns, arrays of the wrong shape,
     numbers that are not finite, no grains, a material that the scene does not have, or two centres
     closer than 0.9 diameters.
@@ -142,9 +169,11 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     else:
         source = str(spec.file)
         where = f"sample.file = {source!r}"
-        state = files.read(Path(spec.file), where, spec.units, spec.snapshot)
+        given = Source(where, [], spec.units, spec.snapshot, spec.columns, spec.style)
+        state = files.read(Path(spec.file), given)
     sample = _grains(state, materials, where)
     if spec.file is not None:
+        remark_on_matter(state, sample, materials)
         sample = _of_run(spec, sample, state, materials, where)
     sample.info.update(kind="explicit", source=source, grains=len(sample))
     return sample
@@ -157,7 +186,8 @@ def _grains(state: dict, materials: Materials, where: str) -> Sample:
         raise DustError(f"{where}: it has no grains; allowed: one grain or more.")
     velocities = _vectors(state.get("velocity"), where, "velocity", len(positions))
     spins = _vectors(state.get("spin"), where, "spin", len(positions))
-    numbers = materials.numbers(state.get("material"), len(positions), where)
+    given = materials_of(state, materials, where)
+    numbers = materials.numbers(given, len(positions), where)
     own = materials.polydisperse(materials.radii(state.get("radius"), numbers, where), numbers)
     radii = materials.radius if own["radii"] is None else own["radii"]
     check_apart(positions, radii, where)

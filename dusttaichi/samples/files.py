@@ -7,20 +7,20 @@ from pydantic import AfterValidator, ValidationInfo
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import refuse_unreadable
-from dusttaichi.samples import csv_file, foreign
+from dusttaichi.samples import formats
+from dusttaichi.samples.formats.text import Source
 from dusttaichi.samples.sample import memory
 from dusttaichi.scene.fields import needed
 
-HEAD = 4096  # bytes at the start of a file that identify its format
 
+def read(path: Path, given: Source) -> dict:
+    """Arrays of a NetCDF file, of a run directory's result.nc, or of a file of another program.
 
-def read(path: Path, where: str, length_unit: float | None = None, snapshot="last") -> dict:
-    """Arrays of a CSV or NetCDF file, of a run directory's result.nc, or of another program's file.
-
-    where: name of the file in errors. length_unit [m]: unit of x, y, z of a CSV file without units
-    in its header. snapshot: number from 0, or "last", of a NetCDF file. For other programs see
-    samples.foreign.
+    given: a Source without lines: the name of the file in errors, and the keys of the sample that
+    say how it is read. For text files see samples.formats, for NetCDF samples.netcdf. Raises
+    DustError for a file that cannot be used.
     """
+    where = given.where
     if _is_run(path):
         path = path / "result.nc"
         if not path.exists():
@@ -28,19 +28,19 @@ def read(path: Path, where: str, length_unit: float | None = None, snapshot="las
     check_kind(path, where)
     if not path.exists():
         raise DustError(
-            f"{where}: there is no such file; allowed: a CSV or NetCDF file, one of LAMMPS, YADE "
-            "or XYZ, or the directory of another run. Relative paths start at the YAML file."
+            f"{where}: there is no such file; allowed: a list of grains, CSV or NetCDF, one of "
+            "LAMMPS, YADE or XYZ, or the directory of another run. Relative paths start at the "
+            "YAML file."
         )
-    head = _first_bytes(path, where)
-    if head.startswith((b"\x89HDF", b"CDF")):
-        from dusttaichi.samples import netcdf  # takes half a second to import
+    if not _first_bytes(path, where).startswith(formats.NETCDF):
+        return formats.read(path, given)
+    for key in ("columns", "style"):
+        if getattr(given, key) is not None:
+            raise DustError(f"sample.{key}: {where} is NetCDF, which names its variables; leave "
+                            "the key out.")  # fmt: skip
+    from dusttaichi.samples import netcdf  # takes half a second to import
 
-        return netcdf.read(path, where, snapshot)
-    if (of_others := foreign.reader(head)) is not None:
-        return of_others(path, where, length_unit, snapshot)
-    if snapshot != "last":
-        raise DustError(f"{where}: a CSV file has no snapshots; leave sample.snapshot out.")
-    return csv_file.read(path, where, length_unit)
+    return netcdf.read(path, where, given.snapshot)
 
 
 def _found(path: Path, info: ValidationInfo) -> Path:
@@ -83,6 +83,6 @@ def check_kind(path: Path, where: str) -> None:
 def _first_bytes(path: Path, where: str) -> bytes:
     try:
         with path.open("rb") as file:
-            return file.read(HEAD)
+            return file.read(8)
     except OSError as error:
         raise DustError(f"{where}: it cannot be read ({error.strerror}).") from None

@@ -115,6 +115,8 @@ def along(sample: Sample, state: dict, wall_contacts, spec, where: str) -> Sampl
     """
     info, keep = dict(sample.info), spec.keep
     room = state.get("room", np.full(6, np.nan))
+    if (why := state.get("no_cell")) and {"walls", "box"} & set(keep):
+        raise DustError(f"sample.keep: {where}: {why}; leave box out, or turn the grains.")
     if keep and not np.isfinite(room).any() and set(keep) != {"time"}:
         raise DustError(f"sample.keep: {where} has no walls and no cell (snapshots/box) to keep.")
     if "walls" in keep:
@@ -129,14 +131,19 @@ def along(sample: Sample, state: dict, wall_contacts, spec, where: str) -> Sampl
         if "time" not in state:
             raise DustError(f"sample.keep: {where} has no time (snapshot_time).")
         info["start_time"] = state["time"]
-    remarks = _left(state, wall_contacts, keep)
+    remarks = [f"sample: {spec.file}: {text}" for text in state.get("remarks", ())]
+    if left := _left(state, wall_contacts, keep):
+        remarks.append(f"sample: not read from {spec.file}: {left}")
     if remarks:
-        info["remarks"] = [f"sample: not read from {spec.file}: {remarks}"]
+        info["remarks"] = remarks
     return replace(sample, wall_contacts=wall_contacts if "walls" in keep else None, info=info)
 
 
 def _left(state, wall_contacts, keep) -> str:
-    """Remark on unused parts of the file and on the key that selects them, or ""."""
+    """Remark on unused parts of the file and on the keys that select them, or ""."""
+    unread = ", ".join(state.get("unread", ()))
+    if why := state.get("no_cell"):
+        unread = "; ".join(filter(None, (unread, why)))
     there = {}
     touching = 0 if wall_contacts is None else len(wall_contacts["wall"])
     if touching:
@@ -147,8 +154,9 @@ def _left(state, wall_contacts, keep) -> str:
     if "walls" in keep:
         left.pop("box", None)
     if not left:
-        return ""
-    return f"{'; '.join(left.values())} (to keep them: sample.keep: [{', '.join(left)}])"
+        return unread
+    text = f"{'; '.join(left.values())} (to keep them: sample.keep: [{', '.join(left)}])"
+    return f"{unread}; {text}" if unread else text
 
 
 def with_walls_of(scene, sample: Sample) -> Sample:

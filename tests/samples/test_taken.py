@@ -152,7 +152,7 @@ def test_what_cannot_be_taken_is_refused(pressed, sample, boundary, message):
 
 def test_keys_of_another_run_need_one(tmp_path):
     (tmp_path / "a.csv").write_text("x,y,z\n0,0,0\n")
-    with pytest.raises(DustError, match="a CSV file has no snapshots"):
+    with pytest.raises(DustError, match="such a file has no snapshots"):
         make(onward(tmp_path / "a.csv", snapshot=2))
     with pytest.raises(DustError, match="has no walls and no cell"):
         make(onward(tmp_path / "a.csv", keep=["walls"]))

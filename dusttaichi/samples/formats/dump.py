@@ -1,0 +1,183 @@
+"""Dumps of LAMMPS and LIGGGHTS (dump custom, dump atom)."""
+
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dusttaichi.samples.formats.cell import cell, edges_of
+from dusttaichi.samples.formats.columns import OTHER, check_width, named, state
+from dusttaichi.samples.formats.text import Source, is_text, parse, whole
+from dusttaichi.samples.formats.units import lammps_units
+
+# names of positions by what they are: scaled with the cell or not, in the order of preference
+POSITIONS = (
+    (False, ("x", "y", "z")),
+    (False, ("xu", "yu", "zu")),
+    (True, ("xs", "ys", "zs")),
+    (True, ("xsu", "ysu", "zsu")),
+)
+OLD = ("id", "type")  # in front of the positions of a dump that names no columns
+MARGIN = 0.5  # of the cell, by which positions of an old dump may be outside
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """One snapshot: the line of each of its items, and its rows."""
+
+    items: dict[str, int]
+    rows: list[int]
+
+
+def read(source: Source) -> dict:
+    """State of the requested snapshot, as columns.state, with its cell and its time if it has one.
+
+    Raises DustError for a dump that is cut off, has no grains, or lacks a position.
+    """
+    frame = source.chosen(_frames(source))
+    _check_count(frame, source)
+    lines, items = source.lines, frame.items
+    heads = {name.split()[0]: name for name in items}
+    units = lammps_units(lines[items["UNITS"] + 1] if "UNITS" in items else None, source)
+    origin, vectors, ends = _box(items.get(heads.get("BOX")), source)
+    names = heads["ATOMS"].split()[1:]
+    values = parse(source, frame.rows, width=len(names) or None)
+    if not names and source.columns is None:
+        names = _old_names(values, vectors, origin, source)
+    names = list(names if source.columns is None else source.columns)
+    # variables, computes and fixes of LAMMPS, whatever they are called
+    own = [OTHER + name if re.match("[vcfid]2?_", name) else name for name in names]
+    check_width(own, values, frame.rows, source)
+    values, own = _placed(own, values, (origin, vectors), source)
+    table = named(own, values, frame.rows, replace(source, columns=None))
+    found = state(table, source, units)
+    found |= cell(units.length * vectors, units.length * origin, ends)
+    if "TIME" in items:
+        found["time"] = units.time * _numbers(items["TIME"] + 1, 1, source)[0]
+    return found
+
+
+def _frames(source):
+    """Snapshots of the dump."""
+    lines, frames, items = source.lines, [], {}
+    starts = [n for n, line in enumerate(lines) if line.lstrip().startswith("ITEM:")]
+    for n, end in zip(starts, [*starts[1:], len(lines)], strict=True):
+        name = lines[n].strip().removeprefix("ITEM:").strip()
+        items[name] = n
+        if name.split()[:1] == ["ATOMS"]:
+            rows = [k for k in range(n + 1, end) if lines[k].strip()]
+            frames.append(_Frame(items, rows))
+            items = {"UNITS": items["UNITS"]} if "UNITS" in items else {}
+    if not frames:
+        kind = next((name for name in items if name.startswith("ENTRIES")), None)
+        text = "the dump has no ITEM: ATOMS"
+        if kind:
+            text = "it is a dump local (ITEM: ENTRIES), of contacts or bonds"
+        raise source.fault(f"{text}; allowed: a dump of grains (dump custom or atom).")
+    return frames
+
+
+def _check_count(frame, source):
+    lines, items = source.lines, frame.items
+    if "NUMBER OF ATOMS" not in items:
+        raise source.fault("a snapshot has no ITEM: NUMBER OF ATOMS; allowed: a whole dump.")
+    n = items["NUMBER OF ATOMS"] + 1
+    count = int(_numbers(n, 1, source)[0])
+    if count != len(frame.rows):
+        step = f" of step {lines[items['TIMESTEP'] + 1].strip()}" if "TIMESTEP" in items else ""
+        raise source.fault(
+            f"line {n + 1} announces {count} grains of the snapshot{step}, and {len(frame.rows)} "
+            "lines follow; allowed: as many. Was it cut off? sample.snapshot selects another one."
+        )
+
+
+def _numbers(n, count, source):
+    """The first `count` numbers of a line."""
+    try:
+        return np.array([float(word) for word in source.lines[n].split()[:count]]).reshape(count)
+    except (ValueError, IndexError):
+        text = source.shown(n) if n < len(source.lines) else "its end"
+        raise source.fault(f"{text} is not {count} numbers; allowed: a whole dump.") from None
+
+
+def _box(n, source):
+    """Origin (3,), edges (3, 3) as rows, and words such as pp of ITEM: BOX BOUNDS in line `n`."""
+    if n is None:
+        raise source.fault("a snapshot has no ITEM: BOX BOUNDS; allowed: a whole dump.")
+    words = source.lines[n].split()[3:]
+    ends = [word for word in words if len(word) == 2 and set(word) <= set("pfsm")]
+    ends = ends if len(ends) == 3 else None
+    if words[:2] == ["abc", "origin"]:
+        rows = np.stack([_numbers(n + 1 + k, 4, source) for k in range(3)])
+        return rows[:, 3], rows[:, :3], ends
+    if words[:3] == ["xy", "xz", "yz"]:
+        rows = np.stack([_numbers(n + 1 + k, 3, source) for k in range(3)])
+        xy, xz, yz = rows[:, 2]
+        # the bounds are those of the corners: lammps.org, Howto_triclinic
+        low = rows[:, 0] - [min(0.0, xy, xz, xy + xz), min(0.0, yz), 0.0]
+        high = rows[:, 1] - [max(0.0, xy, xz, xy + xz), max(0.0, yz), 0.0]
+        tilts = (xy, xz, yz)
+    else:
+        low, high = np.stack([_numbers(n + 1 + k, 2, source) for k in range(3)]).T
+        tilts = (0.0, 0.0, 0.0)
+    if (high < low).any():
+        axis = int(np.argmax(high < low))
+        raise source.fault(
+            f"{source.shown(n + 1 + axis)}: the upper end of the cell along {'xyz'[axis]} is below "
+            "its lower end; allowed: above it."
+        )
+    return low, edges_of(low, high, tilts), ends
+
+
+def _placed(names, values, box, source):
+    """Columns and names with x, y, z from the positions that the dump has."""
+    lower = [name.lower() for name in names]
+    for scaled, parts in POSITIONS:
+        if not all(part in lower for part in parts):
+            continue
+        places = [lower.index(part) for part in parts]
+        if parts == ("x", "y", "z"):
+            break
+        x = [values[n] for n in places]
+        if any(map(is_text, x)):
+            break  # said with its line by columns.state
+        if scaled:
+            origin, vectors = box
+            x = list((origin + np.column_stack(x) @ vectors).T)
+        values, names = list(values), list(names)
+        for n, axis, column in zip(places, "xyz", x, strict=True):
+            values[n], names[n] = column, axis
+        break
+    used = {"x", "y", "z"} & {name.lower() for name in names}
+    beside = [part for _, parts in POSITIONS[1:] for part in parts]
+    # the same positions in another form
+    keep = [n for n, name in enumerate(names) if not (len(used) == 3 and name.lower() in beside)]
+    return [values[n] for n in keep], [names[n] for n in keep]
+
+
+def _old_names(values, vectors, origin, source):
+    """Names of the columns of an old dump, whose positions are scaled or not."""
+    width = len(values)
+    numbers = not any(map(is_text, values))
+    if width in (5, 8) and numbers and whole(values[0], 0) and whole(values[1], 1):
+        x = np.column_stack(values[2:5])
+        with np.errstate(all="ignore"):
+            inside = (x - origin) @ np.linalg.pinv(vectors)
+        flags = ["ix", "iy", "iz"][: width - 5]
+        fits = [
+            parts
+            for (scaled, parts), shares in ((POSITIONS[2], x), (POSITIONS[0], inside))
+            if np.all(np.abs(shares - 0.5) <= 0.5 + MARGIN)
+        ]
+        if len(fits) == 1:
+            names = [*OLD, *fits[0], *flags]
+            source.remarks.append(
+                f"its columns have no names and are read as {' '.join(names)}, by the values "
+                "(sample.columns names others)"
+            )
+            return names
+    raise source.fault(
+        "ITEM: ATOMS names no columns, and their values do not say what they are; "
+        "sample.columns names them in their order, for example columns: [id, type, xs, ys, zs] "
+        "for positions scaled with the cell, - for a column that is not read."
+    )

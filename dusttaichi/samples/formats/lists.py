@@ -1,0 +1,186 @@
+"""Lists of grains: CSV, tables between white space, text of YADE, with or without names of columns.
+
+Separators are commas, semicolons, tabs or white space, decimals points or commas; a heading is the
+line above the first grain, or a comment. The number of grains may come first.
+"""
+
+import re
+
+from dusttaichi.samples.formats.columns import (
+    Units,
+    heading,
+    is_complete,
+    known,
+    named,
+    names_in,
+    state,
+    words,
+)
+from dusttaichi.samples.formats.order import guess
+from dusttaichi.samples.formats.text import SPACES, Cells, Source, is_text, parse, whole
+
+COMMENT = ("#", "%", "!", "//")
+_LOOKED_AT = 50  # rows that tell how cells are separated
+_DECIMAL = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eEdD][+-]?\d+)?")
+_COUNT = re.compile(r"\s*(\d+)\s*(?:[=#a-zA-Z].*)?")
+ALLOWED = (
+    "allowed: a list with the columns x y z and optionally vx vy vz, wx wy wz, radius and "
+    "material, below their names or in the order of sample.columns, a file of LAMMPS, YADE or XYZ, "
+    "or NetCDF"
+)
+
+
+def read(source: Source) -> dict:
+    """State of the grains, as columns.state.
+
+    Raises DustError where no grains are found, a row has another number of columns than the others,
+    the number of grains in front is another one, or columns without names can be several things.
+    """
+    source.refuse_snapshot()
+    above, rows = _parts(source)
+    cells = _cells([source.lines[n] for n in rows[:_LOOKED_AT]])
+    values = parse(source, rows, cells)
+    names = _names(above, values, rows, cells, source)
+    _check_count(above, rows, source)
+    return state(named(names, values, rows, source, cells), source, Units(length=source.length))
+
+
+def _parts(source):
+    """Numbers of the lines above the first grain, and of those of grains."""
+    lines = source.lines
+    if not any(line.strip() for line in lines):
+        raise source.fault("the file is empty; allowed: a line x,y,z and lines of grains.")
+    above, rows, headed = [], [], False
+    for n, line in enumerate(lines):
+        text = line.strip()
+        if not text:
+            continue
+        if text.startswith(COMMENT):
+            above += [] if rows else [n]
+        elif rows or headed or _is_row(text):
+            rows.append(n)
+        else:
+            above.append(n)
+            headed = _is_heading(text, source)
+    if not rows:
+        n = next((n for n in above if not lines[n].lstrip().startswith(COMMENT)), above[0])
+        text = "it has no grains" if headed else f"{source.shown(n)} begins no list of grains"
+        raise source.fault(f"{text}; {ALLOWED}.")
+    return above, rows
+
+
+def _is_heading(text, source):
+    """True for a line that names two coordinates or more."""
+    found = [known(heading(word, source)[0]) for word in words(text)]
+    return sum(("position", n) in found for n in range(3)) >= 2
+
+
+def _is_row(text):
+    """True for a line with three numbers or more."""
+    found = re.split(r"[\s;]+|,(?=\D|$)|(?<=\D),", text)
+    numbers = sum(map(Cells(None, True).is_number, found))
+    if numbers < 3:
+        numbers = sum(map(SPACES.is_number, re.split(r"[\s,;]+", text)))
+    return numbers >= 3
+
+
+def _cells(lines):
+    """How the cells of these rows are separated."""
+    if all(";" in line for line in lines):
+        cells = [cell for line in lines for cell in Cells(";").of(line)]
+        return Cells(";", any("," in cell for cell in cells))
+    if all("\t" in line.strip() for line in lines):
+        table = [Cells("\t").of(line) for line in lines]
+        if not any(" " in cell for row in table for cell in row):
+            return Cells("\t", any("," in cell for row in table for cell in row))
+    if all("," in line for line in lines):
+        found = [word for line in lines for word in line.split()]
+        least = min(len(line.split()) for line in lines)
+        if least >= 3 and all(_DECIMAL.fullmatch(word) for word in found):
+            return Cells(None, True)
+        return Cells(",")
+    found = [word for line in lines for word in line.split()]
+    return Cells(None, any("," in word for word in found)
+                 and all("." not in word for word in found))  # fmt: skip
+
+
+def _names(above, values, rows, cells, source):
+    """Names of the columns: of the scene, of a heading, or by their values."""
+    width = len(values)
+    if source.columns is not None:
+        return source.columns
+    lines = source.lines
+    for n in reversed(above):
+        text = lines[n].strip()
+        if text.startswith(COMMENT):
+            text = text.lstrip("#%!/ ")
+            if match := re.search(r"format\s+(\w+)", text):  # of YADE
+                names = match[1].split("_")
+                return names + [f"column {k + 1}" for k in range(len(names), width)]
+            if found := names_in(text, width, source):
+                return found
+        elif found := _heading(text, values, cells, source) or names_in(text, width, source):
+            return found
+        elif (n == above[-1] or is_complete(words(text))) and not _COUNT.fullmatch(text):
+            _refuse_heading(n, width, cells, source)
+    _refuse_numbers(values, rows, source)
+    return guess(values, source, rows[0])
+
+
+def _heading(text, values, cells, source):
+    """Names of a line above the grains; the first column may be an index without a name."""
+    width = len(values)
+    for found in (cells.of(text), words(text)):
+        if len(found) == width and any(known(heading(cell, source)[0]) for cell in found[1:]):
+            return found
+        plain = [heading(cell, source)[0] for cell in found]
+        if len(found) == width - 1 and is_complete(plain) and _is_index(values[0]):
+            return ["id", *found]
+    return None
+
+
+def _is_index(values):
+    if is_text(values):
+        return all(re.fullmatch(r"\D*\d+\D*", str(value)) for value in values)
+    return whole(values, 0) and values[0] in (0, 1) and bool((values[1:] - values[:-1] == 1).all())
+
+
+def _refuse_heading(n, width, cells, source):
+    text = source.lines[n].strip()
+    found = cells.of(text)
+    comma = " (decimal commas need another separator than a comma)" if cells.split == "," else ""
+    if len(found) == width or is_complete(words(text)):
+        unknown = [cell for cell in found if not known(heading(cell, source)[0])]
+        what = f"has the columns {', '.join(found)}"
+        if len(found) != width:
+            what += f", {len(found)}, and the lines below have {width}{comma}"
+        elif unknown:
+            what += f", of which {', '.join(unknown)} are not known"
+        raise source.fault(
+            f"its header, {source.shown(n)}, {what}; allowed: a name for each column, x, y, z "
+            "among them, or sample.columns, which names them in their order."
+        )
+
+
+def _refuse_numbers(values, rows, source):
+    """Refuse numbers of columns above numbers, which pandas writes of a table without names."""
+    first = source.lines[rows[0]]
+    counts = [v[0] == k for k, v in enumerate(values) if not is_text(v)]
+    if len(rows) > 1 and len(counts) > 2 and all(counts) and "." not in first \
+            and "." in source.lines[rows[1]]:  # fmt: skip
+        raise source.fault(
+            f"{source.shown(rows[0])} can be the numbers of the columns or a grain; allowed: names "
+            "of the columns, x, y, z among them (or remove the line)."
+        )
+
+
+def _check_count(above, rows, source):
+    """Refuse a number of grains in front of them that is another one."""
+    for n in above:
+        text = source.lines[n].strip()
+        match = _COUNT.fullmatch(text)
+        if match and (text.isdigit() or n == above[0]) and int(match[1]) != len(rows):
+            raise source.fault(
+                f"{source.shown(n)} announces {match[1]} grains, and {len(rows)} lines of grains "
+                "follow; allowed: as many."
+            )

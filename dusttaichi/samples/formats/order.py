@@ -1,0 +1,98 @@
+"""Order of columns that have no names: what their values allow, or a request for the key."""
+
+import re
+
+import numpy as np
+
+from dusttaichi.geometry import pairs_within
+from dusttaichi.physics.contact.constants import CLOSEST
+from dusttaichi.samples.formats.columns import IGNORED, is_complete, known
+from dusttaichi.samples.formats.text import Source, is_text, whole
+
+LOOKED_AT = 2000  # grains: an overlap among them refuses an order
+KEY = (
+    "sample.columns names them in their order, for example columns: [{}], with - for one that is "
+    "not read"
+)
+
+
+def guess(values: list, source: Source, row: int) -> list[str]:
+    """Names of the columns of unnamed rows, of which `row` is the first.
+
+    Three numbers are x y z, a text and three numbers species x y z, a number from 1 on in addition
+    id. Four numbers are x y z r or r x y z, or x y z behind a number of an element or grain: the
+    one in which radii are positive, and no grains overlap by more than any sample may. Raises
+    DustError where none or several are left.
+    """
+    kinds = "".join("t" if is_text(column) else "n" for column in values)
+    if kinds == "nnn":
+        return ["x", "y", "z"]
+    if kinds == "tnnn":
+        return ["species", "x", "y", "z"]
+    if kinds == "ntnnn" and _counts(values[0]):
+        return ["id", "species", "x", "y", "z"]
+    if kinds != "nnnn":
+        example = "x, y, z, radius" if kinds.startswith("n") else "species, x, y, z, radius"
+        raise source.fault(
+            f"its columns have no names, and {source.shown(row)} has {len(kinds)}, whose order is "
+            f"not known; {KEY.format(example)}."
+        )
+    orders = {"x y z r": (0, 1, 2, 3), "r x y z": (1, 2, 3, 0)}
+    fits = [names for names, order in orders.items() if _apart([values[n] for n in order])]
+    if whole(values[0], 0):  # numbers of elements or grains
+        fits.append("id x y z" if _counts(values[0]) else "type x y z")
+    if len(fits) == 1 and fits[0][0] in "xr":
+        source.remarks.append(
+            f"its columns are read as {fits[0]}, the only order in which radii are positive and no "
+            "grains overlap too much (sample.columns names another one)"
+        )
+        return fits[0].split()
+    if len(fits) == 1:
+        return ["species", "x", "y", "z"]
+    what = f"can be {' or '.join(fits)}" if fits else f"are neither {' nor '.join(orders)}"
+    raise source.fault(
+        f"its four columns have no names, and by their values (radii positive, no grains closer "
+        f"than {CLOSEST} diameters) {what}; {KEY.format('x, y, z, radius')}."
+    )
+
+
+def _counts(values) -> bool:
+    """True for consecutive whole numbers from 0 or 1 on."""
+    return whole(values, 0) and bool(np.all(np.diff(values) == 1)) and values[0] in (0, 1)
+
+
+def _apart(columns) -> bool:
+    """True where the columns x, y, z, r are spheres that do not overlap much."""
+    x = np.column_stack(columns)[:LOOKED_AT]
+    if not np.isfinite(x).all() or np.any(columns[3] <= 0):
+        return False
+    return len(x) < 2 or not len(pairs_within(x[:, :3], x[:, 3], CLOSEST * (1.0 - 1e-9))[0])
+
+
+COLUMN_NAMES = (
+    "x y z, vx vy vz, wx wy wz, radius or r, diameter, mass, density, type, matId, material, "
+    "species, id; of a dump also xs, xu, xsu; - for a column that is not read"
+)
+_FORMS = ("", "s", "u", "su")
+
+
+def _plain(name: str) -> str:
+    """Name of a column without its unit."""
+    return re.sub(r"\s*[\[(].*", "", name).strip()
+
+
+def is_column(name: str) -> bool:
+    """True for a name that `sample.columns` can have."""
+    name = _plain(name)
+    return name == IGNORED or known(name) is not None or _form(name) is not None
+
+
+def _form(name: str) -> str | None:
+    return name[1:].lower() if name[:1].lower() in "xyz" and name[1:].lower() in _FORMS else None
+
+
+def has_position(names) -> bool:
+    """True where the names have x, y and z in one form."""
+    plain = [_plain(name) for name in names]
+    low = [name.lower() for name in plain]
+    return is_complete(plain) or any(all(axis + form in low for axis in "xyz") for form in _FORMS)

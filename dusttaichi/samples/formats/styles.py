@@ -1,0 +1,156 @@
+"""Atom styles of LAMMPS: the columns of their data files, and which of them fit given values.
+
+Source of the columns: lammps.org, read_data, section Atoms.
+"""
+
+import numpy as np
+
+from dusttaichi.samples.formats.text import Source, is_text, whole
+
+POSITION = ("x", "y", "z")
+FLAGS = ("nx", "ny", "nz")  # images, behind the columns of any style
+STYLES = {
+    "sphere": "id type diameter density x y z",
+    "bpm/sphere": "id molecule type diameter density x y z",
+    "ellipsoid": "id type ellipsoidflag density x y z",
+    "atomic": "id type x y z",
+    "bond": "id molecule type x y z",
+    "angle": "id molecule type x y z",
+    "molecular": "id molecule type x y z",
+    "charge": "id type q x y z",
+    "full": "id molecule type q x y z",
+    "dipole": "id type q x y z mux muy muz",
+    "dielectric": "id type q x y z mux muy muz area ed em epsilon curvature",
+    "peri": "id type volume density x y z",
+    "body": "id type bodyflag mass x y z",
+    "line": "id molecule type lineflag density x y z",
+    "tri": "id molecule type triangleflag density x y z",
+    "dpd": "id type theta x y z",
+    "mdpd": "id type sph_rho x y z",
+    "edpd": "id type edpd_temp edpd_cv x y z",
+    "sph": "id type sph_rho esph cv x y z",
+    "rheo": "id type status sph_rho x y z",
+    "rheo/thermal": "id type status sph_rho energy x y z",
+    "smd": "id type molecule volume mass kradius cradius x0 y0 z0 x y z",
+    "electron": "id type q espin eradius x y z",
+    "wavepacket": "id type q espin eradius etag cs_re cs_im x y z",
+    "template": "id type molecule template-index template-atom x y z",
+    "spin": "id type x y z spx spy spz sp",
+    "tdpd": "id type x y z",  # and a number of concentrations
+}
+_WHOLE = {"molecule", "status", "espin", "etag", "template-index", "template-atom", *FLAGS}
+_POSITIVE = {"density", "volume", "mass", "sph_rho", "kradius", "cradius", "edpd_cv", "cv", "area"}
+_MARGIN = 1e-3  # of an edge: LAMMPS wraps grains into the box before it writes them
+# what the header or a section of the file says of its style
+_MARKS = {"ellipsoid": "llipsoids", "line": "ines", "tri": "riangles", "body": "odies"}
+
+
+def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
+    """Style and names of the columns of the section Atoms.
+
+    The style is that of the scene, of the file's comment, or the only one that its columns and
+    their values allow; styles that put the same columns at the same places count as one. Raises
+    DustError where there is none or are several, and asks for `sample.style`.
+    """
+    style = source.style or data.hints.get("Atoms")
+    row = source.shown(data.sections["Atoms"][0])
+    if style:
+        if style not in STYLES:
+            raise source.fault(
+                f"its atom style is {style!r}; allowed: {', '.join(STYLES)} (sample.style), or "
+                "sample.columns with the names of the columns in their order."
+            )
+        names = _names(style, len(values))
+        if names is None:
+            width = len(STYLES[style].split())
+            raise source.fault(
+                f"atoms of the style {style} have {width} columns, or {width + 3} with image "
+                f"flags, and {row} has {len(values)}; sample.style names another style."
+            )
+        fault = _misfit(names, values, data, source, inside=False)
+        if fault:
+            raise source.fault(f"its atoms are not of the style {style}: {fault}; sample.style "
+                               "names another style.")  # fmt: skip
+        return style, names
+    marked = [style for style, mark in _MARKS.items()
+              if any(name.endswith(mark) for name in (*data.counts, *data.sections))]  # fmt: skip
+    fits = [(style, names) for style in (marked or STYLES) if (names := _names(style, len(values)))
+            and not _misfit(names, values, data, source, inside=True)]  # fmt: skip
+    readings = {}
+    for style, names in fits:
+        readings.setdefault(_reading(names, values), []).append((style, names))
+    if len(readings) == 1:
+        alike = next(iter(readings.values()))
+        source.remarks.append(
+            f"it names no atom style; {' or '.join(style for style, _ in alike)} alone fits its "
+            "columns and values (sample.style names another one)"
+        )
+        return alike[0]
+    text = f"its section Atoms names no style, and %s the {len(values)} columns of {row}; "
+    if not fits:
+        raise source.fault(
+            text
+            % "none fits"
+            + f"allowed: the columns of one of {', '.join(STYLES)} (sample.style says which), or "
+            "sample.columns with the names of the columns in their order."
+        )
+    names = [style for style, _ in fits]
+    raise source.fault(
+        text
+        % f"{', '.join(names)} fit"
+        + f"say which it is, for example sample.style: {names[0]}, or name the columns with "
+        "sample.columns."
+    )
+
+
+def _names(style, width):
+    """Names of `width` columns of a style, also with image flags; None for another number."""
+    names = STYLES[style].split()
+    if style == "tdpd" and width > len(names):
+        return names + [f"cc{k + 1}" for k in range(width - len(names))]
+    flags = {len(names): (), len(names) + 3: FLAGS}.get(width)
+    return None if flags is None else [*names, *flags]
+
+
+def _misfit(names, values, data, source, inside):
+    """Why values cannot be of these columns, or None; inside: positions must be in the box."""
+    column = dict(zip(names, values, strict=True))
+    types = data.counts.get("atom types", np.inf)
+    for name, numbers in column.items():
+        if name == "type" and is_text(numbers):
+            if "Atom Type Labels" in data.sections:
+                continue
+            return f"the column {name} has texts, and there are no Atom Type Labels"
+        if is_text(numbers):
+            return f"the column {name} has texts"
+        if name in ("id", "type") and not whole(numbers, 0 if name == "id" else 1):
+            return f"the column {name} is not of whole numbers"
+        if name == "type" and numbers.max() > types:
+            return f"the largest type is {numbers.max():g}, of {types}"
+        if name in _WHOLE and not whole(numbers):
+            return f"the column {name} is not of whole numbers"
+        if name.endswith("flag") and not (whole(numbers, 0) and numbers.max() <= 1):
+            return f"the column {name} is not of 0 and 1"
+        if name in _POSITIVE and not np.all(numbers > 0):
+            return f"the column {name} is not positive"
+        if name in ("diameter", "eradius") and not np.all(numbers >= 0):
+            return f"the column {name} is negative"
+    if not inside:
+        return None
+    ids = column["id"]
+    if len(np.unique(ids)) < len(ids) and ids.any():
+        return "ids are given twice"
+    origin, vectors = data.box
+    shares = (np.column_stack([column[axis] for axis in POSITION]) - origin) @ np.linalg.pinv(
+        vectors
+    )
+    if np.any(np.abs(shares - 0.5) > 0.5 + _MARGIN):
+        return "positions are outside of the box"
+    return None
+
+
+def _reading(names, values):
+    """Grains by these columns, as a key."""
+    read = ("type", *POSITION, "diameter")
+    columns = dict(zip(names, values, strict=True))
+    return tuple(tuple(columns[name].tolist()) if name in columns else None for name in read)
