@@ -14,7 +14,7 @@ def write(path, frames, radius, box=None, periodic="", dt=1e-9, scene=SCENE, att
     """A result at `path` with a snapshot for each of `frames`, `dt` [s] apart. Returns the path.
 
     frames: dicts with position (N, 3), and perhaps velocity, spin (N, 3), pairs (C, 2), overlap,
-    twist (C,), pointer_i, pointer_j (C, 3), box (6,), touching: [(grain, wall), ...].
+    twist (C,), pointer_i, pointer_j (C, 3), box (6,), tilt [m], touching: [(grain, wall), ...].
     radius: (N,) or a number. box: (6,), of all frames that name none; None: no walls.
     attrs: further global attributes (dict). With force, torque_i, torque_j (C, 3) of the pairs and
     wall_force, wall_torque of what touches the walls in each frame the result has forces, with
@@ -23,6 +23,7 @@ def write(path, frames, radius, box=None, periodic="", dt=1e-9, scene=SCENE, att
     count = len(frames[0]["position"])
     features = {"snapshots", "contacts"} | ({"walls", "room"} if box is not None else set())
     features |= {"forces"} if "force" in frames[0] else set()
+    features |= {"tilt"} if "tilt" in frames[0] else set()
     known = provenance(scene, scene, title="made", seed=1, backend="cpu", precision="f64")
     attrs = known | {"periodic_axes": periodic} | dict(attrs)
     coords = {"snapshots/radius": np.broadcast_to(radius, count)}
@@ -44,6 +45,8 @@ def _records(frame, number, dt, count, box):
     snapshot = {"snapshot_time": number * dt, "step": 1000 * number, "contact_count": rows}
     for name in ("position", "velocity", "spin"):
         snapshot[name] = frame.get(name, np.zeros((count, 3)))
+    if "tilt" in frame:
+        snapshot["tilt"] = frame["tilt"]
     contacts = {"grain_i": pairs[:, 0], "grain_j": pairs[:, 1], "approach": np.zeros(rows)}
     for name, tail in (("overlap", ()), ("twist", ()), ("pointer_i", (3,)), ("pointer_j", (3,))):
         contacts[name] = frame.get(name, np.zeros((rows, *tail)))

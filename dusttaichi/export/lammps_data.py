@@ -38,6 +38,7 @@ def write_one(frame, masses, path):
     atoms = np.column_stack([ids, kind, 2.0 * radius, density, frame.position / LENGTH])
     moves = np.column_stack([ids, frame.velocity / SPEED, frame.spin / SPIN])
     ends = box_ends(frame)
+    ends[0] -= 0.5 * frame.tilt  # lower corner of a cell that is sheared about its centre
     with check(path, MARK).open("w", encoding="ascii") as file:
         file.write(f"LAMMPS data file, {MARK}, time {frame.time / TIME:.12g} us\n\n")
         file.write(f"{count} atoms\n{int(kind.max())} atom types\n\n")

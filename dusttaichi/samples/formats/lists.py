@@ -85,7 +85,7 @@ def _is_row(text):
 
 
 def _cells(lines):
-    """How the cells of these rows are separated."""
+    """Separator of the cells of these rows."""
     if all(";" in line for line in lines):
         cells = [cell for line in lines for cell in Cells(";").of(line)]
         return Cells(";", any("," in cell for cell in cells))

@@ -113,7 +113,7 @@ def _names(style, width):
 
 
 def _misfit(names, values, data, source, inside):
-    """Why values cannot be of these columns, or None; inside: positions must be in the box."""
+    """Reason why values are not of these columns, or None; inside: positions are in the box."""
     column = dict(zip(names, values, strict=True))
     types = data.counts.get("atom types", np.inf)
     for name, numbers in column.items():

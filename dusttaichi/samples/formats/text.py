@@ -93,7 +93,7 @@ def decode(data: bytes, where: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Cells:
-    """How the cells of a line are separated: `split` is a character, or None for white space."""
+    """Separators of the cells of a line: `split` is a character, or None for white space."""
 
     split: str | None = None
     decimal_comma: bool = False
