@@ -1,7 +1,7 @@
 """Cache of the last compile configuration of this process, for scenes that need the same."""
 
 from dusttaichi.compute.engine import program
-from dusttaichi.compute.memory import Lease
+from dusttaichi.compute.memory import FieldAccess
 
 
 class LastCompiled:
@@ -12,7 +12,7 @@ class LastCompiled:
     """
 
     def __init__(self):
-        self._compiled, self._lease, self._program = None, None, None
+        self._compiled, self._access, self._program = None, None, None
 
     def of(self, compile_key):
         """The Compiled of that key; None if it has another key, or Taichi was restarted."""
@@ -22,8 +22,8 @@ class LastCompiled:
 
     def tables(self, compiled, particles):
         """Tables of a Compiled for that many particles; earlier tables become unusable."""
-        if self._lease is not None:
-            self._lease.end()
-        self._compiled, self._lease = compiled, Lease()
+        if self._access is not None:
+            self._access.end()
+        self._compiled, self._access = compiled, FieldAccess()
         self._program = program()
-        return compiled.tables(particles, self._lease)
+        return compiled.tables(particles, self._access)

@@ -10,7 +10,7 @@ LOOK = 16  # steps that are launched before the host reads the progress of the d
 REASONS = 4  # reasons why no further step may begin are numbers from 1 to below this
 
 
-class Look:
+class Progress:
     """Progress of a device.
 
     (number in place `done` of the field `sync`, reason in place `stop`, 0 if a further step may
@@ -19,10 +19,10 @@ class Look:
 
     def __init__(self, sync, done, stop):
         @ti.kernel
-        def look() -> ti.i32:
+        def read() -> ti.i32:
             return REASONS * sync[done] + sync[stop]
 
-        self._launch = Launch(look)
+        self._launch = Launch(read)
 
     def __call__(self):
         return divmod(self._launch(), REASONS)

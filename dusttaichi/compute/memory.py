@@ -17,7 +17,7 @@ from dusttaichi.compute.engine import program, ti
 from dusttaichi.compute.transfer import TYPES, lanes_of, type_of
 from dusttaichi.errors import DustError
 
-__all__ = ["TYPES", "Lease", "Table", "arrays_of", "capacity_for"]
+__all__ = ["TYPES", "FieldAccess", "Table", "arrays_of", "capacity_for"]
 
 SMALLEST = 1024  # capacity, particles
 COARSE = 16384  # particles up to which capacities grow fourfold
@@ -38,8 +38,8 @@ def capacity_for(particles):
     return -(-particles // step) * step
 
 
-class Lease:
-    """The right of one simulation to its fields.
+class FieldAccess:
+    """Access of one simulation to its fields.
 
     It ends with their Taichi program or when the next simulation gets them.
     """
@@ -60,13 +60,13 @@ class Lease:
 class Table:
     """The first `rows` rows of a Taichi field; a matrix or vector element adds an axis.
 
-    memory: array of the whole field that shares its memory, None on a device with its own. lease:
+    memory: array of the whole field that shares its memory, None on a device with its own. access:
     that of the simulation, None if it has its fields as long as Taichi runs.
     """
 
-    def __init__(self, field, rows, memory=None, lease=None):
+    def __init__(self, field, rows, memory=None, access=None):
         self.field, self.rows, self.memory = field, rows, memory
-        self.lease = lease or Lease()
+        self.access = access or FieldAccess()
 
     def to_numpy(self, rows=None, *rest):
         """A copy of the used rows, or of the first `rows` of them; rest: slices of further axes."""
@@ -74,21 +74,21 @@ class Table:
 
     def part(self, first, end, *rest):
         """A copy of the rows from `first` to before `end`; rest: slices of further axes."""
-        self.lease.check()
+        self.access.check()
         if self.memory is None:
             return transfer.read(self.field, first, end, *rest)
         return self.memory[(slice(first, end), *rest)].copy()
 
     def take(self, *index):
         """A copy of the elements at these indices, one array of them for each axis."""
-        self.lease.check()
+        self.access.check()
         if self.memory is None:
             return transfer.take(self.field, *index)
         return self.memory[index]
 
     def from_numpy(self, values, first=0):
         """Write rows from `first` on; other rows stay as they are."""
-        self.lease.check()
+        self.access.check()
         end = first + len(values)
         if end > self.rows:
             raise ValueError(f"{end} rows for a field of {self.rows}")
@@ -105,7 +105,7 @@ class Table:
 
     def fill(self, value):
         """Set every number of the whole field."""
-        self.lease.check()
+        self.access.check()
         if self.memory is not None:
             self.memory[...] = value
         else:

@@ -114,7 +114,10 @@ def kernel_folder():
 
 
 def use_kernel_folder():
-    """The same folder, marked as in use; kernels of other processors are removed after UNUSED."""
+    """Mark `kernel_folder` as in use and return it.
+
+    Kernels of other processors are removed after UNUSED.
+    """
     folder = kernel_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)

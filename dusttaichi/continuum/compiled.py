@@ -63,18 +63,18 @@ class Compiled:
     lists: dict
     memory: dict
 
-    def tables(self, n, lease):
+    def tables(self, n, access):
         """Tables of fields and lists for a scene of n particles.
 
-        It begins with all numbers zero and has them until its Lease ends.
+        It begins with all numbers zero and has them until its FieldAccess ends.
         """
         rows = {v.name: f.shape[0] if v.ghosts else n for v, f in self._declared()}
         fields = {
-            name: Table(field, rows.get(name, field.shape[0]), self.memory.get(name), lease)
+            name: Table(field, rows.get(name, field.shape[0]), self.memory.get(name), access)
             for name, field in self.fields.items()
         }
         lists = {
-            name: Table(field, field.shape[0], self.memory.get(name), lease)
+            name: Table(field, field.shape[0], self.memory.get(name), access)
             for name, field in self.lists.items()
         }
         for table in (*fields.values(), lists["sync"], lists["most"]):

@@ -9,7 +9,7 @@ from math import ceil
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, largest_of_block, on_device, padded
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import LOOK, Launch, Look, PassOnChange
+from dusttaichi.compute.launching import LOOK, Launch, PassOnChange, Progress
 from dusttaichi.continuum.kernels.store import (
     BODIES,
     DUE,
@@ -30,13 +30,13 @@ class DeviceSteps:
     """`advance(output_steps, pending, workers, numbers, material)` of a device: see step.py."""
 
     def __init__(self, motion, rates, forces, StepNumbers):
-        self.known = known = Known(motion, rates, forces, StepNumbers)
+        self.known = known = DeviceFields(motion, rates, forces, StepNumbers)
         begin, pass_numbers = make_begin(known, StepNumbers)
         self._begin, self.pass_numbers = begin, PassOnChange(pass_numbers)
         kick, respond, push = (by_threads if on_device() else by_particles)(known)
         self._kick, self._respond, self._push = Launch(kick), Launch(respond), Launch(push)
         self._end = Launch(make_end(known))
-        self._look = Look(known.sync, ENDED, STOP)
+        self._progress = Progress(known.sync, ENDED, STOP)
         self._steps_per_output = 1.0
 
     def __call__(self, output_steps, pending, _workers, *arguments):
@@ -57,12 +57,12 @@ class DeviceSteps:
                 self._push()
                 self._end()
                 launched += 1
-            ended, stopped = self._look()
+            ended, stopped = self._progress()
         self._steps_per_output = launched / max(1, ended)
         return ended, stopped == ENDLESS
 
 
-class Known:
+class DeviceFields:
     """Arguments of the kernels of a device, in fields, and the objects that they act on."""
 
     def __init__(self, motion, rates, forces, StepNumbers):
@@ -191,7 +191,7 @@ def by_threads(known):
 
 
 def by_particles(known):
-    """The same kernels on the cores of a CPU, to test the loop."""
+    """The kernels of `by_threads` on the cores of a CPU, to test the loop."""
     motion, rates, forces = known.motion, known.rates, known.forces
     sync, numbers, material = known.sync, known.numbers, known.material
     fastest = known.fastest

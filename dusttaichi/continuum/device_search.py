@@ -11,7 +11,7 @@ from dusttaichi.continuum.search import Search
 
 
 class DeviceSearch(Search):
-    """The same as Search, with `launches` of its kernels: see kernels.search.make_search."""
+    """Search by `launches` of its kernels on the device: see kernels.search.make_search."""
 
     def __init__(self, sim, h, mirrors, edges, rigid):
         super().__init__(sim, h, mirrors, edges, rigid)

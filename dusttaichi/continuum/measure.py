@@ -86,7 +86,7 @@ def elastic_energies(sim, gives):
 
 
 def elastic_of_particles(sim, gives):
-    """The same for each deformable particle [J], (n, 3), in internal order.
+    """The energies of `elastic_energies` by deformable particle [J], (n, 3), in internal order.
 
     In damaged dust the undamaged share stores tension and deviator.
     """

@@ -71,7 +71,7 @@ def write(run, frames, folder):
 
 
 def write_particles(run, frames, folder):
-    """The same of a run of the continuum."""
+    """Write the frames of a run of the continuum to `folder`. Returns the paths."""
     return _collection(folder / "dust.pvd", ((f, particles(f)) for f in frames))
 
 

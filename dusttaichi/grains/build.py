@@ -35,7 +35,7 @@ from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants, stored
 from dusttaichi.grains.kernels.sphere import make_sphere_relist
 from dusttaichi.grains.order import grain_order
-from dusttaichi.grains.simulation import Simulation, Typical
+from dusttaichi.grains.simulation import EqualGrain, Simulation
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
 from dusttaichi.grains.step import make_advance, make_evaluate
 from dusttaichi.grains.time_step import chosen_step
@@ -78,7 +78,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         batch=scenes is not None,
         ledger=ledger,
         tilted=is_tilted(scene, sample),
-        thick=scenes is None and is_thick(box, cell, len(order), smallest),
+        few_wall_contacts=scenes is None and has_few_wall_contacts(box, cell, len(order), smallest),
     )
     placed = placed_sphere(scene, sample, own, box)
     compiled = chosen_kernels(scene, layout, (loops.kind, len(order), threads))
@@ -118,9 +118,9 @@ def _fill(tables, interfaces, scenes):
 
 
 def typical_grain(material, radius):
-    """The Typical of a material; radius [um] of the grains of a scene."""
+    """The EqualGrain of a material; radius [um] of the grains of a scene."""
     mass, inertia = constants.grain_mass(material), constants.moment_of_inertia(material)
-    return Typical(radius, mass / units.MASS, inertia / units.INERTIA)
+    return EqualGrain(radius, mass / units.MASS, inertia / units.INERTIA)
 
 
 def chosen_skin(scene, smallest):
@@ -169,7 +169,7 @@ def is_tilted(scene, sample):
     return sheared or bool(sample.info.get("tilt"))
 
 
-def is_thick(box, cell, grains, smallest):
+def has_few_wall_contacts(box, cell, grains, smallest):
     """True if the smaller capacity for wall contacts is enough.
 
     Walls (a Box or None, a Cell or None) then have place for so few of many grains. smallest:
@@ -183,7 +183,7 @@ def is_thick(box, cell, grains, smallest):
     # not a number along an open axis: how far the grains will spread is unknown
     areas = [np.prod(np.delete(edges, n // 2)) for n in np.flatnonzero(box.present)]
     full = sum(areas) / (2.0 * np.sqrt(3.0) * smallest**2)
-    return bool(1.2 * full <= store.wall_contacts(grains, thick=True))
+    return bool(1.2 * full <= store.wall_contacts(grains, few=True))
 
 
 def chosen_kernels(scene, layout, running):

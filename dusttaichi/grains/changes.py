@@ -57,7 +57,7 @@ def halve_time_step(sim):
 
 
 def _later(push):
-    """The same pushes, whose ends are counted in steps of half the length."""
+    """The pushes with their ends counted in steps of half the length."""
     push = copy.copy(push)
     push.forces = tuple(
         force if force.end == NEVER else replace(force, end=2 * force.end) for force in push.forces

@@ -61,15 +61,15 @@ class Compiled:
     sums: dict
     memory: dict
 
-    def tables(self, grains, lease):
+    def tables(self, grains, access):
         """Tables of fields, scratch and sums for a scene of this many grains.
 
-        It begins with all numbers zero and has them until its Lease ends.
+        It begins with all numbers zero and has them until its FieldAccess ends.
         """
         rows = {var.name: var.shape[0] for var in declare(grains, self.layout, self.walls)}
         out = [
             {
-                name: Table(f, rows.get(name, f.shape[0]), self.memory.get(name), lease)
+                name: Table(f, rows.get(name, f.shape[0]), self.memory.get(name), access)
                 for name, f in some
             }
             for some in (self.fields.items(), self.scratch.items(), self.sums.items())

@@ -67,7 +67,7 @@ class LoadSums:
 
 
 class DeviceLoadSums(LoadSums):
-    """The same sums, which a device has formed and the host has read at once."""
+    """LoadSums formed by a device and read by the host in one transfer."""
 
     def __init__(self, sim):
         super().__init__(sim)

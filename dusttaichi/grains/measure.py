@@ -47,7 +47,7 @@ class Readout:
         return float(own.sum())
 
     def contact_loads(self):
-        """The same of the contacts alone, (2, N, 3)."""
+        """Force [nN] and torque [nN um] of the contacts alone on every grain, (2, N, 3)."""
         start, width = self.state["entry_start"], self.layout.width
         entry = self.fields["entry"].to_numpy(start[-1])
         owner = np.repeat(np.arange(self.grains), np.diff(start))

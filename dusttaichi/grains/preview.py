@@ -11,7 +11,7 @@ from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.domain.walls import glued
 from dusttaichi.grains import network
-from dusttaichi.grains.build import build, chosen_layout, environment, is_thick
+from dusttaichi.grains.build import build, chosen_layout, environment, has_few_wall_contacts
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
     farthest_contacts,
@@ -178,8 +178,8 @@ def _state_memory(scene, sample, own, step, domain):
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
     layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
     smallest = scene.material.radius / units.LENGTH if own is None else own.radius.min()
-    thick = is_thick(domain.box, domain.cell, len(sample), smallest)
-    layout, room = replace(layout, thick=thick), capacity_for(len(sample))
+    few_wall_contacts = has_few_wall_contacts(domain.box, domain.cell, len(sample), smallest)
+    layout, room = replace(layout, few_wall_contacts=few_wall_contacts), capacity_for(len(sample))
     size = sum(
         int(np.prod(v.shape)) * max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
         for v in declare(room, layout, bool(scene.boundary.walls))

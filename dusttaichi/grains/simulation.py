@@ -24,7 +24,7 @@ from dusttaichi.names import NEVER
 
 
 @dataclass(frozen=True)
-class Typical:
+class EqualGrain:
     """Radius [um], mass [pg] and moment of inertia [pg um^2] of equal grains.
 
     For polydisperse grains they are those of a typical one.
@@ -73,7 +73,7 @@ class Simulation(Readout):
     ):
         """compiled: Compiled; tables: its fields, scratch and sums as this scene uses them.
 
-        sample: Sample; order: its grains in internal order. typical: Typical; polydisperse:
+        sample: Sample; order: its grains in internal order. typical: EqualGrain; polydisperse:
         GrainProperties, or None of equal grains. sphere: (RigidSphere, numbers of its contacts)
         or None. gravity: Gravity or None. box, cell: or None; t_c: see Domain. drive: the first.
         skin [um] or None: as it suits. chosen: the TimeStep. scenes: of a batch, the `scene` field
@@ -260,7 +260,7 @@ class Simulation(Readout):
                 pending = 1
 
     def _call(self, steps, pending, dt):
-        self.fields["sync"].lease.check()  # before anything moves
+        self.fields["sync"].access.check()  # before anything moves
         masses = self.unit_mass, self.unit_inertia
         numbers = step_numbers(dt, masses, self.search.wall_due, self.search.reach2)
         done = self.kernels.advance(

@@ -97,7 +97,7 @@ class Start:
         return max(self.exchanged, abs(float(m.kinetic) - self.kinetic))
 
     def after(self, m: Measurement) -> Start:
-        """The same reference after a record of m."""
+        """This reference after a record of m."""
         return replace(self, exchanged=self.exchanged_by(m))
 
     def to_numbers(self) -> dict[str, float]:

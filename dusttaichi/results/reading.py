@@ -33,7 +33,7 @@ def open_tree(path):
 
 
 def _open(path):
-    """The same; FileNotFoundError where the parts have just been joined."""
+    """The tree of a result; FileNotFoundError where its parts have just been joined."""
     pieces = pieces_of(path)
     check_whole(pieces[-1].path)
     if len(pieces) == 1:

@@ -55,7 +55,7 @@ _LargeLoader: type = _Loader
 if yaml.__with_libyaml__:
 
     class _LargeLoader(_Composer, yaml.cyaml.CParser, yaml.resolver.Resolver):  # noqa: F811
-        """The same from the events of libyaml, for large texts, which take seconds in Python."""
+        """_Loader on the events of libyaml, for large texts, which take seconds in Python."""
 
         yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers
 

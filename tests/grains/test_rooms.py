@@ -96,40 +96,44 @@ def room_of(size, *walls, edges=None):
     return made, Cell(np.array(edges, float), np.zeros(3), np.zeros(3), low, axes)
 
 
-def test_thick_samples_take_less_room_for_walls():
-    """At a filling factor of 0.2 a cube of 1e5 grains is thick. A slab, a tower, grains with an
-    open side, few grains, and a small grain among large ones are not."""
+def test_samples_with_few_wall_contacts_take_less_memory():
+    """At a filling factor of 0.2 few of 1e5 grains in a cube reach the walls. Many do of a slab, a
+    tower, grains with an open side, few grains, and a small grain among large ones."""
     grains, radius = 100_000, 0.6
     edge = (grains * 4.0 / 3.0 * np.pi * radius**3 / 0.2) ** (1.0 / 3.0)
     cube = room_of([edge] * 3)
-    assert build.is_thick(*cube, grains, radius)
-    assert not build.is_thick(*room_of([4 * edge, 4 * edge, edge / 16]), grains, radius)
-    assert not build.is_thick(*room_of([edge / 4, edge / 4, 16 * edge]), grains, radius)
-    assert not build.is_thick(*room_of([edge] * 3, "bottom", "top"), grains, radius)
+    assert build.has_few_wall_contacts(*cube, grains, radius)
+    assert not build.has_few_wall_contacts(
+        *room_of([4 * edge, 4 * edge, edge / 16]), grains, radius
+    )
+    assert not build.has_few_wall_contacts(
+        *room_of([edge / 4, edge / 4, 16 * edge]), grains, radius
+    )
+    assert not build.has_few_wall_contacts(*room_of([edge] * 3, "bottom", "top"), grains, radius)
     repeats = room_of([1, 1, edge], "bottom", "top", edges=[edge, edge, 0])
-    assert build.is_thick(*repeats, grains, radius)
-    assert not build.is_thick(*cube, grains, radius / 3.0)
+    assert build.has_few_wall_contacts(*repeats, grains, radius)
+    assert not build.has_few_wall_contacts(*cube, grains, radius / 3.0)
     few = room_of([edge / 4] * 3)
-    assert not build.is_thick(*few, grains // 64, radius)
-    assert not build.is_thick(None, None, grains, radius)
+    assert not build.has_few_wall_contacts(*few, grains // 64, radius)
+    assert not build.has_few_wall_contacts(None, None, grains, radius)
     for n in (20_000, 100_000, 1_000_000):
-        small, large = (store.wall_contacts(n, thick) for thick in (True, False))
+        small, large = (store.wall_contacts(n, few) for few in (True, False))
         assert small == pytest.approx(large - n)
-        assert small <= store.wall_contacts(memory.capacity_for(n), thick=True)
+        assert small <= store.wall_contacts(memory.capacity_for(n), few=True)
 
 
 def test_room_for_walls_does_not_show_in_the_results(states, monkeypatch):
-    monkeypatch.setattr(build, "is_thick", lambda *_: True)
-    (wide, m, searches), (thick, n, same) = states[0], settled()
+    monkeypatch.setattr(build, "has_few_wall_contacts", lambda *_: True)
+    (wide, m, searches), (small, n, same) = states[0], settled()
     assert searches == same
     for name in ("x", "v", "w", "wall_slot"):
-        assert wide[name].tobytes() == thick[name].tobytes(), name
+        assert wide[name].tobytes() == small[name].tobytes(), name
     for name in m:
         assert np.array_equal(m[name], n[name]), name
 
 
 def test_without_room_for_walls_a_run_stops_with_advice(monkeypatch):
-    monkeypatch.setattr(store, "wall_contacts", lambda grains, thick: 0)
+    monkeypatch.setattr(store, "wall_contacts", lambda grains, few: 0)
     with pytest.raises(GuardStop, match=r"near walls than their capacity.*numerics.skin"):
         rows_of_grains(200)
 

@@ -221,7 +221,7 @@ class Touches:
 
     @ti.func
     def total(self):
-        """The same as of Ghosts."""
+        """Number of the listed touches, 0 where they exceed the capacity."""
         n = self.first[self.numbers[None].count]
         return ti.select(n <= self.room, n, 0)
 

@@ -95,7 +95,10 @@ class Rigid:
 
     @ti.func
     def cylinder(self, row, q):
-        """The same of a cylinder about z in its own frame, of which edges are round outside."""
+        """Distance from a cylinder about z and its normal there, in the frame of the cylinder.
+
+        Outside, its edges count as round.
+        """
         across = ti.sqrt(q[0] * q[0] + q[1] * q[1]) + TINY
         up = ti.select(q[2] >= 0.0, 1.0, -1.0)
         a = across - self.f.rigid[row, RADIUS]

@@ -9,7 +9,7 @@ START, RATE, GROWTH, CENTRE, TILT = range(5)  # rows of the `cell` field; RATE a
 
 
 def make_cell(fields, layout):
-    """Functions of a scene with periodic axes; without, the frame is a zero that nothing looks at.
+    """Functions of a scene with periodic axes; without, the frame is an unused zero.
 
     An edge is L(t) = L_start exp(g t) + c t, centred about a point that rests. A pair keeps the
     number of edges between its grains (`shift`) from one search to the next, so that nothing is

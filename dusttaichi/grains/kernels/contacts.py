@@ -206,8 +206,8 @@ class ContactPass:
     ):
         """Losses of a contact that has formed (state 2) or broken (-1).
 
-        Its potential, less what the half kick of the step has done with it. One that breaks is
-        taken where it was a step ago, and loses its history.
+        Its potential, less the work of the half kick of the step. A breaking contact is evaluated
+        at its position of the previous step, and its history is cleared.
         """
         p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
         k = self.gatherer.motion(g, lane, dt, p, place)

@@ -7,7 +7,7 @@ do nothing. The host launches LOOK steps and looks once how many of them were ma
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import LOOK, Launch, Look, PassOnChange
+from dusttaichi.compute.launching import LOOK, Launch, PassOnChange, Progress
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.phases import DONE, DUE, StepNumbers
 from dusttaichi.grains.kernels.threads import Threads, place_planes, put_planes
@@ -21,13 +21,13 @@ class DeviceSteps:
     """`advance(steps, first, pending, workers, numbers, box)` of a device: see kernels of step."""
 
     def __init__(self, phases, layout):
-        known = Known(phases, layout)
+        known = DeviceFields(phases, layout)
         begin, pass_numbers = make_begin(known)
         self._begin, self._pass_numbers = begin, PassOnChange(pass_numbers)
         self._prepare = Launch(make_prepare(known)) if known.prepared else None
         kick, touch = (by_threads if on_device() else by_tiles)(known)
         self._kick, self._touch = Launch(kick), Launch(touch)
-        self._look = Look(known.sync, DONE, STOP)
+        self._progress = Progress(known.sync, DONE, STOP)
 
     def __call__(self, steps, first, pending, _workers, *arguments):
         """Returns how many steps it has made."""
@@ -43,13 +43,13 @@ class DeviceSteps:
                 pending = 0
                 self._touch()
                 launched += 1
-            done, stopped = self._look()
+            done, stopped = self._progress()
             if stopped:
                 break
         return done
 
 
-class Known:
+class DeviceFields:
     """Fields of the steps to come on a device, and the functions that fill and use them."""
 
     def __init__(self, phases, layout):
@@ -181,7 +181,7 @@ def by_threads(known):
 
 
 def by_tiles(known):
-    """The same kernels where there are cores in the place of a device, to test the loop.
+    """The kernels of `by_threads` on the cores of a CPU, to test the loop.
 
     A part of the grains or a tile of contacts at a time.
     """

@@ -63,7 +63,7 @@ class PairGatherer(Gatherer):
 
     @ti.func
     def place(self, block, frame: ti.template(), time):
-        """The same for all blocks."""
+        """The frame of the cell, common to all blocks."""
         return frame
 
     @ti.func

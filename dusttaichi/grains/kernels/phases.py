@@ -106,7 +106,7 @@ class Phases:
 
     @ti.func
     def blocks_of_sphere(self, tile):
-        """The same of contacts with the sphere."""
+        """First block of a tile of contacts with the sphere and the one behind its last."""
         first, blocks = self.counts[FIRST_SPHERE], whole(self.counts[ON_SPHERE], self.width)
         return first + tile * self.tile, first + ti.min((tile + 1) * self.tile, blocks)
 
@@ -118,14 +118,14 @@ class Phases:
 
     @ti.func
     def touch_sphere(self, tile, dt, frame):
-        """The same of contacts with the sphere, whose tiles are behind those of the pairs."""
+        """Update a tile of contacts with the sphere, which are behind those of the pairs."""
         first, last = self.blocks_of_sphere(tile)
         tile += self.counts[FIRST_SPHERE] // self.tile
         self.on_sphere.tile(tile, first, last, dt, frame, 0.0)
 
     @ti.func
     def touch_walls(self, tile, step, dt, box):
-        """The same of wall contacts; the force of a wall is summed over time by its blocks."""
+        """Update a tile of wall contacts; the force of a wall is summed over time by its blocks."""
         first = self.counts[FIRST_WALL]
         last = first + ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS])
         self.walls.tile(tile, first + tile * self.tile, last, dt, box, dt * step)

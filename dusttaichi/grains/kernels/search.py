@@ -181,9 +181,9 @@ class Neighbours:
     def list_polydisperse(
         self, g, found: ti.template(), low, high, image, margin, counting: ti.template()
     ):
-        """The same for grains with their own radii, or the count of them.
+        """Add grains with their own radii to the neighbours of g, or only count them.
 
-        margin: largest distance of their surfaces.
+        low, high, image: as of equal grains. margin: largest distance of their surfaces.
         """
         for k in range(self.cells.start[low], self.cells.start[high + 1]):
             other = self.cells.grain[k]
@@ -236,7 +236,7 @@ class Neighbours:
 
     @ti.func
     def visit_all(self, grid: ti.template(), reach: ti.template(), counting: ti.template()):
-        """The same for all grains. To be called outside of the loops of a kernel."""
+        """Visit all grains. To be called outside of the loops of a kernel."""
         for g in range(loop_length(self.counts[GRAINS], self.capacity)):
             if is_idle(g, self.counts[GRAINS]) or self.is_full(counting):
                 continue

@@ -49,7 +49,7 @@ class Layout:
     orientation: bool = False  # rotations of the grains are followed
     contact_loss: bool = False  # what each contact has lost is stored with it
     grain_loss: bool = False  # what the contacts of each grain have lost is summed for it
-    thick: bool = False  # so few of many grains reach the walls that less room is left for them
+    few_wall_contacts: bool = False  # few of many grains reach the walls: a smaller capacity
 
     @property
     def polydisperse(self):
@@ -160,20 +160,21 @@ def capacity(grains, layout, walls):
     """
     per_tile = layout.width * layout.tile
     pairs = PAIRS_PER_GRAIN * grains + 64
-    lanes = wall_contacts(grains, layout.thick) + 6 * layout.width * wall_sections(grains)
+    contacts = wall_contacts(grains, layout.few_wall_contacts)
+    lanes = contacts + 6 * layout.width * wall_sections(grains)
     pair_blocks = -(-pairs // per_tile) * layout.tile
     return pair_blocks, -(-lanes // per_tile) * layout.tile if walls else 0
 
 
-def wall_contacts(grains, thick):
+def wall_contacts(grains, few):
     """Capacity in contacts with walls.
 
     A wall is touched by a face of the sample: every grain of a small or flat one, a share that
-    shrinks as N^(-1/3) of a large one. A thick one (`dusttaichi.grains.build.is_thick`) has walls
-    so small that no more than these find place on them.
+    shrinks as N^(-1/3) of a large one. few: the walls are so small that no more contacts fit on
+    them (`dusttaichi.grains.build.has_few_wall_contacts`).
     """
     faces = int(20 * grains ** (2 / 3)) + 64
-    return faces if thick else min(6 * grains, grains + faces)
+    return faces if few else min(6 * grains, grains + faces)
 
 
 def wall_sections(grains):

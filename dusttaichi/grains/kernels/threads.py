@@ -147,7 +147,7 @@ class Threads:
 
     @property
     def contact_threads(self):
-        """The same over all contacts."""
+        """Threads of a launch over the capacity in contacts."""
         return padded(self.phases.fields["contact"].shape[0])
 
     # -- grains ----------------------------------------------------------------------------------

@@ -118,7 +118,7 @@ def pair_motion(Motion: ti.template(), d, gap, dv, w1, w2, dt, p):
 
 @ti.func
 def wall_motion(Motion: ti.template(), overlap, normal, dv, w1, dt):
-    """The same of a grain and a wall; normal: that of the wall, into the sample."""
+    """Motion of a grain against a wall; normal: that of the wall, into the sample."""
     speed = dv.dot(normal)
     return Motion(
         overlap=overlap,
@@ -147,7 +147,7 @@ def across(a, normal):
 
 
 @ti.func
-def shortfall(e, along):
+def axial_deficit(e, along):
     """1 - sqrt(1 - e.e): what a unit pointer that deviates by e across n_c falls short of 1 along.
 
     along: component of the deviation along n_c before, which decides the half of the turn where
@@ -187,7 +187,7 @@ def point(k: ti.template(), h: ti.template(), p, flat: ti.template()):
     the second body is a wall.
     """
     e1, e2 = deviations(h, p)
-    short_1, short_2 = shortfall(e1, k.along_1), shortfall(e2, k.along_2)
+    short_1, short_2 = axial_deficit(e1, k.along_1), axial_deficit(e2, k.along_2)
     h.xi = h.xi + k.normal * (p.R * (short_1 - short_2))
     k.lever = -1.0
     if ti.static(not flat):

@@ -145,7 +145,7 @@ class Mechanics:
 
     @ti.func
     def springs_of(self, k: ti.template(), h: ti.template(), p, weight):
-        """The same of the springs but the normal one, times a weight."""
+        """(load, energies) of all springs but the normal one, times a weight."""
         stored = ti.Vector.zero(self.real, self.potentials)
         load = self.Load()
         for n in ti.static(range(len(self.springs))):

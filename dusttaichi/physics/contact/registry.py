@@ -126,7 +126,7 @@ def properties():
 
 
 def properties_of(interaction):
-    """The same of the laws that an interaction has chosen."""
+    """Name -> Property of the material that the laws of an interaction bring in."""
     chosen = [(kind, law_name(interaction, kind)) for kind in EFFECTS]
     chosen += [("effects", name) for name in interaction.effects]
     laws = [LAWS[kind, name] for kind, name in chosen if name is not None]

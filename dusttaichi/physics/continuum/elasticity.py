@@ -44,7 +44,7 @@ def volume_energy(density, reference, m):
 
 
 def path_energy(density, reference, K):
-    """The same on the elastic path of modulus K [Pa].
+    """Energy per present volume [J/m^3] on the elastic path of modulus K [Pa].
 
     The integral of p drho/rho^2 from `reference` on, times rho: with y = rho/reference - 1 it is
     K (1 + y) (ln(1 + y) - y/(1 + y)). Where y is small the terms cancel, and it is computed as a
