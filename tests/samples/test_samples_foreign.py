@@ -110,7 +110,10 @@ def test_motion_comes_along(tmp_path):
         (DUMP.replace("3 4 5", "3 4"), r"line 23 \('1 1 3 4'\) has 4 columns; allowed: 5"),
         (DUMP.replace("id type x y z\n1", "id type x y w\n1"), "it lacks z"),
         (DATA.replace("# sphere", "# bond"), "style bond have 6 columns, or 9 .* has 10"),
-        (XYZ.replace("2\n", "3\n", 1), "line 1 announces 3 grains, and 2 lines follow"),
+        (
+            XYZ.replace("2\n", "3\n", 1),
+            "line 1 announces 3 grains, and the number of lines .* is 2",
+        ),
         (YADE.replace("1.2", "nothing"), "plain numbers"),
     ],
 )

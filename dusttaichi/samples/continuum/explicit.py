@@ -82,7 +82,7 @@ def make(spec: ExplicitParticles, matter: Matter) -> Particles:
 
 def _csv(path: Path, units: float, where: str) -> dict:
     try:
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             names = [name.strip() for name in file.readline().split(",")]
             rows = np.loadtxt(file, delimiter=",", ndmin=2)
     except (OSError, ValueError) as error:

@@ -73,11 +73,14 @@ def _reader(source: Source):
 
 
 def _counts_rows(source: Source) -> bool:
-    """True where the number of grains is followed by them, without the comment of an XYZ."""
+    """True where the number of grains is that of a list, without the comment of an XYZ."""
     filled = [line for line in source.lines if line.strip()]
-    rows = [line.split() for line in filled[1:]]
-    numbers = [all(map(SPACES.is_number, row)) and len(row) > 2 for row in rows]
-    return len(rows) == xyz.count_in(filled[0]) and bool(rows) and all(numbers)
+    rows = [re.split(r"[\s,;]+", line.strip()) for line in filled[1:3]]
+    if len(filled[-1].split()) < 3 <= len(rows[-1] if rows else ()):  # commas or semicolons
+        return True
+    if len(filled) - 1 != xyz.count_in(filled[0]) or not rows:
+        return False
+    return len(rows[0]) > 2 and all(map(SPACES.is_number, rows[0]))
 
 
 def _read_restart(path: Path, given: Source) -> dict:

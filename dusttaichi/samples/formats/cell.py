@@ -33,7 +33,7 @@ def cell(vectors, origin, ends=None) -> dict:
         text = ", ".join(f"{name} = {quantities.format(t, 'length', digits=4)}"
                          for name, t in odd.items())  # fmt: skip
         return {"no_cell": f"its cell is tilted by {text}; {POSSIBLE}"}
-    tilt = odd.get("xz", 0.0)
+    tilt = float(odd.get("xz", 0.0))
     low = np.array(origin, float) + [0.5 * tilt, 0.0, 0.0]  # sheared about its centre
     room = np.stack([low, low + edges], axis=1)
     room[edges == 0] = np.nan

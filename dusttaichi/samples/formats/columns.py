@@ -66,6 +66,7 @@ class Units:
     mass: float = 1.0
     density: float = 1.0
     time: float = 1.0
+    matter: bool = True  #: False where the units of masses and densities are not known.
 
     def of(self, quantity: str) -> float:
         """Factor to SI of a quantity."""
@@ -208,6 +209,8 @@ def state(table: Table, source: Source, units: Units) -> dict:
     whole = _joined(columns, source)
     _set_radius(whole, source)
     _set_spin(whole, unread)
+    if not units.matter:
+        unread += [name for name in ("mass", "density") if whole.pop(name, None) is not None]
     ids = whole.pop("id", None)
     if ids is not None and not is_text(ids) and len(np.unique(ids)) == len(ids):
         order = np.argsort(ids, kind="stable")

@@ -55,8 +55,8 @@ def read(source: Source) -> dict:
     rows, count = data.sections["Atoms"], data.counts["atoms"]
     if len(rows) != count:
         raise source.fault(
-            f"its header announces {count} atoms, and its section Atoms has {len(rows)} lines; "
-            "allowed: as many. Was it cut off?"
+            f"its header announces {count} atoms, and the number of lines of its section Atoms is "
+            f"{len(rows)}; allowed: the same. Was it cut off?"
         )
     units = lammps_units(named_in(source.lines[0]), source)
     values = parse(plain, rows)
@@ -80,19 +80,21 @@ def read(source: Source) -> dict:
     return found
 
 
+SECTIONS = (
+    "Atoms Velocities Masses Ellipsoids Lines Triangles Bodies Bonds Angles Dihedrals Impropers"
+).split()
 READ = ("Atoms", "Velocities", "Ellipsoids", "Atom Type Labels")
 
 
 def _scan(source, plain):
-    """Header and sections; a section begins with a line of letters behind an empty one."""
+    """Header and sections: a section of any name begins with a line between empty ones."""
     data, name = _Data(), None
     for n, line in enumerate(plain.lines):
         text = line.strip()
         if n == 0 or not text:
             continue
-        starts = text[0].isalpha() and not plain.lines[n - 1].strip()
-        follows = n + 1 == len(plain.lines) or not plain.lines[n + 1].strip()
-        if starts and (follows or text in ("Atoms", "Velocities")):
+        alone = not any(line.strip() for line in (plain.lines[n - 1], *plain.lines[n + 1 : n + 2]))
+        if text in SECTIONS or (text[0].isalpha() and alone):
             name = " ".join(text.split())
             data.sections[name] = []
             _, _, hint = source.lines[n].partition("#")

@@ -53,7 +53,7 @@ def read(source: Source) -> dict:
     found = state(table, source, units)
     found |= cell(units.length * vectors, units.length * origin, ends)
     if "TIME" in items:
-        found["time"] = units.time * _numbers(items["TIME"] + 1, 1, source)[0]
+        found["time"] = float(units.time * _numbers(items["TIME"] + 1, 1, source)[0])
     return found
 
 
@@ -74,6 +74,8 @@ def _frames(source):
         if kind:
             text = "it is a dump local (ITEM: ENTRIES), of contacts or bonds"
         raise source.fault(f"{text}; allowed: a dump of grains (dump custom or atom).")
+    if "TIMESTEP" in items:
+        source.remarks.append("it is cut off in the header of a snapshot, the one after the last")
     return frames
 
 
@@ -86,8 +88,9 @@ def _check_count(frame, source):
     if count != len(frame.rows):
         step = f" of step {lines[items['TIMESTEP'] + 1].strip()}" if "TIMESTEP" in items else ""
         raise source.fault(
-            f"line {n + 1} announces {count} grains of the snapshot{step}, and {len(frame.rows)} "
-            "lines follow; allowed: as many. Was it cut off? sample.snapshot selects another one."
+            f"line {n + 1} announces {count} grains of the snapshot{step}, and the number of lines "
+            f"below is {len(frame.rows)}; allowed: the same. Was it cut off? sample.snapshot "
+            "selects another snapshot."
         )
 
 

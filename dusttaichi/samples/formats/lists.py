@@ -42,7 +42,9 @@ def read(source: Source) -> dict:
     values = parse(source, rows, cells)
     names = _names(above, values, rows, cells, source)
     _check_count(above, rows, source)
-    return state(named(names, values, rows, source, cells), source, Units(length=source.length))
+    # a unit of length alone does not say those of masses
+    units = Units(length=source.length, matter=source.length == 1.0)
+    return state(named(names, values, rows, source, cells), source, units)
 
 
 def _parts(source):
@@ -76,12 +78,13 @@ def _is_heading(text, source):
 
 
 def _is_row(text):
-    """True for a line with three numbers or more."""
-    found = re.split(r"[\s;]+|,(?=\D|$)|(?<=\D),", text)
-    numbers = sum(map(Cells(None, True).is_number, found))
-    if numbers < 3:
-        numbers = sum(map(SPACES.is_number, re.split(r"[\s,;]+", text)))
-    return numbers >= 3
+    """True for a line of three numbers or more, and fewer words."""
+    forms = (re.split(r"[\s,;]+", text), re.split(r"[\s;]+", text))  # decimals with a comma
+    for found, cells in zip(forms, (SPACES, Cells(None, True)), strict=True):
+        numbers = sum(map(cells.is_number, found))
+        if numbers >= 3 and 2 * numbers > len(found):
+            return True
+    return False
 
 
 def _cells(lines):

@@ -106,8 +106,9 @@ def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
 def _names(style, width):
     """Names of `width` columns of a style, also with image flags; None for another number."""
     names = STYLES[style].split()
-    if style == "tdpd" and width > len(names):
-        return names + [f"cc{k + 1}" for k in range(width - len(names))]
+    if style == "tdpd":
+        more = [f"cc{k + 1}" for k in range(width - len(names))]
+        return names + more if more else None
     flags = {len(names): (), len(names) + 3: FLAGS}.get(width)
     return None if flags is None else [*names, *flags]
 

@@ -82,8 +82,8 @@ def decode(data: bytes, where: str) -> list[str]:
     """Lines of a text in UTF-8 or, failing that, in Latin-1, without a byte order mark."""
     if b"\0" in data:
         raise DustError(
-            f"{where}: it cannot be read as text or NetCDF (it has zero bytes); allowed: a text "
-            "in UTF-8, a NetCDF file, a restart file of LAMMPS."
+            f"{where}: it cannot be read as text or NetCDF (it has zero bytes, as UTF-16 has); "
+            "allowed: a text in UTF-8, a NetCDF file, a restart file of LAMMPS."
         )
     try:
         return data.decode("utf-8-sig").splitlines()

@@ -19,7 +19,7 @@ UNITS = {  # length [m], speed [m/s], spin [rad/s], mass [kg], density [kg/m^3],
 def lammps_units(name: str | None, source: Source) -> Units:
     """Units that a file names; without a name those of `sample.units`, else SI."""
     if name is None:
-        return Units(length=source.length)
+        return Units(length=source.length, matter=False)
     name = name.strip()
     if name not in UNITS:
         raise source.fault(f"its units are {name!r}; allowed: {', '.join(UNITS)}.")

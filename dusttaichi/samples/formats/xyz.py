@@ -16,7 +16,7 @@ from dusttaichi.samples.formats.columns import (
     state,
 )
 from dusttaichi.samples.formats.order import guess
-from dusttaichi.samples.formats.text import SPACES, Source, parse
+from dusttaichi.samples.formats.text import SPACES, Source, is_text, parse
 
 ANGSTROM = 1e-10  # [m]
 DALTON = 1.66053906660e-27  # [kg], of masses in ASE
@@ -49,18 +49,29 @@ def read(source: Source) -> dict:
     frame = source.chosen(_frames(source))
     about = source.lines[frame.about]
     values = parse(source, frame.rows)
+    if not any(map(is_text, values)) and _is_row(about, len(values)):
+        raise source.fault(
+            f"{source.shown(frame.about)} can be the comment of an XYZ or a grain of a list; "
+            "allowed: a comment of words, or as many lines as the first line announces."
+        )
     info = {m[1].lower(): next(filter(None, m.groups()[1:]), "") for m in _WORDS.finditer(about)}
     names = _names(info, about, values, frame, source)
     table = named(names, values, frame.rows, source)
     length = ANGSTROM if re.search("angstrom|Å", about, re.IGNORECASE) else source.length
     if length != source.length and source.length not in (1.0, length):
         source.remarks.append("its comment says Angstrom, so that sample.units is not used")
-    found = state(table, source, Units(length=length, mass=DALTON))
+    found = state(table, source, Units(length=length, mass=DALTON, matter="masses" in about))
     if "lattice" in info:
         found |= _cell(info, length, source, frame.about)
     if "time_s" in info and SPACES.is_number(info["time_s"]):
         found["time"] = float(info["time_s"])
     return found
+
+
+def _is_row(text, width):
+    """True for a line of as many numbers as grains have columns."""
+    found = text.split()
+    return len(found) == width and all(map(SPACES.is_number, found))
 
 
 def _frames(source):
@@ -87,8 +98,8 @@ def _frames(source):
             end = "the file ends" if short is None else f"{source.shown(short)} is no grain"
             there = len(rows) if short is None else rows.index(short)
             raise source.fault(
-                f"line {n + 1} announces {count} grains, and {there} lines follow before {end}; "
-                f"allowed: {count} lines without gaps."
+                f"line {n + 1} announces {count} grains, and the number of lines below its comment "
+                f"(line {n + 2}) is {there}, where {end}; allowed: the same, without empty lines."
             )
         frames.append(_Frame(n + 1, rows))
         n += 2 + count

@@ -1,0 +1,395 @@
+"""Texts of grains in the forms that programs write: columns, separators, cells, atom styles."""
+
+import bz2
+import gzip
+import lzma
+
+import numpy as np
+import pytest
+from scenes import make_scene
+
+from dusttaichi import samples
+from dusttaichi.errors import DustError
+from dusttaichi.samples.formats.columns import heading, known
+from dusttaichi.samples.formats.text import Source
+
+PAIR = [[0, 0, 0], [1.2, 0, 0]]  # um
+IN_BOX = [[1, 5, 5], [2.2, 5, 5]]
+STEP = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\n"
+MICRO = f"ITEM: UNITS\nmicro\n{STEP}"
+BOX = "ITEM: BOX BOUNDS pp pp pp\n0 10\n0 10\n0 10\n"
+HEAD = (
+    "a title, units = micro\n\n2 atoms\n1 atom types\n\n"
+    "0 10 xlo xhi\n0 10 ylo yhi\n0 10 zlo zhi\n\n"
+)
+
+
+def lines(*rows, head=""):
+    return head + "".join(f"{row}\n" for row in rows)
+
+
+def read(tmp_path, text, boundary=None, materials=None, **keys):
+    path = tmp_path / "grains.txt"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    more = {"materials": materials} if materials else {}
+    sample = {"kind": "explicit", "file": str(path), **keys}
+    return samples.make(make_scene(sample=sample, boundary=boundary, **more))
+
+
+# -- lists ---------------------------------------------------------------------------------------
+
+LISTS = {
+    "bare": lines("0 0 0", "1.2 0 0"),
+    "bare with commas": lines("0.0, 0.0, 0.0", "1.2, 0.0, 0.0"),
+    "with radii": lines("0 0 0 0.6", "1.2 0 0 0.6"),
+    "radii first": lines("# of MSTM", "0.6 0 0 0", "0.6 1.2 0 0"),
+    "tabs": lines("x\ty\tz\tradius", "0\t0\t0\t.6", "1.2\t0\t0\t.6"),
+    "tabs and units": lines("x (um)\ty (um)\tz (um)\tr (nm)", "0\t0\t0\t600", "1.2\t0\t0\t600"),
+    "decimal commas": lines("x;y;z;r", "0,0;0,0;0,0;0,6", "1,2;0,0;0,0;0,6"),
+    "decimal commas and spaces": lines("x y z", "0,0 0,0 0,0", "1,2 0,0 0,0"),
+    "decimal commas and tabs": lines("x\ty\tz", "0,0\t0,0\t0,0", "1,2\t0\t0"),
+    "of a spreadsheet": lines("sep=;", "x;y;z", "0;0;0", "1,2;0;0"),
+    "commented header": lines(
+        "# two grains", "# x[um] y[um] z[um] r[um]", "0 0 0 .6", "1.2 0 0 .6"
+    ),
+    "header of commas": lines("#x,y,z,radius", "0,0,0,.6", "1.2,0,0,.6"),
+    "capitals": lines("X Y Z R", "0 0 0 .6", "1.2 0 0 .6"),
+    "index without a name": lines(",x,y,z", "0,0,0,0", "1,1.2,0,0"),
+    "row names": lines('"x" "y" "z"', '"1" 0 0 0', '"2" 1.2 0 0'),
+    "units in names": lines("x_um,y_um,z_um,radius_nm", "0,0,0,600", "1.2,0,0,600"),
+    "title": lines("Aggregate 12, df = 1.8, kf = 1.3", "x y z r", "0 0 0 .6", "1.2 0 0 .6"),
+    "count first": lines("2", "0 0 0 .6", "1.2 0 0 .6"),
+    "count and names first": lines("2", "x,y,z", "0,0,0", "1.2,0,0"),
+    "preamble of DDSCAT": lines("2 = NSPH", "a comment", "X Y Z R", "0 0 0 .6", "1.2 0 0 .6"),
+    "Fortran": lines("0.0D0 0.0D0 0.0D0", "1.2D+00 0.0D0 0.0D0"),
+    "windows": "\ufeffx,y,z\r\n0,0,0\r\n1.2,0,0\r\n",
+    "latin": "x [µm],y [µm],z [µm]\n0,0,0\n1.2,0,0\n".encode("latin-1"),
+    "gz": gzip.compress(b"x,y,z\n0,0,0\n1.2,0,0\n"),
+    "bz2": bz2.compress(b"x,y,z\n0,0,0\n1.2,0,0\n"),
+    "xz": lzma.compress(b"x,y,z\n0,0,0\n1.2,0,0\n"),
+    "of YADE": lines("#format x_y_z_r_attrs", "0 0 0 .6 iron 7", "1.2 0 0 .6 ice 7"),
+}
+
+
+@pytest.mark.parametrize("name", LISTS)
+def test_lists(tmp_path, name):
+    found = read(tmp_path, LISTS[name], units="um")
+    np.testing.assert_allclose(found.positions * 1e6, PAIR, rtol=1e-12, atol=1e-12)
+    assert found.radii is None  # 0.6 um, as of the material
+
+
+PARAVIEW = lines(
+    '"radius","velocity:0","velocity:1","velocity:2","Points:0","Points:1","Points:2"',
+    "6e-7,1,2,3,0,0,0",
+    "6e-7,1,2,3,1.2e-6,0,0",
+)
+OVITO = lines(
+    "Particle Identifier,Position.X,Position.Y,Position.Z,Radius,Velocity.X,Velocity.Y,Velocity.Z",
+    "2,1.2e-6,0,0,6e-7,1,2,3",
+    "1,0,0,0,6e-7,1,2,3",
+)
+
+
+@pytest.mark.parametrize("text", [PARAVIEW, OVITO])
+def test_tables_of_viewers(tmp_path, text):
+    found = read(tmp_path, text)
+    np.testing.assert_allclose(found.positions * 1e6, PAIR, rtol=1e-12, atol=1e-12)
+    np.testing.assert_array_equal(found.velocities, [[1, 2, 3]] * 2)
+
+
+@pytest.mark.parametrize(
+    "names, quantity",
+    [
+        (("x", "X", "Position.X", "Points:0", "points_0", "pos_x", "x_center"), "position"),
+        (("vx", "v_x", "velo:0", "Velocity.X", "vel_x"), "velocity"),
+        (("wx", "omegax", "Angular Velocity.X", "spin:0", "omega_x"), "spin"),
+        (("angmomx", "angmom_x"), "angular_momentum"),
+        (("r", "Radius", "RADIUS"), "radius"),
+        (("matId", "matid"), "matid"),
+        (("", "index", "Particle Identifier", "Unnamed: 0"), "id"),
+    ],
+)
+def test_names_of_columns(names, quantity):
+    assert {(known(name) or ("none",))[0] for name in names} == {quantity}
+
+
+@pytest.mark.parametrize("name", ["mux", "x0", "ix", "fx", "c_x[1]", "zeta", "v", "temperature"])
+def test_names_of_other_columns(name):
+    assert known(name) is None
+
+
+@pytest.mark.parametrize(
+    "text, name, factor",
+    [
+        ("x [um]", "x", 1e-6),
+        ("radius (nm)", "radius", 1e-9),
+        ("vx_m_per_s", "vx", 1.0),
+        ("v_x (cm/s)", "v_x", 1e-2),
+        ("density (g/cm3)", "density", 1e3),
+        ("q [C]", "q [C]", None),
+        ("type (-)", "type", None),
+    ],
+)
+def test_units_of_columns(text, name, factor):
+    assert heading(text, Source("file", [])) == (name, pytest.approx(factor) if factor else None)
+
+
+# -- LAMMPS --------------------------------------------------------------------------------------
+
+ATOMS = {
+    "1 1 {x} 5 5": "atomic",
+    "1 1 1 {x} 5 5": "bond angle molecular",
+    "1 1 -.5 {x} 5 5": "charge dpd",
+    "1 1 1 -.5 {x} 5 5": "full",
+    "1 1 1.2 2.65 {x} 5 5": "sphere",
+    "1 1 1 1.2 2.65 {x} 5 5": "bpm/sphere",
+    "1 1 1.7 2.65 {x} 5 5": "peri edpd",
+    "1 1 .5 {x} 5 5 1 0 0": "dipole",
+    "1 1 0 2.4 {x} 5 5": "body",
+    "1 1 1 0 2.65 {x} 5 5": "line tri",
+    "1 1 {x} 5 5 1 0 0 1.5": "spin",
+}
+# by the columns and their values alone; for the others two or more styles fit
+ALONE = {"atomic", "full", "charge"}
+
+
+@pytest.mark.parametrize("row", ATOMS)
+@pytest.mark.parametrize("flags", ["", " 0 -1 1"])
+def test_atom_styles(tmp_path, row, flags):
+    rows = [row.format(x=1) + flags, "2" + row.format(x=2.2)[1:] + flags]
+    for style in ATOMS[row].split():
+        found = read(tmp_path, lines(*rows, head=f"{HEAD}Atoms  # {style}\n\n"))
+        np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
+        bare = lines(*rows, head=f"{HEAD}Atoms\n\n")
+        again = read(tmp_path, bare, style=style)
+        np.testing.assert_array_equal(again.positions, found.positions)
+        if style in ALONE:
+            alone = read(tmp_path, bare)
+            np.testing.assert_array_equal(alone.positions, found.positions)
+            assert f"{style} " in alone.info["remarks"][0]
+        elif style not in ("dpd",):
+            with pytest.raises(DustError, match=f"{style}.* fit .*sample.style: "):
+                read(tmp_path, bare)
+
+
+def test_columns_instead_of_a_style(tmp_path):
+    rows = lines("1 1 1 5 5 1.4 2.65", "2 1 2.4 5 5 1.4 2.65", head=f"{HEAD}Atoms # hybrid\n\n")
+    with pytest.raises(DustError, match="atom style is 'hybrid'; allowed: .*sample.columns"):
+        read(tmp_path, rows)
+    found = read(tmp_path, rows, columns=["id", "type", "x", "y", "z", "diameter", "density"])
+    np.testing.assert_allclose(found.radii, 0.7e-6)
+
+
+SPHERES = lines("2 1 1.2 2.65 2.2 5 5", "1 1 1.2 2.65 1 5 5", head=f"{HEAD}Atoms # sphere\n\n")
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        (SPHERES.replace("2 atoms", "3 atoms"), "announces 3 atoms, .* section Atoms is 2"),
+        (SPHERES.replace("2 atoms", "1 atoms"), "announces 1 atoms, .* section Atoms is 2"),
+        (
+            SPHERES + "\nVelocities\n\n1 0 0 0 0 0 0\n3 0 0 0 0 0 0\n",
+            "ids of its section Velocities",
+        ),
+        (SPHERES.replace("sphere", "full"), "not of the style full: the column type is not of"),
+        (SPHERES.replace("1 1 1.2", "1 dust 1.2"), "column type has texts"),
+        (SPHERES.replace("0 10 xlo", "20 10 xlo"), "line 6 .* the upper end is below"),
+        (
+            lines("1 1 1 1 1 5 5", head=f"{HEAD.replace('2 at', '1 at')}Atoms # body\n\n"),
+            "its grains are bodies; allowed: spheres",
+        ),
+        (
+            lines("1 1 1 1 1 5 5", head=f"{HEAD.replace('2 at', '1 at')}Atoms # ellipsoid\n\n")
+            + "\nEllipsoids\n\n1 1.2 1 1.2 1 0 0 0\n",
+            "ellipsoid of the diameters 1.2, 1, 1.2",
+        ),
+    ],
+)
+def test_data_files_that_are_refused(tmp_path, text, message):
+    with pytest.raises(DustError, match=message):
+        read(tmp_path, text)
+
+
+def test_sections_of_data_files(tmp_path):
+    """Also without empty lines, below a long header, and behind the sections of bonds."""
+    head = "# filling\n" * 900
+    text = HEAD.replace("\n\n2 atoms", f"\n{head}\n2 atoms # both")
+    text += "Masses\n\n1 2.4\n\nPair Coeffs # gran\n\n1 1 1\n\nAtoms # sphere\n"
+    text += SPHERES[len(HEAD) + len("Atoms # sphere\n\n") :]
+    text += "Velocities\n1 1 0 0 0 0 1\n2 2 0 0 0 0 2\n\nBonds\n\n1 1 1 2\n"
+    found = read(tmp_path, text)
+    np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
+    np.testing.assert_array_equal(found.velocities[:, 0], [1, 2])
+    np.testing.assert_array_equal(found.spins[:, 2], [1e6, 2e6])
+    assert "the sections Masses, Pair Coeffs, Bonds" in found.info["remarks"][0]
+
+
+def dump(columns, *rows, bounds=BOX, head=MICRO):
+    return lines(*rows, head=f"{head}{bounds}ITEM: ATOMS {columns}\n")
+
+
+TILTED = "ITEM: BOX BOUNDS xy xz yz pp pp pp\n-2 10 0\n0 10 -2\n0 10 0\n"  # xz = -2
+GENERAL = "ITEM: BOX BOUNDS abc origin pp pp pp\n10 0 0 0\n0 10 0 0\n-2 0 10 0\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        dump("id type xs ys zs", "2 1 .42 .9 .5", "1 1 .3 .9 .5", bounds=TILTED),
+        dump("id type xsu ysu zsu", "2 1 .42 .9 .5", "1 1 .3 .9 .5", bounds=GENERAL),
+        dump("id type x y z", "1 1 2 9 5", "2 1 3.2 9 5", bounds=GENERAL),
+    ],
+)
+def test_tilted_cells(tmp_path, text):
+    """Origin 0, edges 10, xz = -2: about its centre the cell is one further down along x."""
+    found = read(tmp_path, text, {"kind": "periodic"}, keep=["box"])
+    np.testing.assert_allclose(found.positions * 1e6, [[2, 9, 5], [3.2, 9, 5]], rtol=1e-12)
+    assert found.info["tilt"] == pytest.approx(-2e-6)
+    np.testing.assert_allclose(
+        found.info["room"], np.array([-1, 9, 0, 10, 0, 10]) * 1e-6, atol=1e-18
+    )
+
+
+@pytest.mark.parametrize(
+    "bounds, message",
+    [
+        ("ITEM: BOX BOUNDS xy xz yz pp pp pp\n0 13 3\n0 10 0\n0 10 0\n", "tilted by xy = 3 µm"),
+        ("ITEM: BOX BOUNDS xy xz yz pp pp pp\n0 10 0\n0 12 0\n0 10 2\n", "tilted by yz = 2 µm"),
+        (
+            "ITEM: BOX BOUNDS abc origin pp pp pp\n0 9 0 0\n-9 0 0 0\n0 0 9 0\n",
+            "has the edges a = ",
+        ),
+    ],
+)
+def test_cells_that_are_not_possible_here(tmp_path, bounds, message):
+    text = dump("id type x y z", "1 1 1 5 5", "2 1 2.2 5 5", bounds=bounds)
+    with pytest.raises(DustError, match=rf"sample\.keep: .*{message}"):
+        read(tmp_path, text, {"kind": "periodic"}, keep=["box"])
+    assert message in read(tmp_path, text).info["remarks"][0]
+
+
+def test_columns_of_dumps(tmp_path):
+    """Twice the same column, ids in any order, angular momenta, and a line on the others."""
+    text = dump(
+        "id type type xu yu zu c_pe v_x diameter mass angmomx angmomy angmomz",
+        *("2 1 1 2.2 5 5 7 7 1.2 2 0 0 2.88e-1", "1 1 1 1 5 5 7 7 1.2 2 0 0 0"),
+    )
+    found = read(tmp_path, text)
+    np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
+    # 2/5 m r^2 = 0.288 pg um^2, and 1 rad/us
+    np.testing.assert_allclose(found.spins, [[0, 0, 0], [0, 0, 1e6]], rtol=1e-12)
+    assert "mass is not that of the material" in found.info["remarks"][0]
+    assert "not read from" in found.info["remarks"][1] and "c_pe, v_x" in found.info["remarks"][1]
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        (dump("id type x y z", "1 1 1 5 5"), "line 6 announces 2 .* below is 1"),
+        (dump("id type x y z", *["1 1 1 5 5"] * 3), "line 6 announces 2 .* below is 3"),
+        (dump("id type x y", *["1 1 1 5"] * 2), "it lacks z"),
+        (dump("id x y z r radius", "1 1 5 5 .6 .7", "2 3 5 5 .6 .7"), "both are its radius"),
+        (dump("id type x y z", "1 0 1 5 5", "2 1 3 5 5"), "its type 0 has no material"),
+        ("ITEM: TIMESTEP\n0\nITEM: ENTRIES a b\n1 2\n", "it is a dump local"),
+    ],
+)
+def test_dumps_that_are_refused(tmp_path, text, message):
+    with pytest.raises(DustError, match=message):
+        read(tmp_path, text)
+
+
+def test_dumps_without_names_of_columns(tmp_path):
+    rows = ("1 1 .1 .5 .5", "2 1 .22 .5 .5")
+    old = dump("", *rows, head=STEP, bounds="ITEM: BOX BOUNDS\n0 1\n0 1\n0 1\n")
+    with pytest.raises(DustError, match=r"names no columns, .*columns: \[id, type, xs, ys, zs\]"):
+        read(tmp_path, old, units="10 um")
+    found = read(tmp_path, old, units="10 um", columns=["id", "type", "xs", "ys", "zs"])
+    np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
+
+
+def test_materials_by_name(tmp_path):
+    """Species and types that are names of the scene's materials; others are refused."""
+    ice = {"ice": "ice_t19"}
+    text = dump("id element x y z radius", "1 ice 1 5 5 .6", "2 default 2.2 5 5 .6")
+    assert read(tmp_path, text, materials=ice).materials.tolist() == [1, 0]
+    with pytest.raises(DustError, match="its grains are O, default, and the materials"):
+        read(tmp_path, text.replace("ice", "O"), materials=ice)
+    one = read(tmp_path, text.replace("ice", "O"))
+    assert one.materials is None and "species (O, default)" in one.info["remarks"][0]
+
+
+# -- XYZ -----------------------------------------------------------------------------------------
+
+EXTENDED = (
+    "2\nProperties=id:I:1:Radius:R:1:pos:R:3:velo:R:3:species:S:1:forces:R:3 "
+    'Lattice="9 0 0 0 9 0 0 0 9" pbc="T F T"\n'
+    "2 .7 1.4 0 0 1 2 3 C 0 0 0\n1 .7 0 0 0 4 5 6 C 0 0 0\n"
+)
+
+
+def test_extended_xyz(tmp_path):
+    found = read(tmp_path, EXTENDED, {"kind": "box"}, units="um", keep=["box"])
+    np.testing.assert_allclose(found.positions[:, 0], [0, 1.4e-6])
+    np.testing.assert_array_equal(found.velocities, [[4, 5, 6], [1, 2, 3]])
+    np.testing.assert_allclose(found.radii, 0.7e-6)
+    assert found.info["cell"]["period"] == pytest.approx([9e-6, None, 9e-6])
+    assert found.info["remarks"][0].endswith("forces")
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("3\n\nC 0 0 0\nC 1 0 0\n2\n\nC 0 0 0\nC 1 0 0\n", r"line 1 .* is 2, where line 5 \('2'\)"),
+        ("2\n\nC 0 0 0\nC 1 0 0\nend\n2\n\nC 0 0 0\nC 1 0 0\n", "line 5 .'end'. is one line more"),
+        ("2\n\nC 0 0 0 .6\nC 1.2 0 0 .6\n", r"have no names, .* columns: \[species, x, y, z, rad"),
+        ("2\nProperties=species:S:1:pos:R:3\nC 0 0 0 1\nC 2 0 0 1\n", "have 4 columns, and line 3"),
+        ("1\n0 0 0 .6\n1.2 0 0 .6\n", "can be the comment of an XYZ or a grain of a list"),
+        ("3\n\n1 0 0 .6\n2 9 0 .6\n9 9 9 .6\n", "can be x y z r or type x y z; sample.columns"),
+    ],
+)
+def test_xyz_that_is_refused(tmp_path, text, message):
+    with pytest.raises(DustError, match=message):
+        read(tmp_path, text, units="um")
+
+
+# -- other files ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "text, keys, message",
+    [
+        (
+            "0 0 0 .6 1\n3 0 0 .6 1\n",
+            {},
+            "line 1 .* has 5, whose order is not known; sample.columns",
+        ),
+        ("0 0 0 .6\n3 0 0 .6\n", {"columns": ["x", "y", "z"]}, "names 3 columns .* has 4"),
+        ("x y z\n0 0 0\n", {"style": "sphere"}, "is no data file of LAMMPS"),
+        ("x y z\n0 0 0\n", {"snapshot": 0}, "has no snapshots"),
+        ("0,1,2\n0.0,0.0,0.0\n", {}, "can be the numbers of the columns or a grain"),
+        ("hello\n", {}, r"line 1 \('hello'\) begins no list of grains; allowed"),
+        ("x y z\n0 0 0\n***** 0 0\n", {}, r"line 3: x is '\*\*\*\*\*'; allowed: plain numbers"),
+        ("# vtk DataFile Version 3.0\n", {}, "a VTK file; allowed: the CSV that ParaView saves"),
+        (gzip.compress(b"x,y,z\n" * 99)[:20], {}, "cannot be read .* allowed: a whole file"),
+        ("x,y,z\n0,0,0\n".encode("utf-16"), {}, "zero bytes, as UTF-16"),
+        ("#format x_y_z_r_matId\n0 0 0 .6 5\n", {}, "its matId 5 has no material .* 0 default"),
+    ],
+)
+def test_texts_that_are_refused(tmp_path, text, keys, message):
+    with pytest.raises(DustError, match=message):
+        read(tmp_path, text, units="um", **keys)
+
+
+@pytest.mark.parametrize(
+    "keys, message",
+    [
+        ({"columns": ["x", "y", "z", "rad1"]}, "'rad1' is no name of a column; allowed: x y z"),
+        ({"columns": ["x", "y", "r"]}, "x, y and z are needed"),
+        ({"style": "spheer"}, "an atom style of LAMMPS is needed: sphere"),
+        ({"style": "sphere", "columns": ["x", "y", "z"]}, "one of both is needed"),
+    ],
+)
+def test_keys_that_are_refused(tmp_path, keys, message):
+    with pytest.raises(DustError, match=message):
+        read(tmp_path, "0 0 0\n", **keys)
