@@ -15,11 +15,12 @@ import softening
 from markup import cell as _cell
 from markup import text as _text
 
-from dusttaichi.analysis.numbers import families
+from dusttaichi.analysis.numbers import Family, families
 from dusttaichi.continuum.variables import VARIABLES as OF_CONTINUUM
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.physics.contact.registry import table_of_numbers
-from dusttaichi.scene import NAMED
+from dusttaichi.results.shown import NUMBERS
+from dusttaichi.scene import NAMED, extensions, shipped
 from dusttaichi.scene.keys import rows
 
 HERE = Path(__file__).parent
@@ -62,8 +63,9 @@ def main():
         "keys_continuum.md": keys_of(key for key in rows("continuum") if key not in rows()),
         "materials.md": materials(),
         "contact_numbers.md": contact_numbers(),
-        "numbers.md": numbers(compared=False),
-        "numbers_compared.md": numbers(compared=True),
+        "numbers.md": numbers(family for family in built_in() if not family.compared),
+        "numbers_compared.md": numbers(family for family in built_in() if family.compared),
+        "numbers_bundled.md": numbers(*bundled()),
         **{f"variables_{group}.md": variables(group, VARIABLES.values()) for group in GROUPS},
         "variables_continuum.md": variables("series", OF_CONTINUUM),
         "variables_continuum_snapshots.md": variables("snapshots", OF_CONTINUUM),
@@ -145,16 +147,30 @@ def contact_numbers():
     return _text(lines)
 
 
-def numbers(compared):
-    """The table of the numbers of runs by their families; compared: those of comparisons alone."""
+def built_in():
+    """Families of numbers of the package itself."""
+    return [family for family in families() if family not in NUMBERS.values()]
+
+
+def bundled():
+    """(families of the bundled extensions, family -> file that it is of)."""
+    found = {}
+    for path in shipped.extensions_named("*.py"):
+        own = vars(extensions.module(path)).values()
+        name = path.relative_to(shipped.folder()).as_posix()
+        found |= {family.name: (family, name) for family in own if isinstance(family, Family)}
+    return [family for family, _ in found.values()], {n: file for n, (_, file) in found.items()}
+
+
+def numbers(chosen, files=None):
+    """The table of the numbers of some families; files: family -> file that it is of."""
     lines = ["| number | unit | meaning | where |", "| --- | --- | --- | --- |"]
-    for family in families():
-        if family.compared != compared:
-            continue
+    for family in chosen:
+        where = f"{_cell(family.title)}: `{files[family.name]}`" if files else _cell(family.title)
         for row in family.numbers:
             unit = row.unit or ("text" if row.unit == "" else "")
             title = _cell(row.about or row.title.removeprefix("… "))
-            lines.append(f"| `{row.name}` | {unit} | {title} | {_cell(family.title)} |")
+            lines.append(f"| `{row.name}` | {unit} | {title} | {where} |")
     return _text(lines)
 
 

@@ -181,8 +181,13 @@ def registered():
 
 @contextmanager
 def extensions_forgotten():
-    """What files of a scene's `extensions` register within, and which they are, is forgotten."""
+    """What files of a scene's `extensions` register within, and which they are, is forgotten; what
+    they have registered before is unknown within."""
     before = [dict(table) for table in extensions._tables().values()]
+    tables = {word: dict(table) for word, table in extensions._tables().items()}
+    for word, name in extensions._owners:
+        tables[word].pop(name, None)
+    extensions._restore(list(tables.values()))
     try:
         with pytest.MonkeyPatch.context() as patch:
             for name in ("_imported", "_owners"):
@@ -190,6 +195,13 @@ def extensions_forgotten():
             yield
     finally:
         extensions._restore(before)
+
+
+@contextmanager
+def bundled(name):
+    """Module of a bundled extension, such as "reissl2024/spin_up.py", which is forgotten again."""
+    with extensions_forgotten():
+        yield extensions.module(name)
 
 
 # Built.

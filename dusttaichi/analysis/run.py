@@ -13,6 +13,7 @@ from dusttaichi.analysis.kind import Kind, named
 from dusttaichi.errors import DustError
 from dusttaichi.names import WALLS
 from dusttaichi.results.reading import open_tree
+from dusttaichi.scene import extensions
 from dusttaichi.scene.material import Material
 
 SHOWN_BY = "dusttaichi.report.notebook"  # imported where a notebook shows a run
@@ -255,6 +256,8 @@ class Run(Kind, AbstractContextManager):
 def open_run(path):
     """The run at `path`, a result file or the directory with result.nc.
 
+    Bundled extensions of its scene are imported, so that their numbers and figures are known.
+
     Raises
     ------
     DustError
@@ -275,4 +278,5 @@ def open_run(path):
     if "time" not in series or "step" not in series:
         raise DustError(f"{file} is not a result of dusttaichi: it has no time series.")
     written = profiles is not None and profiles.sizes.get("profile", 0)
+    extensions.import_bundled(str(series.attrs.get(extensions.KEY, "")))
     return Run(file, series, profiles if written else None, file)

@@ -5,6 +5,7 @@ from pathlib import Path
 import xarray as xr
 
 from dusttaichi.errors import DustError
+from dusttaichi.scene import extensions
 
 TRADES, ENSEMBLES = ("trade.nc",), ("sweep.nc", "ensemble.nc")
 
@@ -60,6 +61,8 @@ def is_ensemble(path):
 def open_ensemble(path):
     """(dataset, file) of an ensemble.nc, a sweep.nc or its directory.
 
+    Bundled extensions of its scene are imported, as by `open_run`.
+
     Raises
     ------
     DustError
@@ -67,4 +70,6 @@ def open_ensemble(path):
     """
     file = stored(path, ENSEMBLES) or Path(path)
     needed = ("summary_numbers", "coordinate", "replica")
-    return read_stored(file, "an ensemble or a sweep", needed), file
+    data = read_stored(file, "an ensemble or a sweep", needed)
+    extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
+    return data, file

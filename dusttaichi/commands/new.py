@@ -21,7 +21,7 @@ def new(
     output: output_to("the file, by default NAME.yaml in the current directory") = None,
     force: flag("--force", "overwrite an existing file") = False,
 ):
-    """Copy a bundled scene to a file to edit; without a name, list them."""
+    """Copy a bundled scene, with its extensions, to files to edit; without a name, list them."""
     from dusttaichi.scene import shipped
 
     if name is None:
@@ -34,15 +34,19 @@ def new(
         raise DustError(f"There is no scene {name}: {hint}`dust new` lists all.")
     path = Path(source.name) if output is None else output
     path = path / source.name if path.is_dir() else path
+    texts = shipped.copies_of(source)
+    copies = {path: texts.pop(source.name)}
+    copies |= {path.with_name(name): text for name, text in texts.items()}
     try:
+        for one in [] if force else copies:
+            if one.exists() and (one == path or one.read_bytes() != copies[one].encode()):
+                raise DustError(f"{one} exists; --force overwrites it, --output names another.")
         path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("w" if force else "x", encoding="utf-8") as file:
-            file.write(shipped.copy_of(source))
-    except FileExistsError:
-        raise DustError(f"{path} exists; --force overwrites it, --output names another.") from None
+        for one, text in copies.items():
+            one.write_text(text, encoding="utf-8")
     except OSError as error:
         raise DustError(f"{path} cannot be written: {error.strerror or error}.") from None
-    say_written([path])
+    say_written(copies)
     say(f"next: dust check {path}")
     say(f"      dust run {path}")
 

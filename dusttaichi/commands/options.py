@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import completion
+from dusttaichi.commands.console import remark
 from dusttaichi.errors import DustError, Interrupted
 
 
@@ -141,6 +142,17 @@ def import_files(files):
     from dusttaichi.scene import extensions
 
     extensions.load({extensions.KEY: list(files or [])}, None, lines={}, title="--extension")
+
+
+def remark_missing(attributes):
+    """Name the extensions of results that are not imported. attributes: those of each result."""
+    from dusttaichi.scene import extensions
+
+    found = {n for one in attributes for n in extensions.missing(str(one.get(extensions.KEY, "")))}
+    if found:
+        remark(
+            f"without numbers and figures of {', '.join(sorted(found))}; --extension FILE adds them"
+        )
 
 
 def refuse_both(force, resume):

@@ -30,9 +30,12 @@ def report(
     with options.writing(force=force, inputs=runs), ExitStack() as opened:
         page.check_output(path)
         if len(runs) == 1 and analysis.is_ensemble(runs[0]):
-            data = page.ensemble_data(*analysis.open_ensemble(runs[0]))
+            found = analysis.open_ensemble(runs[0])
+            options.remark_missing([found[0].attrs])
+            data = page.ensemble_data(*found)
         else:
             results = [opened.enter_context(analysis.open_run(run)) for run in runs]
+            options.remark_missing(run.attrs for run in results)
             data = page.report_data(results)
         say_written([page.write(data, path)])
     say(f"{path.stat().st_size / 1e6:.1f} MB; opens in any browser, without a network")

@@ -59,10 +59,12 @@ def _plot(runs, output, suffix):
         return say_written([plots.save(plots.trade(data), folder / f"trade{suffix}")])
     if len(runs) == 1 and analysis.is_ensemble(runs[0]):
         data, file = analysis.open_ensemble(runs[0])
+        options.remark_missing([data.attrs])
         return say_written(plots.save_all(data, output or file.parent, suffix))
     failed = []
     with ExitStack() as opened:
         of = [opened.enter_context(analysis.open_run(path)) for path in runs]
+        options.remark_missing(run.attrs for run in of)
         folder = output or Path(".")
         if len(of) == 1:
             of, folder = of[0], output or (runs[0] if runs[0].is_dir() else runs[0].parent)
@@ -91,6 +93,7 @@ def compare(
     with ExitStack() as opened:
         opened.enter_context(options.writing(force=force, inputs=runs))
         results = [opened.enter_context(analysis.open_run(path)) for path in runs]
+        options.remark_missing(run.attrs for run in results)
         rows = analysis.compare(results)
         if text := mixture(results):
             remark(f"warning: {text}")

@@ -7,25 +7,28 @@ content, so that a copy is the same file.
 
 import hashlib
 import linecache
+import os
 import re
 import sys
 import traceback
 import types
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from dusttaichi import compiler, method
+from dusttaichi.errors import DustError
 from dusttaichi.files import refuse_unreadable
 from dusttaichi.physics.contact import registry as laws
-from dusttaichi.scene import problems
+from dusttaichi.scene import problems, shipped
 
 KEY = "extensions"
 MOST_BYTES = 10_000_000  # of a file: no law is as long
 _EXAMPLE = "for example rolling_with_speed.py"
+_NAMED = re.compile(r"\s*([^,\n]+?\.py) sha256:([0-9a-f]{64})")  # the texts of Extension
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,11 @@ class Extension:
 
     def __str__(self) -> str:
         return f"{self.path.name} sha256:{self.digest}"
+
+    @property
+    def module(self) -> str:
+        """Name of the imported module, the same for copies of the file."""
+        return f"dusttaichi_extension_{self.digest[:12]}"
 
 
 _imported: dict[Path, Extension] = {}
@@ -64,8 +72,14 @@ def allowed_by(decide: Callable[[Path, Path], str | None]) -> Iterator[None]:
 
 
 def outside(path: Path, folder: Path) -> bool:
-    """True for a file (a resolved path) that is not in the folder of its scene, or below it."""
-    return not path.is_relative_to(folder.resolve())
+    """True for a file (a resolved path) neither bundled nor in the folder of its scene or below."""
+    return not any(path.is_relative_to(of.resolve()) for of in (folder, shipped.folder()))
+
+
+def path_of(entry: str | Path, folder: str | Path | None) -> Path:
+    """File of an entry of `extensions` in the folder of its scene, else the bundled one."""
+    path = Path(folder or "") / entry
+    return path if os.path.exists(path) else shipped.extension(entry) or path
 
 
 def load(
@@ -97,6 +111,34 @@ def load(
     return tuple(found)
 
 
+def module(path: str | Path) -> types.ModuleType:
+    """Module of an extension, imported if it is not yet: of a file, or a bundled one by its name.
+
+    Raises DustError where it cannot be imported.
+    """
+    (extension,) = load({KEY: [path]}, None, lines={}, title=str(path))
+    return sys.modules[extension.module]
+
+
+def import_bundled(named: str) -> None:
+    """Import the bundled ones among the files that a result names in its attribute `extensions`.
+
+    A file is found by its name and content. One whose names another file has taken is left.
+    """
+    for name, digest in _NAMED.findall(named):
+        known = {extension.digest for extension in _imported.values()}
+        for path in [] if digest in known else shipped.extensions_named(name):
+            if hashlib.sha256(path.read_bytes()).hexdigest() == digest:
+                with suppress(DustError):
+                    load({KEY: [path]}, None, lines={}, title=name)
+
+
+def missing(named: str) -> list[str]:
+    """Names of the files in such an attribute that this process has not imported."""
+    known = {extension.digest for extension in _imported.values()}
+    return [name for name, digest in _NAMED.findall(named) if digest not in known]
+
+
 def imported(path: str | Path) -> Extension | None:
     """The Extension of a file that this process has imported, otherwise None."""
     return _imported.get(Path(path).resolve())
@@ -106,7 +148,7 @@ def _extension(entry: Any, folder: Path, unchanged: bool) -> Extension:
     if not isinstance(entry, (str, Path)) or Path(entry).suffix != ".py":
         raise _Refused(f"a Python file is needed, whose name ends in .py, {_EXAMPLE}")
     try:
-        path = (folder / entry).resolve()
+        path = path_of(entry, folder).resolve()
     except (OSError, RuntimeError) as error:  # RuntimeError of a loop of links, up to Python 3.12
         raise _Refused(f"it cannot be found: {error}") from None
     known = _imported.get(path)
@@ -149,8 +191,7 @@ def _import(extension: Extension, source: bytes) -> None:
 
 def _run(extension: Extension, source: bytes) -> None:
     path = str(extension.path)
-    stem = re.sub(r"\W", "_", extension.path.stem)
-    module = types.ModuleType(f"dusttaichi_extension_{stem}_{extension.digest[:12]}")
+    module = types.ModuleType(extension.module)
     module.__file__ = path
     try:
         code = compile(source, path, "exec", dont_inherit=True)

@@ -79,7 +79,8 @@ class Scene(Block):
     @field_validator("extensions", mode="after")
     @classmethod
     def _in_folder(cls, value: tuple[Path, ...], info: ValidationInfo) -> tuple[Path, ...]:
-        return tuple(Path((info.context or {}).get("folder") or "") / path for path in value)
+        folder = (info.context or {}).get("folder")
+        return tuple(extensions.path_of(path, folder) for path in value)
 
     @field_validator("output", mode="before")
     @classmethod

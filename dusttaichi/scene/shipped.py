@@ -1,8 +1,10 @@
-"""Bundled scenes: the folder configs, in a clone and in the wheel."""
+"""Bundled scenes and their extensions: the folder configs, in a clone and in the wheel."""
 
 import difflib
 import re
 from pathlib import Path
+
+import yaml
 
 SUFFIXES = (".yaml", ".yml")
 SCHEMA = "scene.schema.json"
@@ -30,6 +32,18 @@ def find(name: str | Path) -> Path | None:
     return folder() / f"{text}.yaml" if text in names() else None
 
 
+def extension(name: str | Path) -> Path | None:
+    """File of a bundled extension, such as "reissl2024/spin_up.py", with or without "configs/"."""
+    text = Path(name).as_posix().removeprefix("configs/")
+    found = {path.relative_to(folder()).as_posix(): path for path in extensions_named("*.py")}
+    return found.get(text)
+
+
+def extensions_named(name: str) -> list[Path]:
+    """Files of the bundled extensions with a file name, of any folder."""
+    return sorted(folder().rglob(name))
+
+
 def resembling(name: str | Path) -> list[str]:
     """Names of scenes that are similar to this one, the nearest first."""
     return difflib.get_close_matches(Path(name).with_suffix("").as_posix(), names(), cutoff=0.7)
@@ -47,9 +61,13 @@ def about(path: Path) -> str:
     return re.split(r"\.(?: (?=[A-Z`])|$)", " ".join(lines), maxsplit=1)[0].rstrip(":")
 
 
-def copy_of(path: Path) -> str:
-    """Text of a bundled scene for a new file, in which editors find the schema."""
+def copies_of(path: Path) -> dict[str, str]:
+    """Texts of a bundled scene and of the extensions that it names, for new files, by their names.
+
+    In the scene, editors find the schema.
+    """
     text = path.read_text(encoding="utf-8")
-    return re.sub(
-        r"(?<=\$schema=)\S+", lambda _: (folder() / SCHEMA).resolve().as_uri(), text, count=1
-    )
+    schema = (folder() / SCHEMA).resolve().as_uri()
+    own = re.sub(r"(?<=\$schema=)\S+", lambda _: schema, text, count=1)
+    named = [path.parent / name for name in yaml.safe_load(text).get("extensions", [])]
+    return {path.name: own} | {one.name: one.read_text(encoding="utf-8") for one in named}

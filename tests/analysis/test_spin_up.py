@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 import reference as ref
-from scenes import RADIUS, make_scene
+from scenes import RADIUS, bundled, extensions_forgotten, make_scene
+from typer.testing import CliRunner
 
 from dusttaichi import analysis, plots
-from dusttaichi.analysis.numbers.tension import SPIN_UP
-from dusttaichi.analysis.spin_up import is_spun, spin_up
+from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.run import execute
 
@@ -17,10 +17,17 @@ PAIR = ref.numbers()
 # length, does not break before
 RATES = [0.5, 0.7, 0.8, 0.86, 0.9, 0.92, 0.94, 0.96, 0.98, 1.0, 1.02]
 STEPS = 4000
+OWN = "reissl2024/spin_up.py"
 
 
 @pytest.fixture(scope="module")
-def spun(tmp_path_factory):
+def own():
+    with bundled(OWN) as module:
+        yield module
+
+
+@pytest.fixture(scope="module")
+def spun(own, tmp_path_factory):
     """A chain of four grains that is spun up, and the rate [rad/s] at which its middle contact
     pulls with F_c: m omega^2 (d/2 + 3d/2), d the distance of two grains."""
     d = 2 * RADIUS - PAIR.delta0
@@ -32,7 +39,7 @@ def spun(tmp_path_factory):
         stages.append({"name": f"s{number}", "drive": drive, "stop": {"steps": STEPS}})
     scene = make_scene(
         sample={"kind": "chain", "grains": 4, "axis": "x"}, stages=stages, stop=None,
-        damping="viscoelastic", output={"series": {"steps": 400}},
+        damping="viscoelastic", output={"series": {"steps": 400}}, extensions=[OWN],
     )  # fmt: skip
     folder = tmp_path_factory.mktemp("spun") / "chain"
     execute(scene, folder)
@@ -40,10 +47,10 @@ def spun(tmp_path_factory):
         yield run, critical
 
 
-def test_a_chain_breaks_where_its_middle_pulls_with_the_largest_force(spun):
+def test_a_chain_breaks_where_its_middle_pulls_with_the_largest_force(own, spun):
     run, critical = spun
-    found = spin_up(run)
-    assert is_spun(run) and found.broken is not None and found.share[found.broken] == 0.5
+    found = own.spin_up(run)
+    assert own.is_spun(run) and found.broken is not None and found.share[found.broken] == 0.5
     # the step before the critical one, or that which swings beyond it
     assert 0.95 * critical < found.rate[found.top] < 1.01 * critical
     given = found.given[: found.broken] / critical
@@ -53,23 +60,33 @@ def test_a_chain_breaks_where_its_middle_pulls_with_the_largest_force(spun):
     assert np.all(found.rate[: found.broken] <= 1.001 * found.given[: found.broken])
 
 
-def test_numbers_and_figure(spun):
+def test_numbers_and_figure(own, spun):
     run, critical = spun
-    numbers, failed = SPIN_UP.of(run)
+    numbers, failed = own.SPIN_UP.of(run)
     assert not failed and numbers["spin_broken"] and numbers["spin_rate"] < 1.01 * critical
     # rho R^2 omega^2 / 4 = M omega^2 / (16 pi R / 3), and R^2 = 5/3 of the mean square distance
     square = 5.0 / 3.0 * 1.25 * (2 * RADIUS - PAIR.delta0) ** 2
     stress = 3 * 4 * MASS / (16 * np.pi * np.sqrt(square)) * numbers["spin_rate"] ** 2
     assert numbers["spin_stress"] == pytest.approx(stress, rel=1e-3)
-    upper, lower = plots.spin_up(run).axes
+    upper, lower = plots.figures_of(run)["spin_up"].axes
     assert "rad/s" in upper.get_ylabel() and "largest fragment" in lower.get_ylabel()
-    assert "spin_up" in plots.figures_of(run)
 
 
-def test_what_is_no_aggregate_is_refused(spun, monkeypatch):
+def test_a_later_process_shows_them(spun, tmp_path):
+    """The result names the bundled file by its content, and no option is needed."""
     run, _ = spun
-    monkeypatch.setattr("dusttaichi.analysis.spin_up.frame_count", lambda run: 1)
-    monkeypatch.setattr("dusttaichi.analysis.spin_up.read_frame", lambda run, n: last)
+    largest = f"{analysis.summary(run)['spin_rate']:.3g}"
+    for words in (["compare", str(run.path)], ["plot", str(run.path), "-o", str(tmp_path)]):
+        with extensions_forgotten():
+            done = CliRunner().invoke(app, words)
+            assert done.exit_code == 0 and "--extension" not in done.output
+            assert largest in done.stdout or (tmp_path / "spin_up.png").exists()
+
+
+def test_what_is_no_aggregate_is_refused(own, spun, monkeypatch):
+    run, _ = spun
+    monkeypatch.setattr(own, "frame_count", lambda run: 1)
+    monkeypatch.setattr(own, "read_frame", lambda run, n: last)
     last = analysis.read_frame(run, -1)
     with pytest.raises(DustError, match="must be one piece"):
-        spin_up(run)
+        own.spin_up(run)

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 import typer
+from scenes import extensions_forgotten
 
 from dusttaichi.commands.app import app
 from dusttaichi.grains.variables import VARIABLES
-from dusttaichi.scene import NAMED
+from dusttaichi.scene import NAMED, shipped
 from dusttaichi.scene.keys import rows
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -58,6 +59,19 @@ def test_features_that_variables_need_have_words(generate):
 
 def test_named_materials_are_in_the_table(generate):
     assert all(f"`{name}`" in generate.materials() for name in NAMED)
+
+
+def test_numbers_of_bundled_extensions_are_in_a_table_of_their_own(generate):
+    with extensions_forgotten():
+        text, own = generate.numbers(*generate.bundled()), generate.numbers(generate.built_in())
+        assert "| `spin_rate` |" in text and "`reissl2024/spin_up.py`" in text
+        assert "spin_rate" not in own and "| `strength` |" in own and "`strength`" not in text
+
+
+def test_every_bundled_extension_is_named_on_the_page():
+    page = (DOCS / "extending.md").read_text(encoding="utf-8")
+    for path in shipped.extensions_named("*.py"):
+        assert f"`configs/{path.relative_to(shipped.folder()).as_posix()}`" in page, path
 
 
 def test_every_command_and_option_is_listed(generate):

@@ -1,5 +1,6 @@
 """Files of the user's own that a scene names: errors, what they register, runs, resume."""
 
+import hashlib
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,7 +9,7 @@ import jsonschema
 import pytest
 import xarray as xr
 import yaml
-from scenes import BASE, extensions_forgotten
+from scenes import BASE, CONFIGS, extensions_forgotten
 from typer.testing import CliRunner
 
 from dusttaichi import method
@@ -16,6 +17,7 @@ from dusttaichi.commands import options
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import registry as laws
+from dusttaichi.results import shown
 from dusttaichi.run import execute
 from dusttaichi.run.identity import Origin, code_hash
 from dusttaichi.run.stages import folder_of
@@ -224,6 +226,33 @@ def test_the_schema_has_what_a_file_registers(folder):
     schema.validate(read(SPRING).data)
     data["interaction"]["rolling"]["speed"] = 3
     assert not schema.is_valid(data)
+
+
+def test_a_bundled_file_is_named_from_anywhere(folder, monkeypatch):
+    """In no need of permission; a file of the user's own at that place comes first."""
+    (folder / "my.yaml").write_text(BASE + "extensions: [reissl2024/spin_up.py]\n")
+    with options.importing(None):
+        scene = load(folder / "my.yaml")
+    assert scene.extensions[0].samefile(CONFIGS / "reissl2024/spin_up.py")
+    assert "spin_up" in shown.NUMBERS and extensions.module("configs/reissl2024/spin_up.py").SPIN_UP
+    monkeypatch.chdir(folder)
+    (folder / "reissl2024").mkdir()
+    (folder / "reissl2024/spin_up.py").write_text("MINE = True\n")
+    assert extensions.module("reissl2024/spin_up.py").MINE
+    with pytest.raises(DustError, match="there is no such file"):
+        extensions.module("../docs/examples/loss_per_grain.py")  # nothing below configs
+
+
+def test_only_the_content_that_a_result_names_is_imported():
+    file = CONFIGS / "reissl2024/spin_up.py"
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    other = f"spin_up.py sha256:{'0' * 64}"
+    named = f"mine.py sha256:{'1' * 64}\nspin_up.py sha256:{digest}, {other}"
+    extensions.import_bundled(other)
+    assert not shown.NUMBERS
+    extensions.import_bundled(named)
+    assert "spin_up" in shown.NUMBERS and "spin_up" in shown.FIGURES
+    assert extensions.missing(named) == ["mine.py", "spin_up.py"]
 
 
 # -- runs ----------------------------------------------------------------------------------------

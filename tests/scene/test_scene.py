@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 from pydantic import ValidationError
-from scenes import BASE, CONFIGS, FULL, OPEN, POSITIONS, edited, scene
+from scenes import BASE, CONFIGS, FULL, OPEN, POSITIONS, edited, extensions_forgotten, scene
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene import NAMED, NoDamping, Scaled, Scene, Viscoelastic, Viscous, from_yaml, load
@@ -16,6 +16,12 @@ from dusttaichi.scene.yaml_text import read
 
 FILES = sorted(CONFIGS.rglob("*.yaml"))
 IDS = [str(path.relative_to(CONFIGS)) for path in FILES]
+
+
+@pytest.fixture(autouse=True)
+def leave_nothing_behind():
+    with extensions_forgotten():
+        yield
 
 
 # What is accepted.

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from scenes import extensions_forgotten
 from typer.testing import CliRunner
 
 from dusttaichi import __version__
@@ -62,6 +63,20 @@ def test_new_writes_a_file_that_is_the_same_scene(tmp_path, monkeypatch):
     dust("new", "omni_static", "--force")
     dust("new", "omni_static", "--output", "deep/er/mine.yaml")
     assert load("deep/er/mine.yaml").name == "omni_static"
+
+
+def test_new_brings_the_extensions_along(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    own = (ROOT / "configs/reissl2024/spin_up.py").read_text()
+    assert "wrote deep/spin_up.py" in dust("new", "reissl2024/spin_up", "-o", "deep/mine.yaml")
+    assert Path("deep/spin_up.py").read_text() == own
+    dust("new", "reissl2024/spin_up", "-o", "deep")  # the same file is no other one
+    with extensions_forgotten():
+        assert load("deep/mine.yaml") == load("deep/spin_up.yaml")
+    Path("deep/spin_up.py").write_text("# changed\n")
+    with pytest.raises(DustError, match="deep/spin_up.py exists; --force"):
+        dust("new", "reissl2024/spin_up", "-o", "deep/other.yaml")
+    assert not Path("deep/other.yaml").exists()
 
 
 def test_citation_names_this_version():

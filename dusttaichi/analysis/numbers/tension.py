@@ -1,4 +1,4 @@
-"""Strengths: of stretched samples, of discs between plates, and of aggregates that are spun up."""
+"""Strengths: of stretched samples, and of discs between plates."""
 
 from dusttaichi.analysis.diametral import FALL, diametral, is_diametral
 from dusttaichi.analysis.numbers.registry import (
@@ -8,7 +8,6 @@ from dusttaichi.analysis.numbers.registry import (
     strength_by_law,
     uncertainty,
 )
-from dusttaichi.analysis.spin_up import WHOLE, is_spun, spin_up
 from dusttaichi.analysis.tensile import tensile
 from dusttaichi.analysis.tension import missing_strength
 from dusttaichi.analysis.texts import quantity_text
@@ -89,38 +88,4 @@ DIAMETRAL = Family(
               value="law"),
     ),
 )  # fmt: skip
-
-
-def _rate(value, n):
-    text = f"{value:.3g} rad/s"
-    whole = f"{WHOLE:.0%} of the mass in one fragment"
-    return text if n["spin_broken"] else f"at least {text}: still {whole}"
-
-
-SPIN_UP = Family(
-    name="spin_up",
-    title="an aggregate that is spun up",
-    place=85,
-    applies=is_spun,
-    measure=spin_up,
-    numbers=(
-        Observable(name="spin_rate", title="largest rotation rate", unit="rad/s", text=_rate,
-                   value=lambda spin: float(spin.rate[spin.top]),
-                   about="largest rotation rate in a snapshot before the largest fragment has less "
-                   f"than {WHOLE:.0%} of the mass", column=("largest rad/s", "{:.3g}", 1),
-                   figure="spin_up"),
-        Observable(name="spin_stress", title="… stress across a plane through the axis", unit="Pa",
-                   value=lambda spin: float(spin.stress[spin.top]),
-                   literature=strength_by_law("spin_law", "tensile strength, "),
-                   about="rho R^2 omega^2 / 4 at that rate",
-                   column=("spin stress kPa", "{:.3g}", 1e3), wanted=2, figure="spin_up"),
-        quiet("spin_phi", "filling factor of the sphere with the aggregate's radius of gyration",
-              value="filling_factor",
-              column=("phi of sphere", "{:.3g}", 1)),
-        quiet("spin_broken", "the aggregate has broken", "",
-              value=lambda spin: spin.broken is not None, column=("broken", "{!s}", 1)),
-        quiet("spin_law", "tensile strength at that filling factor by T19 eq 33", "Pa",
-              value="law"),
-    ),
-)  # fmt: skip
-FAMILIES = (TENSION, DIAMETRAL, SPIN_UP)
+FAMILIES = (TENSION, DIAMETRAL)

@@ -1,13 +1,19 @@
-"""An aggregate that is spun up in open space until it breaks (Reissl et al. 2024)."""
+"""Numbers and figure of an aggregate that is spun up in open space until it breaks.
+
+Named by the scenes in this folder under `extensions`; after Reissl et al. 2024, A&A 692, A60.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from dusttaichi import plots
+from dusttaichi.analysis import frame_count, grain_masses, numbers, read_frame
 from dusttaichi.analysis.fragments import fragments_of
-from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
+from dusttaichi.analysis.numbers.registry import Family, Observable, quiet, strength_by_law
 from dusttaichi.analysis.tensile import strength_law
 from dusttaichi.errors import DustError
+from dusttaichi.plots import style
 
 WHOLE = 0.9  #: Share of the mass in the largest fragment below which the aggregate is broken.
 
@@ -97,3 +103,69 @@ def _rotation(frame, masses):
     size = float(np.linalg.norm(momentum))
     along = x @ (momentum / size if size > 0.0 else np.array([0.0, 0.0, 1.0]))
     return size, float(np.sum(masses * (np.sum(x**2, axis=1) - along**2) + own))
+
+
+def _rate_text(value, n):
+    text = f"{value:.3g} rad/s"
+    whole = f"{WHOLE:.0%} of the mass in one fragment"
+    return text if n["spin_broken"] else f"at least {text}: still {whole}"
+
+
+SPIN_UP = Family(
+    name="spin_up",
+    title="an aggregate that is spun up",
+    place=85,
+    applies=is_spun,
+    measure=spin_up,
+    numbers=(
+        Observable(name="spin_rate", title="largest rotation rate", unit="rad/s", text=_rate_text,
+                   value=lambda spin: float(spin.rate[spin.top]),
+                   about="largest rotation rate in a snapshot before the largest fragment has less "
+                   f"than {WHOLE:.0%} of the mass", column=("largest rad/s", "{:.3g}", 1),
+                   figure="spin_up"),
+        Observable(name="spin_stress", title="… stress across a plane through the axis", unit="Pa",
+                   value=lambda spin: float(spin.stress[spin.top]),
+                   literature=strength_by_law("spin_law", "tensile strength, "),
+                   about="rho R^2 omega^2 / 4 at that rate",
+                   column=("spin stress kPa", "{:.3g}", 1e3), wanted=2, figure="spin_up"),
+        quiet("spin_phi", "filling factor of the sphere with the aggregate's radius of gyration",
+              value="filling_factor",
+              column=("phi of sphere", "{:.3g}", 1)),
+        quiet("spin_broken", "the aggregate has broken", "",
+              value=lambda spin: spin.broken is not None, column=("broken", "{!s}", 1)),
+        quiet("spin_law", "tensile strength at that filling factor by T19 eq 33", "Pa",
+              value="law"),
+    ),
+)  # fmt: skip
+numbers.register(SPIN_UP)
+
+
+@plots.figure("Spin-up", 116, name="spin_up", applies=is_spun, together=True)
+def drawn(runs, labels=None):
+    """Rotation rate and largest fragment of one run or several.
+
+    The rate is drawn against that of a rigid body with the same angular momentum, which is the
+    dotted line; the dashed line is the share below which an aggregate counts as broken. Curves end
+    with the first snapshot of the broken aggregate.
+    """
+    runs, labels = style.named(runs, labels)
+    figure, (axes, below) = style.new_figure(height=4.6, rows=2)
+    found = [spin_up(run) for run in runs]
+    for number, (one, label) in enumerate(zip(found, labels, strict=True)):
+        look = style.run_style(number)
+        given, rate, share = (a[: one.shown] for a in (one.given, one.rate, one.share))
+        axes.plot(given / 1e6, rate / 1e6, label=label, **look)
+        below.plot(given / 1e6, share, **look)
+    largest = max(float(one.given[: one.shown].max()) for one in found) / 1e6
+    rigid = [0.0, largest]
+    axes.plot(rigid, rigid, **style.look(style.GREY, 1.0, style.DOTTED))
+    below.axhline(WHOLE, **style.look(style.GREY, 1.0, style.DASHED))
+    below.set_ylim(0.0, 1.05)
+    below.set_xlabel(r"$L/I_0$ ($10^6$ rad/s)")
+    axes.set_ylabel(r"rotation rate ($10^6$ rad/s)")
+    below.set_ylabel("share of the mass\nin the largest fragment")
+    style.legend(axes)
+    return figure
+
+
+plots.register(drawn)
