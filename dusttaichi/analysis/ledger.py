@@ -32,7 +32,9 @@ class Ledger:
     #: (run.ledger.turnover).
     relative: np.ndarray
     worst: float  #: Largest absolute value of `relative`, a number.
-    shares: dict  #: Channel -> share of all losses at the end, or 0.
+    #: Channel -> share of all losses at the end, or 0; of their absolute values, as a channel may
+    #: have gained.
+    shares: dict
 
 
 def losses_by_channel(series):
@@ -65,7 +67,9 @@ def ledger(run):
     relative = np.where(np.isnan(residual), np.nan, series.energy_residual_relative.values)
     # a residual that is not a number is the worst there is
     size = np.where(np.isnan(relative), np.inf, np.abs(relative))
-    shares = {c: float(v[-1] / lost[-1]) if lost[-1] else 0.0 for c, v in losses.items()}
+    ends = {c: v[-1] for c, v in losses.items()}
+    size_of_all = sum(abs(v) for v in ends.values())  # rounding of a channel may be a gain
+    shares = {c: float(v / size_of_all) if size_of_all else 0.0 for c, v in ends.items()}
     return Ledger(
         time=series.time.values,
         losses=losses,

@@ -119,7 +119,8 @@ def _convert(value: Any, dimension: str) -> float:
         raise ValueError("it has no unit" if bare else "")
     match = _QUANTITY.fullmatch(value.strip())
     if not match:
-        raise ValueError("")
+        comma = _QUANTITY.fullmatch(value.strip().replace(",", ".", 1))
+        raise ValueError("write a decimal point in place of the comma" if comma else "")
     number, unit = match.groups()
     if unit is None:
         raise ValueError("it has no unit")

@@ -1,6 +1,10 @@
-"""YAML text to plain data, with the line of every value; duplicate keys are refused."""
+"""YAML text to plain data, with the line of every value; duplicate keys are refused.
+
+Scalars are those of YAML 1.2; merge keys (`<<: *anchor`) are those of YAML 1.1.
+"""
 
 import re
+import unicodedata
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +17,10 @@ MOST_CHARACTERS = 10_000_000  # of a file: a hundred thousand positions have 3
 LARGE = 100_000  # characters from which a text is scanned by libyaml, which is ten times faster
 
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
+# what looks like a space or like nothing, as word processors and web pages insert it
+_SPACES = re.compile("[\u00a0\u1680\u2000-\u200b\u202f\u205f\u2060\u3000\ufeff]")
+_MERGE = "<<"
+_FRACTION = r"\d+(?:[eE][-+]?\d+)?(?:\s*[A-Za-zµμ/].*)?"  # behind a decimal comma
 _TAG = "tag:yaml.org,2002:"
 # The words of YAML 1.2, core schema: off and no are texts, 1e-3 is a number.
 _SCALARS = {
@@ -139,7 +147,7 @@ class _Reader:
             return self._mapping(node, path, above)
         if isinstance(node, yaml.SequenceNode):
             return [self.build(item, (*path, n), above) for n, item in enumerate(node.value)]
-        if path and node.value == "" and node.style is None:
+        if path and _is_empty(node):
             text = "nothing is written here; give a value or remove it"
             self.document.problems.append((path, text))
         return _scalar(node)
@@ -147,11 +155,16 @@ class _Reader:
     def _mapping(self, node: yaml.MappingNode, path: Path, above: tuple) -> dict[str, Any]:
         data: dict[str, Any] = {}
         lines = self.document.lines
-        for key_node, value_node in node.value:
+        before = None
+        for key_node, value_node in _merged(node, above):
             if not isinstance(key_node, yaml.ScalarNode):
                 raise _refused("a key must be a word", key_node)
-            key, line = _text(key_node), key_node.start_mark.line + 1
+            key, line = _key(key_node), key_node.start_mark.line + 1
             here = (*path, key)
+            if (text := _decimal_comma(before, key, value_node)) is not None:
+                self.document.problems.append((here[:-1] + (before[0],), text))
+                continue
+            before = key, value_node
             if key in data:
                 text = f"the key is given twice, in lines {lines[here]} and {line}"
                 self.document.problems.append((here, text))
@@ -161,11 +174,51 @@ class _Reader:
         return data
 
 
+def _merged(node: yaml.MappingNode, above: tuple) -> list[tuple[yaml.Node, yaml.Node]]:
+    """Pairs (key, value) of a mapping; those of merge keys are last, without keys given before."""
+    own = [pair for pair in node.value if not _is_merge(pair[0])]
+    if len(own) == len(node.value):
+        return node.value
+    known = {key.value for key, _ in own}
+    for _, value in (pair for pair in node.value if _is_merge(pair[0])):
+        for source in value.value if isinstance(value, yaml.SequenceNode) else [value]:
+            if not isinstance(source, yaml.MappingNode):
+                raise _refused(f"{_MERGE} needs a block, or a list of blocks, to merge", value)
+            if any(source is other for other in above):
+                raise _refused("an anchor refers to itself", value)
+            new = [p for p in _merged(source, (*above, source)) if p[0].value not in known]
+            known.update(key.value for key, _ in new)
+            own += new
+    return own
+
+
+def _is_merge(key: yaml.Node) -> bool:
+    return isinstance(key, yaml.ScalarNode) and key.value == _MERGE and key.style is None
+
+
+def _is_empty(node: yaml.Node) -> bool:
+    return isinstance(node, yaml.ScalarNode) and node.value == "" and node.style is None
+
+
+def _decimal_comma(before: tuple | None, key: str, value: yaml.Node) -> str | None:
+    """Fault of {time: 1,5 ns}, which YAML reads as time: 1 and a key `5 ns` without a value."""
+    if before is None or not _is_empty(value) or not re.fullmatch(_FRACTION, key):
+        return None
+    whole = before[1].value
+    if not isinstance(whole, str) or not re.fullmatch(r"[-+]?\d+", whole):
+        return None
+    return (
+        f"a comma separates two entries here; write a decimal point: {whole}.{key} in place of "
+        f"{whole},{key}"
+    )
+
+
 def _scalar(node: yaml.ScalarNode) -> Any:
     """Value of a scalar: a text, a number, true, false or nothing."""
     name = node.tag.removeprefix(_TAG)
     if name == "str":
-        return _text(node)
+        text = _text(node)
+        return _SPACES.sub(" ", text).strip() if node.style is None else text
     if name not in _SCALARS or not re.match(_SCALARS[name][0], node.value):
         raise _refused(f"{node.value!r} cannot be read as {node.tag.replace(_TAG, '!!')}", node)
     try:
@@ -180,6 +233,19 @@ def _text(node: yaml.ScalarNode) -> str:
     if found:
         raise _refused(f"the character U+{ord(found[0]):04X} is not allowed", node)
     return node.value
+
+
+def _key(node: yaml.ScalarNode) -> str:
+    """The text of a key; refuses what only looks like a space, which makes it another key."""
+    found = _SPACES.search(node.value)
+    if found and node.style is None:
+        name = unicodedata.name(found[0], "").lower()
+        raise _refused(
+            f"the character U+{ord(found[0]):04X} ({name}) is in {node.value!r}; type an ordinary "
+            "space in its place",
+            node,
+        )
+    return _text(node)
 
 
 def _too_deep(mark: yaml.Mark) -> yaml.MarkedYAMLError:

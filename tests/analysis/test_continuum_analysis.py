@@ -11,6 +11,7 @@ from dusttaichi.analysis import open_run, summary, table
 from dusttaichi.analysis.continuum import laboratory
 from dusttaichi.analysis.continuum.filling import denser_than
 from dusttaichi.analysis.continuum.pieces import pieces_of
+from dusttaichi.analysis.ledger import ledger
 
 A, G, SOLID = 1e-4, 9.81, 2000.0
 T, D = 3.1e-3, 1.2e-3
@@ -87,6 +88,16 @@ def test_the_share_of_numerical_dissipation_is_told(fallen):
     assert numbers["time_steps"] == 8 * (len(lost) - 1)
     rows = dict(row[:2] for row in table(numbers))
     assert rows["numerical dissipation"] == "27.0% of the energy lost"
+
+
+def test_shares_of_losses_of_both_signs_are_of_their_sizes(fallen):
+    """A turning elastic block gains by rounding in one channel what it loses in another."""
+    with open_run(fallen.path) as run:
+        lost = np.linspace(0.0, 1.0, len(run.series.time))[:, None] * [-3, 4, 1]
+        names = ["shear", "grid", "tension"]
+        run.series["loss"] = xr.DataArray(lost, {"channel": names}, ("time", "channel"))
+        assert ledger(run).shares == pytest.approx({"shear": -0.375, "grid": 0.5, "tension": 0.125})
+        assert summary(run)["numerical_dissipation"] == pytest.approx(0.5)
 
 
 def test_momentum_over_area_is_that_of_a_sphere():

@@ -49,6 +49,9 @@ REFUSED = [
     ("interaction: {damping: {model: viscous, kappa: 1 m/s}}", ["kappa", '"1e-6 g/s"']),
     ("interaction: {shear_modulus: x}", ["shear_modulus", '"mindlin" or "printed" is needed']),
     ("interaction:", ["interaction", "nothing is written here"]),
+    ("stop: {time: 1,5 ns}", ["stop.time", "write a decimal point: 1.5 ns in place of 1,5 ns"]),
+    ("numerics: {skin: 0,05}", ["numerics.skin", "0.05 in place of 0,05"]),
+    ('stop: {time: "1,5 ns"}', ["stop.time", "write a decimal point in place of the comma"]),
     (
         "sample: {kind: bam}",
         ['sample.kind = "bam"', '"explicit"', '"rbd" or "space_filling" is needed'],
@@ -176,6 +179,11 @@ def test_refused_with_path_value_allowed_and_line(text, parts):
         (b"a: " + b"[" * 5000 + b"\n", ["is not valid YAML"]),
         (b"a: \x01\n", ["is not valid YAML"]),
         (b"[1]: 2\n", ["is not valid YAML", "a key must be a word"]),
+        ("a: {kind:\u00a0open}\n".encode(), ["U+00A0 (no-break space)", "'kind:\\xa0open'"]),
+        ("a:\n\u3000b: 1\n".encode(), ["U+3000 (ideographic space)", "(line 2, column 1)"]),
+        (b"a: {<<: 5}\n", ["<< needs a block, or a list of blocks, to merge"]),
+        (b"a: &b {<<: *b}\n", ["anchor refers to itself"]),
+        (b"a: &b {c: &d {<<: *b}}\n", ["anchor refers to itself"]),
         (b"\xff\xfe\x00\x80", ["is not a text file in UTF-8"]),
     ],
 )
@@ -201,6 +209,23 @@ def test_a_nest_of_aliases_takes_no_time():
 def test_aliases_stand_for_what_they_name():
     size = "{kind: box, wall_speed: 1 m/s, size: [&edge 40 um, *edge, *edge]}"
     assert from_yaml(edited("boundary", f"boundary: {size}")).boundary.size == (40e-6,) * 3
+
+
+def test_merge_keys_give_what_a_block_does_not_say_itself():
+    """YAML 1.1: what is written beside << comes first, then the blocks in their order."""
+    text = (
+        "{kind: collision, target: &t {kind: bcca, grains: 16, seed: 1}, speed: 1 m/s, projectile: "
+    )
+    for block in ("{<<: *t, seed: 2}", "{seed: 2, <<: [{kind: bcca, grains: 16}, *t]}"):
+        sample = from_yaml(edited("sample", f"sample: {text}{block}}}")).sample
+        other = sample.projectile
+        assert (other.kind, other.grains, other.seed) == ("bcca", 16, 2)
+        assert (sample.target.grains, sample.target.seed) == (16, 1)
+
+
+def test_a_no_break_space_in_a_value_is_a_space():
+    stop = from_yaml(edited("stop", "stop: {time: 1\u00a0ns\u00a0}")).stop
+    assert stop.time == 1e-9
 
 
 def test_file_missing_or_a_directory(tmp_path):
