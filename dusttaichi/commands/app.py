@@ -21,6 +21,10 @@ try:
     import sys
     from typing import Annotated
 
+    from dusttaichi.commands.bytecode import keep_bytecode
+
+    keep_bytecode()  # before what takes time to compile
+
     import typer
 
     from dusttaichi import __version__

@@ -33,7 +33,6 @@ def check(
 ):
     """Check a YAML file and describe its scene: sample, contacts, time step, run time."""
     from dusttaichi import method
-    from dusttaichi.compute import processor
 
     def read():
         scene = options.load_scene(file, settings=settings, extensions=extensions)
@@ -56,7 +55,7 @@ def check(
         console.print("\nThe scene resolved", style="bold")
         console.print(scene.to_yaml().rstrip())
     if internals:
-        from dusttaichi.compute import engine
+        from dusttaichi.compute import engine, processor
 
         compiler = [*processor.vector_rows(), *engine.rows(scene.numerics.debug)]
         _show([("Processor and compiler", compiler), *how.internals(scene)])
@@ -68,10 +67,13 @@ def check(
 
 def _sections(scene, preview):
     """Sections of a preview, and the errors of a draft."""
-    from dusttaichi.studies.trade.suggest import draft_rows
+    from dusttaichi.scene.numerics import DRAFT
 
-    rows = draft_rows(scene)
-    return [*preview.sections, *([("Draft, as measured by dust trade", rows)] if rows else [])]
+    if getattr(scene.numerics, "accuracy", None) != DRAFT:
+        return preview.sections
+    from dusttaichi.studies.trade.suggest import draft_rows  # with the analysis of results
+
+    return [*preview.sections, ("Draft, as measured by dust trade", draft_rows(scene))]
 
 
 def _show(sections):

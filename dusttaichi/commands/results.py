@@ -84,7 +84,7 @@ def compare(
     force: options.Overwrite = False,
 ):
     """Compare runs: a table of all their numbers, side by side."""
-    from dusttaichi import analysis, plots
+    from dusttaichi import analysis
     from dusttaichi.analysis.kind import mixture
     from dusttaichi.analysis.plain import plain_runs
     from dusttaichi.analysis.summary import columns, has_fit_error
@@ -98,7 +98,11 @@ def compare(
         if text := mixture(results):
             remark(f"warning: {text}")
         failed = []
-        drawn = [] if figures is None else plots.save_all(results, figures, failed=failed)
+        drawn = []
+        if figures is not None:
+            from dusttaichi import plots  # with matplotlib, which the table does not wait for
+
+            drawn = plots.save_all(results, figures, failed=failed)
         if as_json:
             say_json(plain_runs(results))
         else:

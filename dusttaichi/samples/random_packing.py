@@ -150,7 +150,7 @@ def _apart(x, box, grains, unit) -> bool:
     return bool((np.sqrt((apart**2).sum(axis=1)) * unit >= grains.distance(i, j)).all())
 
 
-def _tree(x, box) -> scipy.spatial.cKDTree:
+def _tree(x, box) -> "scipy.spatial.cKDTree":
     # a coordinate that is rounded to the far face belongs on the near one
     return scipy.spatial.cKDTree(np.where(x >= box, 0.0, x), boxsize=box)
 

@@ -149,7 +149,7 @@ class Deposit:
         able = left > 0
         return upper[able], lower[able], np.sqrt(left[able])
 
-    def _raise_landing(self, tree: scipy.spatial.cKDTree, z: np.ndarray, grains: Grains) -> None:
+    def _raise_landing(self, tree: "scipy.spatial.cKDTree", z: np.ndarray, grains: Grains) -> None:
         least = self.crowd.least(grains)
         within = least.max(initial=0.0) - self._half_diagonal
         near = tree.sparse_distance_matrix(self._cells, max(within, 0.0), output_type="ndarray")

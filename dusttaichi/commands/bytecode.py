@@ -1,0 +1,26 @@
+"""Bytecode of modules, for Python that would compile their sources at every start."""
+
+import os
+import sys
+from importlib.util import find_spec
+
+from dusttaichi.compute.cache import cache_folder
+
+SAMPLE = "typer"  # a package that every command imports
+
+
+def keep_bytecode():
+    """Let Python keep bytecode in the folder of caches where it has none and may write none.
+
+    That is so in containers with PYTHONDONTWRITEBYTECODE, and where packages were installed without
+    bytecode in a folder that this user cannot write: compiling their sources takes more than half
+    of a command. Nothing is written beside the sources. Processes started from here do the same.
+    """
+    spec = find_spec(SAMPLE)
+    if sys.pycache_prefix or spec.cached is None or os.path.exists(spec.cached):
+        return
+    if not sys.dont_write_bytecode and os.access(os.path.dirname(spec.origin), os.W_OK):
+        return
+    sys.pycache_prefix, sys.dont_write_bytecode = str(cache_folder() / "bytecode"), False
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

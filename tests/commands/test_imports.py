@@ -1,0 +1,59 @@
+"""What a command imports, by the modules of its process, and where their bytecode is kept."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+# Each takes 0.1 to 1.5 s to import.
+HEAVY = {
+    "taichi", "xarray", "pandas", "scipy.spatial", "scipy.optimize", "matplotlib", "pint", "dask",
+    "dusttaichi.analysis", "dusttaichi.plots",
+}  # fmt: skip
+ALLOWED = {
+    "--help": set(),
+    "--version": set(),
+    "run --help": set(),
+    "schema": set(),
+    "new": set(),
+    # a deposit of grains needs searches for neighbours
+    "check smoke": {"taichi", "scipy.spatial"},
+    "check smoke --json": {"taichi", "scipy.spatial"},
+}
+SHOW = """
+import atexit, json, sys
+atexit.register(lambda: print("\\n" + json.dumps(list(sys.modules)), file=sys.stderr))
+from dusttaichi.commands.app import main
+main()
+"""
+
+
+def _imported(words):
+    command = [sys.executable, "-c", SHOW, *words.split()]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stderr.splitlines()[-1])
+
+
+@pytest.mark.parametrize("words", ALLOWED)
+def test_a_command_imports_what_it_needs(words):
+    assert HEAVY & set(_imported(words)) == ALLOWED[words]
+
+
+def test_bytecode_is_kept_where_python_may_not_write_it(tmp_path):
+    """Compiled modules are in the folder of caches, where packages came without bytecode."""
+    code = (
+        "import sys; from importlib import util; spec = util.find_spec('typer'); "
+        "from dusttaichi.commands import bytecode; there = spec.cached; "
+        "bytecode.os.path.exists = lambda path: path != there; bytecode.keep_bytecode(); "
+        "from dusttaichi import geometry; print(geometry.__cached__)"
+    )
+    kept = {n: v for n, v in os.environ.items() if n != "PYTHONPYCACHEPREFIX"}
+    environment = kept | {"PYTHONDONTWRITEBYTECODE": "1", "XDG_CACHE_HOME": str(tmp_path)}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    path = done.stdout.strip()
+    assert path.startswith(str(tmp_path / "dusttaichi" / "bytecode")), done.stderr
+    assert os.path.exists(path)
