@@ -67,7 +67,7 @@ class ExplicitSample(SampleBlock):
     columns: tuple[str, ...] | None = Field(
         None,
         description="names of the columns of a text file in their order, instead of those in it: "
-        "[r, x, y, z]; - for one that is not read",
+        "[r, x, y, z]; _ for one that is not read",
     )
     style: str | None = Field(
         None,

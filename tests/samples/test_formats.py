@@ -62,6 +62,9 @@ LISTS = {
     "count and names first": lines("2", "x,y,z", "0,0,0", "1.2,0,0"),
     "preamble of DDSCAT": lines("2 = NSPH", "a comment", "X Y Z R", "0 0 0 .6", "1.2 0 0 .6"),
     "Fortran": lines("0.0D0 0.0D0 0.0D0", "1.2D+00 0.0D0 0.0D0"),
+    "comments behind": lines("x y z r # names", "0 0 0 .6 # one", "1.2 0 0 .6  # two"),
+    "quoted decimal commas": lines("x,y,z", '"0,0","0,0","0,0"', '"1,2","0,0","0,0"'),
+    "numbers of grains": lines("1 0 0 0", "2 1.2 0 0"),
     "windows": "\ufeffx,y,z\r\n0,0,0\r\n1.2,0,0\r\n",
     "latin": "x [µm],y [µm],z [µm]\n0,0,0\n1.2,0,0\n".encode("latin-1"),
     "gz": gzip.compress(b"x,y,z\n0,0,0\n1.2,0,0\n"),
@@ -170,6 +173,14 @@ def test_atom_styles(tmp_path, row, flags):
         elif style not in ("dpd",):
             with pytest.raises(DustError, match=f"{style}.* fit .*sample.style: "):
                 read(tmp_path, bare)
+
+
+@pytest.mark.parametrize("comment", ["id type diameter density x y z", "sphere (of write_data)"])
+def test_comments_of_the_section_atoms(tmp_path, comment):
+    found = read(tmp_path, SPHERES.replace("# sphere", f"# {comment}"))
+    np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
+    with pytest.raises(DustError, match="atom style is 'hybrid'"):
+        read(tmp_path, SPHERES.replace("# sphere", "# hybrid sphere bond"))
 
 
 def test_columns_instead_of_a_style(tmp_path):
@@ -315,6 +326,11 @@ def test_materials_by_name(tmp_path):
     assert read(tmp_path, text, materials=ice).materials.tolist() == [1, 0]
     with pytest.raises(DustError, match="its grains are O, default, and the materials"):
         read(tmp_path, text.replace("ice", "O"), materials=ice)
+    labels = f"{HEAD}Atom Type Labels\n\n1 ice\n2 default\n\nAtoms # atomic\n\n"
+    labelled = lines(
+        "1 1 1 5 5", "2 2 2.2 5 5", head=labels.replace("1 atom types", "2 atom types")
+    )
+    assert read(tmp_path, labelled, materials=ice).materials.tolist() == [1, 0]
     one = read(tmp_path, text.replace("ice", "O"))
     assert one.materials is None and "species (O, default)" in one.info["remarks"][0]
 

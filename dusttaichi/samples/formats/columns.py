@@ -19,7 +19,7 @@ COMPONENTS = {
 }
 VECTORS = {
     "position": "pos position positions point points coord coords coordinate coordinates center "
-    "centre",
+    "centre r",
     "velocity": "v vel velo velocity velocities",
     "spin": "w omega spin angvel ang_vel angular_velocity angularvelocity",
     "angular_momentum": "angmom angular_momentum angularmomentum",
@@ -47,7 +47,7 @@ DIMENSIONS = {
     "mass": "mass",
     "density": "density",
 }
-IGNORED = "-"  # name of a column that is not read
+IGNORED = ("_", "-")  # names of a column that is not read; YAML wants quotes about the second
 OTHER = "~"  # in front of a name that means something else in its format
 _BRACKETS = re.compile(r"(.+?)\s*[\[(]([^\])]*)[\])]")
 _SUFFIX = re.compile(
@@ -178,7 +178,7 @@ def check_width(names, values, rows, source: Source) -> None:
         whose = "its header" if source.columns is None else "sample.columns"
         raise source.fault(
             f"{whose} names {len(names)} columns ({' '.join(names)}), and {source.shown(rows[0])} "
-            f"has {len(values)}; allowed: a name for each, {IGNORED} for one that is not read."
+            f"has {len(values)}; allowed: a name for each, _ for one that is not read."
         )
 
 
@@ -191,9 +191,9 @@ def state(table: Table, source: Source, units: Units) -> dict:
     """
     found, unread = {}, []
     for n, (name, values) in enumerate(zip(table.names, table.values, strict=True)):
-        key = None if name == IGNORED else known(name)
+        key = None if name in IGNORED else known(name)
         if key is None:
-            unread += [name.removeprefix(OTHER)] if name != IGNORED else []
+            unread += [name.removeprefix(OTHER)] if name not in IGNORED else []
             continue
         if key[0] not in ("material", "species", "type", "id"):
             _check_numbers(values, table, n, source)
@@ -202,7 +202,7 @@ def state(table: Table, source: Source, units: Units) -> dict:
         if key in found and not np.array_equal(found[key][1], values):
             raise source.fault(
                 f"the columns {found[key][0]} and {name} both are its {key[0]}, and differ; "
-                f"allowed: one of them, or sample.columns with {IGNORED} for the other."
+                f"allowed: one of them, or sample.columns with _ for the other."
             )
         found[key] = (name, values)
     columns = {key: values for key, (_, values) in found.items()}
@@ -254,7 +254,7 @@ def _set_radius(found, source):
     if "radius" in found and not np.allclose(2.0 * found["radius"], diameter, rtol=1e-4):
         raise source.fault(
             "its columns of radius and diameter do not agree; allowed: one of them, or "
-            f"sample.columns with {IGNORED} for the other."
+            "sample.columns with _ for the other."
         )
     found.setdefault("radius", 0.5 * diameter)
 

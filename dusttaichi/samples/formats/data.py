@@ -64,12 +64,14 @@ def read(source: Source) -> dict:
     if names is None:
         style, names = columns_of(values, data, source)
     labels = _labels(data, plain)
+    named_types = {number: label for label, number in labels.items()}
     at = [n for n, name in enumerate(names) if name == "type"]
     if labels and at and is_text(values[at[0]]):
         values[at[0]] = _numbered(values[at[0]], labels, rows, source)
     table = _with_motion(named(names, values, rows, plain), data, style, plain)
     table = _with_shapes(table, data, style, plain)
     found = state(table, plain, units)
+    found["labels"] = named_types
     found["unread"] = [name for name in found["unread"] if not name.endswith("flag")]
     sections = [name for name in data.sections if name not in READ]
     if sections:
@@ -98,7 +100,7 @@ def _scan(source, plain):
             name = " ".join(text.split())
             data.sections[name] = []
             _, _, hint = source.lines[n].partition("#")
-            data.hints[name] = hint.split()[0] if hint.split() else ""
+            data.hints[name] = hint.strip()
         elif name is not None:
             data.sections[name].append(n)
         else:

@@ -7,7 +7,7 @@ import numpy as np
 
 from dusttaichi.samples.formats.cell import cell, edges_of
 from dusttaichi.samples.formats.columns import OTHER, check_width, named, state
-from dusttaichi.samples.formats.text import Source, is_text, parse, whole
+from dusttaichi.samples.formats.text import SPACES, Source, is_text, parse, whole
 from dusttaichi.samples.formats.units import lammps_units
 
 # names of positions by what they are: scaled with the cell or not, in the order of preference
@@ -97,7 +97,8 @@ def _check_count(frame, source):
 def _numbers(n, count, source):
     """The first `count` numbers of a line."""
     try:
-        return np.array([float(word) for word in source.lines[n].split()[:count]]).reshape(count)
+        found = source.lines[n].split()[:count]
+        return np.array([SPACES.number(word) for word in found]).reshape(count)
     except (ValueError, IndexError):
         text = source.shown(n) if n < len(source.lines) else "its end"
         raise source.fault(f"{text} is not {count} numbers; allowed: a whole dump.") from None
@@ -182,5 +183,5 @@ def _old_names(values, vectors, origin, source):
     raise source.fault(
         "ITEM: ATOMS names no columns, and their values do not say what they are; "
         "sample.columns names them in their order, for example columns: [id, type, xs, ys, zs] "
-        "for positions scaled with the cell, - for a column that is not read."
+        "for positions scaled with the cell, _ for a column that is not read."
     )

@@ -14,8 +14,9 @@ def materials_of(state: dict, materials: Materials, where: str):
     """Names or numbers of materials (N,) of a state, or None where it says nothing about them.
 
     They are its `material`; else its `type`, from 1 on as in LAMMPS, its `matid`, from 0 on as in
-    YADE, or its `species`. Texts count where they are names of the scene's materials, and are not
-    read where all are one and the same. Raises DustError for a type without a material.
+    YADE, or its `species`. Texts, also type labels of LAMMPS, count where they are names of the
+    scene's materials, and are not read where all are one and the same. Raises DustError for a type
+    without a material.
     """
     if (given := state.get("material")) is not None:
         return [int(v) if isinstance(v, float) and v == int(v) else v for v in list(given)]
@@ -25,7 +26,10 @@ def materials_of(state: dict, materials: Materials, where: str):
             continue
         if not whole(values):
             raise DustError(f"{where}: its {name} are no whole numbers; allowed: these, or "
-                            "sample.columns with - for that column.")  # fmt: skip
+                            "sample.columns with _ for that column.")  # fmt: skip
+        labels = {n: text for n, text in state.get("labels", {}).items() if n in values}
+        if labels and set(labels.values()) <= set(materials.names) and set(values) <= set(labels):
+            return [labels[value] for value in values]
         _check_types(values, name, first, materials, where)
         return (values - first).astype(int).tolist()
     texts = next((v for k in ("type", "matid", "species") if (v := state.get(k)) is not None), None)
@@ -43,7 +47,7 @@ def _check_types(values, name, first, materials, where):
     raise DustError(
         f"{where}: its {shown} {missing[0]:g} has no material in the scene, whose materials are "
         f"by {shown}: {there} (material, then materials in their order). Add one under materials, "
-        "or leave the column out with sample.columns and - in its place."
+        "or leave the column out with sample.columns and _ in its place."
     )
 
 
@@ -54,7 +58,7 @@ def _by_name(texts, state, materials, where):
     if len(labels) > 1 and len(materials.names) > 1:
         raise DustError(
             f"{where}: its grains are {', '.join(labels)}, and the materials of the scene are "
-            f"{', '.join(materials.names)}; allowed: the same names, or sample.columns with - in "
+            f"{', '.join(materials.names)}; allowed: the same names, or sample.columns with _ in "
             "place of that column, so that all grains are of `material`."
         )
     if len(labels) > 1:

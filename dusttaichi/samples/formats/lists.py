@@ -5,6 +5,7 @@ line above the first grain, or a comment. The number of grains may come first.
 """
 
 import re
+from dataclasses import replace
 
 from dusttaichi.samples.formats.columns import (
     Units,
@@ -37,6 +38,9 @@ def read(source: Source) -> dict:
     the number of grains in front is another one, or columns without names can be several things.
     """
     source.refuse_snapshot()
+    # a comment behind a grain; one above them begins the line
+    lines = [re.sub(r"(?<=\S)\s+#.*", "", line) if "#" in line else line for line in source.lines]
+    source = replace(source, lines=lines)
     above, rows = _parts(source)
     cells = _cells([source.lines[n] for n in rows[:_LOOKED_AT]])
     values = parse(source, rows, cells)
@@ -101,7 +105,8 @@ def _cells(lines):
         least = min(len(line.split()) for line in lines)
         if least >= 3 and all(_DECIMAL.fullmatch(word) for word in found):
             return Cells(None, True)
-        return Cells(",")
+        quoted = [cell for line in lines if '"' in line for cell in Cells(",").of(line)]
+        return Cells(",", any("," in cell for cell in quoted))
     found = [word for line in lines for word in line.split()]
     return Cells(None, any("," in word for word in found)
                  and all("." not in word for word in found))  # fmt: skip

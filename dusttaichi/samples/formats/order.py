@@ -11,7 +11,7 @@ from dusttaichi.samples.formats.text import Source, is_text, whole
 
 LOOKED_AT = 2000  # grains: an overlap among them refuses an order
 KEY = (
-    "sample.columns names them in their order, for example columns: [{}], with - for one that is "
+    "sample.columns names them in their order, for example columns: [{}], with _ for one that is "
     "not read"
 )
 
@@ -48,7 +48,8 @@ def guess(values: list, source: Source, row: int) -> list[str]:
         )
         return fits[0].split()
     if len(fits) == 1:
-        return ["species", "x", "y", "z"]
+        source.remarks.append(f"its columns are read as {fits[0]} (sample.columns names others)")
+        return ["species" if fits[0].startswith("type") else "id", "x", "y", "z"]
     what = f"can be {' or '.join(fits)}" if fits else f"are neither {' nor '.join(orders)}"
     raise source.fault(
         f"its four columns have no names, and by their values (radii positive, no grains closer "
@@ -71,7 +72,7 @@ def _apart(columns) -> bool:
 
 COLUMN_NAMES = (
     "x y z, vx vy vz, wx wy wz, radius or r, diameter, mass, density, type, matId, material, "
-    "species, id; of a dump also xs, xu, xsu; - for a column that is not read"
+    "species, id; of a dump also xs, xu, xsu; _ for a column that is not read"
 )
 _FORMS = ("", "s", "u", "su")
 
@@ -84,7 +85,7 @@ def _plain(name: str) -> str:
 def is_column(name: str) -> bool:
     """True for a name that `sample.columns` can have."""
     name = _plain(name)
-    return name == IGNORED or known(name) is not None or _form(name) is not None
+    return name in IGNORED or known(name) is not None or _form(name) is not None
 
 
 def _form(name: str) -> str | None:

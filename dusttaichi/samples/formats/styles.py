@@ -5,6 +5,7 @@ Source of the columns: lammps.org, read_data, section Atoms.
 
 import numpy as np
 
+from dusttaichi.samples.formats.columns import names_in
 from dusttaichi.samples.formats.text import Source, is_text, whole
 
 POSITION = ("x", "y", "z")
@@ -52,8 +53,13 @@ def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
     their values allow; styles that put the same columns at the same places count as one. Raises
     DustError where there is none or are several, and asks for `sample.style`.
     """
-    style = source.style or data.hints.get("Atoms")
+    hint = data.hints.get("Atoms", "")
     row = source.shown(data.sections["Atoms"][0])
+    style = source.style or next(iter(hint.split()), "")
+    if style not in STYLES and " " in hint and style != "hybrid":  # some other comment
+        if names := names_in(hint, len(values), source):
+            return "", names
+        style = ""
     if style:
         if style not in STYLES:
             raise source.fault(
