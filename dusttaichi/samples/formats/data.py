@@ -23,8 +23,8 @@ class _Data:
     """Content of a data file: counts and cell of its header, rows and style of its sections."""
 
     counts: dict[str, int] = field(default_factory=dict)
-    low: np.ndarray = field(default_factory=lambda: np.full(3, -0.5))
-    high: np.ndarray = field(default_factory=lambda: np.full(3, 0.5))
+    low: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    high: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
     tilts: tuple = (0.0, 0.0, 0.0)
     vectors: dict[str, np.ndarray] = field(default_factory=dict)
     sections: dict[str, list[int]] = field(default_factory=dict)
@@ -32,7 +32,7 @@ class _Data:
 
     @property
     def box(self):
-        """Origin (3,) and edges (3, 3) as rows."""
+        """Origin (3,) and edges (3, 3) as rows; not numbers where the header lacks them."""
         if "avec" in self.vectors:
             origin = self.vectors.get("abc origin", np.zeros(3))
             return origin, np.stack([self.vectors[k] for k in ("avec", "bvec", "cvec")])
@@ -77,7 +77,7 @@ def read(source: Source) -> dict:
     if sections:
         found["unread"].append(f"the sections {', '.join(sections)}")
     origin, vectors = data.box
-    if data.vectors or np.any(data.high - data.low != 1.0) or np.any(data.low != -0.5):
+    if np.isfinite(vectors).all():
         found |= cell(units.length * vectors, units.length * origin)
     return found
 
@@ -105,6 +105,8 @@ def _scan(source, plain):
             data.sections[name].append(n)
         else:
             _header(text.split(), data, plain, n)
+    if data.vectors and not {"avec", "bvec", "cvec"} <= set(data.vectors):
+        raise source.fault("its header lacks one of avec, bvec and cvec; allowed: all or none.")
     if "atoms" not in data.counts:
         raise source.fault("its header has no line such as `100 atoms`; allowed: a data file.")
     return data

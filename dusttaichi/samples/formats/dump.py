@@ -63,6 +63,8 @@ def _frames(source):
     starts = [n for n, line in enumerate(lines) if line.lstrip().startswith("ITEM:")]
     for n, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         name = lines[n].strip().removeprefix("ITEM:").strip()
+        if not name:
+            raise source.fault(f"{source.shown(n)} names no item; allowed: a whole dump.")
         items[name] = n
         if name.split()[:1] == ["ATOMS"]:
             rows = [k for k in range(n + 1, end) if lines[k].strip()]
@@ -84,12 +86,12 @@ def _check_count(frame, source):
     if "NUMBER OF ATOMS" not in items:
         raise source.fault("a snapshot has no ITEM: NUMBER OF ATOMS; allowed: a whole dump.")
     n = items["NUMBER OF ATOMS"] + 1
-    count = int(_numbers(n, 1, source)[0])
+    count = _numbers(n, 1, source)[0]
     if count != len(frame.rows):
         step = f" of step {lines[items['TIMESTEP'] + 1].strip()}" if "TIMESTEP" in items else ""
         raise source.fault(
-            f"line {n + 1} announces {count} grains of the snapshot{step}, and the number of lines "
-            f"below is {len(frame.rows)}; allowed: the same. Was it cut off? sample.snapshot "
+            f"line {n + 1} announces {count:g} grains of the snapshot{step}, and the number of "
+            f"lines below is {len(frame.rows)}; allowed: the same. Was it cut off? sample.snapshot "
             "selects another snapshot."
         )
 

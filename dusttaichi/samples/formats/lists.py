@@ -46,6 +46,7 @@ def read(source: Source) -> dict:
     values = parse(source, rows, cells)
     names = _names(above, values, rows, cells, source)
     _check_count(above, rows, source)
+    _remark_on_titles(above, source)
     # a unit of length alone does not say those of masses
     units = Units(length=source.length, matter=source.length == 1.0)
     return state(named(names, values, rows, source, cells), source, units)
@@ -192,3 +193,12 @@ def _check_count(above, rows, source):
                 f"{source.shown(n)} announces {match[1]} grains, and {len(rows)} lines of grains "
                 "follow; allowed: as many."
             )
+
+
+def _remark_on_titles(above, source):
+    """Add a remark on lines above the grains that are no comments, names or a number of grains."""
+    texts = [source.lines[n].strip() for n in above]
+    texts = [t for t in texts if not t.startswith((*COMMENT, "sep=")) and not _COUNT.fullmatch(t)]
+    texts = [t for t in texts if not _is_heading(t, source) and source.columns is None]
+    if texts:
+        source.remarks.append(f"what is above the grains is not read: {'; '.join(texts)[:80]}")

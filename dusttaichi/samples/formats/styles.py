@@ -78,6 +78,12 @@ def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
             raise source.fault(f"its atoms are not of the style {style}: {fault}; sample.style "
                                "names another style.")  # fmt: skip
         return style, names
+    for n, numbers in enumerate(values):
+        if not is_text(numbers) and not np.isfinite(numbers).all():
+            k = data.sections["Atoms"][int(np.argmin(np.isfinite(numbers)))]
+            raise source.fault(
+                f"{source.shown(k)}: column {n + 1} is not finite; allowed: numbers."
+            )
     marked = [style for style, mark in _MARKS.items()
               if any(name.endswith(mark) for name in (*data.counts, *data.sections))]  # fmt: skip
     fits = [(style, names) for style in (marked or STYLES) if (names := _names(style, len(values)))
@@ -85,7 +91,8 @@ def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
     readings = {}
     for style, names in fits:
         readings.setdefault(_reading(names, values), []).append((style, names))
-    if len(readings) == 1:
+    # concentrations can be anything, and must not be what is left of a damaged file
+    if len(readings) == 1 and [style for style, _ in fits] != ["tdpd"]:
         alike = next(iter(readings.values()))
         source.remarks.append(
             f"it names no atom style; {' or '.join(style for style, _ in alike)} alone fits its "
@@ -148,10 +155,10 @@ def _misfit(names, values, data, source, inside):
     if len(np.unique(ids)) < len(ids) and ids.any():
         return "ids are given twice"
     origin, vectors = data.box
-    shares = (np.column_stack([column[axis] for axis in POSITION]) - origin) @ np.linalg.pinv(
-        vectors
-    )
-    if np.any(np.abs(shares - 0.5) > 0.5 + _MARGIN):
+    if not np.isfinite(vectors).all():
+        return None
+    x = np.column_stack([column[axis] for axis in POSITION])
+    if np.any(np.abs((x - origin) @ np.linalg.pinv(vectors) - 0.5) > 0.5 + _MARGIN):
         return "positions are outside of the box"
     return None
 

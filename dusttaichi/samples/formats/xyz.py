@@ -103,6 +103,8 @@ def _frames(source):
             )
         frames.append(_Frame(n + 1, rows))
         n += 2 + count
+    if not frames[-1].rows:
+        raise source.fault(f"line {frames[-1].about} announces no grains; allowed: one or more.")
     return frames
 
 
