@@ -61,29 +61,8 @@ def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
             return "", names
         style = ""
     if style:
-        if style not in STYLES:
-            raise source.fault(
-                f"its atom style is {style!r}; allowed: {', '.join(STYLES)} (sample.style), or "
-                "sample.columns with the names of the columns in their order."
-            )
-        names = _names(style, len(values))
-        if names is None:
-            width = len(STYLES[style].split())
-            raise source.fault(
-                f"atoms of the style {style} have {width} columns, or {width + 3} with image "
-                f"flags, and {row} has {len(values)}; sample.style names another style."
-            )
-        fault = _misfit(names, values, data, source, inside=False)
-        if fault:
-            raise source.fault(f"its atoms are not of the style {style}: {fault}; sample.style "
-                               "names another style.")  # fmt: skip
-        return style, names
-    for n, numbers in enumerate(values):
-        if not is_text(numbers) and not np.isfinite(numbers).all():
-            k = data.sections["Atoms"][int(np.argmin(np.isfinite(numbers)))]
-            raise source.fault(
-                f"{source.shown(k)}: column {n + 1} is not finite; allowed: numbers."
-            )
+        return style, _of_style(style, values, data, source)
+    _refuse_infinite(values, data, source)
     marked = [style for style, mark in _MARKS.items()
               if any(name.endswith(mark) for name in (*data.counts, *data.sections))]  # fmt: skip
     fits = [(style, names) for style in (marked or STYLES) if (names := _names(style, len(values)))
@@ -99,21 +78,49 @@ def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
             "columns and values (sample.style names another one)"
         )
         return alike[0]
-    text = f"its section Atoms names no style, and %s the {len(values)} columns of {row}; "
+    none, columns = "its section Atoms names no style", f"the {len(values)} columns of {row}"
     if not fits:
         raise source.fault(
-            text
-            % "none fits"
-            + f"allowed: the columns of one of {', '.join(STYLES)} (sample.style says which), or "
-            "sample.columns with the names of the columns in their order."
+            f"{none}, and none fits {columns}; allowed: the columns of one of {', '.join(STYLES)} "
+            "(sample.style says which), or sample.columns with the names of the columns in their "
+            "order."
         )
     names = [style for style, _ in fits]
     raise source.fault(
-        text
-        % f"{', '.join(names)} fit"
-        + f"say which it is, for example sample.style: {names[0]}, or name the columns with "
-        "sample.columns."
+        f"{none}, and {', '.join(names)} fit {columns}; say which it is, for example sample.style: "
+        f"{names[0]}, or name the columns with sample.columns."
     )
+
+
+def _of_style(style, values, data, source):
+    """Names of the columns of a style. Raises DustError where it has others or other values."""
+    row = source.shown(data.sections["Atoms"][0])
+    if style not in STYLES:
+        raise source.fault(
+            f"its atom style is {style!r}; allowed: {', '.join(STYLES)} (sample.style), or "
+            "sample.columns with the names of the columns in their order."
+        )
+    names = _names(style, len(values))
+    if names is None:
+        width = len(STYLES[style].split())
+        raise source.fault(
+            f"atoms of the style {style} have {width} columns, or {width + 3} with image "
+            f"flags, and {row} has {len(values)}; sample.style names another style."
+        )
+    fault = _misfit(names, values, data, source, inside=False)
+    if fault:
+        raise source.fault(f"its atoms are not of the style {style}: {fault}; sample.style "
+                           "names another style.")  # fmt: skip
+    return names
+
+
+def _refuse_infinite(values, data, source):
+    for n, numbers in enumerate(values):
+        if not is_text(numbers) and not np.isfinite(numbers).all():
+            k = data.sections["Atoms"][int(np.argmin(np.isfinite(numbers)))]
+            raise source.fault(
+                f"{source.shown(k)}: column {n + 1} is not finite; allowed: numbers."
+            )
 
 
 def _names(style, width):
