@@ -1,7 +1,9 @@
 """What holds for the whole suite: the order of tests, and the collector of cycles."""
 
 import gc
+import os
 import signal
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -64,11 +66,65 @@ def pytest_xdist_make_scheduler(config, log):
     return Files(config, log)
 
 
-def pytest_configure():
+def pytest_addoption(parser):
+    parser.addoption(
+        "--structures",
+        action="store_true",
+        help="list the tests that compiled the kernels of a scene in their process, and their time",
+    )
+
+
+_compiled = Counter()  # structures by their test
+
+
+def _count_structures():
+    """Count each structure that a process compiles, or loads from the cache, for a test."""
+    from dusttaichi.compute.last_compiled import LastCompiled  # imports Taichi
+
+    tables = LastCompiled.tables
+
+    def counted(self, compiled, particles, **more):
+        _compiled[os.environ.get("PYTEST_CURRENT_TEST")] += compiled is not self._compiled
+        return tables(self, compiled, particles, **more)
+
+    LastCompiled.tables = counted
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item, call):
+    phase = os.environ.get("PYTEST_CURRENT_TEST")
+    if found := _compiled.pop(phase, 0):
+        item.user_properties.append(("structures", found))
+    yield
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """How many structures were compiled, and which tests caused them, the slowest first."""
+    if not config.option.structures:
+        return
+    seconds, structures = Counter(), {}
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            if hasattr(report, "user_properties"):
+                seconds[report.nodeid] += report.duration
+                known = [n for name, n in report.user_properties if name == "structures"]
+                structures[report.nodeid] = max(structures.get(report.nodeid, 0), sum(known))
+    tests = sorted((name for name, n in structures.items() if n), key=lambda n: -seconds[n])
+    terminalreporter.section(
+        f"{sum(structures.values())} structures compiled or loaded, by {len(tests)} tests in "
+        f"{sum(seconds[n] for n in tests):.0f} of {sum(seconds.values()):.0f} s"
+    )
+    for name in tests:
+        terminalreporter.line(f"{seconds[name]:6.1f} s  {structures[name]:2d}  {name}")
+
+
+def pytest_configure(config):
     """Programs that tests start hear Ctrl-C, even if the shell has started pytest in the background
     and deaf to it: they inherit what pytest does with a signal."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if config.option.structures:
+        _count_structures()
 
 
 def pytest_collection_finish():
