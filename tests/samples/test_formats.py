@@ -233,7 +233,7 @@ def test_sections_of_data_files(tmp_path):
     np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
     np.testing.assert_array_equal(found.velocities[:, 0], [1, 2])
     np.testing.assert_array_equal(found.spins[:, 2], [1e6, 2e6])
-    assert "the sections Masses, Pair Coeffs, Bonds" in found.info["remarks"][0]
+    assert "section Masses, section Pair Coeffs, section Bonds" in found.info["remarks"][0]
 
 
 def dump(columns, *rows, bounds=BOX, head=MICRO):

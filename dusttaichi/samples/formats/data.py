@@ -75,7 +75,7 @@ def read(source: Source) -> dict:
     found["unread"] = [name for name in found["unread"] if not name.endswith("flag")]
     sections = [name for name in data.sections if name not in READ]
     if sections:
-        found["unread"].append(f"the sections {', '.join(sections)}")
+        found["unread"] += [f"section {name}" for name in sections]
     origin, vectors = data.box
     if np.isfinite(vectors).all():
         found |= cell(units.length * vectors, units.length * origin)
