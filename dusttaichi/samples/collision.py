@@ -109,6 +109,8 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
     if hit and spec.speed > 0:
         together.info["time_to_touch"] = float(gap / spec.speed)
     together.info.update(target=target.info, projectile=projectile.info)
+    if reading := [text for body in (target, projectile) for text in body.info.get("reading", ())]:
+        together.info["remarks"] = list(dict.fromkeys(reading))
     return together
 
 

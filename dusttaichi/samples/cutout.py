@@ -102,7 +102,12 @@ def make(spec: CutoutSample, materials: Materials) -> Sample:
     if spec.length is not None:
         info |= {"length": spec.length, "axis": spec.cylinder_axis}
     info |= {"grains": len(sample), "cut_from": len(whole), "left_out": count - len(sample)}
-    if extent is not None and (remarks := _extent_remarks(spec, extent)):
+    remarks = list(whole.info.get("reading", ()))
+    if remarks:
+        info["reading"] = list(remarks)
+    if extent is not None:
+        remarks += _extent_remarks(spec, extent)
+    if remarks:
         info["remarks"] = remarks
     if "stiffness_scaling" in whole.info:
         info["stiffness_scaling"] = whole.info["stiffness_scaling"]

@@ -29,8 +29,9 @@ class Sample:
     upright cylinder about x = y = 0, "lying cylinder" for one about the `axis` "x" or "y" through
     the origin, "sphere" about the origin, "aggregate" for an uncut cluster, which determines the
     volume of the filling factor; `room` (6 numbers, m), positions of walls and faces of the cell in
-    the order of names.WALLS, NaN where there is none; `start_time` [s] of a continued run; and
-    `remarks`, sentences for the user.
+    the order of names.WALLS, NaN where there is none; `start_time` [s] of a continued run;
+    `remarks`, sentences for the user; and `reading`, those of them on how a file is read, which are
+    also of a sample that is made of this one.
     """
 
     positions: np.ndarray  #: [m], (N, 3) float64.

@@ -131,20 +131,25 @@ def along(sample: Sample, state: dict, wall_contacts, spec, where: str) -> Sampl
         if "time" not in state:
             raise DustError(f"sample.keep: {where} has no time (snapshot_time).")
         info["start_time"] = state["time"]
-    remarks = [f"sample: {spec.file}: {text}" for text in state.get("remarks", ())]
+    guesses = [f"sample: {spec.file}: {text}" for text in state.get("remarks", ())]
+    unread = [f"sample: not read from {spec.file}: {text}" for text in [_unread(state)] if text]
+    if guesses or unread:
+        info["reading"] = [*guesses, *unread]
     if left := _left(state, wall_contacts, keep):
-        remarks.append(f"sample: not read from {spec.file}: {left}")
-    if remarks:
-        info["remarks"] = remarks
+        unread = [f"sample: not read from {spec.file}: {left}"]
+    if guesses or unread:
+        info["remarks"] = [*guesses, *unread]
     return replace(sample, wall_contacts=wall_contacts if "walls" in keep else None, info=info)
+
+
+def _unread(state) -> str:
+    """Columns, sections and the cell of a file that are not read, or ""."""
+    return "; ".join(filter(None, (", ".join(state.get("unread", ())), state.get("no_cell"))))
 
 
 def _left(state, wall_contacts, keep) -> str:
     """Remark on unused parts of the file and on the keys that select them, or ""."""
-    unread = ", ".join(state.get("unread", ()))
-    if why := state.get("no_cell"):
-        unread = "; ".join(filter(None, (unread, why)))
-    there = {}
+    unread, there = _unread(state), {}
     touching = 0 if wall_contacts is None else len(wall_contacts["wall"])
     if touching:
         there["walls"] = f"its {touching} contacts with walls and the load that they carry"

@@ -409,3 +409,14 @@ def test_texts_that_are_refused(tmp_path, text, keys, message):
 def test_keys_that_are_refused(tmp_path, keys, message):
     with pytest.raises(DustError, match=message):
         read(tmp_path, "0 0 0\n", **keys)
+
+
+def test_guesses_are_remarked_of_bodies_too(tmp_path):
+    """A cutout or a collision of grains of a file says how the file was read, once."""
+    (tmp_path / "grains.txt").write_text(LISTS["with radii"])
+    body = {"kind": "explicit", "file": str(tmp_path / "grains.txt"), "units": "um"}
+    cut = {"kind": "cutout", "of": body, "diameter": "9 um"}
+    flying = {"kind": "collision", "target": body, "projectile": cut, "speed": "1 m/s"}
+    for block in (cut, flying):
+        said = samples.make(make_scene(sample=block)).info["remarks"]
+        assert ["are read as x y z r" in text for text in said].count(True) == 1
