@@ -15,7 +15,7 @@ from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.run import execute
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies.ensemble import ensemble_plan, gather_plan, pool, run_all, sweep_plan
+from dusttaichi.studies.ensemble import ensemble_plan, gather_plan, pool, run_all, runs, sweep_plan
 
 TINY = """
 name: tiny
@@ -100,6 +100,21 @@ def test_a_run_that_fails_does_not_end_the_others(tmp_path, capsys):
         assert data.status.values[0, 0].startswith("finished")
         assert data.status.values[1, 0].startswith("At ")
     assert (tmp_path / "s/boundary.wall_speed=20m_s/result.nc").exists()
+
+
+def test_a_process_makes_one_run_after_the_other(tmp_path, monkeypatch):
+    started = []
+
+    class Counted(pool.Worker):
+        def __init__(self, task):
+            started.append(task)
+            super().__init__(task)
+
+    monkeypatch.setattr(pool, "Worker", Counted)
+    monkeypatch.setattr(runs, "usable_cores", lambda: 1)
+    plan = ensemble_plan(from_yaml(TINY + "replicas: 3\n"), tmp_path)
+    assert [result.code for result in run_all(plan)] == [0, 0, 0]
+    assert len(started) == 1
 
 
 def test_an_interruption_reaches_the_runs(tmp_path):

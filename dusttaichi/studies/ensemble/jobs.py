@@ -58,19 +58,22 @@ class JobResult:
 def perform(job, link, inputs):
     """The JobResult of a Job, or of another with the same attributes (studies.collide).
 
-    link: has stopped(), true once all runs have to stop, and report(number, share). inputs:
-    relative path -> bytes of the input files of the scene, for a temporary directory.
+    link: has stopped(), true once all runs have to stop, report(number, share), and, for runs in
+    their own directory, worker(task), a context with a Worker. inputs: relative path -> bytes of
+    the input files of the scene, for a temporary directory.
     """
     if link.stopped():
         return JobResult(job.number, INTERRUPTED, "not started")
     if job.directory is not None:
-        answer = _work(job, job.directory, None, link)
+        with link.worker(job.task) as worker:
+            answer = _work(job, job.directory, worker, link)
         return JobResult(job.number, answer.code, answer.text, found=answer.found)
     with tempfile.TemporaryDirectory(prefix="dusttaichi-") as folder:
         directory = Path(folder) / "result"
         _lay_out(job.files, directory)
         here = _lay_out_inputs(inputs, Path(folder) / "inputs")
-        answer = _work(job, directory, here, link)
+        with Worker(job.task, folder=here) as worker:
+            answer = _work(job, directory, worker, link)
         files = {name: (directory / name).read_bytes() for name in _returned(directory)}
     return JobResult(job.number, answer.code, answer.text, files, answer.found)
 
@@ -97,19 +100,18 @@ def _lay_out_inputs(inputs, folder):
     return here
 
 
-def _work(job, directory, folder, link):
-    """Run a job in a worker process with the current directory `folder`; returns its Answer."""
-    with Worker(job.task, folder=folder) as worker:
-        worker.send(**job.request(directory))
-        reported = None
-        while not worker.answered(LOOK):
-            share = worker.reports.get("share")
-            if share != reported:
-                reported = share
-                link.report(job.number, share)
-            if link.stopped():
-                worker.stop()
-        return worker.answer()
+def _work(job, directory, worker, link):
+    """Run a job in a worker process; returns its Answer."""
+    worker.send(**job.request(directory))
+    reported = None
+    while not worker.answered(LOOK):
+        share = worker.reports.get("share")
+        if share != reported:
+            reported = share
+            link.report(job.number, share)
+        if link.stopped():
+            worker.stop()
+    return worker.answer()
 
 
 def run(parent, *, scene, directory, mode, error_bar):

@@ -1,7 +1,8 @@
 """Pools for the runs of an ensemble: threads of this process, or a Dask cluster.
 
-Each thread only waits for the worker process of its run. Both pools have submit(job, inputs) ->
-Future and stop(), are context managers, and `share` inputs of many jobs.
+Each thread only waits for the worker process of its run. Here a process makes one run after the
+other, so that those of the same structure share its start and its kernels. Both pools have
+submit(job, inputs) -> Future and stop(), are context managers, and `share` inputs of many jobs.
 """
 
 import importlib.util
@@ -9,10 +10,11 @@ import threading
 import uuid
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 
 from dusttaichi.errors import DustError
 from dusttaichi.studies.ensemble.jobs import perform
+from dusttaichi.studies.workers import Worker
 
 CONNECT = "10 s"  # timeout of a scheduler
 
@@ -37,6 +39,7 @@ class Threads(AbstractContextManager):
         self._executor = ThreadPoolExecutor(workers)
         self._stop = threading.Event()
         self.stop, self.stopped, self.report = self._stop.set, self._stop.is_set, report
+        self._idle = []  # Workers, all of the same task
 
     def share(self, inputs):
         """The inputs, as an argument of `submit`."""
@@ -46,9 +49,31 @@ class Threads(AbstractContextManager):
         """A Future of the JobResult."""
         return self._executor.submit(perform, job, self, inputs)
 
+    @contextmanager
+    def worker(self, task):
+        """Context with a Worker for this task, an idle one if there is one.
+
+        It becomes idle again if its process is well: if it answered, and is not being stopped.
+        """
+        try:
+            worker = self._idle.pop()
+        except IndexError:
+            worker = Worker(task)
+        try:
+            yield worker
+        finally:
+            if worker.alive and not self.stopped():
+                self._idle.append(worker)
+            else:
+                worker.close()
+
     def __exit__(self, *_):
         self.stop()
         self._executor.shutdown()
+        for worker in self._idle:
+            worker.stop()
+        for worker in self._idle:
+            worker.close()
 
 
 class Link:
