@@ -9,7 +9,7 @@ Energies also take complex positions and pointers, so that a complex step gives 
 without the cancellation of a difference quotient.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -266,6 +266,7 @@ class Wall:
     offset: float
     speed: float = 0.0
     strength: float = 1.0
+    along: np.ndarray = field(default_factory=lambda: np.zeros(3))  # its velocity along itself
 
 
 class Reference:
@@ -397,6 +398,7 @@ class Reference:
         F = self._normal((i, j), delta, np.dot(self.v[i], nw) - wall.speed, p) * nw
         M = np.zeros(3)
         if c is not None:
+            c.n2 = c.n2 + wall.along * dt
             self._turn_wall(c, i, nw, dt)
             xi, zeta = xi_of(c.n1, nw, p), zeta_wall(x, c.n1, c.n2, nw, p)
             F = F - wall.strength * p.k_s * zeta

@@ -90,7 +90,7 @@ def layout_of(scene, kind="workers"):
         separate=numerics.contact == "separate",
         viscous=numerics.viscosity.by_pairs,
         artificial_stress=numerics.artificial_stress is not None,
-        hourglass=numerics.hourglass > 0.0,
+        hourglass=scene.resists_hourglass,
         self_gravity=self_gravity(scene) is not None,
         heat=scene.material.heat_capacity is not None,
         damage=any(material.damage for material in scene.all_materials),

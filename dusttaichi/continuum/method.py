@@ -13,7 +13,7 @@ def _parts(scene):
         "images": images,
         "separate": numerics.contact == "separate",
         "artificial stress": numerics.artificial_stress is not None,
-        "hourglass": numerics.hourglass > 0.0,
+        "hourglass": scene.resists_hourglass,
         "self-gravity": bool(scene.gravity and scene.gravity.self_gravity),
     }
     return (f"{scene.dimension}D", *(name for name, there in more.items() if there))

@@ -7,8 +7,10 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.continuum import measure, record, validity
+from dusttaichi.continuum.advice import advice
 from dusttaichi.continuum.build import build, domain_of
 from dusttaichi.continuum.kernels.store import CENTRE, CHANNELS, FACES
+from dusttaichi.continuum.pairing import Pairing
 from dusttaichi.continuum.variables import VARIABLES
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.names import AXES, WALLS
@@ -35,6 +37,7 @@ class MovingDust(SimpleSimulation):
         self.around = domain_of(scene, sample, self.dt)
         self.variables = select(VARIABLES, self._features(), *scene.output.chosen)
         self.started = measure.energies(sim)["loss"]
+        self._pairing = Pairing(sim, sample)
         self._warms = measure.Warming(scene, sample, sim) if sim.layout.heat else None
         # walls whose force is summed: over particles of a layer, or contacts of a rigid face
         self._pressed = {WALLS[face] for face in np.unique(sample.face) if face >= 0}
@@ -90,6 +93,7 @@ class MovingDust(SimpleSimulation):
         return {"impulse": np.concatenate([self.sim.impulses(), momenta]) / units.TIME}
 
     def series(self, measurement, window):
+        self._pairing.check()
         elastic = measure.elastic_bodies(self.sim, self.sample)
         found = record.series(self.sim, measurement.parts, window, self._areas(), elastic)
         return found | (self._warms.series() if self._warms else {})
@@ -127,6 +131,7 @@ class MovingDust(SimpleSimulation):
             "dt": self.dt,
             "step": self.step,
             "started": self.started.tolist(),
+            "looked": self._pairing.looked,
             "box": None if box is None else [box.offset.tolist(), box.speed.tolist()],
             "sample": {
                 "spacing": sample.spacing,
@@ -142,6 +147,7 @@ class MovingDust(SimpleSimulation):
         self._take_step()
         self.sim.restore(state.arrays, state.numbers["step"])
         self.started = np.array(state.numbers["started"])
+        self._pairing.looked = state.numbers["looked"]
         if state.numbers["box"] is not None:
             offset, speed = (np.array(row) for row in state.numbers["box"])
             box = replace(self.around.box, offset=offset, speed=speed)
@@ -196,6 +202,7 @@ class MovingDust(SimpleSimulation):
         scene = self.scene
         return {
             "seed": getattr(scene.sample, "seed", None),
+            "advice": "\n".join(advice(scene, self.sample)) or None,
             "threads": self.sim.threads,
             "dimension": scene.dimension,
             "gravity": 0.0 - self.sim.numbers["gravity"][-1],  # along -z; without any 0, not -0

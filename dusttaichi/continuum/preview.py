@@ -7,6 +7,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.continuum import time_step
+from dusttaichi.continuum.advice import advice
 from dusttaichi.continuum.build import domain_of, layout_of, stiff_faces
 from dusttaichi.continuum.kernels.rates import DAMPED
 from dusttaichi.continuum.kernels.store import declare
@@ -39,6 +40,8 @@ def preview(scene):
         ("Time step", _steps(scene, sample, fastest, output_step)),
         ("Memory", [("state", _memory(scene, len(sample)))]),
     ]
+    if texts := advice(scene, sample):
+        sections.append(("Defaults to change", [("set", text) for text in texts]))
     domain = domain_of(scene, sample, output_step / units.TIME)
     return Preview(sections, len(sample), domain.dt, domain.planned(scene))
 

@@ -145,5 +145,6 @@ class Clock:
             known = not isnan(self.start[axis]) and axis not in self.controlled
             if known and self.moves:
                 step = self.step_of_length(self.least[axis], axis)
-                ends.append((step, f"the box is two grains {word}"))
+                narrow = f"two grains {word}" if self.least[axis] else "closed"
+                ends.append((step, f"the box is {narrow}"))
         return min(ends)

@@ -206,8 +206,9 @@ class Domain:
     def clock(self, first=0):
         """The Clock of the stage that begins at step `first`, at which the drive has been set.
 
-        The smallest distance of walls is two particles, that of faces slightly more, so that no
-        particle meets another across both.
+        The smallest distance of faces is slightly more than two particles, so that no particle
+        meets another across both, which the search needs; that of walls is two particles, unless
+        they start as near, as on both sides of a single layer: there the guards alone end a run.
         """
         start, rate, growth = [np.nan] * 3, [0.0] * 3, [0.0] * 3
         least = [4.0 * self.radius] * 3
@@ -218,6 +219,8 @@ class Domain:
                     # upper plane: x = -(offset + speed t), lower: x = offset + speed t
                     start[n] = -float(offset[2 * n] + offset[2 * n + 1])
                     rate[n] = -float(speed[2 * n] + speed[2 * n + 1])
+                    if start[n] <= least[n]:
+                        least[n] = 0.0
         if self.cell is not None:
             for n in self.cell.axes:
                 start[n], rate[n] = float(self.cell.start[n]), float(self.cell.rate[n])

@@ -5,6 +5,7 @@ import numpy as np
 from dusttaichi import geometry, samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.grains import record, validity
+from dusttaichi.grains.advice import advice
 from dusttaichi.grains.build import build
 from dusttaichi.grains.changes import (
     change_stiffness,
@@ -183,6 +184,7 @@ class MovingGrains(SimpleSimulation):
         polydisperse = sim.polydisperse is not None
         return {
             "seed": getattr(scene.sample, "seed", None),
+            "advice": "\n".join(advice(scene, self.sample)) or None,
             "backend": scene.numerics.backend,
             "precision": scene.numerics.precision,
             "threads": sim.threads,

@@ -11,6 +11,7 @@ from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.domain.walls import glued
 from dusttaichi.grains import network
+from dusttaichi.grains.advice import advice
 from dusttaichi.grains.build import build, chosen_layout, environment, has_few_wall_contacts
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
@@ -52,6 +53,8 @@ def preview(scene):
     sections.append(("Time step", _step(step)))
     if texts := short_loads(scene, step.dt):
         sections.append(("Controlled loads", [("remark", text) for text in texts]))
+    if texts := advice(scene, sample):
+        sections.append(("Defaults to change", [("set", text) for text in texts]))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
     return Preview(sections, len(sample), domain.dt, domain.planned(scene))
 

@@ -48,6 +48,11 @@ class ContinuumScene(MaterialsScene):
     )
     numerics: ContinuumNumerics = Field(description="particles, kernel, viscosity, time step")
 
+    @property
+    def resists_hourglass(self) -> bool:
+        """True where there are elastic bodies that resist hourglass modes."""
+        return self.numerics.hourglass > 0.0 and self.sample.has_elastic
+
     @model_validator(mode="before")
     @classmethod
     def _without_dust(cls, data: Any) -> Any:

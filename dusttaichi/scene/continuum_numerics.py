@@ -96,9 +96,10 @@ class ContinuumNumerics(CommonNumerics):
         None, description="against the pairing of particles of elastic bodies in tension"
     )
     hourglass: Annotated[float, Number(ge=0, le=2)] = Field(
-        0.0,
+        1.0,
         description="stiffness of elastic bodies against hourglass modes, displacements of "
-        "particles that no strain explains, over their longitudinal modulus; 0 for none",
+        "particles that no strain explains, over their longitudinal modulus; 0 for none, where "
+        "particles of a body that is pulled pair; dust has none",
     )
     cfl: Annotated[float, Number(gt=0, le=1)] = Field(
         0.5,

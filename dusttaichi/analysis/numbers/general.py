@@ -64,6 +64,10 @@ def _missed(value, n):
     return rows
 
 
+def _advised(value, n):
+    return [("set", text, "") for text in value.split("\n")]
+
+
 def _per_grain(value, n):
     around = n["coordination_number"]
     shared = "" if around is None else f" (coordination number {around:.2f}: each has two grains)"
@@ -91,6 +95,8 @@ END = Family(
                    text=lambda v, n: f"{v / 1e3:.4g} kPa"),
         Observable(name="missed_loads", title="loads that were missed", unit=None, rows=_missed,
                    column=None),
+        Observable(name="advice", title="defaults to change", unit=None, rows=_advised,
+                   value=lambda end: end.run.attrs.get("advice"), column=None),
         Observable(name="ledger_worst", title="worst residual of the energy ledger", text="{:.1e}",
                    value=lambda end: end.ledger.worst, column=("ledger", "{:.0e}", 1),
                    figure="ledger"),

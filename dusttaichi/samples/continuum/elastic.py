@@ -23,6 +23,10 @@ class ElasticSample(FreeBody):
 
     extra_keys: ClassVar[tuple[str, ...]] = moduli.KEYS
 
+    @property
+    def has_elastic(self) -> bool:
+        return True
+
     kind: Literal["elastic"]
     diameter: Annotated[float, Quantity("length", gt=0, example="1.1 mm")] | None = Field(
         None, description="diameter of the sphere, in two dimensions of the disc"

@@ -41,6 +41,10 @@ class ImpactSample(registry.BodyBlock):
     def has_rigid(self) -> bool:
         return self.target.has_rigid or self.projectile.has_rigid
 
+    @property
+    def has_elastic(self) -> bool:
+        return self.target.has_elastic or self.projectile.has_elastic
+
     def conflicts(self, scene) -> Faults:
         yield from super().conflicts(scene)
         for name, body in (("target", self.target), ("projectile", self.projectile)):

@@ -104,6 +104,11 @@ class BodyBlock(Block):
         return False
 
     @property
+    def has_elastic(self) -> bool:
+        """True where one of its bodies is elastic."""
+        return False
+
+    @property
     def named_materials(self) -> list[tuple[str, str]]:
         """Materials that it names, as (dotted path, name); the paths are relative to this block."""
         return []

@@ -30,6 +30,10 @@ class SeveralBodies(registry.BodyBlock):
     def has_rigid(self) -> bool:
         return any(body.has_rigid for body in self.bodies)
 
+    @property
+    def has_elastic(self) -> bool:
+        return any(body.has_elastic for body in self.bodies)
+
     def conflicts(self, scene) -> Faults:
         for n, body in enumerate(self.bodies):
             for path, text in body.conflicts(scene):

@@ -1,0 +1,99 @@
+"""Numerical fracture: particles of a body that pair although nothing has yielded.
+
+An elastic body has no strength that it could exceed, and dust that has not yielded is strained by
+a few per cent at most. Where neighbours of such a body are far nearer than at the start, the method
+has broken it, by hourglass modes or the tensile instability, and not its material.
+"""
+
+import numpy as np
+import scipy
+
+from dusttaichi.continuum.measure import elastic_of_particles, undamaged
+from dusttaichi.errors import GuardStop
+from dusttaichi.method import moment
+from dusttaichi.physics.continuum import strength
+from dusttaichi.samples.continuum.particles import DUST, ELASTIC
+
+PAIRED = 0.5
+"""Distance of a pair over that of nearest neighbours at the start, scaled with the volumes: whole
+bodies stay above 0.85 (docs/continuum.md), those that break reach 0.02 to 0.3."""
+LEAST, SHARE = 4, 0.02
+"""Number and share of the particles of a body that pair before it counts as broken."""
+YIELDED = 0.05
+"""Plastic strain, of volume or shear, up to which dust counts as not yielded."""
+APART = 1.1
+"""Ratio of the steps of two looks: searching all neighbours at each record would take long."""
+
+
+class Pairing:
+    """Watch over the bodies of a Simulation, from its step 0.
+
+    sim: Simulation. sample: its Particles. looked: step of the last look.
+    """
+
+    def __init__(self, sim, sample):
+        self.sim, self.looked = sim, 0
+        self.names = [body.name for body in sample.bodies] or ["the dust"]
+        gives = np.isin(sample.role, (DUST, ELASTIC))
+        self.bodies = [np.flatnonzero(gives & (sample.body == k)) for k in range(len(self.names))]
+        self.elastic, self.volume = sample.role == ELASTIC, sample.mass / sample.density
+        self.reference = sim.in_order(sim.of_particles("reference"))
+        self.apart = np.full(len(sample), np.inf)
+        for own in self.bodies:
+            self.apart[own] = _nearest(sample.position[own])
+
+    def check(self):
+        """Raise GuardStop if a body has broken by pairing; looks now and then."""
+        step = self.sim.step
+        if step < APART * self.looked or step == self.looked:
+            return
+        self.looked = step
+        for name, own in zip(self.names, self.bodies, strict=True):
+            near = self.distances(own)
+            paired = near < PAIRED
+            if paired.sum() >= max(LEAST, SHARE * len(own)):
+                raise GuardStop(self._text(name, own, near[paired], paired.sum() / len(own)))
+
+    def distances(self, own):
+        """Distance to the nearest neighbour of particles that have not yielded, (n,).
+
+        Over that at the start, scaled with the volumes. own: numbers of particles of a body.
+        """
+        sim = self.sim
+        own = own[self._whole()[own]]
+        x = sim.in_order(sim.of_particles("x"))[own]
+        volume = sim.in_order(sim.of_particles("mass") / sim.of_particles("density"))[own]
+        grown = (volume / self.volume[own]) ** (1.0 / sim.dimension)
+        return _nearest(x) / (self.apart[own] * grown)
+
+    def _whole(self):
+        """True for particles that have not yielded, (N,) bool, in the order of the sample."""
+        if self.elastic.all():
+            return self.elastic
+        sim = self.sim
+        volume = sim.of_particles("mass") / sim.of_particles("density")
+        elastic = elastic_of_particles(sim, np.ones(sim.n, bool))[:, 2]
+        lost = sim.of_particles("work")[:, 2] - elastic
+        m = sim.material_of()
+        limit = strength.shear(sim.of_particles("density") / m.rho_s, m) * volume
+        solid = (lost < YIELDED * limit) & (undamaged(sim) == 1.0)
+        moved = np.abs(sim.in_order(sim.of_particles("reference")) / self.reference - 1.0)
+        return self.elastic | (sim.in_order(solid) & (moved < YIELDED))
+
+    def _text(self, name, own, near, share):
+        elastic = self.elastic[own[0]]
+        what = "has no strength" if elastic else "has not yielded there"
+        cure = "numerics.hourglass: 1" if elastic else "numerics.artificial_stress: on"
+        return (
+            f"{moment(self.sim)} {name} has broken by the method, not by its material (numerical "
+            f"fracture): {share:.0%} of its particles have paired, the nearest at "
+            f"{near.min():.2g} of their spacing, and it {what}. Try {cure}, a smaller "
+            "numerics.spacing, or a lower speed."
+        )
+
+
+def _nearest(x):
+    """Distance of each of the points (n, 3) or (n, 2) to the nearest other one, (n,)."""
+    if len(x) < 2:
+        return np.full(len(x), np.inf)
+    return scipy.spatial.cKDTree(x).query(x, k=2)[0][:, 1]
