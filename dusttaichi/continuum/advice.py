@@ -25,9 +25,9 @@ def _viscosity(scene, sample):
     if sample.is_dust.any() and not viscosity.by_pairs and fastest >= FAST:
         preset = "front" if fastest < IMPACT else "impact"
         yield (
-            f"numerics.viscosity: {preset}. Without viscosity dust behind a front is too dense "
-            "(by 8 % at 2 m/s, 17 % at 5 m/s), and colliding bodies are compacted too much (by "
-            "12 to 21 % of the compacted mass)"
+            f"numerics.viscosity: {preset}. Without viscosity dust that is pressed becomes too "
+            "dense (on average by 8 % at 2 m/s and 17 % at 5 m/s), and of bodies that collide 12 "
+            "to 21 % too much mass is compacted"
         )
 
 

@@ -48,7 +48,10 @@ class Pairing:
         if step < APART * self.looked or step == self.looked:
             return
         self.looked = step
+        cracked = self.sim.in_order(undamaged(self.sim)) < 1.0
         for name, own in zip(self.names, self.bodies, strict=True):
+            if cracked[own].any():
+                continue  # its material has broken it, and parts of it meet again
             near = self.distances(own)
             paired = near < PAIRED
             if paired.sum() >= max(LEAST, SHARE * len(own)):
@@ -76,7 +79,7 @@ class Pairing:
         lost = sim.of_particles("work")[:, 2] - elastic
         m = sim.material_of()
         limit = strength.shear(sim.of_particles("density") / m.rho_s, m) * volume
-        solid = (lost < YIELDED * limit) & (undamaged(sim) == 1.0)
+        solid = lost < YIELDED * limit
         moved = np.abs(sim.in_order(sim.of_particles("reference")) / self.reference - 1.0)
         return self.elastic | (sim.in_order(solid) & (moved < YIELDED))
 

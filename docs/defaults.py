@@ -1,0 +1,161 @@
+"""Defaults beside the settings of the validation: `python docs/defaults.py [SCENE ...]`.
+
+docs/defaults.yaml has the plainest scene of each kind, its main number and the careful settings.
+Each is run as it is and with these; a row of each goes to docs/validation/defaults.csv.
+"""
+
+import copy
+import csv
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import yaml
+from scipy.stats import t as student
+
+from dusttaichi import analysis
+from dusttaichi.analysis.summary import summary
+from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.names import WALLS
+from dusttaichi.run import execute
+from dusttaichi.scene import Scene
+
+HERE = Path(__file__).parent
+SCENES, TABLE = HERE / "defaults.yaml", HERE / "validation" / "defaults.csv"
+HEAD = "scene,what,number,default,careful settings,careful,difference,stated error,verdict"
+TOP = WALLS.index("top")
+ALONE = {"numerics.threads": 1}
+
+
+def series(name, take):
+    """Number of a run: `take` of a variable of its series."""
+    return lambda run: float(take(run.series[name].values))
+
+
+# numbers that the registry does not have
+NUMBERS = {
+    "end_pressure": series("pressure", lambda p: p[-1, TOP]),
+    "end_stress": series("stress", lambda s: -s[-1, 2, 2]),
+    "end_force": series("wall_force", lambda f: np.abs(f[-20:, TOP, 2]).mean()),
+    "largest_tension": series("pressure", lambda p: -np.nanmin(p[:, TOP])),
+    "largest_pull": series("stress_mean", lambda s: s[:, 2].max()),
+    "largest_mean_filling": series("filling_factor_mean", np.max),
+    "largest_sag": series("body_position", lambda x: x[0, 0, 2] - x[:, 0, 2].min()),
+    "energy_kept": lambda run: float(np.divide(*(_energy(run)[k] for k in (-1, 0)))),
+    "shear_share": lambda run: summary(run)["ledger_shares"]["shear"],
+    "body_rebound": series("body_velocity", lambda v: -v[-1, 0, 2] / v[0, 0, 2]),
+    "grain_rebound": series("kinetic_translation", lambda e: (e[-1] / e[0]) ** 0.5),
+}
+
+
+def _energy(run):
+    return (run.series.kinetic + run.series.elastic_energy).values
+
+
+def measured(case, changes, folder):
+    """Values of the number of a case with changes of its scene, one for each seed; or a text."""
+    values = []
+    for seed in case.get("seeds") or [None]:
+        data = {"name": "defaults"} | copy.deepcopy(case["scene"])
+        own = changes | ({} if seed is None else {case.get("seed", "sample.seed"): seed})
+        for key, value in (own | ALONE).items():
+            put(data, key.split("."), value)
+        try:
+            run = analysis.open_run(execute(Scene.from_dict(data), folder, force=True))
+            number = NUMBERS.get(case["number"])
+            value = number(run) if number else summary(run)[case["number"]]
+        except GuardStop as stop:
+            return f"stopped by a guard: {stop}"
+        except Interrupted:
+            raise
+        except DustError as error:
+            return str(error)
+        if value is None:
+            return _why(summary(run))
+        values.append(float(value))
+    return np.array(values)
+
+
+def _why(numbers):
+    """Why a run has no number, as its table says."""
+    missed = numbers["missed_loads"]
+    return "load missed" if missed else "none: " + numbers["status"]
+
+
+def put(data, path, value):
+    """Set a key of nested dictionaries and lists."""
+    key = int(path[0]) if isinstance(data, list) else path[0]
+    if len(path) == 1:
+        data[key] = value
+        return
+    if isinstance(data, dict):
+        data.setdefault(key, {})
+    put(data[key], path[1:], value)
+
+
+def row(name, case, settings, plain, careful):
+    """Row of the table: both values, their difference and the verdict."""
+    limit, absolute = case["error"], case.get("absolute", False)
+    cells = [text(plain), words(settings), text(careful)]
+    error = f"{limit:g}" if absolute else f"{limit:.2%}"
+    difference, verdict = "", "differs"
+    if not isinstance(plain, str) and not isinstance(careful, str):
+        change = plain - careful
+        if not absolute:
+            change = change / np.abs(careful.mean())
+        own, spread = change.mean(), 0.0
+        if len(change) > 1:
+            spread = change.std(ddof=1) / len(change) ** 0.5
+        form = "{:+.2g}" if absolute else "{:+.2%}"
+        difference = form.format(own) + (
+            f" ± {form[:-1].replace('+', '')}}}".format(spread) if spread else ""
+        )
+        if abs(own) <= limit:
+            verdict = "agrees"
+        elif len(change) > 1 and abs(own) <= student.ppf(0.975, len(change) - 1) * spread:
+            verdict = "within the scatter"
+    return [name, case["about"], case["number"], *cells, difference, error, verdict]
+
+
+def text(values):
+    """Mean of the values of the seeds."""
+    return values if isinstance(values, str) else f"{values.mean():.4g}"
+
+
+def words(settings):
+    """Settings as the YAML has them."""
+    return ", ".join(
+        f"{key}: {value if isinstance(value, str) else json.dumps(value)}"
+        for key, value in settings.items()
+    )
+
+
+def main(names):
+    """Entry point: rows of other scenes stay in the table as they are."""
+    cases = yaml.safe_load(SCENES.read_text())
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names or cases:
+            case = cases[name]
+            plain = measured(case, {}, folder)
+            found = [row(name, case, s, plain, measured(case, s, folder)) for s in case["careful"]]
+            print(*(" | ".join(cells) for cells in found), sep="\n", flush=True)
+            write({name: found}, cases)
+
+
+def write(found, order):
+    """Put rows into the table, in the order of the scenes."""
+    table = {}
+    if TABLE.exists():
+        with open(TABLE, newline="", encoding="utf-8") as file:
+            for cells in list(csv.reader(file))[1:]:
+                table.setdefault(cells[0], []).append(cells)
+    table |= found
+    with open(TABLE, "w", newline="", encoding="utf-8") as file:
+        rows = [cells for key in order if key in table for cells in table[key]]
+        csv.writer(file, lineterminator="\n").writerows([HEAD.split(","), *rows])
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
