@@ -101,6 +101,8 @@ def row(name, case, settings, plain, careful):
     cells = [text(plain), words(settings), text(careful)]
     error = f"{limit:g}" if absolute else f"{limit:.2%}"
     difference, verdict = "", "differs"
+    if isinstance(plain, str) and isinstance(careful, str):
+        verdict = "no number"
     if not isinstance(plain, str) and not isinstance(careful, str):
         change = plain - careful
         if not absolute:
