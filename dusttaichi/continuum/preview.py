@@ -41,7 +41,7 @@ def preview(scene):
         ("Memory", [("state", _memory(scene, len(sample)))]),
     ]
     if texts := advice(scene, sample):
-        sections.append(("Defaults to change", [("set", text) for text in texts]))
+        sections.append(("Defaults to change", [tuple(text.split(": ", 1)) for text in texts]))
     domain = domain_of(scene, sample, output_step / units.TIME)
     return Preview(sections, len(sample), domain.dt, domain.planned(scene))
 

@@ -54,7 +54,7 @@ def preview(scene):
     if texts := short_loads(scene, step.dt):
         sections.append(("Controlled loads", [("remark", text) for text in texts]))
     if texts := advice(scene, sample):
-        sections.append(("Defaults to change", [("set", text) for text in texts]))
+        sections.append(("Defaults to change", [tuple(text.split(": ", 1)) for text in texts]))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
     return Preview(sections, len(sample), domain.dt, domain.planned(scene))
 

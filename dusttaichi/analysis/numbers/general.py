@@ -65,7 +65,8 @@ def _missed(value, n):
 
 
 def _advised(value, n):
-    return [("set", text, "") for text in value.split("\n")]
+    pairs = (text.split(": ", 1) for text in value.split("\n"))
+    return [(f"set {key}", why, "") for key, why in pairs]
 
 
 def _per_grain(value, n):
