@@ -36,7 +36,8 @@ def _records(scene):
             yield (
                 f"output.series{of}: {{strain: 0.001}} or less where a wall is pulled up. A "
                 f"record averages since the last one, {interval:g} of strain: the largest tension "
-                "of three samples was a fifth to a third too small, and unloading may end between two records"
+                "of three samples was a fifth to a third too small, and unloading may end between "
+                "two records"
             )
 
 
