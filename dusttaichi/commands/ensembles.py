@@ -20,6 +20,7 @@ def run_plan(plan, onward, *, quiet, verbose=False, figures=True, as_json=False,
     from dusttaichi.studies.ensemble import gather_plan, run_all
 
     phases = Phases(verbose)
+    phases.end("imports and scenes")
     with ProgressBar(quiet) as bar, resumable(f"results are in {plan.directory}", onward):
         results = run_all(plan, report=shown(bar), log=bar.log, **how)
     failed = [result for result in results if result.code != 0]

@@ -1,6 +1,8 @@
 """Progress of the commands: a live line on a terminal, a line every ten minutes in a log."""
 
+import os
 import time as real_time
+from pathlib import Path
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Column
@@ -59,17 +61,36 @@ class ProgressBar:
 
 
 class Phases:
-    """Times of the phases of a command, printed where `on` (--verbose)."""
+    """Times of the phases of a command, printed where `on` (--verbose); they add up to its time.
+
+    The first phase begins with the process.
+    """
 
     def __init__(self, on):
-        self._on, self._began = on, real_time.monotonic()
+        self._on = on
+        self._began = self._start = real_time.monotonic() - _age()
 
-    def end(self, what):
-        """End a phase and print its time."""
-        now = real_time.monotonic()
+    def end(self, what, seconds=None):
+        """End a phase and print its time; seconds: of the part of it that is meant."""
+        seconds = real_time.monotonic() - self._began if seconds is None else seconds
         if self._on:
-            remark(f"{now - self._began:8.1f} s  {what}")
-        self._began = now
+            remark(f"{seconds:8.2f} s  {what}")
+        self._began += seconds
+
+    def total(self):
+        """Print the sum of all phases."""
+        if self._on:
+            remark(f"{self._began - self._start:8.2f} s  in all")
+
+
+def _age():
+    """Time since this process began [s]; its processor time where the system does not tell."""
+    try:
+        fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
+        began = int(fields[19]) / os.sysconf("SC_CLK_TCK")
+        return real_time.clock_gettime(real_time.CLOCK_BOOTTIME) - began
+    except (OSError, AttributeError):
+        return real_time.process_time()
 
 
 def _columns(width):

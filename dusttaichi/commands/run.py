@@ -1,5 +1,7 @@
 """`dust run`: one scene, or its replicas."""
 
+from time import monotonic
+
 from dusttaichi.commands import options
 from dusttaichi.commands.console import (
     console,
@@ -39,6 +41,7 @@ def run(
     from dusttaichi.run import run_directory
 
     options.refuse_both(force, resume)
+    phases = Phases(verbose)
     scene = options.load_scene(file, threads, settings, extensions)
     directory = run_directory(scene, output)
     how = {"settings": settings or (), "scheduler": scheduler, "error_bar": error_bar}
@@ -60,15 +63,15 @@ def run(
     if scheduler is not None:
         raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
     how = {"force": force, "resume": resume, "fresh": fresh, "error_bar": error_bar}
-    phases = Phases(verbose)
+    phases.end("imports and scene")
     with watched(directory, watch):
         keep_start = _run_one(scene, directory, onward, quiet=quiet, phases=phases, **how)
     with options.writing(force=force, inputs=[file]):
-        written, frames = _show_result(directory, figures, as_json)
-        phases.end(f"numbers and {len(written) - 1} figures")
+        frames = _show_result(directory, figures, as_json, phases)
     if not (quiet or as_json):
         _say_next(directory, frames)
     keep_start()
+    phases.total()
 
 
 def _run_one(scene, directory, onward, *, quiet, phases, **how):
@@ -84,21 +87,42 @@ def _run_one(scene, directory, onward, *, quiet, phases, **how):
     timer = Timer(scene)
     clock = Clock(scene, timer)
 
-    def ready(sim):
-        clock.ready(sim)
-        phases.end(_built(scene, sim, clock.cached))
-
-    hooks = {"ready": ready, "advancing": timer}
+    segments = _Segments(timer, lambda: phases.end(_built(scene, timer.sim, clock.cached)))
+    hooks = {"sampled": lambda sample: phases.end("sample"), "ready": clock.ready}
+    hooks["advancing"] = segments
     with ProgressBar(quiet, "building") as bar:
         try:
             execute(scene, directory, report=_shown(bar), log=bar.log, **hooks, **how)
             timer.keep()
-            phases.end("steps and output")
+            phases.end("steps", segments.seconds)
+            phases.end("output")
         except Interrupted as stop:
             if not stop.resumable:
                 raise
             raise Interrupted(f"{stop}. Continue with: {onward}") from None
     return clock.keep
+
+
+class _Segments:
+    """Context around each segment of steps. The first, a step, belongs to the kernels.
+
+    timer: entered too. first: called after the first. seconds: of all others.
+    """
+
+    def __init__(self, timer, first):
+        self._timer, self._first, self.seconds = timer, first, 0.0
+
+    def __enter__(self):
+        self._timer.__enter__()
+        self._began = monotonic()
+
+    def __exit__(self, *error):
+        self._timer.__exit__(*error)
+        if self._first is None:
+            self.seconds += monotonic() - self._began
+        else:
+            self._first()
+            self._first = None
 
 
 def _shown(bar):
@@ -121,7 +145,7 @@ def _shown(bar):
 
 
 def _built(scene, sim, cached):
-    """Output of --verbose about a simulation before its first step."""
+    """Output of --verbose about a simulation after its first step."""
     from dusttaichi import units
     from dusttaichi.scene import quantities
 
@@ -130,42 +154,45 @@ def _built(scene, sim, cached):
     return f"{scene.method}: {sim.size:,} particles, time step {step}, kernels {kernels}"
 
 
-def _show_result(directory, draw, as_json):
+def _show_result(directory, draw, as_json, phases):
     """Print the table of a finished run, or its numbers as JSON, and `draw` its figures.
 
-    Returns (paths, number of snapshots).
+    Returns the number of snapshots.
     """
     from dusttaichi import analysis
     from dusttaichi.analysis.plain import plain_runs
 
     failed = []
     with analysis.open_run(directory) as result:
+        numbers = plain_runs([result]) if as_json else analysis.summary(result)
+        rows = [] if as_json else analysis.table(numbers)
+        phases.end("numbers")
         figures = []
         if draw:
             from dusttaichi import plots  # with matplotlib, which other runs do not wait for
 
             figures = plots.save_all(result, directory, failed=failed)
-        written, frames = [directory / "result.nc", *figures], result.snapshots
-        count = 0 if frames is None else frames.sizes["snapshot"]
-        if as_json:
-            say_json(plain_runs([result]))
-            say_written(written, remark)
-            say_not_drawn(failed)
-            return written, count
-        summary = analysis.summary(result)
-        rows = analysis.table(summary)
+            phases.end(f"{len(figures)} figures")
+        frames = result.snapshots
+    if as_json:
+        say_json(numbers)
+    else:
+        _say_table(numbers["name"], rows)
+    say_written([directory / "result.nc", *figures], remark if as_json else say)
+    say_not_drawn(failed)
+    return 0 if frames is None else frames.sizes["snapshot"]
+
+
+def _say_table(name, rows):
     headings = [
         {"header": heading, "no_wrap": heading == " "}  # no label is cut
         for heading in (" ", "run", "literature")
     ]
     shown = 3 if any(beside for _, _, beside in rows) else 2
-    table = plain_table(*headings[:shown], title=summary["name"])
+    table = plain_table(*headings[:shown], title=name)
     for row in rows:
         table.add_row(*row[:shown])
     console.print(table)
-    say_written(written)
-    say_not_drawn(failed)
-    return written, count
 
 
 def _say_next(directory, frames):

@@ -38,6 +38,7 @@ def execute(
     error_bar=False,
     report=lambda report: None,
     log=lambda text: None,
+    sampled=lambda sample: None,
     ready=lambda simulation: None,
     advancing=None,
 ):
@@ -59,6 +60,8 @@ def execute(
         Called regularly with a Report.
     log : function
         Called with messages for the user.
+    sampled : function
+        Called with the sample of a new run, before the Simulation is built.
     ready : function
         Called with the compiled Simulation (dusttaichi.method) before its first step.
     advancing : context manager, optional
@@ -86,7 +89,8 @@ def execute(
         )
     with Interrupts() as interrupts, files.RunLock(directory) as lock:
         others = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
-        opening = Opening(scene, directory, lock, store_states=error_bar, **others)
+        opens = {"store_states": error_bar, "sampled": sampled}
+        opening = Opening(scene, directory, lock, **opens, **others)
         with before_the_first_step():
             run = opening.open(force=force, resume=resume, fresh=fresh)
             ready(run.sim)

@@ -17,10 +17,14 @@ from dusttaichi.run.state import RunState
 class Opening:
     """Opens the run of a scene in a directory with an acquired RunLock.
 
-    store_states: for an error bar. others: further arguments of Run.
+    store_states: for an error bar. sampled: called with the sample of a new run. others: further
+    arguments of Run.
     """
 
-    def __init__(self, scene, directory, lock, *, store_states=False, **others):
+    def __init__(
+        self, scene, directory, lock, *, store_states=False, sampled=lambda sample: None, **others
+    ):
+        self.sampled = sampled
         self.scene, self.directory, self.lock, self.others = scene, directory, lock, others
         self.method = method.of(scene)
         self.origin = Origin.of(scene)
@@ -45,6 +49,7 @@ class Opening:
         """A Run at step 0 with its first records; sample: instead of that of the scene."""
         scene = self.scene
         sample = self.method.make_sample(scene) if sample is None else sample
+        self.sampled(sample)
         sim = self.method.build(scene, sample)
         remarks = getattr(sample, "info", {}).get("remarks", ())
         for text in [*remarks, *getattr(sim, "remarks", ())]:

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -40,6 +41,21 @@ def _imported(words):
 @pytest.mark.parametrize("words", ALLOWED)
 def test_a_command_imports_what_it_needs(words):
     assert HEAVY & set(_imported(words)) == ALLOWED[words]
+
+
+def test_phases_of_a_run_add_up_to_its_time(tmp_path):
+    words = f"run smoke --set stop.steps=40 -q -v --no-figures -o {tmp_path / 'out'}".split()
+    command = [sys.executable, "-c", "from dusttaichi.commands.app import main; main()", *words]
+    began = time.monotonic()
+    done = subprocess.run(command, capture_output=True, text=True)
+    wall = time.monotonic() - began
+    rows = [line.partition(" s  ") for line in done.stderr.splitlines() if " s  " in line]
+    named = [(what.partition(":")[0], float(seconds)) for seconds, _, what in rows]
+    names = ["imports and scene", "sample", "grains", "steps", "output", "numbers", "in all"]
+    assert [name for name, _ in named] == names
+    *parts, total = (seconds for _, seconds in named)
+    assert sum(parts) == pytest.approx(total, abs=0.005 * len(named))  # two decimals each
+    assert total <= wall + 0.02  # the system counts the start in hundredths
 
 
 def test_bytecode_is_kept_where_python_may_not_write_it(tmp_path):
