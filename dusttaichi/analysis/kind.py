@@ -22,7 +22,7 @@ class Kind:
     def compresses(self):
         """True where the filling factor grows (in a stage) under the pressure of a top wall.
 
-        Not of a lying cylinder, whose load is no pressure (analysis.diametral).
+        Not of a lying cylinder, whose load is no pressure (configs/diametral).
         """
         return self.sample.get("shape") != LYING and self._does(
             lambda part: part.growth > LEAST_CHANGE and part.has_top_pressure

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 import reference as ref
 import xarray as xr
-from scenes import RADIUS, make_scene
+from scenes import RADIUS, bundled, make_scene
 
 from dusttaichi import analysis, plots
-from dusttaichi.analysis.diametral import FALL, diametral, is_diametral
-from dusttaichi.analysis.numbers.tension import DIAMETRAL
 from dusttaichi.errors import DustError
 from dusttaichi.run import execute
 from dusttaichi.scene import Scene
@@ -16,6 +14,12 @@ from dusttaichi.scene import Scene
 PAIR = ref.numbers()
 D = 2 * RADIUS - PAIR.delta0
 ROW = D * np.sqrt(3.0) / 2.0
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own():
+    with bundled("diametral/diametral.py") as module:
+        yield module
 
 
 def disc_scene(positions, diameter, *, speed, strain, damping="viscoelastic"):
@@ -48,11 +52,11 @@ def rhombus(tmp_path_factory):
         yield run
 
 
-def test_four_grains_break_where_mechanics_says(rhombus):
+def test_four_grains_break_where_mechanics_says(own, rhombus):
     """The forces N of the slanted contacts carry F = 2 N cos 30° and pull the middle contact apart
     with 2 N sin 30° = F/sqrt(3), which holds up to F_c."""
-    found = diametral(rhombus)
-    assert is_diametral(rhombus) and found.passed
+    found = own.diametral(rhombus)
+    assert own.is_diametral(rhombus) and found.passed
     diameter, length = 2.001 * ROW, 2 * RADIUS
     expected = 2.0 * np.sqrt(3.0) * PAIR.F_c / (np.pi * diameter * length)
     # the mean over ten of 200 records misses the peak by the rise of five, and the grains swing
@@ -61,13 +65,12 @@ def test_four_grains_break_where_mechanics_says(rhombus):
     assert found.filling_factor == pytest.approx(volume, rel=1e-9)
 
 
-def test_numbers_and_figure(rhombus):
-    numbers, failed = DIAMETRAL.of(rhombus)
-    assert not failed and numbers["diametral_strength"] == diametral(rhombus).strength
+def test_numbers_and_figure(own, rhombus):
+    numbers, failed = own.DIAMETRAL.of(rhombus)
+    assert not failed and numbers["diametral_strength"] == own.diametral(rhombus).strength
     assert 0.0 < numbers["diametral_strain"] < 4e-4 and numbers["diametral_passed"]
-    (axes,) = plots.diametral(rhombus).axes
+    (axes,) = plots.figures_of(rhombus)["diametral"].axes
     assert axes.get_xlabel() == "deflection over the diameter"
-    assert "diametral" in plots.figures_of(rhombus)
     assert any(row[0] == "diametral strength" for row in analysis.table(analysis.summary(rhombus)))
 
 
@@ -104,11 +107,11 @@ def stress_of_point_loads(x, z, force, radius):
     return scale * (0.5 / radius - xx), scale * (0.5 / radius - zz)
 
 
-def test_stress_in_an_elastic_disc(elastic):
+def test_stress_in_an_elastic_disc(own, elastic):
     """Contact forces within a third of the radius add up to the closed form, which does not depend
     on the elastic constants. The rim is a lattice's: its radius is known to half a row."""
     frame = analysis.read_frame(elastic, -1)
-    found = diametral(elastic)
+    found = own.diametral(elastic)
     radius = found.diameter / 2.0
     force = found.stress[-1] * np.pi * found.diameter * found.length / 2.0
     assert 0.2 * PAIR.F_c < force < np.sqrt(3.0) * PAIR.F_c
@@ -130,8 +133,8 @@ def test_stress_in_an_elastic_disc(elastic):
     np.testing.assert_allclose(middle, found.stress[-1] * found.length * np.array([1.0, -3.0]))
 
 
-def test_a_force_that_has_not_fallen_is_a_lower_limit(elastic):
-    assert not diametral(elastic).passed
+def test_a_force_that_has_not_fallen_is_a_lower_limit(own, elastic):
+    assert not own.diametral(elastic).passed
     rows = {row[0]: row[1] for row in analysis.table(analysis.summary(elastic))}
     assert rows["diametral strength"].startswith("at least")
 
@@ -170,28 +173,28 @@ class Recorded:
         self.tree = {"snapshots": xr.DataTree(snapshots)}
 
 
-def test_the_strength_is_the_first_maximum_that_the_force_stays_below():
+def test_the_strength_is_the_first_maximum_that_the_force_stays_below(own):
     """A peak of 1 kPa, a lasting fall by 30 %, and a second rise when the remnant is pressed."""
     up, down = np.linspace(0, 1e3, 100), np.linspace(1e3, 7e2, 50)
     again = np.concatenate([np.full(60, 7e2), np.linspace(7e2, 5e3, 99)])
-    found = diametral(Recorded(recorded(np.concatenate([up, down, again]))))
+    found = own.diametral(Recorded(recorded(np.concatenate([up, down, again]))))
     # the mean over ten records about the peak, by hand: 5 of a slope of 10.1, 5 of one of 6.1 Pa
     assert found.passed and found.strength == pytest.approx(1e3, rel=0.04)
     assert found.strength_strain == pytest.approx(0.1, abs=5e-3)
-    small = np.concatenate([up, np.linspace(1e3, (1 - FALL + 0.05) * 1e3, 50), again[60:]])
-    found = diametral(Recorded(recorded(small)))
+    small = np.concatenate([up, np.linspace(1e3, (1 - own.FALL + 0.05) * 1e3, 50), again[60:]])
+    found = own.diametral(Recorded(recorded(small)))
     assert not found.passed and found.strength == pytest.approx(5e3, rel=0.05)
     assert np.interp(0.05, found.strain, found.mean) == pytest.approx(500, rel=0.02)
     # a grain that slips between the plates: a fall by half that is over after 2 % of the diameter
     blip = np.concatenate([np.linspace(0, 500, 30), np.linspace(250, 500, 20), 0.5e3 + up])
-    assert not diametral(Recorded(recorded(blip))).passed
+    assert not own.diametral(Recorded(recorded(blip))).passed
 
 
-def test_what_is_no_diametral_compression():
+def test_what_is_no_diametral_compression(own):
     run = Recorded(recorded([1.0] * 5))
     with pytest.raises(DustError, match="has 5 records of the force; allowed: 10 or more"):
-        diametral(run)
+        own.diametral(run)
     run.sample = {"shape": "cylinder"}
-    assert not is_diametral(run)
+    assert not own.is_diametral(run)
     with pytest.raises(DustError, match="is no diametral compression, which needs a lying"):
-        diametral(run)
+        own.diametral(run)

@@ -157,6 +157,16 @@ def strength_by_law(name: str, what: str = "") -> Callable[[Mapping], str]:
     return text
 
 
+def strength_text(passed: str, whole: str, error: str = "") -> Callable[[Any, Mapping], str]:
+    """Text of a strength; passed: row that is true if the `whole` maximum was measured."""
+
+    def text(value, numbers):
+        strength = quantity_text(value, "Pa", numbers.get(error))
+        return strength if numbers[passed] else f"at least {strength}: the {whole} not fallen yet"
+
+    return text
+
+
 def uncertainty(name: str, unit: str = "1", **more: Any) -> Observable:
     """The row NAME_sigma of the uncertainty of another one, which is shown with it."""
     return quiet(name, f"uncertainty of {name.removesuffix('_sigma')}", unit, **more)

@@ -1,31 +1,20 @@
-"""Strengths: of stretched samples, and of discs between plates."""
+"""Strength of a stretched sample."""
 
-from dusttaichi.analysis.diametral import FALL, diametral, is_diametral
 from dusttaichi.analysis.numbers.registry import (
     Family,
     Observable,
     quiet,
     strength_by_law,
+    strength_text,
     uncertainty,
 )
 from dusttaichi.analysis.tensile import tensile
 from dusttaichi.analysis.tension import missing_strength
-from dusttaichi.analysis.texts import quantity_text
 
 
 def _measure(run):
     problem = missing_strength(run)
     return {"strength_problem": problem} if problem else vars(tensile(run))
-
-
-def _strength(passed, whole, error=""):
-    """Text of a strength; passed: row that is true if the `whole` maximum was measured."""
-
-    def text(value, n):
-        strength = quantity_text(value, "Pa", n.get(error))
-        return strength if n[passed] else f"at least {strength}: the {whole} not fallen yet"
-
-    return text
 
 
 def _where(value, n):
@@ -46,7 +35,7 @@ TENSION = Family(
               column=("phi_init", "{:.3g}", 1)),
         Observable(name="strength", title="tensile strength", unit="Pa", error="strength_sigma",
                    why="strength_problem",
-                   text=_strength("strength_passed", "stress had", "strength_sigma"),
+                   text=strength_text("strength_passed", "stress had", "strength_sigma"),
                    literature=strength_by_law("strength_law"),
                    column=("strength kPa", "{:.3g}", 1e3), wanted=2, figure="tensile"),
         uncertainty("strength_sigma", "Pa", column=("± kPa", "{:.2g}", 1e3)),
@@ -61,31 +50,4 @@ TENSION = Family(
               column=("maximum passed", "{!s}", 1)),
     ),
 )  # fmt: skip
-DIAMETRAL = Family(
-    name="diametral",
-    title="diametral compression",
-    place=32,
-    applies=is_diametral,
-    measure=diametral,
-    numbers=(
-        Observable(name="diametral_strength", title="diametral strength", unit="Pa",
-                   value="strength", symbol=r"$2F/(\pi D L)$",
-                   text=_strength("diametral_passed", "force has"),
-                   literature=strength_by_law("diametral_law", "tensile strength, "),
-                   about="2 F/(pi D L) of a lying cylinder between plates, at the largest force F "
-                   f"(mean over ten records) before it falls by {FALL:.0%} and stays below",
-                   column=("diametral kPa", "{:.3g}", 1e3), wanted=2, figure="diametral"),
-        Observable(name="diametral_strain", title="… at a deflection over the diameter",
-                   value="strength_strain",
-                   text="{:.3g}", column=("at strain", "{:.3g}", 1)),
-        Observable(name="diametral_phi", title="… filling factor of the cylinder", text="{:.3g}",
-                   value="filling_factor",
-                   about="volume of the grains over that of the cylinder that was cut",
-                   column=("phi", "{:.3g}", 1)),
-        quiet("diametral_passed", "the force has fallen since", "", value="passed",
-              column=("maximum passed", "{!s}", 1)),
-        quiet("diametral_law", "tensile strength at that filling factor by T19 eq 33", "Pa",
-              value="law"),
-    ),
-)  # fmt: skip
-FAMILIES = (TENSION, DIAMETRAL)
+FAMILIES = (TENSION,)

@@ -1,18 +1,28 @@
-"""A disc between two plates that press it across its axis (Brazilian test, Hondros 1959).
+"""Numbers and figure of a disc between two plates that press it across its axis.
 
-An elastic disc of diameter D and length L under a force F has the tension 2 F/(pi D L) in its
-middle, across the load, whatever its elastic constants are. The value at the largest force is the
-strength that the test measures.
+The Brazilian test (Hondros 1959). An elastic disc of diameter D and length L under a force F has
+the tension 2 F/(pi D L) in its middle, across the load, whatever its elastic constants are. The
+value at the largest force is the strength that the test measures.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from dusttaichi import plots
+from dusttaichi.analysis import numbers
+from dusttaichi.analysis.numbers.registry import (
+    Family,
+    Observable,
+    quiet,
+    strength_by_law,
+    strength_text,
+)
 from dusttaichi.analysis.tensile import strength_law
 from dusttaichi.analysis.tension import RECORDS
 from dusttaichi.errors import DustError
 from dusttaichi.names import LYING
+from dusttaichi.plots import style
 
 FALL = 0.2
 """Share by which the force has to fall below its largest value, which then is the strength."""
@@ -102,3 +112,71 @@ def _first_maximum(strain, mean):
 def _grain_volume(run):
     radii = run.tree["snapshots"].to_dataset().radius.values
     return 4.0 / 3.0 * np.pi * np.sum(radii**3)
+
+
+DIAMETRAL = Family(
+    name="diametral",
+    title="diametral compression",
+    place=32,
+    applies=is_diametral,
+    measure=diametral,
+    numbers=(
+        Observable(name="diametral_strength", title="diametral strength", unit="Pa",
+                   value="strength", symbol=r"$2F/(\pi D L)$",
+                   text=strength_text("diametral_passed", "force has"),
+                   literature=strength_by_law("diametral_law", "tensile strength, "),
+                   about="2 F/(pi D L) of a lying cylinder between plates, at the largest force F "
+                   f"(mean over ten records) before it falls by {FALL:.0%} and stays below",
+                   column=("diametral kPa", "{:.3g}", 1e3), wanted=2, figure="diametral"),
+        Observable(name="diametral_strain", title="… at a deflection over the diameter",
+                   value="strength_strain",
+                   text="{:.3g}", column=("at strain", "{:.3g}", 1)),
+        Observable(name="diametral_phi", title="… filling factor of the cylinder", text="{:.3g}",
+                   value="filling_factor",
+                   about="volume of the grains over that of the cylinder that was cut",
+                   column=("phi", "{:.3g}", 1)),
+        quiet("diametral_passed", "the force has fallen since", "", value="passed",
+              column=("maximum passed", "{!s}", 1)),
+        quiet("diametral_law", "tensile strength at that filling factor by T19 eq 33", "Pa",
+              value="law"),
+    ),
+)  # fmt: skip
+numbers.register(DIAMETRAL)
+
+
+@plots.figure("Diametral compression", 111.5, name="diametral", applies=is_diametral, together=True)
+def drawn(runs, labels=None):
+    """Nominal tension 2 F/(pi D L) against the deflection of one Run or several.
+
+    Lines are means over ten records, points the strengths; hollow: the force has not fallen yet.
+    With a single run the records themselves too.
+    """
+    runs, labels = style.named(runs, labels)
+    found = [diametral(run) for run in runs]
+    figure, (axes,) = style.new_figure()
+    scale, unit = style.scaled(max(abs(one.strength) for one in found), style.PRESSURES)
+    for number, (one, label) in enumerate(zip(found, labels, strict=True)):
+        look = style.run_style(number)
+        if len(found) == 1:
+            style.records(axes, one.strain, one.stress * scale, number)
+        text = rf"{label}, $\phi$ = {one.filling_factor:.3g}"
+        axes.plot(one.strain, one.mean * scale, label=text, **look)
+        axes.plot(
+            one.strength_strain,
+            one.strength * scale,
+            "o",
+            color=look["color"],
+            markerfacecolor=look["color"] if one.passed else "white",
+            zorder=4,
+        )
+    if not all(one.passed for one in found):
+        hollow = {"marker": "o", "color": "none", "markeredgecolor": style.GREY}
+        axes.plot([], [], label="hollow: at least, the force has not fallen yet", **hollow)
+    axes.axhline(0.0, color=style.GREY, linewidth=0.6)
+    axes.set_xlabel("deflection over the diameter")
+    axes.set_ylabel(rf"$2F/(\pi D L)$ ({unit})")
+    style.legend(axes)
+    return figure
+
+
+plots.register(drawn)
