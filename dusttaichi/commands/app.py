@@ -2,7 +2,7 @@
 
 EXIT_CODES = (
     (0, "success"),
-    (1, "a cell of the map of `dust extremes`, or a check of `dust selftest`, failed"),
+    (1, "a cell of the map of `dust extremes` failed"),
     (2, "invalid input, a missing file or a full disk: something that you can correct"),
     (3, "a guard stopped a run because its numbers are no longer valid"),
     (130, "Ctrl-C, SIGTERM or SIGHUP; results up to there are saved"),
@@ -28,6 +28,7 @@ try:
     import typer
 
     from dusttaichi import __version__
+    from dusttaichi.commands.bench import bench
     from dusttaichi.commands.check import check, schema
     from dusttaichi.commands.collide import collide
     from dusttaichi.commands.console import err, say
@@ -35,10 +36,10 @@ try:
     from dusttaichi.commands.extremes import extremes
     from dusttaichi.commands.fit import fit
     from dusttaichi.commands.new import new
+    from dusttaichi.commands.removed import Commands
     from dusttaichi.commands.report import report, watch
     from dusttaichi.commands.results import compare, export, plot, render
     from dusttaichi.commands.run import run
-    from dusttaichi.commands.selftest import bench, selftest
     from dusttaichi.commands.sticking import sticking
     from dusttaichi.commands.sweep import sweep
     from dusttaichi.commands.trade import trade
@@ -46,13 +47,14 @@ try:
     from dusttaichi.errors import DustError, Interrupted
 
     app = typer.Typer(
+        cls=Commands,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         help="Grain-by-grain and continuum simulation of porous dust.",
         epilog="Exit codes: " + "; ".join(f"{code} {what}" for code, what in EXIT_CODES) + ".",
     )
     COMMANDS = (new, run, sweep, collide, trade, sticking, extremes, check, schema)
-    COMMANDS += (report, watch, plot, compare, fit, bench, selftest, export, render)
+    COMMANDS += (report, watch, plot, compare, fit, bench, export, render)
     for command in COMMANDS:
         app.command()(command)
 except (KeyboardInterrupt, ImportError) as error:  # Ctrl-C meanwhile would print a traceback

@@ -20,6 +20,7 @@ from dusttaichi.studies.workers import LOST, Worker
 SCENES = ("omni_static", "guettler2009/bead")
 ROUNDS, SECONDS = 5, 0.6  # number and duration of the measurements of each
 WARM_UP = 0.3  # s of steps before the first round
+LEDGER = 0.01  # largest residual, as in a run (numerics.ledger_tolerance)
 BUSY = 15.0  # smallest spread of the rounds [%] with a remark
 
 
@@ -73,6 +74,7 @@ class Timing:
 
     size: particles. contacts: between grains, None for a method without. seconds: of a step.
     speed_up: over one thread. spread: largest minus smallest round over the median [%].
+    residual: of the energy ledger after all rounds, over its turnover (`run.ledger.turnover`).
     """
 
     scene: str
@@ -82,6 +84,7 @@ class Timing:
     seconds: float
     speed_up: float
     spread: float
+    residual: float
 
     def text(self) -> str:
         """Line of the table."""
@@ -116,6 +119,7 @@ def _timings(name, threads, rounds, seconds, log):
             built.append(processes[-1].ask("build", scene=str(name), threads=n))
         log(f"{name}: timing it")
         found = [[p.ask("time", span=seconds)["step"] for p in processes] for _ in range(rounds)]
+        residuals = [p.ask("ledger")["residual"] for p in processes]
     for which, n in enumerate(threads):
         own = [each[which] for each in found]
         yield Timing(
@@ -125,6 +129,7 @@ def _timings(name, threads, rounds, seconds, log):
             seconds=median(own),
             speed_up=median(each[0] / each[which] for each in found),
             spread=100.0 * (max(own) - min(own)) / median(own),
+            residual=residuals[which],
         )
 
 
@@ -138,6 +143,8 @@ def text(timings: list[Timing]) -> str:
             contacts = "" if timing.contacts is None else f", {timing.contacts:,} contacts"
             lines += ["", f"{timing.scene}: {timing.size:,} particles{contacts}"]
             shown = timing.scene
+            worst = max(abs(t.residual) for t in timings if t.scene == shown)
+            lines.append(f"  energy ledger open by {100.0 * worst:.2g} %{_verdict(worst)}")
         lines.append(timing.text())
     worst = max(timing.spread for timing in timings)
     remarks = [processor.warning()]
@@ -147,6 +154,11 @@ def text(timings: list[Timing]) -> str:
             "clock changes. Repeat this when it is idle."
         )
     return "\n".join([*lines, *(f"\n{remark}" for remark in remarks if remark)])
+
+
+def _verdict(residual):
+    """Remark on a residual that a run would be stopped for."""
+    return "" if residual <= LEDGER else ": WRONG RESULTS, do not compute on this machine"
 
 
 def _threads(number):
@@ -164,6 +176,7 @@ def _build(scene, threads):
 
     scene = load(scene).with_value("numerics.threads", threads)
     sim = _state["sim"] = method.of(scene).build(scene, method.make_sample(scene))
+    _state["start"] = method.Start.of(sim.measure())
     sim.advance(1)
     found = {"size": sim.size, "contacts": sim.measure().parts.get("contacts")}
     _state["steps"] = 1
@@ -184,6 +197,14 @@ def _time(span):
     return {"step": took / made}
 
 
+def _ledger():
+    """Residual of the ledger over its turnover."""
+    from dusttaichi.run.ledger import turnover
+
+    residual, through = turnover(_state["sim"].measure(), _state["start"])
+    return {"residual": float(residual / through)}
+
+
 def answer(parent, *, do, **arguments):
-    """Answer of the worker. do: "build" a scene, or "time" it."""
-    return {"build": _build, "time": _time}[do](**arguments)
+    """Answer of the worker. do: "build" a scene, "time" it, or state its "ledger"."""
+    return {"build": _build, "time": _time, "ledger": _ledger}[do](**arguments)

@@ -8,11 +8,11 @@ import json
 import sys
 
 import numpy as np
+import stored_states
 
 from dusttaichi import method
 from dusttaichi.grains.compiled import step_numbers
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies.selftest import scenes
 
 DUST = """
 name: dust
@@ -43,7 +43,7 @@ stop: {steps: 100}
 # a weight that moves grains by more than rounding does; with it a sphere that touches grains
 WEIGHT = {"gravity.acceleration": ["0 m/s^2", "0 m/s^2", "-1e6 m/s^2"]}
 NEAR = {"sphere.gap": "1 nm"} | WEIGHT
-# Scenes of `dust selftest`, also in other precisions and with other boundaries.
+# Scenes of stored_states.py, also in other precisions and with other boundaries.
 GRAINS = {
     "box_f64": ("box", {}),
     "box_mixed": ("box", {"numerics.precision": "mixed"}),
@@ -79,7 +79,7 @@ def scene_of(name, backend):
     """The Scene of a case."""
     if name in GRAINS:
         base, changes = GRAINS[name]
-        scene = scenes.scene(base, backend)
+        scene = stored_states.scene(base, backend)
         for key, value in changes.items():
             scene = scene.with_value(key, value)
         return scene

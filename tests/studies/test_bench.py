@@ -29,11 +29,12 @@ def test_a_scene_is_timed(monkeypatch):
     (one,) = bench.main([CONFIGS / "smoke.yaml"], rounds=2, seconds=0.01)
     assert (one.size, one.threads, one.speed_up) == (60, 1, 1.0)
     assert 30 < one.contacts < 180 and one.seconds > 0.0 and one.spread >= 0.0
+    assert 0.0 < abs(one.residual) < bench.LEDGER
 
 
 def _timing(**changes):
     own = {"scene": "a", "size": 100, "contacts": 80, "threads": 1, "seconds": 4e-6}
-    return bench.Timing(**{**own, "speed_up": 1.0, "spread": 1.0, **changes})
+    return bench.Timing(**{**own, "speed_up": 1.0, "spread": 1.0, "residual": 3e-5, **changes})
 
 
 def test_text(monkeypatch):
@@ -49,13 +50,16 @@ def test_text(monkeypatch):
         "a machine; vectors of 256 bits",
         "",
         "a: 100 particles, 80 contacts",
+        "  energy ledger open by 0.003 %",
         "  1 thread     250,000 steps/s     50.0 ns per contact and step",
         "  2 threads    500,000 steps/s     25.0 ns per contact and step   2.00 times one thread",
         "",
         "b: 100 particles",
+        "  energy ledger open by 0.003 %",
         "  1 thread     250,000 steps/s     40.0 ns per particle and step",
     ]
     assert "differ by up to 40 %" in bench.text([*rows, _timing(spread=40.0)])
+    assert "open by 2 %: WRONG RESULTS" in bench.text([*rows, _timing(residual=-0.02)])
     monkeypatch.setattr(processor, "warning", lambda: "narrow vectors")
     assert bench.text(rows).endswith("narrow vectors")
 

@@ -1,7 +1,7 @@
-"""Small scenes of `dust selftest`, and the expected states of their grains.
+"""Four small scenes of grains, and the expected states of their grains.
 
-`python -m dusttaichi.studies.selftest.scenes` computes the states again and writes states.json, as
-is necessary after a change of the physics.
+`python tests/gpu/stored_states.py` computes the states again and writes states.json, as is
+necessary after a change of the physics.
 """
 
 import json
@@ -17,7 +17,7 @@ STEPS = 200
 STORED = 40  # grains
 
 BASE = {
-    "name": "selftest",
+    "name": "stored",
     "material": "silicate_s12",
     "interaction": {
         "rolling": {"modifier": 8},

@@ -1,1 +1,0 @@
-"""`dust selftest`: correctness and speed of a backend on this machine."""
