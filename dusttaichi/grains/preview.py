@@ -238,6 +238,8 @@ def _sample(scene, sample):
     if "period" in info:
         edges = " x ".join(f"{edge * 1e6:.5g}" for edge in info["period"])
         rows.append(("repeats itself after", f"{edges} µm"))
+    if "touching" in info:
+        rows.append(("contacts", info["touching"]["text"]))
     rows += [
         ("coordination number", f"{info['coordination']:.3g}"),
         (f"filling factor of the {info['filling_factor_in']}", f"{info['filling_factor']:.4g}"),

@@ -19,6 +19,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.taken import check_contacts
+from dusttaichi.samples.touching import put_in_contact
 from dusttaichi.samples.values import (
     MaterialName,
     Position,
@@ -90,6 +91,12 @@ class ExplicitSample(SampleBlock):
         "m",
         description="unit of x, y, z, radius in a text file without units; "
         "velocities and spins are m/s and rad/s",
+    )
+    touch_within: Annotated[float | Literal["auto"], Number(ge=0, le=0.05, word="auto")] = Field(
+        "auto",
+        description="gap or overlap, over the sum of two radii, within which grains touch: if some "
+        "of these pairs are apart, all are moved into equilibrium contact; auto: the rounding of a "
+        "file, at least 1e-3 at rest; of positions only what is equal to rounding; 0: none",
     )
 
     @model_validator(mode="before")
@@ -175,6 +182,8 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     if spec.file is not None:
         remark_on_matter(state, sample, materials)
         sample = _of_run(spec, sample, state, materials, where)
+    unit = None if spec.file is None else spec.units
+    sample = put_in_contact(sample, materials, spec.touch_within, unit)
     sample.info.update(kind="explicit", source=source, grains=len(sample))
     return sample
 

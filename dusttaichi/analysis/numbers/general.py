@@ -8,7 +8,15 @@ import numpy as np
 from dusttaichi.analysis.error_bar import error_bar, error_bar_rows
 from dusttaichi.analysis.ledger import ledger
 from dusttaichi.analysis.loads import controlled_loads, shearings
-from dusttaichi.analysis.numbers.registry import ENSEMBLES, FILE, GENERAL, Family, Observable, quiet
+from dusttaichi.analysis.numbers.registry import (
+    AUTO,
+    ENSEMBLES,
+    FILE,
+    GENERAL,
+    Family,
+    Observable,
+    quiet,
+)
 from dusttaichi.analysis.texts import quantity_text
 from dusttaichi.analysis.triaxial import triaxials
 from dusttaichi.errors import DustError
@@ -75,6 +83,11 @@ def _per_grain(value, n):
     return f"{value:.2f}{shared}"
 
 
+def _touching(value, n):
+    done = value.get("done")
+    return [("contacts at the start", value["text"] + (f": {done}" if done else ""), "")]
+
+
 def _duration(seconds, n=None):
     if seconds < 60:
         return f"{seconds:.1f} s"
@@ -106,6 +119,8 @@ END = Family(
         Observable(name="error_bar", title="error bar of the time step", unit=None, column=None,
                    value=lambda end: error_bar(end.run),
                    rows=lambda bar, n: error_bar_rows(bar, n["error_bar_phi"])),
+        quiet("start_contacts", "contacts of a sample of listed grains, at the start", None,
+              value=lambda end: end.run.sample.get("touching"), rows=_touching, text=AUTO),
         Observable(name="grains", title="grains", text="{:,}", column=("grains", "{:,}", 1),
                    sweeps=FILE),
         Observable(name="contacts", title="contacts", text="{:,}", column=None, sweeps=ENSEMBLES,

@@ -1,0 +1,282 @@
+"""Grains that touch but for the rounding of their file: put at their distance in equilibrium.
+
+Generators store touching grains at exactly r1 + r2 and with few digits. A contact needs a distance
+of at most r1 + r2, so rounding alone would decide which contacts there are, and by how much they
+are compressed: the overlap in equilibrium, delta0, is a seven thousandth of the diameter.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from dusttaichi.geometry import nearest_image, pairs_within
+from dusttaichi.samples.materials import Materials
+from dusttaichi.samples.mixture import Touch
+from dusttaichi.samples.sample import ROUNDING, Sample
+from dusttaichi.scene import quantities
+
+AUTO = "auto"
+AT_REST = 1e-3  # gap over the sum of the radii within which grains of a file at rest touch
+COARSEST = 5e-3  # the same of a rounding: what is coarser are not rounded numbers
+FINEST = 1e-15  # m, of a rounding
+DEEP = 5.0  # overlap over that in equilibrium, beyond which contacts push grains apart
+CLOSE = 1e-3  # of delta0: distances in equilibrium are met within this
+DAMPING = 0.03  # of the linear equations, over the change of a distance by one of its ends
+ROUNDS, TRIES = 60, 8  # steps of Newton's method, and tries to bring all pairs into contact
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Periodic cell of the grains: edges (3,) [m], inf along open axes, and tilt [m]."""
+
+    period: np.ndarray
+    tilt: float = 0.0
+
+    def nearest(self, d):
+        """Distance vectors (N, 3) to the nearest image."""
+        return nearest_image(d, self.period, self.tilt)
+
+    def pairs(self, x, radii, factor):
+        """Pairs i < j no farther apart than `factor` times their radii, across faces too."""
+        axes = np.flatnonzero(np.isfinite(self.period))
+        if not len(axes):
+            return pairs_within(x, radii, factor)[:2]
+        vectors = np.diag(np.where(np.isfinite(self.period), self.period, 0.0))
+        vectors[2, 0] = self.tilt
+        x = x - np.floor(x / self.period) @ vectors  # floor(x / inf) is 0, or -1 where negative
+        reach = factor * 2.0 * np.max(radii)
+        low, high = x.min(axis=0) - reach, x.max(axis=0) + reach
+        number, places = [np.arange(len(x))], [x]
+        for turns in product(*((-1, 0, 1) if n in axes else (0,) for n in range(3))):
+            image = x + np.array(turns) @ vectors
+            near = np.flatnonzero(np.all((image > low) & (image < high), axis=1))
+            if any(turns):
+                number.append(near)
+                places.append(image[near])
+        number = np.concatenate(number)
+        i, j = pairs_within(np.concatenate(places), radii[number], factor)[:2]
+        i, j = number[i[i < len(x)]], number[j[i < len(x)]]
+        found = np.unique(np.sort(np.column_stack([i, j])[i != j], axis=1), axis=0)
+        return found[:, 0], found[:, 1]
+
+
+OPEN = Cell(np.full(3, np.inf))
+
+
+def rounding(positions, unit: float) -> float:
+    """Spacing [m] of the decimal numbers that positions (N, 3) [m] are; 0 where they have none.
+
+    unit: of the numbers in the file [m].
+    """
+    for digits in range(16):
+        spacing = unit * 10.0**-digits
+        if spacing < FINEST:
+            break
+        numbers = positions / spacing
+        if np.all(np.abs(numbers - np.round(numbers)) < 0.01):
+            return spacing
+    return 0.0
+
+
+def put_in_contact(sample: Sample, materials: Materials, within, unit: float | None) -> Sample:
+    """The sample with its touching grains in equilibrium contact, and what was done in its info.
+
+    Pairs whose gap or overlap is within a tolerance of the sum of their radii touch. Where some of
+    these are apart, all are moved to their distance in equilibrium, each fragment about its centre
+    of mass. Samples that bring contacts along are left as they are.
+
+    Parameters
+    ----------
+    sample
+    materials
+    within : float or "auto"
+        The tolerance; 0: none. By default the rounding of the file, or AT_REST where nothing moves
+        if that is larger.
+    unit
+        Of the numbers in the file [m]; None: the positions are typed in the YAML, where only equal
+        distances to rounding count, and only at rest.
+    """
+    if sample.contacts is not None or len(sample) < 2:
+        return sample
+    grains = _Grains(sample, materials)
+    tolerance = _tolerance(sample, grains, unit) if within == AUTO else within * grains.largest
+    done = _moved(grains, tolerance, every=within != AUTO) if tolerance > 0.0 else {}
+    x = done.pop("positions", sample.positions)
+    info = dict(sample.info)
+    i, j = grains.cell.pairs(x, grains.radii, 1.0)
+    touching = {"contacts": len(i), "fragments": _fragments(len(sample), i, j), **done}
+    touching["text"] = _counted(touching)
+    texts = []
+    if done:
+        touching["done"] = _done(touching)
+        texts = [_said(touching)]
+    texts += _deep(grains, x, i, j)
+    if texts:
+        info["remarks"] = [*info.get("remarks", ()), *texts]
+    return replace(sample, positions=x, info=info | {"touching": touching})
+
+
+class _Grains:
+    """Radii, masses and equilibrium distances of the grains of a sample, and their cell."""
+
+    def __init__(self, sample, materials):
+        self.x, self.mass = sample.positions, materials.masses(sample)
+        self.radii = np.broadcast_to(materials.radii_of(sample), len(sample)).astype(float)
+        kinds = sample.materials
+        self.kinds = np.zeros(len(sample), int) if kinds is None else kinds
+        self.touch = Touch(materials)
+        self.largest = 2.0 * float(self.radii.max())
+        cell = sample.info.get("cell") if "room" in sample.info else None
+        self.cell = OPEN
+        if cell is not None:
+            period = [np.inf if edge is None else edge for edge in cell["period"]]
+            self.cell = Cell(np.array(period), cell["tilt"])
+
+    def rest(self, i, j):
+        """Distances of pairs in equilibrium [m]."""
+        one, other = ((self.radii[k], self.kinds[k]) for k in (i, j))
+        return self.touch.distance(one, other)
+
+    def distances(self, x, i, j):
+        return np.linalg.norm(self.cell.nearest(x[i] - x[j]), axis=1)
+
+
+def _tolerance(sample, grains, unit) -> float:
+    """Gap [m] within which grains count as touching, without a key that says it."""
+    moves = bool(np.any(sample.velocities) or np.any(sample.spins))
+    if unit is None:
+        return 0.0 if moves else ROUNDING * grains.largest
+    spacing = rounding(sample.positions, unit)
+    # of two ends, each off by half a spacing along three axes
+    spread = np.sqrt(3.0) * spacing
+    spread = spread if spread < COARSEST * grains.largest else 0.0
+    return max(spread, 0.0 if moves else AT_REST * grains.largest)
+
+
+def _moved(grains, tolerance, every):
+    """Positions and what was done to them, or {} where nothing has to be.
+
+    every: also where no pair is apart.
+    """
+    factor = 1.0 + tolerance / (2.0 * grains.radii.min())
+    i, j = grains.cell.pairs(grains.x, grains.radii, factor)
+    both = grains.radii[i] + grains.radii[j]
+    gap = grains.distances(grains.x, i, j) - both
+    near = np.abs(gap) <= np.minimum(tolerance, tolerance / grains.largest * both)
+    i, j, both, gap = (a[near] for a in (i, j, both, gap))
+    apart = gap > -ROUNDING * both
+    if not (apart.any() or (every and len(i))):
+        return {}
+    rest = grains.rest(i, j)
+    x, target = grains.x, rest.copy()
+    for _ in range(TRIES):  # of loops that cannot close all pairs hold on, some overlap more
+        x = _relaxed(grains, i, j, target)
+        open_ = np.maximum(grains.distances(x, i, j) - rest, 0.0)
+        if np.all(open_ < both - rest):
+            break
+        target -= open_
+    left = grains.distances(x, i, j) > both
+    moved = np.linalg.norm(x - grains.x, axis=1)
+    return {
+        "positions": x,
+        "within": len(i),
+        "apart": int(apart.sum()),
+        "largest_gap": float(max(gap.max(), 0.0)),
+        "tolerance": float(tolerance),
+        "moved": float(moved.max()),
+        "still_apart": int(left.sum()),
+    }
+
+
+def _relaxed(grains, i, j, target):
+    """Positions at which pairs have these distances, with the least change by mass.
+
+    Newton's method for the distances; its linear equations have the solution of least change, which
+    keeps the centre of mass, and where loops cannot close, the least squares of what remains. They
+    are damped, so that loops do not buckle: only far along chains this takes more steps.
+    """
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.linalg import lsmr
+
+    x, weight = grains.x.copy(), np.sqrt(grains.mass.mean() / grains.mass)
+    close = CLOSE * (grains.radii[i] + grains.radii[j] - grains.rest(i, j)).min()
+    rows = np.repeat(np.arange(len(i)), 6)
+    columns = (3 * np.column_stack([i, j])[:, :, None] + np.arange(3)).reshape(-1)
+    best, least = x, np.inf
+    for _ in range(ROUNDS):
+        d = grains.cell.nearest(x[i] - x[j])
+        distance = np.linalg.norm(d, axis=1)
+        off = distance - target
+        if (size := np.linalg.norm(off)) > (1.0 - 1e-5) * least:
+            break
+        best, least = x.copy(), size
+        if np.abs(off).max() < close:
+            break
+        n = d / distance[:, None]
+        values = np.stack([n * weight[i][:, None], -n * weight[j][:, None]], axis=1).reshape(-1)
+        J = csr_matrix((values, (rows, columns)), (len(i), 3 * len(x)))
+        step = lsmr(J, -off, damp=DAMPING, atol=1e-10, btol=1e-10, maxiter=20 * len(i) + 100)[0]
+        x += step.reshape(-1, 3) * weight[:, None]
+    return best
+
+
+def _fragments(count, i, j) -> int:
+    """Number of connected fragments, single grains included."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_matrix((np.ones(len(i)), (i, j)), (count, count))
+    return int(connected_components(graph, directed=False)[0])
+
+
+def _length(value):
+    return quantities.format(float(f"{value:.3g}"), "length", digits=3)
+
+
+def _counted(touching) -> str:
+    n, parts = touching["contacts"], touching["fragments"]
+    return f"{n:,} contact{'s' * (n != 1)} in {parts:,} fragment{'s' * (parts != 1)}"
+
+
+def _done(touching) -> str:
+    gap = touching["largest_gap"]
+    text = f"{touching['apart']:,} of {touching['within']:,} pairs of touching grains were "
+    text += f"up to {_length(gap)} apart" if gap > FINEST else "just at contact"
+    text += f"; grains were moved by up to {_length(touching['moved'])} into equilibrium contact"
+    if touching["still_apart"]:
+        text += f", {touching['still_apart']:,} pairs in closed loops stay apart"
+    return text
+
+
+def _said(touching):
+    return (
+        f"sample: {touching['text']}: {touching['done']} (pairs within "
+        f"{_length(max(touching['tolerance'], FINEST))} of touching; sample.touch_within: 0 "
+        "leaves all as is)"
+    )
+
+
+def _deep(grains, x, i, j):
+    """A remark where grains overlap by far more than in equilibrium, else nothing."""
+    if not len(i):
+        return []
+    both = grains.radii[i] + grains.radii[j]
+    overlap, rest = both - grains.distances(x, i, j), both - grains.rest(i, j)
+    times = overlap / rest
+    k = int(np.argmax(times))
+    if times[k] < DEEP:
+        return []
+    share = overlap[k] / both[k]
+    deep = np.count_nonzero(times > DEEP)
+    return [
+        f"sample: {deep:,} of {len(i):,} contacts overlap by more than {DEEP:g} times the overlap "
+        f"in equilibrium (grains {i[k]} and {j[k]}: {_length(overlap[k])}, {share:.2g} of their "
+        f"diameter, {times[k]:.3g} times): they will push the grains apart. If the grains should "
+        f"just touch, sample.touch_within: {_above(share)} puts them into equilibrium contact"
+    ]
+
+
+def _above(share):
+    """A tolerance somewhat larger than a share, with two digits."""
+    return f"{1.1 * share:.2g}"
