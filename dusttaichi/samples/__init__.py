@@ -61,7 +61,8 @@ def make(scene) -> Sample:
 
 def _remark_on_gaps(sample: Sample, scene) -> Sample:
     """The sample, with a remark if no two grains touch: a unit or a radius may be wrong."""
-    if len(sample) < 2 or sample.info.get("coordination") != 0.0:
+    touching = sample.info.get("touching", {}).get("contacts", 0)  # across faces too
+    if len(sample) < 2 or touching or sample.info.get("coordination") != 0.0:
         return sample
     radius = scene.material.radius if sample.radii is None else sample.radii
     gap = smallest_gap(sample.positions, radius)

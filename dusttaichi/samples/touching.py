@@ -91,17 +91,20 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
     sample
     materials
     within : float or "auto"
-        The tolerance; 0: none. By default the rounding of the file, or AT_REST where nothing moves
-        if that is larger.
+        The tolerance; 0: none. By default the rounding of the file, or AT_REST if that is larger,
+        for two grains that do not move against each other.
     unit
-        Of the numbers in the file [m]; None: the positions are typed in the YAML, where only equal
-        distances to rounding count, and only at rest.
+        Of the numbers in the file [m]; None: the positions are typed in the YAML, where r1 + r2 to
+        rounding counts, of grains that do not move against each other.
     """
     if sample.contacts is not None or len(sample) < 2:
         return sample
     grains = _Grains(sample, materials)
-    tolerance = _tolerance(sample, grains, unit) if within == AUTO else within * grains.largest
-    done = _moved(grains, tolerance, every=within != AUTO) if tolerance > 0.0 else {}
+    if within == AUTO:
+        tolerances = _tolerances(sample, grains, unit)
+    else:
+        tolerances = (within * grains.largest,) * 2
+    done = _moved(grains, tolerances, every=within != AUTO) if any(tolerances) else {}
     x = done.pop("positions", sample.positions)
     info = dict(sample.info)
     i, j = grains.cell.pairs(x, grains.radii, 1.0)
@@ -122,6 +125,7 @@ class _Grains:
 
     def __init__(self, sample, materials):
         self.x, self.mass = sample.positions, materials.masses(sample)
+        self.velocities, self.turning = sample.velocities, np.any(sample.spins, axis=1)
         self.radii = np.broadcast_to(materials.radii_of(sample), len(sample)).astype(float)
         kinds = sample.materials
         self.kinds = np.zeros(len(sample), int) if kinds is None else kinds
@@ -138,32 +142,38 @@ class _Grains:
         one, other = ((self.radii[k], self.kinds[k]) for k in (i, j))
         return self.touch.distance(one, other)
 
+    def at_rest(self, i, j):
+        """True of pairs that do not move against each other."""
+        same = np.all(self.velocities[i] == self.velocities[j], axis=1)
+        return same & ~(self.turning[i] | self.turning[j])
+
     def distances(self, x, i, j):
         return np.linalg.norm(self.cell.nearest(x[i] - x[j]), axis=1)
 
 
-def _tolerance(sample, grains, unit) -> float:
-    """Gap [m] within which grains count as touching, without a key that says it."""
-    moves = bool(np.any(sample.velocities) or np.any(sample.spins))
+def _tolerances(sample, grains, unit):
+    """Gaps [m] within which two grains touch: any, and those that are at rest to each other."""
     if unit is None:
-        return 0.0 if moves else ROUNDING * grains.largest
+        return 0.0, ROUNDING * grains.largest
     spacing = rounding(sample.positions, unit)
     # of two ends, each off by half a spacing along three axes
     spread = np.sqrt(3.0) * spacing
     spread = spread if spread < COARSEST * grains.largest else 0.0
-    return max(spread, 0.0 if moves else AT_REST * grains.largest)
+    return spread, max(spread, AT_REST * grains.largest)
 
 
-def _moved(grains, tolerance, every):
+def _moved(grains, tolerances, every):
     """Positions and what was done to them, or {} where nothing has to be.
 
-    every: also where no pair is apart.
+    tolerances: as of `_tolerances`. every: also where no pair is apart.
     """
+    tolerance = max(tolerances)
     factor = 1.0 + tolerance / (2.0 * grains.radii.min())
     i, j = grains.cell.pairs(grains.x, grains.radii, factor)
     both = grains.radii[i] + grains.radii[j]
     gap = grains.distances(grains.x, i, j) - both
-    near = np.abs(gap) <= np.minimum(tolerance, tolerance / grains.largest * both)
+    allowed = np.where(grains.at_rest(i, j), tolerances[1], tolerances[0])
+    near = (np.abs(gap) <= allowed * both / grains.largest) & (allowed > 0.0)
     i, j, both, gap = (a[near] for a in (i, j, both, gap))
     apart = gap > -ROUNDING * both
     if not (apart.any() or (every and len(i))):

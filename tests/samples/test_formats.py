@@ -32,7 +32,8 @@ def read(tmp_path, text, boundary=None, materials=None, **keys):
     path = tmp_path / "grains.txt"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     more = {"materials": materials} if materials else {}
-    sample = {"kind": "explicit", "file": str(path), **keys}
+    # as they are in the file: test_touching puts them into contact
+    sample = {"kind": "explicit", "file": str(path), "touch_within": 0, **keys}
     return samples.make(make_scene(sample=sample, boundary=boundary, **more))
 
 

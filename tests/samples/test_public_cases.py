@@ -61,10 +61,8 @@ def test_it_is_read(name):
     grains, last, more = READ[name]
     found = sample(name)
     assert len(found) == grains
-    if last is not None:  # two roundings: of the number, and of its unit
-        np.testing.assert_allclose(
-            found.positions[-1], np.array(last) * 1e-6, rtol=1e-9, atol=1e-15
-        )
+    if last is not None:  # to the nanometre: grains that touch are put into equilibrium contact
+        np.testing.assert_allclose(found.positions[-1], np.array(last) * 1e-6, atol=1e-9)
     if "radius" in more:
         radius = 0.6e-6 if found.radii is None else found.radii[-1]
         assert radius == pytest.approx(more["radius"] * 1e-6, rel=1e-9)

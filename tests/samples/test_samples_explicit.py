@@ -34,6 +34,7 @@ def explicit_spec(file=None, positions=None, velocities=None, spins=None, units=
         units=units,
         snapshot="last",
         columns=None,
+        touch_within=0.0,
         style=None,
         fragment=None,
         grains=None,
@@ -167,11 +168,12 @@ def scene(**sample):
 
 def test_make_explicit(tmp_path):
     positions = [["0 um", "0 um", "0 um"], ["1.2 um", "0 um", "0 um"]]
-    sample = make(scene(positions=positions, velocities=[["1 cm/s"] * 3] * 2))
+    moving = {"positions": positions, "velocities": [["1 cm/s"] * 3] * 2}
+    sample = make(scene(**moving, touch_within=0))
     assert sample.positions.tolist() == [[0, 0, 0], [1.2e-6, 0, 0]]
     assert (sample.velocities == 0.01).all()
     file = write_csv(tmp_path / "a.csv", "x,y,z", [(0, 0, 0), (1.2, 0, 0)])
-    sample = make(scene(file=str(file), units="um"))
+    sample = make(scene(file=str(file), units="um", touch_within=0))
     np.testing.assert_allclose(sample.positions, [[0, 0, 0], [1.2e-6, 0, 0]], rtol=1e-15)
 
 

@@ -68,7 +68,8 @@ def read(tmp_path, text, name, **more):
 
 
 def sample_of(path, **more):
-    scene = make_scene(sample={"kind": "explicit", "file": str(path), **more})
+    sample = {"kind": "explicit", "file": str(path), "touch_within": 0}
+    scene = make_scene(sample=sample | more)
     return samples.make(scene)
 
 
@@ -171,6 +172,7 @@ def test_files_that_lammps_writes(tmp_path, style):
     run_lammps(tmp_path, "-in", "in")
     for name in ("a.dump.gz", "b.dump", "c.dump", "d.xyz", "e.data"):
         sample = {"kind": "explicit", "file": str(tmp_path / name), "units": "um"}
+        sample["touch_within"] = 0
         sample |= {} if name == "d.xyz" else {"keep": ["box"]}
         boundary = {"kind": "open" if name == "d.xyz" else "periodic"}
         made = samples.make(
