@@ -207,11 +207,12 @@ class Domain:
         """The Clock of the stage that begins at step `first`, at which the drive has been set.
 
         The smallest distance of faces is slightly more than two particles, so that no particle
-        meets another across both, which the search needs; that of walls is two particles, unless
-        they start as near, as on both sides of a single layer: there the guards alone end a run.
+        meets another across both, which the search needs; that of walls is two particles. Walls at
+        a given speed that are as near when the stage begins, as on both sides of a single layer,
+        have none: the guards alone end a run.
         """
         start, rate, growth = [np.nan] * 3, [0.0] * 3, [0.0] * 3
-        least = [4.0 * self.radius] * 3
+        least, controlled = [4.0 * self.radius] * 3, self._controlled_axes()
         if self.box is not None:
             offset, speed, present = self.box.offset, self.box.speed, self.box.present
             for n in range(3):
@@ -219,7 +220,8 @@ class Domain:
                     # upper plane: x = -(offset + speed t), lower: x = offset + speed t
                     start[n] = -float(offset[2 * n] + offset[2 * n + 1])
                     rate[n] = -float(speed[2 * n] + speed[2 * n + 1])
-                    if start[n] <= least[n]:
+                    height = start[n] + rate[n] * self.dt * first
+                    if height <= least[n] and n not in controlled:
                         least[n] = 0.0
         if self.cell is not None:
             for n in self.cell.axes:
@@ -234,7 +236,7 @@ class Domain:
             tuple(growth),
             tuple(least),
             first,
-            controlled=self._controlled_axes(),
+            controlled=controlled,
             shear=self._shear_rate(start[2] + rate[2] * self.dt * first),
         )
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.names import AXES
 from dusttaichi.physics.contact.constants import mixed_constants, pair_constants, sphere_mass
 from dusttaichi.samples.sample import Sample
 from dusttaichi.scene.material import DEFAULT
@@ -25,6 +26,8 @@ class Materials:
         Radius of a grain of material 0 [m].
     distance
         Distance between the centres of two such grains in equilibrium contact [m].
+    period
+        Edges of the cell that the scene prescribes [m], inf along axes without one, (3,).
     """
 
     def __init__(self, scene):
@@ -33,6 +36,12 @@ class Materials:
         self.interaction = scene.interaction
         self.radius = scene.material.radius
         self.distance = 2 * self.radius - pair_constants(scene.material, scene.interaction).delta0
+        size = getattr(scene.boundary, "size", "fit") if scene.boundary.periodic_axes else "fit"
+        edges = (size,) * 3 if isinstance(size, str) else size
+        self.period = tuple(
+            edge if axis in scene.boundary.periodic_axes and not isinstance(edge, str) else np.inf
+            for axis, edge in zip(AXES, edges, strict=True)
+        )
 
     def numbers(self, given, grains: int, where: str) -> np.ndarray:
         """Numbers of the materials (N,) from names or numbers; zeros where nothing is given.

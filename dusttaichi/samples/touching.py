@@ -61,9 +61,6 @@ class Cell:
         return found[:, 0], found[:, 1]
 
 
-OPEN = Cell(np.full(3, np.inf))
-
-
 def rounding(positions, unit: float) -> float:
     """Spacing [m] of the decimal numbers that positions (N, 3) [m] are; 0 where they have none.
 
@@ -74,7 +71,8 @@ def rounding(positions, unit: float) -> float:
         if spacing < FINEST:
             break
         numbers = positions / spacing
-        if np.all(np.abs(numbers - np.round(numbers)) < 0.01):
+        near = np.abs(numbers - np.round(numbers)) < 0.01
+        if np.all(near) and np.any(np.abs(numbers) > 0.5):
             return spacing
     return 0.0
 
@@ -94,8 +92,8 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
         The tolerance; 0: none. By default the rounding of the file, or AT_REST if that is larger,
         for two grains that do not move against each other.
     unit
-        Of the numbers in the file [m]; None: the positions are typed in the YAML, where r1 + r2 to
-        rounding counts, of grains that do not move against each other.
+        Unit of the numbers in the file [m]; None: the positions are typed in the YAML, of two
+        grains exactly, of more grains with a rounding as in a file.
     """
     if sample.contacts is not None or len(sample) < 2:
         return sample
@@ -124,6 +122,7 @@ class _Grains:
     """Radii, masses and equilibrium distances of the grains of a sample, and their cell."""
 
     def __init__(self, sample, materials):
+        self.equal = None if sample.radii is not None else materials.distance
         self.x, self.mass = sample.positions, materials.masses(sample)
         self.velocities, self.turning = sample.velocities, np.any(sample.spins, axis=1)
         self.radii = np.broadcast_to(materials.radii_of(sample), len(sample)).astype(float)
@@ -131,14 +130,16 @@ class _Grains:
         self.kinds = np.zeros(len(sample), int) if kinds is None else kinds
         self.touch = Touch(materials)
         self.largest = 2.0 * float(self.radii.max())
+        self.cell = Cell(np.array(materials.period))
         cell = sample.info.get("cell") if "room" in sample.info else None
-        self.cell = OPEN
         if cell is not None:
             period = [np.inf if edge is None else edge for edge in cell["period"]]
             self.cell = Cell(np.array(period), cell["tilt"])
 
     def rest(self, i, j):
         """Distances of pairs in equilibrium [m]."""
+        if self.equal is not None:
+            return np.full(len(i), self.equal)
         one, other = ((self.radii[k], self.kinds[k]) for k in (i, j))
         return self.touch.distance(one, other)
 
@@ -153,13 +154,16 @@ class _Grains:
 
 def _tolerances(sample, grains, unit):
     """Gaps [m] within which two grains touch: any, and those that are at rest to each other."""
-    if unit is None:
-        return 0.0, ROUNDING * grains.largest
-    spacing = rounding(sample.positions, unit)
+    least = ROUNDING * grains.largest
+    if len(sample) == 2 and unit is None:  # a gap or an overlap that is meant
+        return 0.0, least
+    spacing = rounding(sample.positions, unit or 1.0)
     # of two ends, each off by half a spacing along three axes
     spread = np.sqrt(3.0) * spacing
-    spread = spread if spread < COARSEST * grains.largest else 0.0
-    return spread, max(spread, AT_REST * grains.largest)
+    spread = max(least, spread if spread < COARSEST * grains.largest else 0.0)
+    if unit is None:
+        return 0.0, spread
+    return (0.0 if len(sample) == 2 else spread), max(spread, AT_REST * grains.largest)
 
 
 def _moved(grains, tolerances, every):

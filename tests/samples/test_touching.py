@@ -108,6 +108,10 @@ def test_positions_of_the_yaml_touch_at_the_sum_of_the_radii():
     chain = of(0, 1.2, 2.4, 3.6, 4.8)  # 3.6 - 2.4 is 1.2 and 4e-16
     assert chain.info["touching"]["contacts"] == 4
     np.testing.assert_allclose(np.diff(chain.positions[:, 0]) * 1e6, 1.2 - DELTA0, rtol=1e-6)
+    x = aggregate(np.full(20, R))
+    rows = [[f"{a:.3f} um" for a in row] for row in x]  # three decimals
+    scene = make_scene(sample={"kind": "explicit", "positions": rows})
+    assert samples.make(scene).info["touching"]["contacts"] == 19
     for other in (1.2001, 1.1999, 1.19):  # gaps and overlaps that are meant
         assert of(0, other).positions[1, 0] == pytest.approx(other * 1e-6, rel=1e-15)
     against = [["0 m/s"] * 3, ["-1 cm/s", "0 m/s", "0 m/s"]]
@@ -127,6 +131,19 @@ def test_what_is_meant_is_left(tmp_path):
     assert wide.info["touching"]["contacts"] == 1
 
 
+def test_moving_grains_of_all_digits(tmp_path):
+    """Every second contact of a file of 17 digits would be lost, as of one with few."""
+    moving = np.random.default_rng(5).normal(size=(30, 3)) * 1e-3
+    table = aggregate(np.full(30, R)), np.full(30, R), moving
+    assert made(tmp_path, *table, digits=17)[0].info["touching"]["contacts"] == 29
+
+
+def test_a_cell_of_a_given_size(tmp_path):
+    x = [[0.6, 5, 5], [1.8, 5, 5], [9.401, 5, 5]]
+    cell = {"kind": "periodic", "size": ["10 um"] * 3}
+    assert made(tmp_path, x, boundary=cell, digits=3)[0].info["touching"]["contacts"] == 2
+
+
 def test_deep_overlaps_are_named_before_a_run(tmp_path):
     sample, _ = made(tmp_path, [[0, 0, 0], [1.188, 0, 0], [2.376, 0, 0]])
     (text,) = sample.info["remarks"]
@@ -141,4 +158,5 @@ def test_the_rounding_of_numbers(spacing):
     x = np.round(np.random.default_rng(3).uniform(-5e-5, 5e-5, (50, 3)) / spacing) * spacing
     digits = 10.0 ** np.floor(np.log10(spacing * 1.001))  # 5e-8 has the digits of 1e-8
     assert rounding(x, 1e-6) == pytest.approx(min(digits, 1e-6))
+    assert rounding(x, 1.0) == pytest.approx(digits)  # metres, of which a micrometre is little
     assert rounding(x + np.pi * 1e-6, 1e-6) < 1e-14
