@@ -192,7 +192,7 @@ def _with_shapes(table, data, style, source):
                   if name.endswith("flag")), None)  # fmt: skip
     if style in SHAPES and flags is not None and np.any(flags != 0):
         raise source.fault(f"its grains are {SHAPES[style]}; allowed: spheres.")
-    if style != "ellipsoid":
+    if style != "ellipsoid" or not np.any(flags):  # points alone have no size in the file
         return table
     if "Ellipsoids" not in data.sections:
         raise source.fault("it has ellipsoids without a section Ellipsoids; allowed: a whole file.")
