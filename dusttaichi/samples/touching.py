@@ -18,7 +18,9 @@ from dusttaichi.scene import quantities
 
 AUTO = "auto"
 AT_REST = 1e-3  # gap over the sum of the radii within which grains of a file at rest touch
-COARSEST = 5e-3  # the same of a rounding: what is coarser are not rounded numbers
+COARSEST = 2e-2  # the same of a rounding: what is coarser are not rounded numbers
+SETTLED, SHARE = (0.25, 2.0), 0.95  # overlaps over that in equilibrium of most pairs of a sample
+# that is in equilibrium, whose chance gaps are none of a rounding
 FINEST = 1e-15  # m, of a rounding
 DEEP = 5.0  # overlap over that in equilibrium, beyond which contacts push grains apart
 CLOSE = 1e-3  # of delta0: distances in equilibrium are met within this
@@ -183,6 +185,10 @@ def _moved(grains, tolerances, every):
     if not (apart.any() or (every and len(i))):
         return {}
     rest = grains.rest(i, j)
+    overlap = -gap / (both - rest)
+    settled = np.mean((overlap > SETTLED[0]) & (overlap < SETTLED[1]))
+    if settled > SHARE and not every:
+        return {}
     x, target = grains.x, rest.copy()
     for _ in range(TRIES):  # of loops that cannot close all pairs hold on, some overlap more
         x = _relaxed(grains, i, j, target)

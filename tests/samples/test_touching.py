@@ -144,6 +144,23 @@ def test_a_cell_of_a_given_size(tmp_path):
     assert made(tmp_path, x, boundary=cell, digits=3)[0].info["touching"]["contacts"] == 2
 
 
+def test_a_sample_in_equilibrium_keeps_its_chance_gaps(tmp_path):
+    cake = samples.make(make_scene(sample={"kind": "rbd", "grains": 200, "seed": 2}))
+    far = [[1e3, 0, 0], [1e3 + 1.2005, 0, 0]]
+    x = np.concatenate([cake.positions * 1e6, far])
+    sample, _ = made(tmp_path, x, digits=8)
+    np.testing.assert_allclose(sample.positions * 1e6, x, atol=1e-8)
+    assert "done" not in sample.info["touching"]
+
+
+def test_small_grains_of_three_decimals(tmp_path):
+    """Whose rounding is nearly a hundredth of their diameter."""
+    radii = np.full(60, 0.1)
+    x = 0.1 / R * aggregate(np.full(60, R))
+    touching = made(tmp_path, x, radii, digits=3)[0].info["touching"]
+    assert (touching["contacts"], touching["fragments"]) == (59, 1)
+
+
 def test_deep_overlaps_are_named_before_a_run(tmp_path):
     sample, _ = made(tmp_path, [[0, 0, 0], [1.188, 0, 0], [2.376, 0, 0]])
     (text,) = sample.info["remarks"]
