@@ -17,13 +17,14 @@ from bits import assert_same_bits
 from dusttaichi.errors import DustError
 from dusttaichi.results.reading import open_tree
 from dusttaichi.samples import files, make
+from dusttaichi.samples.formats.text import Source
 from dusttaichi.scene import from_yaml
 
 READING = (DustError, OSError, RuntimeError, ValueError, KeyError, AttributeError, IndexError)
 SAMPLE = """
 name: sample
 material: silicate_s12
-sample: {kind: explicit, file: FILE}
+sample: {kind: explicit, file: FILE, touch_within: 0}
 boundary: {kind: open}
 stop: {steps: 1}
 """
@@ -194,6 +195,6 @@ def _sample(folder, made, rng):
         return "refused", None
     except Exception as error:  # noqa: BLE001, this is what is looked for
         return "traceback", f"{type(error).__name__}: {error}"
-    whole = files.read(made["sample"], "the sample")["position"]
+    whole = files.read(made["sample"], Source("the sample", []))["position"]
     same = np.array_equal(positions, whole)
     return None if same else ("accepted", "other positions, and not a word")
