@@ -72,6 +72,9 @@ def scale(positions, shape: str, edges, radius: float, *, centred: bool = False)
     return np.maximum(2 * sideways, upwards)
 
 
-def fragments(positions: np.ndarray, grains) -> tuple[int, np.ndarray]:
-    """Number of connected fragments, and each grain's fragment (N,); grains: mixture.Grains."""
-    return connected(grains.touching(positions), len(positions))[:2]
+def fragments(positions: np.ndarray, grains, period=None) -> tuple[int, np.ndarray]:
+    """Number of connected fragments, and each grain's fragment (N,).
+
+    grains: mixture.Grains; period: edges (3,) [m] of a periodic cell.
+    """
+    return connected(grains.touching(positions, period), len(positions))[:2]

@@ -173,10 +173,16 @@ class Grains:
         """Volume of all grains [m^3]."""
         return float(np.sum(4 / 3 * np.pi * self.radii**3))
 
-    def touching(self, positions) -> np.ndarray:
-        """Pairs i < j that touch at these centres (N, 3) [m], to rounding, (C, 2) int."""
-        pairs = touching_pairs(positions, 2.0 * float(self.radii.max(initial=0.0)))
-        apart = np.linalg.norm(positions[pairs[:, 0]] - positions[pairs[:, 1]], axis=1)
+    def touching(self, positions, period=None) -> np.ndarray:
+        """Pairs i < j that touch at these centres (N, 3) [m], to rounding, (C, 2) int.
+
+        period: edges (3,) [m] of a periodic cell; None: no images.
+        """
+        pairs = touching_pairs(positions, 2.0 * float(self.radii.max(initial=0.0)), period)
+        apart = positions[pairs[:, 0]] - positions[pairs[:, 1]]
+        if period is not None:
+            apart -= period * np.round(apart / period)
+        apart = np.linalg.norm(apart, axis=1)
         return pairs[apart <= self.distance(*pairs.T) * (1 + ROUNDING)]
 
     def taken(self, which):

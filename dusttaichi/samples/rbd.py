@@ -11,6 +11,9 @@ side faces cut off branches: fragments without a connection to the floor. They r
 and are counted (`loose_grains`, `loose_fragments` in its info): without them the filling factor
 would be below the cake's, especially near the side walls; a compression collects them early. It is
 a surface effect: a third of 1e3 grains, 15-18 % of 1e4, 12-14 % of 1e5, 10 % of 1e6.
+
+With `periodic` only the top is cut off: the sample is one period of the deposit, all of whose
+grains are connected to the floor, across the side faces.
 """
 
 import math
@@ -45,9 +48,15 @@ class RbdSample(MixtureBlock):
     aspect: Annotated[float, Number(gt=0)] = Field(
         1.0, description="height over width, with grains"
     )
+    periodic: bool = Field(
+        False,
+        description="periodic along x and y: one period of the deposit, whose sides are not cut",
+    )
 
     def faults(self) -> Faults:
-        return cut.faults(self)
+        yield from cut.faults(self)
+        if self.periodic and self.shape != "box":
+            yield "periodic", f'a {self.shape} is not periodic; it is allowed with shape "box"'
 
     def conflicts(self, scene) -> Faults:
         yield from super().conflicts(scene)
@@ -181,6 +190,8 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
     Raises DustError if the size is too small for a grain, no grain is in it, or the deposit would
     be too large for the memory.
     """
+    if spec.periodic:
+        return _one_period(spec, materials)
     width = None
     while True:
         rng = np.random.Generator(np.random.PCG64(spec.seed))
@@ -209,8 +220,47 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
     positions, grains = _centred(deposit)[inside], deposit.grains.taken(inside)
     if len(positions) == 0:
         raise cut.nothing_inside(edges, crowd.radius, spec.seed)
-    info = {"kind": "rbd", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
-    sample = sized(positions, grains, materials, info | {"deposited": len(scale)})
+    return _sample(spec, materials, (positions, grains), {"deposited": len(scale)})
+
+
+def _one_period(spec, materials: Materials) -> Sample:
+    """One period of the deposit, as wide as the size, or for `grains` as high as `aspect` asks.
+
+    With `grains` these are the lowest ones, so the number is exact and the aspect approximate.
+    info: period, the edges of the sample if it is periodic along z too [m].
+    """
+    rng = np.random.Generator(np.random.PCG64(spec.seed))
+    crowd = Crowd(spec, materials, rng)
+    edges = cut.proportions(spec, crowd.radius)
+    if spec.grains is not None:
+        edges = edges * _guessed_width(spec, crowd.radius, beside=0.0)
+    if edges[:2].min() < 4.0 * crowd.largest:
+        raise DustError(
+            f"sample.periodic: the deposit, {cut.in_um(edges[:2])} wide, is narrower than two "
+            "grains; allowed: more grains, a smaller aspect or a larger size."
+        )
+    _check_drops(edges[:2], edges[2], crowd.radius)
+    deposit, top = Deposit(edges[:2], crowd), edges[2] if spec.grains is None else math.inf
+    while deposit.complete_below <= top - crowd.smallest:
+        _drop_batch(deposit, rng)
+        tops = deposit.positions[:, 2] + deposit.grains.radii
+        if spec.grains is not None and len(tops) >= spec.grains:
+            top = np.partition(tops, spec.grains - 1)[spec.grains - 1]
+    lowest = np.flatnonzero(tops <= top)
+    if spec.grains is not None:
+        lowest = np.sort(np.argsort(tops, kind="stable")[: spec.grains])
+    if len(lowest) == 0:
+        raise cut.nothing_inside(edges, crowd.radius, spec.seed)
+    period = [*map(float, edges[:2]), float(tops[lowest].max() - crowd.overlap)]
+    body = _centred(deposit)[lowest], deposit.grains.taken(lowest)
+    return _sample(spec, materials, body, {"deposited": len(tops), "period": period})
+
+
+def _sample(spec, materials, body, info) -> Sample:
+    """The Sample of a body (positions, Grains), with its info."""
+    positions, grains = body
+    info |= {"kind": "rbd", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
+    sample = sized(positions, grains, materials, info)
     sample.info.update(_describe(sample, grains))
     return sample
 
@@ -243,17 +293,20 @@ def _centred(deposit: Deposit) -> np.ndarray:
     return deposit.positions - np.append(deposit.period / 2, 0.0)
 
 
-def _guessed_width(spec, radius) -> float:
-    """Width of the cut at bulk density; whole grains need 2 r more than their centres."""
+def _guessed_width(spec, radius, beside=2.0) -> float:
+    """Width of the cut at bulk density; whole grains need 2 r beside their centres."""
     area = math.pi / 4 if spec.shape == "cylinder" else 1.0
     centres = spec.grains * 4 / 3 * math.pi / (BULK * area * spec.aspect)
-    return radius * max(centres ** (1 / 3) + 2.0, 2.0 / spec.aspect)
+    return radius * max(centres ** (1 / 3) + beside, 2.0 / spec.aspect)
 
 
 def _describe(sample: Sample, grains: Grains) -> dict:
     # one number for equal grains
     radii = float(grains.radii[0]) if sample.radii is None else grains.radii
-    pieces, piece = cut.fragments(sample.positions, grains)
+    period = sample.info.get("period")
+    if period is not None:
+        period = period * np.array([1.0, 1.0, 2.0])  # no image of the floor above the top
+    pieces, piece = cut.fragments(sample.positions, grains, period)
     on_floor = sample.positions[:, 2] == radii
     stands = np.zeros(pieces, dtype=bool)
     stands[piece[on_floor]] = True

@@ -215,7 +215,7 @@ def bulk_filling_factor(
     return float(inside * 4 / 3 * radius**3 / (reach**2 * (ceiling - floor)))
 
 
-def touching_pairs(positions: np.ndarray, distance: float) -> np.ndarray:
+def touching_pairs(positions: np.ndarray, distance: float, period=None) -> np.ndarray:
     """Pairs i < j of grains whose centres are no farther apart than a distance.
 
     Parameters
@@ -224,13 +224,20 @@ def touching_pairs(positions: np.ndarray, distance: float) -> np.ndarray:
         [m], (N, 3).
     distance
         [m].
+    period
+        Edges of a periodic cell [m], (3,); None: no images.
 
     Returns
     -------
     array
         (C, 2) int.
     """
-    return scipy.spatial.cKDTree(positions).query_pairs(distance, output_type="ndarray")
+    if period is not None:
+        positions = np.mod(positions, period)
+        # a coordinate that is rounded to the far face belongs on the near one
+        positions = np.where(positions >= period, 0.0, positions)
+    tree = scipy.spatial.cKDTree(positions, boxsize=period)
+    return tree.query_pairs(distance, output_type="ndarray")
 
 
 def smallest_gap(positions: np.ndarray, radius) -> float:

@@ -24,10 +24,9 @@ ROUNDING = 8 * np.finfo(float).eps  # a handful of operations between a height a
 MATERIALS = SimpleNamespace(radius=R, distance=D)
 
 
-def rbd_spec(grains=None, size=None, shape="box", aspect=1.0, seed=1):
-    return SimpleNamespace(
-        kind="rbd", grains=grains, size=size, shape=shape, aspect=aspect, seed=seed
-    )
+def rbd_spec(grains=None, size=None, **others):
+    values = {"shape": "box", "aspect": 1.0, "periodic": False, "seed": 1} | others
+    return SimpleNamespace(kind="rbd", grains=grains, size=size, **values)
 
 
 def cake(**spec):
@@ -219,6 +218,35 @@ def test_loose_fragments_are_counted():
     assert info["pieces"] == len(set(piece))
     # Each grain sticks to one other: a forest.
     assert coordination(sample, D * (1 + 1e-9)) * n / 2 == pytest.approx(n - info["pieces"])
+
+
+@pytest.mark.parametrize("spec", [{"grains": 700}, {"grains": 700, "aspect": 3.0},
+                                  {"size": (20 * R, 24 * R, 40 * R)}])  # fmt: skip
+def test_one_period_of_a_deposit(spec):
+    sample = cake(periodic=True, **spec)
+    x, period = sample.positions, np.array(sample.info["period"])
+    assert (np.abs(x[:, :2]) <= period[:2] / 2).all()
+    assert sample.info["loose_grains"] == 0  # a grain rests on one below it: no top cuts it off
+    if "grains" in spec:
+        assert len(x) == 700
+        # its width is that of the bulk at 0.15; the first layers are denser, so it is less high
+        assert 0.7 < period[2] / period[0] / spec.get("aspect", 1.0) < 1.0
+    else:
+        assert period[:2] == pytest.approx(spec["size"][:2])
+        assert period[2] <= spec["size"][2] < period[2] + 2 * R
+    # each grain touches the one it fell on, if need be across the sides, and none overlap more
+    apart = x[:, None] - x
+    apart -= period * np.round(apart / period)
+    apart = np.linalg.norm(apart, axis=-1) + 10 * R * np.eye(len(x))
+    assert apart.min() >= D * (1 - 1e-9)
+    on_floor = x[:, 2] == R
+    assert (apart[~on_floor].min(axis=1) <= D * (1 + 1e-9)).all()
+    assert filling_factor(sample, R) == pytest.approx(0.16, abs=0.03)  # denser at the floor
+
+
+def test_a_period_narrower_than_two_grains_is_refused():
+    with pytest.raises(DustError, match="narrower than two grains"):
+        cake(grains=20, aspect=50.0, periodic=True)
 
 
 def test_bulk_filling_factor_of_a_known_lattice():
