@@ -157,6 +157,16 @@ def still():
     return course()[:5]
 
 
+def test_contacts_of_a_periodic_deposit_are_found_across_its_sides():
+    text = CAKE.replace("seed: 3", "seed: 3, periodic: true") % (DRIVEN, 1)
+    scene = from_yaml(text)
+    sample = make(scene)
+    sim = build(scene, sample)
+    np.testing.assert_allclose(sim.domain.cell.edges(0.0), 1e6 * np.array(sample.info["period"]))
+    # each grain sticks to the one that it fell on, those on the floor to none
+    assert sim.measure()["contacts"] == len(sample) - sample.info["floor_grains"]
+
+
 def test_ledger_closes_across_wraps(still):
     start, m, _, crossed, _ = still
     assert np.abs(crossed).sum() > 3
