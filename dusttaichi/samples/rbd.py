@@ -13,7 +13,8 @@ would be below the cake's, especially near the side walls; a compression collect
 a surface effect: a third of 1e3 grains, 15-18 % of 1e4, 12-14 % of 1e5, 10 % of 1e6.
 
 With `periodic` only the top is cut off: the sample is one period of the deposit, all of whose
-grains are connected to the floor, across the side faces.
+grains are connected to the floor, across the side faces. With a `base` the first layers are cut off
+too: filling factors are 0.24 up to 6 r above the floor, 0.175 up to 15 r, 0.165 up to 30 r.
 """
 
 import math
@@ -31,6 +32,7 @@ from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, check_grains, extent
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
 from dusttaichi.scene.fields import Faults, Number
+from dusttaichi.scene.quantities import Quantity
 
 BULK = 0.15  # filling factor of the bulk, S12 section 3.1; only to estimate the width
 LEAST_PERIOD = 40.0  # grain radii: a narrower periodic deposit grows as a correlated column
@@ -47,6 +49,11 @@ class RbdSample(MixtureBlock):
     size: CutSize = None
     aspect: Annotated[float, Number(gt=0)] = Field(
         1.0, description="height over width, with grains"
+    )
+    base: Annotated[float, Quantity("length", ge=0, example="30 um")] = Field(
+        "0 um",
+        description="height in the deposit at which the sample begins; the first 20 to 30 radii "
+        "above its floor are denser",
     )
     periodic: bool = Field(
         False,
@@ -203,9 +210,9 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
         else:
             width = width or _guessed_width(spec, crowd.radius)
             period, height, needed = max(1.1 * width, least), spec.aspect * width, math.inf
-        _check_drops(np.broadcast_to(period, 2), height, crowd.radius)
+        _check_drops(np.broadcast_to(period, 2), spec.base + height, crowd.radius)
         deposit = Deposit(period, crowd)
-        while deposit.complete_below <= needed * edges[2] - crowd.smallest:
+        while deposit.complete_below <= spec.base + needed * edges[2] - crowd.smallest:
             _drop_batch(deposit, rng)
             if spec.grains is not None and len(deposit.positions) >= spec.grains:
                 scale, last = _scale(deposit, spec, edges), spec.grains - 1
@@ -217,7 +224,7 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
     inside = scale <= 1.0
     if spec.grains is not None:
         inside = np.sort(np.argsort(scale, kind="stable")[: spec.grains])
-    positions, grains = _centred(deposit)[inside], deposit.grains.taken(inside)
+    positions, grains = _placed(deposit, spec)[inside], deposit.grains.taken(inside)
     if len(positions) == 0:
         raise cut.nothing_inside(edges, crowd.radius, spec.seed)
     return _sample(spec, materials, (positions, grains), {"deposited": len(scale)})
@@ -239,11 +246,12 @@ def _one_period(spec, materials: Materials) -> Sample:
             f"sample.periodic: the deposit, {cut.in_um(edges[:2])} wide, is narrower than two "
             "grains; allowed: more grains, a smaller aspect or a larger size."
         )
-    _check_drops(edges[:2], edges[2], crowd.radius)
+    _check_drops(edges[:2], spec.base + edges[2], crowd.radius)
     deposit, top = Deposit(edges[:2], crowd), edges[2] if spec.grains is None else math.inf
-    while deposit.complete_below <= top - crowd.smallest:
+    while deposit.complete_below <= spec.base + top - crowd.smallest:
         _drop_batch(deposit, rng)
-        tops = deposit.positions[:, 2] + deposit.grains.radii
+        x, radii = _placed(deposit, spec), deposit.grains.radii
+        tops = np.where(x[:, 2] >= radii, x[:, 2] + radii, math.inf)
         if spec.grains is not None and len(tops) >= spec.grains:
             top = np.partition(tops, spec.grains - 1)[spec.grains - 1]
     lowest = np.flatnonzero(tops <= top)
@@ -252,7 +260,7 @@ def _one_period(spec, materials: Materials) -> Sample:
     if len(lowest) == 0:
         raise cut.nothing_inside(edges, crowd.radius, spec.seed)
     period = [*map(float, edges[:2]), float(tops[lowest].max() - crowd.overlap)]
-    body = _centred(deposit)[lowest], deposit.grains.taken(lowest)
+    body = x[lowest], deposit.grains.taken(lowest)
     return _sample(spec, materials, body, {"deposited": len(tops), "period": period})
 
 
@@ -261,13 +269,14 @@ def _sample(spec, materials, body, info) -> Sample:
     positions, grains = body
     info |= {"kind": "rbd", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
     sample = sized(positions, grains, materials, info)
-    sample.info.update(_describe(sample, grains))
+    sample.info.update(_describe(sample, grains, on_floor=not spec.base))
     return sample
 
 
 def _scale(deposit, spec, edges):
     """Factors (N,) on the edges of the cut with which each grain is just inside."""
-    return cut.scale(_centred(deposit), spec.shape, edges, deposit.grains.radii)
+    x, radii = _placed(deposit, spec), deposit.grains.radii
+    return np.where(x[:, 2] >= radii, cut.scale(x, spec.shape, edges, radii), math.inf)
 
 
 def _check_drops(period, height, radius) -> None:
@@ -289,8 +298,9 @@ def _drop_batch(deposit: Deposit, rng) -> None:
     deposit.drop(np.minimum(rng.random((n, 2)) * deposit.period, below), grains)
 
 
-def _centred(deposit: Deposit) -> np.ndarray:
-    return deposit.positions - np.append(deposit.period / 2, 0.0)
+def _placed(deposit: Deposit, spec) -> np.ndarray:
+    """Positions (N, 3) [m] about the axis, above the base."""
+    return deposit.positions - np.append(deposit.period / 2, spec.base)
 
 
 def _guessed_width(spec, radius, beside=2.0) -> float:
@@ -300,23 +310,23 @@ def _guessed_width(spec, radius, beside=2.0) -> float:
     return radius * max(centres ** (1 / 3) + beside, 2.0 / spec.aspect)
 
 
-def _describe(sample: Sample, grains: Grains) -> dict:
+def _describe(sample: Sample, grains: Grains, on_floor: bool) -> dict:
     # one number for equal grains
     radii = float(grains.radii[0]) if sample.radii is None else grains.radii
     period = sample.info.get("period")
     if period is not None:
         period = period * np.array([1.0, 1.0, 2.0])  # no image of the floor above the top
     pieces, piece = cut.fragments(sample.positions, grains, period)
-    on_floor = sample.positions[:, 2] == radii
-    stands = np.zeros(pieces, dtype=bool)
-    stands[piece[on_floor]] = True
-    info = {
-        "floor_grains": int(np.count_nonzero(on_floor)),
-        "pieces": int(pieces),
-        "largest_piece": int(np.bincount(piece).max()),
-        "loose_fragments": int(np.count_nonzero(~stands)),
-        "loose_grains": int(np.count_nonzero(~stands[piece])),
-    }
+    info = {"pieces": int(pieces), "largest_piece": int(np.bincount(piece).max())}
+    if on_floor:
+        lowest = sample.positions[:, 2] == radii
+        stands = np.zeros(pieces, dtype=bool)
+        stands[piece[lowest]] = True
+        info |= {
+            "floor_grains": int(np.count_nonzero(lowest)),
+            "loose_fragments": int(np.count_nonzero(~stands)),
+            "loose_grains": int(np.count_nonzero(~stands[piece])),
+        }
     if sample.radii is None:
         info["bulk_filling_factor"] = bulk_filling_factor(sample, radii)
     edges = extent(sample, radii)
