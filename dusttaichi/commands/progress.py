@@ -84,7 +84,7 @@ class Phases:
 
 
 def _age():
-    """Time since this process began [s]; its processor time where the system does not tell."""
+    """Time since this process began [s]; its processor time where the system does not give it."""
     try:
         fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
         began = int(fields[19]) / os.sysconf("SC_CLK_TCK")

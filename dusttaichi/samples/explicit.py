@@ -95,8 +95,8 @@ class ExplicitSample(SampleBlock):
     touch_within: Annotated[float | Literal["auto"], Number(ge=0, le=0.05, word="auto")] = Field(
         "auto",
         description="gap or overlap, over the sum of two radii, within which grains touch: if some "
-        "of these pairs are apart, all are moved into equilibrium contact; auto: the rounding of a "
-        "file, at least 1e-3 at rest; of positions only what is equal to rounding; 0: none",
+        "of these pairs are apart, all are moved into equilibrium contact; auto: the rounding of "
+        "the numbers, in a file at least 1e-3 at rest; two positions are exact; 0: none",
     )
 
     @model_validator(mode="before")
@@ -125,7 +125,6 @@ class ExplicitSample(SampleBlock):
             given = name in self.model_fields_set and getattr(self, name) != default
             if given and self.file is None:
                 yield name, "it is allowed only together with file"
-
         yield from self._unknown_columns()
 
     def _unknown_columns(self) -> Faults:

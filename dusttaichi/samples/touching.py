@@ -10,9 +10,9 @@ from itertools import product
 
 import numpy as np
 
-from dusttaichi.geometry import nearest_image, pairs_within
+from dusttaichi.geometry import connected, nearest_image, pairs_within
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import Touch
+from dusttaichi.samples.mixture import EqualGrains, Grains, Touch
 from dusttaichi.samples.sample import ROUNDING, Sample
 from dusttaichi.scene import quantities
 
@@ -108,7 +108,8 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
     x = done.pop("positions", sample.positions)
     info = dict(sample.info)
     i, j = grains.cell.pairs(x, grains.radii, 1.0)
-    touching = {"contacts": len(i), "fragments": _fragments(len(sample), i, j), **done}
+    fragments = int(connected(np.column_stack([i, j]), len(sample))[0])
+    touching = {"contacts": len(i), "fragments": fragments, **done}
     touching["text"] = _counted(touching)
     texts = []
     if done:
@@ -124,13 +125,13 @@ class _Grains:
     """Radii, masses and equilibrium distances of the grains of a sample, and their cell."""
 
     def __init__(self, sample, materials):
-        self.equal = None if sample.radii is not None else materials.distance
         self.x, self.mass = sample.positions, materials.masses(sample)
         self.velocities, self.turning = sample.velocities, np.any(sample.spins, axis=1)
         self.radii = np.broadcast_to(materials.radii_of(sample), len(sample)).astype(float)
-        kinds = sample.materials
-        self.kinds = np.zeros(len(sample), int) if kinds is None else kinds
-        self.touch = Touch(materials)
+        if sample.radii is None:
+            self._own = EqualGrains(self.radii, None, materials.distance)
+        else:
+            self._own = Grains(self.radii, sample.materials, Touch(materials))
         self.largest = 2.0 * float(self.radii.max())
         self.cell = Cell(np.array(materials.period))
         cell = sample.info.get("cell") if "room" in sample.info else None
@@ -140,10 +141,7 @@ class _Grains:
 
     def rest(self, i, j):
         """Distances of pairs in equilibrium [m]."""
-        if self.equal is not None:
-            return np.full(len(i), self.equal)
-        one, other = ((self.radii[k], self.kinds[k]) for k in (i, j))
-        return self.touch.distance(one, other)
+        return np.broadcast_to(self._own.distance(i, j), len(i))
 
     def at_rest(self, i, j):
         """True of pairs that do not move against each other."""
@@ -239,15 +237,6 @@ def _relaxed(grains, i, j, target):
         step = lsmr(J, -off, damp=DAMPING, atol=1e-10, btol=1e-10, maxiter=20 * len(i) + 100)[0]
         x += step.reshape(-1, 3) * weight[:, None]
     return best
-
-
-def _fragments(count, i, j) -> int:
-    """Number of connected fragments, single grains included."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_matrix((np.ones(len(i)), (i, j)), (count, count))
-    return int(connected_components(graph, directed=False)[0])
 
 
 def _length(value):
