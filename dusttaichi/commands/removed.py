@@ -1,35 +1,31 @@
 """Commands and options of earlier versions: what to use instead of them."""
 
+from itertools import pairwise
+
 from typer.core import TyperGroup
 
 from dusttaichi.errors import DustError
 
+_SURFACES = "--to vtk; ParaView's Glyph filter of kind Sphere makes surfaces"
+
 REMOVED = {
     "selftest": "dust bench states the energy ledger of its two scenes; to check a device, "
     "compare a run with numerics.backend: cuda with one with cpu (dust compare)",
+    "export --to stl": f"{_SURFACES}, which File > Save Data writes as .stl",
+    "export --to vtp": _SURFACES,
+    "export --to xyz": "--to extxyz, which programs that read XYZ read as well",
 }
-"""Message by "COMMAND" or "COMMAND --option"."""
+"""Message by "COMMAND", "COMMAND --option" or "COMMAND --option VALUE"."""
 
 
 class Commands(TyperGroup):
     """The group of commands; a removed command or option is answered by its message."""
 
     def resolve_command(self, ctx, args):
-        """The command of these words. Raises DustError for a removed one."""
-        _refuse(args[0])
+        """The command of these words. Raises DustError for a removed command or option."""
+        command, *words = (word for arg in args for word in arg.split("="))
+        words += [" ".join(two) for two in pairwise(words)]
+        given = {command, *(f"{command} {word}" for word in words)}
+        for removed in given & REMOVED.keys():
+            raise DustError(f"dust {removed} was removed: {REMOVED[removed]}")
         return super().resolve_command(ctx, args)
-
-    def invoke(self, ctx):
-        """Run the command. Raises DustError for a removed option."""
-        try:
-            return super().invoke(ctx)
-        except Exception as error:  # NoSuchOption, of click or of the one that typer brings along
-            option = getattr(error, "option_name", None)
-            if option is not None and error.ctx is not None:
-                _refuse(f"{error.ctx.info_name} {option}")
-            raise
-
-
-def _refuse(words):
-    if words in REMOVED:
-        raise DustError(f"dust {words} was removed: {REMOVED[words]}")

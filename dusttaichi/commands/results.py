@@ -121,14 +121,12 @@ def compare(
 
 def export(
     run: options.RunPath,
-    to: Annotated[
-        str, typer.Option(help="vtk, vtp, stl, xyz, extxyz, lammps, lammps-data or lammps-restart")
-    ],
+    to: Annotated[str, typer.Option(help="vtk, extxyz, lammps, lammps-data or lammps-restart")],
     output: options.output_to("directory of the files") = None,
     snapshot: Annotated[str, typer.Option(help="number, from the end if negative, or all")] = "all",
     force: options.Overwrite = False,
 ):
-    """Export snapshots to other programs: ParaView, OVITO, ASE, LAMMPS, CAD."""
+    """Export snapshots to other programs: ParaView, OVITO, ASE, LAMMPS."""
     from dusttaichi import analysis
     from dusttaichi.export import export as write
 

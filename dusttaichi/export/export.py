@@ -6,7 +6,7 @@ from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
 from dusttaichi.method import attribute
 
-FORMATS = ("vtk", "vtp", "stl", "xyz", "extxyz", "lammps", "lammps-data", "lammps-restart")
+FORMATS = ("vtk", "extxyz", "lammps", "lammps-data", "lammps-restart")
 _NEEDS = {"vtk": "meshio", "extxyz": "ase"}
 
 
@@ -17,9 +17,8 @@ def export(run, to, output=None, snapshot="all"):
     ----------
     run : Run
     to : str
-        One of FORMATS: "vtk" and "vtp" for ParaView, "stl" for CAD, "xyz" and "extxyz" for ASE and
-        OVITO, "lammps" (dumps) for LAMMPS and OVITO, "lammps-data" and "lammps-restart" for LAMMPS;
-        runs of the continuum "vtk" only.
+        One of FORMATS: "vtk" for ParaView, "extxyz" for ASE and OVITO, "lammps" (dumps) for LAMMPS
+        and OVITO, "lammps-data" and "lammps-restart" for LAMMPS; runs of the continuum "vtk" only.
     output : path, optional
         Directory. Default: one of the format's name beside the result.
     snapshot : int or str

@@ -13,7 +13,7 @@ from ase import units as ase_units
 from ase.io import write as ase_write
 
 from dusttaichi.analysis.frame import grain_masses
-from dusttaichi.export.colours import colours_of
+from dusttaichi.plots.grains import appearance_of, bodies_of, colouring_of
 from dusttaichi.results.outputs import check
 
 FILE = "grains.extxyz"
@@ -28,7 +28,7 @@ def write(run, frames, folder):
     images = []
     for frame in frames:
         image = atoms(frame, masses)
-        image.set_array("color", np.round(colours_of(run, frame), 3))  # for OVITO
+        image.set_array("color", np.round(_colours(run, frame), 3))  # for OVITO
         images.append(image)
     ase_write(check(folder / FILE, UNITS), images, format="extxyz")
     return [folder / FILE]
@@ -66,6 +66,16 @@ def atoms(frame, masses):
     if (forces := frame.forces) is not None:
         image.set_array("force_N", forces[0])
     return image
+
+
+def _colours(run, frame):
+    """Colours of the grains of a Frame, (N, 3) of 0 to 1.
+
+    By body for a collision, else by coordination number, or height without contacts.
+    """
+    color = "body" if run.collides else "height" if frame.contacts is None else "coordination"
+    appearance = appearance_of([frame], color, "front", bodies=bodies_of(run, color))
+    return np.asarray(colouring_of(frame, appearance, None).colours)
 
 
 def _cell(frame, bounded):

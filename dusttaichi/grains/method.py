@@ -7,7 +7,7 @@ from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.method import Method, deferred
 from dusttaichi.scene.grains import GrainsScene
 
-EXPORTS = ("vtk", "vtp", "stl", "xyz", "extxyz", "lammps", "lammps-data", "lammps-restart")
+EXPORTS = ("vtk", "extxyz", "lammps", "lammps-data", "lammps-restart")
 
 PACKAGE = Path(__file__).parents[1]
 
