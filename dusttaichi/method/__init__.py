@@ -11,7 +11,6 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,13 +42,11 @@ __all__ = [
     "make_sample",
     "moment",
     "named",
-    "names",
     "of",
     "register",
 ]
 
 DEFAULT = "grains"
-GROUP = "dusttaichi.methods"  # entry points of other packages that bring a method along
 
 
 def built_anew(scene: Scene, state: State) -> Simulation:
@@ -171,8 +168,8 @@ METHODS: dict[str, str | Method] = dict(BUILT_IN)
 def register(method: Method) -> None:
     """Make a method known by its name to this process.
 
-    A file that does so becomes known to every process that reads a scene with the file among its
-    `extensions`; a package, to all processes, by an entry point of the group "dusttaichi.methods".
+    A file that does so, perhaps with the Method of an installed package, becomes known to every
+    process that reads a scene with the file among its `extensions`.
 
     Raises
     ------
@@ -184,14 +181,6 @@ def register(method: Method) -> None:
     METHODS[method.name] = method
 
 
-def names() -> list[str]:
-    """Names of all methods there are."""
-    return [
-        *METHODS,
-        *(p.name for p in metadata.entry_points(group=GROUP) if p.name not in METHODS),
-    ]
-
-
 def named(name: str) -> Method:
     """The method of that name.
 
@@ -200,11 +189,7 @@ def named(name: str) -> Method:
     KeyError
         There is none.
     """
-    known = METHODS.get(name)
-    if known is None:
-        brought = {point.name: point for point in metadata.entry_points(group=GROUP)}
-        known = brought[name].load()
-    METHODS[name] = attribute(known)
+    METHODS[name] = attribute(METHODS[name])
     return METHODS[name]
 
 

@@ -328,9 +328,8 @@ class MaterialsScene(Scene):
 def _scene_class(data: dict[str, Any], lines: dict, title: str) -> type[Scene]:
     """Scene class of the method in the data; `grains` where they name none."""
     name = data.get("method", method.DEFAULT)
-    # the names of entry points, which take time to find, come last
-    if name not in list(method.METHODS) and name not in method.names():
-        text = f"{' or '.join(method.names())} is needed"
+    if name not in method.METHODS:
+        text = f"{' or '.join(method.METHODS)} is needed, or a file among `extensions` that has it"
         found = problems.line(("method",), text, data, lines)
         raise problems.refusal(title, [found])
     return method.named(name).scene

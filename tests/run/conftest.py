@@ -1,4 +1,4 @@
-"""The toy method is there, as if a package had brought it along."""
+"""The toy method is there, as if an extension had registered it."""
 
 import pytest
 import spring

@@ -160,13 +160,12 @@ def test_error_bar(tmp_path):
 
 
 def test_a_sweep_in_a_process_of_its_own(tmp_path):
-    """The method is found by its entry point, as that of an installed package."""
-    installed = tmp_path / "site" / "spring-1.0.dist-info"
-    installed.mkdir(parents=True)
-    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: spring\nVersion: 1.0\n")
-    (installed / "entry_points.txt").write_text("[dusttaichi.methods]\nspring = spring:METHOD\n")
-    (tmp_path / "spring.yaml").write_text(PLAIN)
-    path = os.pathsep.join([str(tmp_path / "site"), str(HERE), str(HERE.parents[1])])
+    """An extension of the scene registers the method of an installed package."""
+    (tmp_path / "own.py").write_text(
+        "import spring\nfrom dusttaichi import method\nmethod.register(spring.METHOD)\n"
+    )
+    (tmp_path / "spring.yaml").write_text(PLAIN + "extensions: [own.py]\n")
+    path = os.pathsep.join([str(HERE), str(HERE.parents[1])])
     command = [sys.executable, "-m", "dusttaichi", "sweep", "spring.yaml", "--set"]
     done = subprocess.run(
         [*command, "stiffness=2", "-q", "--json", "-o", "out"],

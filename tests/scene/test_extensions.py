@@ -167,7 +167,7 @@ def test_law_kind_and_method_are_known(folder):
     (folder / "ring.py").write_text(RING)
     scene = from_yaml(LAW, folder)
     assert scene.interaction.rolling.law == "speed_dependent"
-    assert from_yaml(SPRING, folder).method == "spring" and "spring" in method.names()
+    assert from_yaml(SPRING, folder).method == "spring" and "spring" in method.METHODS
     ring = BASE.replace("{kind: rbd, grains: 100}", "{kind: ring}") + "extensions: [ring.py]\n"
     assert len(method.make_sample(from_yaml(ring, folder))) == 3
 
