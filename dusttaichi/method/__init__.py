@@ -168,7 +168,7 @@ METHODS: dict[str, str | Method] = dict(BUILT_IN)
 def register(method: Method) -> None:
     """Make a method known by its name to this process.
 
-    A file that does so, perhaps with the Method of an installed package, becomes known to every
+    A file that does so, also with the Method of an installed package, becomes known to every
     process that reads a scene with the file among its `extensions`.
 
     Raises
