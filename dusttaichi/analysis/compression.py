@@ -11,12 +11,14 @@ import numpy as np
 import scipy
 
 from dusttaichi.analysis.kind import is_dynamic, wall_speed
+from dusttaichi.analysis.profile import inner_filling_factor
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 
 BIN_WIDTH = 0.01
 """Width in filling factor of the bins of a curve; a fifth of it is the default output interval."""
 
+INNER = "inner_filling_factor"
 FASTEST = 25.0  #: Wall speed [m/s] up to which S12 eqs 33 and 35 were fitted.
 
 
@@ -58,7 +60,8 @@ def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor",
         Default: all stages that compress, each beyond the largest filling factor reached before,
         where an unloaded cake returns to the curve of its first loading.
     of : str
-        "filling_factor", or "inner_filling_factor", that of PD08's inner cylinder between plates.
+        "filling_factor", or "inner_filling_factor": that of PD08's inner cylinder between plates,
+        otherwise that of the profiles without their ends (`profile.inner_filling_factor`).
     peaks : int
         Number of successive records whose largest pressure is taken; PD08 (section 3.1.2) took ten,
         of the instantaneous force (a small output.window).
@@ -69,7 +72,7 @@ def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor",
         The run has no such filling factor or no pressure on the top wall.
     """
     parts = [run.stage(stage)] if stage is not None else _loading(run)
-    phi, pressure = np.concatenate([_points(part.series, of, run) for part in parts], axis=1)
+    phi, pressure = np.concatenate([_points(part, of) for part in parts], axis=1)
     whole = len(phi) // peaks * peaks
     phi = phi[:whole].reshape(-1, peaks).mean(axis=1)
     pressure = pressure[:whole].reshape(-1, peaks).max(axis=1)
@@ -92,14 +95,20 @@ def _loading(run):
     return loading
 
 
-def _points(series, of, run):
+def _points(part, of):
     """Filling factor and pressure on the top wall of the records that have both, (2, times)."""
-    if of not in series or "pressure" not in series:
+    series, phi = part.series, None
+    if of in series:
+        phi = series[of].values
+    elif of == INNER and part.profiles is not None:
+        at, inner = part.profiles.step.values, inner_filling_factor(part.profiles).values
+        phi = np.interp(series.step.values, at, inner, left=np.nan, right=np.nan)
+    if phi is None or "pressure" not in series:
         raise DustError(
-            f"{run.path} has no compression curve: it has no {of.replace('_', ' ')}, or no "
+            f"{part.path} has no compression curve: it has no {of.replace('_', ' ')}, or no "
             "pressure on the top wall."
         )
-    phi, pressure = series[of].values, series.pressure.sel(wall="top").values
+    pressure = series.pressure.sel(wall="top").values
     known = np.isfinite(phi) & np.isfinite(pressure)
     return np.array([phi[known], pressure[known]])
 

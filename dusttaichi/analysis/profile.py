@@ -5,6 +5,8 @@ import xarray as xr
 
 from dusttaichi.errors import DustError
 
+EDGE = 2.0  #: Grain diameters beside the bottom and the top wall that the inner part leaves out.
+
 
 def profile(run, most=None) -> xr.Dataset:
     """Profiles of a run as a dataset: filling_factor (profile, bin), height [m] ...
@@ -60,3 +62,15 @@ def without_cut_bins(profiles):
         phi[number, cut] = middle[number, cut] = np.nan
     dims = ("profile", "bin")
     return profiles.assign(filling_factor=(dims, phi), middle=(dims, middle))
+
+
+def inner_filling_factor(profiles) -> xr.DataArray:
+    """Filling factor between EDGE grain diameters above the bottom and below the top, (profile,).
+
+    profiles: of a Run; a bin is one grain diameter high, and counts with its part in between. Not a
+    number where nothing is in between.
+    """
+    edge = EDGE * float(profiles.bin_upper[0] - profiles.bin_lower[0])
+    upper = np.minimum(profiles.bin_upper, profiles.height - edge)
+    inside = (upper - profiles.bin_lower.clip(min=edge)).clip(min=0.0)
+    return profiles.filling_factor.weighted(inside).mean("bin")

@@ -6,6 +6,7 @@ import synthetic
 import xarray as xr
 
 from dusttaichi import analysis
+from dusttaichi.analysis.profile import inner_filling_factor
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import G09_OMNIDIRECTIONAL, S12_STATIC, CompressionLaw, dynamic_law
 
@@ -149,6 +150,10 @@ def test_summary_and_table(run):
     rows = {row[0]: row for row in analysis.table(numbers)}
     assert rows["p_m"][1].endswith("kPa") and rows["p_m"][2] == "16.67 kPa"
     assert "(1-100 kPa)" in rows["rms of the filling factor from S12 eq 31"][1]
+    assert numbers["rms"] < numbers["largest"] < 0.02
+    assert numbers["largest_p_low"] == pytest.approx(1e2)  # the curve begins below
+    assert numbers["largest_p_high"] == pytest.approx(1.5e5)  # and ends above
+    assert numbers["inner_filling_factor"] is None  # three bins high
 
 
 def test_summary_of_a_run_without_compression(tmp_path):
@@ -179,6 +184,38 @@ def test_profiles(run):
     assert float(few.middle.max()) < float(few.height.max())
     assert np.isnan(few.filling_factor[-1, -1]) and np.isnan(few.middle[-1, -1])
     assert analysis.profile(run).sizes["profile"] == 5
+
+
+def test_filling_factor_of_the_inner_part():
+    """Without two bins at either wall, a bin that the top one's edge cuts by its part."""
+    phi = [9.0, 9.0, 0.2, 0.3, 0.4, 9.0, 9.0, np.nan]
+    lower = np.arange(8.0)
+    profiles = xr.Dataset(
+        {
+            "filling_factor": (("profile", "bin"), [phi, [9.0, 9.0, 0.5, 9.0, *4 * [np.nan]]]),
+            "height": ("profile", [6.5, 4.0]),
+            "bin_lower": ("bin", lower),
+            "bin_upper": ("bin", lower + 1.0),
+        }
+    )
+    inner = inner_filling_factor(profiles)
+    assert inner[0] == pytest.approx((0.2 + 0.3 + 0.5 * 0.4) / 2.5)  # of rounding errors only
+    assert np.isnan(inner[1])  # 2 to 2: nothing in between
+
+
+def test_curve_of_the_inner_part(tmp_path):
+    """That of the profiles, at the times of the series."""
+    path = synthetic.compression_run(tmp_path / "result.nc", points=50, grains=10_000)
+    with analysis.open_run(path) as run:
+        curve = analysis.compression_curve(run, of="inner_filling_factor")
+        numbers = analysis.summary(run)
+    ends = inner_filling_factor(run.profiles).values[[0, -1]]
+    np.testing.assert_allclose(curve.raw_filling_factor[[0, -1]], ends, rtol=1e-12)
+    assert len(curve.raw_pressure) == run.series.sizes["time"]
+    assert numbers["inner_filling_factor"] == pytest.approx(ends[-1])
+    assert abs(numbers["inner_mean"]) < 0.02  # the noise of the profiles and their denser bottom
+    with pytest.raises(DustError, match="it has no inner filling factor"):
+        analysis.compression_curve(analysis.Run("run", run.series), of="inner_filling_factor")
 
 
 def test_contacts_of_a_snapshot(run):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.compression import compression_curve, compression_law, onset
+from dusttaichi.analysis.compression import INNER, compression_curve, compression_law, onset
 from dusttaichi.analysis.compression_fit import fit_compression, rms_from_law
 from dusttaichi.analysis.cycles import unloadings
 from dusttaichi.analysis.dynamic import PLATEAU, dynamic
@@ -31,6 +31,7 @@ QUANTITIES = (
     ("kinetic_fj_per_grain", "kinetic energy per grain", "fJ",
      lambda s, grains: s.kinetic_translation.values / grains * 1e15),
 )  # fmt: skip
+ALL = 1e2, 1.5e5  # pressures [Pa] over which the largest distance from the law is sought
 AFTER = 12.0  # place of the rows behind the fits of a fast wall
 PD08 = "500 Pa (PD08)"
 FITS = {"plateau": ("plateau", "bins"), "decades": ("whole", "decades")}  # of a fast wall
@@ -40,6 +41,7 @@ def _measure(run):
     law, curve, plates = compression_law(run), compression_curve(run), run.boundary == "plates"
     # above 10 kPa small samples spread further than the laboratory's (S12 section 5.3)
     deviation = rms_from_law(curve, law, p_high=1e4 if plates else 1e5)
+    whole = rms_from_law(curve, law, *((1e2, 1e4) if plates else ALL))
     numbers = {
         "law_p_m": law.p_m,
         "law_delta": law.delta,
@@ -49,10 +51,13 @@ def _measure(run):
         "rms_p_low": deviation.p_low,
         "rms_p_high": deviation.p_high,
         "rms_covered": deviation.covered,
+        "largest": whole.largest,
+        "largest_p_low": whole.p_low,
+        "largest_p_high": whole.p_high,
         "onset": onset(curve) if plates else None,
         "onset_peaks": onset(compression_curve(run, peaks=PEAKS)) if _momentary(run) else None,
         "error_bar_phi": filling_factor_error(error_bar(run), curve),
-    }
+    } | _inner(run, law)
     try:
         fit = fit_compression(curve, phi2=law.phi2)
     except DustError as error:
@@ -62,6 +67,20 @@ def _measure(run):
         return numbers | {"fit_problem": problem}
     names = ("p_m", "p_m_sigma", "delta", "delta_sigma")
     return numbers | {name: getattr(fit, name) for name in names}
+
+
+def _inner(run, law):
+    """Filling factor of the inner part at the end, and its mean distance from the law."""
+    try:
+        curve = compression_curve(run, of=INNER)
+    except DustError:  # neither a cylinder between plates nor profiles
+        return {}
+    phi = curve.raw_filling_factor
+    p_high = 1e4 if run.boundary == "plates" else 1e5
+    return {
+        "inner_filling_factor": phi[-1] if len(phi) else None,
+        "inner_mean": rms_from_law(curve, law, p_high=p_high).mean,
+    }
 
 
 def _momentary(run):
@@ -81,12 +100,16 @@ def _at(run):
     return numbers
 
 
-def _deviation_rows(value, n):
-    within = "no common range of pressures"
-    if n["rms_covered"]:
-        within = f"{value:.3f} ({n['rms_p_low'] / 1e3:.3g}-{n['rms_p_high'] / 1e3:.3g} kPa)"
-    law = n["law_name"].split(" (")[0] or "the law"
-    return [(f"rms of the filling factor from {law}", within, "0.02 (scatter)")]
+def _deviation_rows(what, name):
+    def rows(value, n):
+        low, high = n[f"{name}_p_low"], n[f"{name}_p_high"]
+        within = "no common range of pressures"
+        if np.isfinite(value):
+            within = f"{value:.3f} ({low / 1e3:.3g}-{high / 1e3:.3g} kPa)"
+        law = n["law_name"].split(" (")[0] or "the law"
+        return [(f"{what} of the filling factor from {law}", within, "0.02 (scatter)")]
+
+    return rows
 
 
 def _onset_rows(what, beside):
@@ -124,14 +147,24 @@ FIT = Family(
         quiet("law_delta", "Delta of the law", sweeps=FILE),
         quiet("law_name", "name of the law", ""),
         Observable(name="rms", title="rms of the filling factor from the law",
-                   rows=_deviation_rows, column=("rms in phi", "{:.3f}", 1), figure="compression",
-                   place=AFTER),
+                   rows=_deviation_rows("rms", "rms"), figure="compression",
+                   column=("rms in phi", "{:.3f}", 1), place=AFTER),
         quiet("rms_mean", "mean distance from the law", sweeps=ENSEMBLES,
               column=("mean in phi", "{:+.3f}", 1), place=AFTER),
         quiet("rms_p_low", "lowest pressure compared", "Pa", sweeps=FILE),
         quiet("rms_p_high", "highest pressure compared", "Pa", sweeps=FILE),
         quiet("rms_covered", "share of these pressures covered",
               column=("law covered", "{:.2f}", 1), sweeps=FILE, place=AFTER),
+        Observable(name="largest", title="largest distance from the law",
+                   rows=_deviation_rows("largest distance", "largest"), figure="compression",
+                   column=("largest in phi", "{:.3f}", 1), place=AFTER),
+        quiet("largest_p_low", "lowest pressure of this comparison", "Pa", sweeps=FILE),
+        quiet("largest_p_high", "highest pressure of this comparison", "Pa", sweeps=FILE),
+        Observable(name="inner_filling_factor", title="filling factor of the inner part",
+                   text="{:.4f}", column=None, sweeps=FILE, place=AFTER,
+                   about="… at the end: without two grain diameters beside both walls (S12 Fig 5), "
+                   "between plates PD08's inner cylinder"),
+        quiet("inner_mean", "mean distance of the inner part from the law", sweeps=ENSEMBLES),
         Observable(name="fit_problem", title="fit", unit="", column=None, place=AFTER - 0.5,
                    about="why there is no fit"),
         Observable(name="onset", title=ONSET, unit="Pa", place=AFTER,
