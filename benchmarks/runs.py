@@ -10,7 +10,7 @@ from benchmarks.task import Stopwatch
 from dusttaichi.processes import usable_cores
 from dusttaichi.studies.bench import Timed, machine
 
-SCENE = "omni_static"
+SCENE = "omni_box"
 SIZES, ROUNDS = (1000, 3000, 11_000), 3
 QUICK_STEPS = 200_000_000  # grain-steps of a run with --quick, about a quarter of a minute
 

@@ -17,7 +17,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.processes import usable_cores
 from dusttaichi.studies.workers import LOST, Worker
 
-SCENES = ("omni_static", "guettler2009/bead")
+SCENES = ("omni_box", "guettler2009/bead")
 ROUNDS, SECONDS = 5, 0.6  # number and duration of the measurements of each
 WARM_UP = 0.3  # s of steps before the first round
 LEDGER = 0.01  # largest residual, as in a run (numerics.ledger_tolerance)

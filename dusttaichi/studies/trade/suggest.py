@@ -21,7 +21,7 @@ KINDS = {
     "trade_omni": "compression in a box",
     "trade_omni_slow": "compression in a box",
     "trade_omni_3000": "compression in a box",
-    "omni_static": "compression in a box",
+    "omni_box": "compression in a box",
     "trade_uni": "compression between plates",
     "uni_static": "compression between plates",
     "trade_tensile": "tension",
