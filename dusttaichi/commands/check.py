@@ -25,7 +25,7 @@ def check(
     *,
     settings: options.Settings = None,
     extensions: options.Extensions = None,
-    time: options.flag("--time", "measure the speed again, about ten seconds") = False,
+    time: options.flag("--time", "measure the speed, about ten seconds") = False,
     resolved: options.flag("--scene", "print the YAML with every default") = False,
     internals: options.flag("--internals", "build it: contacts, compiled parts, fields") = False,
     forces: options.flag("--forces", "build it: forces and energies at the start, no step") = False,
@@ -46,7 +46,7 @@ def check(
         except DustError as error:
             say_json(_json_of_refusal(error))
             raise
-        return say_json(_json_of_scene(scene, preview))
+        return say_json(_json_of_scene(scene, preview, measure_it=time))
     scene, how, preview = read()
     say(f"{scene.name} is a valid scene of the method {scene.method}.")
     if preview is not None:
@@ -87,12 +87,7 @@ def _show(sections):
 def _cost(scene, preview, *, measure_it):
     """Rows of the number of steps and of the run time on this machine."""
     from dusttaichi.scene import quantities
-    from dusttaichi.studies import speeds, starts
 
-    if measure_it:
-        known = speeds.as_measured(speeds.measure(scene, preview.plan), preview.size)
-    else:
-        known = speeds.likely(scene, preview.size)
     rows, total = [], 0
     for name, steps, reason in preview.plan:
         what = f"steps at most, stage {name}" if name else "steps at most"
@@ -103,28 +98,25 @@ def _cost(scene, preview, *, measure_it):
         total += steps
         time = quantities.format(steps * preview.dt * 1e-6, "time", 5)
         rows.append((what, f"{steps:,} ({time}; {reason})"))
-    if known is None:
-        unknown = "not known: nothing has run on this machine yet; --time measures it"
-        return [*rows, *_slow_rows(scene), ("run time", unknown)]
-    speed, (least, seconds, most) = known
-    of = "this scene" if speed.name == scene.name else speed.name
-    source = f"{of}, {speed.size:,} particles on {_threads(speed.threads)}"
-    when = "now" if measure_it else "here before"
-    rows.append(
-        ("speed", f"{quantities.rate_text(1.0 / seconds)} steps/s, measured {when}: {source}")
-    )
-    cached, start = starts.likely(scene, preview.size)
-    rows += _slow_rows(scene)
-    what = "kernels are cached" if cached else "kernels are compiled"
-    if start is None:
-        rows.append(("start and figures", f"not known: no run has ended here where {what}"))
-    else:
-        rows.append(("start and figures", f"{_duration(start)}, {what}"))
+    least, seconds, most = _seconds(scene, preview, measure_it=measure_it)
+    rate = 1.0 / seconds if measure_it else float(f"{1.0 / seconds:.1g}")
+    speed = f"{quantities.rate_text(rate)} steps/s"
+    how = "measured now" if measure_it else "an order of magnitude; --time measures it"
+    rows += [("speed", f"{speed}, {how}"), *_slow_rows(scene)]
     if total < NEVER:
-        low, high = (_duration(total * each + (start or 0.0)) for each in (least, most))
+        low, high = _duration(total * least), _duration(total * most)
         text = low if low == high else f"{low} to {high}"
-        rows.append(("run time at most", text if start is not None else f"{text}, and the start"))
+        rows.append(("run time at most", f"{text}, and the start"))
     return rows
+
+
+def _seconds(scene, preview, *, measure_it):
+    """(least, likely, most) seconds of a step."""
+    from dusttaichi.studies import trial
+
+    if measure_it:
+        return trial.measured(scene, preview.plan)
+    return trial.order(scene, preview.size)
 
 
 def _slow_rows(scene):
@@ -135,10 +127,6 @@ def _slow_rows(scene):
     return [] if text is None else [("slower than it could be", text)]
 
 
-def _threads(number):
-    return f"{number} threads" if number > 1 else "one thread"
-
-
 def _duration(seconds):
     """Text of a time in s, min, h or days."""
     for size, unit in ((1.0, "s"), (60.0, "min"), (3600.0, "h"), (86400.0, "days")):
@@ -146,7 +134,7 @@ def _duration(seconds):
             return f"{max(seconds / size, 1.0 if unit == 's' else 0.0):.2g} {unit}"
 
 
-def _json_of_scene(scene, preview):
+def _json_of_scene(scene, preview, *, measure_it):
     """Size, time step, stages, run time on this machine, and rows of text of a valid scene."""
     found = {"format": FORMAT, "version": __version__, "valid": True, "problems": []}
     found |= {"name": scene.name, "method": scene.method}
@@ -155,7 +143,7 @@ def _json_of_scene(scene, preview):
             "particles": preview.size,
             "time_step_s": preview.dt * 1e-6,
             "stages": [_stage(*stage, preview.dt) for stage in preview.plan],
-            "run_time_s": _run_time(scene, preview),
+            "run_time_s": _run_time(scene, preview, measure_it=measure_it),
             "text": {title: dict(rows) for title, rows in _sections(scene, preview)},
         }
     return found
@@ -178,16 +166,13 @@ def _stage(name, steps, reason, dt):
     }
 
 
-def _run_time(scene, preview):
-    """Seconds of a run from speeds measured on this machine, {least, likely, most}, or None."""
-    from dusttaichi.studies import speeds, starts
-
-    known, steps = speeds.likely(scene, preview.size), sum(plan[1] for plan in preview.plan)
-    start = starts.likely(scene, preview.size)[1]
-    if known is None or start is None or steps >= NEVER:
+def _run_time(scene, preview, *, measure_it):
+    """Seconds of the steps of a run, {least, likely, most}, or None."""
+    steps = sum(plan[1] for plan in preview.plan)
+    if steps >= NEVER:
         return None
-    names = ("least", "likely", "most")
-    return {name: steps * each + start for name, each in zip(names, known[1], strict=True)}
+    each = _seconds(scene, preview, measure_it=measure_it)
+    return {name: steps * s for name, s in zip(("least", "likely", "most"), each, strict=True)}
 
 
 def schema(

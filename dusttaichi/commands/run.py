@@ -65,64 +65,53 @@ def run(
     how = {"force": force, "resume": resume, "fresh": fresh, "error_bar": error_bar}
     phases.end("imports and scene")
     with watched(directory, watch):
-        keep_start = _run_one(scene, directory, onward, quiet=quiet, phases=phases, **how)
+        _run_one(scene, directory, onward, quiet=quiet, phases=phases, **how)
     with options.writing(force=force, inputs=[file]):
         frames = _show_result(directory, figures, as_json, phases)
     if not (quiet or as_json):
         _say_next(directory, frames)
-    keep_start()
     phases.total()
 
 
 def _run_one(scene, directory, onward, *, quiet, phases, **how):
-    """Run a scene, and return the function to call at the end of the command.
-
-    That function records the time spent outside of the steps. onward: the command that continues
-    the run. how: arguments of `execute`.
-    """
+    """Run a scene. onward: the command that continues the run. how: arguments of `execute`."""
     from dusttaichi.run import execute
-    from dusttaichi.studies.speeds import Timer
-    from dusttaichi.studies.starts import Clock
 
-    timer = Timer(scene)
-    clock = Clock(scene, timer)
-
-    segments = _Segments(timer, lambda: phases.end(_built(scene, timer.sim, clock.cached)))
-    hooks = {"sampled": lambda sample: phases.end("sample"), "ready": clock.ready}
+    segments = _Segments(scene, phases)
+    hooks = {"sampled": lambda sample: phases.end("sample"), "ready": segments.ready}
     hooks["advancing"] = segments
     with ProgressBar(quiet, "building") as bar:
         try:
             execute(scene, directory, report=_shown(bar), log=bar.log, **hooks, **how)
-            timer.keep()
             phases.end("steps", segments.seconds)
             phases.end("output")
         except Interrupted as stop:
             if not stop.resumable:
                 raise
             raise Interrupted(f"{stop}. Continue with: {onward}") from None
-    return clock.keep
 
 
 class _Segments:
     """Context around each segment of steps. The first, a step, belongs to the kernels.
 
-    timer: entered too. first: called after the first. seconds: of all others.
+    seconds: of all others.
     """
 
-    def __init__(self, timer, first):
-        self._timer, self._first, self.seconds = timer, first, 0.0
+    def __init__(self, scene, phases):
+        self._scene, self._phases, self._sim, self.seconds = scene, phases, None, 0.0
+
+    def ready(self, sim):
+        self._sim = sim
 
     def __enter__(self):
-        self._timer.__enter__()
         self._began = monotonic()
 
     def __exit__(self, *error):
-        self._timer.__exit__(*error)
-        if self._first is None:
+        if self._sim is None:
             self.seconds += monotonic() - self._began
         else:
-            self._first()
-            self._first = None
+            self._phases.end(_built(self._scene, self._sim))
+            self._sim = None
 
 
 def _shown(bar):
@@ -144,14 +133,13 @@ def _shown(bar):
     return show
 
 
-def _built(scene, sim, cached):
+def _built(scene, sim):
     """Output of --verbose about a simulation after its first step."""
     from dusttaichi import units
     from dusttaichi.scene import quantities
 
     step = quantities.format(sim.dt * units.TIME, "time", digits=4)
-    kernels = "from the cache" if cached else "compiled"
-    return f"{scene.method}: {sim.size:,} particles, time step {step}, kernels {kernels}"
+    return f"{scene.method}: {sim.size:,} particles, time step {step}, kernels"
 
 
 def _show_result(directory, draw, as_json, phases):

@@ -4,21 +4,6 @@ from dusttaichi.continuum.variables import VARIABLES
 from dusttaichi.method import Method, deferred
 from dusttaichi.scene.continuum import ContinuumScene
 
-
-def _parts(scene):
-    """Dimension, images or none, contact, what else is compiled in."""
-    numerics = scene.numerics
-    images = bool(scene.boundary.periodic_axes or getattr(scene.boundary, "mirrors", ()))
-    more = {
-        "images": images,
-        "separate": numerics.contact == "separate",
-        "artificial stress": numerics.artificial_stress is not None,
-        "hourglass": scene.resists_hourglass,
-        "self-gravity": bool(scene.gravity and scene.gravity.self_gravity),
-    }
-    return (f"{scene.dimension}D", *(name for name, there in more.items() if there))
-
-
 METHOD = Method(
     name="continuum",
     scene=ContinuumScene,
@@ -27,7 +12,7 @@ METHOD = Method(
     reopen=deferred("dusttaichi.continuum.moving_dust:reopen"),
     variables=VARIABLES,
     preview=deferred("dusttaichi.continuum.preview:preview"),
-    parts=_parts,
+    seconds=1e-6,
     observables=("dusttaichi.analysis.continuum.numbers:FAMILIES",),
     figures=("dusttaichi.plots.continuum:FIGURES",),
     read_snapshot="dusttaichi.analysis.continuum:read_particles",

@@ -12,16 +12,6 @@ EXPORTS = ("vtk", "extxyz", "lammps", "lammps-data", "lammps-restart")
 PACKAGE = Path(__file__).parents[1]
 
 
-def _parts(scene):
-    """Boundary, effects of the contact, several materials, stress."""
-    from dusttaichi.physics.contact.registry import EFFECTS, law_name
-
-    effects = [e for e in EFFECTS[1:] if law_name(scene.interaction, e) is not None]
-    effects += scene.interaction.effects
-    more = ["materials"] * bool(scene.materials) + ["stress"] * scene.output.stress
-    return (scene.boundary.kind, *effects, *more)
-
-
 def _code(scene):
     """Files of laws and of a kind of sample that are not of this package."""
     from dusttaichi.physics.contact.registry import EFFECTS, law_name, law_of
@@ -57,7 +47,7 @@ METHOD = Method(
     preview=deferred("dusttaichi.grains.preview:preview"),
     internals=deferred("dusttaichi.grains.preview:internals"),
     forces=deferred("dusttaichi.grains.inventory:forces"),
-    parts=_parts,
+    seconds=5e-8,
     observables=("dusttaichi.analysis.settings:OF_GRAINS",),
     read_snapshot="dusttaichi.analysis.frame:read_frame",
     trade_parameters="dusttaichi.studies.trade.parameters:GRAINS",

@@ -117,9 +117,8 @@ class Method:
         internals(scene): more sections of `dust check --internals`, of the scene built.
     forces
         forces(scene): sections with the forces at its start.
-    parts
-        parts(scene): words for the parts of a step that take time; scenes of the same words are as
-        fast.
+    seconds
+        Order of magnitude of the time of a step per particle [s], for `dust check`.
     observables
         Families of numbers (analysis.numbers.Family) beside those of any method.
     figures
@@ -148,7 +147,7 @@ class Method:
     preview: Callable[[Scene], Preview] | None = None
     internals: Callable[[Scene], list] = lambda scene: []
     forces: Callable[[Scene], list] = lambda scene: []
-    parts: Callable[[Scene], tuple[str, ...]] = lambda scene: ()
+    seconds: float = 1e-6
     observables: tuple[Any, ...] = ()
     figures: tuple[Any, ...] = ()
     read_snapshot: Any = None

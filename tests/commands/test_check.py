@@ -1,5 +1,6 @@
 """`dust check`: quick, in the order of a physicist, with the speed of this machine."""
 
+import dataclasses
 import json
 import re
 import subprocess
@@ -10,18 +11,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from dusttaichi import simulate
+from dusttaichi import method, simulate
 from dusttaichi.commands.app import app
 from dusttaichi.commands.check import _duration
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
 from dusttaichi.scene import load, quantities
-from dusttaichi.studies import speeds, starts
-
-
-@pytest.fixture
-def fresh(tmp_path, monkeypatch):
-    monkeypatch.setenv(speeds.FOLDER, str(tmp_path / "cache"))
+from dusttaichi.studies import trial
 
 
 def said(*words):
@@ -30,17 +26,17 @@ def said(*words):
     return result.output
 
 
-def test_it_begins_with_sample_contacts_step_and_cost(fresh):
+def test_it_begins_with_sample_contacts_step_and_cost():
     text = said("smoke")
     titles = ["Sample", "Contact of two grains", "Contact of a grain and a wall", "Time step"]
     places = [text.index(f"\n{title}\n") for title in [*titles, "Memory", "Cost"]]
     assert places == sorted(places)
     assert "steps at most                              4,000" in text
-    assert "nothing has run on this machine yet" in text
+    assert "an order of magnitude" in text
     assert "Compiled in" not in text and "critical_rolling" not in text
 
 
-def test_as_json_it_has_numbers(fresh, tmp_path):
+def test_as_json_it_has_numbers(tmp_path):
     """The keys that docs/commands.md promises."""
     found = json.loads(said("smoke", "--json"))
     assert found["format"] == "dusttaichi check 1" and found["valid"] is True
@@ -48,7 +44,7 @@ def test_as_json_it_has_numbers(fresh, tmp_path):
     assert found["time_step_s"] == pytest.approx(0.15e-9)
     (stage,) = found["stages"]
     assert stage["most_steps"] == 4000 and stage["most_time_s"] == pytest.approx(0.6e-6)
-    assert found["run_time_s"] is None and "Contact of two grains" in found["text"]
+    assert found["run_time_s"]["likely"] > 0.0 and "Contact of two grains" in found["text"]
     bad = tmp_path / "bad.yaml"
     bad.write_text("name: bad\nmaterial: silicate_s12\nsample: {kind: rbd, grain: 5}\n")
     result = CliRunner().invoke(app, ["check", str(bad), "--json"])
@@ -57,7 +53,7 @@ def test_as_json_it_has_numbers(fresh, tmp_path):
     assert any(text.startswith("sample.grain = 5: unknown key") for text in refused["problems"])
 
 
-def test_of_a_continuum_it_says_particles_material_and_step(fresh):
+def test_of_a_continuum_it_says_particles_material_and_step():
     text = said(str(Path(__file__).parents[2] / "configs/guettler2009/bead.yaml"))
     for line in (
         "4,752: 3,657 dust, 112 rigid, 983 fixed",
@@ -68,7 +64,7 @@ def test_of_a_continuum_it_says_particles_material_and_step(fresh):
         assert line in text
 
 
-def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss(fresh):
+def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss():
     """The bead of configs/trade is 5.5 spacings wide; a step of the run is 25.47 us."""
     bead = str(Path(__file__).parents[2] / "configs/trade/bead.yaml")
     text = said(bead, "--set", "stop.time=400 us")
@@ -83,7 +79,7 @@ def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss(fresh):
     assert "numerical dissipation" not in text and "in place of" not in text
 
 
-def test_of_a_continuum_that_meets_a_wall_at_the_start_it_says_that_steps_may_be_shorter(fresh):
+def test_of_a_continuum_that_meets_a_wall_at_the_start_it_says_that_steps_may_be_shorter():
     """The run takes 1.266 us: the dust at the wall is strained by 8.4 m/s already."""
     wall = str(Path(__file__).parents[2] / "configs/guettler2009/wall_impact.yaml")
     text = said(wall)
@@ -92,7 +88,7 @@ def test_of_a_continuum_that_meets_a_wall_at_the_start_it_says_that_steps_may_be
     assert "run                          1 µs" in said(wall, "--set", "numerics.time_step=1 us")
 
 
-def test_a_step_that_does_not_resolve_how_bodies_meet_is_said(fresh):
+def test_a_step_that_does_not_resolve_how_bodies_meet_is_said():
     """The shipped collision takes 0.2 ns; `auto` would resolve it."""
     what = "times the step that resolves how fast bodies meet"
     assert f"1.7 {what}" in said("collision")
@@ -138,7 +134,7 @@ stop: {time: 1 us}
 """
 
 
-def test_the_forces_of_the_start_are_those_of_the_law(fresh, tmp_path):
+def test_the_forces_of_the_start_are_those_of_the_law(tmp_path):
     """Two grains 1 nm deep, in walls that they touch at rest: 2 by one, 4 by two of them."""
     (tmp_path / "two.yaml").write_text(TWO)
     text = said(str(tmp_path / "two.yaml"), "--forces")
@@ -168,111 +164,48 @@ def test_the_forces_of_the_start_are_those_of_the_law(fresh, tmp_path):
     assert torque.shape == (2, 3) and not torque.any()
 
 
-def test_a_method_without_forces_says_so(fresh):
+def test_a_method_without_forces_says_so():
     text = said(str(Path(__file__).parents[2] / "configs/guettler2009/bead.yaml"), "--forces")
     assert "the method of this scene has no forces without a step" in text
 
 
-def test_the_run_time_follows_from_the_speed_measured_before(fresh):
-    scene = load("smoke")
-    speeds.remember(speeds.speed_of(scene, 60, 1e-5 / 60))
-    speeds.remember(speeds.speed_of(load("omni_static"), 3000, 1.0))
+def test_without_a_measurement_the_run_time_is_an_order_of_magnitude():
     text = said("smoke")
-    assert "100,000 steps/s, measured here before: this scene, 60 particles on one thread" in text
-    _, (least, seconds, most) = speeds.likely(scene, 60)
-    assert (least * 1.3, seconds, most / 1.3) == pytest.approx((1e-5, 1e-5, 1e-5))
-    # of twice the size nothing is known: twice the time, and less sure
-    _, (least, seconds, most) = speeds.likely(scene, 120)
-    assert seconds == pytest.approx(2e-5) and seconds / least > 1.4 < most / seconds
-
-
-def test_the_run_time_contains_start_compiling_and_figures(fresh, monkeypatch, tmp_path):
-    """A scene whose steps take a tenth of a second: what is waited for is all the rest."""
-    monkeypatch.setattr(starts.processor, "kernel_folder", lambda: tmp_path)
+    assert "steps/s, an order of magnitude; --time measures it" in text
     scene = load("smoke")
-    speeds.remember(speeds.speed_of(scene, 60, 2.5e-5 / 60))
-    assert "run time at most                           1 s, and the start" in said("smoke")
-    kernels, others = starts.kernels_of(scene, 60), starts.kernels_of(load("omni_static"), 3000)
-    assert kernels != others
-    rows = [(others, False, 80.0), (kernels, False, 60.0), (kernels, True, 20.0)]
-    speeds.write_rows(starts.path(), [starts.Start("grains", k, 60, c, s) for k, c, s in rows])
-    text = said("smoke")  # the folder of the kernels is empty
-    assert "60 s, kernels are compiled" in text
-    assert "run time at most                           60 s" in text
-    (tmp_path / "ticache.tcb").write_text("")
-    text = said("smoke")
-    assert "20 s, kernels are cached" in text
-    assert "run time at most                           20 s" in text
+    least, seconds, most = trial.order(scene, 60)
+    assert least < seconds < most
+    found = json.loads(said("smoke", "--json"))["run_time_s"]
+    assert found == {"least": 4000 * least, "likely": 4000 * seconds, "most": 4000 * most}
 
 
-def test_a_run_keeps_what_it_took_beside_its_steps(fresh, monkeypatch):
-    class Sim:
-        step, size = 0, 60
-
-    now = [100.0]
-    monkeypatch.setattr(starts.real_time, "perf_counter", lambda: now[0])
-    monkeypatch.setattr(starts.real_time, "process_time", lambda: 2.0)
-    timer = speeds.Timer(load("smoke"))
-    clock = starts.Clock(load("smoke"), timer)
-    clock.keep()
-    assert starts.known() == []  # it ended before its first step
-    clock.ready(Sim())
-    for pause, stretch in ((5.0, 3.0), (1.0, 50.0)):
-        now[0] += pause
-        with timer:
-            now[0] += stretch
-    now[0] += 7.0
-    clock.keep()
-    (start,) = starts.known()
-    assert start.seconds == pytest.approx(2.0 + 5.0 + 3.0 + 7.0)
-    assert not start.cached and starts.kernels_of(load("smoke"), 60) == start.kernels
-
-
-@pytest.mark.parametrize("seconds, text", [(1e-4, "10,000 steps/s"), (3.0, "0.333 steps/s")])
-def test_no_speed_is_nothing(seconds, text, fresh):
-    speeds.remember(speeds.speed_of(load("smoke"), 60, seconds / 60))
-    assert f" {text}, measured" in said("smoke")
-
-
-def test_one_run_on_a_busy_machine_does_not_decide(fresh):
-    scene = load("omni_static")
-    for seconds in (5e-8, 6e-8, 2e-6):
-        speeds.remember(speeds.speed_of(scene, 3000, seconds))
-    _, (least, seconds, most) = speeds.likely(scene, 3000)
-    assert seconds == pytest.approx(3000 * 6e-8)
-    assert least < 3000 * 5e-8 and most >= 3000 * 2e-6  # what was seen
-
-
-def test_what_is_measured_now_is_what_is_told(fresh, monkeypatch):
-    for seconds in (1e-3, 2e-3):
-        speeds.remember(speeds.speed_of(load("smoke"), 60, seconds))
-    measured = speeds.speed_of(load("smoke"), 60, 1e-5 / 60)
-    monkeypatch.setattr(speeds, "measure", lambda scene, plan: measured)
+def test_what_is_measured_now_is_what_is_told(monkeypatch):
+    monkeypatch.setattr(trial, "measured", lambda scene, plan: (0.8e-5, 1e-5, 2e-2))
     text = said("smoke", "--time")
-    assert "100,000 steps/s, measured now: this scene, 60 particles on one thread" in text
+    assert "100,000 steps/s, measured now" in text
+    assert "run time at most                           1 s to 80 s, and the start" in text
+    assert json.loads(said("smoke", "--time", "--json"))["run_time_s"]["most"] == 80.0
 
 
-def test_the_first_stretch_of_a_run_tells_no_speed(fresh):
+def test_the_first_steps_of_a_scene_tell_its_speed(monkeypatch):
+    """Steps of 1 ms, after the first one, whose kernels are compiled."""
+
     class Sim:
-        step, size = 0, 60
+        step = 0
 
-    timer = speeds.Timer(load("smoke"))
-    timer.ready(sim := Sim())
-    for count, seconds in ((1, 0.9), (100, 0.6)):
-        with timer:
-            sim.step += count
-            timer._from = timer._from[0], timer._from[1] - seconds  # as if it had taken so long
-    timer.keep()
-    (speed,) = speeds.known()
-    assert speed.seconds == pytest.approx(0.6 / 100 / 60, rel=0.1)
+        def advance(self, steps):
+            now[0] += 10.0 if self.step == 0 else 1e-3 * steps
+            self.step += steps
 
-
-def test_a_damaged_file_of_speeds_is_no_error(fresh):
-    speeds.path().parent.mkdir(parents=True)
-    speeds.path().write_text("[{")
-    assert speeds.known() == []
-    speeds.remember(speeds.speed_of(load("smoke"), 60, 1.0))
-    assert len(speeds.known()) == 1
+    now, scene = [0.0], load("smoke")
+    kind = method.of(scene)
+    monkeypatch.setattr(trial.real_time, "perf_counter", lambda: now[0])
+    fake = dataclasses.replace(kind, build=lambda *_: Sim(), make_sample=lambda scene: None)
+    monkeypatch.setattr(trial.method, "of", lambda scene: fake)
+    least, seconds, most = trial.measured(scene, [("", 4000, "")])
+    assert seconds == pytest.approx(1e-3) and least < seconds < most
+    with pytest.raises(DustError, match="ends after one step"):
+        trial.measured(scene, [("", 1, "")])
 
 
 def test_durations_are_said_as_people_do():
