@@ -56,14 +56,9 @@ def pytest_xdist_make_scheduler(config, log):
     """A file goes to one process, and files that are alike to the same one."""
     if config.getvalue("dist") != "loadfile":
         return None
-    from xdist.scheduler import LoadFileScheduling
+    from scheduler import Files
 
-    class Files(LoadFileScheduling):
-        def _split_scope(self, nodeid):
-            file = super()._split_scope(nodeid)
-            return ALIKE[0] if file.endswith(ALIKE) else file
-
-    return Files(config, log)
+    return Files(config, log, ALIKE)
 
 
 def pytest_addoption(parser):
