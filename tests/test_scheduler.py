@@ -32,7 +32,7 @@ def _run(crashing):
     config = SimpleNamespace(
         getvalue=lambda name: ["popen"] * 2, option=SimpleNamespace(loadscopereorder=False)
     )
-    log = SimpleNamespace(loadfilesched=lambda *words: None)
+    log = SimpleNamespace(loadscopesched=None, loadfilesched=lambda *words: None)
     scheduler = Files(config, log, ("a.py", "c.py"))
     workers, late, ran, crashed = [Worker(scheduler) for _ in range(2)], [], [], []
     for worker in workers:
