@@ -43,6 +43,11 @@ stop: {steps: 100}
 # a weight that moves grains by more than rounding does; with it a sphere that touches grains
 WEIGHT = {"gravity.acceleration": ["0 m/s^2", "0 m/s^2", "-1e6 m/s^2"]}
 NEAR = {"sphere.gap": "1 nm"} | WEIGHT
+LAYER = {
+    "boundary": {"kind": "periodic", "axes": ["x", "y"], "walls": ["bottom", "top"]},
+    "boundary.wall_speed": "3 m/s",
+    "sample": {"kind": "rbd", "grains": stored_states.STORED, "seed": 3, "periodic": True},
+}
 # Scenes of stored_states.py, also in other precisions and with other boundaries.
 GRAINS = {
     "box_f64": ("box", {}),
@@ -60,6 +65,8 @@ GRAINS = {
         "sheared cell, mixed",
         {"numerics.precision": "f64", "sample.grains": 600},
     ),
+    # a piece of a deposit: walls below and above, faces across which grains touch beside them
+    "layer_mixed": ("box", LAYER | {"numerics.precision": "mixed"}),
     "unequal_f64": ("grains of different size", {}),
     "unequal_mixed": ("grains of different size", {"numerics.precision": "mixed"}),
 }

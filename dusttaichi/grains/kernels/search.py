@@ -16,10 +16,12 @@ from dusttaichi.grains.kernels.store import (
     capacity,
 )
 
+# Only numbers of eight bytes: on a GPU the loops of a kernel pass it on in memory, where Taichi puts
+# vectors behind each other, and a device reads eight bytes only at multiples of eight.
 Grid = ti.types.struct(
     origin=ti.types.vector(3, ti.f64),
     inv_edge=ti.types.vector(3, ti.f64),
-    cells=ti.types.vector(3, ti.i32),
+    numbers=ti.types.vector(3, ti.i64),  # of cells along each axis
     edges=ti.types.vector(3, ti.f64),  # of the periodic cell, 0 along other axes
     tilt=ti.f64,  # how much further along x the image above it stands
 )
@@ -110,23 +112,30 @@ class Cells:
         self.tilted = layout.tilted
 
     @ti.func
+    def along(self, grid):
+        """Numbers of cells along each axis."""
+        return ti.cast(grid.numbers, ti.i32)
+
+    @ti.func
     def cell_of(self, p, grid):
         d = p - grid.origin
         if ti.static(self.tilted):  # the cells are tilted as the periodic cell is
             d[0] -= grid.tilt * (d[2] / grid.edges[2] - 0.5)
         c = ti.cast(d * grid.inv_edge, ti.i32)
-        return ti.max(0, ti.min(c, grid.cells - 1))
+        return ti.max(0, ti.min(c, self.along(grid) - 1))
 
     @ti.func
     def number(self, c, grid):
-        return (c[0] * grid.cells[1] + c[1]) * grid.cells[2] + c[2]
+        cells = self.along(grid)
+        return (c[0] * cells[1] + c[1]) * cells[2] + c[2]
 
     @ti.func
     def block_of(self, g, grid):
         """First cell of the scene of grain g: in a batch each scene has a block of cells."""
         first = 0
         if ti.static(self.batch):
-            first = self.scene[g] * (grid.cells[0] * grid.cells[1] * grid.cells[2])
+            cells = self.along(grid)
+            first = self.scene[g] * (cells[0] * cells[1] * cells[2])
         return first
 
     @ti.func
@@ -205,30 +214,28 @@ class Neighbours:
     @ti.func
     def visit(self, g, grid, reach2, counting: ti.template()):
         """Counts or lists the neighbours of g: what is near in the cells around its own."""
-        c = self.cells.cell_of(self.x[g], grid)
+        c, cells = self.cells.cell_of(self.x[g], grid), self.cells.along(grid)
         found = ti.Vector([0, 0])
         if ti.static(self.periodic):
             for a, b, e in ti.ndrange((-1, 2), (-1, 2), (-1, 2)):
                 there = c + ti.Vector([a, b, e])
                 image = ti.Vector.zero(ti.f64, 3)
                 for n in ti.static(self.periodic):
-                    turn = ti.cast(there[n] >= grid.cells[n], ti.i32) - ti.cast(
-                        there[n] < 0, ti.i32
-                    )
-                    there[n] -= turn * grid.cells[n]
+                    turn = ti.cast(there[n] >= cells[n], ti.i32) - ti.cast(there[n] < 0, ti.i32)
+                    there[n] -= turn * cells[n]
                     image[n] += turn * grid.edges[n]
                     if ti.static(self.cells.tilted and n == 2):
                         image[0] += turn * grid.tilt
-                if there.min() >= 0 and (grid.cells - 1 - there).min() >= 0:
+                if there.min() >= 0 and (cells - 1 - there).min() >= 0:
                     here = self.cells.number(there, grid)
                     self.take(g, found, here, here, image, reach2, counting)
         else:
             none = ti.Vector.zero(ti.f64, 3)
             first = self.cells.block_of(g, grid)
-            for a in range(ti.max(c[0] - 1, 0), ti.min(c[0] + 2, grid.cells[0])):
-                for b in range(ti.max(c[1] - 1, 0), ti.min(c[1] + 2, grid.cells[1])):
+            for a in range(ti.max(c[0] - 1, 0), ti.min(c[0] + 2, cells[0])):
+                for b in range(ti.max(c[1] - 1, 0), ti.min(c[1] + 2, cells[1])):
                     # cells of a column stand one after another
-                    top = ti.min(c[2] + 1, grid.cells[2] - 1)
+                    top = ti.min(c[2] + 1, cells[2] - 1)
                     low = self.cells.number(ti.Vector([a, b, ti.max(c[2] - 1, 0)]), grid)
                     high = self.cells.number(ti.Vector([a, b, top]), grid)
                     self.take(g, found, first + low, first + high, none, reach2, counting)
@@ -263,7 +270,7 @@ def make_grid(scratch):
         return Grid(
             origin=vector(ti.static(place["origin_x"])),
             inv_edge=vector(ti.static(place["inv_edge_x"])),
-            cells=ti.cast(vector(ti.static(place["cells_x"])), ti.i32),
+            numbers=ti.cast(vector(ti.static(place["cells_x"])), ti.i64),
             edges=vector(ti.static(place["edges_x"])),
             tilt=numbers[ti.static(place["tilt"])],
         )

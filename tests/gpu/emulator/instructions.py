@@ -213,7 +213,8 @@ class Body:
         registers, c_type = operands(a[0][1:-1]) if vector else [a[0]], C_TYPES[kind]
         out, space = f"{{ uint64_t a = {self.address(a[1])}; ", self._space(mods)
         if space:
-            out += f"emu_read(T, a, {len(registers)} * sizeof({c_type}), {space}); "
+            size = f"{len(registers)} * sizeof({c_type})"
+            out += f"emu_aligned(T, a, {size}); emu_read(T, a, {size}, {space}); "
         for n, register in enumerate(registers):
             out += self.assign(register, kind, f"(({c_type} *)a)[{n}]") + " "
         return out + "}"
@@ -224,6 +225,8 @@ class Body:
         vector = any(m in ("v2", "v4") for m in mods)
         registers, c_type = operands(a[1][1:-1]) if vector else [a[1]], C_TYPES[kind]
         out, space = f"{{ uint64_t a = {self.address(a[0])}; ", self._space(mods)
+        if space:
+            out += f"emu_aligned(T, a, {len(registers)} * sizeof({c_type})); "
         for n, register in enumerate(registers):
             value, place = self.value(register, kind), f"(({c_type} *)a)[{n}]"
             if space:
@@ -240,6 +243,7 @@ class Body:
         new = ATOMIC[which].format(*(self.value(x, kind) for x in a[first + 1 :]))
         out = f"{{ {c_type} *a = ({c_type} *){self.address(a[first])}; "
         is_sum = int(which == "add" and is_float(kind))
+        out += "emu_aligned(T, (uint64_t)a, sizeof *a); "
         out += f"emu_atomic(T, (uint64_t)a, sizeof *a, {is_sum}); {c_type} old = *a; *a = {new}; "
         return out + (self.assign(a[0], kind, "old") if first else "") + " }"
 

@@ -29,6 +29,13 @@ static void emu_stop(const char *why) {
   abort();
 }
 
+/* a device stops at the address of n bytes that is no multiple of n */
+static inline void emu_aligned(Thread *T, uint64_t a, unsigned n) {
+  if (a % n == 0) return;
+  fprintf(stderr, "emulator: %s: misaligned address of %u bytes\n", T->name, n);
+  abort();
+}
+
 /* -- arithmetic as the device does it -- */
 
 static inline double as_f64(uint64_t a) { double d; memcpy(&d, &a, 8); return d; }
