@@ -14,6 +14,8 @@ REMOVED = {
     "export --to stl": f"{_SURFACES}, which File > Save Data writes as .stl",
     "export --to vtp": _SURFACES,
     "export --to xyz": "--to extxyz, which programs that read XYZ read as well",
+    "trade --pairs": "the cost is the processor time of the steps, and needs no second run",
+    "trade --no-pairs": "points have no second run beside them any more; leave the option out",
 }
 """Message by "COMMAND", "COMMAND --option" or "COMMAND --option VALUE"."""
 

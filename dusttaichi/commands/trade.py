@@ -27,9 +27,6 @@ def trade(
         int | None, typer.Option(min=1, help="seeds for the scatter: 4, with --quick 2")
     ] = None,
     quick: options.flag("--quick", "three levels of each parameter, two seeds") = False,
-    pairs: Annotated[
-        bool, typer.Option(help="run the default beside each point, to compare run times")
-    ] = True,
     jobs: Annotated[int | None, typer.Option(min=1, help="processes, default all cores")] = None,
     grid: Annotated[
         str | None,
@@ -59,7 +56,7 @@ def trade(
         _grid(scene, folder, grid, seeds or SEEDS, force=force, quiet=quiet, file=file)
         return
     wanted = Wanted.of(parameters, quick, seeds=seeds, tolerance=tolerance, name=observable)
-    how = {"jobs": jobs, "pairs": pairs, "force": force}
+    how = {"jobs": jobs, "force": force}
     done = f"finished points are in {folder / measure.POINTS}"
     onward = shlex.join(["dust", *sys.argv[1:]]).replace(" --force", "")
     with (

@@ -25,8 +25,8 @@ AGAIN = 10.0  # s until the next interruption: one inside Taichi may get lost
 class Parent:
     """The parent process, for a task."""
 
-    def __init__(self, write, receive):
-        self._write, self._receive = write, receive
+    def __init__(self, write):
+        self._write = write
         self._reported = -REPORT_EVERY
 
     def report(self, **found):
@@ -40,11 +40,6 @@ class Parent:
             self._reported = now
             self.report(**found)
 
-    def wait_for_go(self):
-        """Report `ready` and wait for the start signal of the parent."""
-        self.report(ready=True)
-        self._receive()
-
 
 class Child:
     """Answers requests from the standard input until that ends."""
@@ -53,15 +48,13 @@ class Child:
         self._name, self._answers = task, answers
         self._lines, self._lock = queue.Queue(), threading.Lock()
         self._busy = self._ended = False
-        self._parent = Parent(self._write, self._lines.get)
+        self._parent = Parent(self._write)
         threading.Thread(target=self._read, daemon=True).start()
 
     def serve(self):
         """Answer all requests."""
         while not self._ended:
             message = self._lines.get()
-            if message is not None and "request" not in message:
-                continue  # start signal of a task that ended before it waited
             with self._lock:
                 if message is None or self._ended:
                     return

@@ -8,14 +8,13 @@ standard output, and the message after a crash is from its standard error.
     parent                              child
     {"request": {...}}             ->   the task begins
                                    <-   {"report": {"share": 0.4}}      any number of times
-    {"go": true}                   ->   only for tasks that wait for it (`Parent.wait_for_go`)
                                    <-   {"code": 0, "text": "", "found": {...}}
     end of the input               ->   a running task is interrupted as by Ctrl-C and writes its
                                         checkpoint; then the process ends
 
 The input also ends with the parent, even after a kill. Threads (`concurrent.futures`) wait for the
 workers; pools of processes, of `concurrent.futures` or of pebble, are not used, because their
-processes cannot report progress, begin at the same time, or write a checkpoint before their end.
+processes cannot report progress or write a checkpoint before their end.
 """
 
 import json
@@ -69,7 +68,7 @@ class Worker(AbstractContextManager):
 
     def __init__(self, task, *, folder=None, kernels=None):
         self.reports, self._answer = {}, None
-        self._ended = self._gone = False
+        self._ended = False
         self._news = threading.Condition()
         self._errors = tempfile.TemporaryFile("w+", errors="replace")
         self._process = subprocess.Popen(
@@ -91,14 +90,8 @@ class Worker(AbstractContextManager):
 
     def send(self, **request):
         """Send a request, after the answer to the previous one."""
-        self.reports, self._answer, self._gone = {}, None, False
+        self.reports, self._answer = {}, None
         self._write({"request": request})
-
-    def go(self):
-        """Start a task that waits for it; a second call does nothing."""
-        if not self._gone:
-            self._gone = True
-            self._write({"go": True})
 
     def ask(self, seconds=None, **request):
         """The Answer to a request. seconds: see `answer`."""
@@ -204,12 +197,3 @@ def _message(line):
     except ValueError:
         return None
     return message if isinstance(message, dict) else None
-
-
-def wait_all(workers, key, stopped):
-    """Wait until all workers have reported `key` or ended; False once `stopped()`."""
-    for worker in workers:
-        while not worker.heard(key):
-            if stopped():
-                return False
-    return True

@@ -21,8 +21,8 @@ class Model:
 
     ERRORS = {"rolling": 0.03, "speed": 0.3, "skin": 0.0}
 
-    def __init__(self):
-        self.asked = []
+    def __init__(self, again=1.0):
+        self.asked, self.again = [], again
 
     def __call__(self, points):
         self.asked += [point.label for point in points]
@@ -31,7 +31,9 @@ class Model:
     def result(self, point):
         c = point.changes
         if point.again:
-            return PointResult(0, "finished", 12.5, 1.25, measured=Measured({"strength": 104.0}))
+            return PointResult(
+                0, "finished", 10.0 * self.again, self.again, measured=Measured({"strength": 104.0})
+            )
         if c.get("numerics.precision") == "f32":
             return PointResult(2, "refused: f32")
         if c.get("numerics.precision") == "f64":
@@ -50,13 +52,13 @@ class Model:
         return PointResult(0, "finished", 10.0 * cost, cost, 100, 1e-10, 1e-4, measured)
 
 
-def modelled(paired=True, **options):
-    model = Model()
+def modelled(again=1.0, **options):
+    model = Model(again)
     # wall speed 1 cm/s, so that the text of a changed one is the factor; one seed differs by 0.02
     base = scenes.base(scene_of(sample="{kind: rbd, grains: 100, seed: 1}"))
     names = ("step_fraction", "precision", "speed", "rolling")
     wanted = Wanted(**({"names": names, "tolerance": 0.09, "seeds": 2} | options))
-    found = trade(base, model, wanted, paired=paired)
+    found = trade(base, model, wanted)
     return found, model
 
 
@@ -94,13 +96,13 @@ def test_where_the_scene_errs_too_much_the_way_begins_at_a_dearer_row():
     assert not found.judge.accepts(by["step_fraction = 0.15 + rolling = off"])
 
 
-def test_noise_without_companions_is_that_of_a_second_run():
+def test_noise_is_that_of_a_second_run():
     """A quarter: rolling left out, at 0.8 of the cost, is not combined; the preset saves 29 %."""
     assert modelled()[0].noise == 0.02
-    found, model = modelled(paired=False)
+    found, model = modelled(again=1.25)
     assert found.noise == 0.25 and "default again" in model.asked
     assert found.anything.point.label == "speed = 4"
-    found, _ = modelled(paired=False, names=("rolling",))
+    found, _ = modelled(again=1.25, names=("rolling",))
     assert found.anything.point.label == "fast"
     assert not any(row.point.parameter == "combined" for row in found.rows)
 

@@ -19,7 +19,6 @@ from dusttaichi.studies.trade import parameters, scenes
 from dusttaichi.studies.trade.point import NUMERICAL, Point, PointResult
 from dusttaichi.studies.trade.runner import Runner
 from dusttaichi.studies.trade.trade import DEFAULT
-from dusttaichi.studies.workers import Answer
 
 MEASURE = importlib.import_module("dusttaichi.studies.trade.measure")
 
@@ -42,8 +41,7 @@ class Counted(Runner):
         self.ran.append(point.label)
         fraction = scene.numerics.step_fraction
         value = Measured({"restitution": 0.5 + fraction**3})
-        ratio = 0.2 / fraction if point.paired and self.pairs else None
-        return PointResult(0, "finished: 40 ns", 2.0 / fraction, ratio, 100, 1e-10, 1e-4, value)
+        return PointResult(0, "finished: 40 ns", 2.0 / fraction, None, 100, 1e-10, 1e-4, value)
 
 
 def test_finished_points_are_used_again(tmp_path):
@@ -73,7 +71,7 @@ def test_finished_points_are_used_again(tmp_path):
 
 def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
     base = scenes.base(from_yaml(PAIR))
-    runner = Counted(base, tmp_path, jobs=2, pairs=False)
+    runner = Counted(base, tmp_path, jobs=2)
     runner.run([DEFAULT])
     presets = {point.label: point for point in parameters.parameters_of(base).presets(base)}
     wrong = Point("wrong", "x", "", math.nan, NUMERICAL, {"numerics.step_fraction": 7.0})
@@ -81,22 +79,6 @@ def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
     assert runner.ran == ["default"]
     assert results["balanced"].ratio == 1.0  # of the two own costs
     assert results["wrong"].code == 2 and "step_fraction" in results["wrong"].status
-
-
-def test_noise_of_the_machine_is_divided_out(tmp_path):
-    """The base took 10 s; beside a point of 4 s half of its steps took 10 s instead of 5 s."""
-    runner = Runner(scenes.base(from_yaml(PAIR)), tmp_path)
-    own = PointResult(0, "", 10.0)
-    assert runner._ratio(own, Answer(0, "", {"cost": 8.0})) == 1.25  # the base beside itself
-    assert not runner._long  # the base itself is not stopped on its way
-    runner.default = PointResult(0, "", 1e-3)
-    assert not runner._long  # nor one that is over in a moment
-    runner.default = PointResult(0, "", 10.0, costs=((0, 50, 100), (0.0, 5.0, 10.0)))
-    assert runner._long
-    cut = Answer(130, "", {"cost": 10.0, "costs": [[0, 50], [0.0, 10.0]]})
-    assert runner._ratio(PointResult(0, "", 4.0), cut) == pytest.approx(0.2)
-    assert runner._ratio(PointResult(0, "", 4.0), Answer(0, "", {"cost": 16.0})) == 0.25
-    assert runner._ratio(own, Answer(1)) is None
 
 
 # -- the command ---------------------------------------------------------------------------------
@@ -144,7 +126,7 @@ def test_command_writes_file_figure_table_and_advice(counted, tmp_path, capsys, 
 
 
 def test_command_tells_of_settings_to_paste_and_of_progress(counted, capsys):
-    counted("--tolerance", "10%", "--no-pairs")
+    counted("--tolerance", "10%")
     said = capsys.readouterr()
     assert "numerics: {step_fraction: 0.3, time_step: auto}" in said.out.replace(
         "{time_step: auto, step_fraction: 0.3}", "{step_fraction: 0.3, time_step: auto}"
@@ -166,7 +148,7 @@ def test_command_that_is_interrupted_says_how_to_go_on(counted, tmp_path, monkey
 # -- real runs -----------------------------------------------------------------------------------
 
 
-def test_real_runs_side_by_side_and_alone(tmp_path):
+def test_real_runs(tmp_path):
     base = scenes.base(from_yaml(PAIR))
     runner = Runner(base, tmp_path, jobs=2)
     shares = []
@@ -180,7 +162,6 @@ def test_real_runs_side_by_side_and_alone(tmp_path):
         assert default.ledger == analysis.ledger(run).worst
         assert default.steps == int(run.series.step[-1])
     changes = {"stop": {"time": "40 ns"}, "numerics.time_step": "20 ns"}
-    wild = Point("wild", "step_fraction", "", math.nan, NUMERICAL, changes, paired=False)
+    wild = Point("wild", "step_fraction", "", math.nan, NUMERICAL, changes)
     refused = runner.run([wild])["wild"]
     assert refused.code == 2 and "not stable" in refused.status  # the build's own words
-    assert [p.name for p in runner.folder(DEFAULT).glob(".beside*")] == []

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from dusttaichi.studies.workers import INTERRUPTED, LOST, Worker, wait_all
+from dusttaichi.studies.workers import INTERRUPTED, LOST, Worker
 
 TASKS = '''
 import os, sys, time
@@ -46,10 +46,6 @@ def garbage(parent):
     os.write(1, b"{not JSON\\n[1]\\n")
     parent._write(["neither"])
     return {"fine": True}
-
-def go(parent):
-    parent.wait_for_go()
-    return {"begun": time.monotonic()}
 
 def run(parent, path, seconds=60.0):
     """Write a checkpoint when interrupted, as a run does."""
@@ -167,33 +163,6 @@ def test_stopping_lets_a_run_write_its_checkpoint(tasks, tmp_path):
         answer = worker.answer(20.0)
     assert (answer.code, answer.text) == (INTERRUPTED, "interrupted")
     assert (tmp_path / "checkpoint").read_text() == "checkpoint"
-
-
-def test_two_begin_at_the_same_moment(tasks):
-    with Worker(tasks) as one, Worker(tasks) as two:
-        for worker in (one, two):
-            worker.send(do="go")
-        assert wait_all((one, two), "ready", lambda: False)
-        assert not one.answered(0.1) and not two.answered(0.1)
-        for worker in (one, two, one):  # the second go of one is none
-            worker.go()
-        moments = [worker.answer(20.0).found["begun"] for worker in (one, two)]
-        assert abs(moments[0] - moments[1]) < 0.5  # threads of a busy machine, not an import
-        assert one.ask(do="count").found["calls"] == 2
-        one.send(do="refuse", text="too early")
-        assert wait_all((one,), "ready", lambda: False)  # ended before it was ready
-        one.go()
-        assert one.answer(20.0).code == 2 and one.ask(do="count").found["calls"] == 4
-        two.send(do="go")
-        assert two.heard("ready", 20.0)
-        two.stop()  # while it waits
-        assert two.answer(20.0).code == INTERRUPTED
-
-
-def test_waiting_ends_where_all_are_to_stop(tasks, tmp_path):
-    with Worker(tasks) as worker:
-        worker.send(do="run", path=str(tmp_path / "c"))
-        assert not wait_all((worker,), "never", lambda: True)
 
 
 PARENT = """

@@ -70,9 +70,7 @@ def _coarser(scene):
     """
     changes = _reference(scene) | spaced(scene, 2.0 * FINER[scene.dimension])
     text = "twice its spacing"
-    return Point(
-        f"reference, {text}", "reference", text, math.nan, NUMERICAL, changes, paired=False
-    )
+    return Point(f"reference, {text}", "reference", text, math.nan, NUMERICAL, changes)
 
 
 def _reference(scene):

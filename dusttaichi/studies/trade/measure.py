@@ -29,12 +29,12 @@ class Watcher:
         """Take the PointResult of a finished point."""
 
 
-def measure(scene, directory, wanted, *, jobs=None, pairs=True, force=False, watcher=None):
+def measure(scene, directory, wanted, *, jobs=None, force=False, watcher=None):
     """The Trade of a scene, and the paths of its dataset and figure.
 
     directory: of the results; it stores finished points, which do not run again. jobs: simultaneous
-    processes, by default all cores. pairs: run the unchanged scene beside each point. force: run
-    all points again. Raises DustError, KeyboardInterrupt.
+    processes, by default all cores. force: run all points again. Raises DustError,
+    KeyboardInterrupt.
     """
     watcher, directory = watcher or Watcher(), Path(directory)
     base = scenes.base(scene)
@@ -46,18 +46,15 @@ def measure(scene, directory, wanted, *, jobs=None, pairs=True, force=False, wat
         if force:
             shutil.rmtree(directory / POINTS, ignore_errors=True)
         front, behind, _ = wanted.plan(base)
-        watcher.begin(1 + len(front) + len(behind) + (not pairs))
-        runner = Runner(base, directory, jobs, pairs, report=watcher.report)
+        watcher.begin(1 + len(front) + len(behind) + 1)
+        runner = Runner(base, directory, jobs, report=watcher.report)
         found = trade(
             base,
             lambda points: runner.run(points, done=watcher.done),
             wanted,
-            paired=pairs,
             log=watcher.log,
         )
-        pairing = "side by side" if jobs > 1 else "one after the other"
-        numbers = {"jobs": jobs, "pairs": pairing if pairs else "none"}
-        data = report.dataset(found, scene, scene.source or "", numbers)
+        data = report.dataset(found, scene, scene.source or "", {"jobs": jobs})
         file = directory / "trade.nc"
         save_ensemble(data, file)
     return found, (file, save(draw_trade(data), file.with_suffix(".png")))

@@ -161,7 +161,6 @@ def _half_step(scene):
         math.nan,
         NUMERICAL,
         changes,
-        paired=False,
     )
 
 
@@ -227,7 +226,7 @@ def ladder(scene, names=NAMES, quick=False):
 def seeds(scene, count):
     """Points with further seeds, `count` with that of the scene; [] for a sample without seeds."""
     return [
-        Point(f"seed + {n}", "seed", f"+{n}", float(n), SAMPLE, changes, paired=False)
+        Point(f"seed + {n}", "seed", f"+{n}", float(n), SAMPLE, changes)
         for n in range(1, count)
         if (changes := scenes.seeds_moved(scene, n))
     ]

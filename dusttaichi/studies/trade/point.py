@@ -16,8 +16,7 @@ KINDS = (NUMERICAL, PHYSICAL, SAMPLE)
 class Point:
     """One scene to run. changes: of the base scene, see `scenes.changed`.
 
-    paired: a run of the default goes beside it, for the comparison of costs. again: run it although
-    an equal scene has run.
+    again: run it although an equal scene has run.
     """
 
     label: str
@@ -26,7 +25,6 @@ class Point:
     value: float
     kind: str
     changes: dict = field(default_factory=dict)
-    paired: bool = True
     again: bool = False
 
 
@@ -36,8 +34,7 @@ class PointResult:
 
     code: 0, that of a DustError (2: refused, 3: stopped by a guard), or 1: the process was lost.
     status: end of the run, or the reason of the failure. cost [s]: core-seconds of the time steps,
-    or None. ratio: of the cost to that of the default beside it, or None. costs: (steps,
-    core-seconds) during the run.
+    or None. ratio: of the cost to that of the default, or None.
     """
 
     code: int
@@ -48,7 +45,6 @@ class PointResult:
     time_step: float | None = None
     ledger: float | None = None
     measured: Measured = field(default_factory=lambda: Measured({}))
-    costs: tuple = ((), ())
 
     @property
     def ok(self):
@@ -63,9 +59,7 @@ class PointResult:
     @classmethod
     def from_json(cls, data):
         """The result from data of `to_json`."""
-        costs = tuple(tuple(column) for column in data["costs"])
-        found = Measured.from_json(data["measured"])
-        return cls(**(data | {"measured": found, "costs": costs}))
+        return cls(**(data | {"measured": Measured.from_json(data["measured"])}))
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ POINTS = {
               lambda row, judge: row.point.value),
     "cost": ("core-seconds of the time steps, without start, compilation and writing", "s",
              lambda row, judge: row.result.cost),
-    "cost_ratio": ("cost over that of the default, measured side by side", "1",
+    "cost_ratio": ("cost over that of the default", "1",
                    lambda row, judge: row.result.ratio),
     "error": ("relative error of the attribute `observable` against the converged reference", "1",
               lambda row, judge: judge.error(row.result)),

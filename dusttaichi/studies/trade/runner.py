@@ -1,15 +1,12 @@
-"""Runs of a trade in parallel, beside runs of the base scene; finished points are stored."""
+"""Runs of a trade in parallel; finished points are stored."""
 
 import json
 import re
 import shutil
-import tempfile
 import threading
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
 
 from dusttaichi import files
 from dusttaichi.analysis.observables import Measured
@@ -20,8 +17,7 @@ from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.studies.ensemble.runs import core_of
 from dusttaichi.studies.trade.point import PointResult
 from dusttaichi.studies.trade.scenes import changed
-from dusttaichi.studies.trade.task import LEAST
-from dusttaichi.studies.workers import INTERRUPTED, LOST, POLL, Worker, wait_all
+from dusttaichi.studies.workers import INTERRUPTED, LOST, POLL, Worker
 
 POINTS, FILE = "points", "point.json"
 TASK = "dusttaichi.studies.trade.task:run"
@@ -30,20 +26,16 @@ TASK = "dusttaichi.studies.trade.task:run"
 class Runner:
     """Runs points of a base scene, each in a process of its own with one thread.
 
-    A paired point and a run of the base scene begin at the same time, so that other load of the
-    machine slows down both. The cost of this run up to the end of the point, over the cost of the
-    base's own run up to the same step, is the slowdown; the ratio of the point is its cost over
-    that of the base, divided by the slowdown. With one job the two run one after the other; with
-    pairs=False there is no second run, and the ratio is that of the two costs.
+    The ratio of a point is its cost, in core-seconds of its steps, over that of the base.
 
     directory: of the trade, where each finished point is stored, and not run again unless the scene
     or the code has changed. jobs: simultaneous processes. report(label, share): called from any
     thread with the share of a running point that is done, None at its end.
     """
 
-    def __init__(self, scene, directory, jobs=1, pairs=True, report=lambda label, share: None):
+    def __init__(self, scene, directory, jobs=1, report=lambda label, share: None):
         self.scene, self.directory = scene, Path(directory)
-        self.jobs, self.pairs, self.report = jobs, pairs, report
+        self.jobs, self.report = jobs, report
         self.known, self.default = {}, None
         self.stopped = threading.Event()
 
@@ -61,10 +53,7 @@ class Runner:
                 done(point, results[point.label])
                 continue
             left.append((point, scene))
-        for paired in (False, True):
-            some = [(p, s) for p, s in left if (p.paired and self.pairs) == paired]
-            side = 2 if paired and self.jobs > 1 else 1
-            self._several(some, max(1, self.jobs // side), results, done)
+        self._several(left, self.jobs, results, done)
         return results
 
     def _several(self, some, workers, results, done):
@@ -103,11 +92,8 @@ class Runner:
         """Identity of a point."""
         core = core_of(scene.to_yaml())
         core.pop("name", None)
-        paired = point.paired and self.pairs
         code = [package_hash(), *scene.imported_texts]
-        return json.dumps(
-            [core, paired, code, *["again"] * point.again], sort_keys=True, default=str
-        )
+        return json.dumps([core, code, *["again"] * point.again], sort_keys=True, default=str)
 
     def folder(self, point):
         """Folder of the run and the result of a point."""
@@ -148,60 +134,15 @@ class Runner:
         return result
 
     def _measure(self, point, scene, folder):
-        """The PointResult of a run, with its ratio where the point is paired; None if stopped."""
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".beside-") as scratch:
-            beside = Path(scratch) / "run"
-            with _started(scene, folder / "run") as run:
-                if not (point.paired and self.pairs):
-                    return self._finished(point, run)
-                if self.jobs > 1:
-                    with _started(self.scene, beside, measure=False) as base:
-                        return self._side_by_side(point, run, base)
-                result = self._finished(point, run)
-            if result is None or not result.ok:
-                return result
-            with _started(self.scene, beside, measure=False) as base:
-                answer = self._answer(base, most=result.cost if self._long else np.inf)
-                return answer and replace(result, ratio=self._ratio(result, answer))
-
-    @property
-    def _long(self):
-        """True where the run of the base may be stopped early: a very short one runs to its end."""
-        return self.default is not None and self.default.cost > LEAST
-
-    def _side_by_side(self, point, run, base):
-        if not wait_all((run, base), "ready", self.stopped.is_set):
-            return None
-        base.go()
-        result = self._finished(point, run)
-        if result is None or not result.ok:
-            return result
-        if self._long:  # the rest would not be compared
-            base.stop()
-        answer = self._answer(base)
-        return answer and replace(result, ratio=self._ratio(result, answer))
-
-    def _answer(self, worker, report=lambda share: None, most=np.inf):
-        """The Answer of a worker, started if necessary; None where all are stopped.
-
-        report: called with the share that is done. most [s]: core-seconds after which the worker is
-        stopped.
-        """
-        if not wait_all((worker,), "ready", self.stopped.is_set):
-            return None
-        worker.go()
-        while not worker.answered():
-            if self.stopped.is_set():
-                return None
-            if worker.reports.get("cost", 0.0) > most:
-                worker.stop()
-            report(worker.reports.get("share", 0.0))
-        return worker.answer()
-
-    def _finished(self, point, worker):
-        """The PointResult of a worker's run; None where all are stopped."""
-        answer = self._answer(worker, lambda share: self.report(point.label, share))
-        if answer is None or answer.code == INTERRUPTED:
+        """The PointResult of a run; None where all are stopped."""
+        with Worker(TASK) as worker:
+            worker.send(scene=scene.to_yaml(), directory=str(folder / "run"))
+            while not worker.answered():
+                if self.stopped.is_set():
+                    return None
+                self.report(point.label, worker.reports.get("share", 0.0))
+            answer = worker.answer()
+        if answer.code == INTERRUPTED:
             return None
         found = answer.found
         return PointResult(
@@ -212,29 +153,7 @@ class Runner:
             time_step=found.get("time_step"),
             ledger=found.get("ledger"),
             measured=Measured.from_json(found.get("measured", {"values": {}, "curve": None})),
-            costs=tuple(map(tuple, found.get("costs", ((), ())))),
         )
-
-    def _ratio(self, result, answer):
-        """Cost of a point over that of the base, corrected for the slowdown; None where unknown.
-
-        answer: of the run of the base beside it.
-        """
-        cost = answer.found.get("cost")
-        if not cost:
-            return None
-        if self.default is None or answer.code == 0:  # the base is whole, or this is it
-            return result.cost / cost
-        by_then = np.interp(answer.found["costs"][0][-1], *self.default.costs)
-        slower = cost / by_then if by_then > 0.0 else 1.0
-        return result.cost / (slower * self.default.cost)
-
-
-def _started(scene, directory, measure=True):
-    """A Worker that has received the run of a scene."""
-    worker = Worker(TASK)
-    worker.send(scene=scene.to_yaml(), directory=str(directory), measure=measure)
-    return worker
 
 
 def _one_line(text):

@@ -15,7 +15,7 @@ from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Point
 
 LEAST_NOISE = 0.02  # of a cost
 QUICK_SEEDS, SEEDS = 2, 4
-AGAIN = Point("default again", "default", "", math.nan, NUMERICAL, paired=False, again=True)
+AGAIN = Point("default again", "default", "", math.nan, NUMERICAL, again=True)
 DEFAULT = Point("default", "default", "", math.nan, NUMERICAL)
 
 
@@ -82,12 +82,11 @@ def share_of(text):
     return value
 
 
-def trade(scene, run, wanted, *, paired=True, log=lambda text: None):
+def trade(scene, run, wanted, *, log=lambda text: None):
     """The Trade of a base scene (`scenes.base`), as Wanted.
 
-    run: list of Points -> label -> PointResult. paired: points run beside the default, which gives
-    the noise of a cost; else the default runs twice. Raises DustError where the scene or its
-    reference fails, or has no such observable.
+    run: list of Points -> label -> PointResult. The default runs twice, which gives the noise of a
+    cost. Raises DustError where the scene or its reference fails, or has no such observable.
     """
     front, behind, left_out = wanted.plan(scene)
     default = run([DEFAULT])[DEFAULT.label]
@@ -112,7 +111,7 @@ def trade(scene, run, wanted, *, paired=True, log=lambda text: None):
             f"--observable ({', '.join(reference.measured.names)})"
         )
     rows = [Row(DEFAULT, default), *(Row(p, results[p.label]) for p in front)]
-    noise = _noise(default if paired else run([AGAIN])[AGAIN.label])
+    noise = _noise(run([AGAIN])[AGAIN.label])
     rows += _combined(rows, judge, noise, run, log)
     return Trade(
         scene,
@@ -149,7 +148,7 @@ def _combined(rows, judge, noise, run, log):
 
 
 def _noise(repeated):
-    """Noise of a cost, from a run of the default beside a second one."""
+    """Noise of a cost, from a second run of the default."""
     return max(abs((repeated.ratio or 1.0) - 1.0), LEAST_NOISE)
 
 
