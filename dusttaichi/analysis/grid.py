@@ -1,4 +1,4 @@
-"""The table of `dust trade --grid`: cost and error of each setting, and the scatter of seeds.
+"""Cost and error of each setting of a table of runs, and the scatter of seeds.
 
 A setting is the mean over its seeds. Its error is the mean difference from the unchanged scene,
 each run compared with that of the same seed: what the seeds have in common cancels, so that the
@@ -69,13 +69,13 @@ class Outcome:
 
 
 def read(path):
-    """The pandas.DataFrame of a `grid.csv`. Raises DustError."""
+    """The pandas.DataFrame of a CSV file. Raises DustError."""
     try:
         table = pd.read_csv(path)
     except (OSError, ValueError) as error:
         raise DustError(f"{path} cannot be read: {error}.") from error
     if table.empty or not {"scene", "settings", "seed", "steps"} <= set(table):
-        raise DustError(f"{path} is no table of dust trade --grid.")
+        raise DustError(f"{path} is no table of runs by scene, settings and seed.")
     return table
 
 

@@ -16,6 +16,8 @@ REMOVED = {
     "export --to xyz": "--to extxyz, which programs that read XYZ read as well",
     "trade --pairs": "the cost is the processor time of the steps, and needs no second run",
     "trade --no-pairs": "points have no second run beside them any more; leave the option out",
+    "trade --grid": "a sweep makes the same runs: dust sweep FILE --set "
+    "numerics.stiffness_scaling=1,0.1 --set numerics.mass_scaling=1,4 --set replicas=4",
 }
 """Message by "COMMAND", "COMMAND --option" or "COMMAND --option VALUE"."""
 

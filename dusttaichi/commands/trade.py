@@ -28,14 +28,6 @@ def trade(
     ] = None,
     quick: options.flag("--quick", "three levels of each parameter, two seeds") = False,
     jobs: Annotated[int | None, typer.Option(min=1, help="processes, default all cores")] = None,
-    grid: Annotated[
-        str | None,
-        typer.Option(
-            help='every combination of these levels at every seed: "stiffness_scaling 1 0.1; '
-            'mass_scaling 1 4"; several by "|": "accuracy draft | speed 2"',
-            metavar="LEVELS",
-        ),
-    ] = None,
     suggest: options.flag("--suggest", "no runs: cheapest settings for such scenes") = False,
     force: options.flag("--force", "run finished points again") = False,
     extensions: options.Extensions = None,
@@ -44,16 +36,13 @@ def trade(
 ):
     """Measure run time and error of each numerical parameter: table, figure, cheapest setting."""
     from dusttaichi.studies.trade import measure
-    from dusttaichi.studies.trade.trade import SEEDS, Wanted
+    from dusttaichi.studies.trade.trade import Wanted
 
     scene = options.load_scene(file, extensions=extensions)
     runs = scene.output.directory
     folder = output or runs.with_name(f"{runs.name}-trade")
     if suggest:
         _suggest(scene)
-        return
-    if grid is not None:
-        _grid(scene, folder, grid, seeds or SEEDS, force=force, quiet=quiet, file=file)
         return
     wanted = Wanted.of(parameters, quick, seeds=seeds, tolerance=tolerance, name=observable)
     how = {"jobs": jobs, "force": force}
@@ -94,36 +83,6 @@ def _suggest(scene):
         say(f"  {own.settings}: {own.text()}")
     if not found:
         say("  none within 5 % or the scatter of seeds: the unchanged scene")
-
-
-def _grid(scene, folder, text, seeds, *, force, quiet, file):
-    """Print the output of `--grid`, and write its files."""
-    from dusttaichi.analysis.grid import outcomes, read, text_of
-    from dusttaichi.plots import save
-    from dusttaichi.plots.grid import grid as draw
-    from dusttaichi.studies.trade.grid import grid
-    from dusttaichi.studies.trade.report import percent
-
-    log = (lambda _: None) if quiet else say
-    with options.writing(force=force, inputs=[file]):
-        path = grid(scene, folder, text, seeds, force=force, log=log)
-    found = outcomes(read(path))
-    mine = [own for own in found if own.scene == scene.name]
-    title = "steps relative to the unchanged scene; error of the mean over seeds, standard error"
-    rows = [
-        (own.settings, text_of(own.observable), f"{own.cost:.3f}", percent(own.error),
-         percent(own.uncertainty), percent(own.scatter), f"{own.contacts:.2f}", str(own.seeds))
-        for own in mine
-        if not own.refused
-    ]  # fmt: skip
-    say_table(rows, *GRID, title=title)
-    for own in mine:
-        if own.refused:
-            say(f"{own.settings}: {own.refused}")
-    say_written([path, save(draw(found), path.with_suffix(".png"))])
-
-
-GRID = "settings;observable;cost;error;±;scatter;contacts per grain;seeds".split(";")
 
 
 class _Shown(ProgressBar):

@@ -1,4 +1,4 @@
-"""Cost against error of the settings of `dust trade --grid`, one panel for each scene."""
+"""Cost against error of settings over their seeds, one panel for each scene."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Means over seeds of the settings of `dust trade --grid`, and what is suggested of them."""
+"""Means over seeds of settings, and what is suggested of them."""
 
 import math
 
@@ -88,5 +88,5 @@ def test_pressures_that_a_seed_does_not_reach_are_left_out():
 
 def test_another_table_is_refused(tmp_path):
     (tmp_path / "a.csv").write_text("a,b\n1,2\n")
-    with pytest.raises(DustError, match="no table of dust trade --grid"):
+    with pytest.raises(DustError, match="no table of runs"):
         read(tmp_path / "a.csv")

@@ -1,4 +1,4 @@
-"""Cheapest settings for a kind of scene, from measurements by `dust trade --grid`.
+"""Cheapest settings for a kind of scene, from measurements (docs/validation/softening.csv).
 
 The table `measured.csv` is a part of the program; its origin is in `docs/studies/trade.md`.
 """
