@@ -11,6 +11,7 @@ import re
 from pathlib import Path
 
 import interface
+import sample_size
 import softening
 from markup import cell as _cell
 from markup import text as _text
@@ -73,6 +74,7 @@ def main():
         "exit_codes.md": interface.exit_codes(),
         **{f"{csv_file.stem}.md": csv_table(csv_file) for csv_file in _tables()},
         **softening.pages(),
+        "sample_size_table.md": sample_size.page(),
         "api/index.md": interface.api_index(),
         **{f"api/{name}.md": interface.api_page(name, line) for name, line in packages},
     }

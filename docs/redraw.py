@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import xarray as xr
+from sample_size import figure as sample_size
 from strength_size import groups as strength_groups
 
 from dusttaichi import plots
@@ -306,6 +307,7 @@ def main():
     plots.save(compression_law(), FIGURES / "compression_law.png")
     plots.save(fragmentation(), FIGURES / "fragmentation.png")
     plots.save(bouncing_threshold(), FIGURES / "bouncing_threshold.png")
+    plots.save(sample_size(), FIGURES / "sample_size.png")
     plots.save(diametral_strength(), FIGURES / "diametral_strength.png")
     plots.save(strength_size("strength_size.csv"), FIGURES / "strength_size.png")
     slow = strength_size("tensile.csv", *SLOW)

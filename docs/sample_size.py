@@ -1,0 +1,107 @@
+"""Table and figure of docs/studies/size.md, from docs/validation/sample_size.csv."""
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+from markup import text as _text
+
+from dusttaichi.physics.laws import EXPERIMENT_SCATTER
+from dusttaichi.plots import style
+
+TABLE = Path(__file__).parent / "validation" / "sample_size.csv"
+# what names of runs have beside their kind: seed, grains, and the end of the box's
+BESIDE = re.compile(r"(__)?(sample\.(seed|grains)|stop\.pressure)_\w+?(?=__|$)| \(.*")
+# name of the runs without these -> row of the table
+KINDS = {
+    "omni_box-boundary.wall_speed_20cm_s": "box",
+    "omni_box-": "box, 5 cm/s",
+    "omni_static-sample.periodic_false": "sides periodic, but cut",
+    "omni_static-": "periodic deposit: `omni_static`",
+    "omni_static-sample.base_0um": "… from the floor on",
+    "omni_static-sample.aspect_1": "… as high as wide",
+    "omni_static-boundary.wall_speed_5cm_s": "… 5 cm/s",
+    "omni_static-numerics.accuracy_balanced": "… `accuracy: balanced`",
+    "omni_static-numerics.mass_scaling_4": "… `mass_scaling: 4`",
+    "omni_static-numerics.stiffness_scaling_0.3": "… `stiffness_scaling: 0.3`",
+}
+COLUMNS = (
+    "sample", "grains", "seeds", "1e9 grain-steps", "largest distance in φ", "compared, kPa",
+    "rms, 1-100 kPa", "mean", "… of the inner part", "$p_m$, kPa", "Δ",
+)  # fmt: skip
+
+
+def groups():
+    """{(kind, grains): rows} of the table, dicts of text, in the order of KINDS."""
+    found = {}
+    with TABLE.open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            name = BESIDE.sub("", row["name"]).replace("-__", "-")
+            found.setdefault((KINDS[name], int(row["grains"])), []).append(row)
+    order = list(KINDS.values())
+    return dict(sorted(found.items(), key=lambda item: (order.index(item[0][0]), item[0][1])))
+
+
+def cost(rows):
+    """Grain-steps of each row, in 1e9."""
+    return _numbers(rows, "steps") * _numbers(rows, "grains") / 1e9
+
+
+def page():
+    """The table in Markdown; of several seeds the mean, or the range where it says more."""
+    lines = ["| " + " | ".join(COLUMNS) + " |", "| --- " * len(COLUMNS) + "|"]
+    for (kind, grains), rows in groups().items():
+        cells = [
+            kind,
+            f"{grains}",
+            f"{len(rows)}",
+            f"{cost(rows).mean():.2f}",
+            _range(_numbers(rows, "largest"), 3),
+            _compared(rows),
+            f"{_numbers(rows, 'rms').mean():.3f}",
+            f"{_numbers(rows, 'rms_mean').mean():+.3f}",
+            f"{_numbers(rows, 'inner_mean').mean():+.3f}",
+            _range(_numbers(rows, "p_m") / 1e3, 1),
+            f"{_numbers(rows, 'delta').mean():.2f}",
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
+    return _text(lines)
+
+
+@style.styled
+def figure():
+    """Largest distance from S12 eq 31 against the cost; a point a sample, its grains beside it."""
+    drawing, (axes,) = style.new_figure()
+    axes.axhspan(0.0, EXPERIMENT_SCATTER, color="#D9D9D9", label="scatter of the experiment")
+    found = groups()
+    for number, kind in enumerate(dict.fromkeys(kind for kind, _ in found)):
+        own = [(grains, rows) for (other, grains), rows in found.items() if other == kind]
+        look, label = style.run_style(number), kind.replace("`", "").replace("… ", "")
+        means = [(cost(rows).mean(), _numbers(rows, "largest").mean()) for _, rows in own]
+        axes.plot(*np.transpose(means), label=label, marker="o", ms=4, **look)
+        for _, rows in own:
+            axes.plot(cost(rows), _numbers(rows, "largest"), "o", ms=2, color=look["color"])
+        if len(own) > 1:
+            for (grains, _), place in zip(own, means, strict=True):
+                axes.annotate(f"{grains}", place, (4, 4), textcoords="offset points", fontsize=7)
+    axes.set(xscale="log", ylim=(0.0, 0.06))
+    axes.set(xlabel=r"cost ($10^9$ grain-steps)", ylabel=r"largest distance in $\phi$ from eq 31")
+    style.few_ticks(axes.xaxis)
+    style.legend(axes)
+    return drawing
+
+
+def _compared(rows):
+    """Pressures [kPa] over which all rows have a distance."""
+    low = _numbers(rows, "largest_p_low").max() / 1e3
+    return f"{low:.2f}-{_numbers(rows, 'largest_p_high').min() / 1e3:.0f}"
+
+
+def _numbers(rows, column):
+    return np.array([float(row[column]) for row in rows])
+
+
+def _range(values, digits):
+    low, high = (f"{value:.{digits}f}" for value in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"
