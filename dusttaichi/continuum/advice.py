@@ -6,16 +6,19 @@ The numbers are those of the table in docs/numerics.md (docs/defaults.py).
 import numpy as np
 
 from dusttaichi.continuum.build import stiff_faces
+from dusttaichi.scene import quantities
 
 FAST = 1.0
 """Speed [m/s] from which fronts of compaction without viscosity are too dense."""
 IMPACT = 2.0
 """Speed [m/s] from which the preset `impact` is that of the validation."""
+ACROSS = 12
+"""Spacings across an elastic body below which it enters dust by three quarters of its depth."""
 
 
 def advice(scene, sample):
     """Sentences for the user, one for each key to set; sample: the Particles of the scene."""
-    return [*_viscosity(scene, sample), *_contact(scene, sample)]
+    return [*_viscosity(scene, sample), *_contact(scene, sample), *_spacing(sample)]
 
 
 def _viscosity(scene, sample):
@@ -51,4 +54,17 @@ def _contact(scene, sample):
         yield (
             "numerics.contact: separate, unless dust shall stick to the wall with its tensile "
             "strength: soft dust at 0.2 m/s comes back with 0.01 of its speed instead of 0.34"
+        )
+
+
+def _spacing(sample):
+    """Elastic bodies that meet dust."""
+    sizes = [body.size for body in sample.bodies if body.elastic]
+    if sizes and sample.is_dust.any() and min(sizes) < ACROSS * sample.spacing:
+        across = min(sizes) / sample.spacing
+        spacing = quantities.format(float(f"{min(sizes) / ACROSS:.2g}"), "length")
+        yield (
+            f"numerics.spacing: {spacing} or less, and a second run to extrapolate. The smallest "
+            f"elastic body is {across:.0f} spacings across: with 7, 10 and 13 of them a bead "
+            "entered dust by 0.66, 0.78 and 0.83 of the depth at spacing zero"
         )

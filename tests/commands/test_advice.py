@@ -22,6 +22,14 @@ DUST = {
     "numerics": {"spacing": "100 um"},
     "stop": {"steps": 1},
 }
+BEAD = {"kind": "elastic", "diameter": "1.1 mm", "density": "2540 kg/m^3", "bulk_modulus": "10 MPa"}
+COARSE = {"spacing": "150 um", "contact": "separate"}
+IMPACT = {
+    "kind": "impact",
+    "target": {"kind": "block", "size": ["3 mm", "2 mm"]},
+    "projectile": BEAD | {"shear_ratio": 0.6},
+    "speed": "0.5 m/s",
+}
 PULLED = {"kind": "plates", "wall_speed": "-5 cm/s"}
 PAIR = {"kind": "pair", "gap": "1 nm", "speed": "1 m/s"}
 CASES = [
@@ -32,6 +40,8 @@ CASES = [
     (GRAINS, {"sample": PAIR, "boundary": {"kind": "open"}}, ["numerics.accuracy"]),
     (DUST, {}, ["numerics.viscosity", "numerics.contact"]),
     (DUST, {"numerics": {"spacing": "100 um", "viscosity": "impact", "contact": "separate"}}, []),
+    (DUST, {"sample": IMPACT, "numerics": COARSE}, ["numerics.spacing"]),
+    (DUST, {"sample": IMPACT, "numerics": COARSE | {"spacing": "90 um"}}, []),
 ]
 
 
