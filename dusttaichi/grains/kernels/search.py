@@ -16,8 +16,8 @@ from dusttaichi.grains.kernels.store import (
     capacity,
 )
 
-# Only numbers of eight bytes: on a GPU the loops of a kernel pass it on in memory, where Taichi puts
-# vectors behind each other, and a device reads eight bytes only at multiples of eight.
+# Only numbers of eight bytes: on a GPU the loops of a kernel pass it on in memory, where Taichi
+# puts vectors behind each other, and a device reads eight bytes only at multiples of eight.
 Grid = ti.types.struct(
     origin=ti.types.vector(3, ti.f64),
     inv_edge=ti.types.vector(3, ti.f64),
