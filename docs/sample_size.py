@@ -26,6 +26,7 @@ KINDS = {
     "omni_static-numerics.mass_scaling_4": "… `mass_scaling: 4`",
     "omni_static-numerics.stiffness_scaling_0.3": "… `stiffness_scaling: 0.3`",
 }
+MARKERS = "s^Dv<>"  # of rows with one number of grains
 COLUMNS = (
     "sample", "grains", "seeds", "1e9 grain-steps", "largest distance in φ", "compared, kPa",
     "rms, 1-100 kPa", "mean", "… of the inner part", "$p_m$, kPa", "Δ",
@@ -75,17 +76,20 @@ def figure():
     drawing, (axes,) = style.new_figure()
     axes.axhspan(0.0, EXPERIMENT_SCATTER, color="#D9D9D9", label="scatter of the experiment")
     found = groups()
+    markers = iter(MARKERS)
     for number, kind in enumerate(dict.fromkeys(kind for kind, _ in found)):
         own = [(grains, rows) for (other, grains), rows in found.items() if other == kind]
-        look, label = style.run_style(number), kind.replace("`", "").replace("… ", "")
+        label, several = kind.replace("`", "").replace("… ", ""), len(own) > 1
+        look = style.run_style(number) if several else style.look(style.BLACK, linestyle="")
+        look["marker"] = "o" if several else next(markers)
         means = [(cost(rows).mean(), _numbers(rows, "largest").mean()) for _, rows in own]
-        axes.plot(*np.transpose(means), label=label, marker="o", ms=4, **look)
+        axes.plot(*np.transpose(means), label=label, ms=4, **look)
         for _, rows in own:
-            axes.plot(cost(rows), _numbers(rows, "largest"), "o", ms=2, color=look["color"])
-        if len(own) > 1:
+            axes.plot(cost(rows), _numbers(rows, "largest"), **look | {"linestyle": "", "ms": 2})
+        if several:
             for (grains, _), place in zip(own, means, strict=True):
                 axes.annotate(f"{grains}", place, (4, 4), textcoords="offset points", fontsize=7)
-    axes.set(xscale="log", ylim=(0.0, 0.06))
+    axes.set(xscale="log", xlim=(0.15, 10.0), ylim=(0.0, 0.06))
     axes.set(xlabel=r"cost ($10^9$ grain-steps)", ylabel=r"largest distance in $\phi$ from eq 31")
     style.few_ticks(axes.xaxis)
     style.legend(axes)
