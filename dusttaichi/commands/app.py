@@ -41,6 +41,7 @@ try:
     from dusttaichi.commands.results import compare, export, plot, render
     from dusttaichi.commands.run import run
     from dusttaichi.commands.sticking import sticking
+    from dusttaichi.commands.study import study
     from dusttaichi.commands.sweep import sweep
     from dusttaichi.commands.trade import trade
     from dusttaichi.compute.collector import collect_seldom
@@ -53,7 +54,7 @@ try:
         help="Grain-by-grain and continuum simulation of porous dust.",
         epilog="Exit codes: " + "; ".join(f"{code} {what}" for code, what in EXIT_CODES) + ".",
     )
-    COMMANDS = (new, run, sweep, collide, trade, sticking, extremes, check, schema)
+    COMMANDS = (new, run, sweep, study, collide, trade, sticking, extremes, check, schema)
     COMMANDS += (report, watch, plot, compare, fit, bench, export, render)
     for command in COMMANDS:
         app.command()(command)

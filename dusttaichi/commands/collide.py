@@ -21,9 +21,7 @@ def collide(
     threads: Annotated[
         int | None, typer.Option(min=1, help="CPU threads per collision, default 1")
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, help="collisions at a time, default as many as fit")
-    ] = None,
+    jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     extensions: options.Extensions = None,
     figures: options.Figures = True,

@@ -1,4 +1,4 @@
-"""`dust run` with replicas, and `dust sweep`: runs, dataset, figure, table."""
+"""`dust run` with replicas, and `dust sweep`: dataset, figure, table."""
 
 from dusttaichi.commands.console import plain_table, remark, say, say_abreast, say_json, say_written
 from dusttaichi.commands.options import resumable
@@ -6,34 +6,34 @@ from dusttaichi.commands.progress import Phases, ProgressBar, shares_text
 from dusttaichi.errors import DustError, GuardStop
 
 
-def run_plan(plan, onward, *, quiet, verbose=False, figures=True, as_json=False, **how):
-    """Run a Plan, gather it, print its table, or its numbers as JSON, and draw its figure.
+def run_sweep(sweep, onward, *, quiet, verbose=False, figures=True, as_json=False, **how):
+    """Run a Sweep, gather it, print its table, or its numbers as JSON, and draw its figure.
 
     onward: the command that continues after an interruption. figures: one figure of all runs; those
-    of a single run are made by `dust plot`. how: arguments of `ensemble.run_all`. Raises DustError
+    of a single run are made by `dust plot`. how: arguments of `engine.run`. Raises DustError
     for invalid input, Interrupted, and, after everything else is done, GuardStop or DustError for
     runs that failed.
     """
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.ensemble_tables import missing
     from dusttaichi.analysis.plain import plain_ensemble
-    from dusttaichi.studies.ensemble import gather_plan, run_all
+    from dusttaichi.studies import engine
 
     phases = Phases(verbose)
     phases.end("imports and scenes")
-    with ProgressBar(quiet) as bar, resumable(f"results are in {plan.directory}", onward):
-        results = run_all(plan, report=shown(bar), log=bar.log, **how)
-    failed = [result for result in results if result.code != 0]
+    with ProgressBar(quiet) as bar, resumable(f"results are in {sweep.directory}", onward):
+        found = engine.run(sweep, report=shown(bar), log=bar.log, **how)
+    failed = [one for one in found.values() if not one.ok]
     part = how.get("part", (1, 1)) != (1, 1)
-    if failed and (part or len(failed) == len(results)):
-        raise failure(plan, failed)
-    phases.end(f"{len(results)} runs")
+    if failed and (part or len(failed) == len(found)):
+        raise failure(failed, len(sweep.members))
+    phases.end(f"{len(found)} runs")
     if part:
-        return say(f"{len(results)} of {len(plan.members)} runs; when all are done: {onward}")
-    data = gather_plan(plan, results)
-    save_ensemble(data, plan.file)
+        return say(f"{len(found)} of {len(sweep.members)} runs; when all are done: {onward}")
+    data = sweep.dataset(found)
+    save_ensemble(data, sweep.file)
     phases.end("gathered")
-    written = [plan.file, *(_draw(data, plan) if figures else [])]
+    written = [sweep.file, *(_draw(data, sweep) if figures else [])]
     write = remark if as_json else say
     if as_json:
         say_json(plain_ensemble(data))
@@ -44,31 +44,31 @@ def run_plan(plan, onward, *, quiet, verbose=False, figures=True, as_json=False,
         write(f"no {what} for {runs}{f', {label}' if label else ''}: {why}")
     say_written(written, write)
     if failed:
-        raise failure(plan, failed)
+        raise failure(failed, len(sweep.members))
 
 
-def _draw(data, plan):
+def _draw(data, sweep):
     from dusttaichi.plots import ensemble, save, weibull
 
-    drawn = {plan.file.with_suffix(".png"): ensemble(data)}
+    drawn = {sweep.file.with_suffix(".png"): ensemble(data)}
     if (strengths := weibull(data)) is not None:
-        drawn[plan.file.with_name("weibull.png")] = strengths
+        drawn[sweep.file.with_name("weibull.png")] = strengths
     return [save(figure, path) for path, figure in drawn.items()]
 
 
-def failure(plan, failed):
-    """The error about failed runs, one line for each reason."""
+def failure(failed, count):
+    """The error about failed runs (engine.Found) of so many, one line for each reason."""
     reasons = {}
-    for result in failed:
-        reasons.setdefault(result.text, []).append(plan.members[result.number].label)
+    for one in failed:
+        reasons.setdefault(one.text, []).append(one.point.label)
     lines = [f"{', '.join(labels)}: {text}" for text, labels in reasons.items()]
-    guarded = any(result.code == GuardStop.exit_code for result in failed)
-    count = f"{len(failed)} of {len(plan.members)} runs failed:"
+    guarded = any(one.code == GuardStop.exit_code for one in failed)
+    count = f"{len(failed)} of {count} runs failed:"
     return (GuardStop if guarded else DustError)("\n  ".join([count, *lines]))
 
 
 def shown(bar, things="runs"):
-    """Progress bar of a plan."""
+    """Progress bar of a study."""
 
     def show(progress):
         running = progress.running

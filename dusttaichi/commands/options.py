@@ -53,6 +53,7 @@ Settings = Annotated[
     ),
 ]
 Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads")]
+Jobs = Annotated[int | None, typer.Option(min=1, help="runs at a time, default as many as fit")]
 Scheduler = Annotated[
     str | None, typer.Option(help="address of a Dask scheduler", metavar="ADDRESS")
 ]
@@ -131,7 +132,7 @@ def load_scene(file, threads=None, settings=None, extensions=None):
     with importing(extensions):
         scene = load(file)
     if settings:
-        from dusttaichi.studies.ensemble import with_settings
+        from dusttaichi.studies.settings import with_settings
 
         scene = with_settings(scene, settings)
     return scene if threads is None else scene.with_value("numerics.threads", threads)

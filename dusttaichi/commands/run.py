@@ -12,7 +12,7 @@ from dusttaichi.commands.console import (
     say_not_drawn,
     say_written,
 )
-from dusttaichi.commands.ensembles import run_plan
+from dusttaichi.commands.ensembles import run_sweep
 from dusttaichi.commands.progress import Phases, ProgressBar
 from dusttaichi.commands.report import watched
 from dusttaichi.errors import DustError, Interrupted
@@ -31,6 +31,7 @@ def run(
     extensions: options.Extensions = None,
     output: options.Output = None,
     threads: options.Threads = None,
+    jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     as_json: options.Json = False,
     figures: options.Figures = True,
@@ -47,21 +48,23 @@ def run(
     how = {"settings": settings or (), "scheduler": scheduler, "error_bar": error_bar}
     onward = options.again("run", file, output, extensions=extensions, **how)
     if scene.replicas is not None:
-        from dusttaichi.studies import ensemble
+        from dusttaichi.studies.sweep import replicas
 
         if fresh:
             raise DustError(
                 f"--fresh is for a single run; here remove the folder {directory / '.stages'} "
                 "with the finished stages of the replicas"
             )
-        plan = ensemble.ensemble_plan(scene, directory)
-        how = {"force": force, "resume": resume, "scheduler": scheduler, "error_bar": error_bar}
+        study = replicas(scene, directory)
+        how = {"force": force, "resume": resume, "error_bar": error_bar}
+        how |= {"scheduler": scheduler, "jobs": jobs}
         with options.writing(force=force, inputs=[file]):
             shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
-            run_plan(plan, onward, **shown, **how)
+            run_sweep(study, onward, **shown, **how)
         return
-    if scheduler is not None:
-        raise DustError("--scheduler is for many runs: a scene with replicas, or dust sweep")
+    for option, value in (("--scheduler", scheduler), ("--jobs", jobs)):
+        if value is not None:
+            raise DustError(f"{option} is for many runs: a scene with replicas, or dust sweep")
     how = {"force": force, "resume": resume, "fresh": fresh, "error_bar": error_bar}
     phases.end("imports and scene")
     with watched(directory, watch):

@@ -34,7 +34,7 @@ def sticking(
 ):
     """Find the sticking speed of a collision by bisection, or its restitution over speeds."""
     from dusttaichi.studies import sticking as speeds
-    from dusttaichi.studies.ensemble import with_settings
+    from dusttaichi.studies.settings import with_settings
 
     scene = options.load_scene(file, threads, extensions=extensions)
     if chart is not None:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import completion, options
-from dusttaichi.commands.ensembles import run_plan
+from dusttaichi.commands.ensembles import run_sweep
 from dusttaichi.errors import DustError
 
 
@@ -30,6 +30,7 @@ def sweep(
     extensions: options.Extensions = None,
     output: options.Output = None,
     threads: Annotated[int | None, typer.Option(min=1, help="CPU threads per run")] = None,
+    jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     as_json: options.Json = False,
     figures: options.Figures = True,
@@ -37,19 +38,21 @@ def sweep(
     verbose: options.Verbose = False,
 ):
     """Run a scene over a grid of values of its keys: one dataset, a figure, a table."""
-    from dusttaichi.studies import ensemble
+    from dusttaichi.studies import sweep as studies
+    from dusttaichi.studies.settings import with_common_settings
 
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, extensions=extensions)
-    scene, swept = ensemble.with_common_settings(scene, settings)
+    scene, swept = with_common_settings(scene, settings)
     runs = scene.output.directory
-    plan = ensemble.sweep_plan(scene, swept, output or runs.with_name(f"{runs.name}-sweep"))
+    study = studies.sweep(scene, swept, output or runs.with_name(f"{runs.name}-sweep"))
     how = {"settings": settings, "scheduler": scheduler, "extensions": extensions}
     onward = options.again("sweep", file, output, **how)
     with options.writing(force=force, inputs=[file]):
-        how = {"force": force, "resume": resume, "scheduler": scheduler, "part": _part(part)}
+        how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
+        how["part"] = _part(part)
         shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
-        run_plan(plan, onward, **shown, **how)
+        run_sweep(study, onward, **shown, **how)
 
 
 def _part(text):

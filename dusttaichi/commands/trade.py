@@ -27,7 +27,7 @@ def trade(
         int | None, typer.Option(min=1, help="seeds for the scatter: 4, with --quick 2")
     ] = None,
     quick: options.flag("--quick", "three levels of each parameter, two seeds") = False,
-    jobs: Annotated[int | None, typer.Option(min=1, help="processes, default all cores")] = None,
+    jobs: options.Jobs = None,
     suggest: options.flag("--suggest", "no runs: cheapest settings for such scenes") = False,
     force: options.flag("--force", "run finished points again") = False,
     extensions: options.Extensions = None,

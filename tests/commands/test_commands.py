@@ -22,7 +22,8 @@ from dusttaichi.commands import completion, console, options, progress
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.scene import shipped
-from dusttaichi.studies.ensemble import sweep_plan, with_common_settings
+from dusttaichi.studies.settings import with_common_settings
+from dusttaichi.studies.sweep import sweep
 
 SMOKE = CONFIGS / "smoke.yaml"
 
@@ -164,7 +165,7 @@ def test_name_and_replicas_on_the_command_line(tmp_path):
     assert one.name == "other" and one.replicas == 3
     assert one.output.directory == Path("runs/other")
     scene, swept = with_common_settings(one, ["replicas=2", "stop.steps=5,6"])
-    plan = sweep_plan(scene, swept, tmp_path)
+    plan = sweep(scene, swept, tmp_path)
     assert len(plan.members) == 4 and swept == ["stop.steps=5,6"]
 
 

@@ -24,9 +24,9 @@ from dusttaichi.run.stages import folder_of
 from dusttaichi.samples import registry as kinds
 from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions
 from dusttaichi.scene.yaml_text import read
-from dusttaichi.studies.ensemble import ensemble_plan, sweep_plan
-from dusttaichi.studies.ensemble.runs import _mode
-from dusttaichi.studies.ensemble.scenes import input_files
+from dusttaichi.studies.engine import _mode
+from dusttaichi.studies.settings import input_files
+from dusttaichi.studies.sweep import replicas, sweep
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[1] / "docs/examples"
@@ -211,7 +211,7 @@ def test_paths_are_found_from_anywhere(folder, monkeypatch):
 
 def test_a_cluster_is_sent_the_file(folder, monkeypatch):
     monkeypatch.chdir(folder)
-    plan = ensemble_plan(from_yaml(LAW + "replicas: 1\n", folder), folder / "runs")
+    plan = replicas(from_yaml(LAW + "replicas: 1\n", folder), folder / "runs")
     assert input_files(plan.members[0].scene) == ["rolling_with_speed.py"]
 
 
@@ -293,7 +293,7 @@ def test_stages_and_members_of_another_file_do_not_count(folder, monkeypatch):
     """Kept stages and finished members are those of the content of the file."""
     monkeypatch.chdir(folder)
     scene = from_yaml(SPRING, folder)
-    plan = sweep_plan(scene, ["stiffness=2"], folder / "sweep")
+    plan = sweep(scene, ["stiffness=2"], folder / "sweep")
     (member,) = plan.members
     execute(member.scene, member.directory)
 
@@ -307,7 +307,7 @@ def test_stages_and_members_of_another_file_do_not_count(folder, monkeypatch):
     assert _mode(member, False, True) is None
     change(folder / "spring.py")
     assert place_of(from_yaml(SPRING, folder)) != place
-    anew = sweep_plan(from_yaml(SPRING, folder), ["stiffness=2"], folder / "sweep")
+    anew = sweep(from_yaml(SPRING, folder), ["stiffness=2"], folder / "sweep")
     (member,) = anew.members
     assert _mode(member, False, True) == "resume"
     with pytest.raises(DustError, match="spring.py differs"):

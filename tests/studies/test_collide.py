@@ -27,7 +27,7 @@ from dusttaichi.run import execute
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.scene.collisions import Rings
 from dusttaichi.studies.collide import make_study, runner, task
-from dusttaichi.studies.ensemble.jobs import JobResult
+from dusttaichi.studies.jobs import JobResult
 
 BODY = {"kind": "pca", "grains": 12}
 COLLISION = {
@@ -346,7 +346,7 @@ class Pool:
     def submit(self, batch, inputs):
         rows = [{"key": key, "outcome": "miss"} for key, _ in batch.collisions[:3]]
         future = Future()
-        future.set_result(JobResult(batch.number, 0, "", found={"rows": rows}))
+        future.set_result(JobResult(batch.label, 0, "", found={"rows": rows}))
         return future
 
     def stop(self):
@@ -377,12 +377,12 @@ def test_collisions_at_a_time(options, workers, batch, tmp_path, monkeypatch):
     """Eighty on eight cores: at least two batches for each process, of at most sixteen."""
 
     class Counted(Pool):
-        def __init__(self, scheduler, count, heard):
+        def __init__(self, scheduler, count, heard, idle):
             assert count == workers
 
         def submit(self, one, inputs):
             assert len(one.collisions) <= batch
-            assert one.number or len(one.collisions) == batch
+            assert one.label != "batch 1" or len(one.collisions) == batch
             return super().submit(one, inputs)
 
     monkeypatch.setattr(runner, "open_pool", Counted)

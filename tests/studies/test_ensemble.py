@@ -9,10 +9,11 @@ from scenes import scene
 from dusttaichi.commands.ensembles import failure
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.scene import Scene, from_yaml
-from dusttaichi.studies.ensemble import ensemble_plan, sweep_plan, with_settings
-from dusttaichi.studies.ensemble.jobs import Job, JobResult, perform
-from dusttaichi.studies.ensemble.runs import run_all, shares
-from dusttaichi.studies.ensemble.scenes import input_files, keys_of
+from dusttaichi.studies import engine
+from dusttaichi.studies.engine import Found, shares
+from dusttaichi.studies.jobs import Job, perform
+from dusttaichi.studies.settings import input_files, keys_of, with_settings
+from dusttaichi.studies.sweep import replicas, sweep
 
 # -- scenes --------------------------------------------------------------------------------------
 
@@ -22,7 +23,7 @@ def cake(**blocks):
 
 
 def test_replicas_differ_in_their_seed_only(tmp_path):
-    plan = ensemble_plan(cake().with_value("replicas", 3), tmp_path)
+    plan = replicas(cake().with_value("replicas", 3), tmp_path)
     assert [m.directory.name for m in plan.members] == ["replica_0", "replica_1", "replica_2"]
     assert [m.seeds for m in plan.members] == [{"seed": 7}, {"seed": 8}, {"seed": 9}]
     single = cake()
@@ -39,12 +40,12 @@ def test_replicas_differ_in_their_seed_only(tmp_path):
 def test_replicas_need_a_seed(tmp_path):
     text = "{kind: explicit, positions: [[0 m, 0 m, 0 m]]}"
     with pytest.raises(DustError, match=r"replicas = 2.*no seed"):
-        ensemble_plan(scene(sample=text).with_value("replicas", 2), tmp_path)
+        replicas(scene(sample=text).with_value("replicas", 2), tmp_path)
     with pytest.raises(DustError, match=r"replicas = 0"):
         cake().with_value("replicas", 0)
     last = cake().with_value("sample.seed", 2**32 - 1).with_value("replicas", 2)
     with pytest.raises(DustError, match=r"sample\.seed = 4294967296"):
-        ensemble_plan(last, tmp_path)
+        replicas(last, tmp_path)
 
 
 def test_every_seed_of_a_nested_sample_is_moved():
@@ -56,7 +57,7 @@ def test_every_seed_of_a_nested_sample_is_moved():
 
 def test_sweep_is_the_full_grid(tmp_path):
     settings = ["boundary.wall_speed=1cm/s,5 cm/s", "interaction.rolling=on,off"]
-    plan = sweep_plan(cake().with_value("replicas", 2), settings, tmp_path)
+    plan = sweep(cake().with_value("replicas", 2), settings, tmp_path)
     assert [axis.key for axis in plan.axes] == ["boundary.wall_speed", "interaction.rolling"]
     speed, rolling = plan.axes
     np.testing.assert_array_equal(speed.coordinate, [0.01, 0.05])
@@ -73,7 +74,7 @@ def test_sweep_is_the_full_grid(tmp_path):
 
 def test_values_of_a_sweep(tmp_path):
     def axis(setting):
-        return sweep_plan(cake(), [setting], tmp_path).axes[0]
+        return sweep(cake(), [setting], tmp_path).axes[0]
 
     sizes = axis("boundary.size=[40um,40um,40um],[60um,60um,60um]")
     assert sizes.values == (["40um"] * 3, ["60um"] * 3) and sizes.unit is None
@@ -97,7 +98,7 @@ def test_settings_that_need_each_other(tmp_path):
     for settings in (both, both[::-1]):
         found = with_settings(collision, settings).numerics
         assert found.stiffness_scaling == 0.1 and found.scaling_anyway
-    swept = sweep_plan(collision, [both[0] + ",0.3", both[1]], tmp_path)
+    swept = sweep(collision, [both[0] + ",0.3", both[1]], tmp_path)
     assert [m.scene.numerics.stiffness_scaling for m in swept.members] == [0.1, 0.3]
     with pytest.raises(DustError, match="scaling_anyway: true beside it"):
         with_settings(collision, both[:1])
@@ -111,7 +112,7 @@ def test_long_or_equal_names_of_points_become_numbers(tmp_path):
         "material.surface_energy=20.123456789 mJ/m^2,30.123456789 mJ/m^2",
         "material.density=2.651234567 g/cm^3",
     ]
-    plan = sweep_plan(cake(), settings, tmp_path)
+    plan = sweep(cake(), settings, tmp_path)
     assert [m.label for m in plan.members] == [f"point_{n}" for n in range(8)]
 
 
@@ -138,7 +139,7 @@ def test_long_or_equal_names_of_points_become_numbers(tmp_path):
 )
 def test_what_cannot_be_swept_is_said_before_anything_runs(settings, what, tmp_path):
     with pytest.raises(DustError, match=what):
-        sweep_plan(cake(), settings, tmp_path / "sweep")
+        sweep(cake(), settings, tmp_path / "sweep")
     assert not (tmp_path / "sweep").exists()
 
 
@@ -149,7 +150,7 @@ def test_files_of_samples_keep_one_path(tmp_path, monkeypatch):
     data = scene(sample=text, boundary="{kind: open}", stop="{steps: 10}")
     monkeypatch.chdir(tmp_path / "a")
     given = from_yaml(data.to_yaml(), tmp_path / "a")
-    (member,) = sweep_plan(given, ["stop.steps=5"], tmp_path / "s").members
+    (member,) = sweep(given, ["stop.steps=5"], tmp_path / "s").members
     assert input_files(member.scene) == [os.path.join("..", "grains.csv")]
 
 
@@ -172,23 +173,24 @@ class Stopped:
 
 
 def test_a_task_that_comes_after_the_stop_does_not_begin(tmp_path):
-    result = perform(Job(3, "", "new", str(tmp_path / "run")), Stopped(), {})
-    assert (result.number, result.code) == (3, 130) and not (tmp_path / "run").exists()
+    result = perform(Job("3", "", "new", str(tmp_path / "run")), Stopped(), {})
+    assert (result.label, result.code) == ("3", 130) and not (tmp_path / "run").exists()
 
 
 def test_existing_results_are_not_overwritten(tmp_path):
-    plan = ensemble_plan(cake().with_value("replicas", 2), tmp_path)
+    plan = replicas(cake().with_value("replicas", 2), tmp_path)
     plan.members[1].directory.mkdir()
     (plan.members[1].directory / "result.nc").write_text("precious")
     with pytest.raises(DustError, match=r"replica_1/result\.nc exists already.*--force"):
-        run_all(plan)
+        engine.run(plan)
     assert (plan.members[1].directory / "result.nc").read_text() == "precious"
 
 
 def test_failures_are_told_by_reason(tmp_path):
-    plan = ensemble_plan(cake().with_value("replicas", 3), tmp_path)
-    same = [JobResult(0, 2, "too long a step"), JobResult(2, 2, "too long a step")]
-    error = failure(plan, same)
+    plan = replicas(cake().with_value("replicas", 3), tmp_path)
+    first, second, third = plan.members
+    same = [Found(first, 2, "too long a step"), Found(third, 2, "too long a step")]
+    error = failure(same, 3)
     assert "2 of 3 runs failed" in str(error) and "replica_0, replica_2: too long" in str(error)
     assert error.exit_code == 2
-    assert isinstance(failure(plan, [*same, JobResult(1, 3, "runaway")]), GuardStop)
+    assert isinstance(failure([*same, Found(second, 3, "runaway")], 3), GuardStop)

@@ -15,7 +15,9 @@ from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.run import execute
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies.ensemble import ensemble_plan, gather_plan, pool, run_all, runs, sweep_plan
+from dusttaichi.studies import engine, pool
+from dusttaichi.studies.sweep import replicas as replicas_of
+from dusttaichi.studies.sweep import sweep
 
 TINY = """
 name: tiny
@@ -111,9 +113,9 @@ def test_a_process_makes_one_run_after_the_other(tmp_path, monkeypatch):
             super().__init__(task)
 
     monkeypatch.setattr(pool, "Worker", Counted)
-    monkeypatch.setattr(runs, "usable_cores", lambda: 1)
-    plan = ensemble_plan(from_yaml(TINY + "replicas: 3\n"), tmp_path)
-    assert [result.code for result in run_all(plan)] == [0, 0, 0]
+    monkeypatch.setattr(engine, "usable_cores", lambda: 1)
+    plan = replicas_of(from_yaml(TINY + "replicas: 3\n"), tmp_path)
+    assert [one.code for one in engine.run(plan).values()] == [0, 0, 0]
     assert len(started) == 1
 
 
@@ -164,12 +166,12 @@ def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch):
     ) as cluster:
         address = cluster.scheduler_address
         assert address.startswith("tcp://")
-        plan = sweep_plan(from_file, ["stop.steps=50"], tmp_path / "sweep")
-        outcomes = run_all(plan, scheduler=address, report=lambda p: heard.append(p.done))
-    assert [o.code for o in outcomes] == [0] and heard[-1] == 1
+        plan = sweep(from_file, ["stop.steps=50"], tmp_path / "sweep")
+        outcomes = engine.run(plan, scheduler=address, report=lambda p: heard.append(p.done))
+    assert [o.code for o in outcomes.values()] == [0] and heard[-1] == 1
     run = plan.members[0].directory
     assert_same_bits(tmp_path / "alone/result.nc", run / "result.nc")
-    assert gather_plan(plan, outcomes).sizes["replica"] == 1
+    assert plan.dataset(outcomes).sizes["replica"] == 1
     assert (run / "checkpoint.bin").exists()
     with xr.open_dataset(run / "result.nc") as series:
         assert int(series.step[-1]) == 50 and series.attrs["grains"] == 60
@@ -177,18 +179,18 @@ def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch):
 
 def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
     monkeypatch.setattr(pool, "CONNECT", "0.5 s")
-    plan = ensemble_plan(from_yaml(TINY + "replicas: 2\n"), tmp_path / "runs")
+    plan = replicas_of(from_yaml(TINY + "replicas: 2\n"), tmp_path / "runs")
     with pytest.raises(DustError, match="no scheduler answers"):
-        run_all(plan, scheduler="tcp://127.0.0.1:1")
+        engine.run(plan, scheduler="tcp://127.0.0.1:1")
     with pytest.raises(DustError, match="no scheduler answers.*unknown address scheme"):
-        run_all(plan, scheduler="nowhere://1")
+        engine.run(plan, scheduler="nowhere://1")
 
 
 def test_scheduler_needs_the_extra_and_many_runs(tmp_path, monkeypatch):
     monkeypatch.setattr(pool.importlib.util, "find_spec", lambda name: None)
-    plan = ensemble_plan(from_yaml(TINY + "replicas: 2\n"), tmp_path / "runs")
+    plan = replicas_of(from_yaml(TINY + "replicas: 2\n"), tmp_path / "runs")
     with pytest.raises(DustError, match=r"dusttaichi\[cluster\]"):
-        run_all(plan, scheduler="tcp://127.0.0.1:1")
+        engine.run(plan, scheduler="tcp://127.0.0.1:1")
     (tmp_path / "tiny.yaml").write_text(TINY)
     with pytest.raises(DustError, match="replicas, or dust sweep"):
         dust("run", tmp_path / "tiny.yaml", "--scheduler", "tcp://127.0.0.1:1")

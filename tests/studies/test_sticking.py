@@ -10,7 +10,7 @@ from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load
 from dusttaichi.studies import sticking
-from dusttaichi.studies.ensemble import with_settings
+from dusttaichi.studies.settings import with_settings
 from dusttaichi.studies.sticking.collision import Collision
 
 WALL = ref.numbers(wall=True)

@@ -22,7 +22,8 @@ from dusttaichi.errors import DustError
 from dusttaichi.files import RESULT
 from dusttaichi.run import execute
 from dusttaichi.scene import load
-from dusttaichi.studies.ensemble import run_all, sweep_plan
+from dusttaichi.studies import engine
+from dusttaichi.studies.sweep import sweep
 
 HERE = Path(__file__).parent
 SCENE = """
@@ -119,7 +120,7 @@ def tried(lost, folder):
     # beside the folders of all cases: a scene's extension is one file
     (folder.parent / "slow.py").write_text((HERE.parent / "run" / "spring.py").read_text() + SLOW)
     (folder / "scene.yaml").write_text(SCENE)
-    plan = sweep_plan(load(folder / "scene.yaml"), ["start=0.5,1.0"], folder / "sweep")
+    plan = sweep(load(folder / "scene.yaml"), ["start=0.5,1.0"], folder / "sweep")
     try:
         problem = lost(plan, folder)
     except DustError as error:
@@ -167,7 +168,7 @@ def the_scheduler(plan, folder):
     if not any("--resume" in text for text in said):
         return f"it is not said what to do: {said}"
     with Cluster(folder) as cluster:
-        return _failed(run_all(plan, scheduler=cluster.address, resume=True))
+        return _failed(engine.run(plan, scheduler=cluster.address, resume=True).values())
 
 
 def everything(plan, folder):
@@ -190,7 +191,7 @@ def everything(plan, folder):
     with LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None
     ) as cluster:
-        return _failed(run_all(plan, scheduler=cluster.scheduler_address, resume=True))
+        return _failed(engine.run(plan, scheduler=cluster.scheduler_address, resume=True).values())
 
 
 def _sweep(plan, cluster, lose, done=None):
@@ -207,7 +208,7 @@ def _sweep(plan, cluster, lose, done=None):
         if progress.done and done is not None:
             done.set()
 
-    results = run_all(plan, scheduler=cluster.address, report=report)
+    results = list(engine.run(plan, scheduler=cluster.address, report=report).values())
     return results if lost.is_set() else [*results, None]
 
 

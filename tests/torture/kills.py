@@ -24,7 +24,7 @@ from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.run import execute
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies import ensemble
+from dusttaichi.studies import engine, sweep
 
 SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
@@ -45,7 +45,7 @@ def _go(name, directory, how):
         execute(from_yaml(SOURCE), source)
     scene = from_yaml(SCENES[name].replace("FILE", str(source)))
     if name == "replicas":
-        ensemble.run_all(ensemble.ensemble_plan(scene, directory), **how)
+        engine.run(sweep.replicas(scene, directory), **how)
     else:
         execute(scene, directory, error_bar=name == "error bar", **how)
 

@@ -26,7 +26,7 @@ def test_damaged_files(toys):
 def test_a_cluster_that_loses_its_worker_and_its_scheduler(tmp_path, monkeypatch):
     import cluster
 
-    from dusttaichi.studies.ensemble import pool
+    from dusttaichi.studies import pool
 
     monkeypatch.setattr(pool, "CONNECT", "3 s")
     (tmp_path / "lost").mkdir()

@@ -19,8 +19,8 @@ from dusttaichi.results import provenance
 from dusttaichi.results.pieces import already_there
 from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.studies.collide.plan import make_study
-from dusttaichi.studies.ensemble.pool import open_pool
-from dusttaichi.studies.ensemble.runs import PlanProgress, content_of, drain, shares
+from dusttaichi.studies.engine import Progress, content_of, drain, shares
+from dusttaichi.studies.pool import kept, open_pool
 from dusttaichi.studies.workers import INTERRUPTED
 
 TOGETHER = 16  # collisions of a job at most: what is lost with a machine, and what shares a start
@@ -32,10 +32,10 @@ NARROW = 1.02  # ratio of two speeds below which an interval is not halved any m
 class Batch:
     """Some collisions, as they are handed to a thread or to a worker of a Dask cluster.
 
-    See studies.ensemble.jobs.Job. They are made in a temporary directory: rows come back.
+    See studies.jobs.Job. They are made in a temporary directory: rows come back.
     """
 
-    number: int
+    label: str
     scene: str
     collisions: tuple
     phases: bool = False
@@ -109,22 +109,24 @@ def _do(study, left, known, *, scheduler, jobs, report, log):
     workers = shares(study.scene, len(left), usable_cores())[0]
     workers = min(workers, jobs or workers)
     batches = _batches(study, left, workers)
-    progress = PlanProgress(len(study.collisions), len(known), report)
-
-    def heard(number, share):
-        progress.heard(f"batch {number + 1}", share)
+    sizes = {batch.label: len(batch.collisions) for batch in batches}
+    progress = Progress(len(study.collisions), len(known), report)
 
     def take(result):
         rows = result.found.get("rows", [])
         _append(study.rows_file, rows)
         known.update({row["key"]: row for row in rows})
-        progress.ended(f"batch {result.number + 1}", len(rows))
+        progress.ended(result.label, len(rows))
         if result.code not in (0, INTERRUPTED):
-            log(f"a batch of {len(batches[result.number].collisions)} was lost: {result.text}")
+            log(f"a batch of {sizes[result.label]} was lost: {result.text}")
 
-    with noted_signals() as signals, open_pool(scheduler, workers, heard) as pool:
+    with (
+        noted_signals() as signals,
+        kept() as idle,
+        open_pool(scheduler, workers, progress.heard, idle) as pool,
+    ):
         shared = pool.share({path: content_of(path) for path in study.inputs})
-        futures = {pool.submit(batch, shared): batch.number for batch in batches}
+        futures = {pool.submit(batch, shared): batch.label for batch in batches}
         drain(pool, futures, take, signals, lambda: log("stopping: finished collisions are stored"))
 
 
@@ -140,7 +142,7 @@ def _batches(study, left, workers):
     size, found = min(TOGETHER, math.ceil(len(order) / (ROUNDS * workers))), []
     for first in range(0, len(order), size):
         own = tuple((c.key, c.sample) for c in order[first : first + size])
-        found.append(Batch(len(found), text, own, study.phases))
+        found.append(Batch(f"batch {len(found) + 1}", text, own, study.phases))
     return found
 
 

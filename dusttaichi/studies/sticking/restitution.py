@@ -9,7 +9,7 @@ import xarray as xr
 from dusttaichi.errors import DustError
 from dusttaichi.results import provenance
 from dusttaichi.results.outputs import NETCDF, check
-from dusttaichi.studies.ensemble.scenes import grid
+from dusttaichi.studies.settings import grid
 from dusttaichi.studies.sticking.collision import Collision
 from dusttaichi.studies.sticking.search import speed_of
 

@@ -14,7 +14,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.run import stages
 from dusttaichi.run.identity import package_hash
 from dusttaichi.run.interrupts import noted_signals
-from dusttaichi.studies.ensemble.runs import core_of
+from dusttaichi.studies.engine import core_of
 from dusttaichi.studies.trade.point import PointResult
 from dusttaichi.studies.trade.scenes import changed
 from dusttaichi.studies.workers import INTERRUPTED, LOST, POLL, Worker

@@ -5,7 +5,7 @@ from dusttaichi.samples.values import CylinderSize
 from dusttaichi.scene import quantities
 from dusttaichi.scene.drive import SHEARS, SPEEDS
 from dusttaichi.scene.numerics import PRESETS
-from dusttaichi.studies.ensemble.scenes import keys_of
+from dusttaichi.studies.settings import keys_of
 from dusttaichi.studies.trade.point import parameters_of
 
 DRIVES = (*SPEEDS, *SHEARS)

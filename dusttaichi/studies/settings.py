@@ -1,4 +1,4 @@
-"""Scenes and directories of an ensemble or a sweep."""
+"""Settings of scenes: keys with their values, seeds, files."""
 
 import itertools
 import os
@@ -6,20 +6,17 @@ import re
 import typing
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
 from dusttaichi.errors import DustError
-from dusttaichi.run.stages import REPLICA
 from dusttaichi.scene import Scene
 from dusttaichi.scene.fields import Block
 from dusttaichi.scene.quantities import DIMENSIONS, Quantity
 from dusttaichi.scene.yaml_text import read
 
-LONGEST = 150  # characters of a directory's name
 ONCE = ("name", "replicas")  # keys of which all runs of a sweep have the same value
 
 
@@ -43,103 +40,7 @@ class Axis:
         return re.sub(r"\W", "_", self.key)
 
 
-@dataclass(frozen=True)
-class Member:
-    """One run: its scene, with its own seeds and directory."""
-
-    scene: Scene
-    directory: Path
-    label: str  # the directory, relative to that of the plan
-    seeds: dict[str, int]  # by their path below `sample`
-
-
-@dataclass(frozen=True)
-class Plan:
-    """All runs of an ensemble (no axes) or a sweep.
-
-    members: in the order of the axes and then of the replicas.
-    """
-
-    scene: Scene
-    directory: Path
-    axes: tuple[Axis, ...]
-    replicas: int
-    members: tuple[Member, ...]
-
-    @property
-    def file(self) -> Path:
-        """File of the dataset of all runs."""
-        return self.directory / ("sweep.nc" if self.axes else "ensemble.nc")
-
-
-def ensemble_plan(scene: Scene, directory: Path) -> Plan:
-    """The replicas of a scene, directory/replica_0 and so on, with seeds increasing by one.
-
-    Raises DustError where the scene has no replicas, or its sample has no seed.
-    """
-    if scene.replicas is None:
-        raise DustError("replicas: missing in the scene; a number, such as 6")
-    members = _replicas(scene, Path(directory), "", scene.name)
-    return Plan(scene, Path(directory), (), scene.replicas, tuple(members))
-
-
-def sweep_plan(scene: Scene, settings: list[str], directory: Path) -> Plan:
-    """The full grid over `settings`, texts "key=value,value,...", times the scene's replicas.
-
-    Directory of a point: directory/<key=value__key=value...>. Raises DustError with all invalid
-    settings.
-    """
-    axes = _axes(scene, _settings(settings))
-    points = list(itertools.product(*(range(len(axis.values)) for axis in axes)))
-    scenes = [_point(scene, axes, point) for point in points]
-    members = []
-    for label, of in zip(_labels(axes, points), scenes, strict=True):
-        name = re.sub(r"[^A-Za-z0-9._-]+", "_", f"{scene.name}-{label}")[:90]
-        members += _replicas(of, Path(directory) / label, label, name)
-    return Plan(scene, Path(directory), axes, scene.replicas or 1, tuple(members))
-
-
-# -- replicas ------------------------------------------------------------------------------------
-
-
-def _replicas(scene: Scene, directory: Path, label: str, name: str) -> list[Member]:
-    if scene.replicas is None:
-        return [_member(scene, 0, directory, label, name)]
-    if not list(keys_of(_data_of(scene).get("sample", {}), "seed")):
-        raise DustError(
-            f"replicas = {scene.replicas}: the sample has no seed, and all runs would be equal; "
-            "use a sample with a seed, such as kind: rbd, or remove replicas"
-        )
-    return [
-        _member(
-            scene,
-            number,
-            directory / f"{REPLICA}{number}",
-            os.path.join(label, f"{REPLICA}{number}"),
-            f"{name[:94]}_{number}",
-        )
-        for number in range(scene.replicas)
-    ]
-
-
-def _member(scene: Scene, number: int, directory: Path, label: str, name: str) -> Member:
-    """The Member with `number` added to every seed of the sample."""
-    data = _data_of(scene)
-    data.pop("replicas", None)
-    data["name"] = name
-    data["output"]["directory"] = str(directory)
-    if data["output"]["snapshots"] == "auto":  # those of many runs may fill a disk
-        data["output"]["snapshots"] = "off"
-    seeds = {}
-    for path, block in keys_of(data.get("sample", {}), "seed"):
-        block["seed"] += number
-        seeds["_".join(path)] = block["seed"]
-    relative_files(data.get("sample", {}))
-    data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
-    return Member(Scene.from_dict(data, title=f"the scene of {label}"), directory, label, seeds)
-
-
-def _data_of(scene: Scene) -> dict[str, Any]:
+def data_of(scene: Scene) -> dict[str, Any]:
     """The resolved scene as plain data, paths relative to the current directory."""
     return read(scene.to_yaml()).data
 
@@ -173,7 +74,7 @@ def seeds_moved(sample: dict, number: int) -> dict:
 
 def input_files(scene: Scene) -> list[str]:
     """Paths of the files of the sample of a scene, and of its extensions."""
-    data = _data_of(scene)
+    data = data_of(scene)
     found = [block["file"] for _, block in keys_of(data.get("sample", {}), "file")]
     return as_files([*found, *data["extensions"]])
 
@@ -229,8 +130,6 @@ def _settings(settings: list[str]) -> dict[str, list[str]]:
         if key in found:
             raise DustError(f"--set {key}: given twice; separate its values by commas")
         found[key] = texts
-    if not found:
-        raise DustError("a sweep needs --set, such as --set boundary.wall_speed=1cm/s,5cm/s")
     return found
 
 
@@ -287,18 +186,6 @@ def _value(key: str, text: str) -> Any:
 def _point(scene: Scene, axes: tuple[Axis, ...], point: tuple[int, ...]) -> Scene:
     values = {axis.key: axis.values[i] for axis, i in zip(axes, point, strict=True)}
     return scene.with_values(values) if values else scene
-
-
-def _labels(axes: tuple[Axis, ...], points: list[tuple[int, ...]]) -> list[str]:
-    """Different names for the directories of the points, valid in any file system and shell."""
-    texts = [
-        "__".join(f"{axis.key}={axis.texts[i]}" for axis, i in zip(axes, point, strict=True))
-        for point in points
-    ]
-    labels = [re.sub(r"[^\w.=+-]", "_", text.replace(" ", "")) for text in texts]
-    if len(set(labels)) == len(labels) and max(map(len, labels)) <= LONGEST:
-        return labels
-    return [f"point_{number}" for number in range(len(points))]
 
 
 def _coordinate(scenes: list[Scene], key: str, texts: list[str]) -> tuple[np.ndarray, str | None]:

@@ -16,18 +16,17 @@ RETURNED = (".nc", ".bin", ".yaml", ".png")  # files of a run in a temporary dir
 class Job:
     """One run for a thread of this process or a worker of a Dask cluster.
 
-    number: of the member of the plan. scene: text of its YAML. mode: "new", "force" (start again)
-    or "resume". directory: of the run, or None for a temporary one, whose files come back with the
-    result. files: name -> content of the files in it at the start. error_bar: estimate the error of
-    the time step at the end.
+    label: of the point. scene: text of its YAML. mode: "new", "force" (start again) or "resume".
+    directory: of the run, or None for a temporary one, whose files come back with the result.
+    files: name -> content of the files in it at the start. how: further arguments of `execute`.
     """
 
-    number: int
+    label: str
     scene: str
     mode: str
     directory: str | None
     files: dict[str, bytes] = field(default_factory=dict)
-    error_bar: bool = False
+    how: dict = field(default_factory=dict)
 
     task: ClassVar[str] = f"{__name__}:run"
 
@@ -37,7 +36,7 @@ class Job:
             "scene": self.scene,
             "directory": str(directory),
             "mode": self.mode,
-            "error_bar": self.error_bar,
+            "how": self.how,
         }
 
 
@@ -48,7 +47,7 @@ class JobResult:
     found: everything that the task has reported and returned.
     """
 
-    number: int
+    label: str
     code: int
     text: str
     files: dict[str, bytes] = field(default_factory=dict)
@@ -58,16 +57,16 @@ class JobResult:
 def perform(job, link, inputs):
     """The JobResult of a Job, or of another with the same attributes (studies.collide).
 
-    link: has stopped(), true once all runs have to stop, report(number, share), and, for runs in
+    link: has stopped(), true once all runs have to stop, report(label, share), and, for runs in
     their own directory, worker(task), a context with a Worker. inputs: relative path -> bytes of
     the input files of the scene, for a temporary directory.
     """
     if link.stopped():
-        return JobResult(job.number, INTERRUPTED, "not started")
+        return JobResult(job.label, INTERRUPTED, "not started")
     if job.directory is not None:
         with link.worker(job.task) as worker:
             answer = _work(job, job.directory, worker, link)
-        return JobResult(job.number, answer.code, answer.text, found=answer.found)
+        return JobResult(job.label, answer.code, answer.text, found=answer.found)
     with tempfile.TemporaryDirectory(prefix="dusttaichi-") as folder:
         directory = Path(folder) / "result"
         _lay_out(job.files, directory)
@@ -75,7 +74,7 @@ def perform(job, link, inputs):
         with Worker(job.task, folder=here) as worker:
             answer = _work(job, directory, worker, link)
         files = {name: (directory / name).read_bytes() for name in _returned(directory)}
-    return JobResult(job.number, answer.code, answer.text, files, answer.found)
+    return JobResult(job.label, answer.code, answer.text, files, answer.found)
 
 
 def _returned(directory):
@@ -108,16 +107,16 @@ def _work(job, directory, worker, link):
         share = worker.reports.get("share")
         if share != reported:
             reported = share
-            link.report(job.number, share)
+            link.report(job.label, share)
         if link.stopped():
             worker.stop()
     return worker.answer()
 
 
-def run(parent, *, scene, directory, mode, error_bar):
+def run(parent, *, scene, directory, mode, how):
     """Task of a worker process: run a scene (text of its YAML) into a directory.
 
-    mode, error_bar: see Job. Reports the share that is done. Raises the errors of `execute`.
+    mode, how: see Job. Reports the share that is done. Raises the errors of `execute`.
     """
     from dusttaichi.run import execute
     from dusttaichi.scene import from_yaml
@@ -126,5 +125,5 @@ def run(parent, *, scene, directory, mode, error_bar):
         if progress.end and not progress.task:
             parent.progress(share=progress.step / progress.end)
 
-    how = {"force": mode == "force", "resume": mode == "resume", "error_bar": error_bar}
-    execute(from_yaml(scene), directory, report=report, **how)
+    mode = {"force": mode == "force", "resume": mode == "resume"}
+    execute(from_yaml(scene), directory, report=report, **mode, **how)

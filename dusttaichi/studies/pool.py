@@ -1,4 +1,4 @@
-"""Pools for the runs of an ensemble: threads of this process, or a Dask cluster.
+"""Pools for the runs of a study: threads of this process, or a Dask cluster.
 
 Each thread only waits for the worker process of its run. Here a process makes one run after the
 other, so that those of the same structure share its start and its kernels. Both pools have
@@ -13,20 +13,34 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 
 from dusttaichi.errors import DustError
-from dusttaichi.studies.ensemble.jobs import perform
+from dusttaichi.studies.jobs import perform
 from dusttaichi.studies.workers import Worker
 
 CONNECT = "10 s"  # timeout of a scheduler
 
 
-def open_pool(scheduler, workers, report):
+@contextmanager
+def kept():
+    """Context with the list of idle Workers, which its end stops."""
+    idle = []
+    try:
+        yield idle
+    finally:
+        for worker in idle:
+            worker.stop()
+        for worker in idle:
+            worker.close()
+
+
+def open_pool(scheduler, workers, report, idle):
     """The pool for `workers` simultaneous runs on this machine, or the cluster of a scheduler.
 
-    scheduler: address such as tcp://host:8786, or None. report: called with (number of the job,
+    scheduler: address such as tcp://host:8786, or None. idle: of `kept`, all of the same task, for
+    several pools one after the other. report: called with (label of the job,
     share that is done), from any thread. Raises DustError where no scheduler answers.
     """
     if scheduler is None:
-        return Threads(workers, report)
+        return Threads(workers, report, idle)
     if importlib.util.find_spec("distributed") is None:
         raise DustError("--scheduler needs dask.distributed: pip install 'dusttaichi[cluster]'")
     return Dask(scheduler, report)
@@ -35,11 +49,11 @@ def open_pool(scheduler, workers, report):
 class Threads(AbstractContextManager):
     """A pool of threads of this process."""
 
-    def __init__(self, workers, report):
+    def __init__(self, workers, report, idle):
         self._executor = ThreadPoolExecutor(workers)
         self._stop = threading.Event()
         self.stop, self.stopped, self.report = self._stop.set, self._stop.is_set, report
-        self._idle = []  # Workers, all of the same task
+        self._idle = idle
 
     def share(self, inputs):
         """The inputs, as an argument of `submit`."""
@@ -70,10 +84,6 @@ class Threads(AbstractContextManager):
     def __exit__(self, *_):
         self.stop()
         self._executor.shutdown()
-        for worker in self._idle:
-            worker.stop()
-        for worker in self._idle:
-            worker.close()
 
 
 class Link:
@@ -88,11 +98,11 @@ class Link:
 
         return Event(self.name).is_set()
 
-    def report(self, number, share):
+    def report(self, label, share):
         """Report the share of a run that is done to the client."""
         from distributed import get_worker
 
-        get_worker().log_event(self.name, [number, share])
+        get_worker().log_event(self.name, [label, share])
 
 
 class Dask(AbstractContextManager):

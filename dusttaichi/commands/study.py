@@ -1,0 +1,60 @@
+"""`dust study`: the runs that a Python file of the user asks for."""
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from dusttaichi.commands import options
+from dusttaichi.commands.console import say_json, say_table, say_written
+from dusttaichi.commands.ensembles import failure, shown
+from dusttaichi.commands.progress import ProgressBar
+
+
+def study(
+    program: Annotated[Path, typer.Argument(help="Python file of the study", metavar="STUDY")],
+    file: options.SceneFile,
+    *,
+    settings: options.Settings = None,
+    force: options.ForceResults = False,
+    resume: options.ResumeMissing = False,
+    output: options.Output = None,
+    threads: options.Threads = None,
+    jobs: options.Jobs = None,
+    scheduler: options.Scheduler = None,
+    extensions: options.Extensions = None,
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+):
+    """Run a study of your own: a Python file says which runs of a scene it wants."""
+    from dusttaichi.analysis.ensemble import save_ensemble
+    from dusttaichi.studies import engine, own
+
+    options.refuse_both(force, resume)
+    scene = options.load_scene(file, threads, settings, extensions)
+    runs = scene.output.directory
+    mine = own.load(program, scene, output or runs.with_name(f"{runs.name}-{program.stem}"))
+    words = [word for word in sys.argv[1:] if word not in ("--force", "--resume")]
+    onward = shlex.join(["dust", *words, "--resume"])
+    with options.writing(force=force, inputs=[file]):
+        done = f"results are in {mine.directory}"
+        with ProgressBar(quiet) as bar, options.resumable(done, onward):
+            how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
+            found = engine.run(mine, report=shown(bar), log=bar.log, **how)
+        data = mine.dataset(found)
+        save_ensemble(data, mine.file)
+    names = [name for name in data.data_vars if data[name].dtype.kind in "fi"]
+    if as_json:
+        say_json({name: data[name].values.tolist() for name in data.data_vars})
+    else:
+        columns = [data[name].values for name in names]
+        rows = [
+            (label, *(f"{column[n]:.6g}" for column in columns)) for n, label in enumerate(found)
+        ]
+        say_table(rows, "point", *names, title=data.attrs.get("title"))
+        say_written([mine.file])
+    failed = [one for one in found.values() if not one.ok]
+    if failed:
+        raise failure(failed, len(found))

@@ -1,0 +1,88 @@
+"""A study of one's own, in a file: `dust study FILE.py SCENE.yaml`."""
+
+from __future__ import annotations
+
+import runpy
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi import analysis
+from dusttaichi.errors import DustError
+from dusttaichi.scene import Scene
+from dusttaichi.studies.engine import Found
+from dusttaichi.studies.points import Point
+
+NAME = "Study"  # of the class in the file
+
+
+class OwnStudy:
+    """Base class of a study in a file, whose class `Study` says which `points` it wants.
+
+    Attributes
+    ----------
+    scene
+        That of the command.
+    directory
+        Of the results.
+    """
+
+    def __init__(self, scene: Scene, directory: Path):
+        self.scene, self.directory = scene, Path(directory)
+
+    @property
+    def file(self) -> Path:
+        """File of the dataset."""
+        return self.directory / "study.nc"
+
+    def point(
+        self, label: str, changes: Mapping[str, Any] | None = None, *, seed: int = 0
+    ) -> Point:
+        """The scene with changes as a run, see `points.Point.of`."""
+        return Point.of(self.scene, self.directory, label, changes, seed=seed)
+
+    def points(self, found: Mapping[str, Found]) -> list[Point]:
+        """Points that are wanted, given those found by their labels; called until all are found."""
+        raise NotImplementedError
+
+    def measure(self, run: analysis.Run) -> Mapping[str, float]:
+        """Numbers of a finished run, by default those of its table."""
+        numbers = analysis.summary(run).items()
+        return {name: value for name, value in numbers if isinstance(value, (int, float))}
+
+    def dataset(self, found: Mapping[str, Found]) -> xr.Dataset:
+        """The numbers over `point`, NaN where a run failed, with labels and status."""
+        all_found = list(found.values())
+        names = dict.fromkeys(name for one in all_found for name in one.measured or ())
+        columns = {
+            name: ("point", [(one.measured or {}).get(name, np.nan) for one in all_found])
+            for name in names
+        }
+        texts = {
+            "label": [one.point.label for one in all_found],
+            "status": [one.text or "finished" for one in all_found],
+        }
+        columns |= {name: ("point", np.array(text, dtype=str)) for name, text in texts.items()}
+        return xr.Dataset(columns, attrs={"title": self.scene.name})
+
+
+def load(path: Path, scene: Scene, directory: Path) -> OwnStudy:
+    """The study in a file, of a scene.
+
+    Raises
+    ------
+    DustError
+        The file cannot be read, or has no class `Study` with `points`.
+    """
+    if not path.is_file():
+        raise DustError(f"{path}: there is no such file; a study is a Python file")
+    kind = runpy.run_path(str(path)).get(NAME)
+    if not (isinstance(kind, type) and issubclass(kind, OwnStudy)):
+        raise DustError(
+            f"{path} has no class {NAME} that is a dusttaichi.studies.own.OwnStudy; "
+            "docs/extending.md has an example"
+        )
+    return kind(scene, directory)

@@ -1,0 +1,82 @@
+"""Points of a study, each a changed scene that runs into a directory of its own."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dusttaichi.scene import Scene
+from dusttaichi.studies.settings import data_of, keys_of, relative_files
+
+NAME = 90  # characters of the name of a scene
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run of a study.
+
+    Attributes
+    ----------
+    label
+        Of the point, and its directory relative to that of the study.
+    scene
+        The changed scene.
+    directory
+        Of the run.
+    seeds
+        Seeds of the sample by their path below `sample`.
+    """
+
+    label: str
+    scene: Scene
+    directory: Path
+    seeds: dict[str, int]
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        directory: Path,
+        label: str,
+        changes: Mapping[str, Any] | None = None,
+        *,
+        seed: int = 0,
+        name: str | None = None,
+    ) -> Point:
+        """The point of a scene with changes, path in the YAML -> value.
+
+        Parameters
+        ----------
+        scene
+        directory
+            Of the study.
+        label
+        changes
+        seed
+            Number that is added to every seed of the sample.
+        name
+            Of the changed scene, by default that of the scene with the label.
+
+        Raises
+        ------
+        DustError
+            The scene refuses the changes.
+        """
+        data = data_of(scene.with_values(changes) if changes else scene)
+        data.pop("replicas", None)
+        data["name"] = name or re.sub(r"[^A-Za-z0-9._-]+", "_", f"{scene.name}-{label}")[:NAME]
+        data["output"]["directory"] = str(Path(directory) / label)
+        if data["output"]["snapshots"] == "auto":  # those of many runs may fill a disk
+            data["output"]["snapshots"] = "off"
+        seeds = {}
+        for path, block in keys_of(data.get("sample", {}), "seed"):
+            block["seed"] += seed
+            seeds["_".join(path)] = block["seed"]
+        relative_files(data.get("sample", {}))
+        data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
+        made = Scene.from_dict(data, title=f"the scene of {label}")
+        return cls(label, made, Path(directory) / label, seeds)
