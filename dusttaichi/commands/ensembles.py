@@ -57,7 +57,7 @@ def _draw(data, sweep):
 
 
 def failure(failed, count):
-    """The error about failed runs (engine.Found) of so many, one line for each reason."""
+    """The error about failed runs (engine.Found), `count` in all, one line for each reason."""
     reasons = {}
     for one in failed:
         reasons.setdefault(one.text, []).append(one.point.label)

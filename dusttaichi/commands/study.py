@@ -30,6 +30,7 @@ def study(
 ):
     """Run a study of your own: a Python file says which runs of a scene it wants."""
     from dusttaichi.analysis.ensemble import save_ensemble
+    from dusttaichi.results import provenance
     from dusttaichi.studies import engine, own
 
     options.refuse_both(force, resume)
@@ -44,6 +45,9 @@ def study(
             how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
             found = engine.run(mine, report=shown(bar), log=bar.log, **how)
         data = mine.dataset(found)
+        about = provenance(scene.source, scene.to_yaml(), title=scene.name)
+        texts = {k: [v] if k.startswith("scene_") else v for k, v in about.items() if v is not None}
+        data.attrs = texts | data.attrs
         save_ensemble(data, mine.file)
     names = [name for name in data.data_vars if data[name].dtype.kind in "fi"]
     if as_json:

@@ -2,14 +2,14 @@
 
 import shlex
 import sys
-import threading
 from typing import Annotated
 
 import typer
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import err, say, say_table, say_written
-from dusttaichi.commands.progress import ProgressBar, shares_text
+from dusttaichi.commands.console import say, say_table, say_written
+from dusttaichi.commands.ensembles import shown
+from dusttaichi.commands.progress import ProgressBar
 
 
 def trade(
@@ -35,7 +35,12 @@ def trade(
     quiet: options.Quiet = False,
 ):
     """Measure run time and error of each numerical parameter: table, figure, cheapest setting."""
-    from dusttaichi.studies.trade import measure
+    from dusttaichi.analysis.ensemble import save_ensemble
+    from dusttaichi.plots import save
+    from dusttaichi.plots import trade as draw
+    from dusttaichi.studies import engine
+    from dusttaichi.studies.trade import scenes
+    from dusttaichi.studies.trade.study import TradeStudy
     from dusttaichi.studies.trade.trade import Wanted
 
     scene = options.load_scene(file, extensions=extensions)
@@ -45,16 +50,22 @@ def trade(
         _suggest(scene)
         return
     wanted = Wanted.of(parameters, quick, seeds=seeds, tolerance=tolerance, name=observable)
-    how = {"jobs": jobs, "force": force}
-    done = f"finished points are in {folder / measure.POINTS}"
     onward = shlex.join(["dust", *sys.argv[1:]]).replace(" --force", "")
-    with (
-        options.writing(force=force, inputs=[file]),
-        _Shown(quiet) as shown,
-        options.resumable(done, onward),
-    ):
-        found, paths = measure.measure(scene, folder, wanted, watcher=shown, **how)
-    _show(found, scene)
+    with options.writing(force=force, inputs=[file]):
+        done = f"finished points are in {folder}"
+        with ProgressBar(quiet) as bar, options.resumable(done, onward):
+            log = (lambda text: None) if quiet else bar.log
+            study = TradeStudy(scene, folder, wanted, jobs=jobs, log=log)
+            base = study.scene
+            if base.numerics.time_step != "auto" and hasattr(base.numerics, "step_fraction"):
+                fraction = scenes.own_fraction(base)
+                log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
+            how = {"jobs": jobs, "force": force, "resume": not force}
+            found = engine.run(study, report=shown(bar, "points"), log=log, **how)
+        data = study.dataset(found)
+        save_ensemble(data, study.file)
+        paths = [study.file, save(draw(data), study.file.with_suffix(".png"))]
+    _show(study.found, scene)
     say_written(paths)
 
 
@@ -83,47 +94,3 @@ def _suggest(scene):
         say(f"  {own.settings}: {own.text()}")
     if not found:
         say("  none within 5 % or the scatter of seeds: the unchanged scene")
-
-
-class _Shown(ProgressBar):
-    """Progress of all points together; additional runs are counted as they occur."""
-
-    def __init__(self, quiet):
-        # without a terminal a bar would be shown at its end only: lines replace it
-        super().__init__(quiet or not err.is_terminal)
-        self._quiet, self._lines = quiet, not (quiet or err.is_terminal)
-        self._total, self._finished, self._running = 0, 0, {}
-        self._lock = threading.Lock()
-
-    def log(self, text):
-        """Print a line, unless quiet."""
-        if not self._quiet:
-            super().log(text)
-
-    def begin(self, total):
-        """Set the number of points to run."""
-        self._total = total
-
-    def report(self, label, share):
-        """Set the share of a point that is done, None at its end. Called from any thread."""
-        with self._lock:
-            if share is None:
-                self._running.pop(label, None)
-            else:
-                self._running[label] = share
-            self._show()
-
-    def done(self, point, result):
-        """Count a finished point with its PointResult."""
-        with self._lock:
-            self._finished += 1
-            self._total = max(self._total, self._finished)
-            self._show()
-        if self._lines:
-            ratio = "" if result.ratio is None else f"cost {result.ratio:.2f}, "
-            self.log(f"{self._finished} of {self._total}: {point.label}: {ratio}{result.status}")
-
-    def _show(self):
-        what = f"{self._finished} of {self._total} points"
-        done = self._finished + sum(self._running.values())
-        self.show(what, done, self._total, shares_text(self._running))

@@ -7,7 +7,6 @@ left.
 """
 
 import os
-import shutil
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, wait
@@ -17,26 +16,21 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import xarray as xr
-import yaml
 
 from dusttaichi import analysis, files
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.processes import usable_cores
 from dusttaichi.results.pieces import already_there
-from dusttaichi.results.reading import open_tree
 from dusttaichi.run import checkpoint
-from dusttaichi.run.identity import without
 from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.scene import Scene
 from dusttaichi.studies.jobs import Job, JobResult
 from dusttaichi.studies.points import Point
-from dusttaichi.studies.pool import kept, open_pool
+from dusttaichi.studies.pool import idle_workers, open_pool
 from dusttaichi.studies.settings import input_files
+from dusttaichi.studies.store import cost_of, mode_of, store
 from dusttaichi.studies.workers import INTERRUPTED, POLL
-
-# keys whose change does not invalidate a finished run
-BESIDES = (("output", "directory"), ("output", "checkpoint"), ("numerics", "threads"))
 
 
 @dataclass(frozen=True)
@@ -51,13 +45,16 @@ class Found:
     text
         Why it failed, or "".
     measured
-        What the study measured of the run, None of a failed one.
+        Numbers that the study measured of the run, None of a failed one.
+    cost
+        Processor time of its steps [s], if the study is timed.
     """
 
     point: Point
     code: int = 0
     text: str = ""
     measured: Any = None
+    cost: float | None = None
 
     @property
     def ok(self) -> bool:
@@ -66,21 +63,24 @@ class Found:
 
 
 class Study(Protocol):
-    """What a study is.
+    """Study: points of a scene, and numbers of their runs.
 
     Attributes
     ----------
     scene
-        That its points change.
+        Scene before the changes of the points.
     directory
-        Of the results.
+        Directory of the results.
     file
-        Of the dataset.
+        File of the dataset.
+    timed
+        True where the processor time of the runs is wanted, by this code.
     """
 
     scene: Scene
     directory: Path
     file: Path
+    timed: bool
 
     def points(self, found: Mapping[str, Found]) -> list[Point]:
         """Points that are wanted, given those found by their labels.
@@ -89,10 +89,10 @@ class Study(Protocol):
         """
 
     def measure(self, run: analysis.Run) -> Any:
-        """What `dataset` needs of a finished run."""
+        """Numbers of a finished run that `dataset` needs."""
 
     def dataset(self, found: Mapping[str, Found]) -> xr.Dataset:
-        """What is written, of all that was found."""
+        """The dataset that is written at the end."""
 
 
 @dataclass
@@ -155,73 +155,45 @@ def run(
     found, whole = {}, part == (1, 1)
     progress = Progress(0, 0, report)
     how = {"scheduler": scheduler, "jobs": jobs, "log": log, "how": how}
+    how |= {"timed": study.timed}
     # with parts, each run has its own lock
-    with files.RunLock(study.directory) if whole else nullcontext(), kept() as idle:
+    with files.RunLock(study.directory) if whole else nullcontext(), idle_workers() as idle:
         how["idle"] = idle
         if whole and not force and not resume and study.file.exists():
             raise already_there(study.file, "with the missing runs")
         while points := [p for p in study.points(found) if p.label not in found]:
             chosen = {p.label: p for p in points[part[0] - 1 :: part[1]]}
             for label, result in _round(chosen, progress, force=force, resume=resume, **how):
-                point, measured = chosen[label], None
-                if result.code == 0:
-                    with analysis.open_run(point.directory) as one:
-                        measured = study.measure(one)
-                found[label] = Found(point, result.code, result.text, measured)
+                found[label] = _found(study, chosen[label], result)
             if not whole:
                 break
     return found
 
 
-def _round(points, progress, *, force, resume, log, **how):
+def _found(study, point, result):
+    """The Found of a point with this JobResult."""
+    if result.code != 0:
+        return Found(point, result.code, result.text)
+    with analysis.open_run(point.directory) as run:
+        measured = study.measure(run)
+    return Found(point, measured=measured, cost=cost_of(point) if study.timed else None)
+
+
+def _round(points, progress, *, force, resume, timed, log, **how):
     """(label, JobResult) of the points (label -> Point), of the finished ones first."""
     if not force and not resume:
         for path in (point.directory / RESULT for point in points.values()):
             if path.exists():
                 raise already_there(path, "with the missing runs")
-    modes = {label: _mode(point, force, resume) for label, point in points.items()}
+    modes = {n: mode_of(point, force, resume, timed=timed) for n, point in points.items()}
     left = {label: mode for label, mode in modes.items() if mode is not None}
     progress.more(len(points), len(points) - len(left))
     if len(left) < len(modes):
         log(f"{len(modes) - len(left)} of {len(modes)} runs are already finished")
     results = {label: JobResult(label, 0, "") for label in points}
     if left:
-        results |= _do(points, left, progress, log=log, **how)
+        results |= _do(points, left, progress, timed=timed, log=log, **how)
     return results.items()
-
-
-# -- what is there -------------------------------------------------------------------------------
-
-
-def _mode(point, force, resume):
-    """Mode of a run: "new", "force", "resume", or None where it is finished."""
-    if force or not resume:
-        return "force" if force else "new"
-    if _finished(point):
-        return None
-    # without a checkpoint a run cannot continue, whatever other files there are
-    return "resume" if (point.directory / CHECKPOINT).exists() else "force"
-
-
-def _finished(point):
-    """True for a finished result of the scene of the point."""
-    try:
-        with open_tree(point.directory / RESULT) as result:
-            status, scene = result.attrs["status"], result.attrs["scene_resolved"]
-            extensions = str(result.attrs.get("extensions", ""))
-    except (DustError, OSError, RuntimeError, ValueError, KeyError):
-        return False  # without a result, or with a damaged one
-    if extensions != "\n".join(point.scene.imported_texts):
-        return False
-    return status.startswith("finished") and core_of(scene) == core_of(point.scene.to_yaml())
-
-
-def core_of(text):
-    """Scene of a YAML text as plain data, without the keys that do not change the result."""
-    return without(yaml.safe_load(text), BESIDES)
-
-
-# -- running ------------------------------------------------------------------------------------
 
 
 def shares(scene, runs, cores):
@@ -237,7 +209,7 @@ def shares(scene, runs, cores):
     return min(runs, max(1, cores // threads)), threads
 
 
-def _do(points, left, progress, *, scheduler, jobs, idle, log, how):
+def _do(points, left, progress, *, scheduler, jobs, idle, timed, log, how):
     """label -> JobResult of the runs in `left` (label -> mode), in the order of their ends."""
     scene = points[next(iter(left))].scene
     workers, threads = shares(scene, len(left), usable_cores())
@@ -248,7 +220,7 @@ def _do(points, left, progress, *, scheduler, jobs, idle, log, how):
 
     def take(result):
         results[result.label] = result
-        _store(result, points[result.label].directory)
+        store(result, points[result.label].directory, timed=timed)
         progress.ended(result.label, int(result.code != INTERRUPTED))
 
     with (
@@ -256,7 +228,7 @@ def _do(points, left, progress, *, scheduler, jobs, idle, log, how):
         open_pool(scheduler, workers, progress.heard, idle) as pool,
     ):
         tasks = [
-            _job(points[label], mode, threads=threads, remote=remote, how=how)
+            _job(points[label], mode, threads=threads, remote=remote, timed=timed, how=how)
             for label, mode in left.items()
         ]
         futures = _submit(pool, tasks, points, remote)
@@ -296,16 +268,16 @@ def _submit(pool, jobs, points, remote):
     return futures
 
 
-def _job(point, mode, *, threads, remote, how):
-    """The Job of a point. remote: with the files that it needs."""
+def _job(point, mode, *, threads, remote, **how):
+    """The Job of a point. remote: with the files that it needs. how: `timed` and `how` of it."""
     scene = point.scene.with_value("numerics.threads", threads).to_yaml()
     if not remote:
-        return Job(point.label, scene, mode, os.path.abspath(point.directory), how=how)
+        return Job(point.label, scene, mode, os.path.abspath(point.directory), **how)
     if mode == "resume":
         files = {name: content_of(point.directory / name) for name in run_files(point.directory)}
-        return Job(point.label, scene, mode, None, files, how)
+        return Job(point.label, scene, mode, None, files, **how)
     checkpoint.discard(point.directory / CHECKPOINT)
-    return Job(point.label, scene, mode, None, how=how)
+    return Job(point.label, scene, mode, None, **how)
 
 
 def content_of(path):
@@ -323,17 +295,3 @@ def _result_of(future, label):
         return JobResult(label, 1, lost)
     error = future.exception()
     return future.result() if error is None else JobResult(label, 1, str(error) or repr(error))
-
-
-def _store(result, directory):
-    """Write the files that came back from a temporary directory."""
-    try:
-        if RESULT in result.files:  # parts belong to the previous result
-            shutil.rmtree(files.parts_folder(directory / RESULT), ignore_errors=True)
-        for name, content in result.files.items():
-            (directory / name).parent.mkdir(parents=True, exist_ok=True)
-            files.write_whole(directory / name, content)
-    except OSError as error:
-        raise DustError(
-            f"Cannot write {directory}: {files.explain(error, directory / RESULT)}."
-        ) from error

@@ -1,6 +1,8 @@
 """One run as a job: in a worker process here, or in a temporary directory of a cluster."""
 
 import tempfile
+import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
@@ -8,6 +10,7 @@ from typing import ClassVar
 from dusttaichi.files import run_files
 from dusttaichi.studies.workers import INTERRUPTED, Worker
 
+LEAST = 1.0  # core-seconds: the steps of shorter runs are repeated up to this total
 LOOK = 0.5  # s between two checks whether to stop, on a cluster over its network
 RETURNED = (".nc", ".bin", ".yaml", ".png")  # files of a run in a temporary directory
 
@@ -18,7 +21,8 @@ class Job:
 
     label: of the point. scene: text of its YAML. mode: "new", "force" (start again) or "resume".
     directory: of the run, or None for a temporary one, whose files come back with the result.
-    files: name -> content of the files in it at the start. how: further arguments of `execute`.
+    files: name -> content of the files in it at the start. timed: repeat the steps of a short run,
+    for its cost. how: further arguments of `execute`.
     """
 
     label: str
@@ -26,6 +30,7 @@ class Job:
     mode: str
     directory: str | None
     files: dict[str, bytes] = field(default_factory=dict)
+    timed: bool = False
     how: dict = field(default_factory=dict)
 
     task: ClassVar[str] = f"{__name__}:run"
@@ -36,6 +41,7 @@ class Job:
             "scene": self.scene,
             "directory": str(directory),
             "mode": self.mode,
+            "timed": self.timed,
             "how": self.how,
         }
 
@@ -113,10 +119,45 @@ def _work(job, directory, worker, link):
     return worker.answer()
 
 
-def run(parent, *, scene, directory, mode, how):
+class Meter:
+    """Processor time of the steps of a simulation, of all threads of this process [s].
+
+    Start, compilation, measurements and writing do not count. On a GPU it is wall time. A context
+    manager around every segment of steps.
+    """
+
+    def __init__(self, backend):
+        self._clock = time.process_time if backend == "cpu" else time.perf_counter
+        self.cost = 0.0
+
+    def begin(self, sim):
+        """Begin at the current step of a simulation."""
+        self._sim, self._first, self._start = sim, sim.step, sim.state()
+
+    def __enter__(self):
+        self._began = self._clock()
+
+    def __exit__(self, *_):
+        self.cost += self._clock() - self._began
+
+    def repeat(self):
+        """Replace the cost of a run shorter than LEAST by the mean of several repetitions."""
+        steps, cost, times = self._sim.step - self._first, 0.0, 0
+        with suppress(KeyboardInterrupt):  # the repetitions so far are enough
+            while cost < LEAST:
+                self._sim.restore(self._start)
+                began = self._clock()
+                self._sim.advance(steps)
+                cost, times = cost + self._clock() - began, times + 1
+        if times:
+            self.cost = cost / times
+
+
+def run(parent, *, scene, directory, mode, timed, how):
     """Task of a worker process: run a scene (text of its YAML) into a directory.
 
-    mode, how: see Job. Reports the share that is done. Raises the errors of `execute`.
+    mode, timed, how: see Job. Reports the share that is done, and returns the `cost` of the steps. Raises
+    the errors of `execute`.
     """
     from dusttaichi.run import execute
     from dusttaichi.scene import from_yaml
@@ -126,4 +167,10 @@ def run(parent, *, scene, directory, mode, how):
             parent.progress(share=progress.step / progress.end)
 
     mode = {"force": mode == "force", "resume": mode == "resume"}
-    execute(from_yaml(scene), directory, report=report, **mode, **how)
+    scene = from_yaml(scene)
+    meter = Meter(getattr(scene.numerics, "backend", "cpu"))
+    hooks = {"report": report, "advancing": meter} | ({"ready": meter.begin} if timed else {})
+    execute(scene, directory, **hooks, **mode, **how)
+    if timed and meter.cost < LEAST and not getattr(scene, "stages", ()):
+        meter.repeat()
+    return {"cost": meter.cost}

@@ -25,10 +25,14 @@ class OwnStudy:
     Attributes
     ----------
     scene
-        That of the command.
+        Scene of the command.
     directory
-        Of the results.
+        Directory of the results.
+    timed
+        True where the points need a cost, the processor time of their steps (`Found.cost`).
     """
+
+    timed = False
 
     def __init__(self, scene: Scene, directory: Path):
         self.scene, self.directory = scene, Path(directory)
@@ -66,7 +70,7 @@ class OwnStudy:
             "status": [one.text or "finished" for one in all_found],
         }
         columns |= {name: ("point", np.array(text, dtype=str)) for name, text in texts.items()}
-        return xr.Dataset(columns, attrs={"title": self.scene.name})
+        return xr.Dataset(columns)
 
 
 def load(path: Path, scene: Scene, directory: Path) -> OwnStudy:

@@ -22,11 +22,11 @@ class Point:
     Attributes
     ----------
     label
-        Of the point, and its directory relative to that of the study.
+        Name of the point, and its directory relative to that of the study.
     scene
         The changed scene.
     directory
-        Of the run.
+        Directory of the run.
     seeds
         Seeds of the sample by their path below `sample`.
     """
@@ -46,6 +46,7 @@ class Point:
         *,
         seed: int = 0,
         name: str | None = None,
+        snapshots: bool = False,
     ) -> Point:
         """The point of a scene with changes, path in the YAML -> value.
 
@@ -53,13 +54,15 @@ class Point:
         ----------
         scene
         directory
-            Of the study.
+            Directory of the study.
         label
         changes
         seed
             Number that is added to every seed of the sample.
         name
-            Of the changed scene, by default that of the scene with the label.
+            Name of the changed scene, by default that of the scene with the label.
+        snapshots
+            False: with `output.snapshots: auto` the run has none.
 
         Raises
         ------
@@ -70,7 +73,9 @@ class Point:
         data.pop("replicas", None)
         data["name"] = name or re.sub(r"[^A-Za-z0-9._-]+", "_", f"{scene.name}-{label}")[:NAME]
         data["output"]["directory"] = str(Path(directory) / label)
-        if data["output"]["snapshots"] == "auto":  # those of many runs may fill a disk
+        if (
+            data["output"]["snapshots"] == "auto" and not snapshots
+        ):  # those of many runs may fill a disk
             data["output"]["snapshots"] = "off"
         seeds = {}
         for path, block in keys_of(data.get("sample", {}), "seed"):

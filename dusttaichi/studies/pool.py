@@ -20,7 +20,7 @@ CONNECT = "10 s"  # timeout of a scheduler
 
 
 @contextmanager
-def kept():
+def idle_workers():
     """Context with the list of idle Workers, which its end stops."""
     idle = []
     try:
@@ -35,7 +35,7 @@ def kept():
 def open_pool(scheduler, workers, report, idle):
     """The pool for `workers` simultaneous runs on this machine, or the cluster of a scheduler.
 
-    scheduler: address such as tcp://host:8786, or None. idle: of `kept`, all of the same task, for
+    scheduler: address such as tcp://host:8786, or None. idle: of `idle_workers`, all of the same task, for
     several pools one after the other. report: called with (label of the job,
     share that is done), from any thread. Raises DustError where no scheduler answers.
     """

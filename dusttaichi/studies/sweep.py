@@ -30,6 +30,8 @@ class Sweep:
     replicas: int
     members: tuple[Point, ...]
 
+    timed = False
+
     @property
     def file(self) -> Path:
         """File of the dataset of all runs."""

@@ -30,7 +30,7 @@ def hostile(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("inside", (False, True))
 def test_a_worker(hostile, inside):
-    request = {"scene": "x: 1", "directory": "run", "mode": "new", "how": {}}
+    request = {"scene": "x: 1", "directory": "run", "mode": "new"} | {"timed": False, "how": {}}
     with Worker("dusttaichi.studies.jobs:run", folder=hostile if inside else None) as one:
         answer = one.ask(**request)
     assert answer.code == 2 and "material: it is missing" in answer.text

@@ -24,8 +24,8 @@ from dusttaichi.run.stages import folder_of
 from dusttaichi.samples import registry as kinds
 from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions
 from dusttaichi.scene.yaml_text import read
-from dusttaichi.studies.engine import _mode
 from dusttaichi.studies.settings import input_files
+from dusttaichi.studies.store import mode_of
 from dusttaichi.studies.sweep import replicas, sweep
 
 HERE = Path(__file__).parent
@@ -304,12 +304,12 @@ def test_stages_and_members_of_another_file_do_not_count(folder, monkeypatch):
     with (folder / "spring.py").open("a") as file:
         file.write("# changed\n")
     assert place_of(scene) == place
-    assert _mode(member, False, True) is None
+    assert mode_of(member, False, True) is None
     change(folder / "spring.py")
     assert place_of(from_yaml(SPRING, folder)) != place
     anew = sweep(from_yaml(SPRING, folder), ["stiffness=2"], folder / "sweep")
     (member,) = anew.members
-    assert _mode(member, False, True) == "resume"
+    assert mode_of(member, False, True) == "resume"
     with pytest.raises(DustError, match="spring.py differs"):
         execute(member.scene, member.directory, resume=True)
 

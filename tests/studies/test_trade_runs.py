@@ -1,8 +1,5 @@
-"""The trade between speed and accuracy: points that are kept, the command, real runs."""
+"""The trade between speed and accuracy as a study: its points, the command, real runs."""
 
-import importlib
-import json
-import math
 import sys
 
 import numpy as np
@@ -15,70 +12,65 @@ from dusttaichi.analysis.observables import Measured
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies.trade import parameters, scenes
-from dusttaichi.studies.trade.point import NUMERICAL, Point, PointResult
-from dusttaichi.studies.trade.runner import Runner
-from dusttaichi.studies.trade.trade import DEFAULT
+from dusttaichi.studies import engine, store
+from dusttaichi.studies.engine import Found
+from dusttaichi.studies.trade.point import PointResult
+from dusttaichi.studies.trade.study import TradeStudy
+from dusttaichi.studies.trade.trade import Wanted
 
-MEASURE = importlib.import_module("dusttaichi.studies.trade.measure")
-
-# -- runs that are kept --------------------------------------------------------------------------
-
-
-class Counted(Runner):
-    """A Runner whose runs cost nothing; `stop_at` is interrupted."""
-
-    stop_at = None
-
-    def __init__(self, *args, **options):
-        super().__init__(*args, **options)
-        self.ran = []
-
-    def _measure(self, point, scene, folder):
-        if point.label == self.stop_at:
-            self.stopped.set()
-            raise KeyboardInterrupt
-        self.ran.append(point.label)
-        fraction = scene.numerics.step_fraction
-        value = Measured({"restitution": 0.5 + fraction**3})
-        return PointResult(0, "finished: 40 ns", 2.0 / fraction, None, 100, 1e-10, 1e-4, value)
+# -- points --------------------------------------------------------------------------------------
 
 
-def test_finished_points_are_used_again(tmp_path):
-    base = scenes.base(from_yaml(PAIR))
-    points, _ = parameters.ladder(base, ("step_fraction",))
-    first = Counted(base, tmp_path, jobs=1)
-    first.stop_at = points[2].label
-    first.run([DEFAULT])
-    with pytest.raises(KeyboardInterrupt):
-        first.run(points)
-    assert first.ran == ["default", points[0].label, points[1].label]
-    again = Counted(base, tmp_path, jobs=1)
-    done = []
-    results = again.run([DEFAULT]) | again.run(points, done=lambda p, r: done.append(p.label))
-    assert again.ran == [p.label for p in points[2:]]
-    assert sorted(done) == sorted(p.label for p in points)
-    assert results[points[0].label].ratio == 4.0  # read again
-    other = scenes.base(from_yaml(PAIR.replace("0.3 m/s", "0.4 m/s")))
-    changed = Counted(other, tmp_path, jobs=1)
-    changed.run([DEFAULT])
-    assert changed.ran == ["default"]  # of another scene: run anew
-    (changed.folder(DEFAULT) / "point.json").write_text("{")  # a file that is cut short
-    mended = Counted(other, tmp_path, jobs=1)
-    mended.run([DEFAULT])
-    assert mended.ran == ["default"]
+class Counted:
+    """An engine whose runs cost nothing; one is interrupted."""
+
+    def __init__(self, stop_at=None):
+        self.ran, self.stop_at = [], stop_at
+
+    def __call__(self, study, **_):
+        found = {}
+        while points := study.points(found):
+            for point in points:
+                if point.label == self.stop_at:
+                    raise KeyboardInterrupt
+                self.ran.append(point.label)
+                fraction = point.scene.numerics.step_fraction
+                value = Measured({"restitution": 0.5 + fraction**3})
+                result = PointResult(
+                    0, "finished: 40 ns", steps=100, ledger=1e-10, time_step=1e-4, measured=value
+                )
+                found[point.label] = Found(point, measured=result, cost=2.0 / fraction)
+        return found
 
 
 def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
-    base = scenes.base(from_yaml(PAIR))
-    runner = Counted(base, tmp_path, jobs=2)
-    runner.run([DEFAULT])
-    presets = {point.label: point for point in parameters.parameters_of(base).presets(base)}
-    wrong = Point("wrong", "x", "", math.nan, NUMERICAL, {"numerics.step_fraction": 7.0})
-    results = runner.run([presets["balanced"], wrong])
-    assert runner.ran == ["default"]
-    assert results["balanced"].ratio == 1.0  # of the two own costs
-    assert results["wrong"].code == 2 and "step_fraction" in results["wrong"].status
+    """`balanced` is the scene itself, and a draft of a collision is refused."""
+    wanted = Wanted(names=("step_fraction",), seeds=1)
+    study, counted = TradeStudy(from_yaml(PAIR), tmp_path, wanted), Counted()
+    counted(study)
+    assert counted.ran[0] == "default" and "balanced" not in counted.ran
+    assert len(set(counted.ran)) == len(counted.ran) and "default_again" in counted.ran
+    rows = {row.point.label: row.result for row in study.found.rows}
+    assert rows["balanced"].ratio == rows["default"].ratio == 1.0
+    assert rows["step_fraction = 0.05"].ratio == pytest.approx(4.0)
+    assert rows["draft"].code == 2 and "kinetic energy" in rows["draft"].status
+
+
+def test_a_cost_is_that_of_this_code(tmp_path, monkeypatch):
+    study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted())
+    (point,) = study.points({})
+    monkeypatch.setattr(store, "_finished", lambda point: True)
+    assert store.mode_of(point, False, True) is None
+    assert store.mode_of(point, False, True, timed=True) == "force"
+    store.store(engine.JobResult("default", 0, "", found={"cost": 2.5}), tmp_path, timed=True)
+    (point.directory).mkdir()
+    (tmp_path / store.COST).rename(point.directory / store.COST)
+    assert store.cost_of(point) == 2.5
+    assert store.mode_of(point, False, True, timed=True) is None
+    monkeypatch.setattr(store, "package_hash", lambda: "another version")
+    assert store.mode_of(point, False, True, timed=True) == "force"
+    (point.directory / store.COST).write_text("{")  # a file that is cut short
+    assert store.cost_of(point) is None
 
 
 # -- the command ---------------------------------------------------------------------------------
@@ -86,7 +78,7 @@ def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
 
 @pytest.fixture
 def counted(monkeypatch, tmp_path):
-    monkeypatch.setattr(MEASURE, "Runner", Counted)
+    monkeypatch.setattr(engine, "run", Counted())
     (tmp_path / "pair.yaml").write_text(PAIR)
     words = [
         "trade",
@@ -125,43 +117,51 @@ def test_command_writes_file_figure_table_and_advice(counted, tmp_path, capsys, 
     assert (tmp_path / "trade.png").exists()
 
 
-def test_command_tells_of_settings_to_paste_and_of_progress(counted, capsys):
+def test_command_tells_of_settings_to_paste(counted, capsys):
     counted("--tolerance", "10%")
     said = capsys.readouterr()
     assert "numerics: {step_fraction: 0.3, time_step: auto}" in said.out.replace(
         "{time_step: auto, step_fraction: 0.3}", "{step_fraction: 0.3, time_step: auto}"
     )
-    assert "1 of " in said.err and "step_fraction = 0.3: cost 0.67" in said.err
 
 
-def test_command_that_is_interrupted_says_how_to_go_on(counted, tmp_path, monkeypatch):
-    monkeypatch.setattr(Counted, "stop_at", "step_fraction = 0.3")
+def test_command_that_is_interrupted_says_how_to_go_on(counted, monkeypatch):
+    monkeypatch.setattr(engine, "run", Counted(stop_at="step_fraction_=_0.3"))
     with pytest.raises(DustError, match=r"interrupted; finished points.*Continue with: dust"):
         counted("--quiet")
-    kept = {
-        json.loads(p.read_text())["result"]["status"]
-        for p in (tmp_path / "out/points").rglob("point.json")
-    }
-    assert kept == {"finished: 40 ns"}
 
 
 # -- real runs -----------------------------------------------------------------------------------
 
 
-def test_real_runs(tmp_path):
-    base = scenes.base(from_yaml(PAIR))
-    runner = Runner(base, tmp_path, jobs=2)
-    shares = []
-    runner.report = lambda label, share: shares.append(share)
-    default = runner.run([DEFAULT])["default"]
+class Default(TradeStudy):
+    """The unchanged scene alone, and one that its build refuses."""
+
+    def points(self, found):
+        changes = {"stop": {"time": "40 ns"}, "numerics.time_step": "20 ns"}
+        wild = engine.Point.of(self.scene, self.directory, "wild", changes)
+        return [*super().points({}), wild]
+
+
+def test_real_runs(tmp_path, monkeypatch):
+    study = Default(from_yaml(PAIR), tmp_path, Wanted(), jobs=1)
+    found = engine.run(study, jobs=1, resume=True)
+    default, wild = (study._result(found[name], found) for name in ("default", "wild"))
     assert default.ok and default.status.startswith("finished")
-    assert default.cost > 0.0 and default.ratio > 0.0 and shares[-1] is None
+    assert default.cost > 0.0 and default.ratio == 1.0
     # a pair at 0.3 m/s bounces; e is that of the run itself
-    with analysis.open_run(runner.folder(DEFAULT) / "run") as run:
+    with analysis.open_run(tmp_path / "default") as run:
         assert default.measured.values["restitution"] == analysis.restitution(run).coefficient
         assert default.ledger == analysis.ledger(run).worst
         assert default.steps == int(run.series.step[-1])
-    changes = {"stop": {"time": "40 ns"}, "numerics.time_step": "20 ns"}
-    wild = Point("wild", "step_fraction", "", math.nan, NUMERICAL, changes)
-    refused = runner.run([wild])["wild"]
-    assert refused.code == 2 and "not stable" in refused.status  # the build's own words
+    assert wild.code == 2 and "not stable" in wild.status  # the build's own words
+    # a finished point is read again, with its cost
+    seen = []
+
+    def refused(points, left, *_, **__):
+        seen.extend(left)
+        return {label: engine.JobResult(label, 2, "") for label in left}
+
+    monkeypatch.setattr(engine, "_do", refused)
+    again = engine.run(study, jobs=1, resume=True)
+    assert seen == ["wild"] and again["default"].cost == default.cost

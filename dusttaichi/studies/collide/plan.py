@@ -13,8 +13,8 @@ from dusttaichi.errors import DustError
 from dusttaichi.results.provenance import plain
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.scene.yaml_text import read
-from dusttaichi.studies.engine import core_of
 from dusttaichi.studies.settings import as_files, keys_of, relative_files, seeds_moved
+from dusttaichi.studies.store import core_of
 
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
 SAMPLE = "sample"  # name of the bodies where the study names none

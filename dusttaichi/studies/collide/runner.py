@@ -20,7 +20,7 @@ from dusttaichi.results.pieces import already_there
 from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.studies.collide.plan import make_study
 from dusttaichi.studies.engine import Progress, content_of, drain, shares
-from dusttaichi.studies.pool import kept, open_pool
+from dusttaichi.studies.pool import idle_workers, open_pool
 from dusttaichi.studies.workers import INTERRUPTED
 
 TOGETHER = 16  # collisions of a job at most: what is lost with a machine, and what shares a start
@@ -122,7 +122,7 @@ def _do(study, left, known, *, scheduler, jobs, report, log):
 
     with (
         noted_signals() as signals,
-        kept() as idle,
+        idle_workers() as idle,
         open_pool(scheduler, workers, progress.heard, idle) as pool,
     ):
         shared = pool.share({path: content_of(path) for path in study.inputs})

@@ -49,7 +49,7 @@ def restitution_map(scene, speeds, tolerance=1e-3, settings=()):
             for axis in axes
         },
     )
-    data.attrs = provenance(
+    attrs = provenance(
         scene.source,
         collision.scene.to_yaml(),
         title=scene.name,
@@ -57,6 +57,7 @@ def restitution_map(scene, speeds, tolerance=1e-3, settings=()):
         sticking_speed=collision.closed,
         closed_form=int(collision.is_closed),
     )
+    data.attrs = {name: value for name, value in attrs.items() if value is not None}
     return data
 
 

@@ -1,8 +1,7 @@
 """The trade between speed and accuracy of a scene, measured: `dust trade`.
 
-A point is a changed scene. Each runs in a worker process of its own (task, runner); errors are
-relative to a converged reference (judge); changes that pay are combined (path). Only `task` imports
-Taichi, and `scenes` where it needs a time step.
+A point is a changed scene, which the engine runs (study); errors are relative to a converged
+reference (judge); changes that pay are combined (path).
 """
 
 from dusttaichi.studies.trade.trade import Trade, trade

@@ -1,7 +1,7 @@
 """Points of a trade: parameters that it varies, the changed scenes, and results of their runs."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 from dusttaichi.analysis.observables import Measured
 from dusttaichi.errors import DustError
@@ -50,16 +50,6 @@ class PointResult:
     def ok(self):
         """True where the run ended regularly."""
         return self.code == 0
-
-    def to_json(self):
-        """Plain data for the file of a finished point."""
-        plain = {k: v for k, v in asdict(self).items() if k != "measured"}
-        return plain | {"measured": self.measured.to_json()}
-
-    @classmethod
-    def from_json(cls, data):
-        """The result from data of `to_json`."""
-        return cls(**(data | {"measured": Measured.from_json(data["measured"])}))
 
 
 @dataclass(frozen=True)
