@@ -156,8 +156,8 @@ class Meter:
 def run(parent, *, scene, directory, mode, timed, how):
     """Task of a worker process: run a scene (text of its YAML) into a directory.
 
-    mode, timed, how: see Job. Reports the share that is done, and returns the `cost` of the steps. Raises
-    the errors of `execute`.
+    mode, timed, how: see Job. Reports the share that is done, and returns the `cost` of the steps.
+    Raises the errors of `execute`.
     """
     from dusttaichi.run import execute
     from dusttaichi.scene import from_yaml

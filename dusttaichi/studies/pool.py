@@ -35,9 +35,9 @@ def idle_workers():
 def open_pool(scheduler, workers, report, idle):
     """The pool for `workers` simultaneous runs on this machine, or the cluster of a scheduler.
 
-    scheduler: address such as tcp://host:8786, or None. idle: of `idle_workers`, all of the same task, for
-    several pools one after the other. report: called with (label of the job,
-    share that is done), from any thread. Raises DustError where no scheduler answers.
+    scheduler: address such as tcp://host:8786, or None. report: called with (label of the job,
+    share that is done), from any thread. idle: list of `idle_workers`, of the same task, for
+    several pools one after the other. Raises DustError where no scheduler answers.
     """
     if scheduler is None:
         return Threads(workers, report, idle)
