@@ -35,11 +35,11 @@ def test_workers_have_cores_of_their_own():
     free = os.sched_getaffinity(0)
     scene = make_scene(sample={"kind": "rbd", "grains": 60, "seed": 1}, threads=2)
     with simulate(scene, log=lambda text: None) as run:
-        run.advance(2000)  # all kernels are compiled after that
+        run.advance(400)  # all kernels are compiled after that
         own = _of_living(os.sched_getaffinity, thread_ids())
         bound = [thread for thread, cores in own.items() if cores != free]
         before = _of_living(_cpu_time, own)
-        run.advance(2000)
+        run.advance(400)
         after = _of_living(_cpu_time, before)
     used = {thread: after[thread] - before[thread] for thread in after}
     assert os.sched_getaffinity(0) == free  # threads of other libraries are not bound
