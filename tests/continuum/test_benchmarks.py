@@ -1,6 +1,6 @@
-"""The benchmarks of docs/benchmarks.py: their closed forms, and their runs (long).
+"""The benchmarks of docs/benchmarks.py: their closed forms, and their runs (very long).
 
-pytest -n0 -m long tests/continuum/test_benchmarks.py runs all of them at both resolutions.
+pytest -n0 -m very_long tests/continuum/test_benchmarks.py runs all of them at both resolutions.
 """
 
 import importlib.util
@@ -132,7 +132,7 @@ NEAR = {
 }
 
 
-@pytest.mark.long
+@pytest.mark.very_long
 @pytest.mark.parametrize("resolution", [0, 1])
 @pytest.mark.parametrize("name", NEAR)
 def test_a_benchmark_has_its_closed_form(benchmarks, name, resolution, tmp_path):

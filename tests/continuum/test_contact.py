@@ -132,10 +132,13 @@ def test_a_face_acts_as_the_flat_end_of_a_body(option):
 
 
 def period(motion, mode, until):
-    """Period [s] of a mode, a function of the simulation: half of it between two zeros."""
+    """Period [s] of a mode, a function of the simulation: half of it between two zeros.
+
+    It is looked at every fourth step, hundreds of times a period: between two looks it is a line.
+    """
     sim, times, values = motion.sim, [], []
     while sim.step * sim.output_step < until:
-        motion.advance(1)
+        motion.advance(4)
         times.append(sim.step * sim.output_step)
         values.append(mode(sim))
     values = np.array(values)

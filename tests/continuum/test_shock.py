@@ -1,6 +1,6 @@
-"""Dust pressed faster than its plastic waves run, against the jump conditions. Minutes: long.
+"""Dust pressed faster than its plastic waves run, against the jump conditions. Minutes: very long.
 
-pytest -n0 -s -m long tests/continuum/test_shock.py prints what the docs have.
+pytest -n0 -s -m very_long tests/continuum/test_shock.py prints what the docs have.
 """
 
 from pathlib import Path
@@ -83,7 +83,7 @@ def compared(piston, viscosity, spacing):
     return np.array(front(scene, expected[0], expected[2])) / expected
 
 
-@pytest.mark.long
+@pytest.mark.very_long
 @pytest.mark.parametrize("piston", [0.5, 1.0, 2.0, 5.0, 10.0])
 def test_a_front_obeys_the_jump_conditions(piston):
     """Its speed, the pressure on the piston and the density behind it within 2 % at 50 um."""

@@ -1,7 +1,7 @@
 """Taichi's kernels for CUDA on an emulated device: results of the CPU, no race, few launches and
 synchronisations, few registers.
 
-One scene always runs; all others are marked long, since each compiles its kernels to C.
+One scene always runs; all others are very long, since each compiles its kernels to C.
 """
 
 import json
@@ -21,7 +21,7 @@ import pytest
 
 pytestmark = pytest.mark.skipif(bool(emulated.missing()), reason=str(emulated.missing()))
 QUICK = "box_mixed"
-EVERY = [n if n == QUICK else pytest.param(n, marks=pytest.mark.long) for n in cases.NAMES]
+EVERY = [n if n == QUICK else pytest.param(n, marks=pytest.mark.very_long) for n in cases.NAMES]
 SEARCH = ("find_bounds", "wrap", "list_neighbours", "relist_sphere", "list_entries")
 SEARCH += ("lay_grid", "reorder", "write_lists", "place_ghosts")
 LOOK = 16  # steps between two readings of the progress by the host
@@ -89,7 +89,7 @@ write(64)
 """
 
 
-@pytest.mark.long
+@pytest.mark.very_long
 def test_races_are_found(tmp_path):
     path = tmp_path / "racing.py"
     path.write_text(RACING)
@@ -101,7 +101,7 @@ def test_races_are_found(tmp_path):
     }
 
 
-@pytest.mark.long
+@pytest.mark.very_long
 @pytest.mark.parametrize("name", cases.NAMES)
 def test_the_order_of_threads_changes_no_bit(name, device):
     one, other = device(name)[0], device(name, order="forward", races=0)[0]

@@ -22,6 +22,7 @@ EFFECTS = {
     "all": ("rolling", "sliding", "twisting"),  # last: the tests below find what is compiled
 }
 SPRINGS = ("rolling", "sliding", "twisting")
+ALONE = ("normal", *SPRINGS)
 # what a contact is rounded to, over that of double precision: in `mixed` contacts are single
 ROUNDING = {"f64": 1.0, "mixed": 3e5}
 with law_of_the_docs():
@@ -62,8 +63,13 @@ def law():
 
 @pytest.fixture(
     scope="module",
-    params=[(name, precision) for precision in ROUNDING for name in (*LAWS, *EFFECTS)],
-    ids=lambda param: " ".join(param),
+    params=[
+        pytest.param((name, precision), id=f"{name} {precision}", marks=marks)
+        for precision in ROUNDING
+        for name in (*LAWS, *EFFECTS)
+        # one effect alone in single precision repeats what all of them have there
+        for marks in [pytest.mark.long if precision == "mixed" and name in ALONE else ()]
+    ],
 )
 def strained(request):
     """(effects, probe): 12 elastic steps after a start with generic velocities and spins."""
