@@ -77,6 +77,11 @@ def _of_point(values, rows):
     }
 
 
+def plain_dataset(data):
+    """A dataset as `xarray.Dataset.from_dict` reads it; numbers that are not finite are None."""
+    return plain(data.to_dict(data="list"))
+
+
 def plain(value):
     """A value as JSON allows it: None for a number that is not finite."""
     if is_dataclass(value):

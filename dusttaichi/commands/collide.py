@@ -5,10 +5,12 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import remark, say, say_abreast, say_written
+from dusttaichi.commands.console import remark, say, say_abreast, say_json, say_written
 from dusttaichi.commands.ensembles import shown
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import DustError
+
+THRESHOLDS = "thresholds, with 68 % confidence"
 
 
 def collide(
@@ -24,11 +26,13 @@ def collide(
     jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     extensions: options.Extensions = None,
+    as_json: options.Json = False,
     figures: options.Figures = True,
     quiet: options.Quiet = False,
 ):
     """Run many collisions over speed, impact parameter, mass ratio, bodies, seeds: map, table."""
     from dusttaichi.analysis.collisions import summary_columns
+    from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.analysis.thresholds import threshold_columns
     from dusttaichi.studies.collide import collide_and_refine, make_study, write
 
@@ -45,14 +49,17 @@ def collide(
             how |= {"report": shown(bar, "collisions"), "log": bar.log}
             study, rows = collide_and_refine(scene, study.directory, **how)
         data, found, written = write(study, rows, figures=figures)
-    say_abreast(*summary_columns(data), data.attrs["title"])
-    say()
-    say_abreast(*threshold_columns(found, data.speed.values), "thresholds, with 68 % confidence")
-    say()
+    if as_json:
+        say_json(plain_dataset(data))
+    else:
+        say_abreast(*summary_columns(data), data.attrs["title"])
+        say()
+        say_abreast(*threshold_columns(found, data.speed.values), THRESHOLDS)
+        say()
     open_ends = int((data.settled == 0).sum())
     if open_ends:
         remark(f"{open_ends} collisions ended while fragments still changed: increase stop.time")
-    say_written(written)
+    say_written(written, remark if as_json else say)
     failed = [row["error"] for row in rows if "error" in row]
     if failed:
         raise DustError(

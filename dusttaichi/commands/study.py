@@ -30,6 +30,7 @@ def study(
 ):
     """Run a study of your own: a Python file says which runs of a scene it wants."""
     from dusttaichi.analysis.ensemble import save_ensemble
+    from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.results import provenance
     from dusttaichi.studies import engine, own
 
@@ -51,7 +52,7 @@ def study(
         save_ensemble(data, mine.file)
     names = [name for name in data.data_vars if data[name].dtype.kind in "fi"]
     if as_json:
-        say_json({name: data[name].values.tolist() for name in data.data_vars})
+        say_json(plain_dataset(data))
     else:
         columns = [data[name].values for name in names]
         rows = [

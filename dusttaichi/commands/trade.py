@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import say, say_table, say_written
+from dusttaichi.commands.console import remark, say, say_json, say_table, say_written
 from dusttaichi.commands.ensembles import shown
 from dusttaichi.commands.progress import ProgressBar
 
@@ -28,14 +28,17 @@ def trade(
     ] = None,
     quick: options.flag("--quick", "three levels of each parameter, two seeds") = False,
     jobs: options.Jobs = None,
+    scheduler: options.Scheduler = None,
     suggest: options.flag("--suggest", "no runs: cheapest settings for such scenes") = False,
     force: options.flag("--force", "run finished points again") = False,
     extensions: options.Extensions = None,
     output: options.Output = None,
+    as_json: options.Json = False,
     quiet: options.Quiet = False,
 ):
     """Measure run time and error of each numerical parameter: table, figure, cheapest setting."""
     from dusttaichi.analysis.ensemble import save_ensemble
+    from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.plots import save
     from dusttaichi.plots import trade as draw
     from dusttaichi.studies import engine
@@ -60,13 +63,16 @@ def trade(
             if base.numerics.time_step != "auto" and hasattr(base.numerics, "step_fraction"):
                 fraction = scenes.own_fraction(base)
                 log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
-            how = {"jobs": jobs, "force": force, "resume": not force}
+            how = {"jobs": jobs, "scheduler": scheduler, "force": force, "resume": not force}
             found = engine.run(study, report=shown(bar, "points"), log=log, **how)
         data = study.dataset(found)
         save_ensemble(data, study.file)
         paths = [study.file, save(draw(data), study.file.with_suffix(".png"))]
-    _show(study.found, scene)
-    say_written(paths)
+    if as_json:
+        say_json(plain_dataset(data))
+    else:
+        _show(study.found, scene)
+    say_written(paths, remark if as_json else say)
 
 
 def _show(found, scene):

@@ -65,8 +65,7 @@ def test_what_is_finished_is_not_computed_again(rebound, capsys, monkeypatch):
     study(folder, "--threads", 1, "--resume", "--json")
     said = json.loads(capsys.readouterr().out)
     with xr.open_dataset(folder / "study.nc") as data:
-        assert said["label"] == data.label.values.tolist()
-        assert said["restitution"] == data.restitution.values.tolist()
+        xr.testing.assert_equal(xr.Dataset.from_dict(said), data)
 
 
 def test_an_interruption_says_how_to_go_on(tmp_path, monkeypatch):
