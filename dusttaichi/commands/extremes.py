@@ -5,35 +5,41 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi.commands.console import say, say_table, say_written
-from dusttaichi.commands.options import MapOutput, Quiet, flag, writing
+from dusttaichi.commands.console import remark, say, say_json, say_table, say_written
+from dusttaichi.commands.options import Jobs, Json, MapOutput, Quiet, flag, writing
 from dusttaichi.commands.progress import ProgressBar
 from dusttaichi.errors import Interrupted
 
 
 def extremes(
+    *,
     quick: flag("--quick", "fewer cells, two minutes") = False,
     only: Annotated[
         list[str] | None, typer.Option("--only", help="one group; may be repeated", metavar="GROUP")
     ] = None,
+    jobs: Jobs = None,
     output: MapOutput = None,
     force: flag("--force", "repeat finished cells") = False,
+    as_json: Json = False,
     quiet: Quiet = False,
 ):
     """Map where runs are stable, refused or stopped by a guard: steps, materials, speeds, sizes."""
+    from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.studies.extremes.chart import chart
 
     with writing(force=force), ProgressBar(quiet, "extremes") as bar:
         try:
-            data, paths = chart(
-                quick=quick, only=only, output=output, force=force, report=_shown(bar), log=bar.log
-            )
+            how = {"quick": quick, "only": only, "output": output, "force": force, "count": jobs}
+            data, paths = chart(report=_shown(bar), log=bar.log, **how)
         except KeyboardInterrupt:
             raise Interrupted(
                 "interrupted; finished cells are saved, the same command continues"
             ) from None
-    _show(data)
-    say_written(paths)
+    if as_json:
+        say_json(plain_dataset(data))
+    else:
+        _show(data)
+    say_written(paths, remark if as_json else say)
     if (data.verdict == "WRONG").any():
         sys.exit(1)
 

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import remark, say, say_written
+from dusttaichi.commands.console import remark, say, say_json, say_written
 
 
 def sticking(
@@ -30,9 +30,11 @@ def sticking(
     threads: options.Threads = None,
     extensions: options.Extensions = None,
     force: options.Overwrite = False,
+    as_json: options.Json = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="only the result")] = False,
 ):
     """Find the sticking speed of a collision by bisection, or its restitution over speeds."""
+    from dusttaichi.analysis.plain import plain, plain_dataset
     from dusttaichi.studies import sticking as speeds
     from dusttaichi.studies.settings import with_settings
 
@@ -41,12 +43,16 @@ def sticking(
         folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
         with options.writing(force=force, inputs=[file]):
             data, paths = speeds.save_map(scene, chart, folder, tolerance, settings or [])
-        rows = speeds.map_rows(data)
+        rows, numbers = speeds.map_rows(data), plain_dataset(data)
     else:
         scene, paths = with_settings(scene, settings or []), []
         log = (lambda text: None) if quiet else remark
         ends = (speeds.speed_of(name, text) for name, text in (("--low", low), ("--high", high)))
-        rows = speeds.rows(speeds.sticking(scene, tolerance, *ends, log=log))
-    for what, value in rows:
-        say(f"{what:<44} {value}")
-    say_written(paths)
+        found = speeds.sticking(scene, tolerance, *ends, log=log)
+        rows, numbers = speeds.rows(found), plain(found) | {"speed": found.speed}
+    if as_json:
+        say_json(numbers)
+    else:
+        for what, value in rows:
+            say(f"{what:<44} {value}")
+    say_written(paths, remark if as_json else say)

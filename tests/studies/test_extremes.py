@@ -214,6 +214,10 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(tmp_path, monkeypa
         (*_, last) = results.summary(data.load())
         counts = ["1"] * 4
         assert last == ["all", "4", *counts, "1.0e-03", "4", "1.100 to 1.100"]
+    with pytest.raises(SystemExit):
+        app([*command, "--json", "--jobs", "2"], standalone_mode=False)
+    said = xr.Dataset.from_dict(json.loads(capsys.readouterr().out))
+    assert said.verdict.values.tolist() == list(VERDICTS) and said.dt.values.tolist() == [None] * 4
     assert (tmp_path / "map" / "extremes.csv").read_text().count("because") == 4
     assert (tmp_path / "map" / "extremes.png").stat().st_size > 1e4
     with pytest.raises(DustError, match="unknown group; allowed: g"):

@@ -1,5 +1,7 @@
 """Sticking speed and restitution by batches, against the closed form of the model's own jumps."""
 
+import json
+
 import numpy as np
 import pytest
 import reference as ref
@@ -91,6 +93,15 @@ def test_map_is_written(tmp_path):
         slowest = data.speed.values[~bound].min()
     assert dict(sticking.map_rows(found))["slowest without sticking"] == f"{slowest:.6g} m/s"
     assert paths[1].stat().st_size > 1000
+
+
+def test_numbers_as_json(tmp_path, capsys):
+    (tmp_path / "pair.yaml").write_text(pair().to_yaml())
+    words = ["sticking", str(tmp_path / "pair.yaml"), "--tolerance", "0.2", "--json", "-q"]
+    app(words, standalone_mode=False)
+    found = json.loads(capsys.readouterr().out)
+    assert found["low"] < 0.1101 < found["high"] and found["low"] < found["speed"] < found["high"]
+    assert len(found["speeds"]) == len(found["bound"])
 
 
 def test_refused():
