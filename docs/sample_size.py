@@ -25,12 +25,10 @@ BESIDE = re.compile(r"(__)?(sample\.(seed|grains)|stop\.pressure)_\w+?(?=__|$)| 
 # name of the runs without these -> row of the table
 KINDS = {
     "omni_box-boundary.wall_speed_20cm_s": "box",
-    "omni_box-": "box, 5 cm/s",
     "omni_static-sample.periodic_false": "sides periodic, but cut",
     "omni_static-": "periodic deposit: `omni_static`",
     "omni_static-sample.base_0um": "… from the floor on",
     "omni_static-sample.aspect_1": "… as high as wide",
-    "omni_static-boundary.wall_speed_5cm_s": "… 5 cm/s",
     "omni_static-numerics.accuracy_balanced": "… `accuracy: balanced`",
     "omni_static-numerics.mass_scaling_4": "… `mass_scaling: 4`",
     "omni_static-numerics.stiffness_scaling_0.3": "… `stiffness_scaling: 0.3`",
