@@ -70,8 +70,14 @@ def operations(scene, walls, folder, monkeypatch):
     return found
 
 
-@pytest.mark.parametrize("precision, kind", [("mixed", "float"), ("f64", "double")])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name, precision, kind",
+    [
+        *((name, "mixed", "float") for name in SCENES),
+        ("pairs", "f64", "double"),
+        *(pytest.param(n, "f64", "double", marks=pytest.mark.long) for n in SCENES if n != "pairs"),
+    ],
+)
 def test_contacts_are_packed(name, precision, kind, tmp_path, monkeypatch):
     scene = make_scene(damping="viscoelastic", numerics={"precision": precision}, **SCENES[name])
     found = operations(scene, name == "walls", tmp_path, monkeypatch)

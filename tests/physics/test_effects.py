@@ -22,7 +22,6 @@ EFFECTS = {
     "all": ("rolling", "sliding", "twisting"),  # last: the tests below find what is compiled
 }
 SPRINGS = ("rolling", "sliding", "twisting")
-ALONE = ("normal", *SPRINGS)
 # what a contact is rounded to, over that of double precision: in `mixed` contacts are single
 ROUNDING = {"f64": 1.0, "mixed": 3e5}
 with law_of_the_docs():
@@ -36,6 +35,7 @@ with law_of_the_docs():
         "none",
         *(law for law in registry.names("damping") if law not in ("viscous", "scaled")),
     ]
+SHORT = {(name, "f64") for name in (*LAWS, "normal", "all")} | {("all", "mixed")}
 NUMBER = {"normal": 0, "rolling": 1, "sliding": 2, "twisting": 3}
 FLOOR = np.array([0.0, 0.0, 1.0])
 
@@ -67,8 +67,8 @@ def law():
         pytest.param((name, precision), id=f"{name} {precision}", marks=marks)
         for precision in ROUNDING
         for name in (*LAWS, *EFFECTS)
-        # one effect alone in single precision repeats what all of them have there
-        for marks in [pytest.mark.long if precision == "mixed" and name in ALONE else ()]
+        # one effect alone repeats what all of them have; the law of the docs is alone anyway
+        for marks in [pytest.mark.long if (name, precision) not in SHORT else ()]
     ],
 )
 def strained(request):
