@@ -63,7 +63,7 @@ def measured(case, changes, folder):
         for key, value in (own | ALONE).items():
             put(data, key.split("."), value)
         try:
-            run = analysis.open_run(execute(Scene.from_dict(data), folder, force=True))
+            run = analysis.open_run(execute(Scene.from_dict(data, HERE), folder, force=True))
             number = NUMBERS.get(case["number"])
             value = number(run) if number else summary(run)[case["number"]]
         except GuardStop as stop:

@@ -31,12 +31,20 @@ IMPACT = {
     "speed": "0.5 m/s",
 }
 PULLED = {"kind": "plates", "wall_speed": "-5 cm/s"}
+PRESSED = {"kind": "plates", "wall_speed": "5 cm/s"}
+PACKING = {"kind": "random_packing", "size": ["6 um"] * 3, "filling_factor": 0.3}
+DISC = {"kind": "cutout", "of": PACKING, "diameter": "5 um", "length": "5 um"}
 PAIR = {"kind": "pair", "gap": "1 nm", "speed": "1 m/s"}
 CASES = [
     (GRAINS, {}, ["interaction.damping"]),
     (GRAINS, {"interaction": {"damping": "viscous"}}, []),
     (GRAINS, {"boundary": PULLED}, ["output.series"]),
     (GRAINS, {"boundary": PULLED, "output": {"series": {"strain": 1e-3}}}, []),
+    (
+        GRAINS,
+        {"boundary": PRESSED, "sample": DISC, "interaction": {"damping": "viscous"}},
+        ["output.series"],
+    ),
     (GRAINS, {"sample": PAIR, "boundary": {"kind": "open"}}, ["numerics.accuracy"]),
     (DUST, {}, ["numerics.viscosity", "numerics.contact"]),
     (DUST, {"numerics": {"spacing": "100 um", "viscosity": "impact", "contact": "separate"}}, []),
