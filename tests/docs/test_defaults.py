@@ -14,7 +14,7 @@ CASES = yaml.safe_load((ROOT / "docs/defaults.yaml").read_text(encoding="utf-8")
 
 @pytest.mark.parametrize("name", CASES)
 def test_scenes_of_the_table_are_valid(name):
-    Scene.from_dict({"name": name} | CASES[name]["scene"])
+    Scene.from_dict({"name": name} | CASES[name]["scene"], ROOT / "docs")
 
 
 def test_each_setting_has_a_row():
