@@ -17,7 +17,7 @@ HERE = Path(__file__).parent
 LONG = (
     "studies/test_ensemble_run.py", "torture/test_torture.py", "benchmarks/test_speed.py",
     "docs/test_pages.py", "studies/test_extremes.py", "benchmarks/test_parts.py",
-    "grains/test_pair.py", "grains/test_precision.py", "run/test_run.py", "run/test_error_bar.py",
+    "grains/test_pair.py", "grains/test_precision.py", "run/test_run.py",
     "run/test_stages.py", "physics/test_effects.py", "grains/test_polydisperse.py",
     "grains/test_sphere.py", "grains/test_rooms.py",
 )  # fmt: skip

@@ -6,7 +6,6 @@ from dusttaichi.analysis.compression_fit import Deviation, Fit, fit_compression,
 from dusttaichi.analysis.cycles import Unloading, unloadings
 from dusttaichi.analysis.ensemble import gather, save_ensemble
 from dusttaichi.analysis.ensemble_tables import Band, bands
-from dusttaichi.analysis.error_bar import ErrorBar, Estimate, error_bar
 from dusttaichi.analysis.fractal import Fractal, fractal
 from dusttaichi.analysis.fragments import (
     Compaction,

@@ -13,7 +13,7 @@ from dusttaichi.results.seal import seal_of
 
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # a terminal would obey them
 _NUMBERS = ("grains", "time_step", "particles", "spacing")
-_TEXTS = ("title", "status", "stages", "sample", "scene_resolved", "error_bar")
+_TEXTS = ("title", "status", "stages", "sample", "scene_resolved")
 
 
 def attributes(found, path):

@@ -162,13 +162,12 @@ def refuse_both(force, resume):
         raise DustError("--force starts again, --resume continues: give only one of them")
 
 
-def again(command, file, output, *, settings=(), scheduler=None, error_bar=False, extensions=None):
+def again(command, file, output, *, settings=(), scheduler=None, extensions=None):
     """The command that continues after an interruption."""
     words = ["dust", command, str(file)]
     words += [word for setting in settings for word in ("--set", setting)]
     words += ["--output", str(output)] if output else []
     words += ["--scheduler", scheduler] if scheduler else []
-    words += ["--error-bar"] if error_bar else []
     words += ["--extensions"] if extensions else []
     return shlex.join([*words, "--resume"])
 

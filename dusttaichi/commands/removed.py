@@ -11,6 +11,8 @@ _SURFACES = "--to vtk; ParaView's Glyph filter of kind Sphere makes surfaces"
 REMOVED = {
     "selftest": "dust bench states the energy ledger of its two scenes; to check a device, "
     "compare a run with numerics.backend: cuda with one with cpu (dust compare)",
+    "run --error-bar": "dust trade SCENE --knobs step_fraction --quick measures the error of the "
+    "time step (of a continuum --knobs cfl)",
     "export --to stl": f"{_SURFACES}, which File > Save Data writes as .stl",
     "export --to vtp": _SURFACES,
     "export --to xyz": "--to extxyz, which programs that read XYZ read as well",

@@ -26,7 +26,6 @@ def run(
     force: options.flag("--force", "overwrite an existing result") = False,
     resume: options.flag("--resume", "continue an interrupted run") = False,
     fresh: options.flag("--fresh", "compute stored stages again") = False,
-    error_bar: options.flag("--error-bar", "estimate the error of the time step") = False,
     watch: options.flag("--watch", "show the run in a browser, as dust watch does") = False,
     extensions: options.Extensions = None,
     output: options.Output = None,
@@ -45,7 +44,7 @@ def run(
     phases = Phases(verbose)
     scene = options.load_scene(file, threads, settings, extensions)
     directory = run_directory(scene, output)
-    how = {"settings": settings or (), "scheduler": scheduler, "error_bar": error_bar}
+    how = {"settings": settings or (), "scheduler": scheduler}
     onward = options.again("run", file, output, extensions=extensions, **how)
     if scene.replicas is not None:
         from dusttaichi.studies.sweep import replicas
@@ -56,8 +55,7 @@ def run(
                 "with the finished stages of the replicas"
             )
         study = replicas(scene, directory)
-        how = {"force": force, "resume": resume, "error_bar": error_bar}
-        how |= {"scheduler": scheduler, "jobs": jobs}
+        how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         with options.writing(force=force, inputs=[file]):
             shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
             run_sweep(study, onward, **shown, **how)
@@ -65,7 +63,7 @@ def run(
     for option, value in (("--scheduler", scheduler), ("--jobs", jobs)):
         if value is not None:
             raise DustError(f"{option} is for many runs: a scene with replicas, or dust sweep")
-    how = {"force": force, "resume": resume, "fresh": fresh, "error_bar": error_bar}
+    how = {"force": force, "resume": resume, "fresh": fresh}
     phases.end("imports and scene")
     with watched(directory, watch):
         _run_one(scene, directory, onward, quiet=quiet, phases=phases, **how)
@@ -130,8 +128,7 @@ def _shown(bar):
         if progress.steps_per_second > 0.0:
             state.append(f"{quantities.rate_text(progress.steps_per_second)} steps/s")
         total = progress.end if progress.end < NEVER else None
-        what = f"{progress.task}step {progress.step:,}"
-        bar.show(what, progress.step, total, "  ".join(state))
+        bar.show(f"step {progress.step:,}", progress.step, total, "  ".join(state))
 
     return show
 

@@ -9,7 +9,7 @@ from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.continuum import measure, record, validity
 from dusttaichi.continuum.advice import advice
 from dusttaichi.continuum.build import build, domain_of
-from dusttaichi.continuum.kernels.store import CENTRE, CHANNELS, FACES
+from dusttaichi.continuum.kernels.store import CHANNELS
 from dusttaichi.continuum.pairing import Pairing
 from dusttaichi.continuum.variables import VARIABLES
 from dusttaichi.method import SimpleSimulation, State
@@ -18,7 +18,6 @@ from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.continuum.particles import ARRAYS, COMPONENTS, Body, Particles
 
-BOTTOM, TOP = WALLS.index("bottom"), WALLS.index("top")
 BEFORE = "sample_"  # of the names of the arrays of the sample in a State
 BODY = ("centre", "velocity", "spin", "inertia")
 
@@ -32,7 +31,6 @@ class MovingDust(SimpleSimulation):
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, sample, sim
         self.size, self.dt = sim.n, sim.output_step / units.TIME
-        self._first = sim.output_step, sim.numbers
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         self.around = domain_of(scene, sample, self.dt)
         self.variables = select(VARIABLES, self._features(), *scene.output.chosen)
@@ -143,8 +141,6 @@ class MovingDust(SimpleSimulation):
         return State(arrays | self.sim.arrays(), numbers)
 
     def restore(self, state):
-        self.sim.output_step, self.sim.numbers = self._first
-        self._take_step()
         self.sim.restore(state.arrays, state.numbers["step"])
         self.started = np.array(state.numbers["started"])
         self._pairing.looked = state.numbers["looked"]
@@ -152,36 +148,6 @@ class MovingDust(SimpleSimulation):
             offset, speed = (np.array(row) for row in state.numbers["box"])
             box = replace(self.around.box, offset=offset, speed=speed)
             self.around = replace(self.around, box=box)
-
-    # -- half the step ---------------------------------------------------------------------------
-
-    def halve_step(self):
-        self.sim.halve_step()
-        self._take_step()
-
-    def _take_step(self):
-        """Set the step of the run to the output step of the simulation."""
-        self.dt = self.sim.output_step / units.TIME
-        self.around = replace(self.around, dt=self.dt)
-
-    def positions(self):
-        x = self.sim.raised(self.sim.of_particles("x"))
-        return self.sim.in_order(x) / units.LENGTH
-
-    def ends(self):
-        heights = self.sim.rigid(CENTRE)[FACES:, 2]
-        return self.sums() | {"areas": self._areas(), "heights": heights}
-
-    def compared(self, window, moments):
-        mean, areas = -window.mean("impulse"), window.after["areas"]
-        out = {}
-        if areas[TOP] > 0.0:
-            out["pressure"] = -mean[TOP, 2] / areas[TOP]
-        elif areas[BOTTOM] > 0.0:
-            out["wall_force"] = mean[BOTTOM, 2]
-        if len(window.after["heights"]):
-            out["body_height"] = window.after["heights"][0]
-        return out
 
     # -- result ----------------------------------------------------------------------------------
 

@@ -20,7 +20,6 @@ from dusttaichi.continuum.kernels.store import (
     HALF,
     IMPULSE,
     INERTIA,
-    LEFT,
     MASS,
     MOMENTUM,
     OLD,
@@ -32,7 +31,6 @@ from dusttaichi.continuum.kernels.store import (
     SUBSTEPS,
     TORQUE,
     TURN,
-    WANT,
     WHOLE,
     declare,
 )
@@ -161,20 +159,6 @@ class Simulation:
                 "or a shorter numerics.time_step if it is a long one."
             )
         return int(done)
-
-    def halve_step(self):
-        """Continue from the present state with output steps and time steps of half the length.
-
-        Velocities are half of the last step behind, whose length is in the clock: the next kick
-        advances them by half of that and half of the new one.
-        """
-        self.output_step, self.step = 0.5 * self.output_step, 2 * self.step
-        self.numbers = self.numbers | {"courant": 0.5 * self.numbers["courant"]}
-        clock = self.clock
-        clock[WANT] *= 0.5
-        clock[LEFT] = self.output_step
-        clock[DT] = self.output_step / np.ceil(self.output_step / clock[WANT])
-        self.tables["clock"].from_numpy(clock)
 
     def load_once(self):
         """Compute stresses and forces at the present positions, without moving anything."""

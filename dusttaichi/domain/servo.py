@@ -118,10 +118,6 @@ class Servo:
             before=np.array(integral, float),
         )
 
-    def halved(self):
-        """The Servo for steps of half the length."""
-        return replace(self, due=2 * self.due, every=2 * self.every)
-
     def to_numbers(self):
         """State as JSON."""
         return {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in asdict(self).items()}

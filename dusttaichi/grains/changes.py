@@ -1,18 +1,11 @@
-"""Continuation of a simulation at half its time step, or with another stiffness.
+"""Continuation of a simulation with another stiffness, and with steps of another length.
 
-It continues from exactly the state it is in. Positions, contact pointers and twist are those of a
-whole step and stay. Velocities and spins are half a step back: the current loads bring them to the
-whole step, and back by half of the new one. Speeds of half a step back, which effects return
-(`halved`), and impulses that act as a force over one step (`IMPULSE`) belong to the step as well.
-
-With another stiffness positions, velocities, rolling displacements and twist stay. A sliding
-displacement is scaled so that its force stays, and grains at rest have the same distance. Loaded
-contacts relax. The energy of the contacts changes at that moment; the difference is in the ledger,
-as work.
+Positions, velocities, rolling displacements and twist stay. A sliding displacement is scaled so
+that its force stays, and grains at rest have the same distance. Loaded contacts relax. The energy
+of the contacts changes at that moment; the difference is in the ledger, as work. Velocities and
+spins are half a step back: the current loads bring them to the whole step, and back by half of the
+new one. Speeds of half a step back, which effects return (`halved`), belong to the step as well.
 """
-
-import copy
-from dataclasses import replace
 
 import numpy as np
 
@@ -21,48 +14,8 @@ from dusttaichi.grains.grain_contacts import farthest_contacts, scaled
 from dusttaichi.grains.pointers import touching, unit
 from dusttaichi.grains.record import measurement
 from dusttaichi.grains.time_step import chosen_step
-from dusttaichi.names import NEVER
 
 SLICES = 2**30  # of a step: a pass over the contacts takes one, in which nothing moves
-
-
-def halve_time_step(sim):
-    """Make `sim` (a Simulation) continue at half its step, and count its steps accordingly.
-
-    Its time, its measurements and what its environment does stay as they are.
-    """
-    old, new, n = sim.dt, 0.5 * sim.dt, sim.grains
-    v, w = sim.state["v"], sim.state["w"]
-    force, torque = sim.loads()
-    v[:n] += 0.5 * old / sim.mass * force
-    w[:n] += 0.5 * old / sim.inertia * torque
-    pairs, walls = contact_pairs(sim), sim.state.wall_lanes()
-    if sim.sphere is not None:
-        v[sim.sphere.row], w[sim.sphere.row] = sim.sphere.now()[1:]
-    impulses = [law.IMPULSE for law in sim.layout.model.laws if hasattr(law, "IMPULSE")]
-    if impulses:
-        _strike_in(sim, (pairs, walls), impulses, 1.0 / new - 1.0 / old)
-        force, torque = sim.loads()
-    v[:n] -= 0.5 * new / sim.mass * force
-    w[:n] -= 0.5 * new / sim.inertia * torque
-    sim.state["v"], sim.state["w"] = v, w
-    sim.dt, sim.step = new, 2 * sim.step
-    if sim.sphere is not None:
-        sim.sphere.set_back()
-    set_speeds(sim, pairs, walls, sim.state["v"], new)
-    sim.search.searched_at *= 2
-    sim.push = _later(sim.push)
-    sim.servo = None if sim.servo is None else sim.servo.halved()
-    sim.search.ask()  # when a face has gone its part of the skin is counted in steps
-
-
-def _later(push):
-    """The pushes with their ends counted in steps of half the length."""
-    push = copy.copy(push)
-    push.forces = tuple(
-        force if force.end == NEVER else replace(force, end=2 * force.end) for force in push.forces
-    )
-    return push
 
 
 def contact_pairs(sim):
@@ -77,20 +30,6 @@ def contact_pairs(sim):
         rows = np.concatenate([rows, np.arange(own.start, own.stop)])
         i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), sphere)])
     return rows, i, j, sim.distances(rows, i, j)
-
-
-def _strike_in(sim, contacts, impulses, change):
-    """Impulses (names in the history) act over a step of the new length; change: of one over it."""
-    (rows, _, _, d), walls = contacts
-    history, load = sim.state.rows("history"), sim.state.rows("load")
-    columns = [sim.layout.rows[name][0] for name in impulses]
-    more = history[:, columns].sum(axis=1, keepdims=True) * change
-    push = more[rows] * unit(d)
-    load[rows, :3] += push
-    if walls is not None:
-        rows, _, wall = walls
-        load[rows, :3] += more[rows] * sim.box.normal[wall]
-    sim.state.put_rows("load", load)
 
 
 def set_speeds(sim, pairs, walls, v, new):
@@ -125,9 +64,6 @@ def _put_speeds(layout, history, touches, rows, speeds):
         if hasattr(law, "halved"):
             for name, values in law.halved(contact, touches[rows], *speeds).items():
                 history[rows, layout.rows[name][0]] = values
-
-
-# -- another stiffness ----------------------------------------------------------------------------
 
 
 def with_stiffness(scene, scale):

@@ -2,14 +2,13 @@
 
 import numpy as np
 
-from dusttaichi import geometry, samples, units
+from dusttaichi import samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.grains import record, validity
 from dusttaichi.grains.advice import advice
 from dusttaichi.grains.build import build
 from dusttaichi.grains.changes import (
     change_stiffness,
-    halve_time_step,
     steps_of_stages,
     take_numbers,
     with_stiffness,
@@ -19,7 +18,7 @@ from dusttaichi.grains.record import measurement
 from dusttaichi.grains.time_step import short_loads
 from dusttaichi.grains.variables import VARIABLES, variables_of
 from dusttaichi.method import SimpleSimulation, State
-from dusttaichi.names import AXES, WALLS
+from dusttaichi.names import WALLS
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.sample import Sample
@@ -33,7 +32,7 @@ TOP = WALLS.index("top")
 
 
 class MovingGrains(SimpleSimulation):
-    """The protocol dusttaichi.method.Refinable, for the Simulation `sim` of a scene."""
+    """The protocol dusttaichi.method.Simulation, for the Simulation `sim` of a scene."""
 
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, samples.pushed(scene, sample), sim
@@ -50,7 +49,6 @@ class MovingGrains(SimpleSimulation):
         self._steps = {}
         if scene.restiffens:
             self._steps = steps_of_stages(scene, self.sample, sim.polydisperse)
-        self._first = sim.dt, sim.push  # which halving the step changes
 
     @property
     def remarks(self):
@@ -131,7 +129,6 @@ class MovingGrains(SimpleSimulation):
         return State(arrays, self.sim.numbers() | numbers)
 
     def restore(self, state):
-        self.sim.dt, self.sim.push = self._first
         scale = state.numbers["stiffness_scaling"]
         if scale != self.sim.stiffness:
             take_numbers(self.sim, with_stiffness(self.scene, scale))
@@ -139,20 +136,6 @@ class MovingGrains(SimpleSimulation):
         if self.scene.restiffens:
             self.sim.dt = state.numbers["dt"]
         self.sim.restore(*state)
-
-    # -- half the step ---------------------------------------------------------------------------
-
-    def halve_step(self):
-        halve_time_step(self.sim)
-
-    def positions(self):
-        return self.sim.grain_state()[0]
-
-    def ends(self):
-        return self.sums() | segment_ends(self.sim, self.plates)
-
-    def compared(self, window, moments):
-        return segment_compared(self.sim, window, moments, self.plates)
 
     # -- result ----------------------------------------------------------------------------------
 
@@ -248,45 +231,3 @@ def features_of(scene, sample, sim):
         "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),
     }
     return {name for name, there in requested.items() if there}
-
-
-# -- a segment, to compare steps ------------------------------------------------------------------
-
-
-def segment_ends(sim, plates):
-    """Data at one end of a segment that its averages need, beside the sums."""
-    out = {}
-    if sim.box is not None:
-        out = {"force": sim.wall_forces(), "areas": sim.domain.wall_areas(sim.step)}
-    if plates is not None:
-        out["shadow"] = geometry.union_area(sim.grain_state()[0][:, :2], sim.radii)
-    return out
-
-
-def segment_compared(sim, window, moments, plates):
-    """Name -> number [SI] of a segment, see analysis.error_bar.QUANTITIES.
-
-    window: Window of sums and ends. moments: Measurements on the way. plates: Plates or None.
-    """
-    before, after, span = window
-    contacts = np.mean([m.parts["contacts"] for m in moments])
-    out = {"coordination_number": 2.0 * contacts / sim.grains}
-    if sim.box is not None:
-        # the force of a step acts half before and half after it
-        ends = 0.5 * sim.dt * (before["force"] - after["force"])
-        mean = (after["impulse"] - before["impulse"] + ends) / span
-        inward = np.sum(mean * sim.box.normal, axis=1)
-        wall = TOP if sim.box.present[TOP] else int(np.argmax(sim.box.present))
-        areas = 0.5 * (before["areas"] + after["areas"])
-        if plates is not None:
-            areas[:] = 0.5 * (before["shadow"] + after["shadow"])
-            out["filling_factor"] = sim.volume / (after["shadow"] * after["lengths"][2])
-        if np.isfinite(areas[wall]):
-            out["pressure"] = inward[wall] / areas[wall] * units.PRESSURE
-        else:
-            out["wall_force"] = inward[wall] * units.FORCE
-    if sim.layout.stress:
-        mean = record.stress(sim, *window)
-        for n, axis in enumerate(AXES):
-            out[f"stress_{axis}{axis}"] = mean[n, n] * units.PRESSURE
-    return out

@@ -2,7 +2,7 @@
 
 A method computes the motion of something: grains, or a continuum. Its scene is a class of its own,
 its simulation has the members of `Simulation`, and a `Method` names both. The run loop, the result
-file, checkpoints, stages and the error bar know nothing else of it. Numbers are in internal units
+file, checkpoints and stages know nothing else of it. Numbers are in internal units
 (dusttaichi.units) unless said otherwise.
 """
 
@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 from dusttaichi.method.simple import SimpleSimulation
 from dusttaichi.method.simulation import (
     Measurement,
-    Refinable,
     Scene,
     Simulation,
     Start,
@@ -32,7 +31,6 @@ __all__ = [
     "Measurement",
     "Method",
     "Preview",
-    "Refinable",
     "SimpleSimulation",
     "Simulation",
     "Start",

@@ -20,8 +20,7 @@ class SimpleSimulation:
 
     A method has to define `dt`, `variables`, `advance` and `measure`, and `stored`: the names of
     the attributes, arrays or numbers, that a checkpoint stores beside `step` and `dt`. By default
-    it has no boundary and one particle, and it loses, averages and refuses nothing. With
-    `halve_step` and `positions` it is Refinable.
+    it has no boundary and one particle, and it loses, averages and refuses nothing.
     """
 
     step: int = 0
@@ -81,10 +80,4 @@ class SimpleSimulation:
         return {}
 
     def attributes(self) -> dict:
-        return {}
-
-    def ends(self) -> dict[str, np.ndarray]:
-        return self.sums()
-
-    def compared(self, window: Window, moments: list[Measurement]) -> dict[str, float]:
         return {}

@@ -221,32 +221,3 @@ class Simulation(Protocol):
 
     def attributes(self) -> dict:
         """Global attributes of the result."""
-
-
-class Refinable(Simulation, Protocol):
-    """A simulation that can continue at half its step, for the error bar."""
-
-    def halve_step(self) -> None:
-        """Continue at half the time step from the very same state, steps counted accordingly."""
-
-    def positions(self) -> np.ndarray:
-        """Positions of the particles [um], (n, 3), always in the same order."""
-
-    def ends(self) -> dict[str, np.ndarray]:
-        """Current sums, and further numbers that `compared` needs of the ends of a segment."""
-
-    def compared(self, window: Window, moments: list[Measurement]) -> dict[str, float]:
-        """Numbers of a segment by which two steps are compared [SI], beside the energies.
-
-        Parameters
-        ----------
-        window
-            `ends` at its two ends.
-        moments
-            Measurements evenly spaced over it.
-
-        Returns
-        -------
-        dict
-            Name -> number.
-        """

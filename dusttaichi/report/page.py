@@ -17,7 +17,7 @@ from dusttaichi.results.outputs import check
 
 NOT_DRAWN = "figure not drawn"
 NOT_SHOWN = (
-    *("scene", "scene_given", "scene_resolved", "sample", "history", "error_bar"),
+    *("scene", "scene_given", "scene_resolved", "sample", "history"),
     *("summary_numbers", "convention", "coordinate", "title"),
 )
 

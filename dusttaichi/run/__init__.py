@@ -1,14 +1,12 @@
 """One run of a scene of any method: from the YAML to result.nc, and from a checkpoint.
 
 opening.py creates a Run (new, from a stored stage, resumed); loop.py advances it; activities.py are
-its scheduled actions; persistence.py are its files; error_bar.py repeats segments.
+its scheduled actions; persistence.py are its files.
 """
 
 from pathlib import Path
 
 from dusttaichi import files
-from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.run.error_bar import States, estimate
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
 from dusttaichi.run.state import Report
@@ -35,7 +33,6 @@ def execute(
     force=False,
     resume=False,
     fresh=False,
-    error_bar=False,
     report=lambda report: None,
     log=lambda text: None,
     sampled=lambda sample: None,
@@ -54,8 +51,6 @@ def execute(
         Continue an existing result.
     fresh : bool
         Compute every stage, even those that an earlier run has finished and stored.
-    error_bar : bool
-        Estimate the error of the time step at the end (error_bar.py).
     report : function
         Called regularly with a Report.
     log : function
@@ -82,24 +77,12 @@ def execute(
         After a flush and a checkpoint.
     """
     directory = Path(directory)
-    if error_bar and getattr(scene, "restiffens", False):
-        raise DustError(
-            "--error-bar: stages whose stiffness_scaling differs have steps of different length; "
-            "allowed: one stiffness_scaling for all stages"
-        )
     with Interrupts() as interrupts, files.RunLock(directory) as lock:
         others = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
-        opens = {"store_states": error_bar, "sampled": sampled}
-        opening = Opening(scene, directory, lock, **opens, **others)
+        opening = Opening(scene, directory, lock, sampled=sampled, **others)
         with before_the_first_step():
             run = opening.open(force=force, resume=resume, fresh=fresh)
             ready(run.sim)
         interrupts.collect()
-        try:
-            run.go()
-        except GuardStop:
-            States(directory).discard()
-            raise
-        if error_bar:
-            estimate(run, opening.states)
+        run.go()
     return directory

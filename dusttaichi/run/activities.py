@@ -1,4 +1,4 @@
-"""Activities of a run at scheduled steps: records, averages, stop conditions, stored states.
+"""Activities of a run at scheduled steps: records, averages, stop conditions.
 
 The next scheduled step of an activity is a pure function of the step. Activities of the same step
 act in the order in which the run lists them.
@@ -212,23 +212,3 @@ class OwnRecords(Activity):
             )
             kinds[name] = "f8" if value.dtype.kind == "f" else "i8"
         self.run.writer.add(declare(self.group, rows, kinds), sizes)
-
-
-class StoredStates(Activity):
-    """States from which the error bar may begin a segment (error_bar.States)."""
-
-    def __init__(self, run, states):
-        super().__init__(run)
-        self.states = states
-
-    def next(self, step):
-        return self.states.next(step)
-
-    def begin_stage(self):
-        """The first state of a stage."""
-        self.act()
-
-    def act(self):
-        run = self.run
-        if run.sim.step < run.end.step:
-            self.states.store(run.sim, run.state.stage, run.state.first)

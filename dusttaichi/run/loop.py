@@ -36,7 +36,6 @@ class Run:
         report,
         log,
         advancing=None,
-        states=None,
         share_stages=True,
     ):
         self.scene, self.sim, self.state, self.files = scene, sim, state, files
@@ -45,15 +44,14 @@ class Run:
         self.rate, self.checked = 0.0, 0.0
         self.began = real_time.perf_counter() - state.wall_clock
         self.opened_at = self.guarded_at = sim.step
-        self.activities = self._make_activities(states)
+        self.activities = self._make_activities()
         self.plan_stage()
 
-    def _make_activities(self, states):
+    def _make_activities(self):
         series = activities.Series(self)
         self.snapshots = activities.Snapshots(self)
         found = [activities.Averages(self, series), series, activities.EndCheck(self, series)]
-        found += [activities.Profiles(self), self.snapshots]
-        return found + ([activities.StoredStates(self, states)] if states is not None else [])
+        return [*found, activities.Profiles(self), self.snapshots]
 
     def plan_stage(self):
         """Set the plan and the end of the present stage."""
@@ -182,7 +180,6 @@ class Run:
 
         In this order, so that a continuation with a later stop lacks the last frame.
         """
-        self.files.forget_error_bar(self.sim.step)
         self.files.save(self)
         self.before_end = self.writer.counts(), self.state.last_snapshot
         self.snapshots.act()

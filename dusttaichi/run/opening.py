@@ -7,7 +7,6 @@ from dusttaichi.method import Start, State
 from dusttaichi.results import Writer, opened, provenance
 from dusttaichi.results.pieces import already_there
 from dusttaichi.run import checkpoint, stages
-from dusttaichi.run.error_bar import States
 from dusttaichi.run.identity import Origin, check_extensions, check_same, stage_stop
 from dusttaichi.run.loop import Run
 from dusttaichi.run.persistence import RunFiles, check_outputs, write_scene
@@ -17,18 +16,14 @@ from dusttaichi.run.state import RunState
 class Opening:
     """Opens the run of a scene in a directory with an acquired RunLock.
 
-    store_states: for an error bar. sampled: called with the sample of a new run. others: further
-    arguments of Run.
+    sampled: called with the sample of a new run. others: further arguments of Run.
     """
 
-    def __init__(
-        self, scene, directory, lock, *, store_states=False, sampled=lambda sample: None, **others
-    ):
+    def __init__(self, scene, directory, lock, *, sampled=lambda sample: None, **others):
         self.sampled = sampled
         self.scene, self.directory, self.lock, self.others = scene, directory, lock, others
         self.method = method.of(scene)
         self.origin = Origin.of(scene)
-        self.states = States(directory) if store_states else None
 
     def open(self, sample=None, *, force=False, resume=False, fresh=False):
         """A Run: resumed if requested and possible, else from a stored stage or new (`fresh`).
@@ -65,7 +60,6 @@ class Opening:
             force=force,
             lock=self.lock,
         )
-        States(self.directory).begin(-1)
         run = self._run(sim, RunState(Start.of(sim.measure())), writer)
         run.begin()
         return run
@@ -126,7 +120,6 @@ class Opening:
                 f"{state.numbers['dt'] * units.TIME * 1e9:.6g} ns, and this scene one of "
                 f"{sim.dt * units.TIME * 1e9:.6g} ns. Start again with --force."
             )
-        States(self.directory).begin(sim.step)
         writer = Writer.resume(self.directory / RESULT, saved.meta["counts"], lock=self.lock)
         return self._run(sim, RunState.from_meta(saved.meta["run"]), writer)
 
@@ -140,7 +133,7 @@ class Opening:
 
     def _run(self, sim, state, writer):
         run_files = RunFiles(self.directory, writer, self.scene.output.checkpoint, self.origin)
-        return Run(self.scene, sim, state, run_files, states=self.states, **self.others)
+        return Run(self.scene, sim, state, run_files, **self.others)
 
     def _attributes(self, sim):
         scene = self.scene

@@ -3,8 +3,6 @@
 import time as real_time
 from pathlib import Path
 
-import yaml
-
 from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT
@@ -61,23 +59,6 @@ class RunFiles:
             self.save(run)
         elif now - self.flushed > max(LEAST, self.cost / FLUSH_SHARE):
             self.flush()
-
-    # -- error bar -------------------------------------------------------------------------------
-
-    def error_bar_steps(self):
-        """Number of steps of the run of the stored error bar, or None."""
-        text = self.writer.attributes.get("error_bar", "")
-        return yaml.safe_load(text)["run_steps"] if text else None
-
-    def forget_error_bar(self, step):
-        """Drop the error bar of a shorter run."""
-        if self.error_bar_steps() not in (None, step):
-            self.writer.set_attributes({"error_bar": ""})
-
-    def write_error_bar(self, found):
-        """Put an error bar into the result."""
-        self.writer.set_attributes({"error_bar": yaml.safe_dump(found, sort_keys=False)})
-        self.writer.join()
 
 
 def check_outputs(scene, directory, force):

@@ -92,8 +92,7 @@ def _arrays(sums):
 class Report:
     """Progress of a run for display.
 
-    `filling_factor` and `pressure` [Pa] may be None; `task` is the name of another task than the
-    run itself.
+    `filling_factor` and `pressure` [Pa] may be None.
     """
 
     step: int
@@ -101,4 +100,3 @@ class Report:
     filling_factor: float | None
     pressure: float | None
     steps_per_second: float
-    task: str = ""

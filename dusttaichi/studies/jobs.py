@@ -163,7 +163,7 @@ def run(parent, *, scene, directory, mode, timed, how):
     from dusttaichi.scene import from_yaml
 
     def report(progress):
-        if progress.end and not progress.task:
+        if progress.end:
             parent.progress(share=progress.step / progress.end)
 
     mode = {"force": mode == "force", "resume": mode == "resume"}

@@ -109,8 +109,8 @@ def test_an_interruption_before_the_first_step_says_so(interrupted):
 
 
 def test_an_interruption_on_the_way_says_how_to_go_on(interrupted, tmp_path):
-    text = interrupted(Interrupted("interrupted; all is there"), "--error-bar")
-    onward = f"dust run {SMOKE} --output {tmp_path} --error-bar --resume"
+    text = interrupted(Interrupted("interrupted; all is there"), "--set", "stop.steps=9")
+    onward = f"dust run {SMOKE} --set stop.steps=9 --output {tmp_path} --resume"
     assert text == f"interrupted; all is there. Continue with: {onward}"
 
 

@@ -107,27 +107,6 @@ def test_the_ledger_closes(clash):
     assert (m.losses > -0.001 * start.kinetic).all()
 
 
-def test_the_error_bar_goes_on_at_half_the_step(clash):
-    """The same time in twice the steps, hardly elsewhere; a state brings the whole step back."""
-    motion, _, _, kept = clash
-    end = motion.state()
-    ends = {}
-    for level in range(2):
-        motion.restore(kept)
-        before, began = motion.sim.substeps, motion.time
-        if level:
-            motion.halve_step()
-            assert motion.time == pytest.approx(began, rel=1e-12)
-        motion.advance(4 * 2**level)
-        ends[level] = motion.positions(), motion.sim.substeps - before, motion.time
-    assert ends[1][2] == pytest.approx(ends[0][2], rel=1e-12)
-    assert ends[1][1] == pytest.approx(2 * ends[0][1], rel=0.15)
-    apart = np.abs(ends[1][0] - ends[0][0]).max() * units.LENGTH
-    assert 0.0 < apart < 0.01 * dust.SPACING
-    motion.restore(end)
-    assert motion.dt == end.numbers["dt"]
-
-
 def test_a_resumed_run_and_two_threads_have_the_same_bits(clash):
     motion, _, _, kept = clash
     whole = motion.state().arrays

@@ -5,7 +5,6 @@ Mass 1 pg; the spring's stiffness in nN/um, so that its root is the frequency in
 
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import Field
 
 from dusttaichi import units
@@ -77,16 +76,6 @@ class Spring(SimpleSimulation):
 
     def attributes(self):
         return {"stiffness": self.k}
-
-    # for the error bar
-
-    def halve_step(self):
-        now = self.v + 0.5 * self.dt * self.pull(self.v)
-        self.dt, self.step = 0.5 * self.dt, 2 * self.step
-        self.v = now - 0.5 * self.dt * self.pull(now)
-
-    def positions(self):
-        return np.array([[self.x, 0.0, 0.0]])
 
 
 # what its results show

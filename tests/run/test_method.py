@@ -9,13 +9,11 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-import netCDF4
 import numpy as np
 import pytest
 import spring
 import toy
 import xarray as xr
-import yaml
 from bits import assert_same_bits
 from typer.testing import CliRunner
 
@@ -146,17 +144,6 @@ def test_the_ledger_of_an_oscillation_is_measured_by_the_energy_exchanged():
     for kinetic in (0.015, 1.015, 1e3):
         with pytest.raises(GuardStop, match="ledger is open"):
             ledger.check(sim, Measurement.of(kinetic, 0.0, [0.0]), start)
-
-
-def test_error_bar(tmp_path):
-    execute(from_yaml(PLAIN), tmp_path / "run", error_bar=True)
-    with netCDF4.Dataset(tmp_path / "run/result.nc") as file:
-        found = yaml.safe_load(file.error_bar)
-    (whole,) = found["stretches"]
-    assert whole["steps"] == 2000
-    # the frequency is wrong by (w0 dt)^2/24: places part by four times as much at twice the step
-    first, second = whole["apart"]
-    assert first / second == pytest.approx(4.0, rel=0.01)
 
 
 def test_a_sweep_in_a_process_of_its_own(tmp_path):

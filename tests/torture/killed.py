@@ -83,10 +83,9 @@ SCENES = {
     "plain": PLAIN,
     "grains": GRAINS,
     "stages": STAGES,
-    "error bar": PLAIN,
     "replicas": GRAINS + "replicas: 2\n",
 }
 SCENES |= {"replicas": GRAINS + "replicas: 2\n", "continuum": CONTINUUM}
 SCENES |= {"sphere": SPHERE, "leaning cell": LEANING, "kept sample": KEPT}
-SHARES = {"plain": 0.2, "stages": 0.2, "error bar": 0.1, "replicas": 0.1, "grains": 0.1}
+SHARES = {"plain": 0.2, "stages": 0.3, "replicas": 0.1, "grains": 0.1}
 SHARES |= {"continuum": 0.1, "sphere": 0.1, "leaning cell": 0.1, "kept sample": 0.1}

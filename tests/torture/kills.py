@@ -14,9 +14,7 @@ import time
 import traceback
 from pathlib import Path
 
-import netCDF4
 import toy
-import yaml
 from bits import assert_same_bits
 from killed import SCENES, SHARES, SOURCE
 
@@ -47,7 +45,7 @@ def _go(name, directory, how):
     if name == "replicas":
         engine.run(sweep.replicas(scene, directory), **how)
     else:
-        execute(scene, directory, error_bar=name == "error bar", **how)
+        execute(scene, directory, **how)
 
 
 def _chains(name, kills, folder, seed, tally):
@@ -150,10 +148,3 @@ def _compare(whole, directory, name):
         if ".stages" not in result.parts:
             other = directory / result.relative_to(whole)
             assert_same_bits(result, other)
-            if name == "error bar":
-                assert _stretches(result) == _stretches(other), "another error bar"
-
-
-def _stretches(path):
-    with netCDF4.Dataset(path) as file:
-        return yaml.safe_load(file.error_bar)["stretches"]

@@ -6,7 +6,6 @@ from dusttaichi.analysis.compression import INNER, compression_curve, compressio
 from dusttaichi.analysis.compression_fit import fit_compression, rms_from_law
 from dusttaichi.analysis.cycles import unloadings
 from dusttaichi.analysis.dynamic import PLATEAU, dynamic
-from dusttaichi.analysis.error_bar import error_bar, filling_factor_error
 from dusttaichi.analysis.isotropic import isotropic
 from dusttaichi.analysis.kind import is_dynamic
 from dusttaichi.analysis.numbers.registry import (
@@ -56,7 +55,6 @@ def _measure(run):
         "largest_p_high": whole.p_high,
         "onset": onset(curve) if plates else None,
         "onset_peaks": onset(compression_curve(run, peaks=PEAKS)) if _momentary(run) else None,
-        "error_bar_phi": filling_factor_error(error_bar(run), curve),
     } | _inner(run, law)
     try:
         fit = fit_compression(curve, phi2=law.phi2)
@@ -172,7 +170,6 @@ FIT = Family(
         Observable(name="onset_peaks", title=f"{ONSET}, largest of {PEAKS} records", unit="Pa",
                    rows=_onset_rows(f"{ONSET}, largest of {PEAKS} records", lambda n: PD08),
                    place=AFTER),
-        quiet("error_bar_phi", "error of the time step, filling factor at a pressure", None),
     ),
 )  # fmt: skip
 CURVE = Family(

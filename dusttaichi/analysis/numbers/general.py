@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 
-from dusttaichi.analysis.error_bar import error_bar, error_bar_rows
 from dusttaichi.analysis.ledger import ledger
 from dusttaichi.analysis.loads import controlled_loads, shearings
 from dusttaichi.analysis.numbers.registry import (
@@ -116,9 +115,6 @@ END = Family(
                    figure="ledger"),
         quiet("ledger_shares", "shares of the losses by channel", None,
               value=lambda end: end.ledger.shares, figure="ledger"),
-        Observable(name="error_bar", title="error bar of the time step", unit=None, column=None,
-                   value=lambda end: error_bar(end.run),
-                   rows=lambda bar, n: error_bar_rows(bar, n["error_bar_phi"])),
         quiet("start_contacts", "contacts of a sample of listed grains, at the start", None,
               value=lambda end: end.run.sample.get("touching"), rows=_touching, text=AUTO),
         Observable(name="grains", title="grains", text="{:,}", column=("grains", "{:,}", 1),

@@ -31,7 +31,6 @@ HISTORY = {
 }
 CHANNEL = "asperities"
 RADIAL = True
-IMPULSE = "touch_impulse"  # acts as a force over one step
 
 
 @ti.pyfunc

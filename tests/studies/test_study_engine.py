@@ -43,7 +43,7 @@ def test_a_study_asks_again_until_it_wants_no_more(rebound):
         # in the ends of a bracket of 100 times, 0.618 of it (in its logarithm) stays each time
         rounds = np.log(np.log(100.0) / np.log(1.5)) / -np.log((5**0.5 - 1) / 2)
         assert len(speeds) == 1 + np.ceil(rounds)
-        best = speeds[int(data.restitution.argmax())]
+        best = speeds[int(data.restitution.values.argmax())]
         assert np.all(np.isfinite(data.restitution)) and set(data.status.values) == {"finished"}
         # every other speed is on the way down from it
         order = np.argsort(speeds)
