@@ -12,7 +12,8 @@ REMOVED = {
     "selftest": "dust bench states the energy ledger of its two scenes; to check a device, "
     "compare a run with numerics.backend: cuda with one with cpu (dust compare)",
     "run --error-bar": "dust trade SCENE --knobs step_fraction --quick measures the error of the "
-    "time step (of a continuum --knobs cfl)",
+    "time step, by some twenty times the cost of a run; of a continuum dust sweep SCENE --set "
+    "numerics.cfl=0.5,0.25",
     "export --to stl": f"{_SURFACES}, which File > Save Data writes as .stl",
     "export --to vtp": _SURFACES,
     "export --to xyz": "--to extxyz, which programs that read XYZ read as well",
