@@ -138,16 +138,20 @@ def tile(positions, grains: int, pitch) -> np.ndarray:
     return tiled[np.sort(np.argsort(tiled[:, 0], kind="stable")[:grains])]
 
 
+def tiled(recipe: Recipe) -> np.ndarray:
+    """Copies of the sample of TILE grains that touch, not relaxed: positions (grains, 3) [m]."""
+    scene = bench_scene(recipe.grains, seed=recipe.seed)
+    base = make(Recipe(TILE, recipe.filling_factor, recipe.seed)).positions
+    touch = 2 * scene.material.radius - pair_constants(scene.material, scene.interaction).delta0
+    return tile(base, recipe.grains, np.ptp(base[:, :2], axis=0) + touch)
+
+
 def _positions(recipe: Recipe) -> np.ndarray:
     scene = bench_scene(recipe.grains, seed=recipe.seed)
-    radius = scene.material.radius
     if recipe.filling_factor <= CAKE:
         return samples.make(scene).positions
     if recipe.grains > TILED_ABOVE:
-        base = make(Recipe(TILE, recipe.filling_factor, recipe.seed)).positions
-        touch = 2 * radius - pair_constants(scene.material, scene.interaction).delta0
-        pitch = np.ptp(base[:, :2], axis=0) + touch
-        return _settled(tile(base, recipe.grains, pitch), SETTLE_TILED)
+        return _settled(tiled(recipe), SETTLE_TILED)
     return _settled(_pressed(samples.make(scene), recipe.filling_factor), SETTLE_ROUNDS)
 
 

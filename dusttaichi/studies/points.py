@@ -73,9 +73,8 @@ class Point:
         data.pop("replicas", None)
         data["name"] = name or re.sub(r"[^A-Za-z0-9._-]+", "_", f"{scene.name}-{label}")[:NAME]
         data["output"]["directory"] = str(Path(directory) / label)
-        if (
-            data["output"]["snapshots"] == "auto" and not snapshots
-        ):  # those of many runs may fill a disk
+        # those of many runs may fill a disk
+        if data["output"]["snapshots"] == "auto" and not snapshots:
             data["output"]["snapshots"] = "off"
         seeds = {}
         for path, block in keys_of(data.get("sample", {}), "seed"):

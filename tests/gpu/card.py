@@ -20,9 +20,8 @@ import stored_states
 from benchmarks import continuum
 from benchmarks import sample as bench
 from dusttaichi import method, samples
-from dusttaichi.physics.contact.constants import pair_constants
 
-DENSE, TILE = 0.35, bench.TILE  # filling factor and grains of the sample that is repeated
+DENSE = 0.35  # filling factor of the sample that is repeated
 GRAINS = (1_000, 11_000, 100_000, 1_000_000)
 CONTINUUM = ((2, 40_000), (3, 28_000), (3, 500_000))  # dimension, particles
 SPAN = 2.0  # s, of a measurement
@@ -66,9 +65,7 @@ def _grains(number, precision, backend, threads):
     """Motion of copies of the dense sample."""
     scene = bench.bench_scene(number, threads=threads, precision=precision)
     scene = scene.with_value("numerics.backend", backend)
-    positions = bench.make(bench.Recipe(TILE, DENSE)).positions
-    touch = 2 * scene.material.radius - pair_constants(scene.material, scene.interaction).delta0
-    positions = bench.tile(positions, number, np.ptp(positions[:, :2], axis=0) + touch)
+    positions = bench.tiled(bench.Recipe(number, DENSE))
     return method.of(scene).build(scene, samples.Sample.at_rest(positions))
 
 
