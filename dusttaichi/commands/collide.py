@@ -33,13 +33,14 @@ def collide(
     """Run many collisions over speed, impact parameter, mass ratio, bodies, seeds: map, table."""
     from dusttaichi.analysis.collisions import summary_columns
     from dusttaichi.analysis.plain import plain_dataset
-    from dusttaichi.analysis.thresholds import threshold_columns
-    from dusttaichi.studies.collide import collide_and_refine, make_study, write
+    from dusttaichi.analysis.thresholds import threshold_columns, thresholds
+    from dusttaichi.studies import engine
+    from dusttaichi.studies.collide import Collisions
 
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, settings, extensions)
     runs = scene.output.directory
-    study = make_study(scene, output or runs.with_name(f"{runs.name}-collisions"))
+    study = Collisions(scene, output or runs.with_name(f"{runs.name}-collisions"))
     how = {"settings": settings or [], "scheduler": scheduler, "extensions": extensions}
     onward = options.again("collide", file, output, **how)
     with options.writing(force=force, inputs=[file]):
@@ -47,22 +48,49 @@ def collide(
         with ProgressBar(quiet) as bar, options.resumable(done, onward):
             how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
             how |= {"report": shown(bar, "collisions"), "log": bar.log}
-            study, rows = collide_and_refine(scene, study.directory, **how)
-        data, found, written = write(study, rows, figures=figures)
+            found = engine.run(study, **how)
+        data = study.dataset(found)
+        speeds = thresholds(data)
+        written = _write(data, speeds, study.file, figures)
     if as_json:
         say_json(plain_dataset(data))
     else:
         say_abreast(*summary_columns(data), data.attrs["title"])
         say()
-        say_abreast(*threshold_columns(found, data.speed.values), THRESHOLDS)
+        say_abreast(*threshold_columns(speeds, data.speed.values), THRESHOLDS)
         say()
     open_ends = int((data.settled == 0).sum())
     if open_ends:
         remark(f"{open_ends} collisions ended while fragments still changed: increase stop.time")
     say_written(written, remark if as_json else say)
-    failed = [row["error"] for row in rows if "error" in row]
+    failed = [one.text for one in found.values() if not one.ok]
     if failed:
         raise DustError(
-            f"{len(failed)} of {len(rows)} collisions failed and are left out of the means, which "
-            f"then underrepresent violent ones. The first: {failed[0]}"
+            f"{len(failed)} of {len(found)} collisions failed and are left out of the means, which "
+            f"then underrepresent violent ones (--resume tries them again). The first: {failed[0]}"
         )
+
+
+def _write(data, speeds, file, figures):
+    """Write the dataset, its tables and, where wanted, figures; returns their paths."""
+    from dusttaichi import files, plots
+    from dusttaichi.analysis.collisions import table_text
+    from dusttaichi.analysis.ensemble import save_ensemble
+    from dusttaichi.analysis.thresholds import threshold_text
+
+    save_ensemble(data, file)
+    tables = {file.with_suffix(".csv"): table_text(data)}
+    tables[file.with_name("thresholds.csv")] = threshold_text(speeds)
+    for path, text in tables.items():
+        files.write_whole(path, text.encode())
+    drawn = {"outcomes": plots.outcome_map(data)} if figures else {}
+    if figures and data.sizes["mass_ratio"] > 1:
+        drawn["outcomes_mass_ratio"] = plots.outcome_map(data, "mass_ratio")
+    if figures and data.sizes["body"] > 1:
+        drawn["thresholds"] = plots.threshold_speeds(data, speeds)
+    if figures:
+        drawn |= {"growth": plots.growth(data), "spectrum": plots.fragment_spectrum(data)}
+        drawn["phases"] = plots.phases(data)
+    there = {name: figure for name, figure in drawn.items() if figure is not None}
+    paths = [plots.save(figure, file.with_name(f"{name}.png")) for name, figure in there.items()]
+    return [file, *tables, *paths]

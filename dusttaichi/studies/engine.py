@@ -1,18 +1,19 @@
 """One engine of studies: which runs, what of each, which more.
 
-A study names points, which are changed scenes. `run` makes each by the `execute` of `dust run`, in
-processes that stay or on a Dask cluster, and asks again with what was found until the study wants
-no more. A run with a result is a point that is found: after an interruption the missing ones are
-left.
+A study names points: changed scenes (points.Point), or requests to a task (requests.Request). `run`
+makes those by the `execute` of `dust run` and sends these, in processes that stay or on a Dask
+cluster, and asks again with what was found until the study wants no more. A run with a result, and
+a row of an answer, is a point that is found: after an interruption the missing ones are left.
 """
 
 import os
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, wait
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
 import xarray as xr
@@ -27,10 +28,11 @@ from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.scene import Scene
 from dusttaichi.studies.jobs import Job, JobResult
 from dusttaichi.studies.points import Point
-from dusttaichi.studies.pool import idle_workers, open_pool
+from dusttaichi.studies.pool import open_pool
+from dusttaichi.studies.requests import Request, Rows, batches
 from dusttaichi.studies.settings import input_files
 from dusttaichi.studies.store import cost_of, mode_of, store
-from dusttaichi.studies.workers import INTERRUPTED, POLL
+from dusttaichi.studies.workers import INTERRUPTED, LOST, POLL, idle_workers
 
 
 @dataclass(frozen=True)
@@ -45,12 +47,12 @@ class Found:
     text
         Why it failed, or "".
     measured
-        Numbers that the study measured of the run, None of a failed one.
+        Numbers that the study measured of the run, or the answer to a request; None if failed.
     cost
         Processor time of its steps [s], if the study is timed.
     """
 
-    point: Point
+    point: Point | Request
     code: int = 0
     text: str = ""
     measured: Any = None
@@ -70,26 +72,26 @@ class Study(Protocol):
     scene
         Scene before the changes of the points.
     directory
-        Directory of the results.
+        Directory of the results, None of a study that writes none.
     file
-        File of the dataset.
+        File of the dataset, or None.
     timed
         True where the processor time of the runs is wanted, by this code.
     """
 
     scene: Scene
-    directory: Path
-    file: Path
+    directory: Path | None
+    file: Path | None
     timed: bool
 
-    def points(self, found: Mapping[str, Found]) -> list[Point]:
+    def points(self, found: Mapping[str, Found]) -> list[Point | Request]:
         """Points that are wanted, given those found by their labels.
 
         The study ends where all of them are found.
         """
 
     def measure(self, run: analysis.Run) -> Any:
-        """Numbers of a finished run that `dataset` needs."""
+        """Numbers of a finished run that `dataset` needs; of requests it is their answer."""
 
     def dataset(self, found: Mapping[str, Found]) -> xr.Dataset:
         """The dataset that is written at the end."""
@@ -152,17 +154,20 @@ def run(
     arguments of `execute` for runs that are not finished. Raises DustError (existing results, no
     scheduler), KeyboardInterrupt (after all checkpoints are written).
     """
-    found, whole = {}, part == (1, 1)
+    found, rows, whole = {}, {}, part == (1, 1)
     progress = Progress(0, 0, report)
     how = {"scheduler": scheduler, "jobs": jobs, "log": log, "how": how}
-    how |= {"timed": study.timed}
+    how |= {"timed": study.timed, "rows": rows}
     # with parts, each run has its own lock
-    with files.RunLock(study.directory) if whole else nullcontext(), idle_workers() as idle:
+    locked = whole and study.directory is not None
+    with files.RunLock(study.directory) if locked else nullcontext(), idle_workers() as idle:
         how["idle"] = idle
-        if whole and not force and not resume and study.file.exists():
+        if locked and not force and not resume and study.file.exists():
             raise already_there(study.file, "with the missing runs")
         while points := [p for p in study.points(found) if p.label not in found]:
             chosen = {p.label: p for p in points[part[0] - 1 :: part[1]]}
+            for file in {p.file for p in chosen.values() if isinstance(p, Request)} - set(rows):
+                rows[file] = Rows(file, force=force, resume=resume)
             for label, result in _round(chosen, progress, force=force, resume=resume, **how):
                 found[label] = _found(study, chosen[label], result)
             if not whole:
@@ -174,25 +179,37 @@ def _found(study, point, result):
     """The Found of a point with this JobResult."""
     if result.code != 0:
         return Found(point, result.code, result.text)
+    if isinstance(point, Request):
+        return Found(point, measured=result.found)
     with analysis.open_run(point.directory) as run:
         measured = study.measure(run)
     return Found(point, measured=measured, cost=cost_of(point) if study.timed else None)
 
 
-def _round(points, progress, *, force, resume, timed, log, **how):
-    """(label, JobResult) of the points (label -> Point), of the finished ones first."""
-    if not force and not resume:
-        for path in (point.directory / RESULT for point in points.values()):
-            if path.exists():
-                raise already_there(path, "with the missing runs")
-    modes = {n: mode_of(point, force, resume, timed=timed) for n, point in points.items()}
-    left = {label: mode for label, mode in modes.items() if mode is not None}
-    progress.more(len(points), len(points) - len(left))
-    if len(left) < len(modes):
-        log(f"{len(modes) - len(left)} of {len(modes)} runs are already finished")
-    results = {label: JobResult(label, 0, "") for label in points}
+def _round(points, progress, *, force, resume, timed, log, rows, **how):
+    """(label, JobResult) of the points (by label), of the finished ones first.
+
+    rows: file -> its Rows.
+    """
+    left, results = {}, {}
+    for label, point in points.items():
+        found, mode = {}, "new"
+        if isinstance(point, Request):
+            found = rows[point.file].known.get(label)
+            mode = "new" if found is None else None
+        elif not force and not resume and (point.directory / RESULT).exists():
+            raise already_there(point.directory / RESULT, "with the missing runs")
+        else:
+            mode = mode_of(point, force, resume, timed=timed)
+        if mode is None:
+            results[label] = JobResult(label, 0, "", found=found)
+        else:
+            left[label] = mode
+    progress.more(len(points), len(results))
+    if results:
+        log(f"{len(results)} of {len(points)} runs are already finished")
     if left:
-        results |= _do(points, left, progress, timed=timed, log=log, **how)
+        results |= _do(points, left, progress, timed=timed, log=log, rows=rows, **how)
     return results.items()
 
 
@@ -209,46 +226,66 @@ def shares(scene, runs, cores):
     return min(runs, max(1, cores // threads)), threads
 
 
-def _do(points, left, progress, *, scheduler, jobs, idle, timed, log, how):
-    """label -> JobResult of the runs in `left` (label -> mode), in the order of their ends."""
-    scene = points[next(iter(left))].scene
-    workers, threads = shares(scene, len(left), usable_cores())
+def _do(points, left, progress, *, scheduler, jobs, idle, timed, log, rows, how):
+    """label -> JobResult of the points in `left` (label -> mode), in the order of their ends."""
+    remote, results, arrived = scheduler is not None, {}, SimpleQueue()
+    workers, threads = _places([points[label] for label in left], remote)
     workers = min(workers, jobs or workers)
-    remote, results = scheduler is not None, {}
-    if remote and scene.numerics.threads == "auto":
-        threads = 1  # a task takes one thread of a worker, whose cores are not known here
+
+    def heard(label, share, answer=None):
+        if answer is None:
+            progress.heard(label, share)
+        else:
+            arrived.put(JobResult(label, **answer))
 
     def take(result):
-        results[result.label] = result
-        store(result, points[result.label].directory, timed=timed)
+        if result.label in results:  # has arrived before its batch
+            return
+        results[result.label], point = result, points[result.label]
+        if isinstance(point, Request):
+            rows[point.file].add(result)
+        else:
+            store(result, point.directory, timed=timed)
         progress.ended(result.label, int(result.code != INTERRUPTED))
 
-    with (
-        noted_signals() as signals,
-        open_pool(scheduler, workers, progress.heard, idle) as pool,
-    ):
-        tasks = [
-            _job(points[label], mode, threads=threads, remote=remote, timed=timed, how=how)
-            for label, mode in left.items()
-        ]
+    with noted_signals() as signals, open_pool(scheduler, workers, heard, idle) as pool:
+        own = {"threads": threads, "remote": remote, "timed": timed, "how": how}
+        runs = {n: mode for n, mode in left.items() if not isinstance(points[n], Request)}
+        tasks = [_job(points[label], mode, **own) for label, mode in runs.items()]
+        requests = [points[label] for label in left if label not in runs]
+        tasks += batches(requests, workers, remote=remote)
         futures = _submit(pool, tasks, points, remote)
-        drain(
-            pool, futures, take, signals, lambda: log("stopping: the runs write their checkpoints")
-        )
+        stopping = "stopping: runs write their checkpoints, what is finished is stored"
+        _drain(pool, futures, signals, arrived, take=take, warn=lambda: log(stopping))
     return results
 
 
-def drain(pool, futures, take, signals, warn):
-    """Call take(JobResult) at the end of each job; after a signal warn(), and stop the pool.
+def _places(points, remote):
+    """(simultaneous jobs on this machine, threads of a run), by the first of some points."""
+    first, cores = points[0], usable_cores()
+    if isinstance(first, Request):
+        return min(len(points), max(1, cores // (first.cores or cores))), None
+    workers, threads = shares(first.scene, len(points), cores)
+    if remote and first.scene.numerics.threads == "auto":
+        threads = 1  # a task takes one thread of a worker, whose cores are not known here
+    return workers, threads
 
-    futures: Future -> label of the job, emptied. signals: of `noted_signals`. Raises
-    KeyboardInterrupt at the end where it was stopped.
+
+def _drain(pool, futures, signals, arrived, *, take, warn):
+    """Call take(JobResult) for each point as it ends; after a signal warn(), and stop the pool.
+
+    futures: Future -> its job, emptied. signals: of `noted_signals`. arrived: queue of the
+    JobResults of requests. Raises KeyboardInterrupt at the end where it was stopped.
     """
     stopping = False
     while futures:
         done, _ = wait(futures, timeout=POLL, return_when=FIRST_COMPLETED)
+        with suppress(Empty):
+            while True:
+                take(arrived.get_nowait())
         for future in done:
-            take(_result_of(future, futures.pop(future)))
+            for result in _results_of(future, futures.pop(future)):
+                take(result)
         if signals and not stopping:
             stopping = True
             warn()
@@ -258,14 +295,19 @@ def drain(pool, futures, take, signals, warn):
 
 
 def _submit(pool, jobs, points, remote):
-    """Future -> label of the run. Input files of several jobs are shared once."""
+    """Future -> job. Input files of several jobs are shared once."""
     futures, shared = {}, {}
     for job in jobs:
-        paths = tuple(input_files(points[job.label].scene)) if remote else ()
+        own = [points[label] for label in job.labels] if remote else []
+        paths = tuple(dict.fromkeys(path for point in own for path in _inputs_of(point)))
         if paths not in shared:
             shared[paths] = pool.share({path: content_of(path) for path in paths})
-        futures[pool.submit(job, shared[paths])] = job.label
+        futures[pool.submit(job, shared[paths])] = job
     return futures
+
+
+def _inputs_of(point):
+    return point.inputs if isinstance(point, Request) else input_files(point.scene)
 
 
 def _job(point, mode, *, threads, remote, **how):
@@ -288,10 +330,12 @@ def content_of(path):
         raise DustError(f"{path} cannot be read: {error.strerror or error}.") from error
 
 
-def _result_of(future, label):
-    """JobResult of a finished Future, also of one whose worker was lost."""
+def _results_of(future, job):
+    """JobResults of the points of a job with a finished Future, also of one that was lost."""
     if future.cancelled():
-        lost = "the cluster has cancelled it, its scheduler may have ended: continue with --resume"
-        return JobResult(label, 1, lost)
-    error = future.exception()
-    return future.result() if error is None else JobResult(label, 1, str(error) or repr(error))
+        text = "the cluster has cancelled it, its scheduler may have ended: continue with --resume"
+    elif (error := future.exception()) is not None:
+        text = str(error) or repr(error)
+    else:
+        return job.results(future.result())
+    return [JobResult(label, LOST, text) for label in job.labels]

@@ -1,14 +1,15 @@
-"""One run as a job: in a worker process here, or in a temporary directory of a cluster."""
+"""Jobs in a worker process here or on a cluster, and the one that is a run."""
 
 import tempfile
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 from typing import ClassVar
 
 from dusttaichi.files import run_files
-from dusttaichi.studies.workers import INTERRUPTED, Worker
+from dusttaichi.studies.workers import INTERRUPTED, LOST, Answer, Worker, taken
 
 LEAST = 1.0  # core-seconds: the steps of shorter runs are repeated up to this total
 LOOK = 0.5  # s between two checks whether to stop, on a cluster over its network
@@ -35,22 +36,46 @@ class Job:
 
     task: ClassVar[str] = f"{__name__}:run"
 
-    def request(self, directory):
-        """Arguments of the task."""
-        return {
-            "scene": self.scene,
-            "directory": str(directory),
-            "mode": self.mode,
-            "timed": self.timed,
-            "how": self.how,
-        }
+    @property
+    def labels(self):
+        """Label of the point, as the only one."""
+        return [self.label]
+
+    def results(self, result):
+        """JobResults of the points."""
+        return [result]
+
+    def do(self, link, inputs):
+        """The JobResult.
+
+        link: of a pool; has stopped(), true once all jobs have to stop, report(label, share), and,
+        on this machine, `idle`, the list of idle Workers. inputs: relative path -> bytes of the
+        input files of the scene, for a temporary directory.
+        """
+        if link.stopped():
+            return JobResult(self.label, INTERRUPTED, "not started")
+        if self.directory is not None:
+            with taken(link.idle, self.task, link.stopped) as worker:
+                answer = self._ask(worker, self.directory, link)
+            return JobResult(self.label, answer.code, answer.text, found=answer.found)
+        with laid_out(inputs) as here, tempfile.TemporaryDirectory(prefix="dusttaichi-") as folder:
+            directory = Path(folder)
+            _lay_out(self.files, directory)
+            with Worker(self.task, folder=here) as worker:
+                answer = self._ask(worker, directory, link)
+            files = {name: (directory / name).read_bytes() for name in _returned(directory)}
+        return JobResult(self.label, answer.code, answer.text, files, answer.found)
+
+    def _ask(self, worker, directory, link):
+        own = {"scene": self.scene, "mode": self.mode, "timed": self.timed, "how": self.how}
+        return ask(worker, self.label, own | {"directory": str(directory)}, link)
 
 
 @dataclass(frozen=True)
 class JobResult:
-    """Result of a run: exit code, message, files of a temporary directory.
+    """Result of a job: exit code, message, files of a temporary directory.
 
-    found: everything that the task has reported and returned.
+    found: everything that the task has reported and returned; of requests see requests.Batch.
     """
 
     label: str
@@ -60,27 +85,31 @@ class JobResult:
     found: dict = field(default_factory=dict)
 
 
-def perform(job, link, inputs):
-    """The JobResult of a Job, or of another with the same attributes (studies.collide).
+def ask(worker, label, arguments, link, seconds=None):
+    """The Answer of a Worker to a request, whose share is reported to the `link` (see Job.do).
 
-    link: has stopped(), true once all runs have to stop, report(label, share), and, for runs in
-    their own directory, worker(task), a context with a Worker. inputs: relative path -> bytes of
-    the input files of the scene, for a temporary directory.
+    seconds: after which the process is killed, None: no limit.
     """
-    if link.stopped():
-        return JobResult(job.label, INTERRUPTED, "not started")
-    if job.directory is not None:
-        with link.worker(job.task) as worker:
-            answer = _work(job, job.directory, worker, link)
-        return JobResult(job.label, answer.code, answer.text, found=answer.found)
+    worker.send(**arguments)
+    reported, end = None, inf if seconds is None else time.monotonic() + seconds
+    while not worker.answered(min(LOOK, max(0.0, end - time.monotonic()))):
+        if time.monotonic() >= end:
+            worker.kill()
+            return Answer(LOST, f"no answer in {seconds:g} s", dict(worker.reports))
+        share = worker.reports.get("share")
+        if share != reported:
+            reported = share
+            link.report(label, share)
+        if link.stopped():
+            worker.stop()
+    return worker.answer()
+
+
+@contextmanager
+def laid_out(inputs):
+    """Temporary directory with input files (relative path -> bytes), valid for their paths."""
     with tempfile.TemporaryDirectory(prefix="dusttaichi-") as folder:
-        directory = Path(folder) / "result"
-        _lay_out(job.files, directory)
-        here = _lay_out_inputs(inputs, Path(folder) / "inputs")
-        with Worker(job.task, folder=here) as worker:
-            answer = _work(job, directory, worker, link)
-        files = {name: (directory / name).read_bytes() for name in _returned(directory)}
-    return JobResult(job.label, answer.code, answer.text, files, answer.found)
+        yield _lay_out_inputs(inputs, Path(folder) / "inputs")
 
 
 def _returned(directory):
@@ -103,20 +132,6 @@ def _lay_out_inputs(inputs, folder):
     here = folder.joinpath(*["d"] * up)
     _lay_out(inputs, here)
     return here
-
-
-def _work(job, directory, worker, link):
-    """Run a job in a worker process; returns its Answer."""
-    worker.send(**job.request(directory))
-    reported = None
-    while not worker.answered(LOOK):
-        share = worker.reports.get("share")
-        if share != reported:
-            reported = share
-            link.report(job.label, share)
-        if link.stopped():
-            worker.stop()
-    return worker.answer()
 
 
 class Meter:

@@ -1,6 +1,6 @@
-"""Pools for the runs of a study: threads of this process, or a Dask cluster.
+"""Pools for the jobs of a study: threads of this process, or a Dask cluster.
 
-Each thread only waits for the worker process of its run. Here a process makes one run after the
+Each thread only waits for the worker process of its job. Here a process makes one job after the
 other, so that those of the same structure share its start and its kernels. Both pools have
 submit(job, inputs) -> Future and stop(), are context managers, and `share` inputs of many jobs.
 """
@@ -10,34 +10,20 @@ import threading
 import uuid
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
 
 from dusttaichi.errors import DustError
-from dusttaichi.studies.jobs import perform
-from dusttaichi.studies.workers import Worker
 
 CONNECT = "10 s"  # timeout of a scheduler
-
-
-@contextmanager
-def idle_workers():
-    """Context with the list of idle Workers, which its end stops."""
-    idle = []
-    try:
-        yield idle
-    finally:
-        for worker in idle:
-            worker.stop()
-        for worker in idle:
-            worker.close()
 
 
 def open_pool(scheduler, workers, report, idle):
     """The pool for `workers` simultaneous runs on this machine, or the cluster of a scheduler.
 
-    scheduler: address such as tcp://host:8786, or None. report: called with (label of the job,
-    share that is done), from any thread. idle: list of `idle_workers`, of the same task, for
-    several pools one after the other. Raises DustError where no scheduler answers.
+    scheduler: address such as tcp://host:8786, or None. report: called from any thread with (label
+    of the point, share that is done), and with the answer to a request (requests.Batch). idle: list
+    of `idle_workers`, for several pools one after the other. Raises DustError where no scheduler
+    answers.
     """
     if scheduler is None:
         return Threads(workers, report, idle)
@@ -53,7 +39,7 @@ class Threads(AbstractContextManager):
         self._executor = ThreadPoolExecutor(workers)
         self._stop = threading.Event()
         self.stop, self.stopped, self.report = self._stop.set, self._stop.is_set, report
-        self._idle = idle
+        self.idle = idle
 
     def share(self, inputs):
         """The inputs, as an argument of `submit`."""
@@ -61,25 +47,7 @@ class Threads(AbstractContextManager):
 
     def submit(self, job, inputs):
         """A Future of the JobResult."""
-        return self._executor.submit(perform, job, self, inputs)
-
-    @contextmanager
-    def worker(self, task):
-        """Context with a Worker for this task, an idle one if there is one.
-
-        It becomes idle again if its process is well: if it answered, and is not being stopped.
-        """
-        try:
-            worker = self._idle.pop()
-        except IndexError:
-            worker = Worker(task)
-        try:
-            yield worker
-        finally:
-            if worker.alive and not self.stopped():
-                self._idle.append(worker)
-            else:
-                worker.close()
+        return self._executor.submit(job.do, self, inputs)
 
     def __exit__(self, *_):
         self.stop()
@@ -98,11 +66,11 @@ class Link:
 
         return Event(self.name).is_set()
 
-    def report(self, label, share):
-        """Report the share of a run that is done to the client."""
+    def report(self, *news):
+        """Report to the client, see `open_pool`."""
         from distributed import get_worker
 
-        get_worker().log_event(self.name, [label, share])
+        get_worker().log_event(self.name, news)
 
 
 class Dask(AbstractContextManager):
@@ -140,7 +108,7 @@ class Dask(AbstractContextManager):
         """A Future of the JobResult."""
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Sending large graph")
-            return self._executor.submit(perform, job, self._link, inputs)
+            return self._executor.submit(job.do, self._link, inputs)
 
     def stop(self):
         """Stop all runs, each with its checkpoint."""

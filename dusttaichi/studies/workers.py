@@ -22,7 +22,7 @@ import os
 import subprocess
 import tempfile
 import threading
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 
 from dusttaichi import compiler
@@ -32,6 +32,7 @@ LOST = 1  # code of a process that died, or did not answer in time
 INTERRUPTED = 130  # code of a task that was stopped
 POLL = 0.2  # s between two checks of a thread whether to stop
 PATIENCE = 120.0  # s for a stopped process to write its checkpoint, before it is killed
+STARTING = 60.0  # s more for the first request of a process: imports and compilation
 
 
 def environment(kernels=None):
@@ -64,9 +65,11 @@ class Worker(AbstractContextManager):
     `environment`. A context manager: at its end the process is stopped.
 
     reports: everything that the task has reported since the last request, the latest of each key.
+    fresh: True until it has answered for the first time.
     """
 
     def __init__(self, task, *, folder=None, kernels=None):
+        self.task, self.fresh = task, True
         self.reports, self._answer = {}, None
         self._ended = False
         self._news = threading.Condition()
@@ -120,6 +123,7 @@ class Worker(AbstractContextManager):
             return Answer(LOST, f"no answer in {seconds:.0f} s", dict(self.reports))
         if self._answer is None:
             return Answer(LOST, self._last_words(), dict(self.reports))
+        self.fresh = False
         found = self.reports | (self._answer.get("found") or {})
         return Answer(self._answer["code"], self._answer.get("text", ""), found)
 
@@ -197,3 +201,38 @@ def _message(line):
     except ValueError:
         return None
     return message if isinstance(message, dict) else None
+
+
+@contextmanager
+def idle_workers():
+    """Context with the list of idle Workers, which its end stops."""
+    idle = []
+    try:
+        yield idle
+    finally:
+        for worker in idle:
+            worker.stop()
+        for worker in idle:
+            worker.close()
+
+
+@contextmanager
+def taken(idle, task, stopped, folder=None):
+    """Context with a Worker for this task, an idle one if there is one.
+
+    It becomes idle again if its process is well: if it answered, and is not to stop (`stopped()`).
+    folder: current directory of a new one.
+    """
+    own = [worker for worker in list(idle) if worker.task == task]
+    worker = None
+    with suppress(IndexError, ValueError):  # another thread was faster
+        idle.remove(own[-1])
+        worker = own[-1]
+    worker = worker or Worker(task, folder=folder)
+    try:
+        yield worker
+    finally:
+        if worker.alive and not stopped():
+            idle.append(worker)
+        else:
+            worker.close()

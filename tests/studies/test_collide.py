@@ -3,7 +3,6 @@
 import csv
 import json
 from concurrent.futures import Future
-from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -26,8 +25,9 @@ from dusttaichi.errors import DustError
 from dusttaichi.run import execute
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.scene.collisions import Rings
-from dusttaichi.studies.collide import make_study, runner, task
-from dusttaichi.studies.jobs import JobResult
+from dusttaichi.studies import engine
+from dusttaichi.studies.collide import Collisions, task
+from dusttaichi.studies.engine import Found
 
 BODY = {"kind": "pca", "grains": 12}
 COLLISION = {
@@ -58,23 +58,31 @@ def test_rings_stand_for_equal_areas():
     np.testing.assert_allclose(values**2 - edges[:-1] ** 2, edges[1:] ** 2 - values**2)
 
 
+def keys_of(scene, folder):
+    return [one.label for one in Collisions(scene, folder).points({})]
+
+
+def samples_of(study):
+    return [one.arguments["sample"] for one in study.points({})]
+
+
 def test_the_collisions_of_a_study(tmp_path):
     bodies = {"loose": {"kind": "bcca", "grains": 30, "seed": 5}, "dense": {**BODY, "seed": 7}}
     scene = study_scene(bodies=bodies, mass_ratio=[1, 3], seeds=2)
-    study = make_study(scene, tmp_path)
-    assert len(study.collisions) == scene.collisions.count == 2 * 2 * 2 * 2 * 2
-    last = study.collisions[-1].sample
+    collisions = Collisions(scene, tmp_path).points({})
+    assert len(collisions) == scene.collisions.count == 2 * 2 * 2 * 2 * 2
+    last = collisions[-1].arguments["sample"]
     assert last["speed"] == "8 m/s" and last["impact_parameter"] == 0.9
     assert (last["target"]["grains"], last["projectile"]["grains"]) == (12, 4)
     assert last["target"]["seed"] == 8 and last["projectile"]["seed"] > 1000
     # what differs in anything is another collision, and the rest is the same in another process
-    assert len({c.key for c in study.collisions}) == 32
-    again = make_study(from_yaml(scene.to_yaml()), tmp_path / "b")
-    assert [c.key for c in again.collisions] == [c.key for c in study.collisions]
-    other = make_study(scene.with_value("material.surface_energy", "50 mJ/m^2"), tmp_path)
-    assert not {c.key for c in other.collisions} & {c.key for c in study.collisions}
-    phases = make_study(scene.with_value("collisions.phases", True), tmp_path)
-    assert not {c.key for c in phases.collisions} & {c.key for c in study.collisions}
+    keys = [one.label for one in collisions]
+    assert len(set(keys)) == 32
+    assert keys_of(from_yaml(scene.to_yaml()), tmp_path / "b") == keys
+    other = scene.with_value("material.surface_energy", "50 mJ/m^2")
+    assert not {*keys_of(other, tmp_path)} & {*keys}
+    phases = scene.with_value("collisions.phases", True)
+    assert not {*keys_of(phases, tmp_path)} & {*keys}
 
 
 def test_filling_factors_are_those_of_both_bodies(tmp_path):
@@ -85,15 +93,15 @@ def test_filling_factors_are_those_of_both_bodies(tmp_path):
     data = study_scene(impact_parameter=[0], seeds=2).given
     data["collisions"] = data["collisions"] | keys
     scene = Scene.from_dict(data | {"sample": {**COLLISION, "target": body, "projectile": body}})
-    study = make_study(scene, tmp_path)
+    study = Collisions(scene, tmp_path)
     assert study.axes["body"] == ("phi_0.1", "phi_0.2")
-    assert len(study.collisions) == scene.collisions.count == 2 * 2 * 2
-    for one in study.collisions:
-        expected = (0.1, 0.2)[one.index[0]]
+    found = samples_of(study)
+    assert len(found) == scene.collisions.count == 2 * 2 * 2
+    for number, sample in enumerate(found):
         for name in ("target", "projectile"):
-            assert one.sample[name]["of"]["filling_factor"] == expected
+            assert sample[name]["of"]["filling_factor"] == (0.1, 0.2)[number // 4]
     with pytest.raises(DustError, match="filling_factor.*a number of at most 0.4|at most 0.4"):
-        make_study(scene.with_value("collisions.filling_factor", [0.1, 0.5]), tmp_path)
+        Collisions(scene.with_value("collisions.filling_factor", [0.1, 0.5]), tmp_path)
     with pytest.raises(DustError, match="use one of the two"):
         scene.with_value("collisions.bodies", {"a": BODY})
 
@@ -102,8 +110,8 @@ def test_bodies_with_seeds_at_any_depth_are_two(tmp_path):
     """A body whose seed is that of the sample it is cut from does not meet itself."""
     of = {"kind": "space_filling", "grains": 300, "seed": 3}
     body = {"kind": "cutout", "of": of, "diameter": "4 um"}
-    study = make_study(study_scene(bodies={"cut": body}, seeds=2), tmp_path)
-    seeds = {c.sample[n]["of"]["seed"] for c in study.collisions for n in ("target", "projectile")}
+    study = Collisions(study_scene(bodies={"cut": body}, seeds=2), tmp_path)
+    seeds = {c[n]["of"]["seed"] for c in samples_of(study) for n in ("target", "projectile")}
     assert seeds == {3, 4, 1_000_003, 1_000_004}
 
 
@@ -133,16 +141,16 @@ def test_bodies_cut_from_a_run_differ(tmp_path):
     """Each pair has two spheres of the run, by their seeds."""
     whole = {"kind": "explicit", "file": str(tmp_path / "run")}
     body = {"kind": "cutout", "of": whole, "grains": 12}
-    study = make_study(study_scene(bodies={"a": {**body, "seed": 4}}, mass_ratio=[3]), tmp_path)
-    sample = study.collisions[0].sample
+    study = Collisions(study_scene(bodies={"a": {**body, "seed": 4}}, mass_ratio=[3]), tmp_path)
+    sample = samples_of(study)[0]
     assert sample["target"]["seed"] == 4 and sample["projectile"]["seed"] > 1000
     assert (sample["target"]["grains"], sample["projectile"]["grains"]) == (12, 4)
-    assert make_study(study_scene(bodies={"a": whole}), tmp_path).collisions
+    assert samples_of(Collisions(study_scene(bodies={"a": whole}), tmp_path))
 
 
 def test_a_scene_that_is_no_study(tmp_path):
     with pytest.raises(DustError, match="has no block `collisions`"):
-        make_study(make_scene(sample=COLLISION), tmp_path)
+        Collisions(make_scene(sample=COLLISION), tmp_path)
     data = study_scene().given
     with pytest.raises(DustError, match="it needs two bodies: kind: collision"):
         Scene.from_dict(data | {"sample": {"kind": "pca", "grains": 10}})
@@ -212,25 +220,13 @@ def test_compression_ends_where_the_bodies_turn(tmp_path):
     assert row["compression_loss"] < sum(row["loss"].values())
 
 
-class Parent:
-    """Who asks for a batch; it hears nothing."""
-
-    def report(self, **_):
-        pass
-
-
 def test_bodies_that_miss_and_what_cannot_be_made():
-    base = study_scene()
-    rows = task.run(
-        Parent(),
-        scene=base.to_yaml(),
-        collisions=[
-            ("a", COLLISION | {"impact_parameter": 1.0}),
-            ("b", COLLISION | {"target": {"kind": "explicit", "positions": []}}),
-        ],
-    )["rows"]
-    assert rows[0]["outcome"] == "miss" and "loss" not in rows[0]
-    assert rows[1]["key"] == "b" and "sample" in rows[1]["error"]
+    base = study_scene().to_yaml()
+    row = task.run(None, scene=base, sample=COLLISION | {"impact_parameter": 1.0})
+    assert row["outcome"] == "miss" and "loss" not in row
+    with pytest.raises(DustError, match="sample"):
+        none = {"kind": "explicit", "positions": []}
+        task.run(None, scene=base, sample=COLLISION | {"target": none})
 
 
 # -- the study -----------------------------------------------------------------------------------
@@ -274,13 +270,13 @@ def test_a_study_goes_on_where_it_ended(done, monkeypatch):
     with pytest.raises(DustError, match="exists already"):
         app(words, standalone_mode=False)
     asked = []
-    do = runner._do
+    do = engine._do
 
-    def counted(study, left, known, **how):
-        asked.append([c.index for c in left])
-        do(study, left, known, **how)
+    def counted(points, left, *rest, **how):
+        asked.append(left)
+        return do(points, left, *rest, **how)
 
-    monkeypatch.setattr(runner, "_do", counted)
+    monkeypatch.setattr(engine, "_do", counted)
     app([*words, "--resume"], standalone_mode=False)
     assert not asked
     path.write_text(before[: before.rindex('"outcome"')], encoding="utf-8")
@@ -311,64 +307,6 @@ def test_a_study_on_a_dask_cluster(done):
     assert (folder / "dask/collisions.csv").exists()
 
 
-def test_ctrl_c_ends_a_batch_with_its_rows(monkeypatch):
-    made = iter([{"outcome": "miss"}, KeyboardInterrupt, {"outcome": "miss"}])
-
-    def make(scene, phases):
-        found = next(made)
-        if found is KeyboardInterrupt:
-            raise found
-        return found
-
-    monkeypatch.setattr(task, "make_collision", make)
-    collisions = [(key, COLLISION) for key in "abc"]
-    found = task.run(Parent(), scene=study_scene().to_yaml(), collisions=collisions)
-    assert found == {"rows": [{"key": "a", "outcome": "miss"}], "interrupted": True}
-
-
-class Pool:
-    """A pool whose jobs have ended in their middle: the first three rows of each are there."""
-
-    stopped = False
-
-    def __init__(self, *_):
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
-
-    def share(self, inputs):
-        return inputs
-
-    def submit(self, batch, inputs):
-        rows = [{"key": key, "outcome": "miss"} for key, _ in batch.collisions[:3]]
-        future = Future()
-        future.set_result(JobResult(batch.label, 0, "", found={"rows": rows}))
-        return future
-
-    def stop(self):
-        Pool.stopped = True
-
-
-@pytest.fixture
-def one_batch(monkeypatch):
-    """Eight collisions are one batch, whose process ends after three."""
-    monkeypatch.setattr(runner, "open_pool", Pool)
-    monkeypatch.setattr(runner, "usable_cores", lambda: 1)
-    monkeypatch.setattr(runner, "ROUNDS", 1)
-
-
-def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, one_batch):
-    study = make_study(study_scene(seeds=2), tmp_path)
-    monkeypatch.setattr(runner, "noted_signals", lambda: nullcontext([2]))
-    with pytest.raises(KeyboardInterrupt):
-        runner.collide(study)
-    assert Pool.stopped and len(runner._known(study.rows_file)) == 3
-
-
 @pytest.mark.parametrize(
     "options, workers, batch",
     [((), 8, 5), (("--threads", 4), 2, 16), (("--jobs", 3), 3, 14), (("--jobs", 9), 8, 5)],
@@ -376,28 +314,33 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, monkeypatch, one_batch):
 def test_collisions_at_a_time(options, workers, batch, tmp_path, monkeypatch):
     """Eighty on eight cores: at least two batches for each process, of at most sixteen."""
 
-    class Counted(Pool):
+    class Counted:
         def __init__(self, scheduler, count, heard, idle):
             assert count == workers
 
-        def submit(self, one, inputs):
-            assert len(one.collisions) <= batch
-            assert one.label != "batch 1" or len(one.collisions) == batch
-            return super().submit(one, inputs)
+        def __enter__(self):
+            return self
 
-    monkeypatch.setattr(runner, "open_pool", Counted)
-    monkeypatch.setattr(runner, "usable_cores", lambda: 8)
+        def __exit__(self, *_):
+            pass
+
+        def share(self, inputs):
+            return inputs
+
+        def submit(self, one, inputs):
+            assert len(one.labels) <= batch
+            assert one.label != "batch 1" or len(one.labels) == batch
+            future = Future()
+            future.set_exception(DustError("not made"))
+            return future
+
+    monkeypatch.setattr(engine, "open_pool", Counted)
+    monkeypatch.setattr(engine, "usable_cores", lambda: 8)
     path = tmp_path / "study.yaml"
     path.write_text(study_scene(seeds=20).to_yaml(), encoding="utf-8")
     words = ["collide", str(path), "-o", str(tmp_path / "out"), "-q", *map(str, options)]
-    with pytest.raises(DustError, match="were lost with their process"):
-        app(words, standalone_mode=False)
-
-
-def test_rows_of_a_process_that_was_lost_are_missing(tmp_path, one_batch):
-    study = make_study(study_scene(seeds=2), tmp_path)
-    with pytest.raises(DustError, match="5 collisions were lost with their process"):
-        runner.collide(study)
+    with pytest.raises(DustError, match="80 of 80 collisions failed.*--resume.*not made"):
+        app([*words, "--no-figures"], standalone_mode=False)
 
 
 # -- what it means -------------------------------------------------------------------------------
@@ -492,28 +435,28 @@ def test_thresholds_with_their_confidence():
     assert texts["v_fragment m/s"] == ["> 8 (> 8 to > 8)"] and texts["v_stick m/s"][0][:3] == "> 8"
 
 
-def test_speeds_are_added_where_growth_ends(tmp_path, monkeypatch):
+def test_speeds_are_added_where_growth_ends(tmp_path):
     """Bisection: each further speed halves the interval about the threshold; none below 2 %."""
-    asked = []
 
-    def made(study, **how):
-        asked.append((study.axes["speed"], how.get("resume")))
-        return [
-            row(growth_efficiency=np.log(21.0 / study.axes["speed"][c.index[2]]))
-            for c in study.collisions
-        ]
+    def refined(number):
+        study, found, rounds = Collisions(scene_of(number), tmp_path), {}, 0
+        while points := [one for one in study.points(found) if one.label not in found]:
+            rounds += 1
+            for one in points:
+                speed = float(one.arguments["sample"]["speed"].removesuffix(" m/s"))
+                made = row(growth_efficiency=np.log(21.0 / speed))
+                found[one.label] = Found(one, measured=made)
+        return study, found, rounds
 
-    monkeypatch.setattr(runner, "collide", made)
-    scene = study_scene(speed=["5 m/s", "80 m/s"], refine=4)
-    assert scene.collisions.count == 6 * 2
-    study, rows = runner.collide_and_refine(scene, tmp_path)
+    def scene_of(number):
+        return study_scene(speed=["5 m/s", "80 m/s"], refine=number)
+
+    assert scene_of(4).collisions.count == 6 * 2
+    study, found, rounds = refined(4)
     assert study.axes["speed"] == (5.0, 20.0, 23.8, 28.3, 40.0, 80.0)
-    assert [resume for _, resume in asked] == [False, True, True, True, True]
-    assert len(rows) == len(study.collisions) == 12
-    found = thresholds(collisions_dataset(rows, study.axes))[2]
-    assert found.speed == pytest.approx(21.0, rel=1e-9)
-    scene = study_scene(speed=["5 m/s", "80 m/s"], refine=30)
-    speeds = np.array(runner.collide_and_refine(scene, tmp_path)[0].axes["speed"])
+    assert rounds == 5 and len(found) == 12
+    assert thresholds(study.dataset(found))[2].speed == pytest.approx(21.0, rel=1e-9)
+    speeds = np.array(refined(30)[0].axes["speed"])
     assert speeds[speeds > 21].min() / speeds[speeds < 21].max() < 1.03 and len(speeds) < 12
 
 

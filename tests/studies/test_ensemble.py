@@ -11,7 +11,7 @@ from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.studies import engine
 from dusttaichi.studies.engine import Found, shares
-from dusttaichi.studies.jobs import Job, perform
+from dusttaichi.studies.jobs import Job
 from dusttaichi.studies.settings import input_files, keys_of, with_settings
 from dusttaichi.studies.sweep import replicas, sweep
 
@@ -173,7 +173,7 @@ class Stopped:
 
 
 def test_a_task_that_comes_after_the_stop_does_not_begin(tmp_path):
-    result = perform(Job("3", "", "new", str(tmp_path / "run")), Stopped(), {})
+    result = Job("3", "", "new", str(tmp_path / "run")).do(Stopped(), {})
     assert (result.label, result.code) == ("3", 130) and not (tmp_path / "run").exists()
 
 

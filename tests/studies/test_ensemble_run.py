@@ -15,7 +15,7 @@ from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.run import execute
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies import engine, pool
+from dusttaichi.studies import engine, pool, workers
 from dusttaichi.studies.sweep import replicas as replicas_of
 from dusttaichi.studies.sweep import sweep
 
@@ -107,12 +107,12 @@ def test_a_run_that_fails_does_not_end_the_others(tmp_path, capsys):
 def test_a_process_makes_one_run_after_the_other(tmp_path, monkeypatch):
     started = []
 
-    class Counted(pool.Worker):
-        def __init__(self, task):
+    class Counted(workers.Worker):
+        def __init__(self, task, **how):
             started.append(task)
-            super().__init__(task)
+            super().__init__(task, **how)
 
-    monkeypatch.setattr(pool, "Worker", Counted)
+    monkeypatch.setattr(workers, "Worker", Counted)
     monkeypatch.setattr(engine, "usable_cores", lambda: 1)
     plan = replicas_of(from_yaml(TINY + "replicas: 3\n"), tmp_path)
     assert [one.code for one in engine.run(plan).values()] == [0, 0, 0]

@@ -9,7 +9,7 @@ from scenes import EXAMPLES
 
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, Interrupted
-from dusttaichi.studies import engine, pool
+from dusttaichi.studies import engine, workers
 
 TOY = (EXAMPLES / "best_rebound.py", EXAMPLES / "best_rebound.yaml")
 
@@ -24,13 +24,13 @@ def rebound(tmp_path_factory):
     """Folder of the toy study, made by one process, and how many were started."""
     folder, started = tmp_path_factory.mktemp("toy") / "study", []
 
-    class Counted(pool.Worker):
-        def __init__(self, task):
+    class Counted(workers.Worker):
+        def __init__(self, task, **how):
             started.append(task)
-            super().__init__(task)
+            super().__init__(task, **how)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pool, "Worker", Counted)
+        patch.setattr(workers, "Worker", Counted)
         study(folder, "--jobs", 1, "--threads", 1)
     return folder, len(started)
 

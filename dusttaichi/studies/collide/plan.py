@@ -1,111 +1,146 @@
-"""The collisions of a study, each as the sample of its scene."""
+"""Study of the collisions of a scene with a block `collisions`: what is varied, what is added."""
 
 import hashlib
 import itertools
 import json
 import os
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from dusttaichi import __version__
+from dusttaichi.analysis.collisions import collisions_dataset
+from dusttaichi.analysis.thresholds import growth_bracket
 from dusttaichi.errors import DustError
+from dusttaichi.results import provenance
 from dusttaichi.results.provenance import plain
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.scene.yaml_text import read
+from dusttaichi.studies.requests import Request
 from dusttaichi.studies.settings import as_files, keys_of, relative_files, seeds_moved
 from dusttaichi.studies.store import core_of
 
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
 SAMPLE = "sample"  # name of the bodies where the study names none
+NARROW = 1.02  # ratio of two speeds below which an interval is not halved any more
+TASK = "dusttaichi.studies.collide.task:run"
 
 
-@dataclass(frozen=True)
-class Collision:
-    """One collision.
+class Collisions:
+    """Study of all collisions of a scene, with further speeds where the growth efficiency ends.
 
-    index: along the dimensions of a Study. sample: its block of the YAML. key: states which stored
-    row belongs to it.
+    Raises DustError where the scene has no block `collisions`.
+
+    Attributes
+    ----------
+    scene
+        With the block `collisions`; `base` is without it.
+    axes
+        Name of a dimension -> values, in the order of the indices; speeds [m/s].
     """
 
-    index: tuple[int, ...]
-    sample: dict[str, Any]
-    key: str
+    timed = False
 
+    def __init__(self, scene: Scene, directory: Path):
+        own = getattr(scene, "collisions", None)
+        if own is None:
+            raise DustError(
+                f"{scene.name} has no block `collisions`, which says what to vary; for example "
+                "collisions: {speed: [10 m/s, 30 m/s], impact_parameter: [0], seeds: 3} "
+                "(`dust new collide` writes a file)"
+            )
+        self.scene, self.directory, self._own, self._added = scene, Path(directory), own, 0
+        data = read(scene.to_yaml()).data
+        data.pop("collisions")
+        data.pop("replicas", None)
+        data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
+        if data["numerics"]["threads"] == "auto":  # many small scenes: a thread each
+            data["numerics"]["threads"] = 1
+        self._templates = _templates(data["sample"], own)
+        self.axes = {
+            "body": tuple(self._templates),
+            "mass_ratio": own.mass_ratio,
+            "speed": own.speeds,
+            "impact_parameter": own.impacts,
+            "seed": tuple(range(own.seeds)),
+        }
+        blocks = (data["sample"], *self._templates.values())
+        inputs = as_files([path for block in blocks for path in relative_files(block)])
+        self._inputs = tuple(sorted({*inputs, *data["extensions"]}))
+        for sample in self._templates.values():  # a filling factor that a body does not allow
+            Scene.from_dict(data | {"sample": sample}, title="the scene of the study")
+        self.base = Scene.from_dict(data, title="the scene of the study")
 
-@dataclass(frozen=True)
-class Study:
-    """All collisions of a scene with a block `collisions`.
-
-    scene: without that block. axes: name of a dimension -> values, in the order of the indices;
-    speeds [m/s]. by_area: the impact parameters are those of equal areas. phases: losses of
-    compression and of stretching are wanted. inputs: files that the bodies are read from, and
-    extensions.
-    """
-
-    source: Scene
-    scene: Scene
-    directory: Path
-    axes: dict[str, tuple]
-    by_area: bool
-    phases: bool
-    collisions: tuple[Collision, ...]
-    inputs: tuple[str, ...]
+    @property
+    def file(self) -> Path:
+        """The dataset of all collisions."""
+        return self.directory / "collisions.nc"
 
     @property
     def rows_file(self) -> Path:
         """File in which each collision is a line of JSON as soon as it is done."""
         return self.directory / "collisions.jsonl"
 
-    @property
-    def file(self) -> Path:
-        """The dataset of all of them."""
-        return self.directory / "collisions.nc"
+    def points(self, found) -> list[Request]:
+        """All collisions, and when they are found those of a further speed."""
+        wanted = self.requests()
+        known = all(request.label in found for request in wanted)
+        if known and self._added < self._own.refine:
+            speed = next_speed(collisions_dataset(self._rows(wanted, found), self.axes))
+            if speed is not None:
+                self._added += 1
+                self.axes["speed"] = tuple(sorted({*self.axes["speed"], speed}))
+                return self.requests()
+        return wanted
+
+    def requests(self) -> list[Request]:
+        """The collisions, in the order of the axes."""
+        scene, phases = self.base.to_yaml(), self._own.phases
+        core = core_of(self.scene.to_yaml()) | {"collisions": None, "name": ""}
+        core, found = json.dumps([__version__, core]), []
+        numerics = self.base.numerics
+        for values in itertools.product(*self.axes.values()):
+            point = dict(zip(self.axes, values, strict=True))
+            sample = _sample(self._templates[point["body"]], point)
+            text = core + json.dumps(sample, sort_keys=True) + "phases" * phases
+            found.append(
+                Request(
+                    label=hashlib.sha256(text.encode()).hexdigest()[:32],
+                    task=TASK,
+                    arguments={"scene": scene, "sample": sample, "phases": phases},
+                    file=self.rows_file,
+                    inputs=self._inputs,
+                    cores=numerics.threads if numerics.backend == "cpu" else None,
+                )
+            )
+        return found
+
+    def dataset(self, found):
+        """The dataset of `collisions_dataset`; a failed collision has no numbers."""
+        scene = self.scene
+        by_area = int(self._own.by_area)
+        attrs = provenance(scene.source, scene.to_yaml(), title=scene.name, by_area=by_area)
+        attrs = {name: value for name, value in attrs.items() if value is not None}
+        return collisions_dataset(self._rows(self.requests(), found), self.axes, attrs)
+
+    def _rows(self, requests, found):
+        return [found[one.label].measured or {"error": found[one.label].text} for one in requests]
 
 
-def make_study(scene: Scene, directory: Path, added: tuple = ()) -> Study:
-    """The Study of a scene, with the speeds `added` [m/s] beside its own.
+def next_speed(data):
+    """Speed [m/s] that halves the widest interval in which a growth efficiency falls below 0.
 
-    Raises DustError where it has no block `collisions`.
+    It considers all bodies and mass ratios; None where none is left to halve. Three digits.
     """
-    own = getattr(scene, "collisions", None)
-    if own is None:
-        raise DustError(
-            f"{scene.name} has no block `collisions`, which says what to vary; for example "
-            "collisions: {speed: [10 m/s, 30 m/s], impact_parameter: [0], seeds: 3} "
-            "(`dust new collide` writes a file)"
-        )
-    data = read(scene.to_yaml()).data
-    data.pop("collisions")
-    data.pop("replicas", None)
-    data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
-    if data["numerics"]["threads"] == "auto":  # many small scenes: a thread each
-        data["numerics"]["threads"] = 1
-    templates = _templates(data["sample"], own)
-    axes = {
-        "body": tuple(templates),
-        "mass_ratio": own.mass_ratio,
-        "speed": tuple(sorted({*own.speeds, *added})) if added else own.speeds,
-        "impact_parameter": own.impacts,
-        "seed": tuple(range(own.seeds)),
-    }
-    inputs = [
-        path for block in (data["sample"], *templates.values()) for path in relative_files(block)
+    brackets = [
+        growth_bracket(data, body, ratio)
+        for body, ratio in np.ndindex(data.sizes["body"], data.sizes["mass_ratio"])
     ]
-    inputs = sorted({*as_files(inputs), *data["extensions"]})
-    core = json.dumps([__version__, core_of(scene.to_yaml()) | {"collisions": None, "name": ""}])
-    collisions = []
-    for index in itertools.product(*(range(len(values)) for values in axes.values())):
-        point = {name: values[n] for (name, values), n in zip(axes.items(), index, strict=True)}
-        sample = _sample(templates[point["body"]], point)
-        text = core + json.dumps(sample, sort_keys=True) + "phases" * own.phases
-        key = hashlib.sha256(text.encode()).hexdigest()[:32]
-        collisions.append(Collision(index, sample, key))
-    for sample in templates.values():  # a filling factor that a body does not allow
-        Scene.from_dict(data | {"sample": sample}, title="the scene of the study")
-    base = Scene.from_dict(data, title="the scene of the study")
-    own = own.by_area, own.phases
-    return Study(scene, base, Path(directory), axes, *own, tuple(collisions), tuple(inputs))
+    brackets = [b for b in brackets if b is not None and b[1] > NARROW * b[0]]
+    if not brackets:
+        return None
+    low, high = max(brackets, key=lambda b: b[1] / b[0])
+    return float(f"{np.sqrt(low * high):.3g}")
 
 
 def _templates(sample: dict, own) -> dict[str, dict]:

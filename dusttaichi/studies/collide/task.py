@@ -1,6 +1,7 @@
-"""Task of a worker process of a study of collisions: some of them, one after another."""
+"""Task of a worker process of a study of collisions: one of them."""
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 import xarray as xr
@@ -10,7 +11,6 @@ from dusttaichi.analysis.fragments import efficiency, fragments_of
 from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.outcome import outcome_of
 from dusttaichi.analysis.restitution import in_one
-from dusttaichi.errors import DustError
 from dusttaichi.geometry import connected
 from dusttaichi.run import ledger
 from dusttaichi.samples.materials import Materials
@@ -24,27 +24,12 @@ LEAST = 50  # steps between two looks, at least
 SHORT = 25  # steps between two looks at compression and stretching: a third of a grain's contact
 
 
-def run(parent, *, scene, collisions, phases=False):
-    """Make collisions of a scene (text of its YAML); returns {"rows": [...], "interrupted": bool}.
-
-    collisions: (key, sample block) for each. phases: as `make_collision` takes it. A collision that
-    cannot be made is a row with `error`. After Ctrl-C the rows of those that are done are returned.
-    """
-    base, rows = from_yaml(scene), []
-    try:
-        for key, sample in collisions:
-            rows.append({"key": key, **_row(base, sample, phases)})
-            parent.report(share=len(rows) / len(collisions))
-    except KeyboardInterrupt:
-        return {"rows": rows, "interrupted": True}
-    return {"rows": rows, "interrupted": False}
+def run(parent, *, scene, sample, phases=False):
+    """Row of one collision of a scene (text of its YAML) with a block `sample`."""
+    return make_collision(_base(scene).with_value("sample", sample), phases)
 
 
-def _row(base, sample, phases):
-    try:
-        return make_collision(base.with_value("sample", sample), phases)
-    except DustError as error:  # a guard, or a sample that cannot be made
-        return {"error": str(error)}
+_base = lru_cache(1)(from_yaml)  # the same for all collisions of a study
 
 
 def make_collision(scene, phases=False):
