@@ -6,10 +6,11 @@ from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 
+import netCDF4
 import yaml
 
 from dusttaichi.errors import DustError
-from dusttaichi.results.seal import seal_of
+from dusttaichi.results.integrity import DIGEST
 
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # a terminal would obey them
 _NUMBERS = ("grains", "time_step", "particles", "spacing")
@@ -60,10 +61,10 @@ _ADVICE = "Another program has written or changed the file: take the original fr
 
 @contextmanager
 def understood(paths):
-    """Context in which any error of a result without a seal is a DustError.
+    """Context in which any error of a result without DIGEST is a DustError.
 
-    The content of such a file is unknown. paths: result files and run directories; others are
-    ignored.
+    The content of such a file is unknown. Damage of a large file shows only as it is read. paths:
+    result files and run directories; others are ignored.
     """
     try:
         yield
@@ -71,19 +72,24 @@ def understood(paths):
         raise
     except Exception as error:
         files = [Path(p) / "result.nc" if Path(p).is_dir() else Path(p) for p in paths]
+        if isinstance(error, RuntimeError) and "HDF error" in str(error):
+            raise DustError(
+                f"Damaged ({error}): one of {', '.join(map(str, files))}. Take it from a backup, "
+                "or compute it again (--force)."
+            ) from error
         foreign = [file for file in files if _is_foreign(file)]
         if not foreign:
             raise
         lines = str(error).splitlines() or [""]
         raise DustError(
             f"{foreign[0]} cannot be used ({type(error).__name__}: {lines[0]:.200}). It has no "
-            f"seal, and its content is not that of a result. {_ADVICE}"
+            f"attribute {DIGEST}, and its content is not that of a result. {_ADVICE}"
         ) from error
 
 
 def _is_foreign(file):
     try:
-        with file.open("rb") as opened:
-            return opened.read(4) == b"\x89HDF" and seal_of(file) is None
-    except (OSError, DustError):
+        with netCDF4.Dataset(file) as opened:
+            return DIGEST not in opened.ncattrs()
+    except (OSError, RuntimeError):
         return False

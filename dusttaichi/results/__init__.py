@@ -7,8 +7,8 @@ each snapshot. All values are SI.
 """
 
 from dusttaichi.names import exported
+from dusttaichi.results.integrity import opened
 from dusttaichi.results.provenance import provenance
-from dusttaichi.results.seal import opened
 from dusttaichi.results.variables import COMMON, Variable, common, declare, reference_energy, select
 from dusttaichi.results.writer import Writer
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import WorkFile
-from dusttaichi.results.seal import DIGEST, SEALED, opened
+from dusttaichi.results.integrity import DIGEST, FILL, digest_of, opened, record_counts
 from dusttaichi.results.variables import Variable, record_dimension
 
 SOURCE = "Definition: "
@@ -39,11 +39,10 @@ def _chunks(variable, sizes, ragged):
     return min(max(65536 // row, 1), 512) if row else 512, *shape
 
 
-def define(file, layout, dimensions, static, checked=True):
+def define(file, layout, dimensions, static):
     """Define dimensions, variables with attributes, and static values in an empty file.
 
-    dimensions: name -> length, or the names of the entries. checked: with a checksum of each chunk,
-    for files that become too large to be verified as a whole (seal.py).
+    dimensions: name -> length, or the names of the entries.
     """
     growing = {record_dimension(v.group) for v in layout.values()}
     sizes = {}
@@ -60,19 +59,16 @@ def define(file, layout, dimensions, static, checked=True):
         folder = file if group == "series" else file.createGroup(group)
         folder.createDimension(record_dimension(group), None)
         for variable in (v for v in layout.values() if v.group == group):
-            _define_variable(folder, variable, sizes, group in ragged, checked)
+            _define_variable(folder, variable, sizes, group in ragged)
     for key, values in static.items():
         file[key][:] = values
 
 
-def _define_variable(folder, variable, sizes, ragged, checked):
-    options = {"fletcher32": checked}  # a damaged chunk is noticed when it is read
+def _define_variable(folder, variable, sizes, ragged):
+    options = {"fletcher32": True, "fill_value": FILL.get(variable.dtype)}  # integrity.py
     if variable.grows:
         options["chunksizes"] = _chunks(variable, sizes, ragged)
-    fill = np.nan if variable.dtype in ("f8", "f4") else None
-    new = folder.createVariable(
-        variable.name, variable.dtype, variable.dims, fill_value=fill, **options
-    )
+    new = folder.createVariable(variable.name, variable.dtype, variable.dims, **options)
     new.units, new.long_name = variable.units, variable.long_name
     if variable.history:
         new.contact_history = "kept"  # former name
@@ -86,10 +82,10 @@ def _define_variable(folder, variable, sizes, ragged, checked):
         new.sample_dimension = variable.counts
 
 
-def image(layout, dimensions, static, rows, attributes, *, checked, beside):
-    """Yield the bytes of a file, made in memory, in blocks. The file is sealed afterwards.
+def image(layout, dimensions, static, rows, attributes, *, beside):
+    """Yield the bytes of a file, made in memory, in blocks.
 
-    rows: group -> name -> array, the records. layout, dimensions, static, checked: as in `define`.
+    rows: group -> name -> array, the records. layout, dimensions, static: as in `define`.
     beside: as of WorkFile. Raises OSError or RuntimeError for lack of memory.
     """
     size = sum(values.nbytes for arrays in rows.values() for values in arrays.values())
@@ -97,7 +93,7 @@ def image(layout, dimensions, static, rows, attributes, *, checked, beside):
     with WorkFile(beside, 2 * size + OVERHEAD) as work:
         with netCDF4.Dataset(work.path, "w", format="NETCDF4") as file:
             work.hide()
-            define(file, layout, dimensions, static, checked)
+            define(file, layout, dimensions, static)
             file.set_auto_maskandscale(False)
             write_attributes(file, attributes)
             for group, arrays in rows.items():
@@ -155,19 +151,13 @@ def readable(path):
 
 
 def write_attributes(file, attributes):
-    """Set the global attributes of an open file, without those that are None."""
-    for name, value in {**attributes, DIGEST: SEALED}.items():
+    """Set the global attributes of an open file, without those that are None, and its digest."""
+    for name, value in attributes.items():
         if isinstance(value, str):  # setncattr would limit them to 64 kB
             file.setncattr_string(name, value)
         elif value is not None:
             file.setncattr(name, value)
-
-
-def record_counts(file):
-    """Group of an open file -> number of its records, of groups that grow."""
-    groups = {"series": file, **file.groups}
-    found = {g: folder.dimensions.get(record_dimension(g)) for g, folder in groups.items()}
-    return {g: len(dimension) for g, dimension in found.items() if dimension is not None}
+    file.setncattr_string(DIGEST, digest_of(file))
 
 
 def _variables(group, folder):

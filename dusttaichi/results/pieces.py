@@ -2,12 +2,12 @@
 
 A file that exceeds some size is complete, and further records go to a new one in the folder
 result.parts, so that the cost of writing is independent of the size of the result. Every file is
-valid by itself. The seal of a part (seal.py) contains the identity of the result that it continues,
-the number of its first record in each group and the number of its records; these replace such
-records of earlier files. The seals thus define the result, and a part is opened only when its
-numbers are read. At its end a run joins all files into result.nc.
+valid by itself. The attributes of a part are the identity of the result that it continues and the
+number of its first record in each group; its records replace such records of earlier files. At its
+end a run joins all files into result.nc.
 """
 
+import json
 import os
 import shutil
 import subprocess
@@ -31,18 +31,18 @@ from dusttaichi.files import (
     reserve,
 )
 from dusttaichi.processes import python_command
-from dusttaichi.results import seal
+from dusttaichi.results.integrity import DIGEST, check, damaged, opened
 from dusttaichi.results.layout import (
     copy_records,
     define,
     describe,
     readable,
-    record_counts,
     write_attributes,
 )
 
 IDENTITY = "id"  # global attribute of result.nc, by which its parts know it
-OWN = IDENTITY, seal.DIGEST  # attributes of one file, not of its continuation
+CONTINUES, STARTS = "continues", "starts"  # of a part: that identity; first records, as JSON
+OWN = IDENTITY, CONTINUES, STARTS, DIGEST  # attributes of one file, not of its continuation
 
 
 class Piece(NamedTuple):
@@ -55,8 +55,7 @@ class Piece(NamedTuple):
 
 def identity_of(path):
     """Identity of a result file; "" of a file of an older version."""
-    with seal.opened(path) as file:
-        return str(getattr(file, IDENTITY, ""))
+    return str(check(path).attributes.get(IDENTITY, ""))
 
 
 def new_identity():
@@ -64,14 +63,14 @@ def new_identity():
     return uuid.uuid4().hex
 
 
-def place(identity, records, starts=None):
-    """Content of the seal of result.nc, or with `starts` of a part.
+def place(identity, starts=None):
+    """Attributes of result.nc, or of a part that begins with the records `starts`.
 
-    identity: of result.nc. records: group -> number of records.
+    identity: of result.nc. starts: group -> number.
     """
     if starts is None:
-        return {IDENTITY: identity, "records": records}
-    return {"continues": identity, "records": records, "starts": starts}
+        return {IDENTITY: identity}
+    return {CONTINUES: identity, STARTS: json.dumps(starts)}
 
 
 def pieces_of(path):
@@ -80,19 +79,16 @@ def pieces_of(path):
     Raises OSError; DustError where a part is damaged or missing.
     """
     path = Path(path)
-    own = seal.seal_of(path)
-    if own is None:
-        with seal.opened(path) as file:
-            own = place(str(getattr(file, IDENTITY, "")), record_counts(file))
-    found = [Piece(path, dict.fromkeys(own["records"], 0), own["records"])]
+    identity, records = identity_of(path), check(path).records
+    found = [Piece(path, dict.fromkeys(records, 0), records)]
     for part in _parts(path):
-        about = seal.seal_of(part)
-        if about is None:
-            raise seal.damaged(part)
-        if about["continues"] != own[IDENTITY]:
+        attributes, records = check(part)
+        if DIGEST not in attributes or CONTINUES not in attributes:
+            raise damaged(part)
+        if attributes[CONTINUES] != identity:
             break  # of an earlier result
-        starts = {group: about["starts"].get(group, 0) for group in about["records"]}
-        ends = {group: starts[group] + n for group, n in about["records"].items()}
+        starts = dict.fromkeys(records, 0) | json.loads(attributes[STARTS])
+        ends = {group: starts[group] + n for group, n in records.items()}
         if any(starts[group] > found[-1].ends.get(group, 0) for group in starts):
             raise DustError(
                 f"Records are missing between {found[-1].path} and {part}: a part is lost. Take it "
@@ -193,7 +189,6 @@ def _put_together(path):
     fits = set(known) == set(layout) and all(present[g] <= n for g, n in pieces[-1].ends.items())
     if fits:  # its records remain; those that are replaced are overwritten
         clone(path, temporary)
-        seal.remove(temporary)
         pieces = pieces[1:]
     else:
         temporary.write_bytes(b"")
@@ -205,12 +200,10 @@ def _put_together(path):
             if os.getppid() != parent:
                 raise OSError("the run was killed")
             counts = {g: n - piece.starts[g] for g, n in piece.ends.items()}
-            with seal.opened(piece.path) as old:
+            with opened(piece.path) as old:
                 copy_records(old, new, layout, counts, piece.starts)
-        identity = new_identity()
-        write_attributes(new, attributes | {IDENTITY: identity})
-        records = record_counts(new)
-    seal.seal_file(temporary, place(identity, records))
+        attributes = {k: v for k, v in attributes.items() if k not in OWN}
+        write_attributes(new, attributes | place(new_identity()))
     replace_atomically(temporary, first.path)
     remove_other_parts(path)
 

@@ -9,9 +9,9 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
+from dusttaichi.results.integrity import opened
 from dusttaichi.results.layout import folder_of
-from dusttaichi.results.pieces import pieces_of
-from dusttaichi.results.seal import check_whole, opened
+from dusttaichi.results.pieces import OWN, pieces_of
 from dusttaichi.results.variables import record_dimension
 
 ATTEMPTS = 3  # while a run joins its parts
@@ -35,12 +35,12 @@ def open_tree(path):
 def _open(path):
     """The tree of a result; FileNotFoundError where its parts have just been joined."""
     pieces = pieces_of(path)
-    check_whole(pieces[-1].path)
     if len(pieces) == 1:
         return xr.open_datatree(path, engine="netcdf4")
     with xr.open_datatree(pieces[-1].path, engine="netcdf4") as last:
         groups = {node.path: node.to_dataset(inherit=False).load().copy() for node in last.subtree}
         whole = {path: _whole(path, data, pieces) for path, data in groups.items()}
+    whole["/"].attrs = {k: v for k, v in whole["/"].attrs.items() if k not in OWN}
     return xr.DataTree.from_dict(whole)
 
 

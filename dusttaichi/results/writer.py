@@ -8,7 +8,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, parts_folder, write_whole
-from dusttaichi.results import pieces, seal
+from dusttaichi.results import pieces
 from dusttaichi.results.layout import describe, image, ragged_groups, read_records
 from dusttaichi.results.variables import LABELS
 
@@ -117,9 +117,7 @@ class Writer(AbstractContextManager):
     @classmethod
     def _of_pieces(cls, path, lock, counts):
         """A Writer that continues the pieces of a result from `counts`."""
-        files = pieces.readable_pieces(path)
-        for piece in files:  # damage is reported now, not at the end of the run
-            seal.check_whole(piece.path)
+        files = pieces.readable_pieces(path)  # damage is reported now, not at the end of the run
         short = [group for group, n in counts.items() if files[-1].ends.get(group, 0) < n]
         if short:
             raise DustError(
@@ -308,16 +306,10 @@ class Writer(AbstractContextManager):
 
     def _write(self, rows, number, starts):
         """Write a piece with these rows, group -> name -> array."""
-        own = {} if number else {pieces.IDENTITY: self._identity}
+        own = pieces.place(self._identity, starts if number else None)
         attributes = self._attributes | {"date_modified": _now()} | own
-        place = pieces.place(
-            self._identity,
-            {group: n - starts[group] for group, n in self.counts().items()},
-            starts if number else None,
-        )
-        known, options = (self._layout, self._dimensions, self._static), {"beside": self.path}
-        data = image(*known, rows, attributes, checked=number == 0, **options)
-        write_whole(self._file(number), seal.sealed(data, place))
+        known = self._layout, self._dimensions, self._static
+        write_whole(self._file(number), image(*known, rows, attributes, beside=self.path))
 
     def _failure(self, reason):
         waiting = sum(self._rows_waiting(group) for group in self._records)

@@ -99,7 +99,7 @@ def test_resume_drops_what_is_past_the_checkpoint(tmp_path):
     with pytest.raises(DustError, match="no result"):
         Writer.resume(tmp_path / "other.nc", counts)
     path.write_bytes(path.read_bytes()[:3000])
-    with pytest.raises(DustError, match="not a result"):
+    with pytest.raises(DustError, match="is damaged"):
         Writer.resume(path, counts)
 
 

@@ -12,7 +12,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.geometry import nearest_image
 from dusttaichi.grains.build import build
 from dusttaichi.names import WALLS
-from dusttaichi.results.seal import DIGEST
+from dusttaichi.results.integrity import DIGEST
 from dusttaichi.run import execute
 from dusttaichi.samples import Sample, make
 from dusttaichi.samples.taken import fragment, sphere

@@ -1,15 +1,17 @@
-"""The seal of a result file: what is damaged is refused before HDF5 looks at it."""
+"""Damage of a result file is found as it is opened."""
 
+import random
 import shutil
 
 import netCDF4
+import numpy as np
 import pytest
 import synthetic
 
 from dusttaichi import files
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
-from dusttaichi.results import Writer, reading, seal, writer
+from dusttaichi.results import Writer, integrity, pieces, writer
 
 GRAINS = 4
 
@@ -17,7 +19,7 @@ GRAINS = 4
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """A result that has no records itself, and five parts with forty of the series each."""
-    path = tmp_path_factory.mktemp("sealed") / "run" / "result.nc"
+    path = tmp_path_factory.mktemp("whole") / "run" / "result.nc"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(writer, "PIECE", 1000)
         with synthetic.writer(path, GRAINS, features=set()) as writing:
@@ -43,9 +45,8 @@ def change(path, at, new):
     path.write_bytes(raw)
 
 
-def test_texts_that_make_hdf5_never_end_are_refused(run):
-    """Zeros where the texts of a part are: HDF5 looks for the next one for ever."""
-    change(parts(run)[1], parts(run)[1].read_bytes().index(b"GCOL") + 32, bytes(4000))
+def test_a_damaged_part_is_named_and_can_be_left_out(run):
+    change(parts(run)[1], parts(run)[1].read_bytes().index(b"TREE"), b"EERT")
     with pytest.raises(DustError, match=r"000002\.nc is damaged.*--force.*can be read"):
         open_run(run)
     for part in parts(run)[1:]:
@@ -53,21 +54,56 @@ def test_texts_that_make_hdf5_never_end_are_refused(run):
     assert open_run(run).series.sizes["time"] == 40  # as the message says
 
 
-def test_every_byte_of_a_part_counts(run):
-    whole, part = open_run(run).series, parts(run)[2]
+def test_no_damage_gives_other_numbers(run):
+    """Every byte that matters is missed; zeros among the texts are left to `damage`: HDF5 hangs."""
+    whole, part, rng = open_run(run).series.load(), parts(run)[2], random.Random(3)
     raw = part.read_bytes()
-    seal_begins = seal.seal_of(part)["size"]
-    places = [*range(0, len(raw), 997), *range(seal_begins, len(raw))]
+    refused, texts = 0, raw.index(b"GCOL")
+    places = [*range(0, len(raw), 1997), *(rng.randrange(len(raw)) for _ in range(100))]
     for at in places:
+        if texts <= at < texts + 4096:
+            continue
         part.write_bytes(raw[:at] + bytes([raw[at] ^ 4]) + raw[at + 1 :])
-        with pytest.raises(DustError, match="damaged"):
-            seal.check_whole(part)
-    for size in (0, 5, 1000, seal_begins, len(raw) - 1):
+        try:
+            found = open_run(run).series.load()
+        except DustError as error:
+            assert "damaged" in str(error)
+            refused += 1
+        else:
+            assert found.equals(whole)
+    assert refused > len(places) / 3  # the rest is between the chunks
+    for size in (0, 5, 1000, len(raw) // 2):
         part.write_bytes(raw[:size])
-        with pytest.raises(DustError, match="damaged"):
+        with pytest.raises(DustError, match="damaged|cannot be read"):
             open_run(run)
     part.write_bytes(raw)
     assert open_run(run).series.equals(whole)
+
+
+def test_a_text_that_changes_is_missed(run):
+    """Texts have no checksum in HDF5."""
+    part = parts(run)[-1]
+    raw = part.read_bytes()
+    for word in (b"running", b"name: test"):
+        change(part, raw.index(word), b"R")
+        with pytest.raises(DustError, match="damaged, or another program has changed it"):
+            open_run(run)
+        part.write_bytes(raw)
+
+
+@pytest.mark.parametrize("name", ["largest_speed", "step"])
+def test_records_that_the_index_has_lost_are_missed(tmp_path, name):
+    """HDF5 returns the fill value for them."""
+    path = tmp_path / "result.nc"
+    with synthetic.writer(path, GRAINS, features=set()) as writing:
+        writing.append("series", synthetic.series_record(0, set()))
+    with netCDF4.Dataset(path, "a") as file:
+        fill = integrity.FILL.get(file[name].dtype.str[1:], -(2**63) + 2)
+        file.set_auto_maskandscale(False)
+        assert np.isnan(fill) or fill == netCDF4.default_fillvals["i8"]
+        file[name][0] = fill
+    with pytest.raises(DustError, match="damaged"):
+        open_run(path)
 
 
 def test_a_part_that_is_gone_is_missed(run):
@@ -91,38 +127,35 @@ def test_a_file_changed_by_another_program_says_so(run):
     with pytest.raises(DustError, match="another program has changed it.*remove its attribute"):
         open_run(run)
     with netCDF4.Dataset(run / "result.nc", "a") as file:
-        file.delncattr(seal.DIGEST)
+        file.delncattr(integrity.DIGEST)
     assert open_run(run).attrs["comment"] == "mine"
 
 
-def test_a_file_from_before_there_were_seals(run):
+@pytest.mark.parametrize("digest", ["SHA-256 of the file, at its end", "0" * 64])
+def test_files_of_older_versions_are_opened(run, digest):
     path = run / "result.nc"
     shutil.rmtree(files.parts_folder(path))
     with netCDF4.Dataset(path, "a") as file:
-        file.delncattr(seal.DIGEST)
-        file.digest = seal._digest_of_texts(file)
-    assert open_run(run).attrs["digest"] != seal.SEALED
-    with netCDF4.Dataset(path, "a") as file:
-        file.title = "another"
-    with pytest.raises(DustError, match="texts are not those"):
-        open_run(run)
+        file.digest = digest
+    with path.open("ab") as file:
+        file.write(b"{...}dustseal")
+    assert open_run(run).attrs["digest"] == digest
 
 
-def test_a_look_is_taken_once_and_only_where_numbers_are_read(run, monkeypatch):
-    looked, real = [], seal._digest
-    monkeypatch.setattr(seal, "_digest", lambda file, n: looked.append(file.name) or real(file, n))
-    assert len(reading.pieces_of(run / "result.nc")) == 6 and not looked
+def test_a_file_is_read_through_once_in_a_process(run, monkeypatch):
+    looked, real = [], integrity._read_through
+    monkeypatch.setattr(integrity, "_read_through", lambda f, p: looked.append(p) or real(f, p))
     for _ in range(2):
         open_run(run)
-        assert looked == [str(part) for part in parts(run)[-1:] + parts(run)[:-1]]
+        assert looked == [run / "result.nc", *parts(run)]
 
 
 def test_a_flush_looks_at_no_other_part(made, tmp_path, monkeypatch):
     """The work of a flush does not grow with what has been written."""
     seen = []
-    real = writer.pieces._parts
+    real = pieces._parts
     monkeypatch.setattr(writer, "PIECE", 1000)
-    monkeypatch.setattr(writer.pieces, "_parts", lambda path: seen.append(path) or real(path))
+    monkeypatch.setattr(pieces, "_parts", lambda path: seen.append(path) or real(path))
     with synthetic.writer(tmp_path / "result.nc", GRAINS, features=set()) as writing:
         for step in range(3):
             writing.append("series", synthetic.series_record(step, set()))

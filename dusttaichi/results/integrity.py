@@ -1,0 +1,150 @@
+"""Damage of result files: it is found as a file is opened, before any of its numbers is used.
+
+NetCDF has a checksum of each chunk of numbers (fletcher32), and HDF5 of its headers; a record that
+its index has lost is read as FILL, which no run writes. An attribute has the SHA-256 of what has no
+checksum: the texts, and the names of the variables.
+"""
+
+import hashlib
+import json
+import os
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import netCDF4
+import numpy as np
+
+from dusttaichi.errors import DustError
+from dusttaichi.results.variables import record_dimension
+
+DIGEST = "digest"  # global attribute
+_PREFIX = "SHA-256 of the texts and names: "  # other digests are of older versions
+LARGEST = 4e9  # bytes up to which all numbers are read first; above, each chunk as it is used
+_BLOCK = 4_000_000  # bytes that are read at a time
+_REPORTED = -101, -128  # errors of HDF5 that are damage: NC_EHDFERR, NC_ENOTBUILT
+
+
+class Header(NamedTuple):
+    """Global attributes of a result file, and the number of records of its groups that grow."""
+
+    attributes: dict
+    records: dict
+
+
+_checked = {}  # path -> identity of the verified file, its Header
+
+
+def _fill(bits, dtype):
+    return np.array(bits, dtype.replace("f", "u")).view(dtype)[()]
+
+
+FILL = {  # value of unwritten records: a NaN that no computation returns
+    "f8": _fill(0x7FF8_6475_7374_6669, "f8"),
+    "f4": _fill(0x7FC0_6475, "f4"),
+}
+
+
+def check(path):
+    """The Header of a file, which is verified once in a process and again after a change.
+
+    It is not opened a second time, since HDF5 may crash where two handles of a file have texts
+    (https://github.com/Unidata/netcdf4-python/issues/1444). Files without DIGEST, of other
+    programs, are not verified. Raises OSError where it cannot be
+    read; DustError where it is damaged.
+    """
+    now, real = os.stat(path), os.path.realpath(path)
+    identity = now.st_dev, now.st_ino, now.st_size, now.st_mtime_ns
+    known, header = _checked.get(real, (None, None))
+    if known == identity:
+        return header
+    try:
+        with netCDF4.Dataset(path) as file:
+            header = Header({n: file.getncattr(n) for n in file.ncattrs()}, record_counts(file))
+            digest = header.attributes.get(DIGEST)
+            if isinstance(digest, str) and digest.startswith(_PREFIX):
+                if digest != digest_of(file):
+                    raise _changed(path)
+                if now.st_size <= LARGEST:
+                    _read_through(file, path)
+    except (OSError, RuntimeError, UnicodeDecodeError, AttributeError) as error:
+        if isinstance(error, OSError) and error.errno not in _REPORTED:
+            raise
+        raise damaged(path) from error
+    _checked[real] = identity, header
+    return header
+
+
+@contextmanager
+def opened(path):
+    """A verified result file that is open for reading. Raises as `check`."""
+    check(path)
+    with netCDF4.Dataset(path) as file:
+        yield file
+
+
+def digest_of(file):
+    """Value of DIGEST for an open file."""
+    groups = (file, *file.groups.values())
+    texts = [[n, v] for n in file.ncattrs() if n != DIGEST and _is_text(v := file.getncattr(n))]
+    for group in groups:
+        for name, variable in group.variables.items():
+            attributes = variable.ncattrs()
+            values = [[n, v] for n in attributes if _is_text(v := variable.getncattr(n))]
+            entries = variable[:].tolist() if variable.dtype is str else []
+            texts.append([f"{group.path}/{name}", *values, *entries])
+    return _PREFIX + hashlib.sha256(json.dumps(sorted(texts)).encode()).hexdigest()
+
+
+def record_counts(file):
+    """Group of an open file -> number of its records, of groups that grow."""
+    groups = {"series": file, **file.groups}
+    found = {g: folder.dimensions.get(record_dimension(g)) for g, folder in groups.items()}
+    return {g: len(dimension) for g, dimension in found.items() if dimension is not None}
+
+
+def damaged(path):
+    """The DustError of a damaged file."""
+    path, advice = Path(path), "Take it from a backup, or compute it again (--force)"
+    if path.parent.suffix == ".parts":
+        advice += "; without it and the parts after it the earlier records can be read"
+    return DustError(f"{path} is damaged: its content is not that which was written. {advice}.")
+
+
+def _changed(path):
+    return DustError(
+        f"{path} is damaged, or another program has changed it: its texts are not those that were "
+        f"written. If you have changed it yourself, remove its attribute {DIGEST}, too; otherwise "
+        "take it from a backup, or compute it again (--force)."
+    )
+
+
+def _is_text(value):
+    return isinstance(value, str)
+
+
+def _read_through(file, path):
+    """Read all numbers of an open file. Raises RuntimeError, DustError where they are damaged."""
+    file.set_auto_maskandscale(False)
+    for group in (file, *file.groups.values()):
+        for variable in group.variables.values():
+            if variable.dtype is str or not variable.size:
+                continue
+            chunks = variable.chunking()
+            if not isinstance(chunks, list):  # a single number, or of an older version
+                variable[...]
+                continue
+            row = variable.dtype.itemsize * variable.size // len(variable)
+            rows = max(_BLOCK // row // chunks[0], 1) * chunks[0]
+            corners = tuple(slice(None, None, chunk) for chunk in chunks)
+            for start in range(0, len(variable), rows):
+                if _is_fill(variable[start : start + rows][corners], variable.dtype).any():
+                    raise damaged(path)
+
+
+def _is_fill(values, dtype):
+    """Where unwritten records of a type are."""
+    if (fill := FILL.get(dtype.str[1:])) is not None:
+        bits = f"u{dtype.itemsize}"
+        return np.ascontiguousarray(values).view(bits) == fill.view(bits)
+    return values == netCDF4.default_fillvals[dtype.str[1:]]
