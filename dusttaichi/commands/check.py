@@ -36,6 +36,10 @@ def check(
 
     def read():
         scene = options.load_scene(file, settings=settings, extensions=extensions)
+        if scene.replicas is not None:
+            from dusttaichi.studies.sweep import taken
+
+            scene = scene.with_values(taken(scene, 0))
         how = method.of(scene)
         # the preview may still refuse the scene
         return scene, how, None if how.preview is None else how.preview(scene)

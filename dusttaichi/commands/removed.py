@@ -14,6 +14,8 @@ REMOVED = {
     "run --error-bar": "dust trade SCENE --knobs step_fraction --quick measures the error of the "
     "time step, by some twenty times the cost of a run; of a continuum dust sweep SCENE --set "
     "numerics.cfl=0.5,0.25",
+    "run --fresh": "stages are no longer stored, and a run computes all of its own; leave it out. "
+    "A sample can be taken from a finished run, also in a sweep: {kind: explicit, file: RUN}",
     "export --to stl": f"{_SURFACES}, which File > Save Data writes as .stl",
     "export --to vtp": _SURFACES,
     "export --to xyz": "--to extxyz, which programs that read XYZ read as well",

@@ -25,7 +25,6 @@ def run(
     settings: options.Settings = None,
     force: options.flag("--force", "overwrite an existing result") = False,
     resume: options.flag("--resume", "continue an interrupted run") = False,
-    fresh: options.flag("--fresh", "compute stored stages again") = False,
     watch: options.flag("--watch", "show the run in a browser, as dust watch does") = False,
     extensions: options.Extensions = None,
     output: options.Output = None,
@@ -49,11 +48,6 @@ def run(
     if scene.replicas is not None:
         from dusttaichi.studies.sweep import replicas
 
-        if fresh:
-            raise DustError(
-                f"--fresh is for a single run; here remove the folder {directory / '.stages'} "
-                "with the finished stages of the replicas"
-            )
         study = replicas(scene, directory)
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         with options.writing(force=force, inputs=[file]):
@@ -63,7 +57,7 @@ def run(
     for option, value in (("--scheduler", scheduler), ("--jobs", jobs)):
         if value is not None:
             raise DustError(f"{option} is for many runs: a scene with replicas, or dust sweep")
-    how = {"force": force, "resume": resume, "fresh": fresh}
+    how = {"force": force, "resume": resume}
     phases.end("imports and scene")
     with watched(directory, watch):
         _run_one(scene, directory, onward, quiet=quiet, phases=phases, **how)

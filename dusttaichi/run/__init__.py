@@ -1,6 +1,6 @@
 """One run of a scene of any method: from the YAML to result.nc, and from a checkpoint.
 
-opening.py creates a Run (new, from a stored stage, resumed); loop.py advances it; activities.py are
+opening.py creates a Run (new or resumed); loop.py advances it; activities.py are
 its scheduled actions; persistence.py are its files.
 """
 
@@ -32,7 +32,6 @@ def execute(
     *,
     force=False,
     resume=False,
-    fresh=False,
     report=lambda report: None,
     log=lambda text: None,
     sampled=lambda sample: None,
@@ -49,8 +48,6 @@ def execute(
         Overwrite an existing result.
     resume : bool
         Continue an existing result.
-    fresh : bool
-        Compute every stage, even those that an earlier run has finished and stored.
     report : function
         Called regularly with a Report.
     log : function
@@ -81,7 +78,7 @@ def execute(
         others = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
         opening = Opening(scene, directory, lock, sampled=sampled, **others)
         with before_the_first_step():
-            run = opening.open(force=force, resume=resume, fresh=fresh)
+            run = opening.open(force=force, resume=resume)
             ready(run.sim)
         interrupts.collect()
         run.go()

@@ -16,7 +16,7 @@ from dusttaichi.scene.extensions import KEY
 
 # what may differ between a run and its continuation
 FREE_TO_CHANGE = (
-    ("name",),  # a reused stage may be of a run of another name
+    ("name",),
     ("stop",),
     ("output", "directory"),
     ("output", "checkpoint"),

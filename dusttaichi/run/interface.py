@@ -72,13 +72,11 @@ class Simulation(AbstractContextManager):
                     scene,
                     self.directory,
                     self._lock,
-                    share_stages=sample is None and directory is not None,
                     report=lambda report: None,
                     interrupts=interrupts,
                     log=log,
                 )
-                # every stage is computed, as the user steps through it
-                self._run = opening.open(sample, force=force, resume=resume, fresh=True)
+                self._run = opening.open(sample, force=force, resume=resume)
         except BaseException:
             self._lock.release()
             raise

@@ -8,7 +8,7 @@ import time as real_time
 from contextlib import contextmanager, nullcontext
 
 from dusttaichi.errors import GuardStop, Interrupted
-from dusttaichi.run import activities, ledger, stages
+from dusttaichi.run import activities, ledger
 from dusttaichi.run.state import Report
 from dusttaichi.run.stop import End
 
@@ -21,8 +21,7 @@ class Run:
 
     sim: a Simulation (dusttaichi.method). state: RunState. files: RunFiles. interrupts: Interrupts.
     report: called regularly with a Report; log: called with messages for the user. advancing: a
-    context manager that is entered around every segment of steps. share_stages: store the ends of
-    stages for other runs.
+    context manager that is entered around every segment of steps.
     """
 
     def __init__(
@@ -36,11 +35,10 @@ class Run:
         report,
         log,
         advancing=None,
-        share_stages=True,
     ):
         self.scene, self.sim, self.state, self.files = scene, sim, state, files
         self.writer, self.interrupts, self.report, self.log = files.writer, interrupts, report, log
-        self.advancing, self.share_stages = advancing or nullcontext(), share_stages
+        self.advancing = advancing or nullcontext()
         self.rate, self.checked = 0.0, 0.0
         self.began = real_time.perf_counter() - state.wall_clock
         self.opened_at = self.guarded_at = sim.step
@@ -151,13 +149,11 @@ class Run:
     # -- stages ----------------------------------------------------------------------------------
 
     def next_stage(self):
-        """End the present stage, store its end for other runs, and begin the next, if any."""
+        """End the present stage, and begin the next, if any."""
         following = self.state.stage + 1
         if following >= len(self.scene.stage_plans):
             return False
         self.files.save(self)
-        if self.share_stages:
-            self._store_stage()
         if self.sim.step > self.opened_at:
             self.log(f"stage {self.plan.name} finished: {self.end.reason}")
         self.snapshots.act()
@@ -168,12 +164,6 @@ class Run:
         for activity in self.activities:
             activity.begin_stage()
         return True
-
-    def _store_stage(self):
-        try:
-            stages.store(self.scene, self.state.stage, self.files.directory, self.files.origin)
-        except OSError as error:  # optional: a full disk does not end the run
-            self.log(f"stage {self.plan.name} is not stored for other runs: {error}")
 
     def finish(self):
         """Write the checkpoint, then the last frame and the status.

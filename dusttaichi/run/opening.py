@@ -1,4 +1,4 @@
-"""Start of a run: new, from a stage stored by an earlier run, or resumed."""
+"""Start of a run: new, or resumed."""
 
 from dusttaichi import compiler, method, units
 from dusttaichi.errors import DustError
@@ -6,7 +6,7 @@ from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State
 from dusttaichi.results import Writer, opened, provenance
 from dusttaichi.results.pieces import already_there
-from dusttaichi.run import checkpoint, stages
+from dusttaichi.run import checkpoint
 from dusttaichi.run.identity import Origin, check_extensions, check_same, stage_stop
 from dusttaichi.run.loop import Run
 from dusttaichi.run.persistence import RunFiles, check_outputs, write_scene
@@ -25,8 +25,8 @@ class Opening:
         self.method = method.of(scene)
         self.origin = Origin.of(scene)
 
-    def open(self, sample=None, *, force=False, resume=False, fresh=False):
-        """A Run: resumed if requested and possible, else from a stored stage or new (`fresh`).
+    def open(self, sample=None, *, force=False, resume=False):
+        """A Run: resumed if requested and possible, else new.
 
         sample: instead of that of the scene. Raises DustError, as for an existing result.
         """
@@ -36,8 +36,6 @@ class Opening:
         run = self.resumed() if resume else None
         if run is None:
             check_outputs(self.scene, self.directory, force)
-        if run is None and self.scene.stages and not fresh:
-            run = self.stored()
         return self.new(sample, force=force or resume) if run is None else run
 
     def new(self, sample=None, force=False):
@@ -63,29 +61,6 @@ class Opening:
         run = self._run(sim, RunState(Start.of(sim.measure())), writer)
         run.begin()
         return run
-
-    def stored(self):
-        """A Run at the end of the latest stage that an earlier run has finished, or None."""
-        for stage, folder in stages.stored(self.scene, self.directory, self.origin):
-            try:
-                stages.reuse(folder, self.directory)
-                saved = checkpoint.load(self.directory / CHECKPOINT)
-                self._check_code(saved)
-                run = self._saved(saved)
-            except DustError as error:
-                self.others["log"](f"{error} Warning: it is computed again.")
-                stages.discard(folder)
-                (self.directory / RESULT).unlink(missing_ok=True)
-                checkpoint.discard(self.directory / CHECKPOINT)
-                continue
-            names = ", ".join(s.name for s in self.scene.stages[: stage + 1])
-            self.others["log"](
-                f"finished before and reused from {folder}: {names} (--fresh computes it again)"
-            )
-            write_scene(self.scene, self.directory)
-            run.writer.set_attributes(self._attributes(run.sim))
-            return run
-        return None
 
     def resumed(self):
         """A Run at the checkpoint of an earlier one, or None without a checkpoint.

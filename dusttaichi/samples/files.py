@@ -24,7 +24,10 @@ def read(path: Path, given: Source) -> dict:
     if _is_run(path):
         path = path / "result.nc"
         if not path.exists():
-            raise DustError(f"{where}: there is no result.nc in this directory; allowed: a run's.")
+            raise DustError(
+                f"{where}: there is no result.nc in this directory; allowed: that of a run, or in "
+                "a scene with replicas that of a run with as many."
+            )
     check_kind(path, where)
     if not path.exists():
         raise DustError(

@@ -9,12 +9,12 @@ from pathlib import Path
 import xarray as xr
 
 from dusttaichi.errors import DustError
-from dusttaichi.run.stages import REPLICA
 from dusttaichi.scene import Scene
 from dusttaichi.studies.points import NAME, Point
 from dusttaichi.studies.settings import Axis, data_of, grid, keys_of
 
 LONGEST = 150  # characters of a directory's name
+REPLICA = "replica_"  # begin of the names of directories of replicas
 
 
 @dataclass(frozen=True)
@@ -102,21 +102,37 @@ def sweep(scene: Scene, settings: list[str], directory: Path) -> Sweep:
 def _replicas(scene, directory, label, name):
     if scene.replicas is None:
         return [Point.of(scene, directory, label, name=name)]
-    if not list(keys_of(data_of(scene).get("sample", {}), "seed")):
+    if not (list(keys_of(data_of(scene).get("sample", {}), "seed")) or taken(scene, 0)):
         raise DustError(
             f"replicas = {scene.replicas}: the sample has no seed, and all runs would be equal; "
-            "use a sample with a seed, such as kind: rbd, or remove replicas"
+            "use a sample with a seed, such as kind: rbd, or of a run with replicas, or remove "
+            "replicas"
         )
     return [
         Point.of(
             scene,
             directory,
             os.path.join(label, f"{REPLICA}{number}"),
+            taken(scene, number),
             seed=number,
             name=f"{name[:94]}_{number}",
         )
         for number in range(scene.replicas)
     ]
+
+
+def taken(scene: Scene, number: int) -> dict[str, str]:
+    """Path in the YAML -> run, of a sample that is taken from a run with replicas.
+
+    number: of the replica.
+    """
+    sample = data_of(scene).get("sample", {})
+    files = {".".join(("sample", *path)): block["file"] for path, block in keys_of(sample, "file")}
+    return {
+        path: os.path.abspath(os.path.join(file, f"{REPLICA}{number}"))
+        for path, file in files.items()
+        if os.path.isdir(os.path.join(file, f"{REPLICA}0"))
+    }
 
 
 def _labels(axes):

@@ -182,7 +182,7 @@ ROOMS = {
 def test_a_stage_goes_back_to_hard_contacts(room, tmp_path):
     boundary, drive = ROOMS[room]
     text = STAGED.format(boundary=boundary, drive=drive)
-    run = execute(from_yaml(text.replace("200 ns", "100 ns")), tmp_path / "run", fresh=True)
+    run = execute(from_yaml(text.replace("200 ns", "100 ns")), tmp_path / "run")
     execute(from_yaml(text), run, resume=True)  # in the hard stage
     with xr.open_datatree(run / "result.nc") as tree:
         series = tree.to_dataset()
@@ -207,13 +207,13 @@ def test_a_softened_sample_is_taken_over(tmp_path):
     end = "stop: {time: 1 us}\nnumerics: {threads: 1, stiffness_scaling: 0.03}\n"
     end += "output: {variables: [sliding_force]}\n"
     pressed = text.replace("0.001}", "0.001, wall_speed: 0.5 m/s}") + end
-    run = execute(from_yaml(pressed), tmp_path / "soft", fresh=True)
+    run = execute(from_yaml(pressed), tmp_path / "soft")
     sample = f"sample: {{kind: explicit, file: {run}, keep: [walls]}}"
     taken = pressed.replace("sample: {kind: rbd, grains: 60, seed: 1}", sample)
     forces = {}
     for scale in (0.03, 1):
         own = from_yaml(taken.replace("0.03", f"{scale}"))
-        hard = execute(own, tmp_path / f"on_{scale}", fresh=True)
+        hard = execute(own, tmp_path / f"on_{scale}")
         with xr.open_datatree(hard / "result.nc") as tree:
             contacts, count = tree["contacts"], int(tree["snapshots"].contact_count.values[0])
             pairs = [contacts[name].values[:count] for name in ("grain_i", "grain_j")]

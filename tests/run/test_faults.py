@@ -1,4 +1,4 @@
-"""What a run leaves on disk fits or is refused: frames, steps, code, files, damaged stages.
+"""What a run leaves on disk fits or is refused: frames, steps, code, files.
 
 The method of spring.py stands for any: nothing is compiled but for the files of a sample.
 """
@@ -18,7 +18,7 @@ from bits import assert_same_bits
 from dusttaichi import method
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.files import CHECKPOINT, RESULT
-from dusttaichi.run import execute, identity, loop, stages
+from dusttaichi.run import execute, identity, loop
 from dusttaichi.scene import from_yaml, load
 
 PLAIN, STAGED = toy.plain(), toy.staged()
@@ -53,7 +53,7 @@ def test_a_last_frame_that_was_not_due_is_no_frame_of_a_longer_run(tmp_path):
 
 
 def test_a_stage_that_is_taken_over_has_its_last_frame_once(tmp_path):
-    whole = execute(from_yaml(STAGED), tmp_path / "run", fresh=True)
+    whole = execute(from_yaml(STAGED), tmp_path / "run")
     again = execute(from_yaml(STAGED), tmp_path / "again")
     assert frames(again) == frames(whole) == list(range(0, 1701, 100))
 
@@ -95,13 +95,6 @@ def test_a_checkpoint_of_another_step_is_refused(tmp_path):
     method.register(replace(spring.METHOD, reopen=reopen))
     with pytest.raises(DustError, match=r"time step of 10 ns.* one of 5 ns.*--force"):
         execute(scene, directory, resume=True)
-
-
-def test_a_stage_of_other_code_is_not_taken_over(tmp_path, monkeypatch):
-    scene = from_yaml(STAGED)
-    execute(scene, tmp_path / "run")
-    monkeypatch.setattr(identity, "code_hash", lambda scene: "another")
-    assert not list(stages.stored(scene, tmp_path / "again", identity.Origin.of(scene)))
 
 
 # -- nothing to go on from -----------------------------------------------------------------------
@@ -182,24 +175,6 @@ def test_an_interrupt_that_python_loses_during_the_build_ends_the_run(tmp_path):
     assert stop.value.resumable
 
 
-# -- damaged stages ------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", [CHECKPOINT, RESULT])
-def test_a_damaged_stage_is_computed_again_with_a_warning(tmp_path, name):
-    scene = from_yaml(STAGED)
-    whole = execute(scene, tmp_path / "run")
-    ((_, folder),) = stages.stored(scene, tmp_path / "again", identity.Origin.of(scene))
-    (folder / name).write_bytes((folder / name).read_bytes()[:200])
-    log = []
-    again = execute(scene, tmp_path / "again", log=log.append)
-    assert "Warning" in log[0] and "computed again" in log[0]
-    assert_same_bits(whole / RESULT, again / RESULT)
-    log.clear()
-    execute(scene, tmp_path / "third", log=log.append)
-    assert "reused from" in log[0]  # it is whole again
-
-
 # -- files that a scene names --------------------------------------------------------------------
 
 FILE = """
@@ -239,9 +214,9 @@ def test_what_is_interrupted_between_two_records_goes_on_with_the_same_bits(tmp_
     """Many times, at whatever step the machine has come to."""
     monkeypatch.setattr(loop, "BURST_SECONDS", 0.0)
     scene = from_yaml(STAGED)
-    whole, parts = execute(scene, tmp_path / "whole", fresh=True), tmp_path / "parts"
+    whole, parts = execute(scene, tmp_path / "whole"), tmp_path / "parts"
     count = 0
-    how = {"fresh": True}
+    how = {}
     while True:
         told = []
 

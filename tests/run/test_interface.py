@@ -90,7 +90,7 @@ numerics: {threads: 1}
 @pytest.mark.parametrize("text", [PLAIN, STAGED])
 def test_advanced_in_pieces_it_is_the_run_of_the_command(tmp_path, text):
     scene = dt.from_yaml(text)
-    whole = execute(scene, tmp_path / "whole", fresh=True)
+    whole = execute(scene, tmp_path / "whole")
     with dt.simulate(scene, directory=tmp_path / "run", log=lambda text: None) as simulation:
         simulation.advance(137)
         assert simulation.step == 137

@@ -65,7 +65,7 @@ def test_a_killed_run_goes_on_with_the_same_bits(tmp_path, monkeypatch):
     monkeypatch.setattr(loop, "BURST_SECONDS", 0.0)
     for text, name in ((PLAIN, "plain"), (STAGED, "staged")):
         scene, told = from_yaml(text), []
-        whole = execute(scene, tmp_path / name / "whole", fresh=True)
+        whole = execute(scene, tmp_path / name / "whole")
 
         def interrupt(report, told=told):
             told.append(report.step)
@@ -74,7 +74,7 @@ def test_a_killed_run_goes_on_with_the_same_bits(tmp_path, monkeypatch):
 
         parts = tmp_path / name / "parts"
         with pytest.raises(Interrupted):
-            execute(scene, parts, fresh=True, report=interrupt)
+            execute(scene, parts, report=interrupt)
         with pytest.raises(Interrupted):
             execute(scene, parts, resume=True, report=interrupt)
         execute(scene, parts, resume=True, report=interrupt)
@@ -93,15 +93,6 @@ def test_no_more_slow_steps_than_a_second_between_two_looks_at_ctrl_c(tmp_path, 
     monkeypatch.setattr(loop, "real_time", SimpleNamespace(perf_counter=lambda: 0.5 * sum(made)))
     execute(from_yaml(PLAIN), tmp_path / "run")
     assert made[0] == 1 and max(made) == 2
-
-
-def test_stages_are_kept_for_other_runs(tmp_path):
-    whole = execute(from_yaml(STAGED), tmp_path / "one" / "run")
-    log = []
-    other = from_yaml(STAGED.replace("name: spring", "name: other"))
-    again = execute(other, tmp_path / "one" / "again", log=log.append)
-    assert len(log) == 1 and "reused from" in log[0]
-    assert_same_bits(whole / "result.nc", again / "result.nc")
 
 
 def test_guards(tmp_path):

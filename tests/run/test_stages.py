@@ -1,4 +1,4 @@
-"""Stages of one run, and their reuse; plates. One compiled scene each."""
+"""Stages of one run; plates. One compiled scene each."""
 
 import os
 import signal
@@ -10,9 +10,9 @@ from bits import assert_same_bits
 
 from dusttaichi import geometry
 from dusttaichi.errors import DustError, Interrupted
-from dusttaichi.run import execute, stages
+from dusttaichi.run import execute
 from dusttaichi.run import loop as running
-from dusttaichi.run.identity import Origin, check_same
+from dusttaichi.run.identity import check_same
 from dusttaichi.scene import from_yaml
 
 CELL = """
@@ -37,8 +37,7 @@ def cell(end="strain: 0.3", name="cell"):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """All stages computed, none taken over."""
-    return execute(cell(), tmp_path_factory.mktemp("whole") / "run", fresh=True)
+    return execute(cell(), tmp_path_factory.mktemp("whole") / "run")
 
 
 def test_stages_follow_each_other(whole):
@@ -67,38 +66,12 @@ def test_stages_follow_each_other(whole):
         assert np.all(inside >= box[:, None, 0::2]) and np.all(inside <= box[:, None, 1::2])
 
 
-def test_finished_stages_are_taken_over_where_only_later_ones_change(whole, tmp_path):
-    said = []
-    execute(cell("strain: 0.1"), tmp_path / "short", log=said.append)
-    assert said == ["stage press finished: filling factor 0.08", "stage relax finished: 500 steps"]
-    said.clear()
-    execute(cell(name="another"), tmp_path / "again", log=said.append)
-    assert len(said) == 1 and "press, relax" in said[0] and "--fresh" in said[0]
-    assert_same_bits(whole / "result.nc", tmp_path / "again/result.nc")
-    with xr.open_dataset(tmp_path / "again/result.nc") as series:
-        assert series.attrs["title"] == "another"
-    # another seed, material or earlier stage is another beginning
-    scene = cell()
-    for path, value in (
-        ("sample.seed", 3),
-        ("stages.0.stop.filling_factor", 0.07),
-        ("material.surface_energy", "50 mJ/m^2"),
-        ("numerics.time_step", "0.03 ns"),
-    ):
-        assert not found(scene.with_value(path, value), tmp_path)
-    assert found(scene.with_value("numerics.threads", 2), tmp_path)
-
-
-def found(scene, folder):
-    return list(stages.stored(scene, folder / "again", Origin.of(scene)))
-
-
 def test_resume_across_stages_ends_with_the_same_bits(whole, tmp_path, monkeypatch):
     monkeypatch.setattr(running, "BURST_SECONDS", 0.001)
     with xr.open_dataset(whole / "result.nc") as series:
         ends = [int(series.step[series.stage == k][-1]) for k in range(3)]
     directory = tmp_path / "parts"
-    begun = {"fresh": True}
+    begun = {}
     for after in (ends[0] - 300, ends[0] + 200, ends[1] + 600):
         done = []
 
@@ -115,7 +88,9 @@ def test_resume_across_stages_ends_with_the_same_bits(whole, tmp_path, monkeypat
 
 
 def test_resume_with_other_stages_to_come(whole, tmp_path):
-    directory = execute(cell("strain: 0.1"), tmp_path / "grown", fresh=True)
+    said = []
+    directory = execute(cell("strain: 0.1"), tmp_path / "grown", log=said.append)
+    assert said == ["stage press finished: filling factor 0.08", "stage relax finished: 500 steps"]
     with pytest.raises(DustError, match=r"stages\.0\.drive\.compression_rate"):
         execute(cell().with_value("stages.0.drive.compression_rate", 2e-4), directory, resume=True)
     execute(cell(), directory, resume=True)
@@ -143,7 +118,7 @@ output: {snapshots: {strain: 0.25}}
 
 @pytest.fixture(scope="module")
 def plates(tmp_path_factory):
-    return execute(from_yaml(PLATES), tmp_path_factory.mktemp("plates") / "run", fresh=True)
+    return execute(from_yaml(PLATES), tmp_path_factory.mktemp("plates") / "run")
 
 
 def test_plates_measure_the_shadow_of_the_grains(plates):
@@ -178,31 +153,5 @@ def test_plates_pulled_apart_are_under_tension(plates):
         assert float(abs(series.energy_residual_relative).max()) < 1e-2  # 2 m/s
 
 
-def test_a_stage_is_not_that_of_a_scene_that_shears_later(tmp_path):
-    """Its result and its cell have another form from the start."""
-    upright, leaning = (
-        cell(),
-        from_yaml(
-            CELL.format(end="strain: 0.3", name="cell").replace(
-                "face_speed: [2 m/s, 0 m/s, 0 m/s]", "shear_rate: 1e4 s^-1"
-            )
-        ),
-    )
-    first, second = (
-        stages.folder_of(scene, 0, tmp_path / "run", Origin.of(scene))
-        for scene in (upright, leaning)
-    )
-    assert first != second
-
-
-def test_stages_of_replicas_serve_other_scenes(tmp_path):
-    scene, runs = cell(), tmp_path / "runs"
-    there = {
-        stages.folder_of(scene, 0, runs / name, Origin.of(scene))
-        for name in ("press", "press/replica_0", "pull/replica_2")
-    }
-    assert [folder.parent for folder in there] == [runs / ".stages"]
-
-
-def test_a_stage_taken_over_of_another_name_goes_on_with_resume():
+def test_a_run_of_another_name_goes_on_with_resume():
     check_same({"scene": cell(name="other").to_yaml(), "inputs": []}, cell(), [], 0)

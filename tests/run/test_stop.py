@@ -31,7 +31,7 @@ numerics: {time_step: 0.3 ns, threads: 1}
 
 @pytest.fixture(scope="module")
 def pressed(tmp_path_factory):
-    path = execute(from_yaml(CYCLE), tmp_path_factory.mktemp("cycle") / "run", fresh=True)
+    path = execute(from_yaml(CYCLE), tmp_path_factory.mktemp("cycle") / "run")
     return analysis.open_run(path)
 
 
@@ -167,7 +167,7 @@ boundary: {kind: open}
 stop: {steps: 600}
 output: {series: {steps: 100}}
 """)
-    series = analysis.open_run(execute(scene, tmp_path / "run", fresh=True)).series
+    series = analysis.open_run(execute(scene, tmp_path / "run")).series
     sample = samples.make(scene)
     mass = 4 / 3 * np.pi * sample.radii**3 * scene.material.density
     spun = (0.4 * mass * sample.radii**2) @ sample.spins

@@ -36,7 +36,7 @@ TOP, BOTTOM = WALLS.index("top"), WALLS.index("bottom")
 @pytest.fixture(scope="module")
 def pressed(tmp_path_factory):
     """A cake that is pressed, then held: snapshots at the start, and after each stage."""
-    return execute(from_yaml(CAKE), tmp_path_factory.mktemp("pressed") / "run", fresh=True)
+    return execute(from_yaml(CAKE), tmp_path_factory.mktemp("pressed") / "run")
 
 
 def onward(pressed, boundary=None, **sample):

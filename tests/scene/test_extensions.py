@@ -19,8 +19,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import registry as laws
 from dusttaichi.results import shown
 from dusttaichi.run import execute
-from dusttaichi.run.identity import Origin, code_hash
-from dusttaichi.run.stages import folder_of
+from dusttaichi.run.identity import code_hash
 from dusttaichi.samples import registry as kinds
 from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions
 from dusttaichi.scene.yaml_text import read
@@ -289,24 +288,18 @@ def test_resume_is_refused_after_the_file_has_changed(folder):
         dust(*words, "--resume")
 
 
-def test_stages_and_members_of_another_file_do_not_count(folder, monkeypatch):
-    """Kept stages and finished members are those of the content of the file."""
+def test_members_of_another_file_do_not_count(folder, monkeypatch):
+    """Finished members are those of the content of the file."""
     monkeypatch.chdir(folder)
     scene = from_yaml(SPRING, folder)
     plan = sweep(scene, ["stiffness=2"], folder / "sweep")
     (member,) = plan.members
     execute(member.scene, member.directory)
 
-    def place_of(scene):
-        return folder_of(scene, 0, folder / "run", Origin.of(scene))
-
-    place = place_of(scene)
     with (folder / "spring.py").open("a") as file:
         file.write("# changed\n")
-    assert place_of(scene) == place
     assert mode_of(member, False, True) is None
     change(folder / "spring.py")
-    assert place_of(from_yaml(SPRING, folder)) != place
     anew = sweep(from_yaml(SPRING, folder), ["stiffness=2"], folder / "sweep")
     (member,) = anew.members
     assert mode_of(member, False, True) == "resume"

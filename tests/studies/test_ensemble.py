@@ -48,6 +48,21 @@ def test_replicas_need_a_seed(tmp_path):
         replicas(last, tmp_path)
 
 
+def test_replicas_take_their_samples_from_those_of_another_run(tmp_path, monkeypatch):
+    """Number k that of number k, also in a sweep and from another directory."""
+    for number in range(2):
+        (tmp_path / f"press/replica_{number}").mkdir(parents=True)
+        (tmp_path / f"press/replica_{number}/result.nc").touch()
+    monkeypatch.chdir(tmp_path)
+    own = scene(sample="{kind: explicit, file: press}").with_value("replicas", 2)
+    there = [tmp_path / f"press/replica_{number}" for number in range(2)]
+    members = replicas(own, tmp_path / "pull").members
+    assert [m.scene.sample.file.resolve() for m in members] == there
+    members = sweep(own, ["boundary.wall_speed=1cm/s,5cm/s"], tmp_path / "pull").members
+    assert [m.scene.sample.file.resolve() for m in members] == 2 * there
+    assert input_files(members[1].scene) == ["press/replica_1/result.nc"]
+
+
 def test_every_seed_of_a_nested_sample_is_moved():
     sample = {"kind": "collision", "target": {"seed": 1}, "projectile": {"seed": 5}}
     found = {path: block for path, block in keys_of(sample, "seed")}

@@ -32,9 +32,7 @@ def run(count, seed, tally):
     toy.with_parts(True)
     with tempfile.TemporaryDirectory() as folder:
         for name in toy.SCENES:
-            whole = bits.tree(
-                toy.go(name, Path(folder) / f"{name}-whole", fresh=True) / "result.nc"
-            )
+            whole = bits.tree(toy.go(name, Path(folder) / f"{name}-whole") / "result.nc")
             for after in (False, True):
                 number = 0
                 while True:

@@ -1,6 +1,6 @@
 """Files of a run that are damaged: bytes that change, blocks of zeros, ends that are cut off.
 
-A damaged checkpoint, result, part or kept stage is refused when it is read or resumed, or what is
+A damaged checkpoint, result or part is refused when it is read or resumed, or what is
 computed has the same bits all the same. What is never accepted: other numbers without a word.
 HDF5 has no checksum of its texts, and may hang or crash at zeros among them: that is counted.
 """
@@ -42,7 +42,7 @@ def run(count, seed, tally):
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         made = _originals(folder)
-        kinds = ("checkpoint", "result", "part", "stage", "sample")
+        kinds = ("checkpoint", "result", "part", "sample")
         for number in tally.left(range(count)):
             rng = random.Random(f"{seed} {number}")
             kind = kinds[number % len(kinds)]
@@ -69,11 +69,10 @@ def _originals(folder):
     """The files that copies are damaged of."""
     toy.with_parts(False)
     plain = toy.go("plain", folder / "plain")
-    staged = toy.go("staged", folder / "staged" / "run")
     toy.with_parts(True)
     parts = folder / "parts"
     child_stopped(parts)
-    return {"plain": plain, "staged": staged, "parts": parts, "sample": _grains(folder / "a.nc")}
+    return {"plain": plain, "parts": parts, "sample": _grains(folder / "a.nc")}
 
 
 def child_stopped(directory):
@@ -185,21 +184,6 @@ def _compared_parts(whole, path):
     except READING:
         return "refused", None
     return None if one.equals(other) else ("accepted", "other numbers, and not a word")
-
-
-def _stage(folder, made, rng):
-    toy.with_parts(False)
-    stages = _copy(made["staged"].parent, folder)
-    shutil.rmtree(stages / "run")
-    (kept,) = (stages / ".stages").iterdir()
-    _damage(kept / rng.choice(("result.nc", "checkpoint.bin")), rng)
-    try:
-        toy.go("staged", stages / "run")
-    except DustError:
-        return "refused", None
-    except Exception as error:  # noqa: BLE001, this is what is looked for
-        return "traceback", f"{type(error).__name__}: {error}"
-    return _compared(made["staged"] / "result.nc", stages / "run" / "result.nc")
 
 
 def _sample(folder, made, rng):

@@ -62,7 +62,7 @@ def _inside(folder, library, count, seed):
     folder, shim = Path(folder), ctypes.CDLL(library)
     known = set((folder / "known").read_text().split("\n"))
     for name in toy.SCENES:
-        whole = bits.tree(toy.go(name, folder / f"{name}-whole", fresh=True) / "result.nc")
+        whole = bits.tree(toy.go(name, folder / f"{name}-whole") / "result.nc")
         for parts in (False, True):
             toy.with_parts(parts)
             case = folder / "case" / name
