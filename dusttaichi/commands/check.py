@@ -61,7 +61,7 @@ def check(
     if internals:
         from dusttaichi.compute import engine, processor
 
-        compiler = [*processor.vector_rows(), *engine.rows(scene.numerics.debug)]
+        compiler = [("processor", processor.model()), *engine.rows(scene.numerics.debug)]
         _show([("Processor and compiler", compiler), *how.internals(scene)])
     if forces:
         _show(how.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
@@ -106,7 +106,7 @@ def _cost(scene, preview, *, measure_it):
     rate = 1.0 / seconds if measure_it else float(f"{1.0 / seconds:.1g}")
     speed = f"{quantities.rate_text(rate)} steps/s"
     how = "measured now" if measure_it else "an order of magnitude; --time measures it"
-    rows += [("speed", f"{speed}, {how}"), *_slow_rows(scene)]
+    rows += [("speed", f"{speed}, {how}")]
     if total < NEVER:
         low, high = _duration(total * least), _duration(total * most)
         text = low if low == high else f"{low} to {high}"
@@ -121,14 +121,6 @@ def _seconds(scene, preview, *, measure_it):
     if measure_it:
         return trial.measured(scene, preview.plan)
     return trial.order(scene, preview.size)
-
-
-def _slow_rows(scene):
-    """A row where the compiler does not use all capabilities of this processor."""
-    from dusttaichi.compute import processor
-
-    text = processor.warning() if getattr(scene.numerics, "backend", "cpu") == "cpu" else None
-    return [] if text is None else [("slower than it could be", text)]
 
 
 def _duration(seconds):

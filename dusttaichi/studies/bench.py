@@ -5,10 +5,14 @@ These are timed in turn, round after round, so that other load of the machine af
 the numbers are medians of the rounds.
 """
 
+import os
+import re
+import tempfile
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from statistics import median
 
@@ -20,6 +24,8 @@ from dusttaichi.studies.workers import LOST, Worker
 SCENES = ("omni_box", "guettler2009/bead")
 ROUNDS, SECONDS = 5, 0.6  # number and duration of the measurements of each
 WARM_UP = 0.3  # s of steps before the first round
+# LLVM stays at 256 bits on processors with AVX-512, most of which slow their clock down for wider
+USUAL_BITS = 256
 LEDGER = 0.01  # largest residual, as in a run (numerics.ledger_tolerance)
 BUSY = 15.0  # smallest spread of the rounds [%] with a remark
 
@@ -51,16 +57,39 @@ class Timed(AbstractContextManager):
         self._worker.close()
 
 
+@lru_cache(maxsize=1)
+def vector_bits() -> int:
+    """Bits of the vectors of doubles in compiled kernels, as compiled in a process of its own."""
+    with Timed(f"{__name__}:answer") as process:
+        return process.ask("vectors")["bits"]
+
+
+def _narrow() -> str | None:
+    """Remark where compiled kernels have narrower vectors than they could have here.
+
+    LLVM chooses the width by the name of the processor, and takes an AMD processor newer than
+    itself (Zen 5 for LLVM 15 of Taichi 1.7) for the oldest one: two doubles at a time.
+    """
+    from dusttaichi.compute import processor
+
+    bits, own = vector_bits(), processor.own_bits()
+    if own is None or bits >= min(own, USUAL_BITS):
+        return None
+    return (
+        f"Kernels use vectors of {bits} bits where this processor has {own}: the compiler "
+        f"(LLVM of {compiler.label()}) does not know it, and steps of grains take about 1.3 times "
+        f"as long; {compiler.VARIABLE}=quadrants chooses a newer one."
+    )
+
+
 def machine(*further: str) -> str:
     """One line on the machine and the versions. further: more texts for it."""
-    from dusttaichi.compute import processor
     from dusttaichi.results.provenance import provenance
 
     here = provenance("", "")
-    bits = processor.compiled_bits()
     texts = [
         f"{here['cpu']}, {here['cpu_cores']} cores",
-        "vectors of unknown width" if bits is None else f"vectors of {bits} bits",
+        f"vectors of {vector_bits()} bits",
         f"Python {here['python_version']}",
         compiler.label(),
         f"dusttaichi {here['dusttaichi_version']}",
@@ -135,8 +164,6 @@ def _timings(name, threads, rounds, seconds, log):
 
 def text(timings: list[Timing]) -> str:
     """The table for the screen, below the line on the machine."""
-    from dusttaichi.compute import processor
-
     lines, shown = [machine()], None
     for timing in timings:
         if timing.scene != shown:
@@ -147,7 +174,7 @@ def text(timings: list[Timing]) -> str:
             lines.append(f"  energy ledger open by {100.0 * worst:.2g} %{_verdict(worst)}")
         lines.append(timing.text())
     worst = max(timing.spread for timing in timings)
-    remarks = [processor.warning()]
+    remarks = [_narrow()]
     if worst > BUSY:
         remarks.append(
             f"The rounds differ by up to {worst:.0f} %: other programs use the machine, or its "
@@ -206,5 +233,42 @@ def _ledger():
 
 
 def answer(parent, *, do, **arguments):
-    """Answer of the worker. do: "build" a scene, "time" it, or state its "ledger"."""
-    return {"build": _build, "time": _time, "ledger": _ledger}[do](**arguments)
+    """Answer of the worker. do: "build" a scene, "time" it, state its "ledger"; or "vectors"."""
+    return {"build": _build, "time": _time, "ledger": _ledger, "vectors": _vectors}[do](**arguments)
+
+
+def _vectors():
+    from dusttaichi.compute.engine import settings, ti
+
+    ti.init(arch=ti.cpu, offline_cache=False, default_fp=ti.f64, log_level=ti.ERROR)
+    settings().print_kernel_llvm_ir_optimized = True
+    with tempfile.TemporaryDirectory() as folder:
+        return {"bits": compiled_bits(folder)}
+
+
+def compiled_bits(folder) -> int:
+    """Bits of the vectors that LLVM makes of a sum of products of doubles.
+
+    Taichi runs, and prints its code, into the current folder; folder: an empty one for it.
+    """
+    from dusttaichi.compute.engine import ti
+
+    x, here = ti.field(ti.f64, shape=64), os.getcwd()
+
+    @ti.kernel
+    def products(n: ti.i32):
+        ti.loop_config(serialize=True)
+        for i in range(n):
+            total = 0.0
+            for k in range(n):
+                total += x[k] * x[k]
+            x[i] = total
+
+    os.chdir(folder)
+    try:
+        products(0)
+    finally:
+        os.chdir(here)
+    code = "".join(file.read_text() for file in Path(folder).glob("*optimized*.ll"))
+    lanes = [int(n) for n in re.findall(r"fmul [a-z ]*<(\d+) x double>", code)]
+    return 64 * max(lanes, default=1)

@@ -12,7 +12,6 @@ from scenes import box, make_scene
 
 from dusttaichi.compute.backend import loops_of, start_taichi
 from dusttaichi.compute.engine import settings, ti
-from dusttaichi.compute.processor import compiled_bits
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.grains.build import chosen_layout
 from dusttaichi.grains.kernels.contacts import ContactPass
@@ -20,6 +19,7 @@ from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.physics.contact.registry import chosen_model
+from dusttaichi.studies.bench import compiled_bits
 
 ARITHMETIC = re.compile(
     r"= (?:fadd|fsub|fmul|fdiv|fneg|tail call|call) [a-z ]*(<\d+ x )?(float|double)>? ?(.*)"
@@ -81,9 +81,9 @@ def operations(scene, walls, folder, monkeypatch):
 def test_contacts_are_packed(name, precision, kind, tmp_path, monkeypatch):
     scene = make_scene(damping="viscoelastic", numerics={"precision": precision}, **SCENES[name])
     found = operations(scene, name == "walls", tmp_path, monkeypatch)
-    lanes = min(
-        loops_of(scene.numerics).width, compiled_bits() // {"float": 32, "double": 64}[kind]
-    )
+    (tmp_path / "loop").mkdir()
+    bits = compiled_bits(tmp_path / "loop")
+    lanes = min(loops_of(scene.numerics).width, bits // {"float": 32, "double": 64}[kind])
     packed = sum(n for (count, _), n in found.items() if count > 1)
     # two doubles at a time (SSE2) LLVM may leave alone: to gather them costs more than it saves
     assert packed > (0.9 if lanes > 2 else 0.5) * found.total(), found

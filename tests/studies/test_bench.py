@@ -39,7 +39,7 @@ def _timing(**changes):
 
 def test_text(monkeypatch):
     monkeypatch.setattr(bench, "machine", lambda: "a machine; vectors of 256 bits")
-    monkeypatch.setattr(processor, "warning", lambda: None)
+    monkeypatch.setattr(bench, "vector_bits", lambda: 512)
     rows = [
         _timing(),
         _timing(threads=2, seconds=2e-6, speed_up=2.0),
@@ -60,11 +60,25 @@ def test_text(monkeypatch):
     ]
     assert "differ by up to 40 %" in bench.text([*rows, _timing(spread=40.0)])
     assert "open by 2 %: WRONG RESULTS" in bench.text([*rows, _timing(residual=-0.02)])
-    monkeypatch.setattr(processor, "warning", lambda: "narrow vectors")
-    assert bench.text(rows).endswith("narrow vectors")
 
 
 def test_a_process_that_fails_is_an_error():
     with bench.Timed("dusttaichi.studies.bench:answer") as process:
         with pytest.raises(DustError, match="process of the benchmark ended.*no_such_command"):
             process.ask("no_such_command")
+
+
+@pytest.mark.parametrize("bits, own", [(128, 512), (256, 512), (512, 512), (128, None)])
+def test_narrow_vectors_are_remarked(bits, own, monkeypatch):
+    monkeypatch.setattr(bench, "machine", lambda: "a machine")
+    monkeypatch.setattr(bench, "vector_bits", lambda: bits)
+    monkeypatch.setattr(processor, "own_bits", lambda: own)
+    said = "vectors of 128 bits where this processor has 512" in bench.text([_timing()])
+    assert said == (bits == 128 and own is not None)
+    assert not said or bench.text([_timing()]).endswith("chooses a newer one.")
+
+
+def test_the_width_of_vectors_is_read_from_code():
+    bits, own = bench.vector_bits(), processor.own_bits()
+    assert bits in (128, 256, 512) and (own is None or bits <= own)
+    assert f"vectors of {bits} bits" in bench.machine()
