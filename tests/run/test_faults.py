@@ -15,7 +15,7 @@ import toy
 import xarray as xr
 from bits import assert_same_bits
 
-from dusttaichi import method
+from dusttaichi import files, method
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.run import execute, identity, loop
@@ -173,6 +173,20 @@ def test_an_interrupt_that_python_loses_during_the_build_ends_the_run(tmp_path):
     with pytest.raises(Interrupted) as stop:
         execute(from_yaml(PLAIN), tmp_path / "run")
     assert stop.value.resumable
+
+
+# -- two at once ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("deleted", [False, True])
+@pytest.mark.parametrize("how", [{}, {"force": True}, {"resume": True}])
+def test_a_second_run_is_refused(tmp_path, how, deleted):
+    """Also where somebody has deleted the lock file."""
+    with files.RunLock(tmp_path):
+        if deleted:
+            (tmp_path / ".lock").unlink()
+        with pytest.raises(DustError, match="Another run is writing"):
+            execute(from_yaml(PLAIN), tmp_path, **how)
 
 
 # -- files that a scene names --------------------------------------------------------------------

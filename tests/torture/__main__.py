@@ -1,10 +1,9 @@
 """Tortures: `python tests/torture KIND --count N --seed S`.
 
 kills: SIGKILL, SIGTERM, SIGINT at random moments. faults: writes that fail, at every call. mutate:
-scenes with faults. damage: damaged files. bits: threads, terminals, locales. twice: two runs on one
-directory. dask: a cluster that loses workers and scheduler. aimed: kills at every rename, and while
-parts are joined. extreme: numbers at the ends of what may be. places: disks that are full or
-read-only, clocks that jump, other users. --write puts the figures into the docs.
+scenes with faults. damage: damaged files. aimed: kills at every rename, and while parts are joined.
+extreme: numbers at the ends of what may be. places: disks that are full or read-only. --write puts
+the figures into the docs.
 With --journal FILE each case is noted there, and a torture that was stopped goes on.
 """
 
@@ -16,8 +15,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 COUNTS = {"kills": 100, "mutate": 10_000, "damage": 200, "aimed": 60, "extreme": 300}
-MODULES = {"bits": "same_bits", "dask": "cluster"}  # where it is not the name of the kind
-KINDS = (*COUNTS, "faults", "twice", "places", *MODULES)
+KINDS = (*COUNTS, "faults", "places")
 
 
 def main():
@@ -35,7 +33,7 @@ def main():
 
     count = COUNTS.get(given.kind, 0) if given.count is None else given.count
     began = time.perf_counter()
-    module = importlib.import_module(MODULES.get(given.kind, given.kind))
+    module = importlib.import_module(given.kind)
     if given.only:
         module.SHARES = dict.fromkeys(given.only.split(","), 1 / len(given.only.split(",")))
     tally = Tally.of(given.journal)

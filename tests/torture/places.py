@@ -1,20 +1,15 @@
-"""Runs where the system is not as it should be.
-
-A disk and a cache of one megabyte, of the system (Linux, as root); a read-only one; files that may
-not grow; clocks of the day that jump; a processor that is taken away again and again; another user
-without a home; several processes that compile the same kernels at once, into a new cache. Each run
-ends with the right bits, or with a message and exit code 2, and then goes on elsewhere.
+"""Disks that fail: a disk and a cache of a megabyte, a read-only one (Linux, as root), and files
+that may not grow. Each run ends with the right bits, or with a message and exit code 2, and then
+goes on elsewhere.
 """
 
 import ctypes
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import threading
-import time
 from pathlib import Path
 
 import bits
@@ -150,97 +145,9 @@ def files_that_may_not_grow(folder, whole):
     return None
 
 
-JUMPS = r"""
-#define _GNU_SOURCE
-#include <dlfcn.h>
-#include <time.h>
-#include <sys/time.h>
-static long jump(void) { static long n; return (++n % 7 - 3) * 40000000L; }
-int clock_gettime(clockid_t c, struct timespec *t) {
-    static int (*real)(clockid_t, struct timespec *);
-    if (!real) real = dlsym(RTLD_NEXT, "clock_gettime");
-    int found = real(c, t);
-    if (c == CLOCK_REALTIME) t->tv_sec += jump();
-    return found;
-}
-"""
-
-
-def a_clock_that_jumps(folder, whole):
-    """The time of the day goes forth and back by years at every look."""
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        raise _Impossible("there is no compiler")
-    (folder / "jumps.c").write_text(JUMPS)
-    library = folder / "jumps.so"
-    command = [compiler, "-shared", "-fPIC", "-o", library, folder / "jumps.c", "-ldl"]
-    subprocess.run(command, check=True)
-    environment = ENVIRONMENT | {"LD_PRELOAD": str(library)}
-    answer = _dust(folder, folder / "jumps", environment=environment)
-    return answer[1][-600:] if answer[0] else _judged(answer, whole, folder / "jumps", folder)
-
-
-def a_processor_that_is_taken_away(folder, whole):
-    """As under a quota: stopped for most of each tenth of a second."""
-    command = [sys.executable, "-m", "dusttaichi", "run", "scene.yaml", "-o", "quota", "-q"]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    with subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, **pipes) as process:
-        while process.poll() is None:
-            process.send_signal(signal.SIGSTOP)
-            time.sleep(0.04)
-            process.send_signal(signal.SIGCONT)
-            time.sleep(0.06)
-        text = process.stdout.read()
-    answer = process.returncode, text
-    return text[-600:] if answer[0] else _judged(answer, whole, folder / "quota", folder)
-
-
-def another_user_without_a_home(folder, whole):
-    """As in a container: a number without a name, no HOME, and a directory of somebody else's."""
-    if os.name != "posix" or os.getuid() != 0:
-        raise _Impossible("only root can be somebody else")
-    kept = {k: v for k, v in ENVIRONMENT.items() if k not in ("HOME", "XDG_CACHE_HOME")}
-    who = {"user": 54321, "group": 54321, "extra_groups": [], "cwd": "/", "environment": kept}
-    own = folder / "own"
-    own.mkdir()
-    os.chown(own, 54321, 54321)
-    try:
-        answer = _dust(folder, own / "run", **who)
-    except PermissionError:
-        raise _Impossible("another user may not run this Python") from None
-    if answer[0] or (problem := _judged(answer, whole, own / "run", folder)):
-        return answer[1][-600:] if answer[0] else problem
-    foreign = folder / "foreign"
-    foreign.mkdir(mode=0o755)
-    answer = _dust(folder, foreign / "run", **who)
-    return None if answer[0] == 2 and "permission" in answer[1] else f"{answer}"
-
-
-def several_that_compile_at_once(folder, whole):
-    cache = ENVIRONMENT | {"XDG_CACHE_HOME": str(folder / "new cache")}
-    found = {}
-
-    def one(number):
-        found[number] = _dust(folder, folder / f"at once {number}", environment=cache)
-
-    threads = [threading.Thread(target=one, args=(number,)) for number in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    for number, answer in found.items():
-        if answer[0] or (problem := _judged(answer, whole, folder / f"at once {number}", folder)):
-            return answer[1][-600:] if answer[0] else problem
-    return None
-
-
 CASES = (
     a_small_disk,
     a_cache_on_a_full_disk,
     a_read_only_disk,
     files_that_may_not_grow,
-    a_clock_that_jumps,
-    a_processor_that_is_taken_away,
-    another_user_without_a_home,
-    several_that_compile_at_once,
 )

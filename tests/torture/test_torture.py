@@ -3,7 +3,6 @@
 import sys
 from pathlib import Path
 
-from scenes import extensions_forgotten
 from tally import Tally
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "run")]
@@ -21,14 +20,3 @@ def test_damaged_files(toys):
 
     damage.run(10, 7, tally := Tally())
     assert not tally.failures
-
-
-def test_a_cluster_that_loses_its_worker_and_its_scheduler(tmp_path, monkeypatch):
-    import cluster
-
-    from dusttaichi.studies import pool
-
-    monkeypatch.setattr(pool, "CONNECT", "3 s")
-    (tmp_path / "lost").mkdir()
-    with extensions_forgotten():
-        assert cluster.tried(cluster.everything, tmp_path / "lost") is None
