@@ -26,7 +26,6 @@ from dusttaichi.studies.bench import Timed, machine
 
 GRAINS, QUICK_GRAINS = 11_000, 1_000
 FILLING_FACTOR = 0.35
-FEW, COPIES = 60, 100  # grains of a small scene, and its copies in a batch
 ROUNDS, QUICK_ROUNDS = 31, 15
 # of a measurement, a twelfth of a second: other load of the machine changes more slowly
 GRAIN_STEPS = 1_000_000
@@ -39,14 +38,12 @@ class Variant:
 
     settings: dict = field(default_factory=dict)
     built: dict = field(default_factory=dict)
-    small: bool = False
     base: object = None  # a Scene in place of that of the benchmark, with a sample of its own
 
     def scene(self, grains):
         """The Scene with a sample of `grains` grains."""
         scene = self.base
         if scene is None:
-            grains = FEW if self.small else grains
             scene = bench_sample.bench_scene(grains, threads=1, precision=DEFAULT_PRECISION)
         for path, value in self.settings.items():
             scene = scene.with_value(path, value)
@@ -104,12 +101,6 @@ PARTS = (
     Part("3 Newton steps", "1", Variant({"numerics.newton_steps": 3}), FULL),
     Part("2 Newton steps", "1", Variant({"numerics.newton_steps": 2}), FULL),
     Part("1 Newton step", "none", FULL, Variant({"numerics.newton_steps": 0})),
-    Part(
-        f"one scene of {FEW} grains",
-        f"{COPIES} of them as a batch",
-        Variant(OPEN.settings, small=True),
-        Variant(OPEN.settings, {"copies": COPIES}, small=True),
-    ),
     Part("nothing (the same scene twice)", "", FULL, FULL),
 )
 
@@ -236,12 +227,12 @@ def main(
         return RowTable(here, further, "What each part costs", columns, tuple(rows))
 
     try:
-        paths = (None, None) if scene is not None else _prepared(grains, log)
+        path = None if scene is not None else _prepared(grains, log)
         for number, part in enumerate(parts, start=1):
             against = f" against {part.instead}" if part.instead else ""
             log(f"{number} of {len(parts)}: {part.name}{against}")
             try:
-                rows.append(measure_pair(part, grains, paths, steps=steps, rounds=rounds))
+                rows.append(measure_pair(part, grains, path, steps=steps, rounds=rounds))
             except DustError as error:
                 reason = " ".join(str(error).split())
                 notes.append(f"{part.name}{against}: refused: {reason}")
@@ -253,11 +244,10 @@ def main(
 
 
 def _prepared(grains, log):
-    """Files of the samples of that many grains and of FEW."""
-    recipes = [bench_sample.Recipe(n, FILLING_FACTOR) for n in (grains, FEW)]
-    for recipe in recipes:
-        prepare(recipe, log)
-    return [str(recipe.path) for recipe in recipes]
+    """File of the sample of that many grains."""
+    recipe = bench_sample.Recipe(grains, FILLING_FACTOR)
+    prepare(recipe, log)
+    return str(recipe.path)
 
 
 def _notes(scene, grains, rounds):
@@ -273,28 +263,26 @@ def _notes(scene, grains, rounds):
     )
 
 
-def measure_pair(part, grains, paths, *, steps=None, rounds=ROUNDS) -> PartRow:
+def measure_pair(part, grains, path, *, steps=None, rounds=ROUNDS) -> PartRow:
     """Both variants in processes of their own, timed in turn; which is first changes.
 
-    paths: files of the samples of `grains` and of FEW; None twice where the scene has its own, and
-    then times are of a step in place of over the number of contacts.
+    path: file of the sample of `grains`; None where the scene has its own, and then times are of a
+    step in place of over the number of contacts.
     """
     with Timed(TASK) as one, Timed(TASK) as other:
         pair = list(zip((one, other), (part.has, part.lacks), strict=True))
         lengths = []
         for process, variant in pair:
-            path = paths[variant.small]
             process.ask(
                 "build_part", scene=variant.scene(grains).to_yaml(), path=path, **variant.built
             )
-            moved = (FEW if variant.small else grains) * variant.built.get("copies", 1)
-            lengths.append(steps or max(LEAST_STEPS, GRAIN_STEPS // moved))
+            lengths.append(steps or max(LEAST_STEPS, GRAIN_STEPS // grains))
             process.ask("time", steps=max(lengths[-1] // 5, 1))  # kernels loaded, grains warm
         found = ([], [])
         for number in range(rounds):
             for which in (0, 1) if number % 2 == 0 else (1, 0):
                 timing = pair[which][0].ask("time", steps=lengths[which])
-                over = 1 if paths[0] is None else timing["contacts"]
+                over = 1 if path is None else timing["contacts"]
                 if not over:
                     raise DustError("there are no contacts to take the time by")
                 found[which].append(1e9 * seconds_a_step(timing) / over)

@@ -60,13 +60,12 @@ class Benchmark:
             "box": (sim.lengths() * units.LENGTH).tolist(),
         }
 
-    def build_part(self, scene, polydisperse=False, ledger=True, copies=0, path=None):
+    def build_part(self, scene, polydisperse=False, ledger=True, path=None):
         """Build a scene (YAML) and compute its first step; sample: that of `path`, or its own.
 
         polydisperse: with individual radii of the grains, although equal; ledger: whether to
-        compute it; copies: number of copies of the scene as a batch. See parts.Variant.
+        compute it. See parts.Variant.
         """
-        from dusttaichi.grains.batch import build_batch
         from dusttaichi.grains.build import build
         from dusttaichi.scene import from_yaml
 
@@ -74,10 +73,7 @@ class Benchmark:
         sample = samples.make(scene) if path is None else load(Path(path))
         if polydisperse:
             sample = replace(sample, radii=np.full(len(sample), scene.material.radius))
-        if copies:
-            self.start(build_batch(scene, [sample] * copies).sim)
-        else:
-            self.start(build(scene, sample, ledger=ledger))
+        self.start(build(scene, sample, ledger=ledger))
         return {}
 
     def start(self, sim):

@@ -1,9 +1,5 @@
 """`dust collide`: many collisions of a scene, their map and the table for coagulation codes."""
 
-from typing import Annotated
-
-import typer
-
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_abreast, say_json, say_written
 from dusttaichi.commands.ensembles import shown
@@ -20,9 +16,7 @@ def collide(
     force: options.ForceResults = False,
     resume: options.ResumeMissing = False,
     output: options.Output = None,
-    threads: Annotated[
-        int | None, typer.Option(min=1, help="CPU threads per collision, default 1")
-    ] = None,
+    threads: options.ThreadsOfOne = None,
     jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     extensions: options.Extensions = None,

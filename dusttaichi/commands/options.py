@@ -53,6 +53,9 @@ Settings = Annotated[
     ),
 ]
 Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads")]
+ThreadsOfOne = Annotated[
+    int | None, typer.Option("--threads", min=1, help="CPU threads per collision, default 1")
+]
 Jobs = Annotated[int | None, typer.Option(min=1, help="runs at a time, default as many as fit")]
 Scheduler = Annotated[
     str | None, typer.Option(help="address of a Dask scheduler", metavar="ADDRESS")

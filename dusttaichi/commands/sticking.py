@@ -6,6 +6,8 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_json, say_written
+from dusttaichi.commands.ensembles import shown
+from dusttaichi.commands.progress import ProgressBar
 
 
 def sticking(
@@ -27,29 +29,41 @@ def sticking(
         typer.Option("--map", help="restitution at COUNT speeds", metavar="LOW,HIGH,COUNT"),
     ] = None,
     output: options.MapOutput = None,
-    threads: options.Threads = None,
+    threads: options.ThreadsOfOne = None,
+    jobs: options.Jobs = None,
+    scheduler: options.Scheduler = None,
     extensions: options.Extensions = None,
     force: options.Overwrite = False,
     as_json: options.Json = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="only the result")] = False,
+    quiet: options.Quiet = False,
 ):
     """Find the sticking speed of a collision by bisection, or its restitution over speeds."""
     from dusttaichi.analysis.plain import plain, plain_dataset
-    from dusttaichi.studies import sticking as speeds
+    from dusttaichi.studies import engine
     from dusttaichi.studies.settings import with_settings
+    from dusttaichi.studies.sticking import restitution, search
 
     scene = options.load_scene(file, threads, extensions=extensions)
+    with ProgressBar(quiet) as bar:
+        if chart is not None:
+            study = restitution.RestitutionMap(scene, chart, tolerance, settings or [])
+        else:
+            scene = with_settings(scene, settings or [])
+            ends = (search.speed_of(*end) for end in (("--low", low), ("--high", high)))
+            log = (lambda text: None) if quiet else bar.log
+            study = search.Search(scene, tolerance, *ends, log=log)
+        how = {"scheduler": scheduler, "jobs": jobs, "report": shown(bar, "collisions")}
+        found = engine.run(study, **how)
+    paths = []
     if chart is not None:
+        data = study.dataset(found)
         folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
         with options.writing(force=force, inputs=[file]):
-            data, paths = speeds.save_map(scene, chart, folder, tolerance, settings or [])
-        rows, numbers = speeds.map_rows(data), plain_dataset(data)
+            paths = restitution.save_map(data, folder)
+        rows, numbers = restitution.map_rows(data), plain_dataset(data)
     else:
-        scene, paths = with_settings(scene, settings or []), []
-        log = (lambda text: None) if quiet else remark
-        ends = (speeds.speed_of(name, text) for name, text in (("--low", low), ("--high", high)))
-        found = speeds.sticking(scene, tolerance, *ends, log=log)
-        rows, numbers = speeds.rows(found), plain(found) | {"speed": found.speed}
+        result = study.result(found)
+        rows, numbers = search.rows(result), plain(result) | {"speed": result.speed}
     if as_json:
         say_json(numbers)
     else:

@@ -48,11 +48,10 @@ _LAST = LastCompiled()
 RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 
 
-def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
+def build(scene, sample, *, loops=None, ledger=True, step=None):
     """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
 
     loops: backend.Loops other than those of the backend, to compare them.
-    scenes: of a batch (dusttaichi.grains.batch), the number of the scene of each grain, rising.
     ledger: False leaves the losses out, to measure what they cost.
     step: a TimeStep to take whatever the scene says, stable or not.
     The simulation built before is of no more use: its fields and kernels may serve again.
@@ -62,29 +61,29 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
     scene = scaled(scene)
     own = grain_properties(scene, sample)
     check_precision(scene, sample, contact_constants(scene)[0].rest_overlap)
-    step = step or chosen_step(scene, sample, own, scenes)
+    step = step or chosen_step(scene, sample, own)
     radius = scene.material.radius / units.LENGTH if own is None else float(np.median(own.radius))
-    order = grain_order(sample.positions / units.LENGTH, 4.0 * radius, scenes)
+    order = grain_order(sample.positions / units.LENGTH, 4.0 * radius)
     kinds = {push.kind for push in of_stages(scene)}
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
     threads = threads_of(scene, len(order))
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     contacts = farthest_contacts(scene, own)
-    box, cell = environment(scene, sample, own, scenes, contacts)
-    smallest = radius if own is None else own.radius[around(scenes)].min()
+    box, cell = environment(scene, sample, own, contacts)
+    smallest = radius if own is None else own.radius.min()
     loops = loops or loops_of(scene.numerics)
     layout = replace(
         chosen_layout(scene, model, loops, push, polydisperse=own is not None),
-        batch=scenes is not None,
         ledger=ledger,
         tilted=is_tilted(scene, sample),
-        few_wall_contacts=scenes is None and has_few_wall_contacts(box, cell, len(order), smallest),
+        few_wall_contacts=has_few_wall_contacts(box, cell, len(order), smallest),
     )
     placed = placed_sphere(scene, sample, own, box)
     compiled = chosen_kernels(scene, layout, (loops.kind, len(order), threads))
     tables = _LAST.tables(compiled, len(order))
     on_pairs, on_walls, on_sphere, table = chosen_numbers(scene, model, own, contacts)
-    _fill(tables, table, None if scenes is None else scenes[order])
+    if table is not None:
+        tables[1]["interfaces"].from_numpy(table)
     return Simulation(
         compiled,
         tables,
@@ -105,16 +104,7 @@ def build(scene, sample, *, loops=None, scenes=None, ledger=True, step=None):
         chosen=step,
         threads=threads,
         stiffness=scene.numerics.stiffness_scaling,
-        scenes=1 if scenes is None else int(scenes[-1]) + 1,
     )
-
-
-def _fill(tables, interfaces, scenes):
-    """Numbers of polydisperse grains and of a batch into their fields; None without any."""
-    if interfaces is not None:
-        tables[1]["interfaces"].from_numpy(interfaces)
-    if scenes is not None:
-        tables[0]["scene"].from_numpy(scenes.astype(np.int32))
 
 
 def typical_grain(material, radius):
@@ -236,25 +226,20 @@ def interfaces(scene, model):
     return interface_table(scene, model, glue, surface_of(scene))
 
 
-def around(scenes):
-    """The grains that walls are laid out around: of a batch those of the first scene."""
-    return slice(None) if scenes is None else scenes == 0
-
-
-def environment(scene, sample, own, scenes, contacts):
+def environment(scene, sample, own, contacts):
     """(Box or None, Cell or None) of a scene.
 
     own: GrainProperties or None of equal grains. contacts: ContactConstants of the pair and of the
     wall contact that reach farthest. Raises DustError for a sample that does not fit.
     """
-    (pair, wall), alone = contacts, around(scenes)
+    pair, wall = contacts
     radius, overlap = scene.material.radius / units.LENGTH, wall.rest_overlap / units.LENGTH
     if own is not None:
-        radius, overlap = own.radius[alone], wall_overlaps(scene, own)[alone]
+        radius, overlap = own.radius, wall_overlaps(scene, own)
     period, room = sample.info.get("period"), sample.info.get("room")
     box, cell = make_walls_and_cell(
         scene.boundary,
-        sample.positions[alone] / units.LENGTH,
+        sample.positions / units.LENGTH,
         radius,
         contact=2.0 * radius - pair.rest_overlap / units.LENGTH,
         overlap=overlap,

@@ -13,21 +13,12 @@ MOST_CUTS = 7  # times that a sample is cut
 NEAR_CUTS = 3  # of the first of them, the grains at a cut stand together
 
 
-def grain_order(positions, cell, scenes=None):
+def grain_order(positions, cell):
     """Indices of the grains (N,) in the order that they shall have. positions (N, 3).
 
-    cell: edge of the cells, two grains wide, along whose curve the grains of a part stand. scenes:
-    of a batch, the number of the scene of each grain, rising: scene after scene, each as it would
-    be alone.
+    Part by part, in it along a Morton curve, what is at a cut last. cell: edge of the cells, two
+    grains wide, along whose curve the grains of a part stand.
     """
-    if scenes is None:
-        return spatial_order(positions, cell)
-    members = [np.flatnonzero(scenes == n) for n in range(scenes[-1] + 1)]
-    return np.concatenate([own[spatial_order(positions[own], cell)] for own in members])
-
-
-def spatial_order(positions, cell):
-    """The order of one scene: part by part, in it along a Morton curve, what is at a cut last."""
     key = morton_key(positions, cell)
     parts, at_cut = bisected(positions, 0.5 * cell)
     return np.concatenate([part[np.lexsort((key[part], at_cut[part]))] for part in parts])

@@ -164,7 +164,7 @@ def _step(step):
 
 def _domain(scene, sample, own, contacts, step):
     """Environment of the grains at the start of the simulation, a Domain."""
-    box, cell = environment(scene, sample, own, None, contacts)
+    box, cell = environment(scene, sample, own, contacts)
     radii = np.full(len(sample), scene.material.radius / units.LENGTH)
     radii = radii if own is None else own.radius
     volume, t_c = 4.0 / 3.0 * np.pi * (radii**3).sum(), constants.characteristic_time

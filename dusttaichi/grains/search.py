@@ -102,7 +102,7 @@ class Search:
         # grains of their own radius are listed by the distance of their surfaces
         near = reach**2 if equal else reach - 2.0 * sim.radius
         inverse = [1.0 / w for w in width]
-        numbers = [*low, *inverse, *cells, *edges, tilt, sim.scenes * prod(cells), near]
+        numbers = [*low, *inverse, *cells, *edges, tilt, prod(cells), near]
         walls = [NOWHERE] * 6
         if sim.box is not None:
             wall_reach = self.skin + sim.wall.far + (sim.radius if equal else 0.0)
@@ -136,7 +136,7 @@ class Search:
         while True:
             across = zip(extent, width, edges, strict=True)
             cells = [floor(a / w) + (0 if edge > 0.0 else 1) for a, w, edge in across]
-            if self.sim.scenes * prod(cells) <= CELLS_PER_GRAIN * self.sim.grains + 60:
+            if prod(cells) <= CELLS_PER_GRAIN * self.sim.grains + 60:
                 break
             width = [1.1 * w for w in width]
         cells = [max(n, 1) for n in cells]

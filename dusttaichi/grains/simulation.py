@@ -68,7 +68,6 @@ class Simulation(Readout):
         skin,
         chosen,
         threads,
-        scenes=1,
         stiffness=1.0,
     ):
         """compiled: Compiled; tables: its fields, scratch and sums as this scene uses them.
@@ -76,12 +75,12 @@ class Simulation(Readout):
         sample: Sample; order: its grains in internal order. typical: EqualGrain; polydisperse:
         GrainProperties, or None of equal grains. sphere: (RigidSphere, numbers of its contacts)
         or None. gravity: Gravity or None. box, cell: or None; t_c: see Domain. drive: the first.
-        skin [um] or None: as it suits. chosen: the TimeStep. scenes: of a batch, the `scene` field
-        filled. stiffness: of the contacts over that of the material (numerics.stiffness_scaling).
+        skin [um] or None: as it suits. chosen: the TimeStep.
+        stiffness: of the contacts over that of the material (numerics.stiffness_scaling).
         """
         self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
         self.fields, self.scratch, self.sums = tables
-        self.order, self.grains, self.scenes = order, len(order), scenes
+        self.order, self.grains = order, len(order)
         self.state = GrainState(self.fields, self.layout, order)
         self.polydisperse, self.pair, self.wall = polydisperse, pair, wall
         self._measures(typical)

@@ -45,17 +45,16 @@ class TimeStep:
     impact: Impact | None = None
 
 
-def chosen_step(scene, sample, polydisperse=None, scenes=None):
-    """The TimeStep that a scene takes with a sample (pushed); scenes: of a batch, see `build`.
+def chosen_step(scene, sample, polydisperse=None):
+    """The TimeStep that a scene takes with a sample (pushed).
 
     Raises DustError for a step that cannot be stable, or speeds that the contacts are not for.
     """
-    most = len(sample.positions) if scenes is None else int(np.bincount(scenes).max())
     radii = scene.material.radius if polydisperse is None else polydisperse.radius * units.LENGTH
-    motion = fastest(scene, sample, radii, scenes)
+    motion = fastest(scene, sample, radii)
     impact = hardest_impact(contact_extremes(scene, polydisperse)[0], motion.thrown)
     check(impact)
-    return replace(time_step(scene, most, polydisperse, motion), impact=impact)
+    return replace(time_step(scene, len(sample), polydisperse, motion), impact=impact)
 
 
 def time_step(scene, grains, polydisperse=None, motion=None):
@@ -181,19 +180,15 @@ class Motion:
     thrown: float = 0.0
 
 
-def fastest(scene, sample, radii, scenes=None):
+def fastest(scene, sample, radii):
     """Motion of a scene with a sample (already pushed). radii [m]: one number, or (N,).
 
-    scenes: of a batch, the number of the scene of each grain. Bounds, not estimates: velocities by
-    their range along each axis; a wall throws grains at twice its speed, a face moves their images
-    by that of the cell's edge; a spinning surface may turn all of its speed into flight. What
-    forces from outside will do is not known beforehand.
+    Bounds, not estimates: velocities by their range along each axis; a wall throws grains at twice
+    its speed, a face moves their images by that of the cell's edge; a spinning surface may turn all
+    of its speed into flight. What forces from outside will do is not known beforehand.
     """
-    v, number = sample.velocities, np.zeros(len(sample), int) if scenes is None else scenes
-    apart = max(
-        (float(np.linalg.norm(np.ptp(v[number == k], axis=0))) for k in np.unique(number)),
-        default=0.0,
-    )
+    v = sample.velocities
+    apart = float(np.linalg.norm(np.ptp(v, axis=0))) if len(v) else 0.0
     surface = float(np.max(np.linalg.norm(sample.spins, axis=1) * radii, initial=0.0))
     spin = float(np.max(np.linalg.norm(sample.spins, axis=1), initial=0.0))
     wall = max(_wall_speed(plan.drive) for plan in scene.stage_plans)
@@ -201,7 +196,6 @@ def fastest(scene, sample, radii, scenes=None):
     later = [p.velocity or p.speed or (0.0,) * 3 for p in of_stages(scene)]
     later = max((float(np.linalg.norm(speed)) for speed in later), default=0.0)
     own = float(np.max(np.linalg.norm(v, axis=1), initial=0.0)) + later
-    grains = len(sample) if scenes is None else int(np.bincount(scenes).max())
     loose = sample.info.get("coordination", 2.0 * LOOSE) < LOOSE
     sphere = _sphere_speed(scene)
     # a sphere throws grains at twice its speed at most, as a wall does
@@ -210,7 +204,7 @@ def fastest(scene, sample, radii, scenes=None):
         grains=thrown + surface + face,
         walls=own + surface + wall,
         spin=spin,
-        alone=grains < FEW or loose,
+        alone=len(sample) < FEW or loose,
         sphere=own + surface + wall + sphere,
         thrown=thrown,
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from dusttaichi.scene import Scene
-from dusttaichi.studies.settings import data_of, keys_of, relative_files
+from dusttaichi.studies.settings import data_of, keys_of, portable
 
 NAME = 90  # characters of the name of a scene
 
@@ -80,7 +79,6 @@ class Point:
         for path, block in keys_of(data.get("sample", {}), "seed"):
             block["seed"] += seed
             seeds["_".join(path)] = block["seed"]
-        relative_files(data.get("sample", {}))
-        data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
+        portable(data)
         made = Scene.from_dict(data, title=f"the scene of {label}")
         return cls(label, made, Path(directory) / label, seeds)

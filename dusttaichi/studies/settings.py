@@ -65,6 +65,15 @@ def relative_files(block: dict) -> list[str]:
     return [inner["file"] for inner in found]
 
 
+def portable(data: dict) -> list[str]:
+    """Change the files of a scene (its data) to relative paths, see `relative_files`; returns them.
+
+    They are those of the sample, and extensions.
+    """
+    data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
+    return as_files([*relative_files(data.get("sample", {})), *data["extensions"]])
+
+
 def seeds_moved(sample: dict, number: int) -> dict:
     """The block of a sample with `number` added to every seed, at any depth; in place."""
     for _, block in keys_of(sample, "seed"):

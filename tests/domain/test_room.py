@@ -22,7 +22,7 @@ stop: {steps: 10}
 
 def domain(boundary):
     scene = from_yaml(TEXT.replace("BOUNDARY", boundary))
-    room = environment(scene, samples.make(scene), None, None, contact_constants(scene))
+    room = environment(scene, samples.make(scene), None, contact_constants(scene))
     made = Domain(1e-4, 1.0, 0.6, *room)
     return made.driven(own_drive(scene.boundary), 0)
 
@@ -55,7 +55,7 @@ def test_a_room_of_two_grains_is_pressed_by_walls_but_not_by_faces():
     flat.check_start()
     text = TEXT.replace("cells: [4, 5, 3]", "cells: [4, 5, 2]")
     scene = from_yaml(text.replace("BOUNDARY", "{kind: box, wall_speed: 1 m/s}"))
-    room = environment(scene, samples.make(scene), None, None, contact_constants(scene))
+    room = environment(scene, samples.make(scene), None, contact_constants(scene))
     low = Domain(1e-4, 1.0, 0.6, *room).driven(own_drive(scene.boundary), 0)
     low.check_start()
     assert low.clock().last_step(scene.stop) == (10, "10 steps")
@@ -63,7 +63,7 @@ def test_a_room_of_two_grains_is_pressed_by_walls_but_not_by_faces():
         "{kind: periodic, size: [fit, fit, 2.44 um], strain_rate: [0 s^-1, 0 s^-1, -1000 s^-1]}"
     )
     scene = from_yaml(text.replace("BOUNDARY", periodic))
-    room = environment(scene, samples.make(scene), None, None, contact_constants(scene))
+    room = environment(scene, samples.make(scene), None, contact_constants(scene))
     low = Domain(1e-4, 1.0, 0.6, *room).driven(own_drive(scene.boundary), 0)
     with pytest.raises(DustError, match="µm high, no more than two grains .* it cannot be"):
         low.check_start()

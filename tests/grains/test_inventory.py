@@ -109,12 +109,6 @@ def test_a_scene_has_what_it_requires_and_nothing_else(name, unstarted):
     assert sim.fields["contact"].to_numpy().shape[1] == size + max(9, size) + own
 
 
-def test_a_batch_has_the_number_of_the_scene_beside(unstarted):
-    _, there, compiled = place(make_scene(), PAIR, scenes=np.array([0, 1]))
-    assert there == FIELDS | SCRATCH | {"grain_sum", "pair_sum", "scene"}
-    assert compiled == KERNELS
-
-
 # What `dust check` says.
 
 

@@ -45,11 +45,3 @@ def test_grains_at_the_first_cut_stand_together():
         at_cut = half[:, axis] == half[:, axis].min()
     runs = np.count_nonzero(np.diff(at_cut.astype(int)) == 1)
     assert at_cut.sum() == SIDE**2 and runs <= len(half) // PART
-
-
-def test_a_batch_is_ordered_scene_by_scene():
-    x = cube()
-    scenes = np.repeat([0, 1], [1000, len(x) - 1000])
-    alone = [grain_order(x[scenes == n], 4.0) for n in (0, 1)]
-    expected = np.concatenate([alone[0], 1000 + alone[1]])
-    assert np.array_equal(grain_order(x, 4.0, scenes), expected)

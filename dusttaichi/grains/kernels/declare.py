@@ -63,7 +63,6 @@ def declare(grains, layout, walls):
     rows += _walls(n, layout) if walls else []
     rows += _orientation(n) if layout.orientation else []
     rows += _grain_loss(n, layout) if layout.grain_loss else []
-    rows += [("scene", "number of the scene", "1", ("i32", 0), (grains,))] * layout.batch
     rows += _cell(n, layout) if layout.periodic else []
     rows += [*_pushes(n, layout), *_gravity(layout)]
     rows += _sphere(n) if layout.sphere else []

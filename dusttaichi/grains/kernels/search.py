@@ -107,9 +107,8 @@ class Cells:
     """The grid of cells: where a grain is in it, and which cells are around it."""
 
     def __init__(self, fields, scratch, layout):
-        self.x, self.scene, self.batch = fields["x"], fields.get("scene"), layout.batch
+        self.x, self.tilted = fields["x"], layout.tilted
         self.start, self.grain = scratch["cell_start"], scratch["cell_grain"]
-        self.tilted = layout.tilted
 
     @ti.func
     def along(self, grid):
@@ -130,17 +129,8 @@ class Cells:
         return (c[0] * cells[1] + c[1]) * cells[2] + c[2]
 
     @ti.func
-    def block_of(self, g, grid):
-        """First cell of the scene of grain g: in a batch each scene has a block of cells."""
-        first = 0
-        if ti.static(self.batch):
-            cells = self.along(grid)
-            first = self.scene[g] * (cells[0] * cells[1] * cells[2])
-        return first
-
-    @ti.func
     def home(self, g, grid):
-        return self.block_of(g, grid) + self.number(self.cell_of(self.x[g], grid), grid)
+        return self.number(self.cell_of(self.x[g], grid), grid)
 
 
 @ti.data_oriented
@@ -231,14 +221,13 @@ class Neighbours:
                     self.take(g, found, here, here, image, reach2, counting)
         else:
             none = ti.Vector.zero(ti.f64, 3)
-            first = self.cells.block_of(g, grid)
             for a in range(ti.max(c[0] - 1, 0), ti.min(c[0] + 2, cells[0])):
                 for b in range(ti.max(c[1] - 1, 0), ti.min(c[1] + 2, cells[1])):
                     # cells of a column stand one after another
                     top = ti.min(c[2] + 1, cells[2] - 1)
                     low = self.cells.number(ti.Vector([a, b, ti.max(c[2] - 1, 0)]), grid)
                     high = self.cells.number(ti.Vector([a, b, top]), grid)
-                    self.take(g, found, first + low, first + high, none, reach2, counting)
+                    self.take(g, found, low, high, none, reach2, counting)
         self.near_count[g], self.own_count[g] = found[0], found[1]
 
     @ti.func

@@ -42,7 +42,6 @@ class Layout:
     carried: bool = False  # some grains move at a speed of their own
     sphere: bool = False  # there is a rigid sphere among the grains
     gravity: str = ""  # or constant, central
-    batch: bool = False  # many scenes at once, whose grains do not see each other
     stored: tuple = ()  # numbers of each contact, where grains have their own radius and material
     precision: str = "f64"
     ledger: bool = True  # only a benchmark does without

@@ -3,7 +3,6 @@
 import hashlib
 import itertools
 import json
-import os
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from dusttaichi.results.provenance import plain
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.scene.yaml_text import read
 from dusttaichi.studies.requests import Request
-from dusttaichi.studies.settings import as_files, keys_of, relative_files, seeds_moved
+from dusttaichi.studies.settings import as_files, keys_of, portable, relative_files, seeds_moved
 from dusttaichi.studies.store import core_of
 
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
@@ -53,7 +52,6 @@ class Collisions:
         data = read(scene.to_yaml()).data
         data.pop("collisions")
         data.pop("replicas", None)
-        data["extensions"] = [os.path.relpath(path) for path in data["extensions"]]
         if data["numerics"]["threads"] == "auto":  # many small scenes: a thread each
             data["numerics"]["threads"] = 1
         self._templates = _templates(data["sample"], own)
@@ -64,9 +62,8 @@ class Collisions:
             "impact_parameter": own.impacts,
             "seed": tuple(range(own.seeds)),
         }
-        blocks = (data["sample"], *self._templates.values())
-        inputs = as_files([path for block in blocks for path in relative_files(block)])
-        self._inputs = tuple(sorted({*inputs, *data["extensions"]}))
+        bodies = [path for block in self._templates.values() for path in relative_files(block)]
+        self._inputs = tuple(sorted({*portable(data), *as_files(bodies)}))
         for sample in self._templates.values():  # a filling factor that a body does not allow
             Scene.from_dict(data | {"sample": sample}, title="the scene of the study")
         self.base = Scene.from_dict(data, title="the scene of the study")

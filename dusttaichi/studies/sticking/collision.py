@@ -1,26 +1,25 @@
-"""The collision of a scene at many speeds in one batch."""
+"""The collision of a scene, at any speed: what is known before it."""
 
-from dataclasses import replace
 from math import inf, sqrt
 
 import numpy as np
 
-from dusttaichi import samples, units
+from dusttaichi import samples
 from dusttaichi.domain.walls import glued
 from dusttaichi.errors import DustError
-from dusttaichi.grains.batch import build_batch
 from dusttaichi.grains.grain_contacts import grain_properties
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
-from dusttaichi.samples.ballistic import first_touch
-from dusttaichi.samples.collision import FLIGHT
 from dusttaichi.samples.materials import Materials
-from dusttaichi.scene import quantities
+from dusttaichi.scene import Scene, quantities
+from dusttaichi.studies.requests import Request
+from dusttaichi.studies.settings import data_of, portable
 
 JUMPS = 0.77224  # energy lost on forming and breaking, over F_c delta0: 0.69886 + 0.07338
 # A contact is found up to v dt too late, which raises the sticking speed by up to
 # 0.58 v dt/delta0, a quarter of the tolerance.
 LATEST = 0.4
+TASK = "dusttaichi.studies.sticking.task:run"
 GAP = 2e-3  # initial distance over the radius, where the scene sets none
 
 
@@ -51,15 +50,15 @@ def meeting(scene, sample):
 class Collision:
     """The collision of a scene at any speed.
 
-    The time step of single grains is shortened for the tolerance. start: remark on the initial
-    positions, or "".
+    The time step of single grains is shortened for the tolerance. label: start of those of its
+    requests. start: remark on the initial positions, or "".
     """
 
-    def __init__(self, scene, tolerance):
+    def __init__(self, scene, tolerance, label=""):
         if not 0.0 < tolerance < 1.0:
             raise DustError(f"--tolerance {tolerance:g}; allowed: a number between 0 and 1.")
-        scene, self.start = _apart(scene)
-        self.sample, self._rest, self._way = _motion(scene)
+        self.label, (scene, self.start) = label, _apart(scene)
+        self.sample, _, _ = moving_bodies(scene)
         self.closed = closed_form(scene, self.sample)
         own = chosen_step(scene, self.sample, grain_properties(scene, self.sample)).dt
         self.time = _stop_time(scene, own)
@@ -67,7 +66,12 @@ class Collision:
             overlap = meeting(scene, self.sample).delta0
             own = min(own, LATEST * tolerance * overlap / self.closed)
             scene = scene.with_value("numerics.time_step", f"{own:.17g} s")
-        self.scene, self.time_step = scene, own
+        data = data_of(scene)
+        if data["numerics"]["threads"] == "auto":  # many small scenes: a thread each
+            data["numerics"]["threads"] = 1
+        self._inputs, self.scene = tuple(portable(data)), scene
+        self._small = Scene.from_dict(data, title=f"the scene of {scene.name}")
+        self._text = self._small.to_yaml()
 
     @property
     def is_closed(self):
@@ -76,41 +80,16 @@ class Collision:
         undamped = self.scene.interaction.damping.model == "none"
         return len(self.sample) <= 2 and undamped and head_on and not self.sample.spins.any()
 
-    def at(self, speed):
-        """The sample with a relative speed of its bodies [m/s]."""
-        return replace(self.sample, velocities=self._rest + speed * self._way)
-
-    def outcomes(self, speeds, others=None):
-        """The batch.Outcome at each of the speeds [m/s], `time` after the contact of the slowest.
-
-        others: collisions that all run at these speeds, in this scene and with its time step; by
-        default this one.
-        """
-        members = others or [self]
-        batch = build_batch(self.scene, [c.at(speed) for c in members for speed in speeds])
-        self.time_step = batch.sim.dt * units.TIME  # that of the fastest
-        flight = max(c.flight(batch, k * len(speeds)) for k, c in enumerate(members))
-        batch.run_until(max(c.time for c in members) + flight / min(speeds))
-        return batch.outcomes()
-
-    def flight(self, batch, number=0):
-        """Distance of the relative flight until the first contact [m]; number: of its scene."""
-        x, radius = self.sample.positions, self.scene.material.radius
-        if self.sample.radii is not None:
-            radius = float(self.sample.radii.min())  # on the safe side for larger ones
-        box = batch.sim.box
-        if box is None:
-            split = batch.target_grains[number]
-            one, other = x[None, :split, FLIGHT], x[None, split:, FLIGHT]
-            flight = float(first_touch(one, other, 2.0 * radius)[0])
-        else:
-            way = self._way.mean(axis=0) @ box.normal.T
-            above = (x @ box.normal.T).min(axis=0) - radius - box.offset * units.LENGTH
-            ahead = (box.present == 1) & (way < 0.0)
-            flight = float(np.min(above[ahead] / -way[ahead], initial=inf))
-        if flight == inf:
-            raise DustError("The bodies miss each other; try a smaller sample.impact_parameter.")
-        return max(flight, 0.0)
+    def request(self, speed):
+        """The Request of the outcome at a relative speed of the bodies [m/s]."""
+        numerics = self._small.numerics
+        return Request(
+            label=f"{self.label}{speed:.17g} m/s",
+            task=TASK,
+            arguments={"scene": self._text, "speed": float(speed), "time": self.time},
+            inputs=self._inputs,
+            cores=numerics.threads if numerics.backend == "cpu" else None,
+        )
 
 
 def _apart(scene):
@@ -129,7 +108,7 @@ def _apart(scene):
     return scene, ""
 
 
-def _motion(scene):
+def moving_bodies(scene):
     """(sample, velocities of the grains within the bodies, and those per unit of speed)."""
     if scene.sample.kind in ("pair", "collision"):
         resting, moving = (

@@ -13,78 +13,80 @@ from dusttaichi.studies.settings import grid
 from dusttaichi.studies.sticking.collision import Collision
 from dusttaichi.studies.sticking.search import speed_of
 
+# name -> (of the outcome, unit, long_name)
+NUMBERS = {
+    "restitution": ("restitution", "1", "coefficient of restitution"),
+    "bound": ("bound", "1", "1 where the bodies are bound at the end"),
+    "fragments": ("fragments", "1", "sets of grains connected by contacts"),
+    "largest_fragment": ("largest", "1", "grains of the largest fragment"),
+    "contacts": ("contacts", "1", "contacts between grains"),
+    "kinetic": ("kinetic", "J", "kinetic energy at the end"),
+}
 
-def restitution_map(scene, speeds, tolerance=1e-3, settings=()):
-    """Outcomes of the scene's collision at these speeds [m/s], as an xr.Dataset in SI.
 
-    settings: texts "key=value,value" of the YAML; each is a dimension before the speed.
-    restitution, bound, fragments, largest_fragment, contacts, kinetic: (..., speed). The attribute
-    sticking_speed is the closed form of the first point, closed_form whether it is valid there (two
-    single grains, or one and a wall, without damping, head-on). Points that differ only in their
-    samples run as one batch. Raises DustError, see `sticking`.
+class RestitutionMap:
+    """Study of the outcomes of the collision of a scene over its speed and other keys.
+
+    speeds: text "LOW,HIGH,COUNT". settings: texts "key=value,value" of the YAML; each is a
+    dimension before the speed. Raises DustError, see `search.Search`.
     """
-    axes, scenes = grid(scene, list(settings))
-    collisions = [Collision(point, tolerance) for point in scenes]
-    speeds = np.asarray(speeds, float)
-    found = _all_outcomes(collisions, speeds)
-    collision = collisions[0]
-    dims = (*(axis.key for axis in axes), "speed")
-    shape = (*(len(axis.texts) for axis in axes), len(speeds))
-    columns = {
-        "restitution": ([o.coefficient for o in found], "1", "coefficient of restitution"),
-        "bound": ([int(o.bound) for o in found], "1", "1 where the bodies are bound at the end"),
-        "fragments": ([o.fragments for o in found], "1", "sets of grains connected by contacts"),
-        "largest_fragment": ([o.largest for o in found], "1", "grains of the largest fragment"),
-        "contacts": ([o.contacts for o in found], "1", "contacts between grains"),
-        "kinetic": ([o.kinetic for o in found], "J", "kinetic energy at the end"),
-    }
-    data = xr.Dataset(
-        {
-            name: (dims, np.array(values).reshape(shape), {"units": unit, "long_name": text})
-            for name, (values, unit, text) in columns.items()
-        },
-        {"speed": ("speed", speeds, {"units": "m/s", "long_name": "speed of approach"})}
-        | {
-            axis.key: (axis.key, axis.coordinate, {"units": axis.unit} if axis.unit else {})
-            for axis in axes
-        },
-    )
-    attrs = provenance(
-        scene.source,
-        collision.scene.to_yaml(),
-        title=scene.name,
-        time_step=collision.time_step,
-        sticking_speed=collision.closed,
-        closed_form=int(collision.is_closed),
-    )
-    data.attrs = {name: value for name, value in attrs.items() if value is not None}
-    return data
+
+    timed = False
+    directory = file = None  # the map is written as a whole
+
+    def __init__(self, scene, speeds, tolerance=1e-3, settings=()):
+        self.scene, self.speeds = scene, _speeds(speeds)
+        self.axes, scenes = grid(scene, list(settings))
+        self.collisions = [Collision(one, tolerance, f"{n}: ") for n, one in enumerate(scenes)]
+
+    def points(self, found):
+        """All of them, the speeds fastest."""
+        return [one.request(speed) for one in self.collisions for speed in self.speeds]
+
+    def dataset(self, found):
+        """xr.Dataset in SI of NUMBERS over (..., speed).
+
+        The attribute sticking_speed is the closed form of the first point, closed_form whether it
+        is valid there (two single grains, or one and a wall, without damping, head-on). Raises
+        DustError where a collision failed.
+        """
+        for failed in (one for one in found.values() if not one.ok):
+            raise DustError(failed.text)
+        outcomes = [found[point.label].measured for point in self.points(found)]
+        axes, first = self.axes, self.collisions[0]
+        dims = (*(axis.key for axis in axes), "speed")
+        shape = (*(len(axis.texts) for axis in axes), len(self.speeds))
+        about = {"units": "m/s", "long_name": "speed of approach"}
+        data = xr.Dataset(coords={"speed": ("speed", self.speeds, about)})
+        for axis in axes:
+            data.coords[axis.key] = (
+                axis.key,
+                axis.coordinate,
+                {"units": axis.unit} if axis.unit else {},
+            )
+        for name, (key, unit, text) in NUMBERS.items():
+            values = np.array([one[key] for one in outcomes])
+            values = (values.astype(int) if key == "bound" else values).reshape(shape)
+            data[name] = dims, values, {"units": unit, "long_name": text}
+        attrs = provenance(
+            self.scene.source,
+            first.scene.to_yaml(),
+            title=self.scene.name,
+            time_step=min(one["time_step"] for one in outcomes),
+            sticking_speed=first.closed,
+            closed_form=int(first.is_closed),
+        )
+        data.attrs = {name: value for name, value in attrs.items() if value is not None}
+        return data
 
 
-def _all_outcomes(collisions, speeds):
-    """The batch.Outcome of every collision at every speed, the speeds fastest: a list."""
-    together = {}
-    for n, collision in enumerate(collisions):
-        # a batch shares the whole scene but its sample
-        rest = collision.scene.model_copy(update={"sample": None, "numerics": None, "name": ""})
-        together.setdefault(repr(rest), []).append(n)
-    found = [None] * len(collisions)
-    for members in together.values():
-        least = min((collisions[n] for n in members), key=lambda c: c.time_step)
-        outcomes = least.outcomes(speeds, [collisions[n] for n in members])
-        for k, n in enumerate(members):
-            found[n] = outcomes[k * len(speeds) : (k + 1) * len(speeds)]
-    return [outcome for part in found for outcome in part]
+def save_map(data, directory):
+    """Write restitution.nc and restitution.png of a map to a directory; returns the paths.
 
-
-def save_map(scene, text, directory, tolerance=1e-3, settings=()):
-    """Write restitution.nc and restitution.png of the speeds "LOW,HIGH,COUNT" to a directory.
-
-    settings: see `restitution_map`. Returns the dataset and the paths. Raises DustError.
+    Raises DustError.
     """
     from dusttaichi import plots
 
-    data = restitution_map(scene, _speeds(text), tolerance, settings)
     closed = data.attrs["sticking_speed"]
     table = data.restitution.values.reshape(-1, data.sizes["speed"])
     names = data.restitution.dims[:-1]
@@ -99,7 +101,7 @@ def save_map(scene, text, directory, tolerance=1e-3, settings=()):
         plots.save(figure, paths[1])
     except OSError as error:
         raise DustError(f"The map cannot be written to {directory}: {error}.") from error
-    return data, paths
+    return paths
 
 
 def _said(name, value, data):

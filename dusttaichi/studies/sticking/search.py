@@ -1,4 +1,4 @@
-"""Search for the sticking speed of a collision by batches of speeds."""
+"""Search for the sticking speed of a collision by bundles of speeds."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
 from dusttaichi.studies.sticking.collision import Collision
 
-TOGETHER = 16  # speeds of a batch
-ROUNDS = 12  # most batches of a search
+TOGETHER = 16  # speeds of a bundle
+ROUNDS = 12  # most bundles of a search
 WIDER = 10.0  # growth of a bracket without the sticking speed
 
 
@@ -19,7 +19,7 @@ class Sticking:
 
     low, high [m/s]: two neighbouring speeds, of which only the first leads to sticking. closed
     [m/s]: `closed_form`. speeds [m/s], bound: all simulated ones, in ascending order. time_step
-    [s]. start: remark on the initial positions, or "".
+    [s]: of the fastest. start: remark on the initial positions, or "".
     """
 
     low: float
@@ -41,52 +41,79 @@ class Sticking:
         return self.speeds[(self.speeds > self.high) & self.bound]
 
 
-def sticking(scene, tolerance=1e-3, low=None, high=None, *, log=lambda text: None):
-    """The Sticking of a scene: sample kind pair or collision, or explicit grains at a wall.
+class Search:
+    """Study of the sticking speed of a scene, by bundles of speeds.
 
-    tolerance: largest width of the bracket over its lower end. low, high [m/s]: first bracket, by
-    default about the closed form. log: called with a line on each batch. The stop of the scene
-    is relative to the first contact. Raises DustError for a scene without two bodies, without a
-    time of the stop, whose bodies miss each other, or without a sticking speed.
+    The sample is a pair, a collision, or explicit grains at a wall; its stop is relative to the
+    first contact. tolerance: largest width of the bracket over its lower end. low, high [m/s]:
+    first bracket, by default about the closed form. log: called with a line on each bundle.
+    `points` and the constructor raise DustError for a scene without two bodies, without a time of
+    the stop, or without a sticking speed.
     """
-    collision = Collision(scene, tolerance)
-    few = len(collision.sample) <= 2
-    low = collision.closed * (0.25 if few else 1.0) if low is None else low
-    high = max(collision.closed * (4.0 if few else 100.0), 4.0 * low) if high is None else high
-    if not 0.0 < low < high:
-        raise DustError(
-            f"--low {low:g} m/s, --high {high:g} m/s: both must be above 0, and the second above "
-            "the first."
+
+    directory = file = None  # nothing is written
+    timed = False
+
+    def __init__(self, scene, tolerance=1e-3, low=None, high=None, *, log=lambda text: None):
+        self.scene, self.tolerance, self.log = scene, tolerance, log
+        self.collision = collision = Collision(scene, tolerance)
+        few = len(collision.sample) <= 2
+        low = collision.closed * (0.25 if few else 1.0) if low is None else low
+        high = max(collision.closed * (4.0 if few else 100.0), 4.0 * low) if high is None else high
+        if not 0.0 < low < high:
+            raise DustError(
+                f"--low {low:g} m/s, --high {high:g} m/s: both must be above 0, and the second "
+                "above the first."
+            )
+        self.bracket, self._rounds, self._asked = (low, high), 0, np.geomspace(low, high, TOGETHER)
+
+    def points(self, found):
+        """The next bundle, none where the bracket is narrow enough."""
+        wanted = [self.collision.request(speed) for speed in self._asked]
+        if not all(point.label in found for point in wanted):
+            return wanted
+        for failed in (one for one in found.values() if not one.ok):
+            raise DustError(failed.text)
+        self._rounds += 1
+        speeds, bound = _all_speeds(found)
+        own = sum(found[point.label].measured["bound"] for point in wanted)
+        self.log(
+            f"{len(wanted)} speeds from {self._asked[0]:.5g} to {self._asked[-1]:.5g} m/s: "
+            f"{own} bound"
         )
-    tried = {}
-    inside = slice(None)  # of the speeds from low to high, without the ends once they are known
-    for _ in range(ROUNDS):
-        count = TOGETHER if inside == slice(None) else TOGETHER + 2
-        speeds = np.geomspace(low, high, count)[inside]
-        found = collision.outcomes(speeds)
-        tried |= {float(v): outcome.bound for v, outcome in zip(speeds, found, strict=True)}
-        all_speeds = np.array(sorted(tried))
-        bound = np.array([tried[v] for v in all_speeds])
+        low, high = self.bracket
         first = int(np.argmin(bound))
-        log(
-            f"{len(speeds)} speeds from {speeds[0]:.5g} to {speeds[-1]:.5g} m/s: "
-            f"{sum(outcome.bound for outcome in found)} bound"
-        )
         if bound.all():
-            low, high, inside = high, high * WIDER, slice(None)
+            self.bracket, count, inside = (high, high * WIDER), TOGETHER, slice(None)
         elif first == 0:
-            low, high, inside = low / WIDER, low, slice(None)
-        else:
-            low, high = float(all_speeds[first - 1]), float(all_speeds[first])
-            inside = slice(1, -1)
-            if high - low <= tolerance * low:
-                own = collision.closed, all_speeds, bound, collision.time_step, collision.start
-                return Sticking(low, high, *own)
-    raise DustError(
-        f"No sticking speed was found: between {all_speeds[0]:.3g} and {all_speeds[-1]:.3g} m/s "
-        f"{'all' if bound.all() else 'none' if not bound.any() else 'some'} of the collisions "
-        "lead to sticking. Try another --low and --high, or a longer stop.time."
-    )
+            self.bracket, count, inside = (low / WIDER, low), TOGETHER, slice(None)
+        else:  # its ends are known
+            self.bracket = float(speeds[first - 1]), float(speeds[first])
+            if self.bracket[1] - self.bracket[0] <= self.tolerance * self.bracket[0]:
+                return wanted
+            count, inside = TOGETHER + 2, slice(1, -1)
+        if self._rounds == ROUNDS:
+            what = "all" if bound.all() else "none" if not bound.any() else "some"
+            raise DustError(
+                f"No sticking speed was found: between {speeds[0]:.3g} and {speeds[-1]:.3g} m/s "
+                f"{what} of the collisions lead to sticking. Try another --low and --high, or a "
+                "longer stop.time."
+            )
+        self._asked = np.geomspace(*self.bracket, count)[inside]
+        return [self.collision.request(speed) for speed in self._asked]
+
+    def result(self, found):
+        """The Sticking, once all points are found."""
+        steps = [one.measured["time_step"] for one in found.values()]
+        own = self.collision.closed, *_all_speeds(found), min(steps), self.collision.start
+        return Sticking(*self.bracket, *own)
+
+
+def _all_speeds(found):
+    """(speeds [m/s], bound), in ascending order."""
+    tried = {one.point.arguments["speed"]: one.measured["bound"] for one in found.values()}
+    speeds = np.array(sorted(tried))
+    return speeds, np.array([tried[speed] for speed in speeds])
 
 
 def rows(found):
