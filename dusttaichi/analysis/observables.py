@@ -78,14 +78,6 @@ class Measured:
         """Names of its observables, the most wanted first."""
         return ([CURVE] if self.curve is not None else []) + list(self.values)
 
-    def to_json(self):
-        return {"values": self.values, "curve": self.curve and [list(c) for c in self.curve]}
-
-    @classmethod
-    def from_json(cls, data):
-        curve = data["curve"] and tuple(np.array(c) for c in data["curve"])
-        return cls(data["values"], curve)
-
 
 def measured(run):
     """The Measured of a Run: its `wanted` numbers, else ENERGIES; and its curve."""

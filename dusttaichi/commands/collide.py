@@ -35,11 +35,9 @@ def collide(
     scene = options.load_scene(file, threads, settings, extensions)
     runs = scene.output.directory
     study = Collisions(scene, output or runs.with_name(f"{runs.name}-collisions"))
-    how = {"settings": settings or [], "scheduler": scheduler, "extensions": extensions}
-    onward = options.again("collide", file, output, **how)
     with options.writing(force=force, inputs=[file]):
         done = f"finished collisions are in {study.directory}"
-        with ProgressBar(quiet) as bar, options.resumable(done, onward):
+        with ProgressBar(quiet) as bar, options.resumable(done, options.again("--resume")):
             how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
             how |= {"report": shown(bar, "collisions"), "log": bar.log}
             found = engine.run(study, **how)

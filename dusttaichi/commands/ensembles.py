@@ -1,18 +1,17 @@
 """`dust run` with replicas, and `dust sweep`: dataset, figure, table."""
 
 from dusttaichi.commands.console import plain_table, remark, say, say_abreast, say_json, say_written
-from dusttaichi.commands.options import resumable
+from dusttaichi.commands.options import again, resumable
 from dusttaichi.commands.progress import Phases, ProgressBar, shares_text
 from dusttaichi.errors import DustError, GuardStop
 
 
-def run_sweep(sweep, onward, *, quiet, verbose=False, figures=True, as_json=False, **how):
+def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how):
     """Run a Sweep, gather it, print its table, or its numbers as JSON, and draw its figure.
 
-    onward: the command that continues after an interruption. figures: one figure of all runs; those
-    of a single run are made by `dust plot`. how: arguments of `engine.run`. Raises DustError
-    for invalid input, Interrupted, and, after everything else is done, GuardStop or DustError for
-    runs that failed.
+    figures: one figure of all runs; those of a single run are made by `dust plot`. how: arguments
+    of `engine.run`. Raises DustError for invalid input, Interrupted, and, after everything else is
+    done, GuardStop or DustError for runs that failed.
     """
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.ensemble_tables import missing
@@ -21,7 +20,8 @@ def run_sweep(sweep, onward, *, quiet, verbose=False, figures=True, as_json=Fals
 
     phases = Phases(verbose)
     phases.end("imports and scenes")
-    with ProgressBar(quiet) as bar, resumable(f"results are in {sweep.directory}", onward):
+    done = f"results are in {sweep.directory}"
+    with ProgressBar(quiet) as bar, resumable(done, again("--resume")):
         found = engine.run(sweep, report=shown(bar), log=bar.log, **how)
     failed = [one for one in found.values() if not one.ok]
     part = how.get("part", (1, 1)) != (1, 1)
@@ -29,6 +29,7 @@ def run_sweep(sweep, onward, *, quiet, verbose=False, figures=True, as_json=Fals
         raise failure(failed, len(sweep.members))
     phases.end(f"{len(found)} runs")
     if part:
+        onward = again("--resume", without="--part")
         return say(f"{len(found)} of {len(sweep.members)} runs; when all are done: {onward}")
     data = sweep.dataset(found)
     save_ensemble(data, sweep.file)

@@ -165,14 +165,16 @@ def refuse_both(force, resume):
         raise DustError("--force starts again, --resume continues: give only one of them")
 
 
-def again(command, file, output, *, settings=(), scheduler=None, extensions=None):
-    """The command that continues after an interruption."""
-    words = ["dust", command, str(file)]
-    words += [word for setting in settings for word in ("--set", setting)]
-    words += ["--output", str(output)] if output else []
-    words += ["--scheduler", scheduler] if scheduler else []
-    words += ["--extensions"] if extensions else []
-    return shlex.join([*words, "--resume"])
+def again(*further, without=None):
+    """The command that continues after an interruption: this one, with `further` words.
+
+    without: an option that is left out, with its value.
+    """
+    words = [word for word in sys.argv[1:] if word != "--force"]
+    for number, word in enumerate(words):
+        if without and word.partition("=")[0] == without:
+            del words[number : number + (1 if "=" in word else 2)]
+    return shlex.join(["dust", *(word for word in words if word not in further), *further])
 
 
 @contextmanager

@@ -43,8 +43,6 @@ def run(
     phases = Phases(verbose)
     scene = options.load_scene(file, threads, settings, extensions)
     directory = run_directory(scene, output)
-    how = {"settings": settings or (), "scheduler": scheduler}
-    onward = options.again("run", file, output, extensions=extensions, **how)
     if scene.replicas is not None:
         from dusttaichi.studies.sweep import replicas
 
@@ -52,7 +50,7 @@ def run(
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         with options.writing(force=force, inputs=[file]):
             shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
-            run_sweep(study, onward, **shown, **how)
+            run_sweep(study, **shown, **how)
         return
     for option, value in (("--scheduler", scheduler), ("--jobs", jobs)):
         if value is not None:
@@ -60,7 +58,7 @@ def run(
     how = {"force": force, "resume": resume}
     phases.end("imports and scene")
     with watched(directory, watch):
-        _run_one(scene, directory, onward, quiet=quiet, phases=phases, **how)
+        _run_one(scene, directory, quiet=quiet, phases=phases, **how)
     with options.writing(force=force, inputs=[file]):
         frames = _show_result(directory, figures, as_json, phases)
     if not (quiet or as_json):
@@ -68,8 +66,8 @@ def run(
     phases.total()
 
 
-def _run_one(scene, directory, onward, *, quiet, phases, **how):
-    """Run a scene. onward: the command that continues the run. how: arguments of `execute`."""
+def _run_one(scene, directory, *, quiet, phases, **how):
+    """Run a scene. how: arguments of `execute`."""
     from dusttaichi.run import execute
 
     segments = _Segments(scene, phases)
@@ -83,7 +81,7 @@ def _run_one(scene, directory, onward, *, quiet, phases, **how):
         except Interrupted as stop:
             if not stop.resumable:
                 raise
-            raise Interrupted(f"{stop}. Continue with: {onward}") from None
+            raise Interrupted(f"{stop}. Continue with: {options.again('--resume')}") from None
 
 
 class _Segments:

@@ -1,7 +1,5 @@
 """`dust study`: the runs that a Python file of the user asks for."""
 
-import shlex
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -38,11 +36,9 @@ def study(
     scene = options.load_scene(file, threads, settings, extensions)
     runs = scene.output.directory
     mine = own.load(program, scene, output or runs.with_name(f"{runs.name}-{program.stem}"))
-    words = [word for word in sys.argv[1:] if word not in ("--force", "--resume")]
-    onward = shlex.join(["dust", *words, "--resume"])
     with options.writing(force=force, inputs=[file]):
         done = f"results are in {mine.directory}"
-        with ProgressBar(quiet) as bar, options.resumable(done, onward):
+        with ProgressBar(quiet) as bar, options.resumable(done, options.again("--resume")):
             how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
             found = engine.run(mine, report=shown(bar), log=bar.log, **how)
         data = mine.dataset(found)

@@ -46,13 +46,11 @@ def sweep(
     scene, swept = with_common_settings(scene, settings)
     runs = scene.output.directory
     study = studies.sweep(scene, swept, output or runs.with_name(f"{runs.name}-sweep"))
-    how = {"settings": settings, "scheduler": scheduler, "extensions": extensions}
-    onward = options.again("sweep", file, output, **how)
     with options.writing(force=force, inputs=[file]):
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         how["part"] = _part(part)
         shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
-        run_sweep(study, onward, **shown, **how)
+        run_sweep(study, **shown, **how)
 
 
 def _part(text):

@@ -1,7 +1,5 @@
 """`dust trade`: run time and error of each numerical parameter."""
 
-import shlex
-import sys
 from typing import Annotated
 
 import typer
@@ -53,10 +51,9 @@ def trade(
         _suggest(scene)
         return
     wanted = Wanted.of(parameters, quick, seeds=seeds, tolerance=tolerance, name=observable)
-    onward = shlex.join(["dust", *sys.argv[1:]]).replace(" --force", "")
     with options.writing(force=force, inputs=[file]):
         done = f"finished points are in {folder}"
-        with ProgressBar(quiet) as bar, options.resumable(done, onward):
+        with ProgressBar(quiet) as bar, options.resumable(done, options.again()):
             log = (lambda text: None) if quiet else bar.log
             study = TradeStudy(scene, folder, wanted, jobs=jobs, log=log)
             base = study.scene

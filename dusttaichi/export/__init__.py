@@ -1,5 +1,5 @@
 """Snapshots in the formats that other programs read: ParaView, OVITO, ASE, LAMMPS."""
 
-from dusttaichi.export.export import FORMATS, export
+from dusttaichi.export.export import export
 
-__all__ = ["FORMATS", "export"]
+__all__ = ["export"]

@@ -6,7 +6,6 @@ from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
 from dusttaichi.method import attribute
 
-FORMATS = ("vtk", "extxyz", "lammps", "lammps-data", "lammps-restart")
 _NEEDS = {"vtk": "meshio", "extxyz": "ase"}
 
 
@@ -17,7 +16,7 @@ def export(run, to, output=None, snapshot="all"):
     ----------
     run : Run
     to : str
-        One of FORMATS: "vtk" for ParaView, "extxyz" for ASE and OVITO, "lammps" (dumps) for LAMMPS
+        "vtk" for ParaView, "extxyz" for ASE and OVITO, "lammps" (dumps) for LAMMPS
         and OVITO, "lammps-data" and "lammps-restart" for LAMMPS; runs of the continuum "vtk" only.
     output : path, optional
         Directory. Default: one of the format's name beside the result.
@@ -35,8 +34,6 @@ def export(run, to, output=None, snapshot="all"):
         The format or the snapshot does not exist, the library of the format is not installed, or
         the files cannot be written.
     """
-    if to not in FORMATS:
-        raise DustError(f'There is no format "{to}"; allowed: {", ".join(FORMATS)}.')
     write, read = _writer(run, to), attribute(run.method.read_snapshot)
     numbers = range(frame_count(run)) if snapshot == "all" else [snapshot]
     frames = (read(run, number) for number in numbers)

@@ -7,8 +7,6 @@ from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.method import Method, deferred
 from dusttaichi.scene.grains import GrainsScene
 
-EXPORTS = ("vtk", "extxyz", "lammps", "lammps-data", "lammps-restart")
-
 PACKAGE = Path(__file__).parents[1]
 
 
@@ -52,6 +50,11 @@ METHOD = Method(
     read_snapshot="dusttaichi.analysis.frame:read_frame",
     trade_parameters="dusttaichi.studies.trade.parameters:GRAINS",
     picture="dusttaichi.plots.grains:PICTURE",
-    exports={to: f"dusttaichi.export.{to.replace('-', '_')}:write" for to in EXPORTS}
-    | {"lammps-restart": "dusttaichi.export.lammps_data:write_restart"},
+    exports={
+        "vtk": "dusttaichi.export.vtk:write",
+        "extxyz": "dusttaichi.export.extxyz:write",
+        "lammps": "dusttaichi.export.lammps:write",
+        "lammps-data": "dusttaichi.export.lammps_data:write",
+        "lammps-restart": "dusttaichi.export.lammps_data:write_restart",
+    },
 )

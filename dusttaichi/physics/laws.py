@@ -92,12 +92,6 @@ def p_m_fast(speed):
     return (1.340 * v**1.93 + 0.307) * 1e3
 
 
-def p_m_fast_square(speed):
-    """p_m [Pa] as p_m_fast, with the exponent set to 2 (S12 eq 34). ValueError beyond."""
-    v = _speed_within(speed, 1.0, 25.0, "S12 eq 34")
-    return (1.087 * v**2 + 0.560) * 1e3
-
-
 def delta_dynamic(speed):
     """Delta [dex] for a wall `speed` [m/s] of 0 to 25 m/s (S12 eq 35). ValueError beyond."""
     v = _speed_within(speed, 0.0, 25.0, "S12 eq 35")

@@ -3,7 +3,6 @@
 import io
 import os
 import re
-import shlex
 import signal
 import subprocess
 import sys
@@ -96,8 +95,10 @@ def interrupted(monkeypatch, tmp_path):
             raise error
 
         monkeypatch.setattr(run_package, "execute", execute)
+        words = list(map(str, ("run", SMOKE, "-q", "-o", tmp_path, *words)))
+        monkeypatch.setattr("sys.argv", ["dust", *words])
         with pytest.raises(Interrupted) as found:
-            dust("run", SMOKE, "-q", "-o", tmp_path, *words)
+            dust(*words)
         return str(found.value)
 
     return run
@@ -109,9 +110,16 @@ def test_an_interruption_before_the_first_step_says_so(interrupted):
 
 
 def test_an_interruption_on_the_way_says_how_to_go_on(interrupted, tmp_path):
-    text = interrupted(Interrupted("interrupted; all is there"), "--set", "stop.steps=9")
-    onward = f"dust run {SMOKE} --set stop.steps=9 --output {tmp_path} --resume"
+    text = interrupted(Interrupted("interrupted; all is there"), "--set", "stop.steps=9", "--force")
+    onward = f"dust run {SMOKE} -q -o {tmp_path} --set stop.steps=9 --resume"
     assert text == f"interrupted; all is there. Continue with: {onward}"
+
+
+def test_of_a_part_all_parts_are_gathered(monkeypatch):
+    for part in (["--part", "1/3"], ["--part=1/3"]):
+        monkeypatch.setattr("sys.argv", ["dust", "sweep", "a.yaml", *part, "--set", "a.b=2 cm/s"])
+        onward = options.again("--resume", without="--part")
+        assert onward == "dust sweep a.yaml --set 'a.b=2 cm/s' --resume"
 
 
 @pytest.mark.parametrize("delay", [0.3, 1.0])
@@ -204,13 +212,6 @@ def test_names_of_scenes_are_not_cut(capsys, monkeypatch):
     assert "…" not in said
     for name in shipped.names()[:8]:
         assert name in said
-
-
-def test_going_on_takes_the_keys_along():
-    command = options.again("run", SMOKE, None, settings=["boundary.wall_speed=2 cm/s"])
-    assert shlex.split(command)[2:] == [
-        *(str(SMOKE), "--set", "boundary.wall_speed=2 cm/s", "--resume")
-    ]
 
 
 # -- printing ------------------------------------------------------------------------------------

@@ -361,7 +361,3 @@ class _Terminal:
     @staticmethod
     def isatty():
         return True
-
-
-def test_the_command_that_goes_on_allows_the_same():
-    assert options.again("run", "a.yaml", None, extensions=True).endswith("--extensions --resume")

@@ -30,7 +30,9 @@ QUANTITIES = (
     ("kinetic_fj_per_grain", "kinetic energy per grain", "fJ",
      lambda s, grains: s.kinetic_translation.values / grains * 1e15),
 )  # fmt: skip
-ALL = 1e2, 1.5e5  # pressures [Pa] over which the largest distance from the law is sought
+# pressures [Pa] between plates up to which small samples follow the laboratory (S12 section 5.3),
+# else up to which the mean, and over which the largest distance from the law is sought
+PLATES, HIGH_MEAN, ALL = 1e4, 1e5, (1e2, 1.5e5)
 AFTER = 12.0  # place of the rows behind the fits of a fast wall
 PD08 = "500 Pa (PD08)"
 FITS = {"plateau": ("plateau", "bins"), "decades": ("whole", "decades")}  # of a fast wall
@@ -38,9 +40,8 @@ FITS = {"plateau": ("plateau", "bins"), "decades": ("whole", "decades")}  # of a
 
 def _measure(run):
     law, curve, plates = compression_law(run), compression_curve(run), run.boundary == "plates"
-    # above 10 kPa small samples spread further than the laboratory's (S12 section 5.3)
-    deviation = rms_from_law(curve, law, p_high=1e4 if plates else 1e5)
-    whole = rms_from_law(curve, law, *((1e2, 1e4) if plates else ALL))
+    deviation = rms_from_law(curve, law, p_high=_highest(run))
+    whole = rms_from_law(curve, law, ALL[0], PLATES if plates else ALL[1])
     numbers = {
         "law_p_m": law.p_m,
         "law_delta": law.delta,
@@ -67,6 +68,11 @@ def _measure(run):
     return numbers | {name: getattr(fit, name) for name in names}
 
 
+def _highest(run):
+    """Pressure [Pa] up to which the mean distance from the law is taken."""
+    return PLATES if run.boundary == "plates" else HIGH_MEAN
+
+
 def _inner(run, law):
     """Filling factor of the inner part at the end, and its mean distance from the law."""
     try:
@@ -74,10 +80,9 @@ def _inner(run, law):
     except DustError:  # neither a cylinder between plates nor profiles
         return {}
     phi = curve.raw_filling_factor
-    p_high = 1e4 if run.boundary == "plates" else 1e5
     return {
         "inner_filling_factor": phi[-1] if len(phi) else None,
-        "inner_mean": rms_from_law(curve, law, p_high=p_high).mean,
+        "inner_mean": rms_from_law(curve, law, p_high=_highest(run)).mean,
     }
 
 

@@ -7,7 +7,6 @@ one strain with many materials, are computed together: the numbers of the materi
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
 from dusttaichi.physics.continuum import elasticity, path, strength
 from dusttaichi.physics.continuum.deviator import radial
@@ -91,31 +90,9 @@ class MaterialPoint:
             shear=self.shear + turning - after.shear_energy + self.shear_energy,
         )
 
-    def with_free_sides(self, axial, lateral=0.0):
-        """The point after a natural strain `axial` along z under a lateral stress.
-
-        lateral [Pa]: stress on x and y, positive in tension. For a single point.
-        """
-
-        def missing(side):
-            return float(self.strained((side, side, axial)).stress[..., 0]) - lateral
-
-        width = 1e-6
-        while missing(-width) * missing(width) > 0 and width < 1.0:
-            width *= 4.0
-        side = scipy.optimize.brentq(missing, -width, width, xtol=1e-16)
-        return self.strained((side, side, axial))
-
     def to_density(self, density, steps=1):
         """States up to a density [kg/m^3] by strain along z alone, in even steps."""
-        return self._along((0.0, 0.0, 1.0), density, steps)
-
-    def to_density_from_all_sides(self, density, steps=1):
-        """States up to a density [kg/m^3] by equal strains along x, y and z."""
-        return self._along((1.0 / 3.0,) * 3, density, steps)
-
-    def _along(self, direction, density, steps):
-        step = np.log(self.density / density)[..., None] * np.asarray(direction) / steps
+        step = np.log(self.density / density)[..., None] * np.array((0.0, 0.0, 1.0)) / steps
         states = [self]
         for _ in range(steps):
             states.append(states[-1].strained(step))
