@@ -124,7 +124,9 @@ def preset_rows(scene):
         if key == "step_fraction" and numerics.time_step != "auto":
             text = f"{value}, not used: time_step is given"
         rows.append((f"  {key}", text))
-    rest = [key for key in type(numerics).model_fields if key not in {*numerics.preset, "accuracy"}]
+    rest = [
+        key for key in type(numerics).fields_in_order() if key not in {*numerics.preset, "accuracy"}
+    ]
     rows.append(("not set by it", ", ".join(f"{key} {_value(numerics, key)}" for key in rest)))
     return rows
 

@@ -15,6 +15,7 @@ from pydantic import (
     WithJsonSchema,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError, core_schema
 
 Faults = Iterable[tuple[str, str]]  #: Faults of an input, as (dotted path of the key, text).
@@ -33,14 +34,19 @@ class Block(BaseModel):
     last: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
-    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        super().__pydantic_init_subclass__(**kwargs)
+    def fields_in_order(cls) -> dict[str, FieldInfo]:
+        """Its fields by name, in the order of the keys."""
         first = (name for name in cls.model_fields if name not in cls.last)
-        order = cls.order.split() or [*first, *cls.last]
-        if order != list(cls.model_fields):
-            cls.__pydantic_fields__ = {name: cls.model_fields[name] for name in order}
-            if cls.__pydantic_complete__:
-                cls.model_rebuild(force=True)
+        return {name: cls.model_fields[name] for name in cls.order.split() or [*first, *cls.last]}
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source, handler):
+        schema = handler(source)
+        inner = handler.resolve_ref_schema(schema)
+        while inner["type"] != "model-fields":  # within validators of the block
+            inner = inner["schema"]
+        inner["fields"] = {name: inner["fields"][name] for name in cls.fields_in_order()}
+        return schema
 
     def faults(self) -> Faults:
         """Conflicts between the keys of this block; the paths are relative to it."""

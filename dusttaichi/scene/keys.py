@@ -56,7 +56,7 @@ def _homes(scene: type[BaseModel]) -> dict[type[BaseModel], str]:
     todo: list[tuple[type[BaseModel], str]] = [(scene, "")]
     while todo:
         block, prefix = todo.pop(0)
-        for name, item in block.model_fields.items():
+        for name, item in block.fields_in_order().items():
             new = [member for member in choices(item) if member not in homes]
             homes.update(dict.fromkeys(new, prefix + name))
             todo += [(member, f"{prefix}{name}.") for member in new]
@@ -65,7 +65,7 @@ def _homes(scene: type[BaseModel]) -> dict[type[BaseModel], str]:
 
 def _below(block: type[BaseModel], prefix: str, homes: dict) -> list[Key]:
     found: list[Key] = []
-    for name, item in block.model_fields.items():
+    for name, item in block.fields_in_order().items():
         if name in TAGS:
             continue
         path = prefix + name

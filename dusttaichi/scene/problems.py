@@ -152,7 +152,7 @@ def _block_needed(blocks: list[type[BaseModel]], given: Any) -> str:
             item = block.model_fields.get(key)
             if item is not None and given in typing.get_args(item.annotation):
                 return f"a block is needed, for example {{{key}: {given}}}"
-    keys = [name for block in blocks for name in block.model_fields]
+    keys = [name for block in blocks for name in block.fields_in_order()]
     return f"a block is needed, with keys from {', '.join(dict.fromkeys(keys))}"
 
 
@@ -259,7 +259,7 @@ def _unknown(root: type[BaseModel], loc: Path, data: Any) -> str:
     known = [
         name
         for block in _blocks(root, loc[:-1], data)
-        for name in (*block.extra_keys, *block.model_fields)
+        for name in (*block.extra_keys, *block.fields_in_order())
     ]
     close = difflib.get_close_matches(key, known, 1)
     if close:
