@@ -245,6 +245,15 @@ def connected(pairs, count):
     return number, label, graph
 
 
+def in_one(label, masses, bodies):
+    """True where one fragment has more than half of the mass of both bodies.
+
+    label, masses: fragment and mass of each point, (N,). bodies: points of each.
+    """
+    shares = [np.bincount(label[b], masses[b], minlength=label.max() + 1) for b in bodies]
+    return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in shares)).any())
+
+
 def heaviest_first(label, masses):
     """Labels of fragments in order of decreasing mass, equal ones in that of the labels.
 

@@ -7,6 +7,7 @@ import numpy as np
 from dusttaichi.analysis.fragments import fragments, two_fragments
 from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
 from dusttaichi.errors import DustError
+from dusttaichi.geometry import in_one
 from dusttaichi.names import WALLS
 
 
@@ -68,15 +69,6 @@ def restitution(run, first=0, last=-1, bodies=None) -> Restitution:
 def together(parts, bodies):
     """True where one of the Fragments has more than half of the mass of both bodies (grains)."""
     return in_one(parts.label, (parts.mass / parts.grains)[parts.label], bodies)
-
-
-def in_one(label, masses, bodies):
-    """True where one fragment has more than half of the mass of both bodies (grains).
-
-    label, masses: fragment and mass of each grain, (N,).
-    """
-    shares = [np.bincount(label[b], masses[b], minlength=label.max() + 1) for b in bodies]
-    return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in shares)).any())
 
 
 def relative_motion(run, snapshot, bodies, masses):

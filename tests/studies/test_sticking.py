@@ -13,8 +13,8 @@ from scenes import RADIUS, box, make_scene
 from dusttaichi import method
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
-from dusttaichi.grains.build import build
 from dusttaichi.scene import load
+from dusttaichi.studies.bodies import TwoBodies
 from dusttaichi.studies.engine import Found
 from dusttaichi.studies.settings import with_settings
 from dusttaichi.studies.sticking import task
@@ -213,7 +213,7 @@ def test_a_collision_is_the_run_of_its_scene_with_all_its_grains():
 
 def flight(scene):
     sample, _, way = moving_bodies(scene)
-    return task._flight(scene, build(scene, sample), sample, way)
+    return task._flight(TwoBodies(scene, sample), way)
 
 
 def test_flight_ends_where_surfaces_touch(tmp_path):

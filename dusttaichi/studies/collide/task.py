@@ -1,6 +1,5 @@
 """Task of a worker process of a study of collisions: one of them."""
 
-from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -10,11 +9,9 @@ from dusttaichi import method, samples, units
 from dusttaichi.analysis.fragments import efficiency, fragments_of
 from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.outcome import outcome_of
-from dusttaichi.analysis.restitution import in_one
-from dusttaichi.geometry import connected
 from dusttaichi.run import ledger
-from dusttaichi.samples.materials import Materials
 from dusttaichi.scene import from_yaml
+from dusttaichi.studies.bodies import TwoBodies
 
 LOOKS = 8  # looks at the bodies while they fly the sum of their outer radii
 SAME = 16  # looks over which the fragments must not change, for the collision to be over
@@ -49,7 +46,7 @@ def make_collision(scene, phases=False):
     Raises GuardStop where the numbers can no longer be trusted, and DustError.
     """
     sample = samples.make(scene)
-    motion = _Motion.start(scene, sample, phases)
+    motion = _Motion(scene, sample, phases)
     row = motion.facts()
     if not sample.info["hit"]:
         return row | {"outcome": "miss"}
@@ -57,36 +54,17 @@ def make_collision(scene, phases=False):
     return row | motion.found()
 
 
-@dataclass
-class _Motion:
+class _Motion(TwoBodies):
     """A collision under way.
 
-    sim: its method.Simulation. bodies: grains of the target and of the projectile. masses, radii:
-    of the grains [kg], [m]. first: the Measurement of the start. phases: ends are wanted. ends:
-    energy dissipated [J] from the first touch to the ends of compression and of stretching, as far
-    as they are over; lost, lost_before: from the start to the last look at them and to the touch.
+    first: the Measurement of the start. phases: ends are wanted. ends: energy dissipated [J] from
+    the first touch to the ends of compression and of stretching, as far as they are over; lost,
+    lost_before: from the start to the last look at them and to the touch.
     """
 
-    scene: object
-    sample: object
-    sim: object
-    bodies: tuple
-    masses: np.ndarray
-    radii: np.ndarray
-    first: object
-    phases: bool = False
-    ends: list = field(default_factory=list)
-    lost: float = 0.0
-    lost_before: float = 0.0
-
-    @classmethod
-    def start(cls, scene, sample, phases):
-        materials, count = Materials(scene), sample.info["target_grains"]
-        bodies = np.arange(count), np.arange(count, len(sample))
-        masses = np.broadcast_to(materials.masses(sample), len(sample))
-        radii = np.broadcast_to(materials.radii_of(sample), len(sample))
-        sim = method.of(scene).build(scene, sample)
-        return cls(scene, sample, sim, bodies, masses, radii, sim.measure(), phases)
+    def __init__(self, scene, sample, phases):
+        super().__init__(scene, sample)
+        self.first, self.phases, self.ends = self.sim.measure(), phases, []
 
     def facts(self):
         """Columns known before the collision."""
@@ -111,15 +89,6 @@ class _Motion:
         frame = Frame(0, 0.0, 0, *state, self.radii, cell, open_space, contacts)
         return fragments_of(frame, self.masses)
 
-    def relative(self):
-        """Distance [m] and velocity [m/s] of the target's centre from the projectile's, (2, 3)."""
-        x, v, _ = self.sim.sim.grain_state()
-        one, other = (
-            [np.average(a[body], axis=0, weights=self.masses[body]) for a in (x, v)]
-            for body in self.bodies
-        )
-        return (np.array(one) - other) * [[units.LENGTH], [units.SPEED]]
-
     def fly(self):
         """Until the fragments have not changed for a while, or stop.time after the touch."""
         info, dt = self.sample.info, self.sim.dt * units.TIME
@@ -127,17 +96,15 @@ class _Motion:
         look = max(LEAST, round(ways / info["speed"] / LOOKS / dt))
         touch = int(info["time_to_touch"] / dt)
         end = touch + round(self.scene.stop.time / dt)
-        self.touch, self.before = touch, self.relative()[1]
+        self.touch = touch
         self.sim.advance(min(touch, end))
         self.lost = self.lost_before = self.dissipated()
         start = method.Start.of(self.first)
-        nearest, same, last, looks = np.inf, 0, None, 0
+        same, last, looks = 0, None, 0
         while self.sim.step < end and same < SAME:
             self.advance(min(look, end - self.sim.step))
-            line, looks = self.relative()[0], looks + 1
-            if np.linalg.norm(line) < nearest:
-                nearest = np.linalg.norm(line)
-                self.normal = line / nearest
+            self.look()
+            looks += 1
             if looks % EVERY:
                 continue
             ledger.check(self.sim, self.sim.measure(), start, self.scene.numerics.ledger_tolerance)
@@ -163,14 +130,6 @@ class _Motion:
                 self.ends.append(lost - self.lost_before)
         self.sim.advance(end - self.sim.step)
 
-    def is_one(self):
-        """True while one fragment has more than half of the mass of both bodies."""
-        pairs = self.sim.sim.contact_state()
-        pairs = np.column_stack([pairs["grain_i"], pairs["grain_j"]])
-        label = connected(pairs, len(self.masses))[1]
-        mean = np.bincount(label, self.masses) / np.bincount(label)
-        return in_one(label, mean[label], self.bodies)
-
     def dissipated(self, measurement=None):
         """Energy dissipated since the start [J], now or at a Measurement."""
         losses = (measurement or self.sim.measure()).losses
@@ -188,7 +147,7 @@ class _Motion:
             "fragments": parts.grains.tolist(),
             "masses": (parts.mass / parts.mass.sum()).tolist(),
             "growth_efficiency": round(efficiency(parts, self.masses, self.bodies), DIGITS),
-            "restitution": self._restitution(outcome),
+            "restitution": self.restitution_of(outcome),
             "loss": dict(zip(self.sim.channels, (m.losses * units.ENERGY).tolist(), strict=True)),
             "compression_loss": self.ends[0] if self.ends else None,
             "stretching_loss": self.ends[1] - self.ends[0] if len(self.ends) > 1 else None,
@@ -198,13 +157,11 @@ class _Motion:
             "residual": float(residual / self.energy),
         }
 
-    def _restitution(self, outcome):
+    def restitution_of(self, outcome):
+        """Restitution, 0 where the bodies stay together, None of bodies that break up."""
         if outcome in ("sticking", "growth"):
             return 0.0
-        approach = -float(self.before @ self.normal)
-        if outcome != "bouncing" or approach <= 0.0:
-            return None
-        return float(self.relative()[1] @ self.normal) / approach
+        return self.restitution() if outcome == "bouncing" else None
 
 
 def _number(value):

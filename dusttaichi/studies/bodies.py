@@ -1,0 +1,82 @@
+"""Two bodies of a simulation of grains that meet, or one and a wall, for studies of collisions."""
+
+from math import inf
+
+import numpy as np
+
+from dusttaichi import method, units
+from dusttaichi.errors import DustError
+from dusttaichi.geometry import connected, in_one
+from dusttaichi.samples.materials import Materials
+
+
+class TwoBodies:
+    """Two bodies in motion, or one and the nearest wall; SI.
+
+    scene, sample: its Sample, grains of the first body first. sim: its method.Simulation. masses
+    [kg], radii [m]: of the grains (N,). bodies: grains of each. before (3,) [m/s]: relative
+    velocity at the start. normal (3,): line from the second body, or the wall, to the first, where
+    `look` found them closest. Raises DustError for one body without a wall, and as a build does.
+    """
+
+    def __init__(self, scene, sample):
+        self.scene, self.sample = scene, sample
+        self.sim = method.of(scene).build(scene, sample)
+        materials, count = Materials(scene), len(sample)
+        self.masses = np.broadcast_to(materials.masses(sample), count)
+        self.radii = np.broadcast_to(materials.radii_of(sample), count)
+        split = 1 if sample.info.get("kind") == "pair" else sample.info.get("target_grains")
+        self.bodies = np.split(np.arange(count), [] if split is None else [split])
+        if split is None and self.sim.sim.box is None:
+            raise DustError(
+                "A collision needs two bodies; allowed: sample.kind pair or collision, or a "
+                "boundary with a wall."
+            )
+        self.before, self._nearest = self.relative()[1], inf
+
+    def relative(self):
+        """Distance [m] and velocity [m/s] of the first body from the second or the wall, (2, 3).
+
+        Of centres of mass; of a wall the distance of the grain that is next to it.
+        """
+        x, v, _ = self.sim.sim.grain_state()
+        first, *second = (
+            np.array([np.average(a[body], axis=0, weights=self.masses[body]) for a in (x, v)])
+            for body in self.bodies
+        )
+        if second:
+            found = first - second[0]
+        else:
+            box = self.sim.sim.box
+            distance = x @ box.normal.T - box.offsets(self.sim.sim.time)
+            distance = np.where(box.present == 1, distance, inf).min(axis=0)
+            wall = int(np.argmin(distance))
+            normal = box.normal[wall]
+            found = np.array([distance[wall] * normal, first[1] - box.speed[wall] * normal])
+        return found * [[units.LENGTH], [units.SPEED]]
+
+    def look(self):
+        """Keep the normal at the moment when the bodies have been closest."""
+        line = self.relative()[0]
+        distance = np.linalg.norm(line)
+        if distance < self._nearest:
+            self._nearest, self.normal = distance, line / distance
+
+    def restitution(self):
+        """Speed of separation over that of approach, along the normal; None without an approach."""
+        approach = -float(self.before @ self.normal)
+        return float(self.relative()[1] @ self.normal) / approach if approach > 0.0 else None
+
+    def fragment_of(self):
+        """Fragment of each grain (N,): sets of grains connected by contacts."""
+        pairs = self.sim.sim.contact_state()
+        pairs = np.column_stack([pairs["grain_i"], pairs["grain_j"]])
+        return connected(pairs, len(self.masses))[1]
+
+    def is_one(self):
+        """True while one fragment has more than half of the mass of both, or touches the wall."""
+        if len(self.bodies) == 1:
+            return len(self.sim.sim.wall_contact_state()["grain"]) > 0
+        label = self.fragment_of()
+        mean = np.bincount(label, self.masses) / np.bincount(label)
+        return in_one(label, mean[label], self.bodies)
