@@ -2,8 +2,7 @@
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_abreast, say_json, say_written
-from dusttaichi.commands.ensembles import shown
-from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.commands.ensembles import found_of
 from dusttaichi.errors import DustError
 
 THRESHOLDS = "thresholds, with 68 % confidence"
@@ -28,7 +27,6 @@ def collide(
     from dusttaichi.analysis.collisions import summary_columns
     from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.analysis.thresholds import threshold_columns, thresholds
-    from dusttaichi.studies import engine
     from dusttaichi.studies.collide import Collisions
 
     options.refuse_both(force, resume)
@@ -36,11 +34,8 @@ def collide(
     runs = scene.output.directory
     study = Collisions(scene, output or runs.with_name(f"{runs.name}-collisions"))
     with options.writing(force=force, inputs=[file]):
-        done = f"finished collisions are in {study.directory}"
-        with ProgressBar(quiet) as bar, options.resumable(done, options.again("--resume")):
-            how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
-            how |= {"report": shown(bar, "collisions"), "log": bar.log}
-            found = engine.run(study, **how)
+        how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
+        found = found_of(study, quiet=quiet, things="collisions", **how)
         data = study.dataset(found)
         speeds = thresholds(data)
         written = _write(data, speeds, study.file, figures)

@@ -1,9 +1,26 @@
 """`dust run` with replicas, and `dust sweep`: dataset, figure, table."""
 
+from contextlib import nullcontext
+
 from dusttaichi.commands.console import plain_table, remark, say, say_abreast, say_json, say_written
 from dusttaichi.commands.options import again, resumable
 from dusttaichi.commands.progress import Phases, ProgressBar, shares_text
 from dusttaichi.errors import DustError, GuardStop
+
+
+def found_of(study, *, quiet, things="runs", **how):
+    """Run a Study (engine.Study) with a progress bar; returns label -> Found of its points.
+
+    things: what its points are called. how: arguments of `engine.run`. Raises DustError,
+    Interrupted.
+    """
+    from dusttaichi.studies import engine
+
+    done = nullcontext()
+    if study.directory is not None:
+        done = resumable(f"results are in {study.directory}", again("--resume"))
+    with ProgressBar(quiet) as bar, done:
+        return engine.run(study, report=shown(bar, things), log=bar.log, **how)
 
 
 def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how):
@@ -16,13 +33,10 @@ def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.ensemble_tables import missing
     from dusttaichi.analysis.plain import plain_ensemble
-    from dusttaichi.studies import engine
 
     phases = Phases(verbose)
     phases.end("imports and scenes")
-    done = f"results are in {sweep.directory}"
-    with ProgressBar(quiet) as bar, resumable(done, again("--resume")):
-        found = engine.run(sweep, report=shown(bar), log=bar.log, **how)
+    found = found_of(sweep, quiet=quiet, **how)
     failed = [one for one in found.values() if not one.ok]
     part = how.get("part", (1, 1)) != (1, 1)
     if failed and (part or len(failed) == len(found)):

@@ -6,8 +6,8 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_json, say_written
-from dusttaichi.commands.ensembles import shown
-from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.commands.ensembles import found_of
+from dusttaichi.errors import DustError
 
 
 def sticking(
@@ -34,36 +34,33 @@ def sticking(
     scheduler: options.Scheduler = None,
     extensions: options.Extensions = None,
     force: options.Overwrite = False,
+    resume: options.flag("--resume", "compute the missing collisions of a map") = False,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ):
     """Find the sticking speed of a collision by bisection, or its restitution over speeds."""
     from dusttaichi.analysis.plain import plain, plain_dataset
-    from dusttaichi.studies import engine
     from dusttaichi.studies.settings import with_settings
     from dusttaichi.studies.sticking import restitution, search
 
-    scene = options.load_scene(file, threads, extensions=extensions)
-    with ProgressBar(quiet) as bar:
-        if chart is not None:
-            study = restitution.RestitutionMap(scene, chart, tolerance, settings or [])
-        else:
-            scene = with_settings(scene, settings or [])
-            ends = (search.speed_of(*end) for end in (("--low", low), ("--high", high)))
-            log = (lambda text: None) if quiet else bar.log
-            study = search.Search(scene, tolerance, *ends, log=log)
-        how = {"scheduler": scheduler, "jobs": jobs, "report": shown(bar, "collisions")}
-        found = engine.run(study, **how)
-    paths = []
+    scene, paths = options.load_scene(file, threads, extensions=extensions), []
+    how = {"scheduler": scheduler, "jobs": jobs, "quiet": quiet, "things": "collisions"}
     if chart is not None:
-        data = study.dataset(found)
         folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
+        study = restitution.RestitutionMap(scene, folder, chart, tolerance, settings or [])
         with options.writing(force=force, inputs=[file]):
-            paths = restitution.save_map(data, folder)
+            data = study.dataset(found_of(study, force=not resume, resume=resume, **how))
+            paths = restitution.save_map(data, study.file)
         rows, numbers = restitution.map_rows(data), plain_dataset(data)
+    elif resume:
+        raise DustError("--resume is for maps (--map): the collisions of a search are not stored")
     else:
-        result = study.result(found)
-        rows, numbers = search.rows(result), plain(result) | {"speed": result.speed}
+        scene = with_settings(scene, settings or [])
+        log = (lambda text: None) if quiet else remark
+        ends = (search.speed_of(*end) for end in (("--low", low), ("--high", high)))
+        study = search.Search(scene, tolerance, *ends, log=log)
+        found = study.result(found_of(study, **how))
+        rows, numbers = search.rows(found), plain(found) | {"speed": found.speed}
     if as_json:
         say_json(numbers)
     else:

@@ -7,8 +7,7 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import say_json, say_table, say_written
-from dusttaichi.commands.ensembles import failure, shown
-from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.commands.ensembles import failure, found_of
 
 
 def study(
@@ -30,17 +29,15 @@ def study(
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.results import provenance
-    from dusttaichi.studies import engine, own
+    from dusttaichi.studies import own
 
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, settings, extensions)
     runs = scene.output.directory
     mine = own.load(program, scene, output or runs.with_name(f"{runs.name}-{program.stem}"))
     with options.writing(force=force, inputs=[file]):
-        done = f"results are in {mine.directory}"
-        with ProgressBar(quiet) as bar, options.resumable(done, options.again("--resume")):
-            how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
-            found = engine.run(mine, report=shown(bar), log=bar.log, **how)
+        how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
+        found = found_of(mine, quiet=quiet, **how)
         data = mine.dataset(found)
         about = provenance(scene.source, scene.to_yaml(), title=scene.name)
         texts = {k: [v] if k.startswith("scene_") else v for k, v in about.items() if v is not None}

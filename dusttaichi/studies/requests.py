@@ -3,6 +3,7 @@
 For what writes no results of its own: collisions of a map, or cells that may also fail or hang.
 """
 
+import hashlib
 import json
 import math
 import os
@@ -11,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from dusttaichi import files
+from dusttaichi import __version__, files
 from dusttaichi.errors import DustError
 from dusttaichi.results.pieces import already_there
 from dusttaichi.studies.jobs import JobResult, ask, laid_out
@@ -112,6 +113,12 @@ def batches(requests, workers, *, remote):
         Batch(f"batch {first // size + 1}", tuple(requests[first : first + size]), remote)
         for first in range(0, len(requests), size)
     ]
+
+
+def key_of(*parts: Any) -> str:
+    """Key of a row: of this version and of all that decides its numbers, values of JSON."""
+    text = json.dumps([__version__, *parts], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 class Rows:

@@ -140,7 +140,7 @@ def test_an_interruption_reaches_the_runs(tmp_path):
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=300)
     assert process.returncode == 130, said
-    assert "dust run long.yaml --resume" in said and "Traceback" not in said
+    assert "dust run long.yaml -q --threads 1 --resume" in said and "Traceback" not in said
     with xr.open_dataset(first) as series:
         assert series.attrs["status"] == "interrupted"
         assert int(series.step[-1]) < 60_000_000

@@ -42,7 +42,7 @@ def sticking(scene, *how, **more):
 
 def restitution(scene, low, high, count, *how):
     """The map; low, high [m/s]."""
-    study = RestitutionMap(scene, f"{low:.17g} m/s,{high:.17g} m/s,{count}", *how)
+    study = RestitutionMap(scene, "map", f"{low:.17g} m/s,{high:.17g} m/s,{count}", *how)
     return study.dataset(done(study))
 
 
@@ -110,7 +110,7 @@ def test_a_bracket_that_lies_wrong_is_moved():
 
 def test_map_is_written(tmp_path):
     found = restitution(pair(), 0.05, 1.0, 16, 0.01)
-    paths = save_map(found, tmp_path / "map")
+    paths = save_map(found, tmp_path / "map/restitution.nc")
     assert [path.name for path in paths] == ["restitution.nc", "restitution.png"]
     with xr.open_dataset(paths[0]) as data:
         bound = data.bound.values == 1
@@ -132,6 +132,23 @@ def test_numbers_as_json(tmp_path, capsys):
     assert len(found["speeds"]) == len(found["bound"])
 
 
+def test_a_map_goes_on_where_it_ended(tmp_path, capsys):
+    (tmp_path / "pair.yaml").write_text(pair().to_yaml())
+    words = ["sticking", str(tmp_path / "pair.yaml"), "--tolerance", "0.1", "-q", "--resume"]
+    with pytest.raises(DustError, match="--resume is for maps"):
+        app(words, standalone_mode=False)
+    words += ["--map", "0.05 m/s,0.5 m/s,3", "-o", str(tmp_path / "map")]
+    app(words, standalone_mode=False)
+    rows = tmp_path / "map/restitution.jsonl"
+    before = rows.read_text().splitlines()
+    assert len(before) == 3
+    rows.write_text("\n".join([before[0], before[2], before[1][:30]]))
+    app(words, standalone_mode=False)
+    assert sorted(rows.read_text().splitlines()) == sorted(before)
+    with xr.open_dataset(tmp_path / "map/restitution.nc") as data:
+        assert data.bound.values.tolist() == [1, 0, 0]
+
+
 def test_refused():
     with pytest.raises(DustError, match="allowed: pair, collision"):
         Search(make_scene())
@@ -140,7 +157,7 @@ def test_refused():
     with pytest.raises(DustError, match="--tolerance"):
         Search(pair(), tolerance=0)
     with pytest.raises(DustError, match="--map 1,2"):
-        RestitutionMap(pair(), "1,2")
+        RestitutionMap(pair(), "nowhere", "1,2")
     with pytest.raises(DustError, match="must be one value"):
         with_settings(pair(), ["sample.speed=1m/s,2m/s"])
     assert with_settings(pair(), ["sample.speed=1m/s"]).sample.speed == 1.0

@@ -1,13 +1,11 @@
 """Study of the collisions of a scene with a block `collisions`: what is varied, what is added."""
 
-import hashlib
 import itertools
 import json
 from pathlib import Path
 
 import numpy as np
 
-from dusttaichi import __version__
 from dusttaichi.analysis.collisions import collisions_dataset
 from dusttaichi.analysis.thresholds import growth_bracket
 from dusttaichi.errors import DustError
@@ -15,7 +13,7 @@ from dusttaichi.results import provenance
 from dusttaichi.results.provenance import plain
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.scene.yaml_text import read
-from dusttaichi.studies.requests import Request
+from dusttaichi.studies.requests import Request, key_of
 from dusttaichi.studies.settings import as_files, keys_of, portable, relative_files, seeds_moved
 from dusttaichi.studies.store import core_of
 
@@ -94,15 +92,14 @@ class Collisions:
         """The collisions, in the order of the axes."""
         scene, phases = self.base.to_yaml(), self._own.phases
         core = core_of(self.scene.to_yaml()) | {"collisions": None, "name": ""}
-        core, found = json.dumps([__version__, core]), []
+        found = []
         numerics = self.base.numerics
         for values in itertools.product(*self.axes.values()):
             point = dict(zip(self.axes, values, strict=True))
             sample = _sample(self._templates[point["body"]], point)
-            text = core + json.dumps(sample, sort_keys=True) + "phases" * phases
             found.append(
                 Request(
-                    label=hashlib.sha256(text.encode()).hexdigest()[:32],
+                    label=key_of(core, sample, phases),
                     task=TASK,
                     arguments={"scene": scene, "sample": sample, "phases": phases},
                     file=self.rows_file,

@@ -12,8 +12,9 @@ from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.samples.materials import Materials
 from dusttaichi.scene import Scene, quantities
-from dusttaichi.studies.requests import Request
+from dusttaichi.studies.requests import Request, key_of
 from dusttaichi.studies.settings import data_of, portable
+from dusttaichi.studies.store import core_of
 
 JUMPS = 0.77224  # energy lost on forming and breaking, over F_c delta0: 0.69886 + 0.07338
 # A contact is found up to v dt too late, which raises the sticking speed by up to
@@ -50,14 +51,14 @@ def meeting(scene, sample):
 class Collision:
     """The collision of a scene at any speed.
 
-    The time step of single grains is shortened for the tolerance. label: start of those of its
-    requests. start: remark on the initial positions, or "".
+    The time step of single grains is shortened for the tolerance. file: of the rows of its
+    requests, see Request. start: remark on the initial positions, or "".
     """
 
-    def __init__(self, scene, tolerance, label=""):
+    def __init__(self, scene, tolerance, file=None):
         if not 0.0 < tolerance < 1.0:
             raise DustError(f"--tolerance {tolerance:g}; allowed: a number between 0 and 1.")
-        self.label, (scene, self.start) = label, _apart(scene)
+        self._file, (scene, self.start) = file, _apart(scene)
         self.sample, _, _ = moving_bodies(scene)
         self.closed = closed_form(scene, self.sample)
         own = chosen_step(scene, self.sample, grain_properties(scene, self.sample)).dt
@@ -72,6 +73,7 @@ class Collision:
         self._inputs, self.scene = tuple(portable(data)), scene
         self._small = Scene.from_dict(data, title=f"the scene of {scene.name}")
         self._text = self._small.to_yaml()
+        self._core = core_of(self._text) | {"name": ""}
 
     @property
     def is_closed(self):
@@ -84,9 +86,10 @@ class Collision:
         """The Request of the outcome at a relative speed of the bodies [m/s]."""
         numerics = self._small.numerics
         return Request(
-            label=f"{self.label}{speed:.17g} m/s",
+            label=key_of(self._core, float(speed), self.time),
             task=TASK,
             arguments={"scene": self._text, "speed": float(speed), "time": self.time},
+            file=self._file,
             inputs=self._inputs,
             cores=numerics.threads if numerics.backend == "cpu" else None,
         )

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.errors import DustError
 from dusttaichi.results import provenance
-from dusttaichi.results.outputs import NETCDF, check
 from dusttaichi.studies.settings import grid
 from dusttaichi.studies.sticking.collision import Collision
 from dusttaichi.studies.sticking.search import speed_of
@@ -32,12 +32,17 @@ class RestitutionMap:
     """
 
     timed = False
-    directory = file = None  # the map is written as a whole
 
-    def __init__(self, scene, speeds, tolerance=1e-3, settings=()):
-        self.scene, self.speeds = scene, _speeds(speeds)
+    def __init__(self, scene, directory, speeds, tolerance=1e-3, settings=()):
+        self.scene, self.directory, self.speeds = scene, Path(directory), _speeds(speeds)
         self.axes, scenes = grid(scene, list(settings))
-        self.collisions = [Collision(one, tolerance, f"{n}: ") for n, one in enumerate(scenes)]
+        rows = self.file.with_suffix(".jsonl")
+        self.collisions = [Collision(one, tolerance, rows) for one in scenes]
+
+    @property
+    def file(self):
+        """File of the map."""
+        return self.directory / "restitution.nc"
 
     def points(self, found):
         """All of them, the speeds fastest."""
@@ -80,11 +85,8 @@ class RestitutionMap:
         return data
 
 
-def save_map(data, directory):
-    """Write restitution.nc and restitution.png of a map to a directory; returns the paths.
-
-    Raises DustError.
-    """
+def save_map(data, file):
+    """Write a map, and its figure beside it; returns the paths. Raises DustError."""
     from dusttaichi import plots
 
     closed = data.attrs["sticking_speed"]
@@ -94,14 +96,8 @@ def save_map(data, directory):
     labels = [", ".join(map(_said, names, point, itertools.repeat(data))) for point in points]
     closed = closed if data.attrs["closed_form"] else None
     figure = plots.restitution(data.speed, table, closed, labels if names else "simulated")
-    paths = [Path(directory) / f"restitution{suffix}" for suffix in (".nc", ".png")]
-    try:
-        Path(directory).mkdir(parents=True, exist_ok=True)
-        data.to_netcdf(check(paths[0], NETCDF))
-        plots.save(figure, paths[1])
-    except OSError as error:
-        raise DustError(f"The map cannot be written to {directory}: {error}.") from error
-    return paths
+    save_ensemble(data, file)
+    return [file, plots.save(figure, file.with_suffix(".png"))]
 
 
 def _said(name, value, data):
