@@ -6,6 +6,7 @@ from benchmarks import continuum
 from benchmarks.table import RowTable
 
 
+@pytest.mark.long
 def test_a_worker_times_the_scene_of_the_benchmark():
     scene = continuum.scene_of(2, 900, 1).to_yaml()
     built = continuum.answer(None, do="build", scene=scene)

@@ -45,6 +45,7 @@ def table(tmp_path_factory):
     return result
 
 
+@pytest.mark.long
 def test_every_configuration_is_measured(table):
     (row,) = table.speed
     assert (row.grains, row.precision, row.threads) == (GRAINS, "f64", 1)
@@ -59,6 +60,7 @@ def test_every_configuration_is_measured(table):
         assert any("LAMMPS is missing" in note for note in table.notes)
 
 
+@pytest.mark.long
 def test_start_and_memory(table):
     (start,) = table.start
     assert start.cold > 0 and start.warm > 0
@@ -67,6 +69,7 @@ def test_start_and_memory(table):
     assert math.isnan(start.peak_per_grain)  # nothing smaller to compare with
 
 
+@pytest.mark.long
 def test_refused_precision_is_one_line(table):
     (note,) = [note for note in table.notes if note.startswith("f16: refused")]
     assert "precision" in note and "\n" not in note

@@ -58,10 +58,11 @@ def test_phases_of_a_run_add_up_to_its_time(tmp_path):
     assert total <= wall + 0.02  # the system counts the start in hundredths
 
 
-def test_bytecode_is_kept_where_python_may_not_write_it(tmp_path):
-    """Compiled modules are in the folder of caches, where packages came without bytecode."""
+@pytest.mark.parametrize("module", ["typer", "dusttaichi.commands.bytecode"])
+def test_bytecode_is_kept_where_python_may_not_write_it(module, tmp_path):
+    """Compiled modules are in the folder of caches, where a package or this one came without."""
     code = (
-        "import sys; from importlib import util; spec = util.find_spec('typer'); "
+        f"import sys; from importlib import util; spec = util.find_spec({module!r}); "
         "from dusttaichi.commands import bytecode; there = spec.cached; "
         "bytecode.os.path.exists = lambda path: path != there; bytecode.keep_bytecode(); "
         "from dusttaichi import geometry; print(geometry.__cached__)"

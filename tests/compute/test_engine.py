@@ -36,6 +36,7 @@ def run(**keys):
     return np.concatenate([probe.x / RADIUS, probe.v, probe.w * RADIUS]), engine.program()
 
 
+@pytest.mark.long
 def test_a_scene_runs_in_debug_with_the_same_numbers():
     assert engine.tested() or compiler.name() != "taichi"  # else there is nothing to compare
     usual, first = run(numerics={"precision": "f64"})

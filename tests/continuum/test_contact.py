@@ -110,7 +110,9 @@ def on_a_plane(face, material, numerics):
     return dust.moving(scene, layer)
 
 
-@pytest.mark.parametrize("option", OPTIONS)
+@pytest.mark.parametrize(
+    "option", [pytest.param("viscous", marks=pytest.mark.long), "separate, with heat"]
+)
 def test_a_face_acts_as_the_flat_end_of_a_body(option):
     """Images behind faces are computed for a block at once, those behind bodies one by one."""
     material = {"base": "dust_g09"}
@@ -242,6 +244,7 @@ def test_a_disc_twists_in_a_ring_of_dust():
     assert abs(twist(1.0)) < 0.03
 
 
+@pytest.mark.long  # mirrors stand in test_motion, bodies in the tests before
 def test_half_a_disc_at_a_mirror_moves_as_the_whole():
     """A rigid disc pushed into dust: a mirror through its middle leaves half of mass and force."""
     bead = {"kind": "rigid", "diameter": "0.6 mm", "density": "1 g/cm^3"}

@@ -155,6 +155,7 @@ BEADS = {
 }
 
 
+@pytest.mark.long
 def test_an_elastic_bead_falls_about_as_a_rigid_one():
     """Where nine particles span the bead it sinks a fifth less; the next test takes the spacing to
     zero."""

@@ -32,7 +32,9 @@ def usual():
     return moved(None)
 
 
-@pytest.mark.parametrize("loops", [Loops(1, 1, "launches"), Loops(4, 2, "workers")])
+@pytest.mark.parametrize(
+    "loops", [Loops(1, 1, "launches"), pytest.param(Loops(4, 2, "workers"), marks=pytest.mark.long)]
+)
 def test_another_layout_gives_the_same_motion(loops, usual):
     state, m = moved(loops)
     # compilers may fuse a multiply and an add here and not there: rounding, grown over 600 steps

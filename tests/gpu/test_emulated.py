@@ -21,7 +21,10 @@ import pytest
 
 pytestmark = pytest.mark.skipif(bool(emulated.missing()), reason=str(emulated.missing()))
 QUICK = "box_mixed"
-EVERY = [n if n == QUICK else pytest.param(n, marks=pytest.mark.very_long) for n in cases.NAMES]
+EVERY = [
+    pytest.param(n, marks=pytest.mark.long if n == QUICK else pytest.mark.very_long)
+    for n in cases.NAMES
+]
 SEARCH = ("find_bounds", "wrap", "list_neighbours", "relist_sphere", "list_entries")
 SEARCH += ("lay_grid", "reorder", "write_lists", "place_ghosts")
 LOOK = 16  # steps between two readings of the progress by the host

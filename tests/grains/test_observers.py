@@ -85,7 +85,7 @@ def unlike(count):
     return {"radii": RADIUS * (1.0 - 1e-4 * (np.arange(count) % 3)), "materials": kinds}
 
 
-@pytest.mark.parametrize("unequal", [False, True])
+@pytest.mark.parametrize("unequal", [pytest.param(False, marks=pytest.mark.long), True])
 def test_another_observer_sees_the_same(unequal):
     """Turned, mirrored, displaced, in motion, with other numbers for the grains."""
     x, v, w = clusters()
@@ -102,7 +102,7 @@ def test_another_observer_sees_the_same(unequal):
     assert_equal([(x - shift - way) @ Q, (v - boost) @ Q, -w @ Q], expected)
 
 
-@pytest.mark.parametrize("unequal", [False, True])
+@pytest.mark.parametrize("unequal", [pytest.param(False, marks=pytest.mark.long), True])
 def test_units_do_not_matter(unequal):
     """Lengths doubled, times tripled, masses five times as large; between walls, one of which
     moves."""

@@ -30,6 +30,8 @@ from dusttaichi.samples import make
 from dusttaichi.scene import load
 
 LINES = 120  # of an example
+# the precision that ships; double is tighter and is as long to compile
+PRECISIONS = ["mixed", pytest.param("f64", marks=pytest.mark.long)]
 NORMAL = {"hertz": {}, "dmt": {}, "linear_cohesion": {"stiffness": "80 N/m", "cohesion": "10 MPa"}}
 DAMPING = {"brilliantov": {}, "crack_tip": {"speed": "5 m/s"}}
 
@@ -79,7 +81,7 @@ def open_part(probe, start):
 # Normal laws.
 
 
-@pytest.mark.parametrize("precision", ["f64", "mixed"])
+@pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("law", NORMAL)
 def test_normal_law(law, precision):
     """A bounce: kernel and host have the same force and energy, momenta are kept, and nothing is
@@ -126,14 +128,15 @@ def test_rest_of_dmt():
 # Damping.
 
 
-@pytest.mark.parametrize("precision", ["f64", "mixed"])
+@pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("law", DAMPING)
 def test_damping_law(law, precision):
-    """Dissipates more than the elastic viscous law, and the ledger closes (5e-3 of the energy: the
-    step that finds a touch)."""
+    """Dissipates, at the tip of a crack more than the elastic viscous law, and the ledger closes
+    (5e-3 of the energy: the step that finds a touch)."""
     with example("damping_laws.py"):
         lost = {}
-        for name, own in {law: DAMPING[law], "viscoelastic": {}}.items():
+        beside = {"viscoelastic": {}} if law == "crack_tip" else {}
+        for name, own in {law: DAMPING[law], **beside}.items():
             made = scene_of({"damping": {"model": name, **own}}, precision, dt="0.02 ns")
             probe = Probe(made, meeting(0.5))
             start = measurement(probe.sim)
@@ -185,7 +188,7 @@ def test_the_automatic_step_knows_stiff_necks():
         assert 2.0 < bare.period / stiff.period < 8.0
 
 
-@pytest.mark.parametrize("precision", ["f64", "mixed"])
+@pytest.mark.parametrize("precision", PRECISIONS)
 def test_a_strong_neck_holds(precision):
     """Grains that turn and move apart at speeds within its strength: momenta are kept, and the
     ledger closes, without any loss (1e-3 of the energy: leapfrog at a fiftieth of a period)."""

@@ -45,7 +45,9 @@ def after(probe, steps):
     return ledger(last, start)[1], (m["loss"][3], m["loss_wall"][3]), probe.x, probe.w
 
 
-@pytest.mark.parametrize("precision, rounding", [("f64", 1e-9), ("mixed", 1e-6)])
+@pytest.mark.parametrize(
+    "precision, rounding", [pytest.param("f64", 1e-9, marks=pytest.mark.long), ("mixed", 1e-6)]
+)
 def test_limit_case_is_the_built_in_law(precision, rounding):
     """Where the speed is beyond all measure the limit is xi_crit: the same to rounding, which the
     compiler may take in another order (400 steps, as in test_effects)."""

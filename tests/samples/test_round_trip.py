@@ -70,8 +70,8 @@ def test_an_export_comes_back_through_its_reader(case):
         result = snapshots.write(
             Path(folder) / "result.nc", [frame], radius, box=box, periodic=axes
         )
-        for to in ("extxyz", "lammps", "lammps-data"):
-            with analysis.open_run(result) as run:
-                path = export(run, to)[0]
+        with analysis.open_run(result) as run:
+            paths = {to: export(run, to)[0] for to in ("extxyz", "lammps", "lammps-data")}
+        for to, path in paths.items():
             block = {"kind": "explicit", "file": str(path), "keep": ["box"]}
             compare(samples.make(make_scene(sample=block, boundary=boundary)), case, to)
