@@ -17,15 +17,10 @@ def keep_bytecode():
     half of a command. Nothing is written beside the sources. Processes started from here do the
     same.
     """
-    specs = (find_spec(SAMPLE), __spec__)
-    folders = {
-        os.path.dirname(s.origin) for s in specs if s.cached and not os.path.exists(s.cached)
-    }
-    if sys.pycache_prefix or not without:
-        return
-    if not sys.dont_write_bytecode and all(
-        os.access(os.path.dirname(spec.origin), os.W_OK) for spec in without
-    ):
+    both = (find_spec(SAMPLE), __spec__)
+    without = [spec for spec in both if spec.cached and not os.path.exists(spec.cached)]
+    may_write = all(os.access(os.path.dirname(spec.origin), os.W_OK) for spec in without)
+    if sys.pycache_prefix or not without or (may_write and not sys.dont_write_bytecode):
         return
     sys.pycache_prefix, sys.dont_write_bytecode = str(cache_folder() / "bytecode"), False
     os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
