@@ -13,6 +13,7 @@ import pandas as pd
 import xarray as xr
 from sample_size import figure as sample_size
 from strength_size import groups as strength_groups
+from strength_size import weibull
 
 from dusttaichi import plots
 from dusttaichi.analysis.grid import outcomes, read
@@ -22,7 +23,6 @@ from dusttaichi.plots import style
 from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
 from dusttaichi.plots.grid import grid
 from dusttaichi.plots.tensile import strengths
-from dusttaichi.plots.weibull import strength_samples
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material
 from dusttaichi.studies.continuum_fit.speeds import Curve
@@ -118,7 +118,7 @@ def tensile_strength():
 
 def strength_size(table, *words):
     """Tensile strengths of samples of several sizes: Weibull plot, and against the size."""
-    return strength_samples(strength_groups(TABLES / table, words))
+    return weibull.strength_samples(strength_groups(TABLES / table, words))
 
 
 @style.styled

@@ -9,7 +9,9 @@ import sys
 
 import numpy as np
 
-from dusttaichi.analysis.weibull import Strengths, size_effect, strength_tables, weibull
+from dusttaichi.scene import extensions
+
+weibull = extensions.module("kimura2020/weibull.py")
 
 
 def groups(path, words):
@@ -21,7 +23,9 @@ def groups(path, words):
     for row in rows:
         found.setdefault(int(row["grains"]), []).append(float(row["strength"]))
     known = {n: np.array(own) for n, own in sorted(found.items())}
-    return [Strengths(f"{n} grains", n, own, weibull(own)) for n, own in known.items()]
+    return [
+        weibull.Strengths(f"{n} grains", n, own, weibull.weibull(own)) for n, own in known.items()
+    ]
 
 
 def main(path, *words):
@@ -31,12 +35,12 @@ def main(path, *words):
         kpa = group.values / 1e3
         scatter = f" ± {kpa.std(ddof=1):.2f}" if len(kpa) > 1 else ""
         print(f"{group.grains} grains, {len(kpa)} samples: {kpa.mean():.2f}{scatter} kPa")
-    columns, lines = strength_tables(known)
+    columns, lines = weibull.strength_tables(known)
     for row in zip(*(texts for _, texts in columns), strict=True):
         print(", ".join(f"{head} {text}" for (head, _), text in zip(columns, row, strict=True)))
     for line in lines:
         print(line)
-    if not lines and (effect := size_effect(known)) is not None:
+    if not lines and (effect := weibull.size_effect(known)) is not None:
         print(f"N^({effect.exponent:.3f} ± {effect.exponent_sigma:.3f})")
 
 

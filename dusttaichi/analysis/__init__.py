@@ -53,14 +53,6 @@ from dusttaichi.analysis.structure import Structure, structure
 from dusttaichi.analysis.summary import compare, summary, table, to_csv
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
 from dusttaichi.analysis.triaxial import Triaxial, is_triaxial, triaxials
-from dusttaichi.analysis.weibull import (
-    SizeEffect,
-    Strengths,
-    Weibull,
-    size_effect,
-    strengths_of,
-    weibull,
-)
 from dusttaichi.names import exported
 
 __all__ = exported(globals())

@@ -2,7 +2,15 @@
 
 from contextlib import nullcontext
 
-from dusttaichi.commands.console import plain_table, remark, say, say_abreast, say_json, say_written
+from dusttaichi.commands.console import (
+    plain_table,
+    remark,
+    say,
+    say_abreast,
+    say_json,
+    say_not_drawn,
+    say_written,
+)
 from dusttaichi.commands.options import again, resumable
 from dusttaichi.commands.progress import Phases, ProgressBar, shares_text
 from dusttaichi.errors import DustError, GuardStop
@@ -54,7 +62,7 @@ def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how
         say_json(plain_ensemble(data))
     else:
         _say_table(data)
-        _say_strengths(data)
+        _say_statistics(data)
     for what, label, runs, why in missing(data):
         write(f"no {what} for {runs}{f', {label}' if label else ''}: {why}")
     say_written(written, write)
@@ -63,11 +71,12 @@ def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how
 
 
 def _draw(data, sweep):
-    from dusttaichi.plots import ensemble, save, weibull
+    from dusttaichi.plots import drawn_statistics, ensemble, save
 
+    found = list(drawn_statistics(data))
     drawn = {sweep.file.with_suffix(".png"): ensemble(data)}
-    if (strengths := weibull(data)) is not None:
-        drawn[sweep.file.with_name("weibull.png")] = strengths
+    drawn |= {sweep.file.with_name(f"{row.name}.png"): one for row, one, why in found if not why}
+    say_not_drawn([(row.title, why) for row, _, why in found if why])
     return [save(figure, path) for path, figure in drawn.items()]
 
 
@@ -105,15 +114,20 @@ def _say_table(data):
         say(remark)
 
 
-def _say_strengths(data):
-    from dusttaichi.analysis.weibull import strength_tables, strengths_of
+def _say_statistics(data):
+    from dusttaichi.analysis.numbers import reason, statistics
 
-    columns, lines = strength_tables(strengths_of(data))
-    if columns:
-        say()
-        say_abreast(columns[:1], columns[1:], "tensile strength, Weibull statistics")
-    for line in lines:
-        say(line)
+    for row in statistics():
+        try:
+            columns, lines = row.table(data)
+        except Exception as error:  # of an extension; the others are still shown
+            remark(f"no {row.title}: {reason(error)}")
+            continue
+        if columns:
+            say()
+            say_abreast(columns[:1], columns[1:], row.title)
+        for line in lines:
+            say(line)
 
 
 def _table_of_replicas(data, names):

@@ -53,6 +53,7 @@ def plot(
 def _plot(runs, output, suffix):
     from dusttaichi import analysis, plots
 
+    failed = []
     if len(runs) == 1 and analysis.is_trade(runs[0]):
         data, file = analysis.open_trade(runs[0])
         folder = output or file.parent
@@ -60,8 +61,8 @@ def _plot(runs, output, suffix):
     if len(runs) == 1 and analysis.is_ensemble(runs[0]):
         data, file = analysis.open_ensemble(runs[0])
         options.remark_missing([data.attrs])
-        return say_written(plots.save_all(data, output or file.parent, suffix))
-    failed = []
+        say_written(plots.save_all(data, output or file.parent, suffix, failed))
+        return say_not_drawn(failed)
     with ExitStack() as opened:
         of = [opened.enter_context(analysis.open_run(path)) for path in runs]
         options.remark_missing(run.attrs for run in of)

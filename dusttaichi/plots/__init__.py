@@ -29,6 +29,7 @@ from dusttaichi.plots.numbers import numbers
 from dusttaichi.plots.registry import (
     Figure,
     drawn,
+    drawn_statistics,
     drawn_together,
     figure,
     figures,
@@ -38,7 +39,6 @@ from dusttaichi.plots.registry import (
 from dusttaichi.plots.sound_speed import sound_speed
 from dusttaichi.plots.style import bands, save, styled
 from dusttaichi.plots.trade import trade
-from dusttaichi.plots.weibull import weibull
 
 _OF_RUNS = in_package(f"{__name__}.continuum") | in_package(__name__)
 globals().update(_OF_RUNS)  # after their modules, whose names they have
@@ -85,30 +85,33 @@ def figures_of(of, failed=None):
     - sweep or ensemble: all curves in one panel
     - points: one panel for each
     - numbers: the numbers of the runs against the swept keys, or the replicas
-    - weibull: tensile strengths of several samples
+    - those of the Statistics of extensions
 
     Parameters
     ----------
     of : Run, list of Run or xarray.Dataset
     failed : list, optional
-        Receives (title, error) of failed figures of runs; without it they raise DustError.
+        Receives (title, error) of failed figures; without it they raise DustError.
 
     Returns
     -------
     dict
         Name -> matplotlib Figure.
     """
+    drawings = {}
     if isinstance(of, xr.Dataset):
         drawings = {"sweep" if axes_of(of) else "ensemble": ensemble(of), "points": points(of)}
-        drawings |= {"numbers": numbers(of), "weibull": weibull(of)}
-        return {name: drawing for name, drawing in drawings.items() if drawing is not None}
-    rows = list(drawn_together(of) if isinstance(of, list) else drawn(of))
+        drawings |= {"numbers": numbers(of)}
+        rows = list(drawn_statistics(of))
+    else:
+        rows = list(drawn_together(of) if isinstance(of, list) else drawn(of))
     problems = [(row.title, why) for row, _, why in rows if why]
     if failed is None and problems:
         raise DustError("; ".join(f"{title}: {why}" for title, why in problems))
     if failed is not None:
         failed += problems
-    return {row.name: drawing for row, drawing, why in rows if not why}
+    drawings |= {row.name: drawing for row, drawing, why in rows if not why}
+    return {name: drawing for name, drawing in drawings.items() if drawing is not None}
 
 
 __all__ = exported(globals())

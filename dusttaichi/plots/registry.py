@@ -10,7 +10,7 @@ from typing import Any
 
 from dusttaichi import method
 from dusttaichi.analysis.kind import draft_of
-from dusttaichi.analysis.numbers import reason
+from dusttaichi.analysis.numbers import reason, statistics
 from dusttaichi.errors import DustError
 from dusttaichi.method import attribute
 from dusttaichi.plots.style import GREY, styled
@@ -181,6 +181,14 @@ def drawn_together(runs):
         drawing, why = _attempt(lambda row=row: draw(row))
         if drawing is not None or why:
             names.append(row.name)
+            yield row, drawing, why
+
+
+def drawn_statistics(data):
+    """Figures of the Statistics of a dataset of `analysis.gather`, as in `drawn`."""
+    for row in statistics():
+        drawing, why = _attempt(lambda row=row: row.draw(data))
+        if drawing is not None or why:
             yield row, drawing, why
 
 

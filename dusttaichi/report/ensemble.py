@@ -7,6 +7,7 @@ import numpy as np
 from dusttaichi import plots
 from dusttaichi.analysis import ensemble_tables as tables
 from dusttaichi.analysis import open_run
+from dusttaichi.analysis.numbers import statistics
 from dusttaichi.errors import DustError
 from dusttaichi.report.interactive import interactive
 from dusttaichi.report.page import blank, provenance
@@ -17,7 +18,6 @@ FIGURES = {
     "sweep": "Mean and scatter of each point",
     "points": "Each curve, with the others in the background",
     "numbers": "Numbers of the runs",
-    "weibull": "Weibull statistics of the tensile strength",
 }
 MOST_RUNS = 24  # largest number of runs with particles, evenly chosen
 
@@ -29,15 +29,16 @@ def ensemble_data(data, file):
     """
     title = f"{data.attrs['title']}, {'sweep' if tables.axes_of(data) else 'ensemble'}"
     table, remark = _table(data)
+    titles = FIGURES | {row.name: row.title for row in statistics()}
+    failed = []
+    figures = plots.figures_of(data, failed)
     lost = [f"no {what}{label and f', {label}'} ({runs}): {why}" for what, label, runs, why in
             tables.missing(data)]  # fmt: skip
+    lost += [f"figure not drawn: {title}: {why}" for title, why in failed]
     return blank(title, _lead(data)) | {
         "table": table,
         "remark": "; ".join(filter(None, [remark, *lost])),
-        "figures": [
-            interactive(figure, name, FIGURES[name])
-            for name, figure in plots.figures_of(data).items()
-        ],
+        "figures": [interactive(figure, name, titles[name]) for name, figure in figures.items()],
         "views": _views(data, Path(file).parent),
         "members": _members(data),
         "scene": str(np.atleast_1d(data.attrs.get("scene_resolved", ""))[0]).strip(),

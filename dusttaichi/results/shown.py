@@ -1,4 +1,4 @@
-"""Families of numbers and figures of extensions, by their names.
+"""Families of numbers, figures and statistics of extensions, by their names.
 
 Filled by `dusttaichi.analysis.numbers.register` and `dusttaichi.plots.register`.
 """
@@ -7,3 +7,4 @@ from typing import Any
 
 NUMBERS: dict[str, Any] = {}
 FIGURES: dict[str, Any] = {}
+STATISTICS: dict[str, Any] = {}

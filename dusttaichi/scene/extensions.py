@@ -248,6 +248,7 @@ def _tables() -> dict[str, dict]:
         "method": method.METHODS,
         "family of numbers": shown.NUMBERS,
         "figure": shown.FIGURES,
+        "statistics": shown.STATISTICS,
     }
 
 

@@ -1,20 +1,27 @@
 """Weibull statistics of strengths, on samples drawn from known distributions."""
 
+import hashlib
+
 import numpy as np
 import pytest
 import scipy
+import synthetic
 import xarray as xr
+from scenes import CONFIGS, EXAMPLES, bundled, extensions_forgotten
+from typer.testing import CliRunner
 
-from dusttaichi import plots
-from dusttaichi.analysis.weibull import (
-    CONFIDENCE,
-    Strengths,
-    _fitted,
-    size_effect,
-    strength_tables,
-    strengths_of,
-    weibull,
-)
+from dusttaichi import analysis, plots
+from dusttaichi.analysis import numbers
+from dusttaichi.analysis.ensemble import save_ensemble
+from dusttaichi.commands import ensembles
+from dusttaichi.commands.app import app
+from dusttaichi.report import ensemble_data
+
+OWN = "kimura2020/weibull.py"
+with bundled(OWN) as own:
+    CONFIDENCE, Strengths, size_effect = own.CONFIDENCE, own.Strengths, own.size_effect
+    strength_tables, strengths_of, weibull = own.strength_tables, own.strengths_of, own.weibull
+
 
 M, S0 = 6.0, 8e3  # modulus; scale [Pa]
 
@@ -27,7 +34,7 @@ def drawn(count, sets=1, m=M, s0=S0, seed=0):
 def test_largest_likelihood_is_that_of_scipy(count):
     """Within the tolerance of SciPy's simplex, 1e-4."""
     samples = drawn(count)
-    (modulus,), (log_scale,) = _fitted(np.log(samples))
+    (modulus,), (log_scale,) = own._fitted(np.log(samples))
     m, _, s0 = scipy.stats.weibull_min.fit(samples[0], floc=0)
     assert (modulus, np.exp(log_scale)) == pytest.approx((m, s0), rel=1e-3)
 
@@ -35,7 +42,7 @@ def test_largest_likelihood_is_that_of_scipy(count):
 @pytest.mark.parametrize("count", [5, 10])
 def test_intervals_contain_the_truth_as_often_as_they_say(count):
     """Of 600 sets; the share is certain to sqrt(0.68 * 0.32 / 600) = 0.019, and so is half."""
-    found = [weibull(own) for own in drawn(count, 600)]
+    found = [weibull(one) for one in drawn(count, 600)]
     for name, truth in (("modulus", M), ("scale", S0)):
         low, middle, high = (
             np.array([getattr(one, name + end) for one in found]) for end in ("_low", "", "_high")
@@ -98,7 +105,7 @@ def test_tables_and_figure_of_a_sweep():
     fit = weibull(values[0])
     assert cells["modulus m"][0].startswith(f"{fit.modulus:.3g} ({fit.modulus_low:.3g} to ")
     assert len(lines) == 2 and "weakest link" in lines[1]
-    left, right = plots.weibull(data).axes
+    left, right = own.WEIBULL.draw(data).axes
     np.testing.assert_allclose(left.lines[0].get_xdata(), np.sort(values[0]) / 1e3)
     texts = [text.get_text() for text in right.get_legend().get_texts()]
     assert len(texts) == 2 and "fit" in texts[0] and "weakest link" in texts[1]
@@ -106,5 +113,65 @@ def test_tables_and_figure_of_a_sweep():
 
 def test_few_samples_have_no_table():
     data = sweep(np.array([[1e3, 2e3, 3e3]]), (256,))
-    assert strength_tables(strengths_of(data)) == ([], []) and plots.weibull(data) is None
+    assert strength_tables(strengths_of(data)) == ([], []) and own.WEIBULL.draw(data) is None
     assert strengths_of(data.drop_vars("strength")) == []
+
+
+# -- of an ensemble and its file -----------------------------------------------------------------
+
+
+@pytest.fixture
+def ensemble(tmp_path):
+    """Ten replicas of a cell that is pulled, with strengths drawn, in a file that names OWN."""
+    with analysis.open_run(synthetic.cell_run(tmp_path / "result.nc")) as run:
+        data = analysis.gather([run] * 10, attrs={"title": "pulled"})
+    (tmp_path / "result.nc").unlink()
+    data["strength"].values[:] = drawn(10)[0]
+    digest = hashlib.sha256((CONFIGS / OWN).read_bytes()).hexdigest()
+    data.attrs["extensions"] = f"weibull.py sha256:{digest}"
+    save_ensemble(data, tmp_path / "ensemble.nc")
+    return data, tmp_path
+
+
+def test_a_file_of_replicas_brings_its_statistics(ensemble, capsys):
+    data, folder = ensemble
+    with extensions_forgotten():
+        assert "weibull" not in plots.figures_of(data)
+        result = CliRunner().invoke(app, ["plot", str(folder)])
+        assert result.exit_code == 0 and (folder / "weibull.png").exists(), result.output
+        titles = [figure["title"] for figure in ensemble_data(data, folder)["figures"]]
+        assert "Weibull statistics of the tensile strength" in titles
+        ensembles._say_statistics(data)
+    said = capsys.readouterr().out
+    assert "Weibull statistics of the tensile strength" in said and "modulus m" in said
+
+
+def test_statistics_that_fail_do_not_affect_the_others(ensemble, capsys):
+    data, folder = ensemble
+
+    def fails(data):
+        raise KeyError("strength_of_another_name")
+
+    with bundled(OWN):
+        numbers.register(numbers.Statistics(name="wrong", title="own", table=fails, draw=fails))
+        ensembles._say_statistics(data)
+        failed = []
+        assert "weibull" in plots.figures_of(data, failed)
+        assert failed == [("own", "KeyError: 'strength_of_another_name'")]
+        assert "own: KeyError" in ensemble_data(data, folder)["remark"]
+        with pytest.raises(ValueError, match="another name"):
+            numbers.register(numbers.Statistics(name="wrong", title="another"))
+    said = capsys.readouterr()
+    assert "modulus m" in said.out and "no own: KeyError" in said.err
+
+
+def test_the_example_of_statistics_is_printed(capsys):
+    with bundled(EXAMPLES / "scatter.py"):
+        dims = ("replica",)
+        data = xr.Dataset(
+            {"p_m": (dims, [1.0, 3.0]), "mean_p_m": 2.0, "std_p_m": np.sqrt(2.0)},
+            attrs={"summary_numbers": "p_m"},
+        )
+        ensembles._say_statistics(data)
+    said = capsys.readouterr().out
+    assert "scatter between replicas" in said and "largest: 70.7%" in said

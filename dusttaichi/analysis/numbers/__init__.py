@@ -11,23 +11,41 @@ from functools import cache
 from importlib import import_module
 
 from dusttaichi import method
-from dusttaichi.analysis.numbers.registry import AUTO, GENERAL, Family, Observable, is_known, reason
-from dusttaichi.results.shown import NUMBERS
+from dusttaichi.analysis.numbers.registry import (
+    AUTO,
+    GENERAL,
+    Family,
+    Observable,
+    Statistics,
+    is_known,
+    reason,
+)
+from dusttaichi.results.shown import NUMBERS, STATISTICS
 
-__all__ = ["AUTO", "GENERAL", "Family", "Observable", "families", "in_order", "is_known", "known",
-           "reason", "register"]  # fmt: skip
+__all__ = ["AUTO", "GENERAL", "Family", "Observable", "Statistics", "families", "in_order",
+           "is_known", "known", "reason", "register", "statistics"]  # fmt: skip
 
 
-def register(family: Family) -> None:
-    """Add a Family to those that this process measures.
+def register(row: Family | Statistics) -> None:
+    """Add a Family, or Statistics of several runs, to those that this process measures.
 
     A file that calls it takes effect where it is among the `extensions` of a scene. Raises
-    ValueError for a row with the name of another one.
+    ValueError for the name of another one.
     """
-    taken = known().keys() & {number.name for number in family.numbers}
-    if taken and NUMBERS.get(family.name) != family:
+    if isinstance(row, Statistics):
+        taken = {row.name} & STATISTICS.keys()
+        table = STATISTICS
+    else:
+        taken = known().keys() & {number.name for number in row.numbers}
+        table = NUMBERS
+    if taken and table.get(row.name) != row:
         raise ValueError(f"there is a number {', '.join(sorted(taken))}; another name is needed")
-    NUMBERS[family.name] = family
+    table[row.name] = row
+
+
+def statistics() -> list[Statistics]:
+    """The registered statistics of the runs of an ensemble or a sweep."""
+    return list(STATISTICS.values())
 
 
 def families(of: method.Method | None = None) -> list[Family]:

@@ -138,6 +138,22 @@ class Family:
         return values, failed
 
 
+@dataclass(frozen=True, kw_only=True)
+class Statistics:
+    """A table and a figure of the runs of an ensemble or a sweep together.
+
+    name: of the file of the figure. title: above both. table: function from the dataset of
+    `analysis.gather` to (columns, lines): (header, texts) of each column, the first of which names
+    the rows, and sentences below; [] of both for nothing to say. draw: function from the dataset to
+    a matplotlib Figure, or to None for nothing to show.
+    """
+
+    name: str
+    title: str
+    table: Callable[[Any], tuple[list, list]] = lambda data: ([], [])
+    draw: Callable[[Any], Any] = lambda data: None
+
+
 GENERAL = 100.0
 
 
