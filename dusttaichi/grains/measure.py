@@ -48,17 +48,13 @@ class Readout:
 
     def contact_loads(self):
         """Force [nN] and torque [nN um] of the contacts alone on every grain, (2, N, 3)."""
-        start, width = self.state["entry_start"], self.layout.width
-        entry = self.fields["entry"].to_numpy(start[-1])
-        owner = np.repeat(np.arange(self.grains), np.diff(start))
-        owner, entry = owner[entry >= 0], entry[entry >= 0]
-        row, lane = np.divmod(entry, width)
-        block, other, load = row >> 1, row & 1, self.layout.load
+        owner, contact, second = self.state.listed_contacts()
+        (block, lane), load = np.divmod(contact, self.layout.width), self.layout.load
         out = np.empty((2, self.grains, 3))
         # one column after another, which takes little memory
         for n in range(3):
-            force = self.fields["contact"].take(block, load + n, lane) * (1 - 2 * other)
-            torque = self.fields["contact"].take(block, load + 3 + 3 * other + n, lane)
+            force = self.fields["contact"].take(block, load + n, lane) * (1 - 2 * second)
+            torque = self.fields["contact"].take(block, load + 3 + 3 * second + n, lane)
             for part, own in enumerate((force, torque)):
                 out[part, :, n] = np.bincount(owner, weights=own, minlength=self.grains)
         return out

@@ -155,6 +155,23 @@ class GrainState:
         pairs = self.pair_count
         return self["pair_i"].reshape(-1)[:pairs], self["pair_j"].reshape(-1)[:pairs]
 
+    def listed_contacts(self):
+        """Grain, number of the contact, 1 where the grain is its second body, of all entries.
+
+        Those of a grain in the order in which its loads are summed (kernels.grains).
+        """
+        start, first = self["entry_start"], np.diff(self["pair_start"])
+        entry = self["entry"][: start[-1]]
+        grains = np.arange(len(first))
+        owner, own = np.repeat(grains, np.diff(start)), np.repeat(grains, first)
+        outside = entry >= self["counts"][FIRST_SPHERE] * self.layout.width
+        second = (entry >= 0) & ~outside
+        contacts = np.concatenate([entry[second], np.arange(len(own)), entry[outside]])
+        sides = np.repeat(
+            [1, 0], [np.count_nonzero(second), len(contacts) - np.count_nonzero(second)]
+        )
+        return np.concatenate([owner[second], own, owner[outside]]), contacts, sides
+
     def on_sphere(self):
         """(rows in `lanes`, grain, number of the sphere) of the listed contacts with the sphere."""
         counts, width = self["counts"], self.layout.width

@@ -270,6 +270,7 @@ class ContactPass:
         k = self.gatherer.motion(g, lane, ti.cast(0.0, self.real), p, place)
         h = self.rows.history(b, lane)
         self.mechanics.touch(k, h, p)
+        self.mechanics.press(k, p)
         point_as_kept(k, h, p, self.flat)
         return k, h, p
 

@@ -94,7 +94,7 @@ def _grain_loss(n, layout):
 
 def _contacts(n, layout):
     blocks, tiles = n.pairs + n.walls, n.pairs // layout.tile
-    entries = (2 * n.pairs + n.walls) * layout.width + n.grains
+    entries = (n.pairs + n.walls) * layout.width + 2 * n.grains
     numbers = ("constants of a contact of two grains, with a wall, with the sphere",
                "um, nN, fJ", n.law, (3, len(declared(layout.model))))
     return [
@@ -107,7 +107,8 @@ def _contacts(n, layout):
         ("touches", "distance of the centres at first touch of these three", "um", ("f64", 0),
          (3,)),
         ("entry_start", "first contact of a grain's list", "1", ("i32", 0), (n.grains + 1,)),
-        ("entry", "row and lane of the loads, -1 at the end", "1", ("i32", 0), (entries,)),
+        ("entry", "contacts of a grain that are not its own pairs, -1 at the end of each part",
+         "1", ("i32", 0), (entries,)),
         # sums over many steps are in double precision always
         ("loss", "losses by tile", "fJ", ("f64", 0), (tiles, len(layout.channels))),
         ("sync", "meeting places of the workers", "1", ("i32", 0), (SYNC,)),

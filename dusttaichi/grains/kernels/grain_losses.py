@@ -14,22 +14,36 @@ def make_add_grain_losses(fields, layout):
     W, channels = layout.width, len(layout.channels)
     first, contact, counts = layout.rows["recent"][0], fields["contact"], fields["counts"]
     entry_start, entry, grain_loss = fields["entry_start"], fields["entry"], fields["grain_loss"]
+    pair_start = fields["pair_start"]
+
+    @ti.func
+    def add(g, c, share):
+        for n in ti.static(range(channels)):
+            lost = ti.cast(contact[c // W, first + n, c % W], ti.f64)
+            grain_loss[g, n] = grain_loss[g, n] + share * lost
+
+    @ti.func
+    def clear(c):
+        for n in ti.static(range(channels)):
+            contact[c // W, first + n, c % W] = 0.0
 
     @ti.kernel
     def add_grain_losses():
-        for g in range(counts[GRAINS]):
+        for g in range(counts[GRAINS]):  # in the order of kernels.grains.make_gather
             for e in range(entry_start[g], entry_start[g + 1]):
-                if entry[e] >= 0:  # else the end of the list
-                    block, lane = entry[e] // W // 2, entry[e] % W
-                    share = ti.select(block < counts[FIRST_SPHERE], 0.5, 1.0)
-                    for n in ti.static(range(channels)):
-                        lost = ti.cast(contact[block, first + n, lane], ti.f64)
-                        grain_loss[g, n] = grain_loss[g, n] + share * lost
-        for g in range(counts[GRAINS]):
+                if entry[e] >= 0 and entry[e] < counts[FIRST_SPHERE] * W:
+                    add(g, entry[e], 0.5)
+            for c in range(pair_start[g], pair_start[g + 1]):
+                add(g, c, 0.5)
             for e in range(entry_start[g], entry_start[g + 1]):
-                # once for each contact: by its first body, which has the even row
-                if entry[e] >= 0 and entry[e] // W % 2 == 0:
-                    for n in ti.static(range(channels)):
-                        contact[entry[e] // W // 2, first + n, entry[e] % W] = 0.0
+                if entry[e] >= counts[FIRST_SPHERE] * W:
+                    add(g, entry[e], 1.0)
+        for g in range(counts[GRAINS]):
+            # once for each contact: by its first body
+            for c in range(pair_start[g], pair_start[g + 1]):
+                clear(c)
+            for e in range(entry_start[g], entry_start[g + 1]):
+                if entry[e] >= counts[FIRST_SPHERE] * W:
+                    clear(entry[e])
 
     return add_grain_losses

@@ -42,34 +42,50 @@ class Orientations:
 
 
 def make_gather(fields, layout):
-    """Returns `total(g)`: force and torque on grain g, summed in the order of its list.
+    """Returns `total(g)`: force and torque on grain g, summed in a fixed order.
 
-    An entry is a block of contacts, the one grain or the other of a contact, and its lane; a list
-    ends with -1: a grain has four contacts or so, and what LLVM makes of a loop over a known number
-    of them, unrolled and vectorised, takes a third longer. The rows of the force are the same for
-    both grains, so that their addresses differ by constants.
+    First come the contacts whose second body it is, from its list, then its own pairs, which are
+    side by side, then contacts with walls and sphere, from the second part of its list. Each loop
+    ends by what it reads: a grain has a contact or two of a kind, and what LLVM makes of a loop
+    over a known number of them, unrolled and vectorised, takes a third longer. All six sums of a
+    loop are of one sign, so that they are vectors.
     """
-    W = layout.width  # a power of two
+    W, LOAD = layout.width, layout.load  # W: a power of two
     shift = W.bit_length() - 1
     entry_start, entry = fields["entry_start"], fields["entry"]
-    contact, LOAD = fields["contact"], layout.load
+    pair_start, pair_i = fields["pair_start"], fields["pair_i"]
+    contact, outside = fields["contact"], "wall_slot" in fields or layout.sphere
+
+    @ti.func
+    def add(sums: ti.template(), c, torque: ti.template()):
+        b, k = (c >> shift) & layout.mask, c & (W - 1)
+        for m in ti.static(range(3)):
+            sums[m] += ti.cast(contact[b, LOAD + m, k], layout.geometry)
+            sums[3 + m] += ti.cast(contact[b, LOAD + torque + m, k], layout.geometry)
 
     @ti.func
     def total(g):
-        force, torque = ti.Vector.zero(layout.geometry, 3), ti.Vector.zero(layout.geometry, 3)
+        sums = ti.Vector.zero(layout.geometry, 6)
         e = entry_start[g]
-        code = entry[e]
-        while code >= 0:
-            row, k = code >> shift, code & (W - 1)
-            b, other = (row >> 1) & layout.mask, row & 1
-            sign = ti.cast(1 - 2 * other, layout.geometry)
-            for m in ti.static(range(3)):
-                force[m] += sign * ti.cast(contact[b, LOAD + m, k], layout.geometry)
-                own = contact[b, LOAD + 3 + 3 * other + m, k]
-                torque[m] += ti.cast(own, layout.geometry)
+        c = entry[e]
+        while c >= 0:
+            add(sums, c, 6)
             e += 1
-            code = entry[e]
-        return force, torque
+            c = entry[e]
+        for m in ti.static(range(3)):
+            sums[m] = -sums[m]
+        c = pair_start[g]
+        while pair_i[c >> shift, c & (W - 1)] == g:
+            add(sums, c, 3)
+            c += 1
+        if ti.static(outside):
+            e += 1
+            c = entry[e]
+            while c >= 0:
+                add(sums, c, 3)
+                e += 1
+                c = entry[e]
+        return ti.Vector([sums[0], sums[1], sums[2]]), ti.Vector([sums[3], sums[4], sums[5]])
 
     return total
 

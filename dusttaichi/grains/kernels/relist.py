@@ -147,8 +147,12 @@ class PairLists:
 
     @ti.func
     def entries_of(self, g):
-        """Length of the list of a grain's contacts, with the number that ends it."""
-        n = self.near_count[g] + 1
+        """Length of the list of a grain's contacts, with the numbers that end its parts."""
+        n = 1
+        for k in range(self.near_count[g]):
+            n += ti.cast(self.neighbour(g, k) < g, ti.i32)
+        if ti.static(self.walls or self.sphere):
+            n += 1
         if ti.static(self.walls):
             for k in range(6):
                 n += ti.cast(self.wall_slot[g][k] >= 0, ti.i32)
@@ -157,30 +161,27 @@ class PairLists:
         return n
 
     @ti.func
-    def entry_of(self, contact, side):
-        """Row and lane of the loads of a contact on its first (side 0) or second grain (1)."""
-        return (2 * (contact // self.width) + side) * self.width + contact % self.width
-
-    @ti.func
     def write_entries(self, g):
         e = self.entry_start[g]
         for k in range(self.near_count[g]):
             j = self.neighbour(g, k)
-            contact = self.contact_of(ti.min(g, j), ti.max(g, j))
-            self.entry[e] = self.entry_of(contact, ti.cast(j < g, ti.i32))
+            if j < g:
+                self.entry[e] = self.contact_of(j, g)
+                e += 1
+        self.entry[e] = -1
+        if ti.static(self.walls or self.sphere):
             e += 1
         if ti.static(self.walls):
             for n in range(6):
                 if self.wall_slot[g][n] >= 0:
-                    first = self.counts[FIRST_WALL] * self.width
-                    self.entry[e] = self.entry_of(first + self.wall_slot[g][n], 0)
+                    self.entry[e] = self.counts[FIRST_WALL] * self.width + self.wall_slot[g][n]
                     e += 1
         if ti.static(self.sphere):
             if self.sphere_slot[g] >= 0:
-                first = self.counts[FIRST_SPHERE] * self.width
-                self.entry[e] = self.entry_of(first + self.sphere_slot[g], 0)
+                self.entry[e] = self.counts[FIRST_SPHERE] * self.width + self.sphere_slot[g]
                 e += 1
-        self.entry[e] = -1
+        if ti.static(self.walls or self.sphere):
+            self.entry[e] = -1
 
 
 def make_relist(fields, scratch, layout, write_constants=None):
@@ -217,7 +218,8 @@ def make_relist(fields, scratch, layout, write_constants=None):
                 pairs, full = pair_start[counts[GRAINS]], W * layout.tile
                 if k == 0:
                     counts[PAIRS] = pairs
-                if pairs + k < whole(pairs, full) * full:
+                # one at least: a grain's pairs end where those of another begin
+                if k == 0 or pairs + k < whole(pairs, full) * full:
                     lists.clear_lane(pairs + k)
 
     @ti.func

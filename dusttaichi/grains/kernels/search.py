@@ -318,10 +318,10 @@ def make_find(fields, scratch, layout):
 
     @ti.func
     def limit(starts: ti.template(), times: ti.template()):
-        """Lists for which there is no room are an overflow."""
+        """Lists for which there is no room, with one number behind them, are an overflow."""
         ti.loop_config(serialize=True)
         for _ in range(1):
-            if starts[counts[GRAINS]] > times * counts[PAIR_ROOM]:
+            if starts[counts[GRAINS]] >= times * counts[PAIR_ROOM]:
                 counts[OVERFLOW] = 1
 
     return find

@@ -101,12 +101,16 @@ class Mechanics:
 
     @ti.func
     def touch(self, k: ti.template(), h: ti.template(), p):
-        """Set whether the contact touched a step ago and touches now, and its elastic response.
+        """Set whether the contact touched a step ago and touches now.
 
         It forms at first contact and exists until pull-off.
         """
         k.was = h.touched
         k.now = ti.select(k.overlap + k.was * p.reach > 0.0, 1.0, 0.0)
+
+    @ti.func
+    def press(self, k: ti.template(), p):
+        """Set the elastic response of the contact."""
         found = self.respond(k, p)
         k.elastic_force, k.elastic_energy = found.force, found.energy
 
@@ -117,9 +121,12 @@ class Mechanics:
         Returns a vector of the energies dissipated, by law.
         """
         lost = ti.Vector.zero(self.real, ti.static(max(self.losses, 1)))
+        # before the response, whose roots and divisions wait for each other: a core that meets them
+        # first has no room for what it could compute meanwhile (4 % of the pass over pairs)
+        kinematics.carry(k, h, p)
+        self.press(k, p)
         for n in ti.static(range(len(self.radial))):
             lost[n] = self.radial[n].update(k, h, p, dt)
-        kinematics.carry(k, h, p)
         first = ti.static(len(self.radial))
         for n in ti.static(range(len(self.springs))):
             # without deviations pointers are along the line of centres, which rotates as a grain
