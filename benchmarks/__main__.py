@@ -62,7 +62,7 @@ def continuum(*, quick: Quick = False, output: Csv = None, force: Overwrite = Fa
 
 @app.command()
 def counts():
-    """Count the instructions per pair and per grain, where the system allows it."""
+    """Count instructions and bytes moved per pair, where the system allows it."""
     from benchmarks import counts
 
     say(machine())

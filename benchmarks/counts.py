@@ -1,7 +1,7 @@
-"""Number of instructions of a step (`python -m benchmarks counts`).
+"""Instructions of a step and the bytes it moves (`python -m benchmarks counts`).
 
-Unlike times, they do not depend on the load of the machine. Linux counts them (perf_event) where
-that is allowed; else the process computes a step in single steps (single_step).
+Unlike times, neither depends on the load of the machine. Linux counts instructions (perf_event)
+where that is allowed; else the process computes a step in single steps (single_step).
 """
 
 import ctypes
@@ -11,10 +11,11 @@ import platform
 import struct
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from benchmarks import sample as bench_sample
 from benchmarks import single_step
+from benchmarks.traffic import Traffic, traffic
 from dusttaichi.errors import DustError
 from dusttaichi.processes import python_command
 
@@ -26,19 +27,24 @@ _INSTRUCTIONS, _DISABLED_KERNEL_INHERIT = 1, 1 << 5 | 1 << 6 | 1 << 1
 
 @dataclass(frozen=True)
 class Counts:
-    """Instructions of one step, with the numbers of grains and listed pairs; by: a counter."""
+    """Instructions of one step, with the numbers of grains and listed pairs; by: a counter.
+
+    traffic: bytes that it moves.
+    """
 
     precision: str
     grains: int
     pairs: int
     step: float
     by: str
+    traffic: Traffic
 
     def text(self) -> str:
         a_pair, a_grain = self.step / self.pairs, self.step / self.grains
         return (
             f"{self.precision}: {a_pair:.0f} instructions per listed pair and step, {a_grain:.0f} "
-            f"per grain ({self.grains} grains, {self.pairs} pairs, by {self.by})"
+            f"per grain ({self.grains} grains, {self.pairs} pairs, by {self.by})\n"
+            f"{self.traffic.text()}"
         )
 
 
@@ -64,7 +70,9 @@ def _counted(precision, log):
         by, steps = "single steps", 1
         log(f"{precision}: in single steps, half a minute")
         found["instructions"] = _stepped(precision)
-    return Counts(precision, found["grains"], found["pairs"], found["instructions"] / steps, by)
+    moved = Traffic(**found["traffic"])
+    a_step = found["instructions"] / steps
+    return Counts(precision, found["grains"], found["pairs"], a_step, by, moved)
 
 
 def _command(what, precision, steps):
@@ -130,8 +138,8 @@ def _run(what, precision, steps):
     before = None if counter < 0 else _read(counter)
     sim.advance(steps)
     found = None if counter < 0 else _read(counter) - before
-    pairs = sim.state.pair_count
-    print(json.dumps({"instructions": found, "grains": sim.grains, "pairs": pairs}))
+    counted = {"instructions": found, "grains": sim.grains, "pairs": sim.state.pair_count}
+    print(json.dumps({**counted, "traffic": asdict(traffic(sim))}))
 
 
 def _show_steps(sim):

@@ -1,0 +1,88 @@
+"""Bytes that a step of grains moves (part of `python -m benchmarks counts`).
+
+A step passes over the contacts and over the grains. What each pass reads and writes stands here;
+how wide it is follows from the declared fields. A number that a pass needs twice counts once: the
+grains of neighbouring pairs are the same.
+"""
+
+from dataclasses import dataclass
+from math import prod
+
+from dusttaichi.grains.kernels.declare import declare
+from dusttaichi.grains.kernels.store import LOADS
+
+# what the pass over contacts and that over grains do with it: r reads, w writes
+PASSES = {
+    "history": ("rw", ""),
+    "loads": ("w", "r"),
+    "own constants": ("r", ""),
+    "touch": ("r", ""),
+    "shift": ("r", ""),
+    "pair_i": ("r", "r"),
+    "pair_j": ("r", ""),
+    "entry": ("", "r"),
+    "entry_start": ("", "r"),
+    "pair_start": ("", "r"),
+    "x": ("r", "rw"),
+    "v": ("r", "rw"),
+    "w": ("r", "rw"),
+    "x_search": ("", "r"),
+    "orientation": ("", "rw"),
+    "mass": ("", "r"),
+    "inertia": ("", "r"),
+}
+BYTES = {"f64": 8, "f32": 4, "i32": 4}
+LISTS = ("pair_i", "pair_j", "entry", "entry_start", "pair_start")
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """Bytes per listed pair and step by what is moved: of each pass, and of both at once.
+
+    At once means that what the pass over grains needs is in the cache since that over contacts.
+    """
+
+    contacts: dict[str, float]
+    grains: dict[str, float]
+    at_once: dict[str, float]
+
+    def text(self) -> str:
+        """A line per number moved, and the sums."""
+        lines = [("bytes per listed pair and step", "contacts", "grains", "at once")]
+        for name, whole in self.at_once.items():
+            numbers = (self.contacts[name], self.grains[name], whole)
+            lines.append((name, *(f"{n:.0f}" for n in numbers)))
+        parts = (self.contacts, self.grains, self.at_once)
+        lines.append(("sum", *(f"{sum(part.values()):.0f}" for part in parts)))
+        return "\n".join(f"{a:32}{b:>9}{c:>9}{d:>9}" for a, b, c, d in lines)
+
+
+def traffic(sim) -> Traffic:
+    """The Traffic of a Simulation whose contacts are listed: pairs and grains, without walls."""
+    parts = [{}, {}, {}]
+    for name, width in _widths(sim).items():
+        of_contacts, of_grains = PASSES[name]
+        # what the first pass writes without reading, the second has in the cache
+        both = of_contacts + ("r" if not of_contacts else "") + ("w" if "w" in of_grains else "")
+        group = "lists" if name in LISTS else name
+        for part, access in zip(parts, (of_contacts, of_grains, both), strict=True):
+            part[group] = part.get(group, 0.0) + len(access) * width
+    return Traffic(*parts)
+
+
+def _widths(sim):
+    """Name -> bytes per listed pair, once read or written, of all in PASSES that a scene has."""
+    layout, pairs = sim.layout, sim.state.pair_count
+    row = BYTES[layout.law_name]
+    rows = {"history": layout.state_rows, "loads": LOADS, "own constants": len(layout.stored)}
+    out = {name: n * row for name, n in rows.items() if n}
+    for variable in declare(sim.grains, layout, sim.box is not None):
+        if variable.name in PASSES:
+            (kind, components), shape = variable.element, variable.shape
+            count = prod(shape[1:]) * sim.grains
+            if variable.name == "entry":
+                count = int(sim.state["entry_start"][-1])
+            elif shape[-1] == layout.width:  # numbers of pairs are in blocks
+                count = prod(shape[1:]) // layout.width * pairs
+            out[variable.name] = BYTES[kind] * max(components, 1) * count / pairs
+    return out
