@@ -15,7 +15,7 @@ NEAR = 32  # tiles of pairs after which a core still has the loads of the first 
 
 @ti.data_oriented
 class Share:
-    """Functions of worker `me` of so many workers, for the Phases of a scene."""
+    """Functions of worker `me`, one of `workers`, for the Phases of a scene."""
 
     def __init__(self, phases):
         self.phases, fields = phases, phases.fields

@@ -121,8 +121,8 @@ class Mechanics:
         Returns a vector of the energies dissipated, by law.
         """
         lost = ti.Vector.zero(self.real, ti.static(max(self.losses, 1)))
-        # before the response, whose roots and divisions wait for each other: a core that meets them
-        # first has no room for what it could compute meanwhile (4 % of the pass over pairs)
+        # before the response: its roots and divisions wait for each other, and where they come
+        # first they fill the scheduler of a core (4 % of the pass over pairs)
         kinematics.carry(k, h, p)
         self.press(k, p)
         for n in ti.static(range(len(self.radial))):
