@@ -255,7 +255,7 @@ def _do(points, left, progress, *, scheduler, jobs, idle, timed, log, rows, how)
         requests = [points[label] for label in left if label not in runs]
         tasks += batches(requests, workers, remote=remote)
         futures = _submit(pool, tasks, points, remote)
-        stopping = "stopping: runs write their checkpoints, what is finished is stored"
+        stopping = "stopping: the runs write their checkpoints" if runs else "stopping"
         _drain(pool, futures, signals, arrived, take=take, warn=lambda: log(stopping))
     return results
 

@@ -20,10 +20,10 @@ from dusttaichi.studies.settings import with_settings
 from dusttaichi.studies.sticking import task
 from dusttaichi.studies.sticking.collision import Collision, closed_form, moving_bodies
 from dusttaichi.studies.sticking.restitution import RestitutionMap, map_rows, save_map
-from dusttaichi.studies.sticking.search import TOGETHER, Search, rows
+from dusttaichi.studies.sticking.search import Search, rows
 
 WALL = ref.numbers(wall=True)
-FACTORS = np.geomspace(1.01, 20.0, TOGETHER)
+FACTORS = np.geomspace(1.01, 20.0, 6)
 
 
 def done(study):

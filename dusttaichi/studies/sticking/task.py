@@ -14,7 +14,7 @@ from dusttaichi.scene import from_yaml
 from dusttaichi.studies.bodies import TwoBodies
 from dusttaichi.studies.sticking.collision import moving_bodies
 
-LOOKS = 200  # moments of a run at which the line between the bodies is examined
+LOOKS = 200  # moments after the first contact at which the line between the bodies is examined
 
 
 def run(parent, *, scene, speed, time):
@@ -31,8 +31,10 @@ def run(parent, *, scene, speed, time):
     scene, (sample, rest, way) = _start(scene)
     both = TwoBodies(scene, replace(sample, velocities=rest + speed * way))
     sim, dt = both.sim, both.sim.dt * units.TIME
+    flight = _flight(both, way) / speed
+    sim.advance(int(flight / dt))  # until then they only come closer
     both.look()
-    steps = max(0, ceil((time + _flight(both, way) / speed) / dt - 1e-9))
+    steps = ceil((flight + time) / dt - 1e-9) - sim.step
     for part in np.diff(np.linspace(0, steps, min(LOOKS, max(steps, 1)) + 1).astype(int)):
         sim.advance(int(part))
         both.look()
