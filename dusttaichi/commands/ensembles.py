@@ -16,17 +16,17 @@ from dusttaichi.commands.progress import Phases, ProgressBar, shares_text
 from dusttaichi.errors import DustError, GuardStop
 
 
-def found_of(study, *, quiet, things="runs", **how):
+def found_of(study, *, quiet, things="runs", onward=None, **how):
     """Run a Study (engine.Study) with a progress bar; returns label -> Found of its points.
 
-    things: what its points are called. how: arguments of `engine.run`. Raises DustError,
-    Interrupted.
+    things: what its points are called. onward: command that continues, by default this one with
+    --resume. how: arguments of `engine.run`. Raises DustError, Interrupted.
     """
     from dusttaichi.studies import engine
 
     done = nullcontext()
     if study.directory is not None:
-        done = resumable(f"results are in {study.directory}", again("--resume"))
+        done = resumable(f"results are in {study.directory}", onward or again("--resume"))
     with ProgressBar(quiet) as bar, done:
         return engine.run(study, report=shown(bar, things), log=bar.log, **how)
 

@@ -1,40 +1,42 @@
 """`dust extremes`: map of stable, refused and stopped runs."""
 
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_json, say_table, say_written
-from dusttaichi.commands.options import Jobs, Json, MapOutput, Quiet, flag, writing
-from dusttaichi.commands.progress import ProgressBar
-from dusttaichi.errors import Interrupted
+from dusttaichi.commands.ensembles import found_of
 
 
 def extremes(
     *,
-    quick: flag("--quick", "fewer cells, two minutes") = False,
+    quick: options.flag("--quick", "fewer cells, two minutes") = False,
     only: Annotated[
         list[str] | None, typer.Option("--only", help="one group; may be repeated", metavar="GROUP")
     ] = None,
-    jobs: Jobs = None,
-    output: MapOutput = None,
-    force: flag("--force", "repeat finished cells") = False,
-    as_json: Json = False,
-    quiet: Quiet = False,
+    jobs: options.Jobs = None,
+    scheduler: options.Scheduler = None,
+    output: options.MapOutput = None,
+    force: options.flag("--force", "repeat finished cells") = False,
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
 ):
     """Map where runs are stable, refused or stopped by a guard: steps, materials, speeds, sizes."""
+    from dusttaichi import plots
     from dusttaichi.analysis.plain import plain_dataset
-    from dusttaichi.studies.extremes.chart import chart
+    from dusttaichi.studies.extremes import results
+    from dusttaichi.studies.extremes.study import ExtremesMap
 
-    with writing(force=force), ProgressBar(quiet, "extremes") as bar:
-        try:
-            how = {"quick": quick, "only": only, "output": output, "force": force, "count": jobs}
-            data, paths = chart(report=_shown(bar), log=bar.log, **how)
-        except KeyboardInterrupt:
-            raise Interrupted(
-                "interrupted; finished cells are saved, the same command continues"
-            ) from None
+    study = ExtremesMap(output or Path("runs/extremes"), quick=quick, only=only)
+    how = {"force": force, "resume": not force, "onward": options.again()}
+    how |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "things": "cells"}
+    with options.writing(force=force):
+        data = study.dataset(found_of(study, **how))
+        paths = results.save(data, study.file)
+        paths.append(plots.save(plots.extremes(data), study.file.with_suffix(".png")))
     if as_json:
         say_json(plain_dataset(data))
     else:
@@ -42,16 +44,6 @@ def extremes(
     say_written(paths, remark if as_json else say)
     if (data.verdict == "WRONG").any():
         sys.exit(1)
-
-
-def _shown(bar):
-    """Progress bar of the map."""
-
-    def show(group, counts, total):
-        state = "  ".join(f"{n} {verdict}" for verdict, n in counts.items() if n)
-        bar.show(group, sum(counts.values()), total, state)
-
-    return show
 
 
 def _show(data):

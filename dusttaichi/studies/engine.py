@@ -207,7 +207,7 @@ def _round(points, progress, *, force, resume, timed, log, rows, **how):
             left[label] = mode
     progress.more(len(points), len(results))
     if results:
-        log(f"{len(results)} of {len(points)} runs are already finished")
+        log(f"{len(results)} of {len(points)} are already finished")
     if left:
         results |= _do(points, left, progress, timed=timed, log=log, rows=rows, **how)
     return results.items()

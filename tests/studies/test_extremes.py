@@ -10,14 +10,14 @@ import pytest
 import xarray as xr
 
 from dusttaichi.commands.app import app
-from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.method import Measurement, Start
 from dusttaichi.run import ledger
-from dusttaichi.studies.extremes import chart as whole
-from dusttaichi.studies.extremes import pool, results
+from dusttaichi.studies import engine, requests
+from dusttaichi.studies.extremes import results, study
 from dusttaichi.studies.extremes.groups import GROUPS
 from dusttaichi.studies.extremes.groups.grains import BOTTOM, scene
-from dusttaichi.studies.extremes.results import VERDICTS, Cell, CellResult
+from dusttaichi.studies.extremes.results import VERDICTS, Cell
 from dusttaichi.studies.extremes.trial import attempt
 
 
@@ -156,72 +156,77 @@ def test_losses_that_make_energy_are_stopped():
 
 
 TASK = """
-import sys, time
+import os, pathlib, sys, time
 
 def attempt(parent, *, cell):
-    if cell["name"] == "crash":
+    name = cell["name"]
+    with open(pathlib.Path(__file__).with_name("asked"), "a") as file:
+        file.write(name + chr(10))
+    if name == "crash":
         sys.stderr.write("Segmentation fault")
         sys.stderr.flush()
-        import os
         os._exit(139)
-    if cell["name"] == "hang":
+    if name == "hang":
         time.sleep(60)
-    return {"verdict": "stable", "residual": 1e-5}
+    verdict = ["stable", "refused", "stopped", "WRONG"][cell["column"]]
+    nan = float("nan")
+    answer = {"verdict": verdict, "reason": "because", "residual": 1e-3, "dt": nan}
+    return answer | {"estimated": 1.1, "measured": 1.0}
 """
 
 
-def test_a_crash_and_a_hang_are_verdicts(monkeypatch, tmp_path):
+@pytest.fixture
+def faulty(monkeypatch, tmp_path):
+    """A task that names the verdict of a cell by its column, crashes or hangs; and what it did."""
     (tmp_path / "faulty.py").write_text(TASK)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.setattr(pool, "TASK", "faulty:attempt")
-    monkeypatch.setattr(pool, "STARTING", 20.0)
+    monkeypatch.setattr(study, "TASK", "faulty:attempt")
+    return lambda: (tmp_path / "asked").read_text().split()
+
+
+def test_a_crash_and_a_hang_are_verdicts(faulty, monkeypatch, tmp_path):
+    monkeypatch.setattr(requests, "STARTING", 20.0)
     names = ("one", "crash", "two", "hang", "three")
-    cells = [Cell("g", name, {}, time_limit=0.5) for name in names]
-    found = {cell.name: result for cell, result in pool.attempts([cells], 2)}
-    verdicts = [found[name].verdict for name in names]
-    assert verdicts == ["stable", "WRONG", "stable", "WRONG", "stable"]
-    assert "ended (status 139): Segmentation fault" in found["crash"].reason
-    assert "no answer in" in found["hang"].reason
+    cells = [Cell("g", name, {}, time_limit=0.5, column=0) for name in names]
+    monkeypatch.setattr(study, "GROUPS", {"g": lambda quick: cells})
+    whole = study.ExtremesMap(tmp_path / "map")
+    data = whole.dataset(engine.run(whole, resume=True))
+    assert data.verdict.values.tolist() == ["stable", "WRONG", "stable", "WRONG", "stable"]
+    reasons = dict(zip(names, data.reason.values, strict=True))
+    assert "ended (status 139): Segmentation fault" in reasons["crash"]
+    assert "no answer in" in reasons["hang"]
 
 
-def test_command_keeps_finished_cells_and_tells_what_is_wrong(tmp_path, monkeypatch, capsys):
-    cells = [Cell("g", f"cell {n}", {}, row="r", column=n) for n in range(4)]
-    monkeypatch.setattr(whole, "GROUPS", {"g": lambda quick: cells})
-    asked = []
-
-    def attempts(runs, count):
-        for cell in (c for run in runs for c in run):
-            if len(asked) == 2 and "cell 2" == cell.name:
-                asked.append("interrupted")
-                raise KeyboardInterrupt
-            asked.append(cell.name)
-            verdict = VERDICTS[int(cell.name[-1])]
-            yield cell, CellResult(verdict, "because", 1e-3, estimated=1.1, measured=1.0)
-
-    monkeypatch.setattr(pool, "attempts", attempts)
-    command = ["extremes", "-q", "-o", str(tmp_path / "map")]
-    with pytest.raises(Interrupted, match="the same command continues"):
-        app(command, standalone_mode=False)
+def test_command_keeps_finished_cells_and_tells_what_is_wrong(
+    faulty, tmp_path, monkeypatch, capsys
+):
+    cells = [Cell("g", f"cell-{n}", {}, row="r", column=n) for n in range(4)]
+    command = ["extremes", "-q", "-o", str(tmp_path / "map"), "--jobs", "1"]
+    # what an interruption leaves
+    monkeypatch.setattr(study, "GROUPS", {"g": lambda quick: cells[:2]})
+    app(command, standalone_mode=False)
+    monkeypatch.setattr(study, "GROUPS", {"g": lambda quick: cells})
     with pytest.raises(SystemExit) as end:
         app(command, standalone_mode=False)
     assert end.value.code == 1  # the last is WRONG
-    assert asked == ["cell 0", "cell 1", "interrupted", "cell 2", "cell 3"]
+    assert faulty() == [cell.name for cell in cells]
     said = capsys.readouterr()
-    assert "2 of 4 cells are finished" in said.err
-    assert "WRONG  g: cell 3: because" in said.out
+    assert "2 of 4 are already finished" in said.err
+    assert "WRONG  g: cell-3: because" in said.out
     with xr.open_dataset(tmp_path / "map" / "extremes.nc") as data:
         assert data.verdict.values.tolist() == list(VERDICTS)
         (*_, last) = results.summary(data.load())
         counts = ["1"] * 4
         assert last == ["all", "4", *counts, "1.0e-03", "4", "1.100 to 1.100"]
     with pytest.raises(SystemExit):
-        app([*command, "--json", "--jobs", "2"], standalone_mode=False)
+        app([*command, "--json"], standalone_mode=False)
     said = xr.Dataset.from_dict(json.loads(capsys.readouterr().out))
     assert said.verdict.values.tolist() == list(VERDICTS) and said.dt.values.tolist() == [None] * 4
+    assert faulty() == [cell.name for cell in cells]  # none again
     assert (tmp_path / "map" / "extremes.csv").read_text().count("because") == 4
     assert (tmp_path / "map" / "extremes.png").stat().st_size > 1e4
     with pytest.raises(DustError, match="unknown group; allowed: g"):
-        whole.chart(only=["h"], output=tmp_path / "map")
+        study.ExtremesMap(tmp_path / "map", only=["h"])
 
 
 def test_every_group_has_cells_that_go_to_another_process():

@@ -3,7 +3,6 @@
 import json
 from dataclasses import dataclass
 from math import nan
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -92,16 +91,15 @@ def dataset(found):
     return xr.Dataset(data | {k: ("cell", np.array(v, dtype=object)) for k, v in texts.items()})
 
 
-def save(found, directory):
-    """Write extremes.nc and extremes.csv; returns the dataset and the paths. Raises OSError."""
-    data = dataset(found)
-    paths = [Path(directory) / f"extremes{suffix}" for suffix in (".nc", ".csv")]
+def save(data, path):
+    """Write a dataset to the file `path` and a table beside it; returns both paths."""
+    paths = [path, path.with_suffix(".csv")]
     columns = ["group", "name", "verdict", "reason", *(name for name, _, _ in NUMBERS)]
     check(paths[1], ",".join(columns[:4]))
     data.to_netcdf(check(paths[0], "verdict"))
     table = data.to_dataframe().astype({"steps": int})[columns]
     table.to_csv(paths[1], index=False, float_format="%.6g")
-    return data, paths
+    return paths
 
 
 def summary(data):

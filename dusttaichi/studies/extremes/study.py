@@ -1,0 +1,59 @@
+"""The map of `dust extremes`: a request to a task for each cell, and its files."""
+
+from dataclasses import asdict
+from itertools import groupby
+from pathlib import Path
+
+from dusttaichi.errors import DustError
+from dusttaichi.studies.extremes import results
+from dusttaichi.studies.extremes.groups import GROUPS
+from dusttaichi.studies.requests import Request, key_of
+
+TASK = "dusttaichi.studies.extremes.trial:attempt_cell"
+
+
+class ExtremesMap:
+    """Study (engine.Study) of the cells of the map.
+
+    directory: of its files. quick: fewer cells and steps. only: names of groups, by default all.
+    Raises DustError for an unknown group.
+    """
+
+    scene = None
+    timed = False
+
+    def __init__(self, directory, *, quick=False, only=None):
+        self.directory = Path(directory)
+        self.file = self.directory / "extremes.nc"
+        for name in only or ():
+            if name not in GROUPS:
+                raise DustError(f'--only "{name}": unknown group; allowed: {", ".join(GROUPS)}')
+        groups = [make(quick) for name, make in GROUPS.items() if not only or name in only]
+        self.cells = [cell for group in groups for cell in group]
+
+    def points(self, found):
+        """A request for each cell: those with the same kernels together, the longest first."""
+        shared = groupby(self.cells, lambda cell: (cell.group, cell.kernels or cell.row))
+        runs = [list(run) for _, run in shared]
+        # none of them runs alone at the end
+        runs.sort(key=lambda run: -max(cell.steps for cell in run))
+        return [self._request(cell) for run in runs for cell in run]
+
+    def _request(self, cell):
+        data = asdict(cell)
+        file = self.directory / "cells.jsonl"
+        return Request(key_of(data), TASK, {"cell": data}, file, seconds=cell.time_limit)
+
+    def dataset(self, found):
+        """The dataset (results.dataset). A process that crashed or hung is WRONG, too."""
+        ends = (found[self._request(cell).label] for cell in self.cells)
+        return results.dataset(
+            [
+                (cell, results.CellResult(**end.measured) if end.ok else _lost(end.text))
+                for cell, end in zip(self.cells, ends, strict=True)
+            ]
+        )
+
+
+def _lost(text):
+    return results.CellResult("WRONG", text)
