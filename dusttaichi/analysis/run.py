@@ -275,8 +275,10 @@ def open_run(path):
                 profiles = tree["profiles"].to_dataset(inherit=False).load()
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise DustError(f"{file} cannot be read as a result: {error}.") from error
-    if "time" not in series or "step" not in series:
-        raise DustError(f"{file} is not a result of dusttaichi: it has no time series.")
+    if "time" not in series.dims or "step" not in series:
+        one = next(file.parent.rglob("result.nc"), None)
+        beside = "" if one is None else f" The runs of a study are beside it, such as {one}."
+        raise DustError(f"{file} is not the result of a run: it has no time series.{beside}")
     written = profiles is not None and profiles.sizes.get("profile", 0)
     extensions.import_bundled(str(series.attrs.get(extensions.KEY, "")))
     return Run(file, series, profiles if written else None, file)

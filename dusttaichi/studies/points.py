@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,6 +13,15 @@ from dusttaichi.scene import Scene
 from dusttaichi.studies.settings import data_of, keys_of, portable
 
 NAME = 90  # characters of the name of a scene
+
+
+def name_of(scene: Scene, label: str) -> str:
+    """Name of a scene with a label; a long one ends with a digest in place of its rest."""
+    name = re.sub(r"[^A-Za-z0-9._-]+", "_", f"{scene.name}-{label}")
+    if len(name) <= NAME:
+        return name
+    digest = hashlib.sha256(label.encode()).hexdigest()[:8]
+    return f"{name[: NAME - 9]}-{digest}"
 
 
 @dataclass(frozen=True)
@@ -70,7 +80,7 @@ class Point:
         """
         data = data_of(scene.with_values(changes) if changes else scene)
         data.pop("replicas", None)
-        data["name"] = name or re.sub(r"[^A-Za-z0-9._-]+", "_", f"{scene.name}-{label}")[:NAME]
+        data["name"] = name or name_of(scene, label)
         data["output"]["directory"] = str(Path(directory) / label)
         # those of many runs may fill a disk
         if data["output"]["snapshots"] == "auto" and not snapshots:

@@ -10,7 +10,7 @@ import xarray as xr
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene import Scene
-from dusttaichi.studies.points import NAME, Point
+from dusttaichi.studies.points import Point, name_of
 from dusttaichi.studies.settings import Axis, data_of, grid, keys_of
 
 LONGEST = 150  # characters of a directory's name
@@ -94,8 +94,7 @@ def sweep(scene: Scene, settings: list[str], directory: Path) -> Sweep:
     axes, scenes = grid(scene, settings)
     members = []
     for label, of in zip(_labels(axes), scenes, strict=True):
-        name = re.sub(r"[^A-Za-z0-9._-]+", "_", f"{scene.name}-{label}")[:NAME]
-        members += _replicas(of, Path(directory), label, name)
+        members += _replicas(of, Path(directory), label, name_of(scene, label))
     return Sweep(scene, Path(directory), axes, scene.replicas or 1, tuple(members))
 
 

@@ -129,6 +129,8 @@ def test_long_or_equal_names_of_points_become_numbers(tmp_path):
     ]
     plan = sweep(cake(), settings, tmp_path)
     assert [m.label for m in plan.members] == [f"point_{n}" for n in range(8)]
+    of_a_long_name = sweep(cake().with_value("name", "x" * 100), settings[1:2], tmp_path)
+    assert len({m.scene.name for m in of_a_long_name.members}) == 2
 
 
 @pytest.mark.parametrize(

@@ -101,6 +101,10 @@ def test_a_run_that_fails_does_not_end_the_others(tmp_path, capsys):
         assert data.height[0].notnull().all() and data.height[1].isnull().all()
         assert data.status.values[0, 0].startswith("finished")
         assert data.status.values[1, 0].startswith("At ")
+    with pytest.raises(
+        DustError, match=r"no time series\. The runs of a study are beside it, such"
+    ):
+        dust("compare", tmp_path / "s/sweep.nc")
     assert (tmp_path / "s/boundary.wall_speed=20m_s/result.nc").exists()
 
 
