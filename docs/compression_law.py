@@ -19,6 +19,9 @@ import pandas as pd
 from dusttaichi import analysis
 from dusttaichi.names import CHANNELS
 from dusttaichi.physics import laws
+from dusttaichi.scene import extensions
+
+TATSUUMA_2023 = extensions.module("tatsuuma2023/compressive_strength.py")
 
 DECADES = 0.1
 
@@ -46,7 +49,7 @@ def rows(path):
             inside = (phi >= low) & (phi < high)
             mean = pressure[inside].mean()
             thin = laws.isotropic_pressure(phi[inside], *numbers).mean()
-            dense = laws.compressive_strength(phi[inside], *numbers).mean()
+            dense = TATSUUMA_2023.compressive_strength(phi[inside], *numbers).mean()
             yield about | {
                 "filling_factor": f"{middle:.4g}",
                 "pressure_Pa": f"{mean:.5g}",

@@ -23,6 +23,7 @@ from dusttaichi.plots import style
 from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
 from dusttaichi.plots.grid import grid
 from dusttaichi.plots.tensile import strengths
+from dusttaichi.scene import extensions
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material
 from dusttaichi.studies.continuum_fit.speeds import Curve
@@ -33,6 +34,7 @@ HERE = Path(__file__).parent
 LOOSEST = 0.01  # filling factor from which on compression is drawn
 # words of the names of tensile runs at phi = 0.1, as docs/strength_size.md has them
 SLOW = ("filling_factor_0.1", "tensile_4096", "n_4096-seed", "fiducial")
+DENSE = "tatsuuma2023/compressive_strength.py"
 TABLES, FIGURES = HERE / "validation", HERE / "figures"
 # of two scenes, as docs/studies/trade.md has them: the observable, its scatter between seeds, what
 # the reference moves by at its check, the tolerance
@@ -126,6 +128,7 @@ def compression_law():
     """Pressure of ice and silicate that is compressed from all sides beside both laws, and the
     share of each channel in the losses of ice; runs of a seed that continue each other are one
     line."""
+    compressive_strength = extensions.module(DENSE).compressive_strength
     ice = Material(**NAMED["ice_t19"])
     own = ice.surface_energy, ice.radius, ice.critical_rolling
     unit = laws.isotropic_pressure(1.0, *own)
@@ -134,7 +137,7 @@ def compression_law():
     phi = np.geomspace(LOOSEST, 0.65, 200)
     for law, look, text in (
         (laws.isotropic_pressure, "-", r"$\phi^3$, T19 eq 9"),
-        (laws.compressive_strength, (0, (4, 2)), r"$(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023"),
+        (compressive_strength, (0, (4, 2)), r"$(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023"),
     ):
         line = law(phi, *own) / unit
         axes.plot(phi, line, color=style.BLACK, linewidth=1.1, linestyle=look, label=text)

@@ -1,6 +1,6 @@
 """Compression of a periodic cell from all sides: pressure against filling factor.
 
-Compared with T19 eq 9 and Tatsuuma et al. 2023.
+Compared with T19 eq 9, or another law.
 """
 
 from dataclasses import dataclass
@@ -17,9 +17,6 @@ DECADES = 0.05
 
 THIN = 0.1  #: Largest filling factor of the comparison with (E_roll/r^3) phi^3 (T19 eq 9).
 
-DENSE = 0.105
-"""Smallest filling factor of the comparison with Tatsuuma et al. 2023: no bin of runs to 0.1."""
-
 
 @dataclass(frozen=True)
 class Isotropic:
@@ -28,11 +25,8 @@ class Isotropic:
     #: Mean of every bin of lg(filling factor) with a positive pressure, (bins,).
     filling_factor: np.ndarray
     pressure: np.ndarray  #: Median pressure of the bins [Pa], (bins,).
-    #: (E_roll/r^3) phi^3 [Pa], (bins,); NaN for an unknown material, as are the ratios.
-    law: np.ndarray
+    law: np.ndarray  #: Pressure of the law [Pa], (bins,); NaN for an unknown material.
     ratio: np.ndarray  #: Median of the pressure over that law, (bins,).
-    #: The same over (E_roll/r^3) (1/phi - 1/0.74)^-3 of Tatsuuma et al. 2023, (bins,).
-    dense_ratio: np.ndarray
     count: np.ndarray  #: Number of records of the bins, (bins,).
     raw_filling_factor: np.ndarray  #: As recorded, (times,).
     raw_pressure: np.ndarray  #: As recorded [Pa], (times,).
@@ -47,26 +41,11 @@ class Isotropic:
         high : float
             Upper end of the range.
         """
-        return self._between(self.ratio, low, high)
-
-    def dense_ratio_between(self, low=DENSE, high=1.0) -> "Ratio":
-        """Pressure over the law of Tatsuuma et al. 2023, likewise.
-
-        Parameters
-        ----------
-        low : float
-            Lower end of the range of filling factor.
-        high : float
-            Upper end of the range of filling factor.
-        """
-        return self._between(self.dense_ratio, low, high)
-
-    def _between(self, ratio, low, high):
         inside = (self.filling_factor >= low) & (self.filling_factor <= high)
-        inside &= ratio > 0
+        inside &= self.ratio > 0
         if not inside.any():
             return Ratio(*[np.nan] * 4)
-        decades, phi = np.log10(ratio[inside]), self.filling_factor[inside]
+        decades, phi = np.log10(self.ratio[inside]), self.filling_factor[inside]
         return Ratio(*map(float, (10 ** np.median(decades), decades.std(), phi[0], phi[-1])))
 
 
@@ -80,7 +59,7 @@ class Ratio:
     high: float  #: Upper end of the range of filling factor.
 
 
-def isotropic(run, stage=None, decades=DECADES) -> Isotropic:
+def isotropic(run, stage=None, decades=DECADES, law=laws.isotropic_pressure) -> Isotropic:
     """Mean pressure -trace(stress)/3 of a cell that is compressed from all sides.
 
     Parameters
@@ -90,6 +69,9 @@ def isotropic(run, stage=None, decades=DECADES) -> Isotropic:
         Default: the first in which the cell shrinks equally along all axes.
     decades : float
         Width of the bins in lg(filling factor).
+    law : function
+        Pressure [Pa] from filling factors (n,), surface energy [J/m^2], radius and critical rolling
+        displacement [m]. Default: T19 eq 9.
 
     Raises
     ------
@@ -106,16 +88,15 @@ def isotropic(run, stage=None, decades=DECADES) -> Isotropic:
     pressure = cell_pressure(series)
     known = np.isfinite(phi) & np.isfinite(pressure) & (phi > 0)
     phi, pressure = phi[known], pressure[known]
-    law, dense = _law(run, phi), _law(run, phi, laws.compressive_strength)
     numbers = np.floor(np.log10(phi) / decades + 1e-9)
     mean, median, count = binned(numbers, phi, pressure)
-    ratio, dense = (binned(numbers, phi, pressure / one)[1] for one in (law, dense))
+    ratio = binned(numbers, phi, pressure / _pressure_by(law, run, phi))[1]
     up = median > 0
-    columns = mean[up], median[up], _law(run, mean[up]), ratio[up], dense[up]
+    columns = mean[up], median[up], _pressure_by(law, run, mean[up]), ratio[up]
     return Isotropic(*columns, count[up].astype(int), phi, pressure)
 
 
-def _law(run, phi, law=laws.isotropic_pressure):
+def _pressure_by(law, run, phi):
     m = run.material
     if m is None:
         return np.full(len(phi), np.nan)

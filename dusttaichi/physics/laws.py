@@ -142,25 +142,10 @@ def isotropic_pressure(phi, surface_energy, radius, critical_rolling):
     """Pressure [Pa] that holds cluster-cluster aggregates at `phi`, (E_roll/r^3) phi^3 (T19 eq 9).
 
     Kataoka et al. 2013b, for static isotropic compression of thin aggregates: at phi = 0.1
-    `compressive_strength` is already half as much again.
+    the law of Tatsuuma et al. 2023 (configs/tatsuuma2023) is already half as much again.
     """
     scale = rolling_energy(surface_energy, radius, critical_rolling) / radius**3
     return scale * np.asarray(phi, dtype=float) ** 3
-
-
-CLOSEST_PACKING = 0.74
-"""Filling factor at which equal spheres cannot be packed closer, as in Tatsuuma et al. 2023."""
-
-
-def compressive_strength(phi, surface_energy, radius, critical_rolling):
-    """Pressure [Pa] at `phi` up to dense packing, (E_roll/r^3) (1/phi - 1/0.74)^-3.
-
-    Tatsuuma et al. 2023; `isotropic_pressure` where phi is small. Infinite from 0.74 on.
-    """
-    scale = rolling_energy(surface_energy, radius, critical_rolling) / radius**3
-    with np.errstate(divide="ignore"):
-        room = 1.0 / np.asarray(phi, dtype=float) - 1.0 / CLOSEST_PACKING
-        return scale * np.maximum(room, 0.0) ** -3.0
 
 
 def coordination_number(phi):

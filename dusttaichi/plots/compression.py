@@ -5,12 +5,12 @@ import numpy as np
 from dusttaichi.analysis import compression_curve, compression_law
 from dusttaichi.analysis import isotropic as isotropic_of
 from dusttaichi.errors import DustError
-from dusttaichi.physics import laws
 from dusttaichi.physics.laws import (
     EXPERIMENT_SCATTER,
     G09_OMNIDIRECTIONAL,
     S12_STATIC,
     UNIDIRECTIONAL,
+    isotropic_pressure,
 )
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
@@ -100,16 +100,18 @@ def compression(runs, labels=None, laws=(), raw=None):
 
 
 @figure("Pressure against filling factor", 50, applies=lambda run: run.shrinks, together=True)
-def isotropic(runs, labels=None, stage=None):
+def isotropic(runs, labels=None, stage=None, laws=()):
     """Mean pressure against filling factor for one run or several, on logarithmic axes.
 
-    Lines are (E_roll/r^3) phi^3 (T19 eq 9) and the law of Tatsuuma et al. 2023 for each material;
-    a single run shows the records themselves too.
+    The line is (E_roll/r^3) phi^3 (T19 eq 9) for each material; a single run shows the records
+    themselves too.
 
     Parameters
     ----------
     stage : str or int, optional
         As in `analysis.isotropic`.
+    laws : sequence of tuple
+        (law, label) of further laws as in `analysis.isotropic`, dashed.
 
     Raises
     ------
@@ -118,6 +120,7 @@ def isotropic(runs, labels=None, stage=None):
     """
     runs, labels = style.named(runs, labels)
     results = [isotropic_of(run, stage) for run in runs]
+    drawn = [(isotropic_pressure, r"$(E_{\rm roll}/r^3)\,\phi^3$, T19 eq 9"), *laws]
     figure, (axes,) = style.new_figure()
     raw = np.concatenate([t.raw_filling_factor for t in results])
     phi = np.geomspace(0.8 * raw.min(), min(1.2 * raw.max(), 0.7), 200)
@@ -129,17 +132,9 @@ def isotropic(runs, labels=None, stage=None):
     }
     for numbers, name in materials.items():
         name = f" ({name})" if len(materials) > 1 else ""
-        for law, look, text in (
-            (laws.isotropic_pressure, "-", r"$(E_{\rm roll}/r^3)\,\phi^3$, T19 eq 9"),
-            (
-                laws.compressive_strength,
-                style.DASHED,
-                r"$(E_{\rm roll}/r^3)(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023",
-            ),
-        ):
-            axes.plot(
-                phi, law(phi, *numbers), label=text + name, **style.look(style.BLACK, 1.1, look)
-            )
+        for number, (law, text) in enumerate(drawn):
+            look = style.look(style.BLACK, 1.1, style.DASHED if number else "-")
+            axes.plot(phi, law(phi, *numbers), label=text + name, **look)
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
         look = style.run_style(number)
         if len(runs) == 1:

@@ -115,10 +115,6 @@ def test_isotropic(cell):
     part = t.ratio_between(0.02, 0.05)
     assert part.low >= 0.02 and part.high <= 0.05
     assert np.isnan(t.ratio_between(0.5, 0.6).value)
-    # the law of 2023 is phi^3 over (1 - phi/0.74)^3
-    thin = t.dense_ratio_between(0.02, 0.05)
-    assert thin.value == pytest.approx(1.3 * (1 - 0.033 / 0.74) ** 3, rel=0.05)
-    assert np.isnan(t.dense_ratio_between().value)  # pressed to 0.1 only
     np.testing.assert_allclose(
         t.law,
         laws.isotropic_pressure(

@@ -93,7 +93,7 @@ def test_isotropic(runs):
     result = analysis.isotropic(runs[0])
     np.testing.assert_allclose(line(axes, "test").get_ydata(), result.pressure)
     assert axes.get_xscale() == axes.get_yscale() == "log" and "Pa" in axes.get_ylabel()
-    assert sum("E_" in text for text in texts(axes)) == 2
+    assert sum("E_" in text for text in texts(axes)) == 1
 
 
 def test_shares_of_the_channels(runs):

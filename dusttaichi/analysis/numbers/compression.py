@@ -255,20 +255,17 @@ FAST = Family(
 # -- from all sides, and unloading ---------------------------------------------------------------
 
 
-def _measure_isotropic(run):
-    found, own = isotropic(run), {}
-    for name, ratio in (("", found.ratio_between()), ("dense_", found.dense_ratio_between())):
-        if np.isfinite(ratio.value):
-            own |= {
-                f"{name}ratio": ratio.value,
-                f"{name}ratio_scatter": ratio.scatter,
-                f"{name}ratio_low": ratio.low,
-                f"{name}ratio_high": ratio.high,
-            }
-    return own
+def ratio_numbers(name, ratio):
+    """Values of the rows of a `Ratio` by their names, {} of one without bins."""
+    if not np.isfinite(ratio.value):
+        return {}
+    ends = {f"{name}_{end}": getattr(ratio, end) for end in ("scatter", "low", "high")}
+    return {name: ratio.value} | ends
 
 
-def _ratio_text(name):
+def ratio_text(name):
+    """Text of the row `name` of a `Ratio`, with its scatter and range."""
+
     def text(value, n):
         covered = f"phi {n[f'{name}_low']:.3g}-{n[f'{name}_high']:.3g}"
         return f"{value:.3g}, scatter {n[f'{name}_scatter']:.2f} dex ({covered})"
@@ -281,25 +278,16 @@ ISOTROPIC = Family(
     title="compression from all sides",
     place=40,
     applies=lambda run: run.shrinks,
-    measure=_measure_isotropic,
+    measure=lambda run: ratio_numbers("ratio", isotropic(run).ratio_between()),
     numbers=(
         Observable(name="ratio", title="pressure over (E_roll/r^3) phi^3",
-                   text=_ratio_text("ratio"), literature="1 (T19 eq 9)",
+                   text=ratio_text("ratio"), literature="1 (T19 eq 9)",
                    column=("P/(E_roll/r^3 phi^3)", "{:.2f}", 1),
                    short="pressure over T19 eq 9", wanted=3, figure="isotropic",
                    about="pressure over (E_roll/r^3) phi^3 (T19 eq 9)"),
         quiet("ratio_scatter", "its scatter, in decades", short="T19 eq 9: scatter"),
         quiet("ratio_low", "smallest filling factor of the comparison", short="T19 eq 9: from phi"),
         quiet("ratio_high", "largest filling factor of the comparison", short="T19 eq 9: to phi"),
-        Observable(name="dense_ratio", title="… over (E_roll/r^3)(1/phi - 1/0.74)^-3",
-                   text=_ratio_text("dense_ratio"), literature="1 (Tatsuuma et al. 2023)",
-                   column=("P/Tatsuuma 2023", "{:.2f}", 1), short="pressure over Tatsuuma 2023",
-                   figure="isotropic", about="pressure over the law of Tatsuuma et al. 2023"),
-        quiet("dense_ratio_scatter", "its scatter, in decades", short="Tatsuuma 2023: scatter"),
-        quiet("dense_ratio_low", "smallest filling factor of the comparison",
-              short="Tatsuuma 2023: from phi"),
-        quiet("dense_ratio_high", "largest filling factor of the comparison",
-              short="Tatsuuma 2023: to phi"),
     ),
 )  # fmt: skip
 
