@@ -8,6 +8,9 @@ EXIT_CODES = (
     (130, "Ctrl-C, SIGTERM or SIGHUP; results up to there are saved"),
 )
 
+CUDA_ERROR = r"CUDA_ERROR_\w+(: [^\n]*?)?(?= while calling|$)"  # in the messages of Taichi
+NO_GPU = "Try fewer grains, no other program on the GPU, or numerics.backend: cpu."
+
 
 def by_an_interrupt(error):
     """True where Ctrl-C caused it: a compiled module that is being imported raises ImportError."""
@@ -17,6 +20,7 @@ def by_an_interrupt(error):
 
 
 try:
+    import re
     import signal
     import sys
     from typing import Annotated
@@ -112,6 +116,8 @@ def _run(commands):
     except Exception as error:
         if by_an_interrupt(error):
             _end(Interrupted("interrupted"))
+        if isinstance(error, RuntimeError) and (found := re.search(CUDA_ERROR, str(error))):
+            _end(DustError(f"numerics.backend = cuda: the GPU refuses: {found[0]}. {NO_GPU}"))
         if type(error).__module__.startswith(("click", "typer")):
             error.show()
             sys.exit(error.exit_code)

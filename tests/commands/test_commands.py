@@ -58,6 +58,14 @@ def ended(monkeypatch, capsys):
         (Interrupted("whatever the words"), 130, "dust: whatever the words"),
         (DustError("interrupted by its wording only"), 2, "dust: interrupted by"),
         (KeyboardInterrupt(), 130, "dust: interrupted"),
+        (
+            RuntimeError(
+                "[cuda_driver.h:operator()@92] CUDA Error CUDA_ERROR_OUT_OF_MEMORY: out of memory "
+                "while calling mem_alloc (cuMemAlloc_v2)"
+            ),
+            2,
+            "the GPU refuses: CUDA_ERROR_OUT_OF_MEMORY: out of memory. Try fewer grains",
+        ),
     ],
 )
 def test_exit_codes_are_those_of_the_errors(ended, error, code, text):
