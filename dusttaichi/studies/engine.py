@@ -19,7 +19,7 @@ from typing import Any, Protocol
 import xarray as xr
 
 from dusttaichi import analysis, files
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.processes import usable_cores
 from dusttaichi.results.pieces import already_there
@@ -31,7 +31,7 @@ from dusttaichi.studies.points import Point
 from dusttaichi.studies.pool import open_pool
 from dusttaichi.studies.requests import Request, Rows, batches
 from dusttaichi.studies.settings import input_files
-from dusttaichi.studies.store import cost_of, mode_of, store
+from dusttaichi.studies.store import cost_of, mode_of, stopped, store
 from dusttaichi.studies.workers import INTERRUPTED, LOST, POLL, idle_workers
 
 
@@ -202,7 +202,9 @@ def _round(points, progress, *, force, resume, timed, log, rows, **how):
         else:
             mode = mode_of(point, force, resume, timed=timed)
         if mode is None:
-            results[label] = JobResult(label, 0, "", found=found)
+            text = stopped(point) if timed and isinstance(point, Point) else ""
+            code = GuardStop.exit_code if text else 0
+            results[label] = JobResult(label, code, text, found=found)
         else:
             left[label] = mode
     progress.more(len(points), len(results))

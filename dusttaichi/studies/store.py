@@ -6,7 +6,7 @@ import shutil
 import yaml
 
 from dusttaichi import files
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.results.reading import open_tree
 from dusttaichi.run.identity import package_hash, without
@@ -23,23 +23,26 @@ def mode_of(point, force, resume, *, timed=False):
     """
     if force or not resume:
         return "force" if force else "new"
-    if _finished(point) and not (timed and cost_of(point) is None):
+    status = _status(point)
+    if status.startswith("finished") and not (timed and cost_of(point) is None):
+        return None
+    if status and timed and stopped(point):
         return None
     # without a checkpoint a run cannot continue, whatever other files there are
     return "resume" if not timed and (point.directory / CHECKPOINT).exists() else "force"
 
 
-def _finished(point):
-    """True for a finished result of the scene of the point."""
+def _status(point):
+    """End of the result of the scene of the point, "" without one."""
     try:
         with open_tree(point.directory / RESULT) as result:
             status, scene = result.attrs["status"], result.attrs["scene_resolved"]
             extensions = str(result.attrs.get("extensions", ""))
     except (DustError, OSError, RuntimeError, ValueError, KeyError):
-        return False  # without a result, or with a damaged one
+        return ""  # without a result, or with a damaged one
     if extensions != "\n".join(point.scene.imported_texts):
-        return False
-    return status.startswith("finished") and core_of(scene) == core_of(point.scene.to_yaml())
+        return ""
+    return status if core_of(scene) == core_of(point.scene.to_yaml()) else ""
 
 
 def core_of(text):
@@ -49,23 +52,36 @@ def core_of(text):
 
 def cost_of(point):
     """Processor time of the steps of a finished run [s], None of other code or without it."""
+    return _stored(point, "cost")
+
+
+def stopped(point):
+    """Why a guard has stopped a timed run, "" if it has not, or other code ran."""
+    return _stored(point, "stopped") or ""
+
+
+def _stored(point, key):
     try:
         found = json.loads((point.directory / COST).read_text(encoding="utf-8"))
-        return found["cost"] if found["code"] == package_hash() else None
+        return found[key] if found["code"] == package_hash() else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
 def store(result, directory, *, timed=False):
-    """Write the files that came back from a temporary directory, and the cost of a timed run."""
+    """Write the files that came back from a temporary directory.
+
+    Of a timed run also its cost, or why a guard has stopped it, which it would do again.
+    """
     try:
         if RESULT in result.files:  # parts belong to the previous result
             shutil.rmtree(files.parts_folder(directory / RESULT), ignore_errors=True)
         for name, content in result.files.items():
             (directory / name).parent.mkdir(parents=True, exist_ok=True)
             files.write_whole(directory / name, content)
-        if timed and result.code == 0:
-            text = json.dumps({"cost": result.found["cost"], "code": package_hash()})
+        if timed and result.code in (0, GuardStop.exit_code):
+            end = {"stopped": result.text} if result.code else {"cost": result.found["cost"]}
+            text = json.dumps(end | {"code": package_hash()})
             files.write_whole(directory / COST, text.encode())
     except OSError as error:
         raise DustError(

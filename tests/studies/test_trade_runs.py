@@ -59,7 +59,7 @@ def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
 def test_a_cost_is_that_of_this_code(tmp_path, monkeypatch):
     study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted())
     (point,) = study.points({})
-    monkeypatch.setattr(store, "_finished", lambda point: True)
+    monkeypatch.setattr(store, "_status", lambda point: "finished: 40 ns")
     assert store.mode_of(point, False, True) is None
     assert store.mode_of(point, False, True, timed=True) == "force"
     store.store(engine.JobResult("default", 0, "", found={"cost": 2.5}), tmp_path, timed=True)
@@ -71,6 +71,27 @@ def test_a_cost_is_that_of_this_code(tmp_path, monkeypatch):
     assert store.mode_of(point, False, True, timed=True) == "force"
     (point.directory / store.COST).write_text("{")  # a file that is cut short
     assert store.cost_of(point) is None
+
+
+def test_a_run_that_a_guard_has_stopped_is_a_result(tmp_path, monkeypatch):
+    """It would be stopped again: the next call of the command does not repeat it."""
+    study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted())
+    (point,) = study.points({})
+    point.directory.mkdir()
+    monkeypatch.setattr(store, "_status", lambda point: "At 3 ns: a guard")
+    assert store.mode_of(point, False, True, timed=True) == "force"
+    store.store(engine.JobResult("default", 3, "a guard"), point.directory, timed=True)
+    assert store.mode_of(point, False, True, timed=True) is None
+    assert store.mode_of(point, True, False, timed=True) == "force"  # the user may want it
+
+    class Asked:
+        scene, directory, file, timed = study.scene, tmp_path, tmp_path / "none.nc", True
+        points = staticmethod(lambda found: [point])
+
+    found = engine.run(Asked, resume=True)[point.label]
+    assert (found.code, found.text) == (3, "a guard")
+    monkeypatch.setattr(store, "package_hash", lambda: "another version")
+    assert store.mode_of(point, False, True, timed=True) == "force"
 
 
 # -- the command ---------------------------------------------------------------------------------
