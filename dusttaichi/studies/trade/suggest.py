@@ -114,7 +114,10 @@ def suggestions(scene, tolerance=TOLERANCE):
     rows = [] if kind is None else measured(kind)
     if not rows:
         known = ", ".join(own for own in dict.fromkeys(KINDS.values()) if measured(own))
-        raise DustError(f"no measurements for this kind of scene; available: {known}")
+        raise DustError(
+            f"no measurements for this kind of scene; available: {known}. dust trade without "
+            "--suggest measures this one"
+        )
     groups = {}
     for row in rows:
         groups.setdefault(row["settings"], []).append(row)
