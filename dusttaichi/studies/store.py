@@ -71,7 +71,7 @@ def _stored(point, key):
 def store(result, directory, *, timed=False):
     """Write the files that came back from a temporary directory.
 
-    Of a timed run also its cost, or why a guard has stopped it, which it would do again.
+    With them go the cost of a timed run, or why a guard has stopped it, as it would again.
     """
     try:
         if RESULT in result.files:  # parts belong to the previous result
