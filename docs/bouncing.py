@@ -20,11 +20,9 @@ import pandas as pd
 import xarray as xr
 
 from dusttaichi.analysis.collisions import FAILED, MISS, mean_and_error
+from dusttaichi.scene import extensions
 
-STEEPNESS = np.linspace(0.0, 8.0, 41)  # b: at 8 from 5 to 95 % within a factor of two in the mass
-EXPONENTS = np.linspace(-6.0, 6.0, 61)
-BEYOND = np.log(100.0)  # a threshold beyond the masses of a table, at most
-HALF = 0.5  # fall of the log likelihood at the ends of an interval of 68 %
+bouncing = extensions.module("oshiro2025/bouncing.py")
 
 
 def rows(path):
@@ -64,32 +62,6 @@ def main(out, *paths):
     pd.DataFrame(table).to_csv(out, index=False, lineterminator="\n")
 
 
-# -- thresholds ----------------------------------------------------------------------------------
-
-
-def likelihoods(points, exponents):
-    """Log likelihood (T, S, B) on a grid, and its thresholds T (ln N at the mean of ln v).
-
-    points: ln N, ln v, pairs, bouncing, each (n,).
-    """
-    mass, speed, pairs, bounced = points
-    middles = np.linspace(mass.min() - BEYOND, mass.max() + BEYOND, 121)
-    t, s, b = np.meshgrid(middles, exponents, STEEPNESS, indexing="ij")
-    total = np.zeros(t.shape)
-    for m, v, n, k in zip(mass, speed - speed.mean(), pairs, bounced, strict=True):
-        x = b * (m - t - s * v)
-        total -= k * np.logaddexp(0.0, -x) + (n - k) * np.logaddexp(0.0, x)
-    return total, middles
-
-
-def interval(values, profile):
-    """(best value, low, high); not a number where the interval reaches the end of the values."""
-    inside = np.flatnonzero(profile >= profile.max() - HALF)
-    low, high = inside[[0, -1]]
-    ends = [np.nan if n in (0, len(values) - 1) else values[n] for n in (low, high)]
-    return values[profile.argmax()], *ends
-
-
 def fit(path):
     """Print thresholds and exponents of a table."""
     with open(path, newline="", encoding="utf-8") as file:
@@ -101,8 +73,8 @@ def fit(path):
         every[:2] = np.log(every[:2])
         for speed in np.unique(every[1]):
             points = every[:, every[1] == speed]
-            found, middles = likelihoods(points, np.zeros(1))
-            t, low, high = np.exp(interval(middles, found.max(axis=(1, 2))))
+            found, middles = bouncing.likelihoods(points, np.zeros(1))
+            t, low, high = np.exp(bouncing.interval(middles, found.max(axis=(1, 2))))
             bounced, pairs = points[3].sum(), points[2].sum()
             print(
                 f"{level}, {np.exp(speed):g} m/s: {bounced:.0f} of {pairs:.0f} bounce, threshold "
@@ -110,9 +82,9 @@ def fit(path):
             )
         if len(np.unique(every[1])) < 2:
             continue
-        profile = likelihoods(every, EXPONENTS)[0].max(axis=(0, 2))
-        s, low, high = interval(EXPONENTS, profile)
-        at = np.interp(-4 / 3, EXPONENTS, profile) - profile.max()
+        profile = bouncing.likelihoods(every, bouncing.EXPONENTS)[0].max(axis=(0, 2))
+        s, low, high = bouncing.interval(bouncing.EXPONENTS, profile)
+        at = np.interp(-4 / 3, bouncing.EXPONENTS, profile) - profile.max()
         print(
             f"{level}: exponent {s:.1f} ({low:.1f} to {high:.1f}), log likelihood of -4/3 {at:.1f}"
         )

@@ -1,29 +1,71 @@
 """Threshold speeds of collisions, with confidence intervals by resampling the pairs of bodies."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from dusttaichi.analysis.texts import csv_text
+from dusttaichi.results.shown import THRESHOLDS
 
 RESAMPLES = 1000
 CONFIDENCE = 0.68
 """Confidence of the intervals: that of one standard deviation, like the errors of the table."""
 
-MEANINGS = {
-    "stick": "half of the pairs that touch no longer stick (outcome sticking or growth)",
-    "bounce": "half of the pairs that touch bounce",
-    "fragment": "the mean growth efficiency falls below 0 (Wada et al. 2013)",
-}
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """Condition that pairs meet from a threshold speed on.
+
+    name: v_NAME is the threshold. meaning: for tables. value: function from the outcomes and the
+    growth efficiencies of pairs, arrays of one shape, to the number whose mean decides. limit: of
+    this mean at the threshold. rises: the mean exceeds the limit from there on, and is used as
+    measured; otherwise it falls below, and is made to fall with the speed by isotonic regression.
+    """
+
+    name: str
+    meaning: str
+    value: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    limit: float = 0.5
+    rises: bool = False
+
+
+STICK = Condition(
+    name="stick",
+    meaning="half of the pairs that touch no longer stick (outcome sticking or growth)",
+    value=lambda outcome, growth: np.isin(outcome, ("sticking", "growth")).astype(float),
+)
+FRAGMENT = Condition(
+    name="fragment",
+    meaning="the mean growth efficiency falls below 0 (Wada et al. 2013)",
+    value=lambda outcome, growth: growth,
+    limit=0.0,
+)
+
+
+def register(condition: Condition) -> None:
+    """Add a Condition to those of which `thresholds` gives the speed.
+
+    A file that calls it takes effect where it is among the `extensions` of a scene. Raises
+    ValueError where another one has the name.
+    """
+    if any(one.name == condition.name and one != condition for one in conditions()):
+        raise ValueError(f"there is a threshold {condition.name}; another name is needed")
+    THRESHOLDS[condition.name] = condition
+
+
+def conditions() -> list[Condition]:
+    """The conditions of the package, and then those of extensions."""
+    return [STICK, FRAGMENT, *THRESHOLDS.values()]
 
 
 @dataclass(frozen=True)
 class Threshold:
     """One threshold of one body and mass ratio.
 
-    name: of MEANINGS. speed [m/s]: 0 where it is below all speeds of the study, infinite where it
-    is above them. low, high [m/s]: ends of the confidence interval, not a number of one pair.
+    name: of its Condition. speed [m/s]: 0 where it is below all speeds of the study, infinite where
+    it is above them. low, high [m/s]: ends of the confidence interval, not a number of one pair.
     filling_factor: mean of the targets within their characteristic radius.
     """
 
@@ -37,12 +79,12 @@ class Threshold:
 
 
 def thresholds(data, resamples=RESAMPLES):
-    """List of Threshold of a dataset of `collisions_dataset`: three for each body and mass ratio.
+    """A Threshold of each Condition for each body and mass ratio of a `collisions_dataset`.
 
     Impact parameters have equal weights, so that those of equal areas give means over the area. The
     numbers are means of the pairs that touched at each speed, between speeds linear in the
-    logarithm of the speed; sticking and growth are made to fall with the speed by isotonic
-    regression. The pairs (seeds), which meet at all speeds, are drawn `resamples` times.
+    logarithm of the speed. The pairs (seeds), which meet at all speeds, are drawn `resamples`
+    times.
     """
     found = []
     for body, ratio in np.ndindex(data.sizes["body"], data.sizes["mass_ratio"]):
@@ -50,9 +92,9 @@ def thresholds(data, resamples=RESAMPLES):
         phi = own.target_filling_factor.values
         phi = float(np.nanmean(phi)) if np.isfinite(phi).any() else np.nan
         about = str(data.body.values[body]), float(data.mass_ratio.values[ratio])
-        for name in MEANINGS:
-            speed, low, high = _threshold(own, name, resamples)
-            found.append(Threshold(*about, name, speed, low, high, phi))
+        for condition in conditions():
+            speed, low, high = _threshold(own, condition, resamples)
+            found.append(Threshold(*about, condition.name, speed, low, high, phi))
     return found
 
 
@@ -62,57 +104,52 @@ def growth_bracket(data, body, ratio):
     None where it does not do so between two speeds of the study.
     """
     own = data.isel(body=body, mass_ratio=ratio)
-    speeds, mean = _course(*_sums(own, "fragment"), own.speed.values, "fragment")
+    speeds, mean = _course(*_sums(own, FRAGMENT), own.speed.values, FRAGMENT)
     below = np.flatnonzero(mean < 0.0)
     if not len(below) or below[0] == 0:
         return None
     return float(speeds[below[0] - 1]), float(speeds[below[0]])
 
 
-def _threshold(own, name, resamples):
-    total, count = _sums(own, name)
+def _threshold(own, condition, resamples):
+    total, count = _sums(own, condition)
     speeds, seeds = own.speed.values, total.shape[1]
-    best = _crossing(total, count, speeds, name)
+    best = _crossing(total, count, speeds, condition)
     if seeds < 2:
         return best, np.nan, np.nan
     draws = np.random.default_rng(0).integers(seeds, size=(resamples, seeds))
-    several = np.sort([_crossing(total[:, d], count[:, d], speeds, name) for d in draws])
+    several = np.sort([_crossing(total[:, d], count[:, d], speeds, condition) for d in draws])
     tail = 0.5 * (1.0 - CONFIDENCE)
     ends = np.quantile(several, [tail, 1.0 - tail], method="nearest")
     return best, float(ends[0]), float(ends[1])
 
 
-def _sums(own, name):
+def _sums(own, condition):
     """Sum of the quantity that decides, and number of pairs that touched: (speeds, seeds) each."""
     own = own.transpose("speed", "seed", "impact_parameter", ...)
     hit = np.isfinite(own.growth_efficiency.values)
-    outcome = own.outcome.values
-    values = {
-        "stick": lambda: np.isin(outcome, ("sticking", "growth")).astype(float),
-        "bounce": lambda: (outcome == "bouncing").astype(float),
-        "fragment": lambda: np.where(hit, own.growth_efficiency.values, 0.0),
-    }[name]()
-    return np.sum(values * hit, axis=2), hit.sum(axis=2)
+    growth = np.where(hit, own.growth_efficiency.values, 0.0)
+    return np.sum(condition.value(own.outcome.values, growth) * hit, axis=2), hit.sum(axis=2)
 
 
-def _course(total, count, speeds, name):
+def _course(total, count, speeds, condition):
     """Speeds at which pairs touched, and the mean over these.
 
-    It falls with the speed if it should; bouncing is as measured, since it may end again.
+    It falls with the speed unless it rises to the threshold.
     """
     total, count = total.sum(axis=1), count.sum(axis=1)
     there = count > 0
     mean = total[there] / count[there]
-    if name != "bounce" and len(mean):
+    if not condition.rises and len(mean):
         mean = scipy.optimize.isotonic_regression(mean, weights=count[there], increasing=False).x
     return speeds[there], mean
 
 
-def _crossing(total, count, speeds, name):
+def _crossing(total, count, speeds, condition):
     """Speed at which a course first crosses its threshold [m/s]."""
-    speeds, mean = _course(total, count, speeds, name)
+    speeds, mean = _course(total, count, speeds, condition)
     # what is above 0 before the threshold and below it from there on
-    left = {"stick": mean - 0.5, "bounce": 0.5 - mean, "fragment": mean}[name]
+    left = condition.limit - mean if condition.rises else mean - condition.limit
     past = np.flatnonzero(left < 0.0)
     if not len(past):
         return np.inf
@@ -125,7 +162,8 @@ def _crossing(total, count, speeds, name):
 
 def threshold_text(found):
     """The `thresholds` as CSV: speeds in m/s, `inf` above all speeds of the study, 0 below them."""
-    columns = [f"v_{n}{end}_m_per_s" for n in MEANINGS for end in ("", "_low", "_high")]
+    names = _names(found)
+    columns = [f"v_{n}{end}_m_per_s" for n in names for end in ("", "_low", "_high")]
     table = [["body", "mass_ratio", "target_filling_factor", *columns]]
     for rows in _by_point(found):
         numbers = [v for t in rows for v in (t.speed, t.low, t.high)]
@@ -146,13 +184,18 @@ def threshold_columns(found, speeds):
     ]
     columns = [
         (f"v_{name} m/s", [_text(rows[n], speeds) for rows in points])
-        for n, name in enumerate(MEANINGS)
+        for n, name in enumerate(_names(found))
     ]
     return keys, columns
 
 
+def _names(found):
+    return list(dict.fromkeys(threshold.name for threshold in found))
+
+
 def _by_point(found):
-    return [found[n : n + len(MEANINGS)] for n in range(0, len(found), len(MEANINGS))]
+    size = len(_names(found))
+    return [found[n : n + size] for n in range(0, len(found), size)]
 
 
 def _text(threshold, speeds):

@@ -12,7 +12,6 @@ from dusttaichi.analysis.collisions import (
     phase_losses,
     spectrum,
 )
-from dusttaichi.analysis.thresholds import MEANINGS
 from dusttaichi.plots import style
 
 COLOURS = {
@@ -192,8 +191,9 @@ def threshold_speeds(data, found):
         The `thresholds` of the dataset.
     """
     figure, (axes,) = style.new_figure(height=3.4)
+    names = dict.fromkeys(t.name for t in found)
     found = [t for t in found if 0.0 < t.speed < np.inf]
-    for number, name in enumerate(MEANINGS):
+    for number, name in enumerate(names):
         own = [t for t in found if t.name == name]
         if not own:
             continue

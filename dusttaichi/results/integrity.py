@@ -143,7 +143,7 @@ def _read_through(file, path):
 
 
 def _is_fill(values, dtype):
-    """Where unwritten records of a type are."""
+    """Mask of the unwritten records of a type."""
     if (fill := FILL.get(dtype.str[1:])) is not None:
         bits = f"u{dtype.itemsize}"
         return np.ascontiguousarray(values).view(bits) == fill.view(bits)

@@ -1,6 +1,6 @@
-"""Families of numbers, figures and statistics of extensions, by their names.
+"""Numbers, figures, statistics and thresholds of extensions, by their names.
 
-Filled by `dusttaichi.analysis.numbers.register` and `dusttaichi.plots.register`.
+Filled by `register` of `dusttaichi.analysis.numbers`, `plots` and `analysis.thresholds`.
 """
 
 from typing import Any
@@ -8,3 +8,4 @@ from typing import Any
 NUMBERS: dict[str, Any] = {}
 FIGURES: dict[str, Any] = {}
 STATISTICS: dict[str, Any] = {}
+THRESHOLDS: dict[str, Any] = {}

@@ -249,6 +249,7 @@ def _tables() -> dict[str, dict]:
         "family of numbers": shown.NUMBERS,
         "figure": shown.FIGURES,
         "statistics": shown.STATISTICS,
+        "threshold": shown.THRESHOLDS,
     }
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from scenes import make_scene
+from scenes import bundled, make_scene
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.collisions import (
@@ -415,7 +415,10 @@ def test_thresholds_with_their_confidence():
     linear in ln v, so that its threshold is the geometric mean of theirs, exactly."""
     limits = 20.0 * np.exp(0.3 * np.random.default_rng(2).standard_normal(8))
     data = growing(np.geomspace(5, 80, 7), limits, bounces=True)
-    stick, bounce, fragment = found = thresholds(data)
+    stick, fragment = thresholds(data)
+    with bundled("oshiro2025/bouncing.py"):
+        same, also, bounce = found = thresholds(data)
+    assert (same, also) == (stick, fragment)
     mean, error = np.exp(np.log(limits).mean()), np.log(limits).std(ddof=1) / np.sqrt(8)
     assert fragment.speed == pytest.approx(mean, rel=1e-9)
     # of 1000 draws from eight; theirs is the standard deviation with 8, not 7 below it
@@ -423,8 +426,8 @@ def test_thresholds_with_their_confidence():
         assert np.log(end / mean) == pytest.approx(sign * error, rel=0.15)
     # none sticks or stops to bounce from the first speed on
     assert (stick.speed, bounce.speed) == (0.0, 0.0) and bounce.high == 0.0
-    assert thresholds(growing([5.0, 8.0], [90.0, 95.0]))[2].speed == np.inf
-    assert np.isnan(thresholds(growing([5.0, 80.0], [20.0]))[2].low)
+    assert thresholds(growing([5.0, 8.0], [90.0, 95.0]))[1].speed == np.inf
+    assert np.isnan(thresholds(growing([5.0, 80.0], [20.0]))[1].low)
     (axes,) = plots.threshold_speeds(data, found).axes
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [r"$v_{\rm fragment}$"]
     header, line = threshold_text(found).splitlines()
@@ -455,7 +458,7 @@ def test_speeds_are_added_where_growth_ends(tmp_path):
     study, found, rounds = refined(4)
     assert study.axes["speed"] == (5.0, 20.0, 23.8, 28.3, 40.0, 80.0)
     assert rounds == 5 and len(found) == 12
-    assert thresholds(study.dataset(found))[2].speed == pytest.approx(21.0, rel=1e-9)
+    assert thresholds(study.dataset(found))[1].speed == pytest.approx(21.0, rel=1e-9)
     speeds = np.array(refined(30)[0].axes["speed"])
     assert speeds[speeds > 21].min() / speeds[speeds < 21].max() < 1.03 and len(speeds) < 12
 
