@@ -31,7 +31,10 @@ def check(
     forces: options.flag("--forces", "build it: forces and energies at the start, no step") = False,
     as_json: options.flag("--json", "print numbers for scripts, and nothing else") = False,
 ):
-    """Check a YAML file and describe its scene: sample, contacts, time step, run time."""
+    """Check a YAML file and describe its scene.
+
+    Sample, contacts, time step, and an order of magnitude of the run time.
+    """
     from dusttaichi import method
 
     def read():
@@ -177,7 +180,10 @@ def schema(
     ] = None,
     extensions: options.Extensions = None,
 ):
-    """Print the JSON Schema of the YAML, with which editors complete and check it."""
+    """Print the JSON Schema of the YAML, for editors.
+
+    Editors complete and check a scene with it.
+    """
     from dusttaichi.scene import load_extensions, schema_text
 
     if file is not None:

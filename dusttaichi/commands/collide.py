@@ -23,7 +23,10 @@ def collide(
     figures: options.Figures = True,
     quiet: options.Quiet = False,
 ):
-    """Run many collisions over speed, impact parameter, mass ratio, bodies, seeds: map, table."""
+    """Run many collisions: a map of their outcomes, a table.
+
+    Over speed, impact parameter, mass ratio, bodies and seeds.
+    """
     from dusttaichi.analysis.collisions import summary_columns
     from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.analysis.thresholds import threshold_columns, thresholds

@@ -24,7 +24,10 @@ def extremes(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ):
-    """Map where runs are stable, refused or stopped by a guard: steps, materials, speeds, sizes."""
+    """Map where runs are stable, refused or stopped by a guard.
+
+    Over time steps, materials, speeds and sizes.
+    """
     from dusttaichi import plots
     from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.studies.extremes import results

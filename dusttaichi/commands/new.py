@@ -21,7 +21,10 @@ def new(
     output: output_to("the file, by default NAME.yaml in the current directory") = None,
     force: flag("--force", "overwrite an existing file") = False,
 ):
-    """Copy a bundled scene, with its extensions, to files to edit; without a name, list them."""
+    """Copy a bundled scene to edit; without a name, list them.
+
+    Its extensions go with it.
+    """
     from dusttaichi.scene import shipped
 
     if name is None:

@@ -20,7 +20,10 @@ def report(
     extension: options.Added = None,
     force: options.Overwrite = False,
 ):
-    """Interactive report of runs or a sweep in one HTML file: figures, grains in 3-D, numbers."""
+    """Write an interactive report of runs, one HTML file.
+
+    Figures, grains in 3-D and numbers, of several runs or a sweep as well.
+    """
     from dusttaichi import analysis
     from dusttaichi import report as page
 
@@ -53,7 +56,10 @@ def watch(
     extension: options.Added = None,
     until_input_ends: Annotated[bool, typer.Option(hidden=True)] = False,
 ):
-    """Serve the report of a run in progress on this machine, updated as it continues."""
+    """Serve the report of a run in progress.
+
+    On this machine, updated as the run continues.
+    """
     from dusttaichi.report.watch import result_of, serve
 
     options.import_files(extension)

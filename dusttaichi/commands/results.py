@@ -40,7 +40,10 @@ def plot(
     extension: options.Added = None,
     force: options.Overwrite = False,
 ):
-    """Draw figures of a run: curves, stress, profile, energy. Several runs share each figure."""
+    """Draw figures of a run; several share each figure.
+
+    Curves, stress, profile, energy.
+    """
     from dusttaichi.plots.style import using
 
     if file_format not in FORMATS:
@@ -127,7 +130,7 @@ def export(
     snapshot: Annotated[str, typer.Option(help="number, from the end if negative, or all")] = "all",
     force: options.Overwrite = False,
 ):
-    """Export snapshots to other programs: ParaView, OVITO, ASE, LAMMPS."""
+    """Export snapshots to ParaView, OVITO, ASE or LAMMPS."""
     from dusttaichi import analysis
     from dusttaichi.export import export as write
 
@@ -168,7 +171,10 @@ def render(
     ] = None,
     force: options.Overwrite = False,
 ):
-    """Draw a picture of the grains or the dust of a snapshot, or a film of all snapshots."""
+    """Draw a picture or a film of snapshots.
+
+    The grains, or the dust, of one snapshot; --animate makes a film of all.
+    """
     from dusttaichi import analysis, plots
     from dusttaichi.plots.registry import picture_of
 

@@ -36,7 +36,7 @@ def run(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ):
-    """Run the scene of a YAML file: result, figures and a short table."""
+    """Run a scene: result, figures and a short table."""
     from dusttaichi.run import run_directory
 
     options.refuse_both(force, resume)

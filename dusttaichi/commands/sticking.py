@@ -38,7 +38,10 @@ def sticking(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ):
-    """Find the sticking speed of a collision by bisection, or its restitution over speeds."""
+    """Find the sticking speed of a collision, or its restitution.
+
+    The speed by bisection, the restitution over speeds (--map).
+    """
     from dusttaichi.analysis.plain import plain, plain_dataset
     from dusttaichi.studies.settings import with_settings
     from dusttaichi.studies.sticking import restitution, search

@@ -25,7 +25,10 @@ def study(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ):
-    """Run a study of your own: a Python file says which runs of a scene it wants."""
+    """Run a study of your own, written in Python.
+
+    The file says which runs of a scene it wants, given those that it has.
+    """
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.results import provenance

@@ -37,7 +37,7 @@ def sweep(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ):
-    """Run a scene over a grid of values of its keys: one dataset, a figure, a table."""
+    """Run a scene over a grid of values: dataset, figure, table."""
     from dusttaichi.studies import sweep as studies
     from dusttaichi.studies.settings import with_common_settings
 

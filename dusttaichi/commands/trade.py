@@ -34,7 +34,10 @@ def trade(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ):
-    """Measure run time and error of each numerical parameter: table, figure, cheapest setting."""
+    """Measure run time and error of each numerical parameter.
+
+    A table, a figure, and the cheapest setting.
+    """
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.plots import save

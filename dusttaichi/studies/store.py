@@ -56,7 +56,7 @@ def cost_of(point):
 
 
 def stopped(point):
-    """Why a guard has stopped a timed run, "" if it has not, or other code ran."""
+    """Reason why a guard has stopped a timed run; "" if none has, or other code ran."""
     return _stored(point, "stopped") or ""
 
 
