@@ -226,6 +226,9 @@ def test_a_collision_is_the_run_of_its_scene_with_all_its_grains():
     _, v, w = sim.grain_state()
     energy = 0.5 * (sim.mass * np.sum(v**2) + sim.inertia * np.sum(w**2)) * 1e-15
     assert found["kinetic"] == pytest.approx(energy, rel=1e-12)  # sums in another order
+    # their centres pass through each other
+    broken = task.run(None, **own.request(20.0).arguments)
+    assert not broken["bound"] and broken["fragments"] > 5 and math.isnan(broken["restitution"])
 
 
 def flight(scene):

@@ -24,8 +24,9 @@ def run(parent, *, scene, speed, time):
     mass of both bodies; of a body at a wall: one of its grains touches it. restitution: speed of
     separation of the centres of mass at the end over that of approach, along the line between them
     where they were closest, or the normal of the wall; 0 where the bodies are bound, not a number
-    where they pass each other. fragments: sets of grains connected by contacts; largest: grains of
-    the largest. contacts: between grains. kinetic [J]: of translation and rotation. time_step [s].
+    where they pass each other, or through each other as they break up. fragments: sets of grains
+    connected by contacts; largest: grains of the largest. contacts: between grains. kinetic [J]: of
+    translation and rotation. time_step [s].
     Raises DustError where the bodies miss each other.
     """
     scene, (sample, rest, way) = _start(scene)
@@ -39,10 +40,12 @@ def run(parent, *, scene, speed, time):
         sim.advance(int(part))
         both.look()
     bound, grains = both.is_one(), np.bincount(both.fragment_of())
-    restitution = both.restitution()
+    restitution = 0.0 if bound else both.restitution()
+    if restitution is None or restitution < 0.0:
+        restitution = nan
     return {
         "bound": bound,
-        "restitution": 0.0 if bound else nan if restitution is None else restitution,
+        "restitution": restitution,
         "fragments": len(grains),
         "largest": int(grains.max()),
         "contacts": len(sim.sim.contact_state()["grain_i"]),
