@@ -5,7 +5,6 @@ expected goes to docs/validation/benchmarks_continuum.csv, the curves of the fin
 docs/figures/benchmark_NAME.png.
 """
 
-import csv
 import sys
 import tempfile
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import NamedTuple
 import closed_forms
 import numpy as np
 from scipy.optimize import curve_fit
+from tables import update
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.continuum import read_particles
@@ -28,7 +28,7 @@ from dusttaichi.scene.continuum_material import ContinuumMaterial
 
 HERE = Path(__file__).parent
 CONFIGS = HERE.parent / "configs/continuum/benchmarks"
-TABLE, FIGURES = "validation/benchmarks_continuum.csv", "figures"
+TABLE, FIGURES = "benchmarks_continuum.csv", "figures"
 
 
 class Row(NamedTuple):
@@ -307,10 +307,7 @@ def numbers_of(run):
 
 def scene_of(name, resolution):
     """The Scene of a benchmark at a resolution, 0 or 1."""
-    scene = load(CONFIGS / f"{name}.yaml")
-    for key, value in BENCHMARKS[name][1][resolution].items():
-        scene = scene.with_value(key, value)
-    return scene
+    return load(CONFIGS / f"{name}.yaml").with_values(BENCHMARKS[name][1][resolution])
 
 
 def carried_out(name, resolution, folder):
@@ -372,23 +369,13 @@ def verdict(coarse, fine, ratio):
     return "converges" if abs(coarse) >= ratio * abs(fine) else "differs"
 
 
-HEAD = ["benchmark", "quantity", "unit", "expected", "coarse", "expected, fine", "fine", "verdict"]
-
-
 def main(names):
     """Entry point: rows of other benchmarks stay in the table as they are."""
-    path, table = HERE / TABLE, {}
-    if path.exists():
-        with open(path, newline="", encoding="utf-8") as file:
-            for row in list(csv.reader(file))[1:]:
-                table.setdefault(row[0], []).append(row)
     with tempfile.TemporaryDirectory() as folder:
         for name in names or BENCHMARKS:
-            table[name] = rows_of(name, folder)
-            print(*(" | ".join(row) for row in table[name]), sep="\n", flush=True)
-            with open(path, "w", newline="", encoding="utf-8") as file:
-                rows = [row for key in BENCHMARKS if key in table for row in table[key]]
-                csv.writer(file, lineterminator="\n").writerows([HEAD, *rows])
+            found = rows_of(name, folder)
+            print(*(" | ".join(row) for row in found), sep="\n", flush=True)
+            update(TABLE, {name: found}, BENCHMARKS)
 
 
 if __name__ == "__main__":

@@ -12,12 +12,12 @@ of the profile likelihood, nan where it does not end within the table: a logisti
 P = 1/(1 + exp(-b (ln N - t - s ln v))), b >= 0.
 """
 
-import csv
 import sys
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from tables import name_of, write
 
 from dusttaichi.analysis.collisions import FAILED, MISS, mean_and_error
 from dusttaichi.scene import extensions
@@ -39,7 +39,7 @@ def rows(path):
             bounced = own.restitution.values[own.outcome.values == "bouncing"]
             apart = mean_and_error(bounced)
             yield {
-                "study": path.rstrip("/").rsplit("/", 1)[-1],
+                "study": name_of(path),
                 "level": str(body).rpartition("_")[0],
                 "grains_per_body": round(float(own.grains.mean()) / 2),
                 "filling_factor": f"{phi[0]:.4f}",
@@ -58,18 +58,14 @@ def rows(path):
 
 def main(out, *paths):
     """Write the table of these studies."""
-    table = [row for path in paths for row in rows(path)]
-    pd.DataFrame(table).to_csv(out, index=False, lineterminator="\n")
+    write(out, [row for path in paths for row in rows(path)])
 
 
 def fit(path):
     """Print thresholds and exponents of a table."""
-    with open(path, newline="", encoding="utf-8") as file:
-        table = list(csv.DictReader(file))
-    for level in dict.fromkeys(row["level"] for row in table):
-        own = [row for row in table if row["level"] == level]
-        columns = ("grains_per_body", "speed_m_per_s", "pairs", "bouncing")
-        every = np.array([[float(row[name]) for name in columns] for row in own]).T
+    for level, own in pd.read_csv(path).groupby("level", sort=False):
+        columns = ["grains_per_body", "speed_m_per_s", "pairs", "bouncing"]
+        every = own[columns].to_numpy(float).T
         every[:2] = np.log(every[:2])
         for speed in np.unique(every[1]):
             points = every[:, every[1] == speed]

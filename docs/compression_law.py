@@ -10,11 +10,11 @@ Runs that continue another one (`sample.file`) are rows of their own. The seed i
 last underscore of the name of the run.
 """
 
-import csv
 import sys
 
 import numpy as np
 import pandas as pd
+from tables import name_of, write
 
 from dusttaichi import analysis
 from dusttaichi.names import CHANNELS
@@ -38,9 +38,9 @@ def rows(path):
         shares = analysis.loss_shares(run, decades=DECADES)
         drive = run.scene["stages"][0]["drive"] if run.scene.get("stages") else {}
         about = {
-            "run": path.rstrip("/").rsplit("/", 1)[-1],
+            "run": name_of(path),
             "grains": run.grains,
-            "seed": path.rstrip("/").rsplit("_", 1)[-1],
+            "seed": name_of(path).rpartition("_")[2],
             "compression_rate": drive.get("compression_rate", ""),
             "version": run.attrs.get("git_commit", ""),
         }
@@ -61,28 +61,21 @@ def rows(path):
 
 def main(out, *paths):
     """Write the table of these runs."""
-    table = [row for path in paths for row in rows(path)]
-    pd.DataFrame(table).to_csv(out, index=False, lineterminator="\n")
+    write(out, [row for path in paths for row in rows(path)])
 
 
 def factors(path, base="base", low=0.05, high=0.13):
     """Print the geometric mean over the bins that two runs of a seed have in common from `low` to
     `high`: mean and standard deviation between the seeds, and their number."""
-    low, high = float(low), float(high)
-    with open(path, newline="", encoding="utf-8") as file:
-        table = [row for row in csv.DictReader(file) if low < float(row["filling_factor"]) < high]
-    known = {}
-    for row in table:
-        switch, seed = row["run"].rsplit("_", 1)
-        bins = known.setdefault(switch.removeprefix("sw_"), {}).setdefault(seed, {})
-        bins[row["filling_factor"]] = np.log(float(row["over_phi3"]))
-    for switch, seeds in known.items():
-        found = [
-            np.mean([value - known[base][seed][phi] for phi, value in bins.items()])
-            for seed, bins in seeds.items()
-        ]
-        scatter = np.std(found, ddof=1) if len(found) > 1 else np.nan
-        print(f"{switch}: {np.exp(np.mean(found)):.2f}, scatter {scatter:.2f}, {len(found)} seeds")
+    table = pd.read_csv(path)
+    table = table[table.filling_factor.between(float(low), float(high), inclusive="neither")]
+    table[["switch", "seed"]] = table.run.str.removeprefix("sw_").str.rsplit("_", n=1, expand=True)
+    keys = ["switch", "seed", "filling_factor"]
+    logs = np.log(table.groupby(keys).over_phi3.first()).unstack("switch")
+    for switch in table.switch.unique():
+        change = (logs[switch] - logs[base]).dropna().groupby("seed").mean()
+        spread = f"scatter {change.std():.2f}, {len(change)} seeds"
+        print(f"{switch}: {np.exp(change.mean()):.2f}, {spread}")
 
 
 if __name__ == "__main__":

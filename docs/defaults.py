@@ -4,8 +4,6 @@ docs/defaults.yaml has the plainest scene of each kind, its main number and the 
 Each is run as it is and with these; a row of each goes to docs/validation/defaults.csv.
 """
 
-import copy
-import csv
 import json
 import sys
 import tempfile
@@ -14,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 from scipy.stats import t as student
+from tables import update
 
 from dusttaichi import analysis
 from dusttaichi.analysis.summary import summary
@@ -23,8 +22,7 @@ from dusttaichi.run import execute
 from dusttaichi.scene import Scene
 
 HERE = Path(__file__).parent
-SCENES, TABLE = HERE / "defaults.yaml", HERE / "validation" / "defaults.csv"
-HEAD = "scene,what,number,default,careful settings,careful,difference,stated error,verdict"
+SCENES = HERE / "defaults.yaml"
 TOP = WALLS.index("top")
 ALONE = {"numerics.threads": 1}
 
@@ -58,12 +56,11 @@ def measured(case, changes, folder):
     """Values of the number of a case with changes of its scene, one for each seed; or a text."""
     values = []
     for seed in case.get("seeds") or [None]:
-        data = {"name": "defaults"} | copy.deepcopy(case["scene"])
         own = changes | ({} if seed is None else {case.get("seed", "sample.seed"): seed})
-        for key, value in (own | ALONE).items():
-            put(data, key.split("."), value)
         try:
-            run = analysis.open_run(execute(Scene.from_dict(data, HERE), folder, force=True))
+            scene = Scene.from_dict({"name": "defaults"} | case["scene"], HERE)
+            run = execute(scene.with_values(own | ALONE), folder, force=True)
+            run = analysis.open_run(run)
             number = NUMBERS.get(case["number"])
             value = number(run) if number else summary(run)[case["number"]]
         except GuardStop as stop:
@@ -82,17 +79,6 @@ def _why(numbers):
     """Why a run has no number, as its table says."""
     missed = numbers["missed_loads"]
     return "load missed" if missed else "none: " + numbers["status"]
-
-
-def put(data, path, value):
-    """Set a key of nested dictionaries and lists."""
-    key = int(path[0]) if isinstance(data, list) else path[0]
-    if len(path) == 1:
-        data[key] = value
-        return
-    if isinstance(data, dict):
-        data.setdefault(key, {})
-    put(data[key], path[1:], value)
 
 
 def row(name, case, settings, plain, careful):
@@ -143,20 +129,7 @@ def main(names):
             plain = measured(case, {}, folder)
             found = [row(name, case, s, plain, measured(case, s, folder)) for s in case["careful"]]
             print(*(" | ".join(cells) for cells in found), sep="\n", flush=True)
-            write({name: found}, cases)
-
-
-def write(found, order):
-    """Put rows into the table, in the order of the scenes."""
-    table = {}
-    if TABLE.exists():
-        with open(TABLE, newline="", encoding="utf-8") as file:
-            for cells in list(csv.reader(file))[1:]:
-                table.setdefault(cells[0], []).append(cells)
-    table |= found
-    with open(TABLE, "w", newline="", encoding="utf-8") as file:
-        rows = [cells for key in order if key in table for cells in table[key]]
-        csv.writer(file, lineterminator="\n").writerows([HEAD.split(","), *rows])
+            update("defaults.csv", {name: found}, cases)
 
 
 if __name__ == "__main__":

@@ -18,16 +18,10 @@ tangential: rolling, sliding and twisting.
 import sys
 
 import numpy as np
-import pandas as pd
 import xarray as xr
+from tables import name_of, write
 
-from dusttaichi.analysis.collisions import (
-    FAILED,
-    MISS,
-    fragment_slope,
-    mean_and_error,
-    spectrum,
-)
+from dusttaichi.analysis.collisions import FAILED, MISS, fragment_slope, mean_and_error, spectrum
 from dusttaichi.analysis.thresholds import thresholds
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.names import CHANNELS
@@ -47,7 +41,7 @@ def breaking_energy(scene):
 
 def open_study(path):
     """(name, dataset) of a directory."""
-    return path.rstrip("/").rsplit("/", 1)[-1], xr.load_dataset(f"{path}/collisions.nc")
+    return name_of(path), xr.load_dataset(f"{path}/collisions.nc")
 
 
 def tangential_loss(data):
@@ -111,8 +105,7 @@ def rows(path):
 
 def main(out, *paths):
     """Write the table of these studies."""
-    table = [row for path in paths for row in rows(path)]
-    pd.DataFrame(table).replace("nan", "").to_csv(out, index=False, lineterminator="\n")
+    write(out, [row for path in paths for row in rows(path)])
 
 
 def pairs(first, *others):

@@ -13,8 +13,9 @@ from pathlib import Path
 import interface
 import sample_size
 import softening
-from markup import cell as _cell
-from markup import text as _text
+from tables import VALIDATION, head, row
+from tables import cell as _cell
+from tables import text as _text
 
 from dusttaichi.analysis.numbers import Family, families
 from dusttaichi.continuum.variables import VARIABLES as OF_CONTINUUM
@@ -108,7 +109,7 @@ def keys(block):
 
 def keys_of(chosen):
     """The table of some keys, in Markdown."""
-    lines = ["| key | default | meaning |", "| --- | --- | --- |"]
+    lines = head("key", "default", "meaning")
     for key in chosen:
         of = f"of {', '.join(f'`{kind}`' for kind in key.kinds)}: " if key.kinds else ""
         default = f"`{key.default}`" if key.default else "*needed*" if key.needed else ""
@@ -125,13 +126,9 @@ def materials():
     """The table of the named materials."""
     numbers = {name: _numbers(material) for name, material in NAMED.items()}
     names = list(dict.fromkeys(key for known in numbers.values() for key in known))
-    lines = [
-        "| | " + " | ".join(f"`{name}`" for name in numbers) + " |",
-        "| --- |" + " --- |" * len(numbers),
-    ]
+    lines = head("", *(f"`{name}`" for name in numbers))
     for key in names:
-        cells = [str(known.get(key, "")) for known in numbers.values()]
-        lines.append(f"| `{key}` | " + " | ".join(cells) + " |")
+        lines.append(row(f"`{key}`", *(str(known.get(key, "")) for known in numbers.values())))
     return _text(lines)
 
 
@@ -143,9 +140,9 @@ def _numbers(material):
 
 def contact_numbers():
     """The table of the numbers that a contact stores for each law."""
-    lines = ["| effect | law | number | unit | meaning |", "| --- | --- | --- | --- | --- |"]
+    lines = head("effect", "law", "number", "unit", "meaning")
     for effect, law, name, unit, meaning in table_of_numbers():
-        lines.append(f"| {effect} | `{law}` | `{name}` | {unit} | {_cell(meaning)} |")
+        lines.append(row(effect, f"`{law}`", f"`{name}`", unit, _cell(meaning)))
     return _text(lines)
 
 
@@ -166,38 +163,34 @@ def bundled():
 
 def numbers(chosen, files=None):
     """The table of the numbers of some families; files: family -> file that it is of."""
-    lines = ["| number | unit | meaning | where |", "| --- | --- | --- | --- |"]
+    lines = head("number", "unit", "meaning", "where")
     for family in chosen:
         where = f"{_cell(family.title)}: `{files[family.name]}`" if files else _cell(family.title)
-        for row in family.numbers:
-            unit = row.unit or ("text" if row.unit == "" else "")
-            title = _cell(row.about or row.title.removeprefix("… "))
-            lines.append(f"| `{row.name}` | {unit} | {title} | {where} |")
+        for own in family.numbers:
+            unit = own.unit or ("text" if own.unit == "" else "")
+            title = _cell(own.about or own.title.removeprefix("… "))
+            lines.append(row(f"`{own.name}`", unit, title, where))
     return _text(lines)
 
 
 def variables(group, declared):
     """The table of the variables of one group of the result file."""
-    lines = [
-        "| variable | dimensions | unit | meaning | source |",
-        "| --- | --- | --- | --- | --- |",
-    ]
+    lines = head("variable", "dimensions", "unit", "meaning", "source")
     for variable in declared:
         if variable.group != group:
             continue
         dims = ", ".join(f"`{name}`" for name in variable.dims)
         needs = ", ".join(text for name, text in FEATURES.items() if name in variable.needs)
         there = f"<br>*{needs}*" if needs else ""
-        lines.append(
-            f"| `{variable.name}` | {dims} | {variable.units} "
-            f"| {_cell(variable.long_name)}{there} | {_cell(variable.source)} |"
-        )
+        meaning = f"{_cell(variable.long_name)}{there}"
+        cells = (f"`{variable.name}`", dims, variable.units, meaning, _cell(variable.source))
+        lines.append(row(*cells))
     return _text(lines)
 
 
 def _tables():
     """The tables of numbers of the validation, small enough for a page."""
-    return sorted((HERE / "validation").glob("*.csv"))
+    return sorted(VALIDATION.glob("*.csv"))
 
 
 def csv_table(path, most=60):
@@ -205,10 +198,10 @@ def csv_table(path, most=60):
     with path.open(newline="", encoding="utf-8") as file:
         text = file.read().splitlines()
     notes = [line.removeprefix("#").strip() for line in text if line.startswith("#")]
-    head, *lines = csv.reader(line for line in text if not line.startswith("#"))
+    names, *lines = csv.reader(line for line in text if not line.startswith("#"))
     table = [*(note + "\n" for note in notes), ":::{div} numbers", ""]
-    table += ["| " + " | ".join(_cell(name) for name in head) + " |", "| --- " * len(head) + "|"]
-    table += ["| " + " | ".join(_cell(_short(cell)) for cell in row) + " |" for row in lines[:most]]
+    table += head(*map(_cell, names))
+    table += [row(*(_cell(_short(one)) for one in cells)) for cells in lines[:most]]
     table += ["", ":::"]
     if len(lines) > most:
         table += ["", f"The first {most} of {len(lines)} rows."]

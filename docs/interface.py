@@ -6,8 +6,8 @@ import textwrap
 from pathlib import Path
 
 import typer
-from markup import cell, prose, text
 from pydantic import BaseModel
+from tables import cell, head, prose, row, text
 
 from dusttaichi.commands.app import EXIT_CODES, app
 
@@ -43,20 +43,20 @@ def commands():
         lines += ["```text", *_usage(name, command), "```", ""]
         options = [one for one in command.params if one.name != "help"]
         if options:
-            lines += ["| | meaning | default |", "| --- | --- | --- |"]
+            lines += head("", "meaning", "default")
             for one in options:
                 shown = ", ".join(f"`{word}`" for word in _words(one))
                 default = one.default if isinstance(one.default, (int, float, str)) else ""
                 default = "" if isinstance(default, bool) or default == "" else f"`{default}`"
-                lines.append(f"| {shown} | {cell(getattr(one, 'help', '') or '')} | {default} |")
+                lines.append(row(shown, cell(getattr(one, "help", "") or ""), default))
             lines.append("")
     return text(lines)
 
 
 def exit_codes():
     """The table of exit codes."""
-    rows = [f"| {code} | {cell(what)} |" for code, what in EXIT_CODES]
-    return text(["| exit code | what has happened |", "| --- | --- |", *rows])
+    rows = [row(str(code), cell(what)) for code, what in EXIT_CODES]
+    return text([*head("exit code", "what has happened"), *rows])
 
 
 def _commands(group, prefix=""):
@@ -112,9 +112,9 @@ def api_index():
         "unless a docstring says otherwise.",
         "",
     ]
-    for head, packages in (("public subpackage", PUBLIC), ("inner subpackage", INNER)):
-        lines += [f"| {head} | content |", "| --- | --- |"]
-        lines += [f"| [`dusttaichi.{name}`]({name}.md) | {line} |" for name, line in packages]
+    for kind, packages in (("public subpackage", PUBLIC), ("inner subpackage", INNER)):
+        lines += head(kind, "content")
+        lines += [row(f"[`dusttaichi.{name}`]({name}.md)", line) for name, line in packages]
         lines += [""]
     lines += ["```{toctree}", ":hidden:", ""]
     return text([*lines, *(name for name, _ in PUBLIC + INNER), "```"])

@@ -1,9 +1,10 @@
-"""Figures of the docs from their committed tables: `python docs/redraw.py`.
+"""Figures of the docs from their committed tables: `python docs/redraw.py [NAME ...]`.
 
 What took minutes to hours to compute is drawn anew here without being computed again.
 """
 
-import csv
+import sys
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,11 +13,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from sample_size import figure as sample_size
-from strength_size import groups as strength_groups
-from strength_size import weibull
+from tables import read
 
 from dusttaichi import plots
-from dusttaichi.analysis.grid import outcomes, read
+from dusttaichi.analysis.grid import outcomes
+from dusttaichi.analysis.grid import read as of_grid
 from dusttaichi.physics import laws
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.plots import style
@@ -44,32 +45,15 @@ TRADES = {
 }
 
 
-def rows(name):
-    """The rows of a table as dicts of text."""
-    with open(TABLES / name, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def numbers(table, column):
-    """A column of numbers, NaN where it is empty."""
-    return np.array([float(row[column] or "nan") for row in table])
-
-
 def trade(scene):
     """Cost against error of a scene of TRADES."""
     observable, scatter, convergence, check, tolerance = TRADES[scene]
-    table = [
-        row
-        for row in rows("trade.csv")
-        if row["scene"] == scene and row["observable"] == observable
-    ]
-    columns = {name: np.array([row[name] for row in table]) for name in ("parameter", "kind")}
+    table = read("trade.csv").query("scene == @scene and observable == @observable")
+    names = {"label": "point", "cost_ratio": "cost over default"}
+    columns = ("parameter", "kind", "label", "cost_ratio", "error")
     data = xr.Dataset(
         {
-            **{name: ("point", column) for name, column in columns.items()},
-            "label": ("point", np.array([row["point"] for row in table])),
-            "cost_ratio": ("point", numbers(table, "cost over default")),
-            "error": ("point", numbers(table, "error")),
+            **{name: ("point", table[names.get(name, name)].values) for name in columns},
             "scatter": ("observable", [scatter]),
             "convergence": ("observable", [convergence]),
         },
@@ -81,7 +65,7 @@ def trade(scene):
 
 def softening():
     """Cost against error of softened contacts; and the table that `--suggest` reads."""
-    found = outcomes(read(TABLES / "softening.csv"))
+    found = outcomes(of_grid(TABLES / "softening.csv"))
     # collisions refuse softened contacts: nothing to suggest
     table = to_table(own for own in found if own.scene != "trade_collision")
     path = files("dusttaichi.studies.trade") / TABLE
@@ -92,35 +76,46 @@ def softening():
 
 def extremes():
     """How every cell ends; its row and column are those of the cell of that name."""
-    table = rows("extremes.csv")
+    table = read("extremes.csv")
     cells = {(c.group, c.name): c for make in GROUPS.values() for c in make(False)}
-    found = [cells[row["group"], row["name"]] for row in table]
-    texts = {name: [row[name] for row in table] for name in ("group", "name", "verdict")}
-    texts |= {way: [str(getattr(c, way)) for c in found] for way in ("row", "column")}
-    data = xr.Dataset(
-        {name: ("cell", np.array(column, dtype=object)) for name, column in texts.items()}
-        | {name: ("cell", numbers(table, name)) for name in ("residual", "measured", "ratio")}
-    )
-    return plots.extremes(data)
+    for way in ("row", "column"):
+        keys = zip(table.group, table.name, strict=True)
+        table[way] = [str(getattr(cells[key], way)) for key in keys]
+    return plots.extremes(table.rename_axis("cell").to_xarray())
 
 
 def tensile_strength():
     """Tensile strength of ice: 1024 grains, four seeds at each of three filling factors."""
-    names = ("strength", "strength_sigma", "phi_init")
-    chosen = [r for r in rows("tensile.csv") if r["name"].startswith("tensile_ice-stages.0.stop")]
-    results = [
-        SimpleNamespace(
-            **{name: float(row[name]) for name in names}, passed=row["strength_passed"] == "True"
-        )
-        for row in chosen
-    ]
-    labels = [f"{len(chosen)} runs", *["_"] * (len(chosen) - 1)]
+    table = read("tensile.csv")
+    table = table[table.name.str.startswith("tensile_ice-stages.0.stop")]
+    results = [SimpleNamespace(**one._asdict(), passed=one.strength_passed)
+               for one in table.itertuples()]  # fmt: skip
+    labels = [f"{len(table)} runs", *["_"] * (len(table) - 1)]
     return strengths(results, labels, [Material(**NAMED["ice_t19"])])
 
 
-def strength_size(table, *words):
-    """Tensile strengths of samples of several sizes: Weibull plot, and against the size."""
-    return weibull.strength_samples(strength_groups(TABLES / table, words))
+def strength_size(name, *words):
+    """Tensile strengths of samples of several sizes: Weibull plot, and against the size.
+
+    name: table of `dust compare`; rows count whose name contains one of the words. Prints the
+    Weibull statistics.
+    """
+    table = read(name).dropna(subset="strength")
+    table = table[table.name.str.contains("|".join(words))]
+    weibull = extensions.module("kimura2020/weibull.py")
+    known = [
+        weibull.Strengths(f"{grains} grains", grains, own.values, weibull.weibull(own.values))
+        for grains, own in table.groupby("grains").strength
+    ]
+    for own in known:
+        kpa = own.values / 1e3
+        scatter = f" ± {kpa.std(ddof=1):.2f}" if len(kpa) > 1 else ""
+        print(f"{own.grains} grains, {len(kpa)} samples: {kpa.mean():.2f}{scatter} kPa")
+    columns, lines = weibull.strength_tables(known)
+    for texts in zip(*(texts for _, texts in columns), strict=True):
+        print(", ".join(f"{head} {text}" for (head, _), text in zip(columns, texts, strict=True)))
+    print(*lines, sep="\n")
+    return weibull.strength_samples(known)
 
 
 @style.styled
@@ -132,7 +127,7 @@ def compression_law():
     ice = Material(**NAMED["ice_t19"])
     own = ice.surface_energy, ice.radius, ice.critical_rolling
     unit = laws.isotropic_pressure(1.0, *own)
-    table = [r for r in rows("compression_law.csv") if float(r["filling_factor"]) > LOOSEST]
+    table = read("compression_law.csv").query("filling_factor > @LOOSEST")
     figure, (axes, below) = style.new_figure(height=6.4, rows=2, ratios=[3, 2])
     phi = np.geomspace(LOOSEST, 0.65, 200)
     for law, look, text in (
@@ -141,23 +136,21 @@ def compression_law():
     ):
         line = law(phi, *own) / unit
         axes.plot(phi, line, color=style.BLACK, linewidth=1.1, linestyle=look, label=text)
-    for number, (grains, seed) in enumerate(dict.fromkeys((r["grains"], r["seed"]) for r in table)):
-        mine = [r for r in table if (r["grains"], r["seed"]) == (grains, seed)]
-        pressure = numbers(mine, "pressure_Pa") / unit
+    samples = table.groupby(["grains", "seed"], sort=False)
+    for number, ((grains, seed), mine) in enumerate(samples):
         text = f"{grains} grains, seed {seed}"
-        axes.plot(numbers(mine, "filling_factor"), pressure, label=text, **style.run_style(number))
+        line = {"label": text, **style.run_style(number)}
+        axes.plot(mine.filling_factor, mine.pressure_Pa / unit, **line)
     sand = Material(**NAMED["silicate_s12"])
     unit = laws.isotropic_pressure(1.0, sand.surface_energy, sand.radius, sand.critical_rolling)
-    mine = [r for r in rows("compression_silicate.csv") if r["run"] == "silicate_1"]
-    phi, pressure = numbers(mine, "filling_factor"), numbers(mine, "pressure_Pa") / unit
-    axes.plot(
-        phi, pressure, "o", ms=4, mfc="none", label="silicate, 1024 grains", color=style.BLACK
-    )
-    largest = [r for r in table if r["grains"] == "4096"]
+    mine = read("compression_silicate.csv").query("run == 'silicate_1'")
+    look = {"ms": 4, "mfc": "none", "color": style.BLACK, "label": "silicate, 1024 grains"}
+    axes.plot(mine.filling_factor, mine.pressure_Pa / unit, "o", **look)
+    largest = table.query("grains == 4096")
     for name, colour in style.CHANNEL_COLOURS.items():
-        if f"share_{name}" in largest[0]:
-            share = numbers(largest, f"share_{name}")
-            below.plot(numbers(largest, "filling_factor"), share, color=colour, label=name)
+        if f"share_{name}" in largest:
+            line = {"color": colour, "label": name}
+            below.plot(largest.filling_factor, largest[f"share_{name}"], **line)
     axes.set_xscale("log")
     axes.set_yscale("log")
     style.few_ticks(below.xaxis)
@@ -190,18 +183,16 @@ def diametral_strength():
         axes.plot(phi, law / 1e3, label=text, **style.look(style.BLACK, 1.1, dash))
     x, y = np.array(LABORATORY).T
     axes.plot(x, y / 1e3, "s", color=style.BLACK, ms=5, mfc="white", label="laboratory, G09 3.1")
-    pulled = [r for r in rows("dust_grains.csv") if r["quantity"] == "tension"]
-    x, y = numbers(pulled, "filling factor"), numbers(pulled, "grains show [Pa]")
-    look = style.run_style(0)["color"]
-    axes.plot(x, y / 1e3, "^", color=look, ms=5, label="periodic cells, pulled")
-    table = rows("diametral.csv")
-    colour = style.run_style(1)["color"]
-    for passed, text in (("True", "discs"), ("False", "discs, largest value")):
-        own = [r for r in table if r["diametral_passed"] == passed]
-        x, y = numbers(own, "diametral_phi"), numbers(own, "diametral_strength")
-        fill = colour if passed == "True" else "white"
-        if own:
-            axes.plot(x, y / 1e3, "o", color=colour, mfc=fill, ms=5, label=text)
+    pulled = read("dust_grains.csv").query("quantity == 'tension'")
+    look = {"color": style.run_style(0)["color"], "ms": 5, "label": "periodic cells, pulled"}
+    axes.plot(pulled["filling factor"], pulled["grains show [Pa]"] / 1e3, "^", **look)
+    table = read("diametral.csv")
+    look["color"] = style.run_style(1)["color"]
+    for passed, text in ((True, "discs"), (False, "discs, largest value")):
+        own = table[table.diametral_passed == passed]
+        look |= {"label": text, "mfc": look["color"] if passed else "white"}
+        if len(own):
+            axes.plot(own.diametral_phi, own.diametral_strength / 1e3, "o", **look)
     axes.set(yscale="log", xlabel=r"filling factor $\phi$", ylabel="tensile strength (kPa)")
     style.few_ticks(axes.yaxis)
     style.legend(axes)
@@ -209,31 +200,24 @@ def diametral_strength():
 
 
 def dust_grains():
-    """A material fitted to grains, and their curves at each rate of pressing."""
+    """A material fitted to grains."""
     seen = [
-        (
-            SimpleNamespace(seed=int(row["seed"])),
-            SimpleNamespace(
-                quantity=row["quantity"],
-                phi=float(row["filling factor"]),
-                value=float(row["grains show [Pa]"]),
-            ),
-        )
-        for row in rows("dust_grains.csv")
+        (SimpleNamespace(seed=seed), SimpleNamespace(quantity=quantity, phi=phi, value=value))
+        for seed, quantity, phi, value in read("dust_grains.csv")[
+            ["seed", "quantity", "filling factor", "grains show [Pa]"]
+        ].itertuples(index=False)
     ]
     numbers_of = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_grains"))
-    fit = SimpleNamespace(numbers=numbers_of, rows=seen)
-    return continuum_fit(fit), pressing_speeds(curves())
+    return continuum_fit(SimpleNamespace(numbers=numbers_of, rows=seen))
 
 
-def curves():
-    """The curves of docs/validation/dust_grains_speeds.csv."""
-    groups = {}
-    for row in rows("dust_grains_speeds.csv"):
-        key = (row["run"], int(row["seed"]), int(row["grains"]), float(row["rate [1/s]"]))
-        groups.setdefault(key, []).append(row)
+def dust_grains_speeds():
+    """Curves of grains at each rate of pressing."""
+    keys = ["run", "seed", "grains", "rate [1/s]"]
     names = ("filling factor", "p [Pa]", "axial stress [Pa]")
-    return [Curve(*key, *(numbers(of, name) for name in names)) for key, of in groups.items()]
+    groups = read("dust_grains_speeds.csv").groupby(keys, sort=False)
+    curves = [Curve(*key, *(of[name].values for name in names)) for key, of in groups]
+    return pressing_speeds(curves)
 
 
 # lines of the panels of the figure of fragmentation: (study, body) -> label
@@ -254,7 +238,7 @@ BODIES = {
 @style.styled
 def fragmentation():
     """Growth efficiency against the speed, and against the energy over that of all contacts."""
-    table = rows("fragmentation.csv")
+    table = read("fragmentation.csv")
     figure, panels = style.new_figure(height=8.6, rows=3, ratios=[1, 1, 1], shared=False)
     columns = "speed_m_per_s", "speed_m_per_s", "energy_over_breaking"
     energy = r"impact energy / $(N E_{\rm break})$"
@@ -263,10 +247,9 @@ def fragmentation():
     for axes, column, label, lines in zip(panels, columns, labels, choices, strict=True):
         axes.axhline(0.0, color=style.GREY, linewidth=0.8)
         for number, (key, text) in enumerate(lines.items()):
-            own = [row for row in table if (row["study"], row["body"]) == key]
-            growth, error = (numbers(own, f"growth_efficiency{end}") for end in ("", "_error"))
+            own = table[(table.study == key[0]) & (table.body == key[1])]
             line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4, "capsize": 2}
-            axes.errorbar(numbers(own, column), growth, error, **line)
+            axes.errorbar(own[column], own.growth_efficiency, own.growth_efficiency_error, **line)
         axes.set_xscale("log")
         style.few_ticks(axes.xaxis)
         axes.set(xlabel=label, ylabel="growth efficiency")
@@ -276,48 +259,50 @@ def fragmentation():
 
 # level and speed [m/s] of the lines of the figure of bouncing -> label
 BOUNCING = {
-    ("phi60", "4"): r"$\phi$ = 0.57, 4 m/s",
-    ("phi60", "16"): r"$\phi$ = 0.57, 16 m/s",
-    ("phi60", "10"): r"$\phi$ = 0.57, 10 m/s",
-    ("phi60", "1"): r"$\phi$ = 0.57, 1 m/s",
-    ("phi55", "10"): r"$\phi$ = 0.53 and 0.49, 10 m/s",
+    ("phi60", 4): r"$\phi$ = 0.57, 4 m/s",
+    ("phi60", 16): r"$\phi$ = 0.57, 16 m/s",
+    ("phi60", 10): r"$\phi$ = 0.57, 10 m/s",
+    ("phi60", 1): r"$\phi$ = 0.57, 1 m/s",
+    ("phi55", 10): r"$\phi$ = 0.53 and 0.49, 10 m/s",
 }
 
 
 @style.styled
 def bouncing_threshold():
     """Share of the pairs that bounce, against the number of grains of a body."""
-    table = rows("bouncing_levels.csv")
+    table = read("bouncing_levels.csv").sort_values("grains_per_body")
     figure, (axes,) = style.new_figure()
     for number, (key, text) in enumerate(BOUNCING.items()):
-        own = [row for row in table if (row["level"], row["speed_m_per_s"]) == key]
-        own.sort(key=lambda row: int(row["grains_per_body"]))
-        share = numbers(own, "bouncing") / numbers(own, "pairs")
+        own = table[(table.level == key[0]) & (table.speed_m_per_s == key[1])]
         line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4}
-        axes.plot(numbers(own, "grains_per_body"), share, **line)
+        axes.plot(own.grains_per_body, own.bouncing / own.pairs, **line)
     axes.set(xscale="log", xlabel="grains per body", ylabel="share of the pairs that bounce")
     style.legend(axes)
     return figure
 
 
-def main():
-    """Entry point."""
-    for scene in TRADES:
-        plots.save(trade(scene), FIGURES / f"trade_{scene}.png")
-    plots.save(softening(), FIGURES / "softening.png")
-    plots.save(extremes(), FIGURES / "extremes.png")
-    plots.save(tensile_strength(), FIGURES / "tensile_strength.png")
-    plots.save(compression_law(), FIGURES / "compression_law.png")
-    plots.save(fragmentation(), FIGURES / "fragmentation.png")
-    plots.save(bouncing_threshold(), FIGURES / "bouncing_threshold.png")
-    plots.save(sample_size(), FIGURES / "sample_size.png")
-    plots.save(diametral_strength(), FIGURES / "diametral_strength.png")
-    plots.save(strength_size("strength_size.csv"), FIGURES / "strength_size.png")
-    slow = strength_size("tensile.csv", *SLOW)
-    plots.save(slow, FIGURES / "strength_size_slow.png")
-    for name, figure in zip(("dust_grains", "dust_grains_speeds"), dust_grains(), strict=True):
-        plots.save(figure, FIGURES / f"{name}.png")
+DRAWN = {
+    **{f"trade_{scene}": partial(trade, scene) for scene in TRADES},
+    "softening": softening,
+    "extremes": extremes,
+    "tensile_strength": tensile_strength,
+    "compression_law": compression_law,
+    "fragmentation": fragmentation,
+    "bouncing_threshold": bouncing_threshold,
+    "sample_size": sample_size,
+    "diametral_strength": diametral_strength,
+    "strength_size": partial(strength_size, "strength_size.csv"),
+    "strength_size_slow": partial(strength_size, "tensile.csv", *SLOW),
+    "dust_grains": dust_grains,
+    "dust_grains_speeds": dust_grains_speeds,
+}
+
+
+def main(*names):
+    """Entry point: draw these figures, or all."""
+    for name in names or DRAWN:
+        plots.save(DRAWN[name](), FIGURES / f"{name}.png")
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

@@ -5,21 +5,19 @@
 stress along z.
 """
 
-import csv
 import re
 import sys
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from markup import text as _text
+from tables import VALIDATION, head, read, row, text
 
 from dusttaichi import analysis
 from dusttaichi.analysis.compression_fit import fit_compression, rms_from_law
 from dusttaichi.physics.laws import EXPERIMENT_SCATTER, S12_STATIC
 from dusttaichi.plots import style
 
-TABLE = Path(__file__).parent / "validation" / "sample_size.csv"
+TABLE = "sample_size.csv"
 # what names of runs have beside their kind: seed, grains, and the end of the box's
 BESIDE = re.compile(r"(__)?(sample\.(seed|grains)|stop\.pressure)_\w+?(?=__|$)| \(.*")
 # name of the runs without these -> row of the table
@@ -69,40 +67,33 @@ def cell(path):
 
 
 def groups():
-    """{(kind, grains): rows} of the table, dicts of text, in the order of KINDS."""
-    found = {}
-    with TABLE.open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            name = BESIDE.sub("", row["name"]).replace("-__", "-")
-            found.setdefault((KINDS[name], int(row["grains"])), []).append(row)
-    order = list(KINDS.values())
-    return dict(sorted(found.items(), key=lambda item: (order.index(item[0][0]), item[0][1])))
-
-
-def cost(rows):
-    """Grain-steps of each row, in 1e9."""
-    return _numbers(rows, "steps") * _numbers(rows, "grains") / 1e9
+    """{(kind, grains): rows} of the table, in the order of KINDS."""
+    found, order = read(TABLE), list(KINDS.values())
+    found["cost"] = found.steps * found.grains / 1e9  # grain-steps
+    kinds = [KINDS[BESIDE.sub("", name).replace("-__", "-")] for name in found.name]
+    known = {(kind, int(n)): own for (kind, n), own in found.groupby([kinds, "grains"], sort=False)}
+    return dict(sorted(known.items(), key=lambda item: (order.index(item[0][0]), item[0][1])))
 
 
 def page():
     """The table in Markdown; of several seeds the mean, or the range where it says more."""
-    lines = ["| " + " | ".join(COLUMNS) + " |", "| --- " * len(COLUMNS) + "|"]
+    lines = head(*COLUMNS)
     for (kind, grains), rows in groups().items():
         cells = [
             kind,
             f"{grains}",
             f"{len(rows)}",
-            f"{cost(rows).mean():.2f}",
-            _range(_numbers(rows, "largest"), 3),
-            _compared(rows),
-            f"{_numbers(rows, 'rms').mean():.3f}",
-            f"{_numbers(rows, 'rms_mean').mean():+.3f}",
-            f"{_numbers(rows, 'inner_mean').mean():+.3f}".replace("+nan", "-"),
-            _range(_numbers(rows, "p_m") / 1e3, 1),
-            f"{_numbers(rows, 'delta').mean():.2f}",
+            f"{rows.cost.mean():.2f}",
+            _range(rows.largest, 3),
+            f"{rows.largest_p_low.max() / 1e3:.2f}-{rows.largest_p_high.min() / 1e3:.0f}",
+            f"{rows.rms.mean():.3f}",
+            f"{rows.rms_mean.mean():+.3f}",
+            f"{rows.inner_mean.mean():+.3f}".replace("+nan", "-"),
+            _range(rows.p_m / 1e3, 1),
+            f"{rows.delta.mean():.2f}",
         ]
-        lines.append("| " + " | ".join(cells) + " |")
-    return _text(lines)
+        lines.append(row(*cells))
+    return text(lines)
 
 
 @style.styled
@@ -117,10 +108,10 @@ def figure():
         label, several = kind.replace("`", "").replace("… ", ""), len(own) > 1
         look = style.run_style(number) if several else style.look(style.BLACK, linestyle="")
         look["marker"] = "o" if several else next(markers)
-        means = [(cost(rows).mean(), _numbers(rows, "largest").mean()) for _, rows in own]
+        means = [(rows.cost.mean(), rows.largest.mean()) for _, rows in own]
         axes.plot(*np.transpose(means), label=label, ms=4, **look)
         for _, rows in own:
-            axes.plot(cost(rows), _numbers(rows, "largest"), **look | {"linestyle": "", "ms": 2})
+            axes.plot(rows.cost, rows.largest, **look | {"linestyle": "", "ms": 2})
         if several:
             for (grains, _), place in zip(own, means, strict=True):
                 axes.annotate(f"{grains}", place, (4, 4), textcoords="offset points", fontsize=7)
@@ -131,16 +122,6 @@ def figure():
     return drawing
 
 
-def _compared(rows):
-    """Pressures [kPa] over which all rows have a distance."""
-    low = _numbers(rows, "largest_p_low").max() / 1e3
-    return f"{low:.2f}-{_numbers(rows, 'largest_p_high').min() / 1e3:.0f}"
-
-
-def _numbers(rows, column):
-    return np.array([float(row[column] or "nan") for row in rows])
-
-
 def _range(values, digits):
     low, high = (f"{value:.{digits}f}" for value in (values.min(), values.max()))
     return low if low == high else f"{low} to {high}"
@@ -148,5 +129,5 @@ def _range(values, digits):
 
 if __name__ == "__main__":
     cells = pd.DataFrame([cell(path) for path in sys.argv[1:]])
-    table = pd.read_csv(TABLE, dtype=str)  # digits as they are
-    pd.concat([table, cells]).to_csv(TABLE, index=False, lineterminator="\r\n")
+    table = pd.concat([read(TABLE, dtype=str), cells])  # digits as they are
+    table.to_csv(VALIDATION / TABLE, index=False, lineterminator="\r\n")

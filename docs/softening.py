@@ -3,14 +3,17 @@
 from pathlib import Path
 
 import numpy as np
-from markup import text as _text
+from tables import VALIDATION
+from tables import head as _head
+from tables import row as _row
+from tables import text as _text
 
 from dusttaichi.analysis.grid import AS_IT_IS, CURVE, PHI, outcomes, read
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.scene import load
 
 HERE = Path(__file__).parent
-TABLE = HERE / "validation" / "softening.csv"
+TABLE = VALIDATION / "softening.csv"
 SCENE = HERE.parent / "configs/trade/omni.yaml"  # that of the causes
 NAME, SLOW = "trade_omni", "trade_omni_slow"
 STIFFNESS = "stiffness_scaling"
@@ -145,14 +148,6 @@ def verdict(o):
     if o.hidden:
         return "within, a shift" if o.resolved else "within"
     return "open" if o.error - o.uncertainty <= o.scatter else "above"
-
-
-def _head(*names):
-    return [_row(*names), "| --- " * len(names) + "|"]
-
-
-def _row(*cells):
-    return f"| {' | '.join(cells)} |"
 
 
 def _cell(o, seeds):
