@@ -144,9 +144,7 @@ def test_modules_do_not_import_each_other_in_a_circle():
         [_name(FILES[n]) for n in np.flatnonzero(label == k)]
         for k in np.flatnonzero(np.bincount(label) > 1)
     ]
-    # what patches the compiler takes it from the module that applies the patches
-    patches = ["kernel_arguments", "taichi_patches"]
-    assert circles == [["compute/engine.py", *(f"compute/{name}.py" for name in patches)]]
+    assert not circles
 
 
 def _modules(tree):
@@ -159,7 +157,7 @@ def _modules(tree):
 
 
 def test_the_compiler_is_imported_in_one_place():
-    """So that its version, and the patches of its internals, are the matter of one file."""
+    """So that its version is the matter of one file."""
     found = {
         _name(path)
         for path, tree in _trees()

@@ -12,7 +12,7 @@ _checked, _set_one_by_one = StructType.__instancecheck__, StructType.set_kernel_
 
 
 def patches():
-    """(class, name in it, replacement) of the passing of structs; engine.py applies them."""
+    """(class, name in it, replacement) of the passing of structs; patching.py applies them."""
     return [
         (StructType, "__instancecheck__", _is_of),
         (StructType, "set_kernel_struct_args", _set_all),

@@ -21,7 +21,7 @@ ASTTransformerContext = ast_utils.ASTTransformerContext
 
 
 def patches():
-    """(module or class, name in it, replacement) of the patches; engine.py applies them.
+    """(module or class, name in it, replacement) of the patches; patching.py applies them.
 
     Each has what it saves of the first step, kernels cached: processor time of
     `configs/smoke.yaml` on an AMD EPYC, median of nine pairs in turn with and without it; all
