@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi.commands.console import say, say_table, say_written
-from dusttaichi.commands.options import Overwrite, writing
+from dusttaichi.commands import options
+from dusttaichi.commands.console import remark, say, say_json, say_table, say_written
+from dusttaichi.commands.ensembles import found_of
 from dusttaichi.errors import DustError
 
 WHAT = ("asperities", "continuum")
@@ -32,7 +33,11 @@ def fit(
         float | None,
         typer.Option(help="continuum: strain rate of the fitted compression [1/s]", metavar="RATE"),
     ] = None,
-    force: Overwrite = False,
+    jobs: options.Jobs = None,
+    scheduler: options.Scheduler = None,
+    force: options.Overwrite = False,
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
 ):
     """Fit numbers of the model.
 
@@ -42,14 +47,17 @@ def fit(
     """
     if what not in WHAT:
         raise DustError(f"fit {what}: there is no fit of that name; allowed: {', '.join(WHAT)}")
-    if what == "continuum":
-        with writing(force=force, inputs=runs or []):
-            _continuum(runs or [], output, phi_2, rate)
-    else:
-        _asperities(material, speed)
+    if what == "asperities":
+        _asperities(material, speed, as_json, jobs=jobs, scheduler=scheduler, quiet=quiet)
+        return
+    for name, value in (("--jobs", jobs), ("--scheduler", scheduler)):
+        if value is not None:
+            raise DustError(f"{name} {value}: a fit of the continuum runs no scenes; leave it out")
+    with options.writing(force=force, inputs=runs or []):
+        _continuum(runs or [], output, phi_2, rate, as_json=as_json)
 
 
-def _asperities(material, speed):
+def _asperities(material, speed, as_json, **how):
     from pydantic import TypeAdapter, ValidationError
 
     from dusttaichi.scene import quantities
@@ -60,11 +68,17 @@ def _asperities(material, speed):
         wanted = TypeAdapter(mark).validate_python(speed)
     except ValidationError as error:
         raise DustError(f"--speed = {speed!r}: {error.errors()[0]['msg']}") from None
-    for text in asperity_fit.report(material, wanted):
-        say(text)
+    study = asperity_fit.AsperityFit(material, wanted)
+    numbers = study.result(found_of(study, things="simulations", **how))
+    if as_json:
+        say_json(numbers)
+    else:
+        for text in asperity_fit.lines(numbers):
+            say(text)
 
 
-def _continuum(runs, output, phi_2, rate):
+def _continuum(runs, output, phi_2, rate, *, as_json):
+    from dusttaichi.analysis.plain import plain
     from dusttaichi.studies.continuum_fit import report
 
     if output.suffix not in (".yaml", ".yml"):
@@ -72,6 +86,16 @@ def _continuum(runs, output, phi_2, rate):
     if not 0.2 < phi_2 < 0.75:
         raise DustError(f"--phi-2 = {phi_2:g}: a number above 0.2 and below 0.75 is needed")
     found = report.fit_runs(runs, phi_2, rate)
+    if as_json:
+        say_json(plain(report.numbers(found)))
+    else:
+        _show(found)
+    say_written(report.write(found, output), remark if as_json else say)
+
+
+def _show(found):
+    from dusttaichi.studies.continuum_fit import report
+
     headings, title = ("number", "value", "spread of the seeds", "unit"), "Material, fitted in 3-D"
     say_table(report.numbers_table(found.fit), *headings, title=title)
     headings = ("measured", "points", "deviation")
@@ -80,4 +104,3 @@ def _continuum(runs, output, phi_2, rate):
     title = "\np_m of G09's law (laboratory 13 kPa, bead 1.3 kPa)"
     say_table(report.speeds_table(found.curves), *headings, title=title)
     say()
-    say_written(report.write(found, output))

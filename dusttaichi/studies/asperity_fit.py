@@ -2,20 +2,21 @@
 
 Grains collide with a flat wall of their own material, along its normal and without damping. One
 simulation contains many, far from each other and each with its own speed, and brackets the speed at
-which they begin to bounce.
+which they begin to bounce. The fit is a study of the engine, with a request for each simulation.
 """
 
 from dataclasses import dataclass
+from math import isclose
 
 import numpy as np
 import scipy
 
 from dusttaichi.errors import DustError
-from dusttaichi.grains.build import build
 from dusttaichi.physics.contact import asperities
 from dusttaichi.physics.contact.constants import grain_mass, wall_constants
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene, quantities
+from dusttaichi.studies.requests import Request, key_of
 
 POPPE = {0.6e-6: (1.2, 0.1), 0.25e-6: (1.9, 0.4)}
 """Sticking speed of silica on silica by radius [m], and its error [m/s] (Poppe et al. 2000)."""
@@ -25,6 +26,7 @@ STEP = 0.02e-9  # s: a five-hundredth of a period
 END = 60e-9  # s: some five periods
 CLOSE = 2e-4  # relative deviation from the given speed at which the fit ends
 TRIES = 8
+TASK = f"{__name__}:simulate"
 
 
 def _scene(material, radius, volume):
@@ -64,6 +66,8 @@ def sticking_speed(material, volume, radius=None):
 
     Parameters as of `sticking_speed_balance`. Raises DustError if all grains stick or all bounce.
     """
+    from dusttaichi.grains.build import build  # with the compiler, which the parent needs not
+
     scene = _scene(material, radius, volume)
     r, expected = scene.material.radius, sticking_speed_balance(material, volume, radius)
     speeds = np.linspace(1.0 - SPREAD, 1.0 + SPREAD, THROWN) * expected
@@ -87,6 +91,12 @@ def sticking_speed(material, volume, radius=None):
     return 0.5 * (speeds[last - 1] + speeds[last]), 0.5 * (speeds[last] - speeds[last - 1])
 
 
+def simulate(parent, **arguments):
+    """Task of a worker process: the `sticking_speed` of its arguments, and half the bracket."""
+    speed, sigma = sticking_speed(**arguments)
+    return {"speed": speed, "sigma": sigma}
+
+
 @dataclass(frozen=True)
 class Fit:
     """Fitted volume [m] deformed per area, its sticking speed [m/s], and half the bracket."""
@@ -96,32 +106,81 @@ class Fit:
     sigma: float
 
 
-def fit_asperities(material="silica_pd08", speed=POPPE[0.6e-6][0]):
-    """The Fit for which a grain of `material` (a name) sticks to a wall up to `speed` [m/s]."""
-    volume = _volume_balance(material, speed)
-    for _ in range(TRIES):
-        found, sigma = sticking_speed(material, volume)
-        if abs(found / speed - 1.0) < CLOSE:
-            return Fit(volume, found, sigma)
-        # E_asp grows as v^(4/5) (eqs 8 and 9 far above F_c), the energy of the grain as v^2
-        volume *= (speed / found) ** 1.2
-    raise DustError(f"The fit to {speed:.4g} m/s has not converged; the last speed is {found:.6g}.")
+class AsperityFit:
+    """Study of the volume for which a grain of `material` (a name) sticks up to `speed` [m/s].
+
+    Followed by the sticking speeds of the grains of POPPE. The constructor and `points` raise
+    DustError where grains without asperities stick at the speed, or the fit does not converge.
+    """
+
+    scene = directory = file = None  # nothing is written
+    timed = False
+
+    def __init__(self, material="silica_pd08", speed=POPPE[0.6e-6][0]):
+        self.material, self.speed = material, speed
+        self._first = _volume_balance(material, speed)
+
+    def points(self, found):
+        """The next simulation of the fit, after it those of POPPE."""
+        for failed in (one for one in found.values() if not one.ok):
+            raise DustError(failed.text)
+        fit, wanted = self._fit(found)
+        return [wanted] if fit is None else self._measured(fit)
+
+    def result(self, found):
+        """The numbers of the fit, SI, once all points are found, as plain data."""
+        fit, _ = self._fit(found)
+        grains = [
+            found[point.label].measured
+            | {"radius": radius, "poppe": POPPE[radius][0], "poppe_error": POPPE[radius][1]}
+            | {"balance": sticking_speed_balance(self.material, fit.volume, radius)}
+            for radius, point in zip(POPPE, self._measured(fit), strict=True)
+        ]
+        own = {"material": self.material, "asperity_volume": fit.volume}
+        own |= {"speed": fit.speed, "sigma": fit.sigma}
+        return own | {"speed_without_asperities": _bare(self.material), "grains": grains}
+
+    def _fit(self, found):
+        """(Fit, None), or (None, the simulation that it waits for)."""
+        volume = self._first
+        for _ in range(TRIES):
+            point = self._request(volume)
+            if point.label not in found:
+                return None, point
+            speed, sigma = (found[point.label].measured[name] for name in ("speed", "sigma"))
+            if abs(speed / self.speed - 1.0) < CLOSE:
+                return Fit(volume, speed, sigma), None
+            # E_asp grows as v^(4/5) (eqs 8 and 9 far above F_c), the energy of the grain as v^2
+            volume *= (self.speed / speed) ** 1.2
+        raise DustError(
+            f"The fit to {self.speed:.4g} m/s has not converged; the last speed is {speed:.6g}."
+        )
+
+    def _measured(self, fit):
+        """Requests for the grains of POPPE; that of the material itself is known from the fit."""
+        own = _scene(self.material, None, fit.volume).material.radius
+        radii = (None if isclose(radius, own) else radius for radius in POPPE)
+        return [self._request(fit.volume, radius) for radius in radii]
+
+    def _request(self, volume, radius=None):
+        arguments = {"material": self.material, "volume": volume, "radius": radius}
+        return Request(key_of(TASK, arguments), TASK, arguments)
 
 
-def report(material, speed):
-    """Lines on the fit to `speed` [m/s], and its predictions for the grains of POPPE."""
-    fit = fit_asperities(material, speed)
+def lines(numbers):
+    """Lines of text on the numbers of `AsperityFit.result`."""
+    volume = quantities.format(numbers["asperity_volume"], "length", digits=4)
     yield (
-        f"asperity_volume of {material}: {quantities.format(fit.volume, 'length', digits=4)} "
-        f"(sticking speed on a wall {fit.speed:.4f} +- {fit.sigma:.4f} m/s; "
-        f"without asperities {_bare(material):.3f} m/s)"
+        f"asperity_volume of {numbers['material']}: {volume} (sticking speed on a wall "
+        f"{numbers['speed']:.4f} +- {numbers['sigma']:.4f} m/s; "
+        f"without asperities {numbers['speed_without_asperities']:.3f} m/s)"
     )
-    for radius, (measured, error) in POPPE.items():
-        found, _ = sticking_speed(material, fit.volume, radius)
-        balance = sticking_speed_balance(material, fit.volume, radius)
-        where = f"radius {quantities.format(radius, 'length')}: sticks up to {found:.4f} m/s"
-        poppe = f"Poppe et al. 2000: {measured} +- {error} m/s"
-        yield f"{where} (energy balance {balance:.4f}); {poppe}"
+    for one in numbers["grains"]:
+        radius = quantities.format(one["radius"], "length")
+        yield (
+            f"radius {radius}: sticks up to {one['speed']:.4f} m/s (energy balance "
+            f"{one['balance']:.4f}); Poppe et al. 2000: {one['poppe']} +- {one['poppe_error']} m/s"
+        )
 
 
 def _bare(material):

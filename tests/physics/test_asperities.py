@@ -240,7 +240,7 @@ def test_simulated_grains_stick_up_to_that_speed():
 
 def test_speeds_below_that_without_asperities_cannot_be_fitted():
     with pytest.raises(DustError, match="use a higher speed"):
-        asperity_fit.fit_asperities(speed=0.1)
+        asperity_fit.AsperityFit(speed=0.1)
 
 
 def test_unlike_grains_lose_what_their_contact_says():

@@ -1,6 +1,6 @@
 """Files and tables of `dust fit continuum`, from run directories."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +75,15 @@ def write(found, path):
     save(continuum_fit(found.fit), figure)
     save(pressing_speeds(found.curves), second)
     return [path, figure, table, second, curves]
+
+
+def numbers(found):
+    """Numbers of a Found: the material with its sources, deviations, and Speeds, as dicts."""
+    return {
+        "material": block(found.fit, "dust"),
+        "deviations": {name: deviation(found.fit, name) for name in QUANTITIES},
+        "speeds": [asdict(one) for one in speeds.speeds(found.curves)],
+    }
 
 
 def numbers_table(fit):
