@@ -17,6 +17,7 @@ def extremes(
     only: Annotated[
         list[str] | None, typer.Option("--only", help="one group; may be repeated", metavar="GROUP")
     ] = None,
+    threads: options.ThreadsEach = 1,
     jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     output: options.MapOutput = None,
@@ -33,7 +34,8 @@ def extremes(
     from dusttaichi.studies.extremes import results
     from dusttaichi.studies.extremes.study import ExtremesMap
 
-    study = ExtremesMap(output or Path("runs/extremes"), quick=quick, only=only)
+    folder = output or Path("runs/extremes")
+    study = ExtremesMap(folder, quick=quick, only=only, threads=threads)
     how = {"force": force, "resume": not force, "onward": options.again()}
     how |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "things": "cells"}
     with options.writing(force=force):

@@ -53,6 +53,7 @@ Settings = Annotated[
     ),
 ]
 Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads")]
+ThreadsEach = Annotated[int, typer.Option(min=1, help="CPU threads of each")]
 ThreadsOfOne = Annotated[
     int | None, typer.Option("--threads", min=1, help="CPU threads per collision, default 1")
 ]

@@ -25,6 +25,7 @@ def trade(
         int | None, typer.Option(min=1, help="seeds for the scatter: 4, with --quick 2")
     ] = None,
     quick: options.flag("--quick", "three levels of each parameter, two seeds") = False,
+    threads: options.ThreadsEach = 1,
     jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     suggest: options.flag("--suggest", "no runs: cheapest settings for such scenes") = False,
@@ -58,7 +59,7 @@ def trade(
         done = f"finished points are in {folder}"
         with ProgressBar(quiet) as bar, options.resumable(done, options.again()):
             log = (lambda text: None) if quiet else bar.log
-            study = TradeStudy(scene, folder, wanted, jobs=jobs, log=log)
+            study = TradeStudy(scene, folder, wanted, threads=threads, jobs=jobs, log=log)
             base = study.scene
             if base.numerics.time_step != "auto" and hasattr(base.numerics, "step_fraction"):
                 fraction = scenes.own_fraction(base)

@@ -236,3 +236,13 @@ def test_every_group_has_cells_that_go_to_another_process():
             assert cells and len({c.name for c in cells}) == len(cells)
             for cell in cells:
                 assert Cell(**json.loads(json.dumps(asdict(cell)))) == cell
+
+
+def test_threads_are_those_of_each_cell(tmp_path):
+    """Keys of the cells stay those of one thread by default."""
+    one, two = (study.ExtremesMap(tmp_path, quick=True, threads=n).points({}) for n in (1, 2))
+    assert {point.cores for point in two} == {2} and {point.cores for point in one} == {1}
+    assert all(point.arguments["cell"]["scene"]["numerics"]["threads"] == 2 for point in two)
+    assert not {point.label for point in one} & {point.label for point in two}
+    default = study.ExtremesMap(tmp_path, quick=True).points({})
+    assert [point.label for point in default] == [point.label for point in one]

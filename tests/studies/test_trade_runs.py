@@ -56,6 +56,15 @@ def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
     assert rows["draft"].code == 2 and "kinetic energy" in rows["draft"].status
 
 
+def test_threads_are_those_of_every_run(tmp_path):
+    """Also of the reference, whose numerics are its own; the YAML to paste has none."""
+    study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted(("step_fraction",), seeds=1), threads=2)
+    counted = Counted()
+    found = counted(study)
+    assert {one.point.scene.numerics.threads for one in found.values()} == {2}
+    assert "threads" not in study.dataset(found).attrs["cheapest_yaml"]
+
+
 def test_a_cost_is_that_of_this_code(tmp_path, monkeypatch):
     study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted())
     (point,) = study.points({})

@@ -1,6 +1,6 @@
 """The map of `dust extremes`: a request to a task for each cell, and its files."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import groupby
 from pathlib import Path
 
@@ -16,20 +16,21 @@ class ExtremesMap:
     """Study (engine.Study) of the cells of the map.
 
     directory: of its files. quick: fewer cells and steps. only: names of groups, by default all.
-    Raises DustError for an unknown group.
+    threads: of each cell. Raises DustError for an unknown group.
     """
 
     scene = None
     timed = False
 
-    def __init__(self, directory, *, quick=False, only=None):
+    def __init__(self, directory, *, quick=False, only=None, threads=1):
         self.directory = Path(directory)
         self.file = self.directory / "extremes.nc"
         for name in only or ():
             if name not in GROUPS:
                 raise DustError(f'--only "{name}": unknown group; allowed: {", ".join(GROUPS)}')
         groups = [make(quick) for name, make in GROUPS.items() if not only or name in only]
-        self.cells = [cell for group in groups for cell in group]
+        self.threads = threads
+        self.cells = [_with_threads(cell, threads) for group in groups for cell in group]
 
     def points(self, found):
         """A request for each cell: those with the same kernels together, the longest first."""
@@ -42,7 +43,8 @@ class ExtremesMap:
     def _request(self, cell):
         data = asdict(cell)
         file = self.directory / "cells.jsonl"
-        return Request(key_of(data), TASK, {"cell": data}, file, seconds=cell.time_limit)
+        how = {"cores": self.threads, "seconds": cell.time_limit}
+        return Request(key_of(data), TASK, {"cell": data}, file, **how)
 
     def dataset(self, found):
         """The dataset (results.dataset). A process that crashed or hung is WRONG, too."""
@@ -53,6 +55,11 @@ class ExtremesMap:
                 for cell, end in zip(self.cells, ends, strict=True)
             ]
         )
+
+
+def _with_threads(cell, threads):
+    numerics = cell.scene.get("numerics", {}) | {"threads": threads}
+    return replace(cell, scene=cell.scene | {"numerics": numerics})
 
 
 def _lost(text):

@@ -22,14 +22,16 @@ def changed(scene, changes):
     return scene
 
 
-def base(scene):
-    """The scene before the changes: one run, one thread, with a time in place of a number of steps.
+def base(scene, threads=1):
+    """The scene before the changes: one run, with a time in place of a number of steps.
+
+    threads: of each run, by default one, so that costs do not contain what is shared among several.
 
     A number of steps would be another time at another time step.
     """
     given = scene.given
     given.pop("replicas", None)
-    scene = scene.with_data(given).with_value("numerics.threads", 1)
+    scene = scene.with_data(given).with_value("numerics.threads", threads)
     counted = [
         path
         for path, plan in zip(stage_paths(scene), scene.stage_plans, strict=True)

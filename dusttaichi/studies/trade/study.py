@@ -28,8 +28,8 @@ class TradeStudy:
 
     timed = True  # costs are those of this code
 
-    def __init__(self, scene, directory, wanted, *, jobs=None, log=lambda text: None):
-        self.given, self.scene, self.wanted = scene, scenes.base(scene), wanted
+    def __init__(self, scene, directory, wanted, *, threads=1, jobs=None, log=lambda text: None):
+        self.given, self.scene, self.wanted = scene, scenes.base(scene, threads), wanted
         self.directory, self.jobs, self.log = Path(directory), jobs, log
         self.found, self._labels, self._said = None, {}, set()
 
