@@ -1,11 +1,13 @@
 """The fit of a material to grain runs, here runs that a material point has made up."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from dusttaichi.analysis.grain_tests import GrainTest, Segment
+from dusttaichi.analysis.plain import plain
 from dusttaichi.errors import DustError
 from dusttaichi.scene import ContinuumMaterial
 from dusttaichi.studies.continuum_fit import report, speeds
@@ -101,6 +103,10 @@ def test_files_of_a_fit(tests, found, tmp_path):
     assert [row[1] for row in report.deviations_table(found.fit)] == ["32", "32", "6", "6", "4"]
     (one,) = report.speeds_table(found.curves)
     assert one[:3] == ("1e+04", "4000", "2")
+    numbers = plain(report.numbers(found))
+    assert json.loads(json.dumps(numbers, allow_nan=False)) == numbers
+    assert numbers["material"]["compressive"]["p_m"] == f"{material.compressive.p_m:g} Pa"
+    assert [row["grains"] for row in numbers["speeds"]] == [4000]
 
 
 def test_without_runs():

@@ -10,8 +10,7 @@ from dusttaichi.analysis.observables import Measured
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies.trade import scenes
-from dusttaichi.studies.trade.judge import Judge
-from dusttaichi.studies.trade.path import Row, cheapest, offers, walk
+from dusttaichi.studies.trade.judge import Judge, Row, cheapest, offers, walk
 from dusttaichi.studies.trade.point import KINDS, NUMERICAL, PHYSICAL, Point, PointResult
 from dusttaichi.studies.trade.trade import Wanted, trade, yaml_of
 

@@ -1,7 +1,7 @@
 """The trade between speed and accuracy of a scene, measured: `dust trade`.
 
 A point is a changed scene, which the engine runs (study); errors are relative to a converged
-reference (judge); changes that pay are combined (path).
+reference, and changes that pay are combined (judge).
 """
 
 from dusttaichi.studies.trade.trade import Trade, trade

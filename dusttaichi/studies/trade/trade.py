@@ -9,8 +9,7 @@ import yaml
 from dusttaichi.analysis.observables import Measured
 from dusttaichi.errors import DustError
 from dusttaichi.studies.trade import parameters, scenes
-from dusttaichi.studies.trade.judge import Judge
-from dusttaichi.studies.trade.path import Row, cheapest, offers, walk
+from dusttaichi.studies.trade.judge import Judge, Row, cheapest, offers, refuse_unknown, walk
 from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Point
 
 LEAST_NOISE = 0.02  # of a cost
@@ -91,7 +90,7 @@ def trade(scene, run, wanted, *, log=lambda text: None):
     front, behind, left_out = wanted.plan(scene)
     default = run([DEFAULT])[DEFAULT.label]
     _needed(default, "the unchanged scene")
-    _known(wanted.observable, default.measured)
+    refuse_unknown(wanted.observable, default.measured.names)  # before the other runs
     results = run([*behind, *front])
     reference, check = results["reference"], results[behind[0].label]
     _needed(reference, "the reference")
@@ -157,15 +156,6 @@ def _needed(result, what):
         raise DustError(f"{what} does not run, and nothing can be compared: {result.status}")
     if result.ratio is None:
         raise DustError(f"{what} computes no steps ({result.status}): no cost to compare")
-
-
-def _known(name, measured):
-    """Refuse an unknown observable before the other runs. Raises DustError."""
-    if name is not None and name not in measured.names:
-        raise DustError(
-            f"--observable {name}: the scene has no such number; allowed: "
-            f"{', '.join(measured.names)}"
-        )
 
 
 def yaml_of(trade, row, given):
