@@ -35,7 +35,8 @@ from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants, stored
 from dusttaichi.grains.kernels.sphere import make_sphere_relist
 from dusttaichi.grains.order import grain_order
-from dusttaichi.grains.simulation import EqualGrain, Simulation
+from dusttaichi.grains.setup import ContactNumbers, Environment, EqualGrain, Grains, Numerics
+from dusttaichi.grains.simulation import Simulation
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
 from dusttaichi.grains.step import make_advance, make_evaluate
 from dusttaichi.grains.time_step import chosen_step
@@ -88,26 +89,22 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
         compiled,
         tables,
         sample,
-        order=order,
-        typical=typical_grain(scene.material, radius),
-        polydisperse=own,
-        pair=on_pairs,
-        wall=on_walls,
-        sphere=None if placed is None else (placed, on_sphere),
-        gravity=make_gravity(scene.gravity),
-        box=box,
-        cell=cell,
-        t_c=constants.characteristic_time(scene.material.unscaled) / units.TIME,
+        grains=Grains(order, equal_grain(scene.material, radius), own),
+        contacts=ContactNumbers(on_pairs, on_walls, on_sphere, scene.numerics.stiffness_scaling),
+        environment=Environment(
+            box,
+            cell,
+            sphere=placed,
+            gravity=make_gravity(scene.gravity),
+            t_c=constants.characteristic_time(scene.material.unscaled) / units.TIME,
+        ),
         drive=scene.stage_plans[0].drive,
         push=push,
-        skin=chosen_skin(scene, smallest),
-        chosen=step,
-        threads=threads,
-        stiffness=scene.numerics.stiffness_scaling,
+        numerics=Numerics(step, chosen_skin(scene, smallest), threads),
     )
 
 
-def typical_grain(material, radius):
+def equal_grain(material, radius):
     """The EqualGrain of a material; radius [um] of the grains of a scene."""
     mass, inertia = constants.grain_mass(material), constants.moment_of_inertia(material)
     return EqualGrain(radius, mass / units.MASS, inertia / units.INERTIA)

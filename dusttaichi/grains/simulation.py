@@ -5,7 +5,6 @@ The box (walls) and the cell (periodic faces) of its domain move as the drive of
 """
 
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,18 +20,6 @@ from dusttaichi.grains.sphere import MovingSphere
 from dusttaichi.grains.stage_push import push_anew
 from dusttaichi.grains.state import GrainState, LedgerSums
 from dusttaichi.names import NEVER
-
-
-@dataclass(frozen=True)
-class EqualGrain:
-    """Radius [um], mass [pg] and moment of inertia [pg um^2] of equal grains.
-
-    For polydisperse grains they are those of a typical one.
-    """
-
-    radius: float
-    mass: float
-    inertia: float
 
 
 class Simulation(Readout):
@@ -53,54 +40,43 @@ class Simulation(Readout):
         tables,
         sample,
         *,
-        order,
-        typical,
-        polydisperse,
-        pair,
-        wall,
-        sphere,
-        gravity,
-        box,
-        cell,
-        t_c,
+        grains,
+        contacts,
+        environment,
         drive,
         push,
-        skin,
-        chosen,
-        threads,
-        stiffness=1.0,
+        numerics,
     ):
         """compiled: Compiled; tables: its fields, scratch and sums as this scene uses them.
 
-        sample: Sample; order: its grains in internal order. typical: EqualGrain; polydisperse:
-        GrainProperties, or None of equal grains. sphere: (RigidSphere, numbers of its contacts)
-        or None. gravity: Gravity or None. box, cell: or None; t_c: see Domain. drive: the first.
-        skin [um] or None: as it suits. chosen: the TimeStep.
-        stiffness: of the contacts over that of the material (numerics.stiffness_scaling).
+        sample: Sample. grains: Grains. contacts: ContactNumbers. environment: Environment. drive:
+        the first. push: Push. numerics: Numerics.
         """
         self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
         self.fields, self.scratch, self.sums = tables
-        self.order, self.grains = order, len(order)
-        self.state = GrainState(self.fields, self.layout, order)
-        self.polydisperse, self.pair, self.wall = polydisperse, pair, wall
-        self._measures(typical)
-        self.box, self.cell, self.t_c, self.push = box, cell, t_c, push
-        self.sphere = None if sphere is None else MovingSphere(self, *sphere)
-        self.gravity = gravity
-        self.chosen, self.dt, self.step = chosen, chosen.dt / units.TIME, 0
-        self.threads, self.stiffness = threads, stiffness
-        self.search = Search(self, skin)
+        self.order, self.grains = grains.order, len(grains.order)
+        self.state = GrainState(self.fields, self.layout, self.order)
+        self.pair, self.wall, self.stiffness = contacts.pair, contacts.wall, contacts.stiffness
+        self._set_masses(grains)
+        self.box, self.cell, self.t_c = environment.box, environment.cell, environment.t_c
+        self.gravity, self.push, self.sphere = environment.gravity, push, None
+        if environment.sphere is not None:
+            self.sphere = MovingSphere(self, environment.sphere, contacts.sphere)
+        self.chosen, self.threads = numerics.time_step, numerics.threads
+        self.dt, self.step = self.chosen.dt / units.TIME, 0
+        self.search = Search(self, numerics.skin)
         self.ledger_sums, self.servo = LedgerSums(), None
         self._move(drive)
         self._start(sample)
 
-    def _measures(self, typical):
-        """Sizes and masses of the grains."""
-        self.mass, self.inertia, self.radius = typical.mass, typical.inertia, typical.radius
+    def _set_masses(self, grains):
+        """Sizes and masses of the grains, of Grains."""
+        equal, own = grains.equal, grains.polydisperse
+        self.polydisperse = own
+        self.mass, self.inertia, self.radius = equal.mass, equal.inertia, equal.radius
         self.unit_mass, self.unit_inertia = self.mass, self.inertia
         self.radii = self.smallest = self.radius
         self.volume = self.grains * 4.0 / 3.0 * np.pi * self.radius**3
-        own = self.polydisperse
         if own is not None:
             self.mass, self.inertia = (
                 own.mass[self.order][:, None],
@@ -142,25 +118,37 @@ class Simulation(Readout):
             self.pair, self.wall, None if self.sphere is None else self.sphere.contact
         )
         self.search.now(0)
-        if sample.contacts is not None:
-            i, j = state.pairs()
-            d = self.distances(np.arange(len(i)), i, j)
-            state.take_contacts(sample.contacts, d, np.broadcast_to(self.radii, self.grains))
-        if sample.wall_contacts is not None:
-            radii = np.broadcast_to(self.radii, self.grains)
-            state.take_wall_contacts(sample.wall_contacts, radii, self.box.normal)
-        state.stiffen(sample.info.get("stiffness_scaling", 1.0) / self.stiffness)
+        self._restore_contacts(sample)
         self._load_contacts()
         state.clear_sums()
         self.push.begin(state["x"], self.contact_loads()[0])
-        self.potential_of_start = self.gravity_potential()
+        self._set_back_velocities()
+        self._begin_ledger()
+
+    def _restore_contacts(self, sample):
+        """Histories of the contacts that a Sample has; the search has found their pairs."""
+        state, radii = self.state, np.broadcast_to(self.radii, self.grains)
+        if sample.contacts is not None:
+            i, j = state.pairs()
+            state.take_contacts(sample.contacts, self.distances(np.arange(len(i)), i, j), radii)
+        if sample.wall_contacts is not None:
+            state.take_wall_contacts(sample.wall_contacts, radii, self.box.normal)
+        state.stiffen(sample.info.get("stiffness_scaling", 1.0) / self.stiffness)
+
+    def _set_back_velocities(self):
+        """Velocities and spins half a step back, by the loads of time 0."""
+        state, half = self.state, 0.5 * self.dt
         force, torque = self.loads()
-        half = 0.5 * self.dt
         state["v"] = state.of_grains("v") - half / self.mass * force
         state["w"] = state.of_grains("w") - half / self.inertia * torque
-        self.ledger_sums.wall_force = self.wall_forces()
         if self.sphere is not None:
             self.sphere.set_back()
+
+    def _begin_ledger(self):
+        """Forces, potentials and pending losses at the start; velocities are half a step back."""
+        self.potential_of_start = self.gravity_potential()
+        self.ledger_sums.wall_force = self.wall_forces()
+        if self.sphere is not None:
             self.ledger_sums.sphere_force = self.sphere.load()[0]
         self.ledger_sums.pending = [[0.0] * len(self.layout.channels)] * 3
         begin = self.measure()
