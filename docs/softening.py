@@ -65,7 +65,7 @@ def pressures(table):
 
 
 def speeds(table):
-    """The same of SLOW, whose wall is a quarter as fast, and of SCENE against it."""
+    """Shift as in `pressures` of SLOW, a wall a quarter as fast, and of SCENE against it."""
     faster = {f"{what}, 20 cm/s": _runs(table, NAME, s) for what, s in (("1", AS_IT_IS), OF_DRAFT)}
     return _shifts(_runs(table, SLOW), faster | _softened(table, SLOW))
 

@@ -54,7 +54,7 @@ class Hertz:
         return (self.adhesion * pi * c.gamma * c.R / (4.0 / 3.0 * c.E_star * c.R**0.5)) ** (2 / 3)
 
     def curve(self, overlap, c):
-        """The same response on the host."""
+        """(force [N], energy [J], contact radius over that at rest) at overlaps [m], in NumPy."""
         deep = np.maximum(overlap, 0.0)
         force = c.hertz * deep**1.5 - c.pull
         return force, 0.4 * c.hertz * deep**2.5 - c.pull * deep, c.scale * deep**0.5
