@@ -23,7 +23,7 @@ def mode_of(point, force, resume, *, timed=False):
     """
     if force or not resume:
         return "force" if force else "new"
-    status = _status(point)
+    status = _status(point, timed)
     if status.startswith("finished") and not (timed and cost_of(point) is None):
         return None
     if status and timed and stopped(point):
@@ -32,8 +32,11 @@ def mode_of(point, force, resume, *, timed=False):
     return "resume" if not timed and (point.directory / CHECKPOINT).exists() else "force"
 
 
-def _status(point):
-    """End of the result of the scene of the point, "" without one."""
+def _status(point, timed):
+    """End of the result of the scene of the point, "" without one.
+
+    timed: one of other threads counts for none, as they have another cost.
+    """
     try:
         with open_tree(point.directory / RESULT) as result:
             status, scene = result.attrs["status"], result.attrs["scene_resolved"]
@@ -41,6 +44,9 @@ def _status(point):
     except (DustError, OSError, RuntimeError, ValueError, KeyError):
         return ""  # without a result, or with a damaged one
     if extensions != "\n".join(point.scene.imported_texts):
+        return ""
+    threads = point.scene.numerics.threads
+    if timed and threads not in ("auto", yaml.safe_load(scene)["numerics"]["threads"]):
         return ""
     return status if core_of(scene) == core_of(point.scene.to_yaml()) else ""
 

@@ -68,7 +68,7 @@ def test_threads_are_those_of_every_run(tmp_path):
 def test_a_cost_is_that_of_this_code(tmp_path, monkeypatch):
     study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted())
     (point,) = study.points({})
-    monkeypatch.setattr(store, "_status", lambda point: "finished: 40 ns")
+    monkeypatch.setattr(store, "_status", lambda point, timed: "finished: 40 ns")
     assert store.mode_of(point, False, True) is None
     assert store.mode_of(point, False, True, timed=True) == "force"
     store.store(engine.JobResult("default", 0, "", found={"cost": 2.5}), tmp_path, timed=True)
@@ -87,7 +87,7 @@ def test_a_run_that_a_guard_has_stopped_is_a_result(tmp_path, monkeypatch):
     study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted())
     (point,) = study.points({})
     point.directory.mkdir()
-    monkeypatch.setattr(store, "_status", lambda point: "At 3 ns: a guard")
+    monkeypatch.setattr(store, "_status", lambda point, timed: "At 3 ns: a guard")
     assert store.mode_of(point, False, True, timed=True) == "force"
     store.store(engine.JobResult("default", 3, "a guard"), point.directory, timed=True)
     assert store.mode_of(point, False, True, timed=True) is None
