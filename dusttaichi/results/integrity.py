@@ -50,8 +50,8 @@ def check(path):
 
     It is not opened a second time, since HDF5 may crash where two handles of a file have texts
     (https://github.com/Unidata/netcdf4-python/issues/1444). Files without DIGEST, of other
-    programs, are not verified. Raises OSError where it cannot be
-    read; DustError where it is damaged.
+    programs, are not verified. Raises OSError where it cannot be read; DustError where it is
+    damaged.
     """
     now, real = os.stat(path), os.path.realpath(path)
     identity = now.st_dev, now.st_ino, now.st_size, now.st_mtime_ns
