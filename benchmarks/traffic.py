@@ -39,7 +39,7 @@ LISTS = ("pair_i", "pair_j", "entry", "entry_start", "pair_start")
 class Traffic:
     """Bytes per listed pair and step by what is moved: of each pass, and of both at once.
 
-    At once means that what the pass over grains needs is in the cache since that over contacts.
+    At once: what one pass over both would move, where grains find what they need in the cache.
     """
 
     contacts: dict[str, float]

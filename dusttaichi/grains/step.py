@@ -17,7 +17,6 @@ from dusttaichi.compute.workers import STRIDE, SYNC, assemble, barrier
 from dusttaichi.grains.kernels.device import DeviceSteps
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.phases import DONE, StepNumbers
-from dusttaichi.grains.kernels.shares import Share
 from dusttaichi.grains.kernels.store import FIRST_WALL, WALL_BLOCKS
 
 
@@ -28,7 +27,7 @@ def make_advance(phases, layout, kind):
 
 def by_workers(phases):
     """Many steps in one kernel: workers that pass their share of every phase (compute.workers)."""
-    sync, share = phases.sync, Share(phases)
+    sync = phases.sync
 
     @ti.kernel
     def advance(
@@ -45,22 +44,17 @@ def by_workers(phases):
         for q in range(workers * STRIDE):
             if q % STRIDE == 0:
                 me, present = assemble(sync, workers)
-                done, met, drifted, waiting = 0, 0, pending, 0
-                if present > 0:
-                    waiting = share.list_all(me, present)
+                done, met, drifted = 0, 0, pending
                 while done < steps and present > 0:
                     step = first + done + 1
                     if drifted == 0:
-                        share.kick_and_drift(me, present, waiting, step, numbers)
+                        phases.kick_and_drift(me, present, step, numbers)
                         met += present
                         barrier(sync, met)
-                        if share.search_is_due(step, numbers):
+                        if phases.search_is_due(step, numbers):
                             break
-                    if done == 0:
-                        waiting = share.list_waiting(me, present)
                     drifted = 0
-                    moving = ti.cast(done + 1 < steps, ti.i32)
-                    share.touch(me, present, waiting, step, numbers, box, moving)
+                    phases.touch(me, present, step, numbers.dt, box)
                     met += present
                     barrier(sync, met)
                     done += 1

@@ -1,7 +1,7 @@
-"""The phases of a step: of a part of the grains, and of a tile of contacts of each kind."""
+"""The phases of a step: of one grain or tile, and the share that one worker has of all of them."""
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, whole
+from dusttaichi.compute.scan import CHUNK, first_of, whole
 from dusttaichi.compute.workers import OWN
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.contacts import ContactPass
@@ -60,6 +60,7 @@ class Phases:
         self.fields, self.counts, self.sync = fields, fields["counts"], fields["sync"]
         self.width, self.tile, self.stress = layout.width, layout.tile, layout.stress
         self.move, self.frame = make_grain_pass(fields, layout), make_cell(fields, layout)[0]
+        self.pair_i = fields["pair_i"]
         self.flux = make_flux(fields, layout) if layout.stress else None
         # a stress is summed by chunks of grains, so that its bits do not depend on the workers
         self.part_size = CHUNK if layout.stress else 1
@@ -67,11 +68,6 @@ class Phases:
         self.pairs, self.walls, self.on_sphere = passes.pairs, passes.walls, passes.sphere
         self.has_walls, self.has_sphere = walls, layout.sphere
         self.sphere = make_sphere(fields, layout)
-
-    @ti.func
-    def end_of(self, part):
-        """The grain behind the last one of a part."""
-        return ti.min((part + 1) * self.part_size, self.counts[GRAINS])
 
     # -- how much there is -----------------------------------------------------------------------
 
@@ -133,3 +129,51 @@ class Phases:
         first = self.counts[FIRST_WALL]
         last = first + ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS])
         self.walls.tile(tile, first + tile * self.tile, last, dt, box, dt * step)
+
+    # -- the share of one worker -----------------------------------------------------------------
+
+    @ti.func
+    def first_part(self, me, workers):
+        """First grain of a worker: that of the first of its pairs, whose loads its grains gather.
+
+        Few lines of the cache then go from core to core. It is near an even share at least, where
+        some grains have many pairs and others few.
+        """
+        n, tiles = self.parts(), self.pair_tiles()
+        even, most = first_of(me, workers, n), n // (8 * workers)
+        part = even
+        if 0 < me < workers and tiles >= workers:
+            own = self.pair_i[first_of(me, workers, tiles) * self.tile, 0] // self.part_size
+            part = ti.max(even - most, ti.min(own, even + most))
+        return part
+
+    @ti.func
+    def kick_and_drift(self, me, workers, step, numbers):
+        due = 0
+        for part in range(self.first_part(me, workers), self.first_part(me + 1, workers)):
+            due = ti.max(due, self.move_part(part, step, numbers))
+        if ti.static(self.has_sphere):
+            if me == 0:
+                due = ti.max(due, self.sphere.move(numbers.dt, numbers.reach2))
+        if due == 1:
+            self.sync[DUE] = 1
+
+    @ti.func
+    def search_is_due(self, step, numbers):
+        """True if a grain, or a wall at that step, has gone as far as the lists allow."""
+        return self.sync[DUE] == 1 or step >= numbers.wall_due
+
+    @ti.func
+    def touch(self, me, workers, step, dt, box):
+        """Contacts of a worker's share: current history, loads, losses."""
+        n, here = self.pair_tiles(), self.frame(step, dt)
+        for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
+            self.touch_pairs(tile, dt, here)
+        if ti.static(self.has_sphere):
+            k = self.sphere.tiles()
+            for tile in range(first_of(me, workers, k), first_of(me + 1, workers, k)):
+                self.touch_sphere(tile, dt, here)
+        if ti.static(self.has_walls):
+            m = self.wall_tiles()
+            for tile in range(first_of(me, workers, m), first_of(me + 1, workers, m)):
+                self.touch_walls(tile, step, dt, box)
