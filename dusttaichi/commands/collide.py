@@ -73,14 +73,15 @@ def _write(data, speeds, file, figures):
     tables[file.with_name("thresholds.csv")] = threshold_text(speeds)
     for path, text in tables.items():
         files.write_whole(path, text.encode())
-    drawn = {"outcomes": plots.outcome_map(data)} if figures else {}
-    if figures and data.sizes["mass_ratio"] > 1:
+    if not figures:
+        return [file, *tables]
+    drawn = {"outcomes": plots.outcome_map(data)}
+    if data.sizes["mass_ratio"] > 1:
         drawn["outcomes_mass_ratio"] = plots.outcome_map(data, "mass_ratio")
-    if figures and data.sizes["body"] > 1:
+    if data.sizes["body"] > 1:
         drawn["thresholds"] = plots.threshold_speeds(data, speeds)
-    if figures:
-        drawn |= {"growth": plots.growth(data), "spectrum": plots.fragment_spectrum(data)}
-        drawn["phases"] = plots.phases(data)
+    drawn |= {"growth": plots.growth(data), "spectrum": plots.fragment_spectrum(data)}
+    drawn["phases"] = plots.phases(data)
     there = {name: figure for name, figure in drawn.items() if figure is not None}
     paths = [plots.save(figure, file.with_name(f"{name}.png")) for name, figure in there.items()]
     return [file, *tables, *paths]

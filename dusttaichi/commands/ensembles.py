@@ -16,19 +16,20 @@ from dusttaichi.commands.progress import Phases, ProgressBar, shares_text
 from dusttaichi.errors import DustError, GuardStop
 
 
-def found_of(study, *, quiet, things="runs", onward=None, **how):
+def found_of(study, *, quiet, things="runs", onward=None, log=None, **how):
     """Run a Study (engine.Study) with a progress bar; returns label -> Found of its points.
 
     things: what its points are called. onward: command that continues, by default this one with
-    --resume. how: arguments of `engine.run`. Raises DustError, Interrupted.
+    --resume. log: called with lines, by default printed above the bar. how: arguments of
+    `engine.run`. Raises DustError, Interrupted.
     """
     from dusttaichi.studies import engine
 
     done = nullcontext()
     if study.directory is not None:
-        done = resumable(f"results are in {study.directory}", onward or again("--resume"))
+        done = resumable(f"finished {things} are in {study.directory}", onward or again("--resume"))
     with ProgressBar(quiet) as bar, done:
-        return engine.run(study, report=shown(bar, things), log=bar.log, **how)
+        return engine.run(study, report=shown(bar, things), log=log or bar.log, **how)
 
 
 def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how):

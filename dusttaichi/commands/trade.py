@@ -6,8 +6,7 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_json, say_table, say_written
-from dusttaichi.commands.ensembles import shown
-from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.commands.ensembles import found_of
 
 
 def trade(
@@ -43,7 +42,6 @@ def trade(
     from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.plots import save
     from dusttaichi.plots import trade as draw
-    from dusttaichi.studies import engine
     from dusttaichi.studies.trade import scenes
     from dusttaichi.studies.trade.study import TradeStudy
     from dusttaichi.studies.trade.trade import Wanted
@@ -56,17 +54,15 @@ def trade(
         return
     wanted = Wanted.of(parameters, quick, seeds=seeds, tolerance=tolerance, name=observable)
     with options.writing(force=force, inputs=[file]):
-        done = f"finished points are in {folder}"
-        with ProgressBar(quiet) as bar, options.resumable(done, options.again()):
-            log = (lambda text: None) if quiet else bar.log
-            study = TradeStudy(scene, folder, wanted, threads=threads, jobs=jobs, log=log)
-            base = study.scene
-            if base.numerics.time_step != "auto" and hasattr(base.numerics, "step_fraction"):
-                fraction = scenes.own_fraction(base)
-                log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
-            how = {"jobs": jobs, "scheduler": scheduler, "force": force, "resume": not force}
-            found = engine.run(study, report=shown(bar, "points"), log=log, **how)
-        data = study.dataset(found)
+        log = (lambda text: None) if quiet else remark
+        study = TradeStudy(scene, folder, wanted, threads=threads, jobs=jobs, log=log)
+        base = study.scene
+        if base.numerics.time_step != "auto" and hasattr(base.numerics, "step_fraction"):
+            fraction = scenes.own_fraction(base)
+            log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
+        how = {"force": force, "resume": not force, "onward": options.again(), "log": log}
+        how |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "things": "points"}
+        data = study.dataset(found_of(study, **how))
         save_ensemble(data, study.file)
         paths = [study.file, save(draw(data), study.file.with_suffix(".png"))]
     if as_json:
