@@ -160,7 +160,7 @@ import os, pathlib, sys, time
 
 def attempt(parent, *, cell):
     name = cell["name"]
-    with open(pathlib.Path(__file__).with_name("asked"), "a") as file:
+    with open(pathlib.Path(__file__).with_name("tried"), "a") as file:
         file.write(name + chr(10))
     if name == "crash":
         sys.stderr.write("Segmentation fault")
@@ -181,7 +181,7 @@ def faulty(monkeypatch, tmp_path):
     (tmp_path / "faulty.py").write_text(TASK)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     monkeypatch.setattr(study, "TASK", "faulty:attempt")
-    return lambda: (tmp_path / "asked").read_text().split()
+    return lambda: (tmp_path / "tried").read_text().split()
 
 
 def test_a_crash_and_a_hang_are_verdicts(faulty, monkeypatch, tmp_path):

@@ -1,6 +1,6 @@
 """Disks that fail: a disk and a cache of a megabyte, a read-only one (Linux, as root), and files
 that may not grow. Each run ends with the right bits, or with a message and exit code 2, and then
-goes on elsewhere.
+continues elsewhere.
 """
 
 import ctypes

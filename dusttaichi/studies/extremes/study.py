@@ -7,6 +7,7 @@ from pathlib import Path
 from dusttaichi.errors import DustError
 from dusttaichi.studies.extremes import results
 from dusttaichi.studies.extremes.groups import GROUPS
+from dusttaichi.studies.extremes.results import CellResult
 from dusttaichi.studies.requests import Request, key_of
 
 TASK = "dusttaichi.studies.extremes.trial:attempt_cell"
@@ -48,19 +49,13 @@ class ExtremesMap:
 
     def dataset(self, found):
         """The dataset (results.dataset). A process that crashed or hung is WRONG, too."""
-        ends = (found[self._request(cell).label] for cell in self.cells)
-        return results.dataset(
-            [
-                (cell, results.CellResult(**end.measured) if end.ok else _lost(end.text))
-                for cell, end in zip(self.cells, ends, strict=True)
-            ]
-        )
+        made = (found[self._request(cell).label] for cell in self.cells)
+        ends = [
+            CellResult(**one.measured) if one.ok else CellResult("WRONG", one.text) for one in made
+        ]
+        return results.dataset(list(zip(self.cells, ends, strict=True)))
 
 
 def _with_threads(cell, threads):
     numerics = cell.scene.get("numerics", {}) | {"threads": threads}
     return replace(cell, scene=cell.scene | {"numerics": numerics})
-
-
-def _lost(text):
-    return results.CellResult("WRONG", text)
