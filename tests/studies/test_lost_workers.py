@@ -99,7 +99,7 @@ class Cluster:
 
 
 def test_what_is_lost_is_computed_again(tmp_path, monkeypatch):
-    """A worker alone; after the scheduler the sweep ends with a message, and continues elsewhere."""
+    """A worker alone; after the scheduler the sweep ends with a message and continues elsewhere."""
     monkeypatch.setattr(pool, "CONNECT", "3 s")
     (tmp_path / "slow.py").write_text((TESTS / "run" / "spring.py").read_text() + SLOW)
     (tmp_path / "scene.yaml").write_text(SCENE)
