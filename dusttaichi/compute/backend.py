@@ -74,9 +74,10 @@ def _kernel_folder():
 
     It is not Taichi's common folder, which other programs cut down to 100 MB when they end, and it
     belongs to this processor and compiler."""
-    if os.environ.get(compiler.variable(compiler.KERNEL_FOLDER)):
-        return {}
-    return {"offline_cache_file_path": str(processor.use_kernel_folder())}
+    named = os.environ.get(compiler.variable(compiler.KERNEL_FOLDER))
+    folder = named or str(processor.use_kernel_folder())
+    processor.remove_old_locks(folder)
+    return {} if named else {"offline_cache_file_path": folder}
 
 
 def start_taichi(scene, threads):

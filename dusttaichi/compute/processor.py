@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
@@ -16,6 +17,9 @@ from dusttaichi.compute.cache import cache_folder
 
 X86 = (("avx512f", 512), ("avx", 256), ("sse2", 128))  # features, and bits of their vectors
 UNUSED = 60 * 86400.0  # s after which the kernels of another processor are removed
+# files by which Taichi and Quadrants lock their kernels on disk, for milliseconds
+LOCKS = ("ticache.lock", "kernel_compilation_manager/qdcache.lock")
+LOCKED = 60.0  # s after which such a lock is that of a process that was killed
 
 
 # -- the processor ---------------------------------------------------------------------------------
@@ -112,6 +116,17 @@ def use_kernel_folder():
     except OSError:
         pass  # a disk that refuses it costs the time of compiling
     return folder
+
+
+def remove_old_locks(folder):
+    """Remove locks of processes that were killed.
+
+    With such a lock the compiler would neither read nor write kernels on disk any more.
+    """
+    for lock in (Path(folder) / name for name in LOCKS):
+        with suppress(OSError):
+            if time.time() - lock.stat().st_mtime > LOCKED:
+                lock.unlink()
 
 
 def _remove_unused(root):

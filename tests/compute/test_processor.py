@@ -48,3 +48,18 @@ def test_kernels_of_others_go_when_nobody_uses_them(home):
     os.utime(root / "used.tcb", (old, old))
     processor.use_kernel_folder()
     assert {path.name for path in root.iterdir()} == {"used", own.name}
+
+
+def test_a_lock_of_a_killed_process_is_removed(home):
+    """Taichi would neither read nor write kernels for as long as it exists."""
+    folder = processor.use_kernel_folder()
+    now = time.time()
+    for age, name in ((0.0, processor.LOCKS[0]), (2.0 * processor.LOCKED, processor.LOCKS[1])):
+        lock = folder / name
+        lock.parent.mkdir(exist_ok=True)
+        lock.write_text("")
+        os.utime(lock, (now - age, now - age))
+    processor.remove_old_locks(folder)
+    assert (folder / processor.LOCKS[0]).exists()  # a process is writing
+    assert not (folder / processor.LOCKS[1]).exists()
+    processor.remove_old_locks(folder / "none")
