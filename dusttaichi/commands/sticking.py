@@ -43,8 +43,9 @@ def sticking(
     The speed by bisection, the restitution over speeds (--map).
     """
     from dusttaichi.analysis.plain import plain, plain_dataset
+    from dusttaichi.studies import restitution
+    from dusttaichi.studies import sticking as search
     from dusttaichi.studies.settings import with_settings
-    from dusttaichi.studies.sticking import restitution, search
 
     scene, paths = options.load_scene(file, threads, extensions=extensions), []
     how = {"scheduler": scheduler, "jobs": jobs, "quiet": quiet, "things": "collisions"}

@@ -31,7 +31,7 @@ def study(
     """
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.plain import plain_dataset
-    from dusttaichi.results import provenance
+    from dusttaichi.results.provenance import of_study
     from dusttaichi.studies import own
 
     options.refuse_both(force, resume)
@@ -42,9 +42,7 @@ def study(
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         found = found_of(mine, quiet=quiet, **how)
         data = mine.dataset(found)
-        about = provenance(scene.source, scene.to_yaml(), title=scene.name)
-        texts = {k: [v] if k.startswith("scene_") else v for k, v in about.items() if v is not None}
-        data.attrs = texts | data.attrs
+        data.attrs = of_study(scene) | data.attrs
         save_ensemble(data, mine.file)
     names = [name for name in data.data_vars if data[name].dtype.kind in "fi"]
     if as_json:

@@ -151,11 +151,11 @@ def readable(path):
 
 
 def write_attributes(file, attributes):
-    """Set the global attributes of an open file, without those that are None, and its digest."""
+    """Set the global attributes of an open file, and its digest."""
     for name, value in attributes.items():
         if isinstance(value, str):  # setncattr would limit them to 64 kB
             file.setncattr_string(name, value)
-        elif value is not None:
+        else:
             file.setncattr(name, value)
     file.setncattr_string(DIGEST, digest_of(file))
 

@@ -29,6 +29,8 @@ def git_commit():
 def provenance(scene_given, scene_resolved, **numbers) -> dict:
     """Global attributes of a run: both YAML texts, versions, machine, and `numbers`.
 
+    Those that are None are left out.
+
     Parameters
     ----------
     scene_given : str
@@ -36,11 +38,10 @@ def provenance(scene_given, scene_resolved, **numbers) -> dict:
     scene_resolved : str
         YAML with every default.
     **numbers
-        title, seed, backend, precision, threads, time_step [s] and further attributes of the run;
-        those that are None are left out when written.
+        title, seed, backend, precision, threads, time_step [s] and further attributes of the run.
     """
     versions = {name: metadata.version(name) for name in (compiler.name(), "numpy", "netCDF4")}
-    return {
+    found = {
         "Conventions": "CF-1.11",
         "source": f"dusttaichi {__version__}",
         "dusttaichi_version": __version__,
@@ -54,6 +55,18 @@ def provenance(scene_given, scene_resolved, **numbers) -> dict:
         **{f"{name.lower()}_version": version for name, version in versions.items()},
         **numbers,
     }
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def of_study(scene, resolved=None, **numbers) -> dict:
+    """Global attributes of the dataset of a study of a scene; see `provenance`.
+
+    resolved: the scene that was used, if other than `scene`.
+    """
+    texts = scene.source or "", (resolved or scene).to_yaml()
+    found = provenance(*texts, title=scene.name, **numbers)
+    # as lists: a plain text is limited to 64 kB
+    return {key: [value] if key.startswith("scene_") else value for key, value in found.items()}
 
 
 def yaml_text(value):

@@ -44,7 +44,7 @@ class Timed(AbstractContextManager):
 
     def ask(self, do: str, **arguments) -> dict:
         """Answer of the task to `do`. Raises DustError."""
-        answer = self._worker.ask(do=do, **arguments)
+        answer = self._worker.ask({"do": do, **arguments})
         if answer.code == LOST:
             raise DustError(answer.text.replace("the process", "A process of the benchmark"))
         if answer.code != 0:

@@ -6,9 +6,8 @@ cluster, and asks again with what was found until the study wants no more. A run
 a row of an answer, is a point that is found: after an interruption the missing ones are left.
 """
 
-import os
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
@@ -19,20 +18,63 @@ from typing import Any, Protocol
 import xarray as xr
 
 from dusttaichi import analysis, files
-from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.processes import usable_cores
 from dusttaichi.results.pieces import already_there
-from dusttaichi.run import checkpoint
 from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.scene import Scene
-from dusttaichi.studies.jobs import Job, JobResult
-from dusttaichi.studies.points import Point
+from dusttaichi.studies.jobs import Task, content_of, jobs_of
 from dusttaichi.studies.pool import open_pool
-from dusttaichi.studies.requests import Request, Rows, batches
-from dusttaichi.studies.settings import input_files
-from dusttaichi.studies.store import cost_of, mode_of, stopped, store
-from dusttaichi.studies.workers import INTERRUPTED, LOST, POLL, idle_workers
+from dusttaichi.studies.requests import Rows
+from dusttaichi.studies.workers import INTERRUPTED, LOST, Answer, idle_workers
+
+POLL = 0.2  # s between two checks of the signals
+
+
+class Wanted(Protocol):
+    """A point that a study wants: a run (points.Point) or a request (requests.Request).
+
+    Attributes
+    ----------
+    label
+        Its name, other than that of any other point of the study.
+    inputs
+        Paths of the files that it reads, relative to the current directory.
+    """
+
+    label: str
+    inputs: Sequence[str]
+
+    def stored(self, shelf: "Shelf") -> Answer | None:
+        """Its Answer where it is finished; raises DustError where that must not be overwritten."""
+
+    def store(self, answer: Answer, shelf: "Shelf") -> None:
+        """Keep an Answer that came. Raises DustError."""
+
+    def shares(self, count: int, cores: int, *, remote: bool) -> tuple[int, Any]:
+        """(processes for `count` points like this on some cores, threads of each)."""
+
+    def to_task(self, threads: Any, shelf: "Shelf", *, remote: bool, how: dict) -> Task:
+        """The task for a worker process."""
+
+    def measured(self, study: "Study", answer: Answer) -> tuple[Any, float | None]:
+        """(numbers for the study, cost [s] if it is timed) of a finished one."""
+
+
+class Shelf:
+    """Finished points of a study, as far as they are stored.
+
+    force: they are made again; resume: the missing ones are; else there must be none. timed: costs
+    are wanted.
+    """
+
+    def __init__(self, *, force, resume, timed):
+        self.force, self.resume, self.timed, self._rows = force, resume, timed, {}
+
+    def rows(self, file):
+        """The Rows of a file, or of None."""
+        if file not in self._rows:
+            self._rows[file] = Rows(file, force=self.force, resume=self.resume)
+        return self._rows[file]
 
 
 @dataclass(frozen=True)
@@ -52,7 +94,7 @@ class Found:
         Processor time of its steps [s], if the study is timed.
     """
 
-    point: Point | Request
+    point: Wanted
     code: int = 0
     text: str = ""
     measured: Any = None
@@ -84,7 +126,7 @@ class Study(Protocol):
     file: Path | None
     timed: bool
 
-    def points(self, found: Mapping[str, Found]) -> list[Point | Request]:
+    def points(self, found: Mapping[str, Found]) -> list[Wanted]:
         """Points that are wanted, given those found by their labels.
 
         The study ends where all of them are found.
@@ -154,143 +196,84 @@ def run(
     arguments of `execute` for runs that are not finished. Raises DustError (existing results, no
     scheduler), KeyboardInterrupt (after all checkpoints are written).
     """
-    found, rows, whole = {}, {}, part == (1, 1)
+    found, whole = {}, part == (1, 1)
+    shelf = Shelf(force=force, resume=resume, timed=study.timed)
     progress = Progress(0, 0, report)
     how = {"scheduler": scheduler, "jobs": jobs, "log": log, "how": how}
-    how |= {"timed": study.timed, "rows": rows}
     # with parts, each run has its own lock
     locked = whole and study.directory is not None
     with files.RunLock(study.directory) if locked else nullcontext(), idle_workers() as idle:
-        how["idle"] = idle
         if locked and not force and not resume and study.file.exists():
             raise already_there(study.file, "with the missing runs")
         while points := [p for p in study.points(found) if p.label not in found]:
             chosen = {p.label: p for p in points[part[0] - 1 :: part[1]]}
-            for file in {p.file for p in chosen.values() if isinstance(p, Request)} - set(rows):
-                rows[file] = Rows(file, force=force, resume=resume)
-            for label, result in _round(chosen, progress, force=force, resume=resume, **how):
-                found[label] = _found(study, chosen[label], result)
+            for label, answer in _round(chosen, progress, shelf, idle=idle, **how).items():
+                numbers = None, None
+                if answer.code == 0:
+                    numbers = chosen[label].measured(study, answer)
+                found[label] = Found(chosen[label], answer.code, answer.text, *numbers)
             if not whole:
                 break
     return found
 
 
-def _found(study, point, result):
-    """The Found of a point with this JobResult."""
-    if result.code != 0:
-        return Found(point, result.code, result.text)
-    if isinstance(point, Request):
-        return Found(point, measured=result.found)
-    with analysis.open_run(point.directory) as run:
-        measured = study.measure(run)
-    return Found(point, measured=measured, cost=cost_of(point) if study.timed else None)
+def _round(points, progress, shelf, *, log, **how):
+    """label -> Answer of the points (by label), the finished ones first."""
+    answers = {label: point.stored(shelf) for label, point in points.items()}
+    left = {label: points[label] for label, answer in answers.items() if answer is None}
+    answers = {label: answer for label, answer in answers.items() if answer is not None}
+    progress.more(len(points), len(answers))
+    if answers:
+        log(f"{len(answers)} of {len(points)} are already finished")
+    return answers | (_do(left, progress, shelf, log=log, **how) if left else {})
 
 
-def _round(points, progress, *, force, resume, timed, log, rows, **how):
-    """(label, JobResult) of the points (by label), of the finished ones first.
-
-    rows: file -> its Rows.
-    """
-    left, results = {}, {}
-    for label, point in points.items():
-        found, mode = {}, "new"
-        if isinstance(point, Request):
-            found = rows[point.file].known.get(label)
-            mode = "new" if found is None else None
-        elif not force and not resume and (point.directory / RESULT).exists():
-            raise already_there(point.directory / RESULT, "with the missing runs")
-        else:
-            mode = mode_of(point, force, resume, timed=timed)
-        if mode is None:
-            text = stopped(point) if timed and isinstance(point, Point) else ""
-            code = GuardStop.exit_code if text else 0
-            results[label] = JobResult(label, code, text, found=found)
-        else:
-            left[label] = mode
-    progress.more(len(points), len(results))
-    if results:
-        log(f"{len(results)} of {len(points)} are already finished")
-    if left:
-        results |= _do(points, left, progress, timed=timed, log=log, rows=rows, **how)
-    return results.items()
-
-
-def shares(scene, runs, cores):
-    """(simultaneous runs, threads of each or "auto") for a number of runs and of cores.
-
-    A GPU takes one run at a time.
-    """
-    threads = scene.numerics.threads
-    if runs == 1 or scene.numerics.backend != "cpu":
-        return 1, threads
-    if threads == "auto":
-        threads = max(1, cores // runs)
-    return min(runs, max(1, cores // threads)), threads
-
-
-def _do(points, left, progress, *, scheduler, jobs, idle, timed, log, rows, how):
-    """label -> JobResult of the points in `left` (label -> mode), in the order of their ends."""
-    remote, results, arrived = scheduler is not None, {}, SimpleQueue()
-    workers, threads = _places([points[label] for label in left], remote)
+def _do(points, progress, shelf, *, scheduler, jobs, idle, log, how):
+    """label -> Answer of points (by label), in the order of their ends."""
+    remote, answers, arrived = scheduler is not None, {}, SimpleQueue()
+    workers, threads = next(iter(points.values())).shares(
+        len(points), usable_cores(), remote=remote
+    )
     workers = min(workers, jobs or workers)
 
-    def heard(label, share, answer=None):
+    def heard(label, share, answer):
         if answer is None:
             progress.heard(label, share)
         else:
-            arrived.put(JobResult(label, **answer))
+            arrived.put((label, Answer(**answer)))
 
-    def take(result):
-        if result.label in results:  # has arrived before its batch
-            return
-        results[result.label], point = result, points[result.label]
-        if isinstance(point, Request):
-            rows[point.file].add(result)
-        else:
-            store(result, point.directory, timed=timed)
-        progress.ended(result.label, int(result.code != INTERRUPTED))
+    def take(label, answer):
+        if label not in answers:  # it may have arrived before its job
+            answers[label] = answer
+            points[label].store(answer, shelf)
+            progress.ended(label, int(answer.code != INTERRUPTED))
 
     with noted_signals() as signals, open_pool(scheduler, workers, heard, idle) as pool:
-        own = {"threads": threads, "remote": remote, "timed": timed, "how": how}
-        runs = {n: mode for n, mode in left.items() if not isinstance(points[n], Request)}
-        tasks = [_job(points[label], mode, **own) for label, mode in runs.items()]
-        requests = [points[label] for label in left if label not in runs]
-        tasks += batches(requests, workers, remote=remote)
-        futures = _submit(pool, tasks, points, remote)
-        stopping = "stopping: the runs write their checkpoints" if runs else "stopping"
-        _drain(pool, futures, signals, arrived, take=take, warn=lambda: log(stopping))
-    return results
+        tasks = [point.to_task(threads, shelf, remote=remote, how=how) for point in points.values()]
+        jobs = jobs_of(tasks, workers, remote=remote)
+        futures = _submit(pool, jobs, points, remote)
+        _drain(pool, futures, signals, arrived, take=take, log=log)
+    return answers
 
 
-def _places(points, remote):
-    """(simultaneous jobs on this machine, threads of a run), by the first of some points."""
-    first, cores = points[0], usable_cores()
-    if isinstance(first, Request):
-        return min(len(points), max(1, cores // (first.cores or cores))), None
-    workers, threads = shares(first.scene, len(points), cores)
-    if remote and first.scene.numerics.threads == "auto":
-        threads = 1  # a task takes one thread of a worker, whose cores are not known here
-    return workers, threads
+def _drain(pool, futures, signals, arrived, *, take, log):
+    """Call take(label, Answer) for each point as it ends; after a signal stop the pool.
 
-
-def _drain(pool, futures, signals, arrived, *, take, warn):
-    """Call take(JobResult) for each point as it ends; after a signal warn(), and stop the pool.
-
-    futures: Future -> its job, emptied. signals: of `noted_signals`. arrived: queue of the
-    JobResults of requests. Raises KeyboardInterrupt at the end where it was stopped.
+    futures: Future -> its job, emptied. signals: of `noted_signals`. arrived: queue of (label,
+    Answer). Raises KeyboardInterrupt at the end where it was stopped.
     """
     stopping = False
     while futures:
         done, _ = wait(futures, timeout=POLL, return_when=FIRST_COMPLETED)
         with suppress(Empty):
             while True:
-                take(arrived.get_nowait())
+                take(*arrived.get_nowait())
         for future in done:
-            for result in _results_of(future, futures.pop(future)):
-                take(result)
+            for label, answer in _answers_of(future, futures.pop(future)).items():
+                take(label, answer)
         if signals and not stopping:
             stopping = True
-            warn()
+            log("stopping; runs write their checkpoints first")
             pool.stop()
     if stopping:
         raise KeyboardInterrupt
@@ -301,43 +284,19 @@ def _submit(pool, jobs, points, remote):
     futures, shared = {}, {}
     for job in jobs:
         own = [points[label] for label in job.labels] if remote else []
-        paths = tuple(dict.fromkeys(path for point in own for path in _inputs_of(point)))
+        paths = tuple(dict.fromkeys(path for point in own for path in point.inputs))
         if paths not in shared:
             shared[paths] = pool.share({path: content_of(path) for path in paths})
         futures[pool.submit(job, shared[paths])] = job
     return futures
 
 
-def _inputs_of(point):
-    return point.inputs if isinstance(point, Request) else input_files(point.scene)
-
-
-def _job(point, mode, *, threads, remote, **how):
-    """The Job of a point. remote: with the files that it needs. how: `timed` and `how` of it."""
-    scene = point.scene.with_value("numerics.threads", threads).to_yaml()
-    if not remote:
-        return Job(point.label, scene, mode, os.path.abspath(point.directory), **how)
-    if mode == "resume":
-        files = {name: content_of(point.directory / name) for name in run_files(point.directory)}
-        return Job(point.label, scene, mode, None, files, **how)
-    checkpoint.discard(point.directory / CHECKPOINT)
-    return Job(point.label, scene, mode, None, **how)
-
-
-def content_of(path):
-    """Bytes of an input file of jobs. Raises DustError."""
-    try:
-        return Path(path).read_bytes()
-    except OSError as error:
-        raise DustError(f"{path} cannot be read: {error.strerror or error}.") from error
-
-
-def _results_of(future, job):
-    """JobResults of the points of a job with a finished Future, also of one that was lost."""
+def _answers_of(future, job):
+    """label -> Answer of a job with a finished Future, also of one that was lost."""
     if future.cancelled():
         text = "the cluster has cancelled it, its scheduler may have ended: continue with --resume"
     elif (error := future.exception()) is not None:
         text = str(error) or repr(error)
     else:
-        return job.results(future.result())
-    return [JobResult(label, LOST, text) for label in job.labels]
+        return future.result()
+    return {label: Answer(LOST, text) for label in job.labels}

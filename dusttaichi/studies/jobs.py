@@ -1,124 +1,150 @@
-"""Jobs in a worker process here or on a cluster, and the one that is a run."""
+"""Jobs of a study: requests to a task in a worker process, here or on a cluster; runs are some."""
 
+import math
 import tempfile
 import time
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
-from math import inf
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Any
 
+from dusttaichi.errors import DustError
 from dusttaichi.files import run_files
-from dusttaichi.studies.workers import INTERRUPTED, LOST, Answer, Worker, taken
+from dusttaichi.studies.workers import STARTING, Answer, idle_workers, taken
 
 LEAST = 1.0  # core-seconds: the steps of shorter runs are repeated up to this total
-LOOK = 0.5  # s between two checks whether to stop, on a cluster over its network
 RETURNED = (".nc", ".bin", ".yaml", ".png")  # files of a run in a temporary directory
+TOGETHER = 16  # requests of a job at most, which share a start on a cluster
+ROUNDS = 2  # jobs of each process at least, of which the last ones even out
+
+
+@dataclass(frozen=True)
+class Task:
+    """A call of task(parent, **arguments) in a worker process.
+
+    Attributes
+    ----------
+    label
+        That of the point.
+    task
+        "module:function"; the function returns a dict of JSON or raises a DustError. It may state
+        its share by `parent.progress` (child.Parent).
+    arguments
+        Values of JSON.
+    seconds
+        A process that takes longer is killed; its first request may take STARTING more.
+    folder
+        Files (name -> content) of a temporary directory that is the argument `directory`, and from
+        which the results come back. None: without one.
+    alone
+        True where it is a job of its own.
+    """
+
+    label: str
+    task: str
+    arguments: dict[str, Any]
+    seconds: float | None = None
+    folder: dict[str, bytes] | None = None
+    alone: bool = False
 
 
 @dataclass(frozen=True)
 class Job:
-    """One run for a thread of this process or a worker of a Dask cluster.
+    """Tasks for a thread of this process or a worker of a Dask cluster, one after another.
 
-    label: of the point. scene: text of its YAML. mode: "new", "force" (start again) or "resume".
-    directory: of the run, or None for a temporary one, whose files come back with the result.
-    files: name -> content of the files in it at the start. timed: repeat the steps of a short run,
-    for its cost. how: further arguments of `execute`.
+    remote: they are made in a temporary directory with their input files.
     """
 
-    label: str
-    scene: str
-    mode: str
-    directory: str | None
-    files: dict[str, bytes] = field(default_factory=dict)
-    timed: bool = False
-    how: dict = field(default_factory=dict)
-
-    task: ClassVar[str] = f"{__name__}:run"
+    tasks: tuple[Task, ...]
+    remote: bool = False
 
     @property
-    def labels(self):
-        """Label of the point, as the only one."""
-        return [self.label]
+    def labels(self) -> list[str]:
+        """Labels of the tasks."""
+        return [task.label for task in self.tasks]
 
-    def results(self, result):
-        """JobResults of the points."""
-        return [result]
+    def do(self, link, inputs) -> dict[str, Answer]:
+        """Answers of the tasks by their labels, fewer where all jobs have to stop.
 
-    def do(self, link, inputs):
-        """The JobResult.
+        All but the last are reported, too, as soon as they are known. A process that was lost is
+        replaced, and the next task follows.
 
-        link: of a pool; has stopped(), true once all jobs have to stop, report(label, share), and,
-        on this machine, `idle`, the list of idle Workers. inputs: relative path -> bytes of the
-        input files of the scene, for a temporary directory.
+        link: of a pool; has stopped(), true once all jobs have to stop, report(label, share,
+        keywords of the Answer or None), and, on this machine, `idle`, the list of idle Workers.
+        inputs: relative path -> bytes of the input files, for a temporary directory.
         """
-        if link.stopped():
-            return JobResult(self.label, INTERRUPTED, "not started")
-        if self.directory is not None:
-            with taken(link.idle, self.task, link.stopped) as worker:
-                answer = self._ask(worker, self.directory, link)
-            return JobResult(self.label, answer.code, answer.text, found=answer.found)
-        with laid_out(inputs) as here, tempfile.TemporaryDirectory(prefix="dusttaichi-") as folder:
-            directory = Path(folder)
-            _lay_out(self.files, directory)
-            with Worker(self.task, folder=here) as worker:
-                answer = self._ask(worker, directory, link)
-            files = {name: (directory / name).read_bytes() for name in _returned(directory)}
-        return JobResult(self.label, answer.code, answer.text, files, answer.found)
-
-    def _ask(self, worker, directory, link):
-        own = {"scene": self.scene, "mode": self.mode, "timed": self.timed, "how": self.how}
-        return ask(worker, self.label, own | {"directory": str(directory)}, link)
+        answers = {}
+        with ExitStack() as stack:
+            folder = stack.enter_context(_laid_out(inputs)) if self.remote else None
+            idle = stack.enter_context(idle_workers()) if self.remote else link.idle
+            for task in self.tasks:
+                if link.stopped():
+                    break
+                with taken(idle, task.task, link.stopped, folder) as worker:
+                    answers[task.label] = _asked(worker, task, link)
+                if len(answers) < len(self.tasks):
+                    link.report(task.label, 1.0, asdict(answers[task.label]))
+        return answers
 
 
-@dataclass(frozen=True)
-class JobResult:
-    """Result of a job: exit code, message, files of a temporary directory.
+def _asked(worker, task, link):
+    """The Answer of a Worker to a Task."""
+    limit = task.seconds
+    if limit is not None:
+        limit += STARTING * worker.fresh
 
-    found: everything that the task has reported and returned; of requests see requests.Batch.
+    def report(share):
+        link.report(task.label, share, None)
+
+    with nullcontext() if task.folder is None else _folder(task.folder) as folder:
+        own = {} if folder is None else {"directory": str(folder)}
+        arguments = task.arguments | own
+        answer = worker.ask(arguments, limit, report=report, stopped=link.stopped)
+        if folder is not None:
+            back = {name: (folder / name).read_bytes() for name in _returned(folder)}
+            answer = replace(answer, files=back)
+    return answer
+
+
+def jobs_of(tasks, workers, *, remote):
+    """Jobs of tasks for a number of processes, in their order.
+
+    Large enough to share a start, and enough of them for all processes.
     """
+    alone = [task for task in tasks if task.alone]
+    others = [task for task in tasks if not task.alone]
+    size = max(1, min(TOGETHER, math.ceil(len(others) / (ROUNDS * workers))))
+    parts = [others[first : first + size] for first in range(0, len(others), size)]
+    return [Job(tuple(part), remote) for part in (*([task] for task in alone), *parts)]
 
-    label: str
-    code: int
-    text: str
-    files: dict[str, bytes] = field(default_factory=dict)
-    found: dict = field(default_factory=dict)
 
-
-def ask(worker, label, arguments, link, seconds=None):
-    """The Answer of a Worker to a request, whose share is reported to the `link` (see Job.do).
-
-    seconds: after which the process is killed, None: no limit.
-    """
-    worker.send(**arguments)
-    reported, end = None, inf if seconds is None else time.monotonic() + seconds
-    while not worker.answered(min(LOOK, max(0.0, end - time.monotonic()))):
-        if time.monotonic() >= end:
-            worker.kill()
-            return Answer(LOST, f"no answer in {seconds:g} s", dict(worker.reports))
-        share = worker.reports.get("share")
-        if share != reported:
-            reported = share
-            link.report(label, share)
-        if link.stopped():
-            worker.stop()
-    return worker.answer()
+def content_of(path):
+    """Bytes of an input file of jobs. Raises DustError."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise DustError(f"{path} cannot be read: {error.strerror or error}.") from error
 
 
 @contextmanager
-def laid_out(inputs):
-    """Temporary directory with input files (relative path -> bytes), valid for their paths."""
+def _laid_out(inputs):
+    """Temporary directory with input files; yields that of their relative paths (../../a.csv)."""
+    up = max((Path(name).parts.count("..") for name in inputs), default=0)
+    with _folder({}) as folder:
+        here = folder.joinpath("inputs", *["d"] * up)
+        _write(inputs, here)
+        yield here
+
+
+@contextmanager
+def _folder(files):
+    """Temporary directory with files (relative path -> bytes)."""
     with tempfile.TemporaryDirectory(prefix="dusttaichi-") as folder:
-        yield _lay_out_inputs(inputs, Path(folder) / "inputs")
+        _write(files, Path(folder))
+        yield Path(folder)
 
 
-def _returned(directory):
-    """Relative paths of the files for a continuation, and of results and figures."""
-    beside = [p.name for p in directory.iterdir() if p.suffix in RETURNED and p.name[0] != "."]
-    return {*beside, *run_files(directory)}
-
-
-def _lay_out(files, folder):
+def _write(files, folder):
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in files.items():
         target = folder / name
@@ -126,12 +152,10 @@ def _lay_out(files, folder):
         target.write_bytes(content)
 
 
-def _lay_out_inputs(inputs, folder):
-    """Write the files; returns the directory of their relative paths, such as ../../a.csv."""
-    up = max((Path(name).parts.count("..") for name in inputs), default=0)
-    here = folder.joinpath(*["d"] * up)
-    _lay_out(inputs, here)
-    return here
+def _returned(directory):
+    """Relative paths of the files for a continuation, and of results and figures."""
+    beside = [p.name for p in directory.iterdir() if p.suffix in RETURNED and p.name[0] != "."]
+    return {*beside, *run_files(directory)}
 
 
 class Meter:
@@ -171,8 +195,9 @@ class Meter:
 def run(parent, *, scene, directory, mode, timed, how):
     """Task of a worker process: run a scene (text of its YAML) into a directory.
 
-    mode, timed, how: see Job. Reports the share that is done, and returns the `cost` of the steps.
-    Raises the errors of `execute`.
+    mode: "new", "force" (start again) or "resume". timed: repeat the steps of a short run, for its
+    cost. how: further arguments of `execute`. Reports the share that is done, and returns the
+    `cost` of the steps. Raises the errors of `execute`.
     """
     from dusttaichi.run import execute
     from dusttaichi.scene import from_yaml

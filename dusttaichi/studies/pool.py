@@ -21,9 +21,8 @@ def open_pool(scheduler, workers, report, idle):
     """The pool for `workers` simultaneous runs on this machine, or the cluster of a scheduler.
 
     scheduler: address such as tcp://host:8786, or None. report: called from any thread with (label
-    of the point, share that is done), and with the answer to a request (requests.Batch). idle: list
-    of `idle_workers`, for several pools one after the other. Raises DustError where no scheduler
-    answers.
+    of the point, share that is done, keywords of its Answer or None). idle: list of `idle_workers`,
+    for several pools one after the other. Raises DustError where no scheduler answers.
     """
     if scheduler is None:
         return Threads(workers, report, idle)
@@ -46,7 +45,7 @@ class Threads(AbstractContextManager):
         return inputs
 
     def submit(self, job, inputs):
-        """A Future of the JobResult."""
+        """A Future of the Answers, see Job.do."""
         return self._executor.submit(job.do, self, inputs)
 
     def __exit__(self, *_):
@@ -105,7 +104,7 @@ class Dask(AbstractContextManager):
             return self._client.submit(dict, inputs, pure=False)
 
     def submit(self, job, inputs):
-        """A Future of the JobResult."""
+        """A Future of the Answers, see Job.do."""
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Sending large graph")
             return self._executor.submit(job.do, self._link, inputs)

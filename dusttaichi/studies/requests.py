@@ -7,28 +7,25 @@ import hashlib
 import json
 import math
 import os
-from contextlib import ExitStack, suppress
-from dataclasses import asdict, dataclass
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from dusttaichi import __version__, files
 from dusttaichi.errors import DustError
 from dusttaichi.results.pieces import already_there
-from dusttaichi.studies.jobs import JobResult, ask, laid_out
-from dusttaichi.studies.workers import INTERRUPTED, STARTING, idle_workers, taken
+from dusttaichi.studies.jobs import Task
+from dusttaichi.studies.workers import INTERRUPTED, Answer
 
-TOGETHER = 16  # requests of a job at most, which share a start on a cluster
-ROUNDS = 2  # jobs of each process at least, of which the last ones even out
+START = 2.0  # s of processor time that the start of a process takes
 
 
 @dataclass(frozen=True)
 class Request:
-    """A point whose numbers are the answer of a task to a request.
+    """A point whose numbers are the answer of a task to a request; see jobs.Task.
 
-    A process that stays calls task(parent, **arguments), which returns a dict of JSON or raises a
-    DustError; it may state its share by `parent.progress` (child.Parent). Points that need the same
-    kernels should follow one another: a process makes some neighbours.
+    Points that need the same kernels should follow one another: a process makes some neighbours.
 
     Attributes
     ----------
@@ -45,7 +42,10 @@ class Request:
     cores
         How many it takes; None: it has the machine for itself, as on a GPU.
     seconds
-        A process that takes longer is killed; its first request may take STARTING more.
+        A process that takes longer is killed.
+    expected
+        Order of magnitude of its time [s]; short ones do not start further processes. None: not
+        known.
     """
 
     label: str
@@ -55,64 +55,31 @@ class Request:
     inputs: tuple[str, ...] = ()
     cores: int | None = 1
     seconds: float | None = None
+    expected: float | None = None
 
+    def stored(self, shelf):
+        """The Answer in its file, None without one."""
+        row = shelf.rows(self.file).known.get(self.label)
+        return None if row is None else Answer(found=row)
 
-@dataclass(frozen=True)
-class Batch:
-    """Job of several requests to one task, one after another; see jobs.Job.
+    def store(self, answer, shelf):
+        """Add the row of its Answer to its file. Raises DustError."""
+        shelf.rows(self.file).add(self.label, answer)
 
-    remote: they are made in a temporary directory.
-    """
+    def shares(self, count, cores, *, remote):
+        """(processes for `count` of them on some cores, threads of each or None)."""
+        most = max(1, cores // (self.cores or cores))
+        if self.expected is not None:
+            most = min(most, max(1, math.ceil(count * self.expected / START)))
+        return min(count, most), None
 
-    label: str
-    requests: tuple[Request, ...]
-    remote: bool = False
+    def to_task(self, *_, **__):
+        """The Task."""
+        return Task(self.label, self.task, self.arguments, self.seconds)
 
-    @property
-    def labels(self):
-        """Labels of the requests."""
-        return [request.label for request in self.requests]
-
-    def results(self, result):
-        """JobResults of the requests, as far as they ended."""
-        return [JobResult(label, **answer) for label, answer in result.found.items()]
-
-    def do(self, link, inputs):
-        """The JobResult, in `found` label -> keywords of the JobResult of each request.
-
-        They are reported, too, as soon as they are known. A process that was lost is replaced, and
-        the next request follows.
-        """
-        answers = {}
-        with ExitStack() as stack:
-            if self.remote:
-                folder = stack.enter_context(laid_out(inputs))
-                idle = stack.enter_context(idle_workers())
-            else:
-                folder, idle = None, link.idle
-            for request in self.requests:
-                if link.stopped():
-                    break
-                with taken(idle, request.task, link.stopped, folder) as worker:
-                    limit = request.seconds
-                    if limit is not None:
-                        limit += STARTING * worker.fresh
-                    answer = ask(worker, request.label, request.arguments, link, limit)
-                answers[request.label] = asdict(answer)
-                link.report(request.label, 1.0, asdict(answer))
-        return JobResult(self.label, 0, "", found=answers)
-
-
-def batches(requests, workers, *, remote):
-    """Batches of requests for a number of processes, in their order.
-
-    Large enough to share a start, and enough of them for all processes.
-    """
-    size = max(1, min(TOGETHER, math.ceil(len(requests) / (ROUNDS * workers))))
-    return [
-        Batch(f"batch {first // size + 1}", tuple(requests[first : first + size]), remote)
-        for first in range(0, len(requests), size)
-    ]
+    def measured(self, study, answer):
+        """(what it has found, None for its cost)."""
+        return answer.found, None
 
 
 def key_of(*parts: Any) -> str:
@@ -143,14 +110,14 @@ class Rows:
         whole = "".join(_line(key, row) for key, row in self.known.items())
         files.write_whole(path, whole.encode())
 
-    def add(self, result):
-        """Add the line of a JobResult, whole on the disk when this returns. Raises DustError."""
-        if self.path is None or result.code == INTERRUPTED:
+    def add(self, key, answer):
+        """Add the line of an Answer, whole on the disk when this returns. Raises DustError."""
+        if self.path is None or answer.code == INTERRUPTED:
             return
-        row = {"error": result.text, "code": result.code} if result.code else result.found
+        row = {"error": answer.text, "code": answer.code} if answer.code else answer.found
         try:
             with self.path.open("a", encoding="utf-8") as file:
-                file.write(_line(result.label, row))
+                file.write(_line(key, row))
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:

@@ -22,26 +22,20 @@ import os
 import subprocess
 import tempfile
 import threading
+import time
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
+from math import inf
+from queue import Empty, SimpleQueue
 
 from dusttaichi import compiler
 from dusttaichi.processes import python_command
 
 LOST = 1  # code of a process that died, or did not answer in time
 INTERRUPTED = 130  # code of a task that was stopped
-POLL = 0.2  # s between two checks of a thread whether to stop
+LOOK = 0.5  # s between two checks of a thread whether to stop
 PATIENCE = 120.0  # s for a stopped process to write its checkpoint, before it is killed
 STARTING = 60.0  # s more for the first request of a process: imports and compilation
-
-
-def environment(kernels=None):
-    """Environment of a worker: that of this process.
-
-    kernels: folder of the compiled kernels, by default the common one.
-    """
-    own = {} if kernels is None else {compiler.variable(compiler.KERNEL_FOLDER): str(kernels)}
-    return {**os.environ, **own}
 
 
 @dataclass(frozen=True)
@@ -50,29 +44,31 @@ class Answer:
 
     code: 0, the exit code of a DustError (2: refused, 3: stopped by a guard), INTERRUPTED, or LOST.
     text: message of the error, or "". found: everything that the task has reported and returned.
+    files: name -> content of those in the folder of a run on a cluster (jobs.Job).
     """
 
-    code: int
+    code: int = 0
     text: str = ""
     found: dict = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
 
 
 class Worker(AbstractContextManager):
     """A process for one kind of task, one request after the other.
 
     task: "module:function"; the process calls function(parent, **request), where `parent` is a
-    `child.Parent`, which returns a dict or None. folder: current directory. kernels: see
-    `environment`. A context manager: at its end the process is stopped.
+    `child.Parent`, which returns a dict or None. folder: current directory. kernels: folder of the
+    compiled kernels, by default the common one. A context manager: at its end the process is
+    stopped.
 
-    reports: everything that the task has reported since the last request, the latest of each key.
     fresh: True until it has answered for the first time.
     """
 
     def __init__(self, task, *, folder=None, kernels=None):
         self.task, self.fresh = task, True
-        self.reports, self._answer = {}, None
+        own = {} if kernels is None else {compiler.variable(compiler.KERNEL_FOLDER): str(kernels)}
+        self._messages = SimpleQueue()  # objects, and None at the end of the process
         self._ended = False
-        self._news = threading.Condition()
         self._errors = tempfile.TemporaryFile("w+", errors="replace")
         self._process = subprocess.Popen(
             python_command("dusttaichi.studies.child", task, also=[task.partition(":")[0]]),
@@ -82,50 +78,41 @@ class Worker(AbstractContextManager):
             text=True,
             errors="replace",
             cwd=folder,
-            env=environment(kernels),
+            env={**os.environ, **own},
             # Ctrl-C in a terminal reaches only the parent, which then stops the workers
             start_new_session=True,
         )
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
 
-    # -- talking ---------------------------------------------------------------------------------
+    def ask(self, request, seconds=None, *, report=lambda share: None, stopped=lambda: False):
+        """The Answer to a request, the arguments of the task.
 
-    def send(self, **request):
-        """Send a request, after the answer to the previous one."""
-        self.reports, self._answer = {}, None
-        self._write({"request": request})
-
-    def ask(self, seconds=None, **request):
-        """The Answer to a request. seconds: see `answer`."""
-        self.send(**request)
-        return self.answer(seconds)
-
-    def heard(self, key, seconds=POLL):
-        """True once the task has reported `key` or ended, or the process has ended.
-
-        Waits no longer than `seconds`.
+        A process without an answer in `seconds` is killed. report: called with each share that the
+        task reports. stopped: called now and then; where it returns True, the process is stopped.
         """
-        with self._news:
-            return self._news.wait_for(
-                lambda: key in self.reports or self._answer is not None or self._ended, seconds
-            )
-
-    def answered(self, seconds=POLL):
-        """True once the task or the process has ended; waits no longer than `seconds`."""
-        with self._news:
-            return self._news.wait_for(lambda: self._answer is not None or self._ended, seconds)
-
-    def answer(self, seconds=None):
-        """The Answer to the last request. A process without one in `seconds` is killed."""
-        if not self.answered(seconds):
-            self.kill()
-            return Answer(LOST, f"no answer in {seconds:.0f} s", dict(self.reports))
-        if self._answer is None:
-            return Answer(LOST, self._last_words(), dict(self.reports))
-        self.fresh = False
-        found = self.reports | (self._answer.get("found") or {})
-        return Answer(self._answer["code"], self._answer.get("text", ""), found)
+        found, end = {}, inf if seconds is None else time.monotonic() + seconds
+        self._write({"request": request})
+        while not self._ended:
+            try:
+                message = self._messages.get(timeout=max(0.0, min(LOOK, end - time.monotonic())))
+            except Empty:
+                if time.monotonic() >= end:
+                    self.kill()
+                    return Answer(LOST, f"no answer in {seconds:g} s", found)
+            else:
+                if message is None:
+                    self._ended = True
+                elif "code" in message:
+                    self.fresh = False
+                    found |= message.get("found") or {}
+                    return Answer(message["code"], message.get("text", ""), found)
+                else:
+                    found |= message["report"]
+                    report(found.get("share"))
+            if stopped():
+                self.stop()
+        return Answer(LOST, self._last_words(), found)
 
     @property
     def alive(self):
@@ -133,24 +120,18 @@ class Worker(AbstractContextManager):
         return not self._ended and self._process.poll() is None
 
     def _write(self, message):
-        with suppress(
-            BrokenPipeError, ValueError
-        ):  # of a process that has ended; its answer says so
+        # of a process that has ended; its answer says so
+        with suppress(BrokenPipeError, ValueError):
             self._process.stdin.write(json.dumps(message) + "\n")
             self._process.stdin.flush()
 
     def _listen(self):
         for line in self._process.stdout:
-            message = _message(line)
-            with self._news:
-                if message is not None and "report" in message:
-                    self.reports.update(message["report"])
-                elif message is not None and "code" in message:
-                    self._answer = message
-                self._news.notify_all()
-        with self._news:
-            self._ended = True
-            self._news.notify_all()
+            with suppress(ValueError):  # other output
+                message = json.loads(line)
+                if isinstance(message, dict) and {"code", "report"} & set(message):
+                    self._messages.put(message)
+        self._messages.put(None)
 
     def _last_words(self):
         """Reason of the end of the process, in one line."""
@@ -158,8 +139,6 @@ class Worker(AbstractContextManager):
         self._errors.seek(0)
         last = self._errors.read().strip().splitlines() or ["no message"]
         return f"the process ended (status {status}): {last[-1]}"
-
-    # -- ending ----------------------------------------------------------------------------------
 
     def stop(self):
         """End the process: at once if it waits for a request, else as by Ctrl-C."""
@@ -192,15 +171,6 @@ class Worker(AbstractContextManager):
 
     def __exit__(self, *_):
         self.close()
-
-
-def _message(line):
-    """The object of a line of JSON, or None for other output."""
-    try:
-        message = json.loads(line)
-    except ValueError:
-        return None
-    return message if isinstance(message, dict) else None
 
 
 @contextmanager

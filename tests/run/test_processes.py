@@ -32,7 +32,7 @@ def hostile(tmp_path, monkeypatch):
 def test_a_worker(hostile, inside):
     request = {"scene": "x: 1", "directory": "run", "mode": "new"} | {"timed": False, "how": {}}
     with Worker("dusttaichi.studies.jobs:run", folder=hostile if inside else None) as one:
-        answer = one.ask(**request)
+        answer = one.ask(request)
     assert answer.code == 2 and "material: it is missing" in answer.text
 
 
@@ -40,7 +40,7 @@ def test_a_worker_whose_task_is_of_another_package(hostile):
     """It is taken from where this process has it, and so are the modules below it."""
     assert benchmarks.__path__
     with Worker("benchmarks.task:answer", folder=hostile) as worker:
-        answer = worker.ask(do="no_such_command")
+        answer = worker.ask({"do": "no_such_command"})
     assert answer.text.endswith("'Benchmark' object has no attribute 'no_such_command'")
 
 

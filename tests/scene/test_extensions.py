@@ -23,8 +23,8 @@ from dusttaichi.run.identity import code_hash
 from dusttaichi.samples import registry as kinds
 from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions
 from dusttaichi.scene.yaml_text import read
+from dusttaichi.studies.engine import Shelf
 from dusttaichi.studies.settings import input_files
-from dusttaichi.studies.store import mode_of
 from dusttaichi.studies.sweep import replicas, sweep
 
 HERE = Path(__file__).parent
@@ -298,11 +298,12 @@ def test_members_of_another_file_do_not_count(folder, monkeypatch):
 
     with (folder / "spring.py").open("a") as file:
         file.write("# changed\n")
-    assert mode_of(member, False, True) is None
+    shelf = Shelf(force=False, resume=True, timed=False)
+    assert member.mode(shelf) is None
     change(folder / "spring.py")
     anew = sweep(from_yaml(SPRING, folder), ["stiffness=2"], folder / "sweep")
     (member,) = anew.members
-    assert mode_of(member, False, True) == "resume"
+    assert member.mode(shelf) == "resume"
     with pytest.raises(DustError, match="spring.py differs"):
         execute(member.scene, member.directory, resume=True)
 

@@ -15,8 +15,7 @@ class Here:
     def __init__(self, task, *, kernels):
         assert task == "dusttaichi.studies.bench:answer" and kernels is None
 
-    def ask(self, seconds=None, **request):
-        assert seconds is None  # which would be its patience
+    def ask(self, request):
         return Answer(0, found=bench.answer(None, **request))
 
     def close(self):

@@ -10,8 +10,9 @@ from dusttaichi.commands.ensembles import failure
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.studies import engine
-from dusttaichi.studies.engine import Found, shares
-from dusttaichi.studies.jobs import Job
+from dusttaichi.studies.engine import Found
+from dusttaichi.studies.jobs import Job, Task
+from dusttaichi.studies.points import Point
 from dusttaichi.studies.settings import input_files, keys_of, with_settings
 from dusttaichi.studies.sweep import replicas, sweep
 
@@ -171,11 +172,15 @@ def test_files_of_samples_keep_one_path(tmp_path, monkeypatch):
     assert input_files(member.scene) == [os.path.join("..", "grains.csv")]
 
 
-def test_workers_never_exceed_the_cores():
+def test_workers_never_exceed_the_cores(tmp_path):
+    def shares(scene, count, cores, remote=False):
+        return Point.of(scene, tmp_path, "one").shares(count, cores, remote=remote)
+
     auto, two = cake(), cake().with_value("numerics.threads", 2)
     assert shares(auto, 6, 4) == (4, 1)  # a thread each
     assert shares(auto, 3, 8) == (3, 2)
     assert shares(auto, 1, 8) == (1, "auto")
+    assert shares(auto, 6, 4, remote=True)[1] == 1
     assert shares(two, 6, 8) == (4, 2)
     assert shares(two, 6, 1) == (1, 2)
     assert shares(cake().with_value("numerics.backend", "cuda"), 6, 8) == (1, "auto")
@@ -185,13 +190,15 @@ def test_workers_never_exceed_the_cores():
 
 
 class Stopped:
+    idle = []
+
     def stopped(self):
         return True
 
 
 def test_a_task_that_comes_after_the_stop_does_not_begin(tmp_path):
-    result = Job("3", "", "new", str(tmp_path / "run")).do(Stopped(), {})
-    assert (result.label, result.code) == ("3", 130) and not (tmp_path / "run").exists()
+    task = Task("3", "dusttaichi.studies.jobs:run", {"directory": str(tmp_path / "run")})
+    assert Job((task,)).do(Stopped(), {}) == {} and not (tmp_path / "run").exists()
 
 
 def test_existing_results_are_not_overwritten(tmp_path):

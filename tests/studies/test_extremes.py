@@ -13,7 +13,7 @@ from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.method import Measurement, Start
 from dusttaichi.run import ledger
-from dusttaichi.studies import engine, requests
+from dusttaichi.studies import engine, jobs
 from dusttaichi.studies.extremes import results, study
 from dusttaichi.studies.extremes.groups import GROUPS
 from dusttaichi.studies.extremes.groups.grains import BOTTOM, scene
@@ -185,7 +185,7 @@ def faulty(monkeypatch, tmp_path):
 
 
 def test_a_crash_and_a_hang_are_verdicts(faulty, monkeypatch, tmp_path):
-    monkeypatch.setattr(requests, "STARTING", 20.0)
+    monkeypatch.setattr(jobs, "STARTING", 20.0)
     names = ("one", "crash", "two", "hang", "three")
     cells = [Cell("g", name, {}, time_limit=0.5, column=0) for name in names]
     monkeypatch.setattr(study, "GROUPS", {"g": lambda quick: cells})

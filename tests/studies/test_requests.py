@@ -7,7 +7,7 @@ import pytest
 from test_workers import tasks  # noqa: F401, a fixture
 
 from dusttaichi.errors import DustError
-from dusttaichi.studies import engine, requests, workers
+from dusttaichi.studies import engine, jobs, workers
 from dusttaichi.studies.requests import Request
 
 
@@ -65,7 +65,7 @@ def test_what_failed_is_asked_again_and_what_is_there_is_not(tasks, tmp_path):  
 
 
 def test_a_process_that_takes_too_long_is_killed(tasks, tmp_path, monkeypatch):  # noqa: F811
-    monkeypatch.setattr(requests, "STARTING", 20.0)
+    monkeypatch.setattr(jobs, "STARTING", 20.0)
     slow = {"do": "run", "path": str(tmp_path / "never"), "seconds": 0.5}
     found = engine.run(
         Asking(tmp_path, tasks, a={"do": "count"}, b=slow, c={"do": "count"}), jobs=1
@@ -78,7 +78,7 @@ def test_a_signal_keeps_what_is_done(tasks, tmp_path, monkeypatch):  # noqa: F81
     """The request under way is interrupted, as by Ctrl-C, and those after it do not begin."""
     study = Asking(tmp_path, tasks, a={"do": "count"}, b={"do": "run", "path": str(tmp_path / "c")})
     study.own.append(study.request("c", tasks, do="count"))
-    monkeypatch.setattr(requests, "ROUNDS", 1)
+    monkeypatch.setattr(jobs, "ROUNDS", 1)
 
     def heard(progress):
         if progress.running.get("b"):

@@ -14,13 +14,12 @@ from dusttaichi import method
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load
+from dusttaichi.studies import sticking_task as task
 from dusttaichi.studies.bodies import TwoBodies
 from dusttaichi.studies.engine import Found
+from dusttaichi.studies.restitution import RestitutionMap, map_rows, save_map
 from dusttaichi.studies.settings import with_settings
-from dusttaichi.studies.sticking import task
-from dusttaichi.studies.sticking.collision import Collision, closed_form, moving_bodies
-from dusttaichi.studies.sticking.restitution import RestitutionMap, map_rows, save_map
-from dusttaichi.studies.sticking.search import Search, rows
+from dusttaichi.studies.sticking import Collision, Search, closed_form, rows
 
 WALL = ref.numbers(wall=True)
 FACTORS = np.geomspace(1.01, 20.0, 6)
@@ -232,7 +231,7 @@ def test_a_collision_is_the_run_of_its_scene_with_all_its_grains():
 
 
 def flight(scene):
-    sample, _, way = moving_bodies(scene)
+    sample, _, way = task.moving_bodies(scene)
     return task._flight(TwoBodies(scene, sample), way)
 
 

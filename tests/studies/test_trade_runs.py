@@ -12,11 +12,12 @@ from dusttaichi.analysis.observables import Measured
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml
-from dusttaichi.studies import engine, store
-from dusttaichi.studies.engine import Found
+from dusttaichi.studies import engine, points
+from dusttaichi.studies.engine import Found, Shelf
 from dusttaichi.studies.trade.point import PointResult
 from dusttaichi.studies.trade.study import TradeStudy
 from dusttaichi.studies.trade.trade import Wanted
+from dusttaichi.studies.workers import Answer
 
 # -- points --------------------------------------------------------------------------------------
 
@@ -65,21 +66,25 @@ def test_threads_are_those_of_every_run(tmp_path):
     assert "threads" not in study.dataset(found).attrs["cheapest_yaml"]
 
 
+def mode(point, **how):
+    return point.mode(Shelf(**({"force": False, "resume": True, "timed": True} | how)))
+
+
 def test_a_cost_is_that_of_this_code(tmp_path, monkeypatch):
     study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted())
     (point,) = study.points({})
-    monkeypatch.setattr(store, "_status", lambda point, timed: "finished: 40 ns")
-    assert store.mode_of(point, False, True) is None
-    assert store.mode_of(point, False, True, timed=True) == "force"
-    store.store(engine.JobResult("default", 0, "", found={"cost": 2.5}), tmp_path, timed=True)
-    (point.directory).mkdir()
-    (tmp_path / store.COST).rename(point.directory / store.COST)
-    assert store.cost_of(point) == 2.5
-    assert store.mode_of(point, False, True, timed=True) is None
-    monkeypatch.setattr(store, "package_hash", lambda: "another version")
-    assert store.mode_of(point, False, True, timed=True) == "force"
-    (point.directory / store.COST).write_text("{")  # a file that is cut short
-    assert store.cost_of(point) is None
+    monkeypatch.setattr(points.Point, "_status", lambda point, timed: "finished: 40 ns")
+    assert mode(point, timed=False) is None
+    assert mode(point) == "force"
+    point.directory.mkdir()
+    timed = Shelf(force=False, resume=True, timed=True)
+    point.store(Answer(found={"cost": 2.5}), timed)
+    assert point.cost == 2.5
+    assert mode(point) is None
+    monkeypatch.setattr(points, "package_hash", lambda: "another version")
+    assert mode(point) == "force"
+    (point.directory / points.COST).write_text("{")  # a file that is cut short
+    assert point.cost is None
 
 
 def test_a_run_that_a_guard_has_stopped_is_a_result(tmp_path, monkeypatch):
@@ -87,11 +92,12 @@ def test_a_run_that_a_guard_has_stopped_is_a_result(tmp_path, monkeypatch):
     study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted())
     (point,) = study.points({})
     point.directory.mkdir()
-    monkeypatch.setattr(store, "_status", lambda point, timed: "At 3 ns: a guard")
-    assert store.mode_of(point, False, True, timed=True) == "force"
-    store.store(engine.JobResult("default", 3, "a guard"), point.directory, timed=True)
-    assert store.mode_of(point, False, True, timed=True) is None
-    assert store.mode_of(point, True, False, timed=True) == "force"  # the user may want it
+    monkeypatch.setattr(points.Point, "_status", lambda point, timed: "At 3 ns: a guard")
+    assert mode(point) == "force"
+    timed = Shelf(force=False, resume=True, timed=True)
+    point.store(Answer(3, "a guard"), timed)
+    assert mode(point) is None
+    assert mode(point, force=True, resume=False) == "force"  # the user may want it
 
     class Asked:
         scene, directory, file, timed = study.scene, tmp_path, tmp_path / "none.nc", True
@@ -99,8 +105,8 @@ def test_a_run_that_a_guard_has_stopped_is_a_result(tmp_path, monkeypatch):
 
     found = engine.run(Asked, resume=True)[point.label]
     assert (found.code, found.text) == (3, "a guard")
-    monkeypatch.setattr(store, "package_hash", lambda: "another version")
-    assert store.mode_of(point, False, True, timed=True) == "force"
+    monkeypatch.setattr(points, "package_hash", lambda: "another version")
+    assert mode(point) == "force"
 
 
 # -- the command ---------------------------------------------------------------------------------
@@ -169,7 +175,7 @@ class Default(TradeStudy):
 
     def points(self, found):
         changes = {"stop": {"time": "40 ns"}, "numerics.time_step": "20 ns"}
-        wild = engine.Point.of(self.scene, self.directory, "wild", changes)
+        wild = points.Point.of(self.scene, self.directory, "wild", changes)
         return [*super().points({}), wild]
 
 
@@ -188,9 +194,9 @@ def test_real_runs(tmp_path, monkeypatch):
     # a finished point is read again, with its cost
     seen = []
 
-    def refused(points, left, *_, **__):
+    def refused(left, *_, **__):
         seen.extend(left)
-        return {label: engine.JobResult(label, 2, "") for label in left}
+        return {label: Answer(2) for label in left}
 
     monkeypatch.setattr(engine, "_do", refused)
     again = engine.run(study, jobs=1, resume=True)

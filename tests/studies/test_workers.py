@@ -58,8 +58,9 @@ def run(parent, path, seconds=60.0):
         Path(path).write_text("checkpoint")
         raise
 
-def deaf(parent):
-    parent.report(begun=True)
+def deaf(parent, begun=None):
+    if begun is not None:
+        Path(begun).touch()
     while True:
         try:
             time.sleep(60)
@@ -94,87 +95,83 @@ def alive(process):
 
 def test_one_process_answers_request_after_request(tasks, tmp_path):
     with Worker(tasks, folder=tmp_path) as worker:
-        first, second = worker.ask(do="count"), worker.ask(do="count")
+        first, second = worker.ask({"do": "count"}), worker.ask({"do": "count"})
         assert (first.code, first.text) == (0, "")
         assert [a.found["calls"] for a in (first, second)] == [1, 2]
         assert first.found["process"] == second.found["process"] != os.getpid()
         assert first.found["folder"] == str(tmp_path)
-        refused = worker.ask(do="refuse", text="bad: ü [x]")
+        refused = worker.ask({"do": "refuse", "text": "bad: ü [x]"})
         assert (refused.code, refused.text) == (2, "bad: ü [x]")
-        stopped = worker.ask(do="guard")  # what was reported before is known however it ends
+        stopped = worker.ask({"do": "guard"})  # what was reported before is known however it ends
         assert (stopped.code, stopped.found) == (3, {"cost": 1.5})
-        assert worker.ask(do="count").found["calls"] == 5 and worker.alive
+        assert worker.ask({"do": "count"}).found["calls"] == 5 and worker.alive
     assert not alive(first.found["process"])
 
 
 def test_what_is_printed_does_not_stand_between_answers(tasks):
     with Worker(tasks) as worker:
-        assert worker.ask(do="garbage").found == {"fine": True}
-        assert worker.ask(do="count").code == 0
+        assert worker.ask({"do": "garbage"}).found == {"fine": True}
+        assert worker.ask({"do": "count"}).code == 0
 
 
 def test_a_crash_tells_the_last_words(tasks):
     with Worker(tasks) as worker:
-        answer = worker.ask(do="crash", status=7)
+        answer = worker.ask({"do": "crash", "status": 7})
         assert answer.code == LOST and answer.text == "the process ended (status 7): last words"
         assert not worker.alive
-        assert worker.ask(do="count").code == LOST  # and not a word of the former answer
+        assert worker.ask({"do": "count"}).code == LOST  # and not a word of the former answer
     with Worker(tasks) as worker:
-        assert worker.ask(do="fail").text.endswith("KeyError: 'a mistake of ours'")
+        assert worker.ask({"do": "fail"}).text.endswith("KeyError: 'a mistake of ours'")
     with Worker("no_such_module:task") as worker:
-        assert "No module named 'no_such_module'" in worker.ask().text
+        assert "No module named 'no_such_module'" in worker.ask({}).text
 
 
 def test_a_process_that_is_killed(tasks, tmp_path):
     with Worker(tasks) as worker:
-        process = worker.ask(do="count").found["process"]
-        worker.send(do="run", path=str(tmp_path / "c"))
-        assert worker.heard("share", 20.0)
-        os.kill(process, signal.SIGKILL)
-        answer = worker.answer(20.0)
+        process = worker.ask({"do": "count"}).found["process"]
+        request = {"do": "run", "path": str(tmp_path / "c")}
+        answer = worker.ask(request, report=lambda share: os.kill(process, signal.SIGKILL))
     assert answer.code == LOST and "status -9" in answer.text
     assert answer.found == {"share": 0.25}
 
 
 def test_a_process_that_hangs_is_killed_in_time(tasks):
     with Worker(tasks) as worker:
-        process = worker.ask(do="count").found["process"]
-        answer = worker.ask(0.5, do="deaf")
-        assert answer.code == LOST and answer.text == "no answer in 0 s"
+        process = worker.ask({"do": "count"}).found["process"]
+        answer = worker.ask({"do": "deaf"}, 0.5)
+        assert answer.code == LOST and answer.text == "no answer in 0.5 s"
         assert not alive(process) and not worker.alive
 
 
-def test_a_process_that_does_not_stop_is_killed(tasks):
-    worker = Worker(tasks)
-    process = worker.ask(do="count").found["process"]
-    worker.send(do="deaf")
-    assert worker.heard("begun", 20.0)
+def test_a_process_that_does_not_stop_is_killed(tasks, tmp_path):
+    worker, begun = Worker(tasks), tmp_path / "begun"
+    process = worker.ask({"do": "count"}).found["process"]
+    worker._write({"request": {"do": "deaf", "begun": str(begun)}})
+    wait_for(begun.exists)
     began = time.monotonic()
     worker.close(0.5)
     assert not alive(process) and time.monotonic() - began < 10.0
 
 
 def test_stopping_lets_a_run_write_its_checkpoint(tasks, tmp_path):
+    heard = []
     with Worker(tasks) as worker:
-        worker.send(do="run", path=str(tmp_path / "checkpoint"))
-        assert worker.heard("share", 20.0) and not worker.answered(0.01)
+        # asked to stop at every report, of which a second one does no harm
+        request = {"do": "run", "path": str(tmp_path / "checkpoint")}
+        answer = worker.ask(request, report=heard.append, stopped=lambda: bool(heard))
         worker.stop()
-        worker.stop()  # a second one does no harm
-        answer = worker.answer(20.0)
+    assert heard[0] == 0.25
     assert (answer.code, answer.text) == (INTERRUPTED, "interrupted")
     assert (tmp_path / "checkpoint").read_text() == "checkpoint"
 
 
 PARENT = """
-import sys, time
+import sys
 from dusttaichi.studies.workers import Worker
 
 worker = Worker("made_tasks:task")
-process = worker.ask(do="count").found["process"]
-worker.send(do="run", path=sys.argv[1])
-assert worker.heard("share", 20.0)
-print(process, flush=True)
-time.sleep(60)
+process = worker.ask({"do": "count"}).found["process"]
+worker.ask({"do": "run", "path": sys.argv[1]}, report=lambda share: print(process, flush=True))
 """
 
 

@@ -9,13 +9,12 @@ import numpy as np
 from dusttaichi.analysis.collisions import collisions_dataset
 from dusttaichi.analysis.thresholds import growth_bracket
 from dusttaichi.errors import DustError
-from dusttaichi.results import provenance
-from dusttaichi.results.provenance import plain
+from dusttaichi.results.provenance import of_study, plain
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.scene.yaml_text import read
+from dusttaichi.studies.points import core_of
 from dusttaichi.studies.requests import Request, key_of
 from dusttaichi.studies.settings import as_files, keys_of, portable, relative_files, seeds_moved
-from dusttaichi.studies.store import core_of
 
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
 SAMPLE = "sample"  # name of the bodies where the study names none
@@ -111,10 +110,7 @@ class Collisions:
 
     def dataset(self, found):
         """The dataset of `collisions_dataset`; a failed collision has no numbers."""
-        scene = self.scene
-        by_area = int(self._own.by_area)
-        attrs = provenance(scene.source, scene.to_yaml(), title=scene.name, by_area=by_area)
-        attrs = {name: value for name, value in attrs.items() if value is not None}
+        attrs = of_study(self.scene, by_area=int(self._own.by_area))
         return collisions_dataset(self._rows(self.requests(), found), self.axes, attrs)
 
     def _rows(self, requests, found):

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi.analysis.observables import about
-from dusttaichi.results import provenance
+from dusttaichi.results.provenance import of_study
 from dusttaichi.studies.trade.trade import yaml_of
 
 # variables of trade.nc by point: name -> (long name, units or None for a text, from row and Judge)
@@ -39,12 +39,12 @@ FLAGS = {
 }  # fmt: skip
 
 
-def dataset(trade, given_scene, source, numbers):
-    """The xr.Dataset of a Trade. source: text of the YAML file; numbers: further attributes."""
+def dataset(trade, given_scene, numbers):
+    """The xr.Dataset of a Trade. given_scene: that of the user; numbers: further attributes."""
     rows, judge = trade.rows, trade.judge
     found = [judge.errors(row.result) for row in rows]
     names = list(found[0])
-    data = xr.Dataset(attrs=_attributes(trade, given_scene, source, numbers))
+    data = xr.Dataset(attrs=_attributes(trade, given_scene, numbers))
     data = data.assign_coords(observable=names)
 
     def put(name, over, values, text, units=None, *, dtype=float):
@@ -75,12 +75,11 @@ def dataset(trade, given_scene, source, numbers):
     return data
 
 
-def _attributes(trade, given_scene, source, numbers):
-    """Global attributes of the dataset; those without a value are left out."""
-    attrs = provenance(
-        source,
-        trade.scene.to_yaml(),
-        title=trade.scene.name,
+def _attributes(trade, given_scene, numbers):
+    """Global attributes of the dataset."""
+    return of_study(
+        given_scene,
+        trade.scene,
         observable=trade.judge.name,
         tolerance=trade.judge.tolerance,
         cost_noise=trade.noise,
@@ -92,7 +91,6 @@ def _attributes(trade, given_scene, source, numbers):
         left_out="; ".join(f"{k}: {v}" for k, v in trade.left_out.items()) or None,
         **numbers,
     )
-    return {k: [v] if k.startswith("scene_") else v for k, v in attrs.items() if v is not None}
 
 
 def _label(row):

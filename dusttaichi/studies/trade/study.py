@@ -65,7 +65,7 @@ class TradeStudy:
     def dataset(self, found):
         """The dataset of the trade."""
         numbers = {} if self.jobs is None else {"jobs": self.jobs}
-        return report.dataset(self.found, self.given, self.given.source or "", numbers)
+        return report.dataset(self.found, self.given, numbers)
 
     def _results(self, some, found):
         """label -> PointResult of points; equal scenes run once. Raises Missing."""

@@ -8,10 +8,9 @@ import xarray as xr
 
 from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.errors import DustError
-from dusttaichi.results import provenance
+from dusttaichi.results.provenance import of_study
 from dusttaichi.studies.settings import grid
-from dusttaichi.studies.sticking.collision import Collision
-from dusttaichi.studies.sticking.search import speed_of
+from dusttaichi.studies.sticking import Collision, speed_of
 
 # name -> (of the outcome, unit, long_name)
 NUMBERS = {
@@ -73,15 +72,13 @@ class RestitutionMap:
             values = np.array([one[key] for one in outcomes])
             values = (values.astype(int) if key == "bound" else values).reshape(shape)
             data[name] = dims, values, {"units": unit, "long_name": text}
-        attrs = provenance(
-            self.scene.source,
-            first.scene.to_yaml(),
-            title=self.scene.name,
+        data.attrs = of_study(
+            self.scene,
+            first.scene,
             time_step=min(one["time_step"] for one in outcomes),
             sticking_speed=first.closed,
             closed_form=int(first.is_closed),
         )
-        data.attrs = {name: value for name, value in attrs.items() if value is not None}
         return data
 
 

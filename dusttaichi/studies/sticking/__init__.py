@@ -1,1 +1,0 @@
-"""Sticking speed and restitution of the collision of a scene: many speeds, a request each."""
