@@ -19,7 +19,7 @@ share of the load that is there, while the error is large. Walls and faces are a
 begins to control a load.
 """
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
 
@@ -32,18 +32,6 @@ STIFF, SOFT = 1e7, 1.0  # k at first, stiffer than any sample, and at least
 FIRST = 0.01  # change of e in the first estimate of k
 TINY = 1e-300
 WALL, CELL, EVEN = "wall", "cell", "even"
-ARRAYS = (
-    "load",
-    "largest",
-    "length",
-    "speed",
-    "steady",
-    "missing",
-    "changes",
-    "ways",
-    "products",
-    "before",
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +112,7 @@ class Servo:
 
     @classmethod
     def from_numbers(cls, numbers):
-        own = {n: np.array(numbers[n]) for n in ARRAYS}
+        own = {f.name: np.array(numbers[f.name]) for f in fields(cls) if f.type is np.ndarray}
         return cls(**(numbers | own | {"axes": tuple(numbers["axes"])}))
 
 

@@ -10,6 +10,7 @@ Jury conditions leave a/4 + c < 1 as the first to fail.)
 
 from dataclasses import dataclass
 from math import inf, pi, sqrt
+from types import SimpleNamespace
 
 import numpy as np
 import scipy
@@ -53,7 +54,7 @@ def matrices(contacts, mass):
         for k in ("k_n", "k_s", "k_r", "k_t")
     }
     parts = springs(
-        _Numbers(**own),
+        SimpleNamespace(**own),
         contacts.normal,
         contacts.strength[:, None, None],
         contacts.ratio[:, None, None],
@@ -88,16 +89,6 @@ def matrices(contacts, mass):
         A = A + B.T @ B
     B = rows(np.ones((size, 1, 1)), *parts[0][1:])
     return A.tocsr(), (B.T @ scipy.sparse.diags_array(contacts.kappa) @ B).tocsr()
-
-
-@dataclass(frozen=True)
-class _Numbers:
-    r: np.ndarray
-    R: np.ndarray
-    k_n: np.ndarray
-    k_s: np.ndarray
-    k_r: np.ndarray
-    k_t: np.ndarray
 
 
 def largest(matrix):

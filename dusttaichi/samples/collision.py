@@ -48,12 +48,15 @@ class CollisionSample(SampleBlock):
     )
     seed: Seed = Field(1, description="seed of the random orientations")
 
+    @property
+    def body_blocks(self) -> dict[str, SampleBlock]:
+        return {"target": self.target, "projectile": self.projectile}
+
     def conflicts(self, scene) -> Faults:
-        for name, body in (("target", self.target), ("projectile", self.projectile)):
+        yield from super().conflicts(scene)
+        for name, body in self.body_blocks.items():
             if getattr(body, "keep", ()):
                 yield f"{name}.keep", "a body that flies has no walls and no time of its own"
-            for path, text in body.conflicts(scene):
-                yield f"{name}.{path}", text
 
 
 @register(CollisionSample)

@@ -69,11 +69,14 @@ class CutoutSample(SampleBlock):
         if self.axis is not None and self.length is None:
             yield "axis", "a sphere has none; give the length of a cylinder as well"
 
+    @property
+    def body_blocks(self) -> dict[str, SampleBlock]:
+        return {"of": self.of}
+
     def conflicts(self, scene) -> Faults:
+        yield from super().conflicts(scene)
         if getattr(self.of, "keep", ()):
             yield "of.keep", "the walls and the time of a sample that is cut are not reused"
-        for path, text in self.of.conflicts(scene):
-            yield f"of.{path}", text
 
 
 @register(CutoutSample)

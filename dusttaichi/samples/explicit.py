@@ -1,11 +1,11 @@
 """Grains listed in the YAML, in a CSV or NetCDF file, or in a snapshot of another run."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import scipy
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import nearest_image, pairs_within
@@ -26,7 +26,6 @@ from dusttaichi.samples.values import (
     Radius,
     Spin,
     Velocity,
-    refuse,
     unknown_materials,
 )
 from dusttaichi.scene.fields import Faults, Number
@@ -39,6 +38,12 @@ FROM_RUN = ("snapshot", "fragment", "keep", "columns", "style")  # keys that onl
 
 class ExplicitSample(SampleBlock):
     """Grains listed in the YAML file (`positions`) or in another file (`file`)."""
+
+    refused: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("grains", "seed"),
+        "all grains of the file are read; a sphere of some of them is {kind: cutout, of: {kind: "
+        "explicit, file: ...}, grains: 500, seed: 1}",
+    )
 
     kind: Literal["explicit"]
     positions: tuple[Position, ...] | None = Field(
@@ -98,16 +103,6 @@ class ExplicitSample(SampleBlock):
         "of these pairs are apart, all are moved into equilibrium contact; auto: the rounding of "
         "the numbers, in a file at least 1e-3 at rest; two positions are exact; 0: none",
     )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _cut(cls, data: Any) -> Any:
-        text = (
-            "all grains of the file are read; a sphere of some of them is {kind: cutout, of: "
-            "{kind: explicit, file: ...}, grains: 500, seed: 1}"
-        )
-        refuse(data, ("grains", "seed"), text)
-        return data
 
     def faults(self) -> Faults:
         if (self.positions is None) == (self.file is None):

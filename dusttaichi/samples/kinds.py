@@ -3,9 +3,29 @@
 import typing
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, Union
+from typing import Annotated, Any, ClassVar, Union
 
 from pydantic import BaseModel, Field
+
+from dusttaichi.scene.fields import Block, Faults
+
+
+class KindBlock(Block):
+    """The YAML block of a kind; its field `kind` is a Literal with the kind's name."""
+
+    is_body: ClassVar[bool] = True
+    """False where it cannot be a body of another block, such as the target of a collision."""
+
+    @property
+    def body_blocks(self) -> dict[str, "KindBlock"]:
+        """Blocks of the bodies that it is made of, by their paths; none of a single body."""
+        return {}
+
+    def conflicts(self, scene) -> Faults:
+        """Conflicts with the scene's other blocks; the paths are relative to this block."""
+        for name, body in self.body_blocks.items():
+            for path, text in body.conflicts(scene):
+                yield f"{name}.{path}".rstrip("."), text
 
 
 @dataclass(frozen=True)

@@ -5,17 +5,17 @@ Close packing from which grains are extracted at random (CPE of Wada et al. 2011
 A lattice consists of whole cells, so that it continues seamlessly with the `period`.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample, check_grains
-from dusttaichi.samples.values import BoxSize, Seed, exactly_one, refuse
+from dusttaichi.samples.values import BoxSize, Seed, exactly_one
 from dusttaichi.scene.fields import Count, Faults, Number, needed
 
 MOST_GRAINS = 2e7  # a mistyped size must not fill the memory
@@ -42,6 +42,12 @@ CELLS = {
 
 class LatticeSample(SampleBlock):
     """A crystal of grains in equilibrium contact that can be repeated without a seam."""
+
+    refused: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("sizes", "shares"),
+        "unequal grains cannot all touch at the sites of a lattice: some would overlap, others be "
+        "apart; use random_packing, rbd, pca or bcca, or list positions (kind: explicit)",
+    )
 
     kind: Literal["lattice"]
     structure: Literal["sc", "bcc", "fcc", "ccp"] = Field(
@@ -70,16 +76,6 @@ class LatticeSample(SampleBlock):
         if value is not None and not (isinstance(value, (list, tuple)) and len(value) == 3):
             raise needed("a list of 3 whole numbers of at least 1 is needed, such as [10, 10, 10]")
         return value
-
-    @model_validator(mode="before")
-    @classmethod
-    def _equal_grains(cls, data: Any) -> Any:
-        text = (
-            "unequal grains cannot all touch at the sites of a lattice: some would overlap, others "
-            "be apart; use random_packing, rbd, pca or bcca, or list positions (kind: explicit)"
-        )
-        refuse(data, ("sizes", "shares"), text)
-        return data
 
     def faults(self) -> Faults:
         yield from exactly_one(self, ("cells", "grains", "size"), "cells: [10, 10, 10]")

@@ -17,15 +17,14 @@ registers itself in the same way.
 from collections.abc import Callable
 from typing import Annotated, ClassVar
 
-from dusttaichi.samples.kinds import AnyOf, Kinds
+from dusttaichi.samples.kinds import AnyOf, KindBlock, Kinds
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample, describe
-from dusttaichi.scene.fields import Block, Faults
 
 Make = Callable[["SampleBlock", Materials], Sample]
 
 
-class SampleBlock(Block):
+class SampleBlock(KindBlock):
     """The YAML block of a kind of sample.
 
     Its field `kind` is a Literal with the kind's name.
@@ -33,12 +32,6 @@ class SampleBlock(Block):
 
     flies: ClassVar[bool] = False
     """True for colliding bodies, where the outcome depends on the kinetic energy."""
-    is_body: ClassVar[bool] = True
-    """False where it cannot be the target or projectile of a collision."""
-
-    def conflicts(self, scene) -> Faults:
-        """Conflicts with the scene's other blocks; the paths are relative to this block."""
-        return ()
 
     def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:
         """Smallest box for the sample, and its number of grains.

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError
 
-from dusttaichi.scene.fields import Block, Count, Faults, Mark, Number, needed, problems
+from dusttaichi.scene.fields import Block, Count, Faults, Mark, Number, needed
 from dusttaichi.scene.quantities import Quantity, Vector, format
 
 Position = Annotated[Vector, Quantity("length", count=3)]
@@ -111,13 +111,6 @@ class _ImpactMark(Mark):
 
 
 ImpactParameter = Annotated[Impact, _ImpactMark()]
-
-
-def refuse(data: Any, names: tuple[str, ...], text: str) -> None:
-    """Raise the fault `text` of the first of `names` that the block gives, before it is read."""
-    given = [name for name in names if isinstance(data, dict) and name in data]
-    if given:
-        raise problems([(given[0], text)])
 
 
 def exactly_one(block: Block, keys: tuple[str, ...], example: str) -> Faults:

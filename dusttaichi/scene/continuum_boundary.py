@@ -1,13 +1,13 @@
 """Boundaries of the continuum: open space, or a box with a condition at each face."""
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.scene.boundary import Axes, BoundaryBlock, OpenBoundary
 from dusttaichi.scene.drive import TOP_SPEED, Speed
-from dusttaichi.scene.fields import Block, Faults, plain_or_block, problems
+from dusttaichi.scene.fields import Block, Faults, plain_or_block
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -42,16 +42,12 @@ class FacesBoundary(BoundaryBlock):
     )
     wall_speed: Speed = TOP_SPEED
 
+    refused: ClassVar[dict[str, str]] = {
+        "overhang": "rigid faces are planes without an edge; leave it out"
+    }
     WITHOUT_LOADS: ClassVar[str] = (
         "it is for grains; the faces of a continuum move at a wall_speed, or are at rest"
     )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _endless(cls, data: Any) -> Any:
-        if isinstance(data, dict) and "overhang" in data:
-            raise problems([("overhang", "rigid faces are planes without an edge; leave it out")])
-        return data
 
     def faults(self) -> Faults:
         for number, wall in enumerate(WALLS):

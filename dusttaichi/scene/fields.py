@@ -28,6 +28,8 @@ class Block(BaseModel):
 
     # Keys that the YAML may hold and that are resolved into fields.
     extra_keys: ClassVar[tuple[str, ...]] = ()
+    # Keys that only other blocks have, and what to write instead.
+    refused: ClassVar[dict[str, str]] = {}
     # Order of the keys, separated by spaces; without one, inherited keys come first.
     order: ClassVar[str] = ""
     # Inherited keys that come last in every block.

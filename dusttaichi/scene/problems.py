@@ -255,12 +255,11 @@ def _hint(root: type[BaseModel], loc: Path, data: Any) -> str:
 
 
 def _unknown(root: type[BaseModel], loc: Path, data: Any) -> str:
-    key = str(loc[-1])
-    known = [
-        name
-        for block in _blocks(root, loc[:-1], data)
-        for name in (*block.extra_keys, *block.fields_in_order())
-    ]
+    key, blocks = str(loc[-1]), _blocks(root, loc[:-1], data)
+    for block in blocks:
+        if key in block.refused:
+            return block.refused[key]
+    known = [name for block in blocks for name in (*block.extra_keys, *block.fields_in_order())]
     close = difflib.get_close_matches(key, known, 1)
     if close:
         guess = f'did you mean "{close[0]}"? '

@@ -5,8 +5,6 @@ from math import log
 
 import numpy as np
 
-from dusttaichi.physics.contact.numbers import Constant
-
 FLOOR = 0.005
 """Difference from phi_1 below which the strength is constant: 0.125 for G09's curve, as in
 miluphcuda."""
@@ -16,27 +14,6 @@ CAP = 1e-3
 
 SHEAR = {"sqrt": (1.0, 0.5), "compressive": (1.0, 1.0), "tensile": (1.0, 0.0)}
 """C and a of Y = C Sigma^a |T|^(1-a) by the name of the law (G09 sections 4.1 and 5.1.2)."""
-
-NUMBERS = {
-    "rho_s": Constant("kg/m^3", "density of the solid"),
-    "rho_i": Constant("kg/m^3", "density at zero pressure for which K_0 holds"),
-    "K_0": Constant("Pa", "bulk modulus at rho_i"),
-    "gamma": Constant("1", "exponent of the bulk modulus, K = K_0 (rho_0/rho_i)^gamma"),
-    "mu_over_K": Constant("1", "shear modulus over bulk modulus"),
-    "phi_1": Constant("1", "filling factor at which the compressive strength vanishes"),
-    "phi_2": Constant("1", "filling factor at which the compressive strength is infinite"),
-    "phi_floor": Constant("1", "filling factor below which the compressive strength is constant"),
-    "phi_cap": Constant("1", "filling factor above which dust is elastic in compression"),
-    "p_m": Constant("Pa", "compressive strength half way between phi_1 and phi_2"),
-    "power": Constant("1", "exponent of the compressive strength, Delta ln 10"),
-    "T_0": Constant("Pa", "tensile strength at filling factor 0"),
-    "T_rate": Constant("1", "growth of ln |T| with the filling factor"),
-    "C": Constant("1", "factor of the shear strength"),
-    "a": Constant("1", "exponent of the compressive strength in the shear strength"),
-    "q_max": Constant("1", "largest pressure over the bulk modulus at the same density"),
-    "crack_speed": Constant("1", "speed of cracks over the longitudinal speed of sound"),
-}
-"""Name -> Constant (SI unit, meaning) of the run-time arguments of the kernels, in this order."""
 
 
 def largest_share(gamma):
@@ -49,25 +26,28 @@ def largest_share(gamma):
 
 @dataclass(frozen=True)
 class MaterialNumbers:
-    """Values of NUMBERS for one material, SI; scalars, or arrays of a shape of many materials."""
+    """Numbers of one material, SI; scalars, or arrays of a shape of many materials.
 
-    rho_s: float
-    rho_i: float
-    K_0: float
-    gamma: float
-    mu_over_K: float
-    phi_1: float
-    phi_2: float
-    phi_floor: float
-    phi_cap: float
-    p_m: float
-    power: float
-    T_0: float
-    T_rate: float
-    C: float
-    a: float
-    q_max: float
-    crack_speed: float = 0.0
+    In this order they are the run-time arguments of the kernels.
+    """
+
+    rho_s: float  #: Density of the solid [kg/m^3].
+    rho_i: float  #: Density at zero pressure for which K_0 holds [kg/m^3].
+    K_0: float  #: Bulk modulus at rho_i [Pa].
+    gamma: float  #: Exponent of the bulk modulus, K = K_0 (rho_0/rho_i)^gamma.
+    mu_over_K: float  #: Shear modulus over bulk modulus.
+    phi_1: float  #: Filling factor at which the compressive strength vanishes.
+    phi_2: float  #: Filling factor at which the compressive strength is infinite.
+    phi_floor: float  #: Filling factor below which the compressive strength is constant.
+    phi_cap: float  #: Filling factor above which dust is elastic in compression.
+    p_m: float  #: Compressive strength half way between phi_1 and phi_2 [Pa].
+    power: float  #: Exponent of the compressive strength, Delta ln 10.
+    T_0: float  #: Tensile strength at filling factor 0 [Pa].
+    T_rate: float  #: Growth of ln |T| with the filling factor.
+    C: float  #: Factor of the shear strength.
+    a: float  #: Exponent of the compressive strength in the shear strength.
+    q_max: float  #: Largest pressure over the bulk modulus at the same density.
+    crack_speed: float = 0.0  #: Speed of cracks over the longitudinal speed of sound.
 
     @classmethod
     def of(cls, material):
@@ -106,4 +86,7 @@ class MaterialNumbers:
 
     def values(self):
         """The numbers in the order of NUMBERS, for a struct of a kernel."""
-        return tuple(getattr(self, field.name) for field in fields(self))
+        return tuple(getattr(self, name) for name in NUMBERS)
+
+
+NUMBERS = tuple(field.name for field in fields(MaterialNumbers))

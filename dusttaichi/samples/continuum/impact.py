@@ -8,7 +8,6 @@ from pydantic import Field
 from dusttaichi.errors import DustError
 from dusttaichi.samples.continuum import registry
 from dusttaichi.samples.continuum.particles import Particles, joined, moved
-from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -38,18 +37,8 @@ class ImpactSample(registry.BodyBlock):
     )
 
     @property
-    def has_rigid(self) -> bool:
-        return self.target.has_rigid or self.projectile.has_rigid
-
-    @property
-    def has_elastic(self) -> bool:
-        return self.target.has_elastic or self.projectile.has_elastic
-
-    def conflicts(self, scene) -> Faults:
-        yield from super().conflicts(scene)
-        for name, body in (("target", self.target), ("projectile", self.projectile)):
-            for path, text in body.conflicts(scene):
-                yield f"{name}.{path}".rstrip("."), text
+    def body_blocks(self) -> dict[str, registry.BodyBlock]:
+        return {"target": self.target, "projectile": self.projectile}
 
 
 @registry.register(ImpactSample)

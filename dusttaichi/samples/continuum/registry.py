@@ -13,13 +13,13 @@ kinds register themselves; a package may add its own:
 """
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag
 
 from dusttaichi.samples.continuum.particles import Particles, moved
-from dusttaichi.samples.kinds import AnyOf, Kinds
+from dusttaichi.samples.kinds import AnyOf, KindBlock, Kinds
 from dusttaichi.samples.values import Position, Seed, Spin, Velocity
 from dusttaichi.scene.fields import Block, Faults, Number, plain_or_block
 from dusttaichi.scene.quantities import Quantity
@@ -92,21 +92,18 @@ class Matter:
         return self if name is None else self.others[name]
 
 
-class BodyBlock(Block):
+class BodyBlock(KindBlock):
     """The YAML block of a kind; its field `kind` is a Literal with the kind's name."""
-
-    is_body: ClassVar[bool] = True
-    """False for a kind of several bodies, which cannot be one of them."""
 
     @property
     def has_rigid(self) -> bool:
         """True where one of its bodies is rigid."""
-        return False
+        return any(body.has_rigid for body in self.body_blocks.values())
 
     @property
     def has_elastic(self) -> bool:
         """True where one of its bodies is elastic."""
-        return False
+        return any(body.has_elastic for body in self.body_blocks.values())
 
     @property
     def named_materials(self) -> list[tuple[str, str]]:
@@ -114,7 +111,7 @@ class BodyBlock(Block):
         return []
 
     def conflicts(self, scene) -> Faults:
-        """Conflicts with the scene's other blocks; the paths are relative to this block."""
+        yield from super().conflicts(scene)
         for name in ("size", "position", "velocity", "offset"):
             value = getattr(self, name, None)
             if isinstance(value, tuple) and len(value) != scene.dimension:

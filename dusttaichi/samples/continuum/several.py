@@ -27,17 +27,8 @@ class SeveralBodies(registry.BodyBlock):
             yield "bodies", "at least one body is needed"
 
     @property
-    def has_rigid(self) -> bool:
-        return any(body.has_rigid for body in self.bodies)
-
-    @property
-    def has_elastic(self) -> bool:
-        return any(body.has_elastic for body in self.bodies)
-
-    def conflicts(self, scene) -> Faults:
-        for n, body in enumerate(self.bodies):
-            for path, text in body.conflicts(scene):
-                yield f"bodies.{n}.{path}".rstrip("."), text
+    def body_blocks(self) -> dict[str, registry.BodyBlock]:
+        return {f"bodies.{n}": body for n, body in enumerate(self.bodies)}
 
 
 @registry.register(SeveralBodies)
