@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from bodies import D, R, pieces, refused, scene
+from bodies import D, R, pieces, scene
 from scenes import make_scene
 
 from dusttaichi import analysis
@@ -122,32 +122,3 @@ def test_a_sphere_of_grains_about_any_grain_of_a_periodic_cell(pressed):
     assert len(make(scene(kind="cutout", of=run, grains=19, seed=2)).contacts["i"]) == 6 + 2 * 12
     middle = make(scene(kind="cutout", of=LATTICE, grains=7))
     assert len(middle) == 7 and middle.info["filling_factor_in"] == "bounding sphere"
-
-
-@pytest.mark.parametrize(
-    "keys, words",
-    [
-        ({}, "exactly one of diameter and grains is needed"),
-        ({"diameter": "5 um", "grains": 3}, "exactly one of diameter and grains is needed"),
-        ({"diameter": "5 um", "seed": 3}, "it is allowed only together with grains"),
-        ({"grains": 9, "length": "5 um"}, "it is allowed only together with diameter"),
-        ({"grains": 730}, "sample.grains = 730: sample.of has 729 grains; allowed: no more"),
-        (
-            {"grains": 9, "seed": 1, "of": {"kind": "chain", "grains": 20}},
-            "sample.seed: sample.of has no periodic cell",
-        ),
-        (
-            {"diameter": "0.5 um", "of": {"kind": "chain", "grains": 2}},
-            "sample.diameter = 0.5 µm: no grain is inside",
-        ),
-        ({"diameter": "5 um", "axis": "x"}, "sample.axis"),
-        ({"diameter": "5 um", "of": {"kind": "collision"}}, "sample.of.kind"),
-        (
-            {"diameter": "5 um", "of": {"kind": "explicit", "file": "a", "keep": ["box"]}},
-            "sample.of.keep",
-        ),
-        ({"diameter": "5 um", "of": {"kind": "rbd", "size": ["1 um"] * 3}}, "sample.of.size"),
-    ],
-)
-def test_what_cannot_be_cut(keys, words):
-    assert words in refused(kind="cutout", **{"of": LATTICE, **keys})

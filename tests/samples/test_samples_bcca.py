@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bodies import ROUNDING, D, R, distances, pieces, refused, scene
+from bodies import ROUNDING, D, R, distances, pieces, scene
 
 from dusttaichi.samples import fractal_dimension, make
 from dusttaichi.samples.ballistic import first_touch
@@ -81,26 +81,6 @@ def test_impact_parameters_of_pairs_are_even_over_the_disc():
     assert np.mean(direction[:, 0] ** 2) == pytest.approx(0.25, abs=0.02)
 
 
-def test_same_seed_same_bits():
-    first, again, other = (bcca(grains=256, seed=seed) for seed in (3, 3, 4))
-    assert first.positions.tobytes() == again.positions.tobytes()
-    assert first.info == again.info and first.info["seed"] == 3
-    assert first.positions.tobytes() != other.positions.tobytes()
-
-
 @pytest.mark.parametrize("grains", [1, 2, 4])
 def test_smallest(grains):
     assert len(bcca(grains=grains)) == grains
-
-
-@pytest.mark.parametrize(
-    "keys, words",
-    [
-        ({}, "sample.grains: it is missing"),
-        ({"grains": 0}, "a whole number of at least 1"),
-        ({"grains": 64, "shape": "box"}, "unknown key"),
-        ({"grains": 2**30}, "too many for bcca; allowed: at most 1048576"),
-    ],
-)
-def test_refused(keys, words):
-    assert words in refused(kind="bcca", **keys)

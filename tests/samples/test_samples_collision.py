@@ -5,7 +5,7 @@ import math
 import netCDF4
 import numpy as np
 import pytest
-from bodies import D, R, refused, scene
+from bodies import D, R, scene
 from scipy.spatial.distance import cdist
 
 from dusttaichi.samples import make
@@ -109,13 +109,6 @@ def test_orientation():
     np.testing.assert_allclose(volume, volume[2], rtol=1e-6)
 
 
-def test_same_seed_same_bits():
-    first, again, other = (collision(seed=seed) for seed in (3, 3, 4))
-    assert first.positions.tobytes() == again.positions.tobytes()
-    assert first.info == again.info and first.info["seed"] == 3
-    assert first.positions.tobytes() != other.positions.tobytes()
-
-
 def test_info_holds_both_bodies():
     info = collision().info
     assert info["target"]["kind"] == "pca" and info["projectile"]["kind"] == "bcca"
@@ -170,23 +163,3 @@ def test_grains_can_collide():
     sample = collision(target=grain, projectile=grain, impact_parameter=0.5, gap="0 m")
     assert closest_after(sample, 0) == pytest.approx(2 * R, rel=1e-12)
     assert sample.positions[1, 1] - sample.positions[0, 1] == pytest.approx(R)
-
-
-@pytest.mark.parametrize(
-    "keys, words",
-    [
-        ({"speed": None}, "sample.speed"),
-        ({"target": {"kind": "ball"}}, 'sample.target.kind = "ball"'),
-        ({"target": {"grains": 4}}, "sample.target: kind is missing"),
-        ({"target": {"kind": "bcca", "grains": 0}}, "sample.target.grains = 0: a whole number"),
-        ({"projectile": {"kind": "rbd"}}, "sample.projectile: exactly one of grains and size"),
-        ({"projectile": {"kind": "pca", "grain": 4}}, 'did you mean "grains"?'),
-        ({"orientation": "any"}, '"random" or "as given" is needed'),
-        ({"gap": "-1 nm"}, "a length of at least 0 is needed"),
-        ({"target": {"kind": "collision"}}, 'sample.target.kind = "collision"'),
-    ],
-)
-def test_refused(keys, words):
-    block = {"target": TARGET, "projectile": PROJECTILE, "speed": "1 m/s", **keys}
-    block = {key: value for key, value in block.items() if value is not None}
-    assert words in refused(kind="collision", **block)

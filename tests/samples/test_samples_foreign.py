@@ -1,15 +1,15 @@
-"""Grains from files of LAMMPS, YADE and XYZ, and those that this program writes read again."""
+"""Files that LAMMPS writes, of several snapshots, and those that it reads of this program."""
 
 import numpy as np
 import pytest
 import snapshots
 from scenes import make_scene
+from test_formats import read
 
 from dusttaichi import analysis, samples
 from dusttaichi.errors import DustError
 from dusttaichi.export import export
 from dusttaichi.processes import lammps_program, run_lammps
-from dusttaichi.scene import from_yaml
 
 R = 0.6e-6
 PLACES = np.array([[0.0, 0.0, 0.0], [1.2, 0.0, 0.0], [0.0, 1.2, 0.5]]) * 1e-6
@@ -58,50 +58,32 @@ Velocities
 1 0.5 0 0 0 0 7
 2 -0.5 0 0 0 0 0
 """
-YADE = "#format x_y_z_r\n0 0 0 0.6\n1.2\t0 0 0.6\n"
 XYZ = "2\nmade by hand\nC 0 0 0\nC 0 0 1.2\n"
 
 
-def read(tmp_path, text, name, **more):
-    (tmp_path / name).write_text(text)
-    return sample_of(tmp_path / name, **more)
-
-
-def sample_of(path, **more):
-    sample = {"kind": "explicit", "file": str(path), "touch_within": 0}
-    scene = make_scene(sample=sample | more)
-    return samples.make(scene)
-
-
-def has_lammps():
+@pytest.fixture
+def lammps():
     try:
-        return bool(lammps_program())
+        lammps_program()
     except DustError:
-        return False
+        pytest.skip("LAMMPS itself writes and reads these")
 
 
 @pytest.mark.parametrize(
-    "text, name, more, places",
+    "text, keys, places, speeds, spins",
     [
-        (DUMP, "a.dump", {}, [[3, 4, 5], [6, 4, 5]]),
-        (DUMP, "a.dump", {"snapshot": 0}, [[1, 0, 2], [5, 4, 4]]),
-        (DATA, "a.data", {}, [[0, 0, 0], [2, 0, 0]]),
-        (YADE, "a.txt", {"units": "um"}, [[0, 0, 0], [1.2, 0, 0]]),
-        (XYZ, "a.xyz", {"units": "um"}, [[0, 0, 0], [0, 0, 1.2]]),
+        (DUMP, {}, [[3, 4, 5], [6, 4, 5]], [0, 0], [0, 0]),
+        (DUMP, {"snapshot": 0}, [[1, 0, 2], [5, 4, 4]], [4, 1], [0, 0]),
+        (DATA, {}, [[0, 0, 0], [2, 0, 0]], [0.5, -0.5], [7, 0]),
+        (XYZ, {"units": "um"}, [[0, 0, 0], [0, 0, 1.2]], [0, 0], [0, 0]),
     ],
 )
-def test_positions(tmp_path, text, name, more, places):
-    sample = read(tmp_path, text, name, **more)
-    np.testing.assert_allclose(sample.positions, np.array(places) * 1e-6, rtol=1e-12, atol=1e-20)
-
-
-def test_motion_comes_along(tmp_path):
+def test_grains_and_their_motion(tmp_path, text, keys, places, speeds, spins):
     """In the order of the ids, in the units of the file."""
-    first = read(tmp_path, DUMP, "a.dump", snapshot=0)
-    np.testing.assert_allclose(first.velocities, [[4, 5, 6], [1, 2, 3]])
-    data = read(tmp_path, DATA, "a.data")
-    np.testing.assert_allclose(data.velocities[:, 0], [0.5, -0.5])
-    np.testing.assert_allclose(data.spins[:, 2], [7, 0])
+    sample = read(tmp_path, text, **keys)
+    np.testing.assert_allclose(sample.positions, np.array(places) * 1e-6, rtol=1e-12, atol=1e-20)
+    np.testing.assert_allclose(sample.velocities[:, 0], speeds)
+    np.testing.assert_allclose(sample.spins[:, 2], spins)
 
 
 @pytest.mark.parametrize(
@@ -109,31 +91,24 @@ def test_motion_comes_along(tmp_path):
     [
         (DUMP.replace("micro", "lj"), "its units are 'lj'; allowed: micro"),
         (DUMP.replace("3 4 5", "3 4"), r"line 23 \('1 1 3 4'\) has 4 columns; allowed: 5"),
-        (DUMP.replace("id type x y z\n1", "id type x y w\n1"), "it lacks z"),
         (DATA.replace("# sphere", "# bond"), "style bond have 6 columns, or 9 .* has 10"),
-        (
-            XYZ.replace("2\n", "3\n", 1),
-            "line 1 announces 3 grains, and the number of lines .* is 2",
-        ),
-        (YADE.replace("1.2", "nothing"), "plain numbers"),
+        (XYZ.replace("2", "3", 1), "line 1 announces 3 grains, and the number of lines .* is 2"),
     ],
 )
 def test_what_cannot_be_used_is_said(tmp_path, text, said):
     with pytest.raises(DustError, match=said):
-        read(tmp_path, text, "file")
+        read(tmp_path, text)
 
 
-@pytest.mark.parametrize("to", ["extxyz", "lammps", "lammps-data", "lammps-restart"])
-def test_what_is_written_is_read_again(tmp_path, to):
-    if to == "lammps-restart" and not has_lammps():
-        pytest.skip("LAMMPS itself writes and reads these")
+def test_a_restart_file_is_read_again(tmp_path, lammps):
+    """Files of the other exports: test_round_trip."""
     moves = np.array([[1.0, 0, 0], [0, 2.0, 0], [0, 0, 3.0]])
     frame = {"position": PLACES, "velocity": moves, "spin": 1e5 * moves}
     snapshots.write(tmp_path / "result.nc", [frame], R)
     with analysis.open_run(tmp_path) as run:
-        path = export(run, to)[0]
-    sample = sample_of(path)
-    # eight decimals of an Angstrom; LAMMPS is as exact as the file
+        path = export(run, "lammps-restart")[0]
+    block = {"kind": "explicit", "file": str(path), "touch_within": 0}
+    sample = samples.make(make_scene(sample=block))
     np.testing.assert_allclose(sample.positions, PLACES, rtol=0, atol=1e-15)
     np.testing.assert_allclose(sample.velocities, moves, rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(sample.spins, 1e5 * moves, rtol=1e-7, atol=1e-3)
@@ -163,10 +138,8 @@ SIZES = {
 
 
 @pytest.mark.parametrize("style", SIZES)
-def test_files_that_lammps_writes(tmp_path, style):
+def test_files_that_lammps_writes(tmp_path, lammps, style):
     """Of a tilted cell; a packed dump, scaled positions, elements, a data file."""
-    if not has_lammps():
-        pytest.skip("LAMMPS itself writes these")
     (tmp_path / "in").write_text(LAMMPS.format(style=style, sizes=SIZES[style]))
     run_lammps(tmp_path, "-in", "in")
     for name in ("a.dump.gz", "b.dump", "c.dump", "d.xyz", "e.data"):
@@ -188,13 +161,7 @@ def test_files_that_lammps_writes(tmp_path, style):
 
 
 def test_grains_that_do_not_touch_are_remarked(tmp_path):
-    far = read(tmp_path, XYZ, "a.xyz", units="mm")
+    far = read(tmp_path, XYZ, units="mm")
     (text,) = far.info["remarks"]
     assert "no two of its 2 grains touch" in text and "units" in text
-    assert "remarks" not in read(tmp_path, XYZ, "b.xyz", units="um").info
-
-
-def test_a_collision_of_the_continuum_names_what_does_it():
-    text = "name: a\nmethod: continuum\nmaterial: dust_g09\nsample: {kind: collision}\n"
-    with pytest.raises(DustError, match='use "impact" or "several" here'):
-        from_yaml(text)
+    assert "remarks" not in read(tmp_path, XYZ, units="um").info

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from bodies import ROUNDING, D, R, distances, periodic_distances, refused, scene
+from bodies import ROUNDING, D, R, refused, scene
 
 from dusttaichi.samples import make
 
@@ -88,42 +88,6 @@ def test_size_is_filled_and_kept(structure):
 def test_exact_size_holds_its_cells():
     edge = f"{(9 * D + 2 * R) * 1e6!r} um"
     assert lattice(structure="sc", size=[edge] * 3).info["cells"] == [10, 10, 10]
-
-
-def test_same_bits():
-    first, again = (lattice(structure="ccp", grains=200) for _ in range(2))
-    assert first.positions.tobytes() == again.positions.tobytes() and first.info == again.info
-
-
-def test_minimum_image_and_open_distances_agree_inside():
-    sample = lattice(structure="bcc", cells=[4, 4, 4])
-    found = periodic_distances(sample.positions, np.array(sample.info["period"]))
-    assert (found <= distances(sample.positions) + ROUNDING).all()
-    assert (np.count_nonzero(found <= D + ROUNDING, axis=1) == 8).all()
-
-
-@pytest.mark.parametrize(
-    "keys, words",
-    [
-        ({"cells": [2, 2, 2]}, "sample.structure: it is missing"),
-        ({"structure": "hcp", "cells": [2, 2, 2]}, '"sc", "bcc", "fcc" or "ccp" is needed'),
-        ({"structure": "sc"}, "exactly one of cells, grains and size is needed"),
-        ({"structure": "sc", "cells": [2, 2, 2], "grains": 9}, "exactly one of cells, grains and"),
-        ({"structure": "sc", "cells": [2, 2]}, "a list of 3 whole numbers of at least 1"),
-        ({"structure": "sc", "cells": [2, 2, 0]}, "sample.cells[2] = 0: a whole number of at le"),
-        ({"structure": "sc", "size": ["1 um"] * 3}, "1 x 1 x 1 µm is too small for a grain"),
-        ({"structure": "ccp", "size": ["1.3 um"] * 3}, "contains no whole cell of ccp"),
-        (
-            {"structure": "sc", "grains": 8, "shares": {"default": 1}},
-            "sample.shares: unequal grains cannot all touch at the sites",
-        ),
-        ({"structure": "sc", "grains": 10**9}, "allowed: 2e+07"),
-        ({"structure": "sc", "size": ["1 m"] * 3}, "allowed: 2e+07"),
-        ({"structure": "sc", "cells": [10**9, 10**9, 10**9]}, "allowed: 2e+07"),
-    ],
-)
-def test_refused(keys, words):
-    assert words in refused(kind="lattice", **keys)
 
 
 def test_vacancies_are_sites_without_a_grain():

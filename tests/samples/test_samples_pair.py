@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bodies import D, R, refused, scene
+from bodies import D, R, scene
 
 from dusttaichi.samples import make
 
@@ -60,29 +60,6 @@ def test_spins():
     assert sample.spins.tolist() == [[1e5, 0, 0], [0, 0, -2e6]]
 
 
-@pytest.mark.parametrize(
-    "keys, words",
-    [
-        ({"gap": "1 nm", "distance": "2 um"}, "sample.gap = "),
-        ({"gap": "-0.2 um"}, "sample.gap: grains 0 and 1 (from 0) are 1 µm apart"),
-        ({"gap": "-2 um"}, "sample.gap: grains 0 and 1 (from 0) are 0 µm apart"),
-        ({"distance": "0.5 um"}, "sample.distance: grains 0 and 1"),
-        ({"distance": "0 um"}, "a length above 0 is needed"),
-        ({"speed": "-1 m/s"}, "a speed of at least 0 is needed"),
-        ({"impact_parameter": "2 um"}, "sample.impact_parameter: 2 µm is more than the distance"),
-        ({"impact_parameter": -0.1}, "a length of at least 0 is needed, or a number of at least 0"),
-        ({"impact_parameter": "1 s"}, '"0.5 um" or 0.5'),
-        ({"impact_parameter": True}, '"0.5 um" or 0.5'),
-        ({"angle": "30"}, "it has no unit; an angle"),
-        ({"angle": "120 deg"}, "an angle of at least 0"),
-        ({"angle": "30 deg", "impact_parameter": 0.2}, "not allowed together with impact_param"),
-        ({"spins": [["0 rad/s"] * 3]}, "sample.spins"),
-    ],
-)
-def test_refused_pairs(keys, words):
-    assert words in refused(kind="pair", **keys)
-
-
 @pytest.mark.parametrize("axis", "xyz")
 def test_chain_is_straight_and_in_contact(axis):
     sample = make(scene(kind="chain", grains=50, axis=axis))
@@ -99,14 +76,3 @@ def test_chain_is_straight_and_in_contact(axis):
 
 def test_chain_is_along_z_by_default():
     assert make(scene(kind="chain", grains=2)).positions[1, 2] == pytest.approx(D)
-
-
-@pytest.mark.parametrize(
-    "keys, words",
-    [
-        ({}, "sample.grains: it is missing"),
-        ({"grains": 5, "axis": "w"}, '"x", "y" or "z" is needed'),
-    ],
-)
-def test_refused_chains(keys, words):
-    assert words in refused(kind="chain", **keys)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bodies import ROUNDING, D, R, distances, pieces, refused, scene
+from bodies import ROUNDING, D, R, distances, pieces, scene
 
 from dusttaichi.samples import make
 from dusttaichi.samples.ballistic import first_hits, random_directions
@@ -138,36 +138,8 @@ def test_corners_of_a_cut_are_filled():
     assert corners > 0.8 * 2000 / 8
 
 
-@pytest.mark.parametrize("keys", [{"grains": 700}, {"grains": 200, "shape": "box"}])
-def test_same_seed_same_bits(keys):
-    first, again, other = (pca(seed=seed, **keys) for seed in (3, 3, 4))
-    assert first.positions.tobytes() == again.positions.tobytes()
-    assert first.info == again.info
-    assert first.positions.tobytes() != other.positions.tobytes()
-    assert first.info["seed"] == 3
-
-
 def test_one_grain():
     sample = pca(grains=1)
     assert sample.positions.tolist() == [[0, 0, 0]]
     assert sample.info["filling_factor"] == pytest.approx(1)
     assert "fractal_dimension" not in sample.info
-
-
-@pytest.mark.parametrize(
-    "keys, words",
-    [
-        ({}, "exactly one of grains and size is needed"),
-        ({"grains": 5, "shape": "ball"}, '"aggregate", "box" or "cylinder" is needed'),
-        ({"grains": 5, "aspect": 2}, "sample.aspect = 2: it is allowed only with shape box"),
-        ({"shape": "aggregate", "size": ["9 um"] * 3}, "of which nothing is cut"),
-        ({"shape": "box", "size": {"diameter": "9 um", "height": "9 um"}}, "a list of 3 lengths"),
-        ({"size": ["9 um"] * 3, "aspect": 2}, "sample.aspect = 2: it is allowed only together"),
-        ({"size": ["1 um"] * 3}, "sample.size: 1 x 1 x 1 µm is too small for a grain"),
-        ({"size": ["1 cm"] * 3}, "sample: the aggregate would have some"),
-        ({"grains": 10**9}, "allowed: 2e+06"),
-        ({"grains": 10, "shape": "box", "aspect": 1e-6}, "an aspect closer to 1"),
-    ],
-)
-def test_refused(keys, words):
-    assert words in refused(kind="pca", **keys)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bodies import D, R, periodic_distances, refused, scene
+from bodies import D, R, periodic_distances, scene
 
 from dusttaichi.samples import make
 
@@ -48,26 +48,3 @@ def test_size_is_the_cell():
     # Met to one grain.
     assert 0 <= 0.5 - sample.info["filling_factor"] < GRAIN / period.prod()
     assert periodic_distances(sample.positions, period).min() >= D - 1e-14 * period.max()
-
-
-def test_same_seed_same_bits():
-    first, again, other = (packing(grains=100, seed=seed) for seed in (3, 3, 4))
-    assert first.positions.tobytes() == again.positions.tobytes()
-    assert first.info == again.info and first.info["seed"] == 3
-    assert first.positions.tobytes() != other.positions.tobytes()
-
-
-@pytest.mark.parametrize(
-    "keys, words",
-    [
-        ({}, "exactly one of grains and size is needed"),
-        ({"grains": 9, "size": ["9 um"] * 3}, "exactly one of grains and size"),
-        ({"grains": 9, "filling_factor": 0.7}, "a number above 0 and at most 0.62 is needed"),
-        ({"grains": 9, "filling_factor": 0}, "a number above 0 and at most 0.62"),
-        ({"grains": 2}, "narrower than two grains"),
-        ({"size": ["1 um"] * 3}, "too small for a grain"),
-        ({"grains": 10**7}, "allowed: 2e+05"),
-    ],
-)
-def test_refused(keys, words):
-    assert words in refused(kind="random_packing", **keys)

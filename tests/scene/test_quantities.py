@@ -1,6 +1,5 @@
 """Quantities as text, to SI and back."""
 
-import random
 import subprocess
 import sys
 from decimal import Decimal
@@ -117,28 +116,13 @@ def test_format_rounds_for_people(value, dimension, text):
 
 
 @pytest.mark.parametrize("dimension", quantities.DIMENSIONS)
-def test_round_trip_gives_the_same_float(dimension):
-    rng = random.Random(dimension)
-    values = [rng.choice([-1, 1]) * 10 ** rng.uniform(-30, 15) for _ in range(300)]
-    # the smallest normal number: where Taichi has run, smaller ones count as zero
-    for value in [*values, 0.0, 2.2250738585072014e-308, 1.7976931348623157e308]:
-        assert quantities.parse(quantities.format(value, dimension), dimension) == value
-
-
-@pytest.mark.parametrize("dimension", quantities.DIMENSIONS)
-def test_example_and_all_units_of_a_dimension_are_valid(dimension):
+def test_example_and_all_units_of_a_dimension_are_those_of_pint(dimension):
     kind = quantities.DIMENSIONS[dimension]
     quantities.parse(kind.example, dimension)
     assert quantities.parse(f"1 {kind.unit}", dimension) == 1.0
-    for unit, power in kind.powers.items():
-        assert quantities.parse(f"1 {unit}", dimension) == float(f"1e{power}")
-
-
-@pytest.mark.parametrize("dimension", quantities.DIMENSIONS)
-def test_listed_units_are_those_of_pint(dimension):
-    kind = quantities.DIMENSIONS[dimension]
     reference, root = quantities._root(kind.unit)
     for unit, power in kind.powers.items():
+        assert quantities.parse(f"1 {unit}", dimension) == float(f"1e{power}")
         factor, own_root = quantities._root(unit)
         assert own_root == root and factor / reference == Decimal(1).scaleb(power)
 

@@ -35,6 +35,8 @@ def test_configs_load_and_round_trip(path):
     again = from_yaml(loaded.to_yaml())
     assert again == loaded and hash(again) == hash(loaded)
     assert again.to_yaml() == loaded.to_yaml()
+    whole = loaded.to_yaml(absolute=True)
+    assert from_yaml(whole).to_yaml(absolute=True) == whole
 
 
 @pytest.mark.parametrize("path", FILES, ids=IDS)

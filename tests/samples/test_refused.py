@@ -1,0 +1,118 @@
+"""Blocks of samples that cannot be used: refused when read, or when made, with path and reason."""
+
+import pytest
+from bodies import refused
+
+BODY = {"kind": "pca", "grains": 120}
+# what the blocks of a kind have where a case does not say otherwise; None: without the key
+USUAL = {
+    "collision": {"target": BODY, "projectile": BODY, "speed": "1 m/s"},
+    "cutout": {"of": {"kind": "lattice", "structure": "sc", "cells": [9, 9, 9]}},
+}
+REFUSED = {
+    "bcca": [
+        ({}, "sample.grains: it is missing"),
+        ({"grains": 0}, "a whole number of at least 1"),
+        ({"grains": 64, "shape": "box"}, "unknown key"),
+        ({"grains": 2**30}, "too many for bcca; allowed: at most 1048576"),
+    ],
+    "collision": [
+        ({"speed": None}, "sample.speed"),
+        ({"target": {"kind": "ball"}}, 'sample.target.kind = "ball"'),
+        ({"target": {"grains": 4}}, "sample.target: kind is missing"),
+        ({"target": {"kind": "bcca", "grains": 0}}, "sample.target.grains = 0: a whole number"),
+        ({"projectile": {"kind": "rbd"}}, "sample.projectile: exactly one of grains and size"),
+        ({"projectile": {"kind": "pca", "grain": 4}}, 'did you mean "grains"?'),
+        ({"orientation": "any"}, '"random" or "as given" is needed'),
+        ({"gap": "-1 nm"}, "a length of at least 0 is needed"),
+        ({"target": {"kind": "collision"}}, 'sample.target.kind = "collision"'),
+    ],
+    "cutout": [
+        ({}, "exactly one of diameter and grains is needed"),
+        ({"diameter": "5 um", "grains": 3}, "exactly one of diameter and grains is needed"),
+        ({"diameter": "5 um", "seed": 3}, "it is allowed only together with grains"),
+        ({"grains": 9, "length": "5 um"}, "it is allowed only together with diameter"),
+        ({"grains": 730}, "sample.grains = 730: sample.of has 729 grains; allowed: no more"),
+        (
+            {"grains": 9, "seed": 1, "of": {"kind": "chain", "grains": 20}},
+            "sample.seed: sample.of has no periodic cell",
+        ),
+        (
+            {"diameter": "0.5 um", "of": {"kind": "chain", "grains": 2}},
+            "sample.diameter = 0.5 µm: no grain is inside",
+        ),
+        ({"diameter": "5 um", "axis": "x"}, "sample.axis"),
+        ({"diameter": "5 um", "of": {"kind": "collision"}}, "sample.of.kind"),
+        (
+            {"diameter": "5 um", "of": {"kind": "explicit", "file": "a", "keep": ["box"]}},
+            "sample.of.keep",
+        ),
+        ({"diameter": "5 um", "of": {"kind": "rbd", "size": ["1 um"] * 3}}, "sample.of.size"),
+    ],
+    "lattice": [
+        ({"cells": [2, 2, 2]}, "sample.structure: it is missing"),
+        ({"structure": "hcp", "cells": [2, 2, 2]}, '"sc", "bcc", "fcc" or "ccp" is needed'),
+        ({"structure": "sc"}, "exactly one of cells, grains and size is needed"),
+        ({"structure": "sc", "cells": [2, 2, 2], "grains": 9}, "exactly one of cells, grains and"),
+        ({"structure": "sc", "cells": [2, 2]}, "a list of 3 whole numbers of at least 1"),
+        ({"structure": "sc", "cells": [2, 2, 0]}, "sample.cells[2] = 0: a whole number of at le"),
+        ({"structure": "sc", "size": ["1 um"] * 3}, "1 x 1 x 1 µm is too small for a grain"),
+        ({"structure": "ccp", "size": ["1.3 um"] * 3}, "contains no whole cell of ccp"),
+        (
+            {"structure": "sc", "grains": 8, "shares": {"default": 1}},
+            "sample.shares: unequal grains cannot all touch at the sites",
+        ),
+        ({"structure": "sc", "grains": 10**9}, "allowed: 2e+07"),
+        ({"structure": "sc", "size": ["1 m"] * 3}, "allowed: 2e+07"),
+        ({"structure": "sc", "cells": [10**9, 10**9, 10**9]}, "allowed: 2e+07"),
+    ],
+    "pair": [
+        ({"gap": "1 nm", "distance": "2 um"}, "sample.gap = "),
+        ({"gap": "-0.2 um"}, "sample.gap: grains 0 and 1 (from 0) are 1 µm apart"),
+        ({"gap": "-2 um"}, "sample.gap: grains 0 and 1 (from 0) are 0 µm apart"),
+        ({"distance": "0.5 um"}, "sample.distance: grains 0 and 1"),
+        ({"distance": "0 um"}, "a length above 0 is needed"),
+        ({"speed": "-1 m/s"}, "a speed of at least 0 is needed"),
+        ({"impact_parameter": "2 um"}, "sample.impact_parameter: 2 µm is more than the distance"),
+        ({"impact_parameter": -0.1}, "a length of at least 0 is needed, or a number of at least 0"),
+        ({"impact_parameter": "1 s"}, '"0.5 um" or 0.5'),
+        ({"impact_parameter": True}, '"0.5 um" or 0.5'),
+        ({"angle": "30"}, "it has no unit; an angle"),
+        ({"angle": "120 deg"}, "an angle of at least 0"),
+        ({"angle": "30 deg", "impact_parameter": 0.2}, "not allowed together with impact_param"),
+        ({"spins": [["0 rad/s"] * 3]}, "sample.spins"),
+    ],
+    "chain": [
+        ({}, "sample.grains: it is missing"),
+        ({"grains": 5, "axis": "w"}, '"x", "y" or "z" is needed'),
+    ],
+    "pca": [
+        ({}, "exactly one of grains and size is needed"),
+        ({"grains": 5, "shape": "ball"}, '"aggregate", "box" or "cylinder" is needed'),
+        ({"grains": 5, "aspect": 2}, "sample.aspect = 2: it is allowed only with shape box"),
+        ({"shape": "aggregate", "size": ["9 um"] * 3}, "of which nothing is cut"),
+        ({"shape": "box", "size": {"diameter": "9 um", "height": "9 um"}}, "a list of 3 lengths"),
+        ({"size": ["9 um"] * 3, "aspect": 2}, "sample.aspect = 2: it is allowed only together"),
+        ({"size": ["1 um"] * 3}, "sample.size: 1 x 1 x 1 µm is too small for a grain"),
+        ({"size": ["1 cm"] * 3}, "sample: the aggregate would have some"),
+        ({"grains": 10**9}, "allowed: 2e+06"),
+        ({"grains": 10, "shape": "box", "aspect": 1e-6}, "an aspect closer to 1"),
+    ],
+    "random_packing": [
+        ({}, "exactly one of grains and size is needed"),
+        ({"grains": 9, "size": ["9 um"] * 3}, "exactly one of grains and size"),
+        ({"grains": 9, "filling_factor": 0.7}, "a number above 0 and at most 0.62 is needed"),
+        ({"grains": 9, "filling_factor": 0}, "a number above 0 and at most 0.62"),
+        ({"grains": 2}, "narrower than two grains"),
+        ({"size": ["1 um"] * 3}, "too small for a grain"),
+        ({"grains": 10**7}, "allowed: 2e+05"),
+    ],
+}
+CASES = [(kind, *case) for kind, cases in REFUSED.items() for case in cases]
+
+
+@pytest.mark.parametrize("kind, keys, words", CASES)
+def test_refused(kind, keys, words):
+    block = {**USUAL.get(kind, {}), **keys}
+    given = {key: value for key, value in block.items() if value is not None}
+    assert words in refused(kind=kind, **given)
