@@ -12,17 +12,16 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import xarray as xr
+from outcomes import figure as of_settings
+from outcomes import outcomes
 from sample_size import figure as sample_size
 from tables import read
 
 from dusttaichi import plots
-from dusttaichi.analysis.grid import outcomes
-from dusttaichi.analysis.grid import read as of_grid
 from dusttaichi.physics import laws
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.plots import style
 from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
-from dusttaichi.plots.grid import grid
 from dusttaichi.plots.tensile import strengths
 from dusttaichi.scene import extensions
 from dusttaichi.scene.continuum_material import ContinuumMaterial
@@ -65,13 +64,13 @@ def trade(scene):
 
 def softening():
     """Cost against error of softened contacts; and the table that `--suggest` reads."""
-    found = outcomes(of_grid(TABLES / "softening.csv"))
+    found = outcomes(read("softening.csv"))
     # collisions refuse softened contacts: nothing to suggest
     table = to_table(own for own in found if own.scene != "trade_collision")
     path = files("dusttaichi.studies.trade") / TABLE
     pd.DataFrame(table, columns=COLUMNS).to_csv(path, index=False, lineterminator="\n")
     shown = [own for own in found if own.scene.startswith("trade_")]
-    return grid(shown, observables=("phi(P)", "strength", "ratio"))
+    return of_settings(shown, observables=("phi(P)", "strength", "ratio"))
 
 
 def extremes():

@@ -3,17 +3,17 @@
 from pathlib import Path
 
 import numpy as np
-from tables import VALIDATION
+from outcomes import CURVE, PHI, outcomes
 from tables import head as _head
+from tables import read
 from tables import row as _row
 from tables import text as _text
 
-from dusttaichi.analysis.grid import AS_IT_IS, CURVE, PHI, outcomes, read
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.scene import load
+from dusttaichi.studies.trade.suggest import AS_IT_IS
 
 HERE = Path(__file__).parent
-TABLE = VALIDATION / "softening.csv"
 SCENE = HERE.parent / "configs/trade/omni.yaml"  # that of the causes
 NAME, SLOW = "trade_omni", "trade_omni_slow"
 STIFFNESS = "stiffness_scaling"
@@ -27,12 +27,13 @@ CHANNELS = ("rolling", "twisting", "damping", "sliding", "breaking", "forming")
 
 def pages():
     """The tables by the names of their files."""
-    found = outcomes(read(TABLE))
+    table = read("softening.csv")
+    found = outcomes(table)
     return {
         "softening_levels.md": levels(found),
-        "softening_pressures.md": pressures(read(TABLE)),
-        "softening_speeds.md": speeds(read(TABLE)),
-        "softening_causes.md": causes(read(TABLE)),
+        "softening_pressures.md": pressures(table),
+        "softening_speeds.md": speeds(table),
+        "softening_causes.md": causes(table),
         "softening_drafts.md": drafts(found, CHOSEN),
         "softening_unseen.md": drafts(found, UNSEEN),
     }

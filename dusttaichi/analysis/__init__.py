@@ -19,7 +19,6 @@ from dusttaichi.analysis.fragments import (
     mass_spectrum,
 )
 from dusttaichi.analysis.frame import Frame, frame_count, grain_masses, read_frame
-from dusttaichi.analysis.grid import front
 from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
 from dusttaichi.analysis.ledger import (
     Ledger,
@@ -37,6 +36,7 @@ from dusttaichi.analysis.loads import (
     friction,
     shearings,
 )
+from dusttaichi.analysis.observables import front
 from dusttaichi.analysis.pores import Pores, pores
 from dusttaichi.analysis.profile import profile
 from dusttaichi.analysis.restitution import (

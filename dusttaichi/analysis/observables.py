@@ -162,3 +162,20 @@ def scatter(runs, reference):
             spread = float(np.std(values, ddof=1))
             out[name] = _relative(spread, reference.values[name], about(name)[1])
     return out
+
+
+def front(cost, error) -> list[int]:
+    """Numbers of the points of the Pareto front of cost and error, by growing cost.
+
+    Parameters
+    ----------
+    cost
+        (points,).
+    error
+        (points,). Points with a value that is NaN are left out.
+    """
+    cost, error = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
+    known = np.flatnonzero(np.isfinite(cost) & np.isfinite(error))
+    order = known[np.lexsort((error[known], cost[known]))]
+    best = np.minimum.accumulate(np.append(np.inf, error[order]))[:-1]
+    return order[error[order] < best].tolist()

@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Bbox
 
-from dusttaichi.analysis.grid import front
-from dusttaichi.analysis.observables import about
+from dusttaichi.analysis.observables import about, front
 from dusttaichi.plots import style
 
 LOOKS = {  # parameter -> colour, marker

@@ -7,12 +7,12 @@ import csv
 from dataclasses import dataclass
 from importlib import resources
 
-from dusttaichi.analysis.grid import AS_IT_IS
 from dusttaichi.errors import DustError
 from dusttaichi.scene.numerics import DRAFT
 from dusttaichi.studies.trade.point import parameters_of
 
 TABLE = "measured.csv"
+AS_IT_IS = "as it is"  # settings of the unchanged scene
 COLUMNS = "kind scene grains settings observable cost error uncertainty scatter seeds".split()
 TOLERANCE = 0.05
 MOST = 4  # lines
@@ -165,7 +165,7 @@ def _front(found):
 
 
 def to_table(outcomes):
-    """Rows of the table for Outcomes (analysis.grid), dicts of text."""
+    """Rows of the table for the Outcomes of docs/outcomes.py, dicts of text."""
     out = []
     for own in outcomes:
         if own.refused or own.scene not in KINDS:

@@ -1,4 +1,4 @@
-"""Cost and error of each setting of a table of runs, and the scatter of seeds.
+"""Cost and error of each setting of a table of runs by scene, settings and seed, and its figure.
 
 A setting is the mean over its seeds. Its error is the mean difference from the unchanged scene,
 each run compared with that of the same seed: what the seeds have in common cancels, so that the
@@ -8,18 +8,17 @@ mean difference is known better than either mean.
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 
-from dusttaichi.errors import DustError
+from dusttaichi.plots import style
+from dusttaichi.studies.trade.suggest import AS_IT_IS
 
-AS_IT_IS = "as it is"
 CURVE, PHI = "phi(P)", "phi at "
 # of a stage, whose name follows
 SHEAR, DEVIATOR = "shear strength ", "deviator "
 LOAD, UNLOADING = "filling factor under load ", "unloading modulus "
 MOST = 0.5  # share of the pairs of runs that must reach a pressure for it to count
 STAGES = (SHEAR, DEVIATOR, LOAD, UNLOADING)
-NUMBERS = ("cost", "value", "shift", "error", "uncertainty", "scatter", "contacts")
+NUMBERS = ("cost", "value", "shift", "error", "uncertainty", "scatter")
 # observables in the order of their priority
 TEXTS = {
     CURVE: "filling factor against pressure",
@@ -39,8 +38,7 @@ class Outcome:
     the mean over its pressures). error: the same without its sign; of a curve the root mean square
     over its pressures. uncertainty: standard error of it, from the scatter of the differences; not
     a number for one seed. scatter: standard deviation between the seeds of the unchanged scene,
-    relative as well. seeds: number of finished runs. contacts: contacts a grain at the end.
-    refused: why there is no result, or "".
+    relative as well. seeds: number of finished runs. refused: why there is no result, or "".
     """
 
     scene: str
@@ -54,7 +52,6 @@ class Outcome:
     uncertainty: float
     scatter: float
     seeds: int
-    contacts: float
     refused: str = ""
 
     @property
@@ -68,19 +65,8 @@ class Outcome:
         return self.error > 2.0 * self.uncertainty
 
 
-def read(path):
-    """The pandas.DataFrame of a CSV file. Raises DustError."""
-    try:
-        table = pd.read_csv(path)
-    except (OSError, ValueError) as error:
-        raise DustError(f"{path} cannot be read: {error}.") from error
-    if table.empty or not {"scene", "settings", "seed", "steps"} <= set(table):
-        raise DustError(f"{path} is no table of runs by scene, settings and seed.")
-    return table
-
-
 def outcomes(table):
-    """The Outcomes of a table of `read`, scene by scene, in the order of the settings."""
+    """The Outcomes of a table of runs, scene by scene, in the order of the settings."""
     result = []
     for scene, grains in table[["scene", "grains"]].dropna().drop_duplicates().values.tolist():
         # a run that was refused has no number of grains
@@ -104,15 +90,13 @@ def _of_setting(rows, base, **about):
     seeds = set(finished.seed) & set(base.seed)
     both = [some[some.seed.isin(seeds)].set_index("seed") for some in (finished, base)]
     cost = np.divide(*(some.steps.mean() for some in both))
-    contacts = finished.get("contacts a grain", pd.Series(dtype=float)).mean()
     result = []
     for name, columns in _observables(base).items():
         mine, right = (some[columns] for some in both)
         paired = mine.notna() & right.notna()
         if known := [name for name in columns if paired[name].mean() > MOST]:
             mine, right = (some.where(paired)[known] for some in (mine, right))
-            numbers = _numbers(mine, right, base[known].std())
-            numbers |= {"cost": float(cost), "contacts": float(contacts)}
+            numbers = _numbers(mine, right, base[known].std()) | {"cost": float(cost)}
             result.append(Outcome(**about, **numbers, observable=name))
     return result
 
@@ -145,18 +129,66 @@ def text_of(observable):
     return f"{prefix}in stage {observable[len(prefix) :]}" if prefix else TEXTS[observable]
 
 
-def front(cost, error) -> list[int]:
-    """Numbers of the points of the Pareto front of cost and error, by growing cost.
+# -- figure ----------------------------------------------------------------------------------------
 
-    Parameters
-    ----------
-    cost
-        (points,).
-    error
-        (points,). Points with a value that is NaN are left out.
+KINDS = (  # parameters in the settings -> colour, marker, label
+    (("accuracy",), style.BLACK, "*", "preset"),
+    (("stiffness_scaling",), style.RED, "s", "stiffness"),
+    (("mass_scaling",), style.ORANGE, "s", "mass"),
+    (("speed",), style.BLUE, "s", "speed"),
+    (("step_fraction",), style.GREEN, "o", "step"),
+    (("mass_scaling", "stiffness_scaling"), style.PURPLE, "D", "stiffness and mass"),
+    (("speed", "stiffness_scaling"), style.SKY, "D", "stiffness and speed"),
+    (("step_fraction", "stiffness_scaling"), style.YELLOW, "D", "stiffness and step"),
+)
+OTHER = (style.BLACK, "D", "three or more")
+COLUMNS = 2
+
+
+@style.styled
+def figure(found, observables=()):
+    """The figure of several Outcomes: a panel for each scene.
+
+    A panel shows the first of `observables` that the scene has, else its first. Dashed: a fifth of
+    the cost; bars: standard errors; open: of a single seed.
     """
-    cost, error = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
-    known = np.flatnonzero(np.isfinite(cost) & np.isfinite(error))
-    order = known[np.lexsort((error[known], cost[known]))]
-    best = np.minimum.accumulate(np.append(np.inf, error[order]))[:-1]
-    return order[error[order] < best].tolist()
+    panels = {}
+    for o in found:
+        if not o.refused and o.settings != AS_IT_IS:
+            panels.setdefault((o.scene, o.grains), {}).setdefault(o.observable, []).append(o)
+    figure, axes = style.new_grid(len(panels), COLUMNS, height=2.3)
+    handles = {}
+    for place, ((scene, grains), own) in zip(axes, panels.items(), strict=True):
+        name = next((n for n in observables if n in own), next(iter(own)))
+        _panel(place, own[name])
+        title = f"{scene.removeprefix('trade_')}, {grains} grains:\n{text_of(name)}"
+        place.set_title(title, fontsize=7)
+        handles |= dict(zip(*reversed(place.get_legend_handles_labels()), strict=True))
+    figure.legend(handles.values(), handles, loc="outside lower center", ncols=4, fontsize=7)
+    return figure
+
+
+def _panel(axes, found):
+    scatter = found[0].scatter
+    errors = np.array([max(o.error, 1e-4) for o in found])
+    axes.axhspan(1e-5, scatter, color=style.GREY, alpha=0.18, linewidth=0, label="scatter of seeds")
+    axes.axvline(0.2, **style.look(style.BLACK, 0.8, (0, (5, 2))))
+    for o, error in zip(found, errors, strict=True):
+        colour, marker, label = _look(o.settings)
+        open_ = {"markerfacecolor": "white"} if o.seeds < 2 else {}
+        bar = 0.0 if np.isnan(o.uncertainty) else o.uncertainty
+        bars = [[min(bar, 0.9 * error)], [bar]]  # on a logarithmic axis
+        look = open_ | {"color": colour, "markersize": 7 if marker == "*" else 4}
+        axes.errorbar(o.cost, error, bars, fmt=marker, label=label, elinewidth=0.8, **look)
+    axes.set(xscale="log", yscale="log")
+    axes.set_xlabel("steps over those as it is", fontsize=7)
+    axes.set_ylabel("error of the mean", fontsize=7)
+    axes.set_xlim(min(0.05, 0.8 * min(o.cost for o in found)), 1.2)
+    axes.tick_params(labelsize=7, which="both")
+    style.few_ticks(axes.xaxis)
+    axes.set_ylim(0.5 * min(errors.min(), scatter), 2.0 * max(errors.max(), scatter))
+
+
+def _look(settings):
+    varied = tuple(sorted(part.split()[0] for part in settings.split(", ")))
+    return next((look for parameters, *look in KINDS if parameters == varied), OTHER)
