@@ -5,11 +5,11 @@ Named by the scenes in this folder under `extensions`; after arXiv:2306.09259.
 
 import numpy as np
 
-from dusttaichi import plots
 from dusttaichi.analysis import isotropic, numbers
 from dusttaichi.analysis.numbers.compression import ratio_numbers, ratio_text
 from dusttaichi.analysis.numbers.registry import Family, Observable, quiet
 from dusttaichi.physics.laws import rolling_energy
+from dusttaichi.results.shown import PRESSURES
 
 CLOSEST_PACKING = 0.74  #: Filling factor at which equal spheres cannot be packed closer.
 DENSE = 0.105  #: Smallest filling factor of the comparison: no bin of runs to 0.1.
@@ -41,7 +41,7 @@ DENSE_COMPRESSION = Family(
         Observable(name="dense_ratio", title="… over (E_roll/r^3)(1/phi - 1/0.74)^-3",
                    text=ratio_text("dense_ratio"), literature="1 (Tatsuuma et al. 2023)",
                    column=("P/Tatsuuma 2023", "{:.2f}", 1), short="pressure over Tatsuuma 2023",
-                   figure="dense_compression",
+                   figure="isotropic",
                    about="pressure over the law of Tatsuuma et al. 2023"),
         quiet("dense_ratio_scatter", "its scatter, in decades", short="Tatsuuma 2023: scatter"),
         quiet("dense_ratio_low", "smallest filling factor of the comparison",
@@ -51,19 +51,4 @@ DENSE_COMPRESSION = Family(
     ),
 )  # fmt: skip
 numbers.register(DENSE_COMPRESSION)
-
-
-@plots.figure(
-    "Pressure up to dense packing",
-    50.5,
-    name="dense_compression",
-    applies=lambda run: run.shrinks,
-    together=True,
-)
-def dense_compression(runs, labels=None):
-    """Mean pressure against filling factor, with both laws of each material."""
-    law = (compressive_strength, r"$(E_{\rm roll}/r^3)(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023")
-    return plots.isotropic(runs, labels, laws=[law])
-
-
-plots.register(dense_compression)
+PRESSURES[r"$(E_{\rm roll}/r^3)(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023"] = compressive_strength

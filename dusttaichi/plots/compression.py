@@ -14,6 +14,7 @@ from dusttaichi.physics.laws import (
 )
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
+from dusttaichi.results.shown import PRESSURES
 
 
 def laboratory(axes, pressure, drawn=(S12_STATIC,)):
@@ -100,18 +101,16 @@ def compression(runs, labels=None, laws=(), raw=None):
 
 
 @figure("Pressure against filling factor", 50, applies=lambda run: run.shrinks, together=True)
-def isotropic(runs, labels=None, stage=None, laws=()):
+def isotropic(runs, labels=None, stage=None):
     """Mean pressure against filling factor for one run or several, on logarithmic axes.
 
-    The line is (E_roll/r^3) phi^3 (T19 eq 9) for each material; a single run shows the records
-    themselves too.
+    Lines are (E_roll/r^3) phi^3 (T19 eq 9) for each material, and, dashed, the laws of extensions;
+    a single run shows the records themselves too.
 
     Parameters
     ----------
     stage : str or int, optional
         As in `analysis.isotropic`.
-    laws : sequence of tuple
-        (law, label) of further laws as in `analysis.isotropic`, dashed.
 
     Raises
     ------
@@ -120,7 +119,7 @@ def isotropic(runs, labels=None, stage=None, laws=()):
     """
     runs, labels = style.named(runs, labels)
     results = [isotropic_of(run, stage) for run in runs]
-    drawn = [(isotropic_pressure, r"$(E_{\rm roll}/r^3)\,\phi^3$, T19 eq 9"), *laws]
+    drawn = {r"$(E_{\rm roll}/r^3)\,\phi^3$, T19 eq 9": isotropic_pressure} | PRESSURES
     figure, (axes,) = style.new_figure()
     raw = np.concatenate([t.raw_filling_factor for t in results])
     phi = np.geomspace(0.8 * raw.min(), min(1.2 * raw.max(), 0.7), 200)
@@ -132,7 +131,7 @@ def isotropic(runs, labels=None, stage=None, laws=()):
     }
     for numbers, name in materials.items():
         name = f" ({name})" if len(materials) > 1 else ""
-        for number, (law, text) in enumerate(drawn):
+        for number, (text, law) in enumerate(drawn.items()):
             look = style.look(style.BLACK, 1.1, style.DASHED if number else "-")
             axes.plot(phi, law(phi, *numbers), label=text + name, **look)
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):

@@ -1,6 +1,7 @@
-"""Numbers, figures, statistics and thresholds of extensions, by their names.
+"""Numbers, figures, statistics, thresholds and laws of extensions, by their names.
 
-Filled by `register` of `dusttaichi.analysis.numbers`, `plots` and `analysis.thresholds`.
+Filled by `register` of `dusttaichi.analysis.numbers`, `plots` and `analysis.thresholds`; PRESSURES,
+label -> law as in `analysis.isotropic`, by the extensions themselves.
 """
 
 from typing import Any
@@ -9,3 +10,4 @@ NUMBERS: dict[str, Any] = {}
 FIGURES: dict[str, Any] = {}
 STATISTICS: dict[str, Any] = {}
 THRESHOLDS: dict[str, Any] = {}
+PRESSURES: dict[str, Any] = {}

@@ -250,6 +250,7 @@ def _tables() -> dict[str, dict]:
         "figure": shown.FIGURES,
         "statistics": shown.STATISTICS,
         "threshold": shown.THRESHOLDS,
+        "law of the pressure": shown.PRESSURES,
     }
 
 

@@ -59,7 +59,7 @@ def test_numbers_of_a_dense_cell(own, tmp_path):
 
 
 def test_figure_has_both_laws(own, cell):
-    (axes,) = plots.figures_of(cell)["dense_compression"].axes
+    (axes,) = plots.figures_of(cell)["isotropic"].axes
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert sum("E_" in text for text in labels) == 2
     assert any("Tatsuuma" in text for text in labels)
