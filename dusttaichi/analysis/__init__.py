@@ -32,9 +32,13 @@ from dusttaichi.analysis.loads import (
     ControlledLoad,
     Friction,
     Shearing,
+    StrengthTest,
+    Triaxial,
     controlled_loads,
     friction,
+    is_triaxial,
     shearings,
+    triaxials,
 )
 from dusttaichi.analysis.observables import front
 from dusttaichi.analysis.pores import Pores, pores
@@ -52,7 +56,6 @@ from dusttaichi.analysis.stored import is_ensemble, is_trade, open_ensemble, ope
 from dusttaichi.analysis.structure import Structure, structure
 from dusttaichi.analysis.summary import compare, summary, table, to_csv
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
-from dusttaichi.analysis.triaxial import Triaxial, is_triaxial, triaxials
 from dusttaichi.names import exported
 
 __all__ = exported(globals())

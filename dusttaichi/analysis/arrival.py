@@ -130,18 +130,14 @@ def _overlap(material):
 
 def _distance(start, pushed):
     if isinstance(pushed, str):
-        wall = _wall(start, pushed)
-        return np.abs(start.position[:, wall // 2] - start.cell.ravel()[wall])
+        present = {w: x for w, x in zip(WALLS, start.cell.ravel(), strict=True) if not np.isnan(x)}
+        if pushed not in present:
+            known = ", ".join(present) or "none"
+            raise DustError(f'There is no wall "{pushed}"; allowed: {known}.')
+        return np.abs(start.position[:, WALLS.index(pushed) // 2] - present[pushed])
     if not 0 <= pushed < len(start.position):
         raise DustError(f"There is no grain {pushed}; allowed: 0 to {len(start.position) - 1}.")
     return np.linalg.norm(start.nearest(start.position - start.position[pushed]), axis=1)
-
-
-def _wall(frame, name):
-    present = [w for w, x in zip(WALLS, frame.cell.ravel(), strict=True) if not np.isnan(x)]
-    if name not in present:
-        raise DustError(f'There is no wall "{name}"; allowed: {", ".join(present) or "none"}.')
-    return WALLS.index(name)
 
 
 def _crossing(times, values, level):

@@ -8,6 +8,9 @@ import scipy
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 
+# of the fitted numbers, p_m as lg p_m
+BOUNDS = {"p_m": (-2.0, 12.0), "delta": (1e-3, 20.0), "phi1": (0.0, 1.0), "phi2": (0.0, 1.0)}
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -37,12 +40,6 @@ class Fit:
     def delta_sigma(self):
         """1-sigma uncertainty of Delta [dex]."""
         return self.sigma["delta"]
-
-
-def _decades_wide(curve, least=1e-3):
-    """Width of the bins of a Curve in lg P on its monotone form, (bins,), `least` where flat."""
-    decades, _ = curve.monotone()
-    return np.maximum(np.gradient(decades), least)
 
 
 def correlation_factor(residual):
@@ -105,45 +102,37 @@ def fit_compression(
             f"The compression curve has {len(phi)} points: too few to fit {', '.join(names)}. "
             "Compress further, or write the series more often."
         )
-    fixed = {"phi1": phi1, "phi2": phi2}
+    half = np.interp(0.5 * (phi1 + phi2), phi, decades)
+    start = {"p_m": half, "delta": 0.5, "phi1": phi1, "phi2": phi2}
 
-    def values(parameters):
-        return fixed | dict(zip(names, parameters, strict=True))
+    def numbers(parameters):
+        values = start | dict(zip(names, parameters, strict=True))
+        return values | {"p_m": 10 ** values["p_m"]}
 
     def model(lg_pressure, *parameters):
-        numbers = values(parameters)
-        numbers["p_m"] = 10 ** numbers["p_m"]
-        return laws.filling_factor(10**lg_pressure, **numbers)
+        return laws.filling_factor(10**lg_pressure, **numbers(parameters))
 
-    half = np.interp(0.5 * (phi1 + phi2), phi, decades)
-    start = [half, 0.5, *(fixed[name] for name in free)]
-    lowest = {"p_m": -2.0, "delta": 1e-3, "phi1": 0.0, "phi2": 0.0}
-    highest = {"p_m": 12.0, "delta": 20.0, "phi1": 1.0, "phi2": 1.0}
-    bounds = ([lowest[n] for n in names], [highest[n] for n in names])
+    spread = None
+    if weights == "decades":  # where the monotone curve is flat a bin has a thousandth of one
+        spread = np.maximum(np.gradient(curve.monotone()[0]), 1e-3)[used] ** -0.5
     try:
         best, covariance = scipy.optimize.curve_fit(
             model,
             decades,
             phi,
-            start,
-            sigma=None if weights == "bins" else _decades_wide(curve)[used] ** -0.5,
-            bounds=bounds,
+            [start[name] for name in names],
+            sigma=spread,
+            bounds=np.transpose([BOUNDS[name] for name in names]),
             max_nfev=10_000,
         )
     except (RuntimeError, ValueError) as error:
         raise DustError(f"No fit of S12 eq 31 to the compression curve: {error}.") from error
-    return _as_fit(names, values(best), covariance, phi - model(decades, *best))
-
-
-def _as_fit(names, numbers, covariance, residual):
-    """The Fit of the fitted numbers, `names` of which were free."""
+    residual, found = phi - model(decades, *best), numbers(best)
     sigma = np.sqrt(np.diag(covariance)) * correlation_factor(residual)
-    widths = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, sigma, strict=True))
-    numbers["p_m"] = 10 ** numbers["p_m"]
-    widths["p_m"] = numbers["p_m"] * np.log(10) * widths["p_m"]
-    law = laws.CompressionLaw(**{k: float(v) for k, v in numbers.items()}, name="fit")
-    rms = float(np.sqrt(np.mean(residual**2)))
-    return Fit(law, {k: float(v) for k, v in widths.items()}, rms, len(residual))
+    sigma = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, map(float, sigma), strict=True))
+    sigma["p_m"] = float(found["p_m"] * np.log(10) * sigma["p_m"])
+    law = laws.CompressionLaw(**{k: float(v) for k, v in found.items()}, name="fit")
+    return Fit(law, sigma, float(np.sqrt(np.mean(residual**2))), len(residual))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""Tests under load: filling factor under a controlled pressure, and strength in shear."""
+"""Tests under load: filling factor at a controlled pressure, strength in shear, triaxial tests.
+
+In a triaxial test one axis of a cell is strained at a controlled stress along the others.
+"""
 
 from dataclasses import dataclass
 
@@ -6,6 +9,7 @@ import numpy as np
 
 from dusttaichi.analysis.cycles import pressure_of
 from dusttaichi.errors import DustError
+from dusttaichi.names import AXES
 from dusttaichi.scene.quantities import parse
 
 LAST = 10  #: Records at the end of a stage over which a load is averaged.
@@ -85,43 +89,62 @@ def _controlled_load(part, wanted):
 
 
 @dataclass(frozen=True)
-class Shearing:
-    """One stage that shears, in n records."""
+class StrengthTest:
+    """One stage in which a sample yields under a load, in n records."""
 
     stage: str  #: Name of the stage.
-    strain: np.ndarray  #: Shear strain since its start, (n,).
-    #: Shear stress along the motion [Pa], (n,); of a wall its force over its area.
-    shear: np.ndarray
-    normal: np.ndarray  #: Stress across the motion, positive in compression [Pa], (n,).
+    strain: np.ndarray  #: Since its start, (n,).
     filling_factor: np.ndarray  #: (n,).
-    strength: float  #: Mean of the shear stress over the last FLOWING of the strain [Pa].
+    strength: float  #: Mean of the stress over the last FLOWING of the strain [Pa].
     strength_sigma: float  #: Its standard error, from the scatter of ten successive parts [Pa].
-    load: float  #: Mean of the normal stress there [Pa].
+    load: float  #: Mean there of the stress that loads the sample [Pa].
     density: float  #: Mean of the filling factor there.
-    #: Normal stress, or pressure, that the scene prescribes [Pa]; NaN without one.
-    wanted: float
-    direction: float  #: 1 or -1, that of the shear along x; strain and shear are positive along it.
-    before: float  #: Total shear strain of the run at the start of the stage.
+    wanted: float  #: Load that the scene prescribes [Pa]; NaN without one.
 
     @property
     def controlled(self):
-        """True if the scene prescribes the normal stress, or a pressure."""
+        """True if the scene prescribes the load."""
         return not np.isnan(self.wanted)
 
     @property
     def missed(self):
-        """True where the normal stress is prescribed and deviates by more than MISSED."""
+        """True where the load is prescribed and deviates by more than MISSED."""
         return misses(self.load, self.wanted, self.strength)
 
     @property
     def has_friction(self):
-        """True for a point of the line of friction: a compressive normal stress, as prescribed."""
+        """True for a point of the line of friction: a compressive load, as prescribed."""
         return self.controlled and self.load > 0.0 and not self.missed
+
+
+@dataclass(frozen=True)
+class Shearing(StrengthTest):
+    """One stage that shears, in n records, with the normal stress as its load."""
+
+    #: Shear stress along the motion [Pa], (n,); of a wall its force over its area.
+    shear: np.ndarray
+    normal: np.ndarray  #: Stress across the motion, positive in compression [Pa], (n,).
+    direction: float  #: 1 or -1, that of the shear along x; strain and shear are positive along it.
+    before: float  #: Total shear strain of the run at the start of the stage.
 
     @property
     def total_strain(self):
         """Shear strain along x since the start of the run, (n,)."""
         return self.before + self.direction * self.strain
+
+
+@dataclass(frozen=True)
+class Triaxial(StrengthTest):
+    """One stage that controls the stress along two axes and strains the third, in n records.
+
+    Its strain, along the third axis, is the logarithm of the lengths, positive in compression; its
+    strength is that of the deviator, its load the confining stress.
+    """
+
+    axis: str  #: Letter of the third axis.
+    #: Stress along it less the mean of the others, positive in compression [Pa], (n,).
+    deviator: np.ndarray
+    confining: np.ndarray  #: Mean stress along the other axes [Pa], (n,).
 
 
 @dataclass(frozen=True)
@@ -199,11 +222,11 @@ def friction(found):
     if len(used) < 2 or np.ptp(load) == 0.0:
         return None
     if len(used) == 2:
-        slope, cohesion = np.polyfit(load, strength, 1)
-        return Friction(float(cohesion), np.nan, float(slope), np.nan)
-    (slope, cohesion), covariance = np.polyfit(load, strength, 1, cov=True)
-    slope_sigma, cohesion_sigma = np.sqrt(np.diag(covariance))
-    return Friction(float(cohesion), float(cohesion_sigma), float(slope), float(slope_sigma))
+        line, sigma = np.polyfit(load, strength, 1), np.full(2, np.nan)
+    else:
+        line, covariance = np.polyfit(load, strength, 1, cov=True)
+        sigma = np.sqrt(np.diag(covariance))
+    return Friction(*map(float, (line[1], sigma[1], line[0], sigma[0])))
 
 
 def _sheared(part):
@@ -231,9 +254,8 @@ def _normal_stress(part):
 
 
 def _shearing(part, strain, before):
-    series = part.series
+    series, direction = part.series, float(np.sign(strain[-1]))
     shear, normal = _stresses(series)
-    direction = float(np.sign(strain[-1]))
     strain, shear = direction * strain, direction * shear
     phi = np.asarray(series.get("filling_factor", np.full(len(strain), np.nan)))
     return Shearing(
@@ -270,3 +292,58 @@ def _stresses(series):
         return force.sel(xyz="x").values / -force.sel(xyz="z").values * pressure, pressure
     stress = series.stress.values
     return 0.5 * (stress[:, 0, 2] + stress[:, 2, 0]), -stress[:, 2, 2]
+
+
+def triaxials(run):
+    """Triaxial test of every such stage of a run, in order.
+
+    Raises
+    ------
+    DustError
+        There is none.
+    """
+    stresses = _controlled_stresses(run)
+    parts = run.parts if "stress" in run.series else []
+    tests = [part for part in parts if part.stage_name in stresses and len(part.series.time) > 2]
+    if not tests:
+        raise DustError(
+            f"{run.path}: no stage is a triaxial test; it needs a stress along two axes and a "
+            "strain_rate along the third (drive: {stress: [-5 kPa, -5 kPa, free], ...})."
+        )
+    return [_triaxial(part, stresses[part.stage_name]) for part in tests]
+
+
+def is_triaxial(run):
+    """True where a stage of a Run is a triaxial test."""
+    return bool(_controlled_stresses(run)) and "stress" in run.series
+
+
+def _controlled_stresses(run):
+    """Stress along each axis of each part that controls it along two, by name of the stage."""
+    stresses = {part.stage_name: drive_of(part).get("stress") for part in run.parts}
+    return {
+        name: list(stress)
+        for name, stress in stresses.items()
+        if isinstance(stress, (list, tuple)) and list(stress).count("free") == 1
+    }
+
+
+def _triaxial(part, stress):
+    """Triaxial of a stage; stress: prescribed along each axis, once "free"."""
+    axis, series = stress.index("free"), part.series
+    wanted = -np.mean([parse(own, "pressure") for own in stress if own != "free"])
+    start, length = (records.box_length.values[..., axis] for records in (part.start, series))
+    strain = np.log(float(start) / length)
+    pressed = -np.diagonal(series.stress.values, axis1=1, axis2=2)
+    confining = np.delete(pressed, axis, axis=1).mean(axis=1)
+    deviator, phi = pressed[:, axis] - confining, series.filling_factor.values
+    return Triaxial(
+        stage=part.stage_name,
+        axis=AXES[axis],
+        strain=strain,
+        deviator=deviator,
+        confining=confining,
+        filling_factor=phi,
+        wanted=float(wanted),
+        **flow(np.abs(strain), deviator, confining, phi),
+    )

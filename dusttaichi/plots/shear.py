@@ -3,8 +3,14 @@
 import numpy as np
 
 from dusttaichi.analysis.cycles import pressure_of
-from dusttaichi.analysis.loads import controlled_loads, friction, load_text, shearings
-from dusttaichi.analysis.triaxial import is_triaxial, triaxials
+from dusttaichi.analysis.loads import (
+    controlled_loads,
+    friction,
+    is_triaxial,
+    load_text,
+    shearings,
+    triaxials,
+)
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from dusttaichi.analysis.ledger import ledger
-from dusttaichi.analysis.loads import controlled_loads, shearings
+from dusttaichi.analysis.loads import controlled_loads, shearings, triaxials
 from dusttaichi.analysis.numbers.registry import (
     AUTO,
     ENSEMBLES,
@@ -17,7 +17,6 @@ from dusttaichi.analysis.numbers.registry import (
     quiet,
 )
 from dusttaichi.analysis.texts import quantity_text
-from dusttaichi.analysis.triaxial import triaxials
 from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
 

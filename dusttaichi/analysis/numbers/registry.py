@@ -109,8 +109,9 @@ class Family:
 
     name, title: of the family. place: families are shown in the order of their places; numbers of
     every run come last, from GENERAL. applies: whether a Run has it. measure: function from a Run
-    to the argument of the rows' `value` (default: the Run itself). compared: for comparisons of
-    runs only, such as the settings of their scenes.
+    to the argument of the rows' `value` (default: the Run itself). optional: a DustError of
+    `measure` means that the run has none of them. compared: for comparisons of runs only, such as
+    the settings of their scenes.
     """
 
     name: str
@@ -119,6 +120,7 @@ class Family:
     numbers: tuple[Observable, ...]
     applies: Callable[[Any], bool] = lambda run: True
     measure: Callable[[Any], Any] = lambda run: run
+    optional: bool = False
     compared: bool = False
 
     def of(self, run) -> tuple[dict[str, Any], list[tuple[str, str]]]:
@@ -129,7 +131,8 @@ class Family:
                 return values, failed
             measured = self.measure(run)
         except Exception as error:  # does not affect the other families
-            return values, [(self.title, reason(error))]
+            nothing = self.optional and isinstance(error, DustError)
+            return values, [] if nothing else [(self.title, reason(error))]
         for number in self.numbers:
             try:
                 values[number.name] = number.of(measured)

@@ -3,7 +3,6 @@
 from dusttaichi.analysis.arrival import arrival, sound_speed
 from dusttaichi.analysis.numbers.registry import Family, Observable, quiet, uncertainty
 from dusttaichi.analysis.sphere import penetration
-from dusttaichi.errors import DustError
 
 
 def _measure(run):
@@ -11,10 +10,7 @@ def _measure(run):
 
     The force is averaged between two records.
     """
-    try:
-        motion = penetration(run)
-    except DustError:  # it flies, or there is no dust below it
-        return {}
+    motion = penetration(run)
     force, stop = {"sphere_force": float(motion.force.max())}, motion.stop
     if "speed" in run.scene.get("sphere", {}) or stop is None:
         return force | {"sphere_largest_depth": float(motion.depth.max())}
@@ -31,6 +27,7 @@ SPHERE = Family(
     place=70,
     applies=lambda run: run.has_sphere,
     measure=_measure,
+    optional=True,  # it flies, or there is no dust below it
     numbers=(
         Observable(name="sphere_depth", title="depth of the sphere", unit="m", text=_stop,
                    column=("sphere depth µm", "{:.4g}", 1e-6), figure="sphere"),
@@ -45,19 +42,13 @@ SPHERE = Family(
 )  # fmt: skip
 
 
-def _sound_speed(run):
-    try:
-        return sound_speed(arrival(run))
-    except DustError:  # too few snapshots, or the wave has not arrived
-        return {}
-
-
 SOUND = Family(
     name="sound",
     title="a push",
     place=80,
     applies=lambda run: bool(run.pushes),
-    measure=_sound_speed,
+    measure=lambda run: sound_speed(arrival(run)),
+    optional=True,  # too few snapshots, or the wave has not arrived
     numbers=(
         Observable(name="sound_speed", title="speed of sound", unit="m/s", value="speed",
                    error="sound_speed_sigma", column=("sound m/s", "{:.4g}", 1), wanted=4,
