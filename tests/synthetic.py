@@ -1,7 +1,9 @@
 """Result files of runs that never took place: a known law, a ledger that closes."""
 
 import numpy as np
+import xarray as xr
 
+from dusttaichi.analysis import Run
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.physics import laws
 from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL
@@ -50,6 +52,24 @@ def writer(
         known | {"grains": grains} | dict(attrs),
         **options,
     )
+
+
+def made(time=None, scene="", attrs=(), profiles=None, **variables):
+    """A Run without a file whose time series has these variables, with their declared dimensions.
+
+    time: by default a microsecond for each step. A pressure may be that on the top wall alone.
+    """
+    data = {name: (VARIABLES[name].dims, values) for name, values in variables.items()}
+    if np.ndim(variables.get("pressure")) == 1:
+        walls = np.full((len(variables["pressure"]), len(LABELS["wall"])), np.nan)
+        walls[:, -1] = variables["pressure"]
+        data["pressure"] = (("time", "wall"), walls)
+    length = len(next(iter(variables.values())))
+    data = {"step": ("time", np.arange(length))} | data
+    labels = {dim: list(LABELS[dim]) for dims, _ in data.values() for dim in dims if dim in LABELS}
+    labels["time"] = 1e-6 * np.arange(length) if time is None else time
+    attrs = {"scene_resolved": scene, "title": "made"} | dict(attrs)
+    return Run("made/result.nc", xr.Dataset(data, labels, attrs), profiles)
 
 
 def series_record(step, features=FEATURES):

@@ -117,7 +117,7 @@ def _first_push(run, start):
     else:
         distance = scipy.spatial.cKDTree(start.position[group]).query(start.position)[0]
     distance[group] = 0.0
-    return group, distance, push.get("size", _overlap(run.material))
+    return group, distance, push["size"] if "size" in push else _overlap(run.material)
 
 
 def _overlap(material):

@@ -64,7 +64,11 @@ def collisions_dataset(rows, axes, attrs=None):
     about = {"units": "J", "long_name": "energy dissipated, by channel"}
     data["loss"] = ((*dims, "channel"), np.array(lost).reshape(*shape, len(channels)), about)
     data.coords["channel"] = channels
-    parts = [(n, g, m) for n, row in enumerate(rows) for g, m in _fragments(row)]
+    parts = [
+        (n, *pair)
+        for n, row in enumerate(rows)
+        for pair in zip(row.get("fragments", ()), row.get("masses", ()), strict=True)
+    ]
     number, grains, mass = np.array(parts).reshape(-1, 3).T
     data["fragment_collision"] = ("fragment", number.astype(int))
     data["fragment_grains"] = ("fragment", grains.astype(int))
@@ -75,20 +79,13 @@ def collisions_dataset(rows, axes, attrs=None):
 
 def _numbers(row):
     """The numbers of a row by the names of NUMBERS; None becomes not a number."""
-    parts = row.get("masses")
-    out = {name: row[name] for name in NUMBERS if row.get(name) is not None}
-    out["actual_mass_ratio"] = row.get("mass_ratio", np.nan)
     target, projectile = row.get("filling_factor") or (None, None)
-    out["target_filling_factor"] = np.nan if target is None else target
-    out["projectile_filling_factor"] = np.nan if projectile is None else projectile
-    if parts:
-        own = {"largest": parts[0], "second": parts[1] if len(parts) > 1 else 0.0}
-        out |= own | {"fragments": len(parts)}
-    return out
-
-
-def _fragments(row):
-    return zip(row.get("fragments", ()), row.get("masses", ()), strict=True)
+    own = {"target_filling_factor": target, "projectile_filling_factor": projectile}
+    own |= {name: row.get(name) for name in NUMBERS if name in row}
+    own |= {"actual_mass_ratio": row.get("mass_ratio")}
+    if parts := row.get("masses"):
+        own |= {"largest": parts[0], "second": [*parts, 0.0][1], "fragments": len(parts)}
+    return {name: value for name, value in own.items() if value is not None}
 
 
 # -- slope of the fragments ----------------------------------------------------------------------

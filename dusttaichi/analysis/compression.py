@@ -32,7 +32,6 @@ class Curve:
     count: np.ndarray  #: Number of points of the bins, (bins,).
     raw_filling_factor: np.ndarray  #: As recorded, (times,).
     raw_pressure: np.ndarray  #: As recorded [Pa], (times,).
-    bin_width: float  #: Width of the bins in filling factor.
 
     def monotone(self):
         """The curve as (lg P, filling factor), each (bins,), with lg P strictly growing.
@@ -78,7 +77,7 @@ def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor",
     pressure = pressure[:whole].reshape(-1, peaks).max(axis=1)
     mean, median, count = binned(np.floor(phi / bin_width + 1e-9), phi, pressure)
     up = median > 0
-    return Curve(mean[up], median[up], count[up], phi, pressure, bin_width)
+    return Curve(mean[up], median[up], count[up], phi, pressure)
 
 
 def _loading(run):

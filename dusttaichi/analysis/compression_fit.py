@@ -57,8 +57,6 @@ def fit_compression(
     phi2=0.58,
     *,
     free=(),
-    p_low=0.0,
-    p_high=np.inf,
     phi_high=np.inf,
     weights="bins",
 ) -> Fit:
@@ -78,10 +76,6 @@ def fit_compression(
         Filling factor at infinite load; between plates that of `laws.UNIDIRECTIONAL`.
     free : sequence of str
         Fitted beside p_m (as lg p_m) and Delta: "phi1", "phi2".
-    p_low : float
-        Lower end of the range of pressure [Pa].
-    p_high : float
-        Upper end of the range of pressure [Pa].
     phi_high : float
         Upper end of the range of filling factor.
     weights : str
@@ -93,8 +87,7 @@ def fit_compression(
     DustError
         Too few bins, or no fit is found.
     """
-    used = (curve.pressure >= p_low) & (curve.pressure <= p_high)
-    used &= curve.filling_factor <= phi_high
+    used = curve.filling_factor <= phi_high
     decades, phi = np.log10(curve.pressure[used]), curve.filling_factor[used]
     names = ["p_m", "delta", *free]
     if len(phi) < len(names) + 2:
@@ -152,7 +145,7 @@ class Deviation:
         return self.covered > 0.999
 
 
-def rms_from_law(curve, law, p_low=1e3, p_high=1e5, points=201) -> Deviation:
+def rms_from_law(curve, law, p_low=1e3, p_high=1e5) -> Deviation:
     """Difference in filling factor between a curve and a law, at equally spaced lg P.
 
     The curve is `Curve.monotone`, interpolated linearly in lg P; where it is flat in P it jumps in
@@ -167,8 +160,6 @@ def rms_from_law(curve, law, p_low=1e3, p_high=1e5, points=201) -> Deviation:
         Lower end of the requested range [Pa].
     p_high : float
         Upper end of the requested range [Pa].
-    points : int
-        Number of pressures.
     """
     first, last = np.log10(p_low), np.log10(p_high)
     decades, phi = curve.monotone()
@@ -176,7 +167,7 @@ def rms_from_law(curve, law, p_low=1e3, p_high=1e5, points=201) -> Deviation:
         return Deviation(*[np.nan] * 5, 0.0)
     low, high = max(first, decades[0]), min(last, decades[-1])
     covered = (high - low) / (last - first)
-    grid = np.linspace(low, high, max(int(round(covered * (points - 1))) + 1, 2))
+    grid = np.linspace(low, high, max(int(round(covered * 200)) + 1, 2))
     difference = np.interp(grid, decades, phi) - law.filling_factor(10**grid)
     rms, largest = np.sqrt(np.mean(difference**2)), np.abs(difference).max()
     return Deviation(*map(float, (rms, difference.mean(), largest, 10**low, 10**high, covered)))

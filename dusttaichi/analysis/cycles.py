@@ -28,8 +28,7 @@ class Unloading:
     modulus: float
     modulus_sigma: float  #: 1-sigma uncertainty of the modulus by the scatter about the line [Pa].
     recovered: float  #: ln V after over before, at the end of the stage.
-    ln_volume: np.ndarray  #: All its records, (times,).
-    path: np.ndarray  #: Pressure of these records [Pa], (times,).
+    path: np.ndarray  #: Pressure of all its records [Pa], (times,).
 
 
 def unloadings(run):
@@ -66,7 +65,6 @@ def _unloading(part):
         modulus=float(slope),
         modulus_sigma=float(sigma),
         recovered=float(ln_volume[-1]),
-        ln_volume=middle,
         path=path,
     )
 

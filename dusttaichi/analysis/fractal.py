@@ -65,7 +65,10 @@ def fractal(run, snapshots=None, radii=None, stage=None) -> Fractal:
         slope = np.gradient(np.log(number), np.log(radii), axis=1)
     slope[~np.isfinite(slope)] = np.nan
     dimension = np.array([_dimension(radii, n, r) for n in number])
-    return Fractal(radii, number, slope, dimension, time, _filling_factor(run, time), r)
+    series, phi = run.whole.series, np.full(len(time), np.nan)
+    if "filling_factor" in series:
+        phi = np.interp(time, series.time.values, series.filling_factor.values)
+    return Fractal(radii, number, slope, dimension, time, phi, r)
 
 
 def _dimension(radii, number, grain_radius):
@@ -73,10 +76,3 @@ def _dimension(radii, number, grain_radius):
     if used.sum() < 3:
         return np.nan
     return float(np.polyfit(np.log(radii[used]), np.log(number[used]), 1)[0])
-
-
-def _filling_factor(run, time):
-    if "filling_factor" not in run.series:
-        return np.full(len(time), np.nan)
-    series = run.whole.series
-    return np.interp(time, series.time.values, series.filling_factor.values)

@@ -73,7 +73,10 @@ def fragments_of(frame, masses):
     count = len(masses)
     number, label, graph = connected(frame.pairs, count)
     label = largest_first(label, masses)
-    position = _unwrapped(frame, graph, label)
+    position = frame.position
+    if frame.periodic.any():  # at the images that connect fragments across periodic faces
+        starts = np.unique(label, return_index=True)[1]
+        position = held_together(position, graph, starts, frame.nearest)
     mass = np.bincount(label, masses, minlength=number)
 
     def mean(values):
@@ -91,14 +94,6 @@ def fragments_of(frame, masses):
 
 def _sums(label, vectors, number):
     return np.stack([np.bincount(label, v, minlength=number) for v in vectors.T], axis=1)
-
-
-def _unwrapped(frame, graph, label):
-    """Positions [m], (N, 3), at the images that connect fragments across periodic faces."""
-    if not frame.periodic.any():
-        return frame.position
-    starts = np.unique(label, return_index=True)[1]
-    return held_together(frame.position, graph, starts, frame.nearest)
 
 
 @dataclass(frozen=True)

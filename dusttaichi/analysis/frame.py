@@ -7,6 +7,7 @@ import xarray as xr
 
 from dusttaichi import geometry
 from dusttaichi.errors import DustError
+from dusttaichi.method import attribute
 from dusttaichi.names import AXES
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 from dusttaichi.scene import quantities
@@ -203,7 +204,9 @@ def read_frame(run, snapshot=-1, contacts=True) -> Frame:
         cell=cell,
         periodic=np.array([axis in periodic for axis in AXES]),
         contacts=read.get("contacts"),
-        sphere=_sphere(run, data),
+        sphere=np.append(data.sphere_position.values, run.attrs["sphere_radius"])
+        if "sphere_position" in data
+        else None,
         tilt=float(data.tilt) if "tilt" in data else 0.0,
         wall_contacts=read.get("wall_contacts"),
         material=data.material.values if "material" in data else np.zeros(data.sizes["grain"], int),
@@ -218,11 +221,10 @@ def _vectors(data, name):
     return np.full(data.position.shape, np.nan)
 
 
-def _sphere(run, data):
-    """Centre and radius of a rigid sphere in a snapshot, (4,); None without it."""
-    if "sphere_position" not in data:
-        return None
-    return np.append(data.sphere_position.values, run.attrs["sphere_radius"])
+def surface(run):
+    """Height of the upper end of the dust at the start [m], from the sample or the first frame."""
+    known = run.sample.get("surface")
+    return float(attribute(run.method.read_snapshot)(run, 0).top if known is None else known)
 
 
 def grain_masses(run):

@@ -59,7 +59,7 @@ class Ratio:
     high: float  #: Upper end of the range of filling factor.
 
 
-def isotropic(run, stage=None, decades=DECADES, law=laws.isotropic_pressure) -> Isotropic:
+def isotropic(run, stage=None, law=laws.isotropic_pressure) -> Isotropic:
     """Mean pressure -trace(stress)/3 of a cell that is compressed from all sides.
 
     Parameters
@@ -67,8 +67,6 @@ def isotropic(run, stage=None, decades=DECADES, law=laws.isotropic_pressure) -> 
     run : Run
     stage : str or int, optional
         Default: the first in which the cell shrinks equally along all axes.
-    decades : float
-        Width of the bins in lg(filling factor).
     law : function
         Pressure [Pa] from filling factors (n,), surface energy [J/m^2], radius and critical rolling
         displacement [m]. Default: T19 eq 9.
@@ -88,7 +86,7 @@ def isotropic(run, stage=None, decades=DECADES, law=laws.isotropic_pressure) -> 
     pressure = cell_pressure(series)
     known = np.isfinite(phi) & np.isfinite(pressure) & (phi > 0)
     phi, pressure = phi[known], pressure[known]
-    numbers = np.floor(np.log10(phi) / decades + 1e-9)
+    numbers = np.floor(np.log10(phi) / DECADES + 1e-9)
     mean, median, count = binned(numbers, phi, pressure)
     ratio = binned(numbers, phi, pressure / _pressure_by(law, run, phi))[1]
     up = median > 0

@@ -144,7 +144,6 @@ class Triaxial(StrengthTest):
     axis: str  #: Letter of the third axis.
     #: Stress along it less the mean of the others, positive in compression [Pa], (n,).
     deviator: np.ndarray
-    confining: np.ndarray  #: Mean stress along the other axes [Pa], (n,).
 
 
 @dataclass(frozen=True)
@@ -342,7 +341,6 @@ def _triaxial(part, stress):
         axis=AXES[axis],
         strain=strain,
         deviator=deviator,
-        confining=confining,
         filling_factor=phi,
         wanted=float(wanted),
         **flow(np.abs(strain), deviator, confining, phi),

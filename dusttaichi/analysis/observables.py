@@ -14,10 +14,6 @@ CURVE = "phi_rms"
 GRID = 201  # pressures at which two curves are compared
 
 
-def _lost(run):
-    return sum(float(loss[-1]) for loss in losses_by_channel(run.series).values())
-
-
 def _last(*names):
     """Sum of variables of the series in the last record."""
     return lambda run: float(
@@ -25,17 +21,18 @@ def _last(*names):
     )
 
 
-def _channel(name):
-    return lambda run: float(losses_by_channel(run.series).get(name, [0.0])[-1])
+def _lost(run):
+    """Channel -> energy lost until the last record [J]."""
+    return {name: float(loss[-1]) for name, loss in losses_by_channel(run.series).items()}
 
 
 # energies at the end, for scenes without any of the wanted numbers
 ENERGIES = tuple(
     Observable(name=name, title=title, unit="J", value=value)
     for name, title, value in (
-        ("lost", "energy lost in all channels", _lost),
+        ("lost", "energy lost in all channels", lambda run: sum(_lost(run).values())),
         *(
-            (f"lost_{name}", f"energy lost on {name}", _channel(name))
+            (f"lost_{name}", f"energy lost on {name}", lambda run, n=name: _lost(run).get(n, 0.0))
             for name in (*CHANNELS, *EXTRA_CHANNELS)
         ),
         ("kinetic", "kinetic energy at the end", _last("kinetic_translation", "kinetic_rotation")),

@@ -81,8 +81,8 @@ def relative_motion(run, snapshot, bodies, masses):
     return np.stack([_between(frame, one, other, masses), velocity])
 
 
-def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None) -> Restitution:
-    """Restitution of grains on a wall between two snapshots of a run.
+def wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitution:
+    """Restitution of all grains on a wall between two snapshots of a run.
 
     Speeds are relative to the wall, which may move. The grains stick where one of them is in
     contact with the wall in snapshot `last`.
@@ -96,8 +96,6 @@ def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None) -> Resti
         Snapshot before.
     last : int
         Snapshot after.
-    grains : list, optional
-        Their numbers. Default: all.
 
     Raises
     ------
@@ -111,10 +109,10 @@ def wall_restitution(run, wall="bottom", first=0, last=-1, grains=None) -> Resti
             f'{run.path} has no wall "{wall}"; allowed: {", ".join(WALLS)}, if present.'
         )
     masses = grain_masses(run)
-    body = np.arange(len(masses)) if grains is None else np.asarray(grains, dtype=np.int64)
+    body = np.arange(len(masses))
     axis, sign = side // 2, 1.0 if side % 2 == 0 else -1.0
     touching = run.contacts(end.number, "wall_contacts")
-    sticks = np.isin(touching.grain.values[touching.wall.values == side], body).any()
+    sticks = (touching.wall.values == side).any()
 
     def separation(snapshot):
         own = _velocity(snapshot, body, masses)[axis]
@@ -163,8 +161,6 @@ class Bodies:
 
     time: np.ndarray  #: (n,).
     names: tuple  #: (2,).
-    mass: np.ndarray  #: (2,).
-    position: np.ndarray  #: Centres of mass, (n, 2, 3).
     velocity: np.ndarray  #: Velocities of the centres of mass, (n, 2, 3).
     spin: np.ndarray  #: Angular momenta about the centres of mass, (n, 2, 3).
     orbital: np.ndarray  #: Angular momentum of both centres about the common one, (n, 3).
@@ -190,8 +186,6 @@ def bodies(run):
     return Bodies(
         time=series.time.values,
         names=tuple(str(name) for name in series.body.values),
-        mass=mass,
-        position=x,
         velocity=v,
         spin=series.body_angular_momentum.values,
         orbital=orbital,

@@ -8,8 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.analysis.continuum.intrusion import Stop, first_stop
+from dusttaichi.analysis.frame import surface
 from dusttaichi.errors import DustError
 from dusttaichi.method import attribute
+
+WIDTH, SLICE = 0.7, 0.25  #: Radius and height of a slice below a sphere, over its radius.
 
 
 @dataclass(frozen=True)
@@ -36,8 +39,8 @@ def penetration(run):
         The run has neither.
     """
     time, place, velocity, force, (radius, mass) = _motion(run)
-    surface = _surface(run)
-    depth = surface - place[:, 2] + radius
+    top = surface(run)
+    depth = top - place[:, 2] + radius
     inside = np.flatnonzero(depth >= 0.0)
     if not len(inside):
         raise DustError(f"{run.path}: the sphere never reaches the dust below it.")
@@ -56,7 +59,7 @@ def penetration(run):
         force=force,
         radius=radius,
         mass=mass,
-        surface=surface,
+        surface=top,
         speed=speed,
         stop=first_stop(time, -depth, up),
     )
@@ -80,12 +83,6 @@ def _motion(run):
     return time, body.body_position.values, velocity, force, size
 
 
-def _surface(run):
-    """Height of the upper end of the dust at the start [m], from the sample or the grains."""
-    known = run.sample.get("surface")
-    return float(_frame(run, 0).top if known is None else known)
-
-
 def _frame(run, snapshot):
     return attribute(run.method.read_snapshot)(run, snapshot)
 
@@ -100,20 +97,17 @@ class Column:
     sphere: float  #: Depth of the lowest point of the sphere [m].
 
 
-def column(run, snapshot=-1, *, width=0.7, slices=0.25) -> Column:
+def column(run, snapshot=-1) -> Column:
     """Filling factor below the sphere in a snapshot.
 
-    Grains count with their volume inside the cylinder; of a continuum it is the mean of the
-    particles with their centre inside.
+    The cylinder has WIDTH radii of the sphere, a slice SLICE of them. Grains count with their
+    volume inside the cylinder; of a continuum it is the mean of the particles with their centre
+    inside.
 
     Parameters
     ----------
     run : Run
     snapshot : int
-    width : float
-        Radius of the cylinder over that of the sphere.
-    slices : float
-        Height of a slice over the radius of the sphere.
     """
     motion = penetration(run)
     frames = run.snapshots.isel(snapshot=snapshot)
@@ -123,8 +117,8 @@ def column(run, snapshot=-1, *, width=0.7, slices=0.25) -> Column:
         series, name = run.whole.series, run.sample["projectile"]["name"]
         record = int(np.argmin(np.abs(series.time.values - float(frames.snapshot_time))))
         place = series.body_position.sel(rigid=name).values[record]
-    lowest, reach = place[2] - motion.radius, width * motion.radius
-    count = int((lowest - _frame(run, 0).floor) / (slices * motion.radius) + 1e-6)
-    edges = lowest - slices * motion.radius * np.arange(count + 1)
+    lowest, reach = place[2] - motion.radius, WIDTH * motion.radius
+    count = int((lowest - _frame(run, 0).floor) / (SLICE * motion.radius) + 1e-6)
+    edges = lowest - SLICE * motion.radius * np.arange(count + 1)
     phi = _frame(run, snapshot).filling_below(place[:2], reach, edges)
     return Column(motion.surface - 0.5 * (edges[:-1] + edges[1:]), phi, motion.surface - lowest)

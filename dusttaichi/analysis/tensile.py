@@ -86,11 +86,16 @@ def tensile(run, stage=None, axis=None, windows=None) -> Tensile:
             f"{part.path} has no tensile strength: no filling factor that falls, or neither "
             "stress nor a pressure on the top wall."
         )
-    axis = _stretched_axis(part) if axis is None else axis
+    if axis is None:
+        axis = AXES[longest_axis(part)] if "box_length" in part.series else "z"
     duration, raw_phi, raw_stress, edge = _records(part, axis)
-    used = _tensile_start(raw_phi, raw_stress)
-    duration, phi, stress, edge = (a[used:] for a in (duration, raw_phi, raw_stress, edge))
-    place = np.log(phi)  # even steps of it are even relative changes
+    # even steps of it are even relative changes
+    place, start = np.log(raw_phi), start_of_tension(raw_stress) or 0
+    if place[0] - place[start] <= UNLOADING * np.ptp(place):
+        start = 0  # no long unloading
+    duration, phi, stress, edge, place = (
+        a[start:] for a in (duration, raw_phi, raw_stress, edge, place)
+    )
     noise = _noise(place, stress)
     if windows is None:
         windows = _as_many_as_noise_allows(place, stress, duration, noise)
@@ -120,12 +125,6 @@ def tensile(run, stage=None, axis=None, windows=None) -> Tensile:
     )
 
 
-def _tensile_start(phi, stress):
-    """Number of the first record in windows: 0, or where a long initial unloading ends."""
-    start, place = start_of_tension(stress) or 0, np.log(phi)
-    return start if place[0] - place[start] > UNLOADING * np.ptp(place) else 0
-
-
 def strength_law(run, phi) -> float:
     """Tensile strength [Pa] of a Run's material at a filling factor (T19 eq 33), NaN without one.
 
@@ -137,12 +136,6 @@ def strength_law(run, phi) -> float:
     if (m := run.material) is None:
         return np.nan
     return float(laws.tensile_strength(phi, m.surface_energy, m.radius))
-
-
-def _stretched_axis(part):
-    if "box_length" not in part.series:
-        return "z"
-    return AXES[longest_axis(part)]
 
 
 def _edge(records, axis):
@@ -260,11 +253,8 @@ def fit_strength(results):
     strength = np.array([t.strength for t in results])
     if len(phi) < 2 or np.any(strength <= 0) or phi.max() < 1.05 * phi.min():
         return None
-    x, y = np.log(phi) - np.log(phi).mean(), np.log(strength)
-    exponent = np.sum(x * y) / np.sum(x**2)
-    residual = y - y.mean() - exponent * x
-    sigma = np.nan
+    x, sigma = np.log(phi), np.nan
     if len(phi) > 2:
-        sigma = np.sqrt(np.sum(residual**2) / (len(phi) - 2) / np.sum(x**2))
-    factor = np.exp(y.mean() - exponent * np.log(phi).mean())
-    return StrengthFit(float(factor), float(exponent), float(sigma))
+        sigma = np.sqrt(np.polyfit(x, np.log(strength), 1, cov=True)[1][0, 0])
+    exponent, factor = np.polyfit(x, np.log(strength), 1)
+    return StrengthFit(float(np.exp(factor)), float(exponent), float(sigma))

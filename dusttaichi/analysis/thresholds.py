@@ -78,12 +78,12 @@ class Threshold:
     filling_factor: float
 
 
-def thresholds(data, resamples=RESAMPLES):
+def thresholds(data):
     """A Threshold of each Condition for each body and mass ratio of a `collisions_dataset`.
 
     Impact parameters have equal weights, so that those of equal areas give means over the area. The
     numbers are means of the pairs that touched at each speed, between speeds linear in the
-    logarithm of the speed. The pairs (seeds), which meet at all speeds, are drawn `resamples`
+    logarithm of the speed. The pairs (seeds), which meet at all speeds, are drawn RESAMPLES
     times.
     """
     found = []
@@ -93,7 +93,7 @@ def thresholds(data, resamples=RESAMPLES):
         phi = float(np.nanmean(phi)) if np.isfinite(phi).any() else np.nan
         about = str(data.body.values[body]), float(data.mass_ratio.values[ratio])
         for condition in conditions():
-            speed, low, high = _threshold(own, condition, resamples)
+            speed, low, high = _threshold(own, condition)
             found.append(Threshold(*about, condition.name, speed, low, high, phi))
     return found
 
@@ -111,13 +111,13 @@ def growth_bracket(data, body, ratio):
     return float(speeds[below[0] - 1]), float(speeds[below[0]])
 
 
-def _threshold(own, condition, resamples):
+def _threshold(own, condition):
     total, count = _sums(own, condition)
     speeds, seeds = own.speed.values, total.shape[1]
     best = _crossing(total, count, speeds, condition)
     if seeds < 2:
         return best, np.nan, np.nan
-    draws = np.random.default_rng(0).integers(seeds, size=(resamples, seeds))
+    draws = np.random.default_rng(0).integers(seeds, size=(RESAMPLES, seeds))
     several = np.sort([_crossing(total[:, d], count[:, d], speeds, condition) for d in draws])
     tail = 0.5 * (1.0 - CONFIDENCE)
     ends = np.quantile(several, [tail, 1.0 - tail], method="nearest")

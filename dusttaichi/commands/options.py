@@ -2,7 +2,7 @@
 
 import shlex
 import sys
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -147,6 +147,22 @@ def import_files(files):
     from dusttaichi.scene import extensions
 
     extensions.load({extensions.KEY: list(files or [])}, None, lines={}, title="--extension")
+
+
+def folder_of(run):
+    """The directory of a run, from its result file or itself."""
+    return run if run.is_dir() else run.parent
+
+
+@contextmanager
+def opened(paths):
+    """Context with the Runs of result files, whose missing extensions are named."""
+    from dusttaichi import analysis
+
+    with ExitStack() as stack:
+        runs = [stack.enter_context(analysis.open_run(path)) for path in paths]
+        remark_missing(run.attrs for run in runs)
+        yield runs
 
 
 def remark_missing(attributes):

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 import threading
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -28,31 +28,26 @@ def report(
     from dusttaichi import report as page
 
     options.import_files(extension)
-    folder = runs[0] if runs[0].is_dir() else runs[0].parent
-    path = output or (folder / "report.html" if len(runs) == 1 else Path("report.html"))
-    with options.writing(force=force, inputs=runs), ExitStack() as opened:
+    folder = options.folder_of(runs[0]) if len(runs) == 1 else Path(".")
+    path = output or folder / "report.html"
+    with options.writing(force=force, inputs=runs):
         page.check_output(path)
         if len(runs) == 1 and analysis.is_ensemble(runs[0]):
             found = analysis.open_ensemble(runs[0])
             options.remark_missing([found[0].attrs])
             data = page.ensemble_data(*found)
         else:
-            results = [opened.enter_context(analysis.open_run(run)) for run in runs]
-            options.remark_missing(run.attrs for run in results)
-            data = page.report_data(results)
+            with options.opened(runs) as results:
+                data = page.report_data(results)
         say_written([page.write(data, path)])
     say(f"{path.stat().st_size / 1e6:.1f} MB; opens in any browser, without a network")
-
-
-Port = Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free one")]
-Browse = Annotated[bool, typer.Option("--browse/--no-browse", help="open it in a browser")]
 
 
 def watch(
     run: options.RunPath,
     *,
-    port: Port = 0,
-    browse: Browse = True,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free one")] = 0,
+    browse: Annotated[bool, typer.Option(help="open it in a browser")] = True,
     extension: options.Added = None,
     until_input_ends: Annotated[bool, typer.Option(hidden=True)] = False,
 ):

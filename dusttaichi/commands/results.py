@@ -1,6 +1,5 @@
 """Commands on results: `dust plot`, `compare`, `export` and `render`."""
 
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -66,13 +65,11 @@ def _plot(runs, output, suffix):
         options.remark_missing([data.attrs])
         say_written(plots.save_all(data, output or file.parent, suffix, failed))
         return say_not_drawn(failed)
-    with ExitStack() as opened:
-        of = [opened.enter_context(analysis.open_run(path)) for path in runs]
-        options.remark_missing(run.attrs for run in of)
-        folder = output or Path(".")
+    with options.opened(runs) as of:
+        folder = Path(".")
         if len(of) == 1:
-            of, folder = of[0], output or (runs[0] if runs[0].is_dir() else runs[0].parent)
-        say_written(plots.save_all(of, folder, suffix, failed))
+            (of,), folder = of, options.folder_of(runs[0])
+        say_written(plots.save_all(of, output or folder, suffix, failed))
     say_not_drawn(failed)
 
 
@@ -94,15 +91,11 @@ def compare(
     from dusttaichi.analysis.summary import columns, has_fit_error
 
     options.import_files(extension)
-    with ExitStack() as opened:
-        opened.enter_context(options.writing(force=force, inputs=runs))
-        results = [opened.enter_context(analysis.open_run(path)) for path in runs]
-        options.remark_missing(run.attrs for run in results)
+    with options.writing(force=force, inputs=runs), options.opened(runs) as results:
         rows = analysis.compare(results)
         if text := mixture(results):
             remark(f"warning: {text}")
-        failed = []
-        drawn = []
+        failed, drawn = [], []
         if figures is not None:
             from dusttaichi import plots  # with matplotlib, which the table does not wait for
 
@@ -178,10 +171,9 @@ def render(
     from dusttaichi import analysis, plots
     from dusttaichi.plots.registry import picture_of
 
-    folder = run if run.is_dir() else run.parent
     with options.writing(force=force, inputs=[run]), analysis.open_run(run) as result:
         picture = picture_of(result)
-        path = output or folder / f"{picture.name}.{'gif' if animate else 'png'}"
+        path = output or options.folder_of(run) / f"{picture.name}.{'gif' if animate else 'png'}"
         sharp = {} if dpi is None else {"dpi": dpi}
         if animate:
             plots.animation(result, path, color, view, rate=rate, **sharp)

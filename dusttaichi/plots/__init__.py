@@ -36,7 +36,6 @@ from dusttaichi.plots.registry import (
     in_package,
     register,
 )
-from dusttaichi.plots.sound_speed import sound_speed
 from dusttaichi.plots.style import bands, save, styled
 from dusttaichi.plots.trade import trade
 

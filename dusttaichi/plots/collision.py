@@ -1,9 +1,7 @@
 """Two colliding bodies: pictures before, meanwhile and after; velocities and momenta."""
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from dusttaichi.analysis import bodies as bodies_of
@@ -44,13 +42,13 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
     axes = axes_of(view)
     ends = [_ends(frame, axes) for frame in frames]
     size = np.array([high - low for low, high in ends])  # of each, right and up [m]
-    widest, abreast = float(size[:, 0].max()), _abreast(size)
+    widest = float(size[:, 0].max())
+    abreast = bool(len(size) * widest <= 4.0 * size[:, 1].max())  # not if they are wide
     scale = _scale(size, abreast)
     cameras = [_camera(low, high, widest, axes, scale) for low, high in ends]
     inches = np.array([(c.width, c.height) for c in cameras]) / DPI
     places, extent = _places(inches, abreast)
-    figure = Figure(figsize=extent, dpi=DPI)
-    FigureCanvasAgg(figure)
+    figure = style.canvas(*extent, dpi=DPI)
     factor, unit = style.scaled(frames[-1].time, style.TIMES)
     for frame, camera, place, own in zip(frames, cameras, places, inches, strict=True):
         left, bottom = place / extent
@@ -67,11 +65,6 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
     scale_bar(figure, widest, scale, MARGIN, FOOT)
     _name_bodies(figure)
     return figure
-
-
-def _abreast(size):
-    """True if pictures of these sizes, (pictures, 2), are in a row: not if they are wide."""
-    return bool(len(size) * size[:, 0].max() <= 4.0 * size[:, 1].max())
 
 
 def _scale(size, abreast):
@@ -121,11 +114,11 @@ def _camera(low, high, widest, axes, scale):
     return Camera(axes, np.array([left, bottom]), far, columns, rows)
 
 
-def _has_bodies(run):
-    return len(run.series.time) > 1 and "body_angular_momentum" in run.series
-
-
-@figure("Velocities and angular momenta", 20, applies=_has_bodies)
+@figure(
+    "Velocities and angular momenta",
+    20,
+    applies=lambda run: len(run.series.time) > 1 and "body_angular_momentum" in run.series,
+)
 def bodies(run):
     """Velocities and angular momenta of the two bodies of a run over time.
 

@@ -138,22 +138,15 @@ def phases(data):
 
 
 @style.styled
-def fragment_spectrum(data, most=6):
+def fragment_spectrum(data):
     """Number of fragments of at least a number of grains, except the two largest, by speed.
 
-    A line for each speed has the slope of n(N) ~ N^-tau.
-
-    Parameters
-    ----------
-    data : xarray.Dataset
-        From analysis.collisions.collisions_dataset.
-    most : int
-        Largest number of speeds.
+    A line for each of at most six speeds has the slope of n(N) ~ N^-tau.
     """
     figure, (axes,) = style.new_figure(height=3.4)
     speeds = data.speed.values
     drawn = 0
-    picked = np.unique(np.linspace(0, len(speeds) - 1, min(most, len(speeds))).round().astype(int))
+    picked = np.unique(np.linspace(0, len(speeds) - 1, min(6, len(speeds))).round().astype(int))
     for number in picked:
         choice = np.zeros(data.outcome.shape, bool)
         choice[:, :, number] = True

@@ -49,19 +49,18 @@ def _scatter(axes, pressure, law, label):
 
 
 @figure("Filling factor against pressure", 40, applies=lambda run: run.compresses, together=True)
-def compression(runs, labels=None, laws=(), raw=None):
+def compression(runs, labels=None, laws=()):
     """Filling factor against pressure on the top wall for one run or several.
 
     The laws behind are those of `analysis.compression_law`: the laboratory's, omnidirectional in a
     box, unidirectional between plates, S12's for the speed of a fast wall. Between plates the
-    filling factor of the inner cylinder (PD08) is drawn as well, dotted.
+    filling factor of the inner cylinder (PD08) is drawn as well, dotted. A single run shows the
+    records themselves too.
 
     Parameters
     ----------
     laws : sequence of CompressionLaw
         Further laws to draw, thin.
-    raw : bool, optional
-        Show the unsmoothed points too. Default: with a single run.
 
     Raises
     ------
@@ -79,7 +78,7 @@ def compression(runs, labels=None, laws=(), raw=None):
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
         curve = compression_curve(run)
         line_style = style.run_style(number)
-        if raw or (raw is None and len(runs) == 1):
+        if len(runs) == 1:
             style.records(axes, curve.raw_pressure / 1e3, curve.raw_filling_factor, number)
         axes.plot(curve.pressure / 1e3, curve.filling_factor, label=label, **line_style)
         if "inner_filling_factor" in run.series:

@@ -40,7 +40,10 @@ def cycles(run):
 
 def _path(axes, run):
     """Pressure and filling factor of all records of a Run."""
-    kinds = {part.stage_name: _kind(part) for part in run.parts}
+    kinds = {
+        part.stage_name: "pulling" if part.stretches else "unloading" if part.unloads else "loading"
+        for part in run.parts
+    }
     pulled, largest, named = "pulling" in kinds.values(), 0.0, set()
     for part in run.parts:
         records, kind = (part.start, part.series), kinds[part.stage_name]
@@ -67,13 +70,6 @@ def _path(axes, run):
         xlabel="pressure (kPa)" + (", negative in tension" if pulled else ""),
         ylabel=r"filling factor $\phi$",
     )
-
-
-def _kind(part):
-    """Kind of a stage: "pulling", "unloading" or "loading"."""
-    if part.stretches:
-        return "pulling"
-    return "unloading" if part.unloads else "loading"
 
 
 def _moduli(axes, known):

@@ -31,7 +31,9 @@ def dynamic_speeds(runs):
     figure, axes = style.new_figure(height=5.8, rows=2)
     found = [(run.grains or 0, dynamic(run)) for run in runs]
     sizes = sorted({grains for grains, _ in found})
-    speeds = np.geomspace(*_range([d.speed for _, d in found]), 61)
+    # within what S12 eqs 33 and 35 were fitted to
+    own = [d.speed for _, d in found]
+    speeds = np.geomspace(max(1.0, 0.8 * min(own)), min(25.0, 1.25 * max(own)), 61)
     colours = dict(zip(FITS, (style.GREEN, style.RED, style.PURPLE), strict=True))
     for grains, d in found:
         look = {"markersize": 4 + 2 * sizes.index(grains), "alpha": 0.75, "markeredgewidth": 0}
@@ -41,32 +43,17 @@ def dynamic_speeds(runs):
                 axes[0].plot(d.speed, fit.p_m / 1e3, marker, color=colours[which], **look)
                 axes[1].plot(d.speed, fit.delta, marker, color=colours[which], **look)
     share = np.nanmedian([d.momentum / d.speed**2 for _, d in found])
-    axes[0].plot(speeds, share * speeds**2 / 1e3, color=style.BLUE, linewidth=1.0)
-    dashed = {"color": style.BLACK, "linewidth": 1.0, "linestyle": style.DASHED}
-    axes[0].plot(speeds, p_m_fast(speeds) / 1e3, **dashed)
+    points = {"linestyle": "", "markeredgewidth": 0, "markersize": 5}
+    axes[0].plot([], [], "o", color=style.BLUE, label="plateau", **points)
+    for which, (name, marker) in FITS.items():
+        axes[0].plot([], [], marker, color=colours[which], label=f"$p_m$, {name}", **points)
+    momentum, dashed = style.look(style.BLUE), style.look(style.BLACK, 1.0, style.DASHED)
+    axes[0].plot(speeds, share * speeds**2 / 1e3, label="momentum", **momentum)
+    axes[0].plot(speeds, p_m_fast(speeds) / 1e3, label="S12 eqs 33, 35", **dashed)
     axes[1].plot(speeds, delta_dynamic(speeds), **dashed)
-    _legend(axes, colours, dashed)
+    style.legend(axes[0])
     for one in axes:
         style.logarithmic(one)
     axes[0].set_ylabel("pressure (kPa)")
     axes[1].set(ylabel=r"$\Delta$ (dex)", xlabel="speed of the wall (m/s)")
     return figure
-
-
-def _range(speeds):
-    """Ends of the lines [m/s], within what S12 eqs 33 and 35 were fitted to."""
-    return max(1.0, 0.8 * min(speeds)), min(25.0, 1.25 * max(speeds))
-
-
-def _legend(axes, colours, dashed):
-    points = {"linestyle": "", "markeredgewidth": 0, "markersize": 5}
-    (plateau,) = axes[0].plot([], [], "o", color=style.BLUE, **points)
-    fits = [
-        axes[0].plot([], [], marker, color=colours[which], **points)[0]
-        for which, (_, marker) in FITS.items()
-    ]
-    (momentum,) = axes[0].plot([], [], color=style.BLUE, linewidth=1.0)
-    (paper,) = axes[0].plot([], [], **dashed)
-    handles = [plateau, *fits, momentum, paper]
-    names = ["plateau", *(f"$p_m$, {name}" for name, _ in FITS.values())]
-    style.legend(axes[0], handles, [*names, "momentum", "S12 eqs 33, 35"])

@@ -27,7 +27,7 @@ def ensemble(data):
     figure, (axes,) = style.new_figure()
     _frame(axes, curves)
     chosen = _spread(curves.bands)
-    for band, look in zip(chosen, _looks(len(chosen)), strict=True):
+    for band, look in zip(chosen, style.looks(len(chosen)), strict=True):
         _draw(axes, curves, band, look, _label(band))
     points = int(np.prod([data.sizes[axis] for axis in axes_of(data)]))
     style.legend(axes, title=f"{MOST} of {points} points" if points > MOST else None)
@@ -186,13 +186,6 @@ def _spread(found):
     if len(found) <= MOST:
         return found
     return [found[i] for i in np.linspace(0, len(found) - 1, MOST).round().astype(int)]
-
-
-def _looks(count):
-    """Colour and dashes of each of `count` bands."""
-    if count <= len(style.RUN_COLOURS):
-        return [style.run_style(number) for number in range(count)]
-    return [{"color": colour} for colour in style.gradient(count)]
 
 
 def _label(band):

@@ -1,11 +1,9 @@
 """The map of `dust extremes`: result of every cell, and estimated against measured limit."""
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from dusttaichi.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, styled
+from dusttaichi.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, canvas, styled
 
 COLOURS = {"stable": GREEN, "refused": GREY, "stopped": ORANGE, "WRONG": BLACK}
 SHADES = (-16.0, -2.0)  # powers of ten of the residual, from pale to full
@@ -24,11 +22,8 @@ def extremes(data):
     parts = [data.where(data.group == name, drop=True) for name in groups]
     heights = [2.2 + len(_values(part, "row")) for part in parts] + [9.0]
     left, right = _columns(heights)
-    figure = Figure(
-        figsize=(11.5, 0.19 * max(sum(heights[n] for n in c) for c in (left, right)) + 0.9),
-        layout="constrained",
-    )
-    FigureCanvasAgg(figure)
+    tallest = max(sum(heights[n] for n in c) for c in (left, right))
+    figure = canvas(11.5, 0.19 * tallest + 0.9, layout="constrained")
     halves = figure.subfigures(1, 2, wspace=0.03)
     for half, members in zip(halves, (left, right), strict=True):
         axes = half.subplots(
@@ -72,7 +67,9 @@ def _cells(axes, part, title):
             exact = np.log10(max(float(residual), 1e-16))
             power = f"{exact:.0f}"
             alpha = 0.25 + 0.75 * np.clip((exact - SHADES[0]) / (SHADES[1] - SHADES[0]), 0.0, 1.0)
-        axes.add_patch(_square(x, y, COLOURS[verdict], alpha))
+        square = Rectangle((x - 0.46, y - 0.44), 0.92, 0.88, alpha=float(alpha), edgecolor="none")
+        square.set_facecolor(COLOURS[verdict])
+        axes.add_patch(square)
         axes.text(x, y, power, ha="center", va="center", fontsize=5.5, color=BLACK)
     axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5))
     axes.set_title(title, fontsize=9, loc="left", pad=3)
@@ -82,12 +79,6 @@ def _cells(axes, part, title):
     axes.tick_params(length=0, top=False, right=False)
     for side in axes.spines.values():
         side.set_visible(False)
-
-
-def _square(x, y, colour, alpha):
-    return Rectangle(
-        (x - 0.46, y - 0.44), 0.92, 0.88, facecolor=colour, alpha=float(alpha), edgecolor="none"
-    )
 
 
 def _is_number(text):

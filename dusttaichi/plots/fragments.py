@@ -46,11 +46,12 @@ def fragments(run):
     return mass_spectrum(spectra, ["before", "after"])
 
 
-def _in_the_open(run):
-    return has_structure(run) and "box" not in run.tree["snapshots"]
-
-
-@figure("Fractal dimension of the largest fragment", 132, applies=_in_the_open, optional=True)
+@figure(
+    "Fractal dimension of the largest fragment",
+    132,
+    applies=lambda run: has_structure(run) and "box" not in run.tree["snapshots"],
+    optional=True,
+)
 def fragment_dimension(run, snapshot=-1, fragment=0):
     """N(<R) of a fragment, with the line whose slope is its fractal dimension.
 

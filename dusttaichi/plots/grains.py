@@ -3,10 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 from dusttaichi.analysis.fragments import Fragments, fragments, fragments_of
 from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
@@ -158,8 +156,7 @@ def draw(frame, appearance, masses=None, note=None):
         places, radii = np.vstack([places, frame.sphere[:3]]), np.append(radii, frame.sphere[3])
         colours = np.vstack([colours, RIGID])
     image = picture(camera, places, radii, colours, lines=lines)
-    figure = Figure(figsize=(width, height), dpi=appearance.dpi)
-    FigureCanvasAgg(figure)
+    figure = style.canvas(width, height, dpi=appearance.dpi)
     part = (camera.width / appearance.dpi / width, camera.height / appearance.dpi / height)
     axes = figure.add_axes((MARGIN / width, FOOT / height, *part))
     axes.imshow(image, interpolation="none", aspect="auto")
@@ -282,8 +279,8 @@ def _filling(run, frame):
     return rf"   $\phi$ = {phi:.3f}" if np.isfinite(phi) else ""
 
 
-def _one(run, snapshot, color, view, **how):
-    return grains(run, snapshot, color or USUAL, view, **how)
-
-
-PICTURE = Picture("grains", _one, _film)
+PICTURE = Picture(
+    "grains",
+    lambda run, snapshot, color, view, **how: grains(run, snapshot, color or USUAL, view, **how),
+    _film,
+)

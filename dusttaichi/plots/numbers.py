@@ -9,6 +9,7 @@ from dusttaichi.plots import style
 
 WIDE = 10.0  # ratio of the largest to the smallest value from which an axis is logarithmic
 MOST_LINES = 12
+LOOK = {"marker": "o", "markersize": 3.5, "linewidth": 1.1, "capsize": 2, "elinewidth": 1.0}
 
 
 @style.styled
@@ -36,8 +37,8 @@ def numbers(data):
 def _panel(panel, one: Against):
     count = min(len(one.lines), MOST_LINES)
     chosen = np.linspace(0, len(one.lines) - 1, count).round().astype(int)
-    for number, n in enumerate(chosen):
-        label, look = one.lines[n], _look(number, count)
+    for own, n in zip(style.looks(count), chosen, strict=True):
+        label, look = one.lines[n], LOOK | own
         runs = np.broadcast_to(one.x[:, None], one.runs[n].shape)
         if one.runs.shape[-1] > 1:
             dots = {"markersize": 2.5, "markeredgewidth": 0, "alpha": 0.4}
@@ -49,13 +50,6 @@ def _panel(panel, one: Against):
         # with a gap where no run has the number
         panel.errorbar(one.x, one.mean[n], bars, label=label, **look)
     _axes(panel, one)
-
-
-def _look(number, count):
-    look = {"marker": "o", "markersize": 3.5, "linewidth": 1.1, "capsize": 2, "elinewidth": 1.0}
-    if count <= len(style.RUN_COLOURS):
-        return look | style.run_style(number)
-    return look | {"color": style.gradient(count)[number]}
 
 
 def _axes(panel, one):

@@ -153,20 +153,19 @@ def drawn(run):
     iterator of tuple
         (Figure, drawing or None, error or "").
     """
-    for row in figures(run.method):
-        drawing, why = _attempt(
-            lambda row=row: marked(row.of(run), run) if row.applies(run) else None
-        )
+    return _drawn(
+        figures(run.method), lambda row: marked(row.of(run), run) if row.applies(run) else None
+    )
+
+
+def _drawn(rows, draw):
+    for row in rows:
+        try:
+            drawing, why = draw(row), ""
+        except Exception as error:
+            drawing, why = None, reason(error)
         if drawing is not None or why:
             yield row, drawing, why
-
-
-def _attempt(draw):
-    """(drawing or None, error or "") of a function that draws."""
-    try:
-        return draw(), ""
-    except Exception as error:
-        return None, reason(error)
 
 
 def drawn_together(runs):
@@ -177,19 +176,14 @@ def drawn_together(runs):
         chosen = [] if row.together is None else row.together(runs, names)
         return row.of(chosen) if chosen else None
 
-    for row in sorted(rows.values(), key=lambda row: row.place):
-        drawing, why = _attempt(lambda row=row: draw(row))
-        if drawing is not None or why:
-            names.append(row.name)
-            yield row, drawing, why
+    for found in _drawn(sorted(rows.values(), key=lambda row: row.place), draw):
+        names.append(found[0].name)
+        yield found
 
 
 def drawn_statistics(data):
     """Figures of the Statistics of a dataset of `analysis.gather`, as in `drawn`."""
-    for row in statistics():
-        drawing, why = _attempt(lambda row=row: row.draw(data))
-        if drawing is not None or why:
-            yield row, drawing, why
+    return _drawn(statistics(), lambda row: row.draw(data))
 
 
 def in_package(name):

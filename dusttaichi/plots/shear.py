@@ -165,7 +165,7 @@ def _touching(axes, fit, scale):
 
 
 @figure("Filling factor under each load", 80, applies=lambda run: bool(controlled_loads(run)))
-def loads(run, others=(), labels=None, repeats=()):
+def loads(run, others=(), repeats=()):
     """Filling factor against pressure of a run with load steps.
 
     The thin line is its path; points are the settled state of each load.
@@ -175,8 +175,6 @@ def loads(run, others=(), labels=None, repeats=()):
     run : Run
     others : sequence of Run
         Runs of the same sample at constant speed, drawn as lines.
-    labels : list of str, optional
-        Labels of these. Default: their names.
     repeats : sequence of Run
         Runs of the same steps on other samples: points are means, bars standard deviations between
         samples.
@@ -195,8 +193,7 @@ def loads(run, others=(), labels=None, repeats=()):
     figure, (axes,) = style.new_figure()
     path = _path(run)
     axes.plot(*path, color=style.GREY, linewidth=0.7, label="under load, not settled")
-    names = labels or [other.name.replace("$", r"\$") for other in others]
-    for number, (other, label) in enumerate(zip(others, names, strict=True)):
+    for number, (other, label) in enumerate(zip(*style.named(others), strict=True)):
         axes.plot(*_path(other), label=label, **style.run_style(number))
     axes.errorbar(
         pressure.mean(axis=0),

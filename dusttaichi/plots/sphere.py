@@ -66,12 +66,8 @@ def sphere(runs, labels=None):
     together=with_spheres,
     optional=True,
 )
-def sphere_column(runs, labels=None, snapshot=-1):
-    """Filling factor below the sphere in a snapshot, dotted before the impact.
-
-    Parameters
-    ----------
-    snapshot : int
+def sphere_column(runs, labels=None):
+    """Filling factor below the sphere at the end, dotted before the impact.
 
     Raises
     ------
@@ -85,7 +81,7 @@ def sphere_column(runs, labels=None, snapshot=-1):
     per_length, metres = style.scaled(max(penetration(run).radius for run in runs), style.LENGTHS)
     before, lowest = {"linewidth": 0.8, "linestyle": style.DOTTED}, {"linewidth": 0.6}
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
-        line, now, first = style.run_style(number), column(run, snapshot), column(run, 0)
+        line, now, first = style.run_style(number), column(run), column(run, 0)
         axes.plot(now.filling_factor, now.depth * per_length, label=label, marker=".", **line)
         below = first.depth > 0.0
         axes.plot(

@@ -98,7 +98,7 @@ def picture(camera, position, radius, colour, *, lines=None, samples=SAMPLES):
         band = _band(first * samples, last * samples, camera.width * samples, spheres)
         if lines is not None:
             _draw_halo(*band, halo, first * samples)
-            _draw_lines(*band, core, first * samples, lines.colour)
+            band[0][_seen(band[1], core, first * samples)] = lines.colour
         rows = band[0].reshape(last - first, samples, camera.width, samples, 3)
         image[first:last] = rows.mean(axis=(1, 3))
     return np.clip(image, 0.0, 1.0)
@@ -254,11 +254,6 @@ def _seen(depth, points, top):
     row -= top
     seen = points[:, 2] > depth[row, column]
     return row[seen], column[seen]
-
-
-def _draw_lines(image, depth, points, top, colour):
-    """Colour the samples of a band that a line passes in front of."""
-    image[_seen(depth, points, top)] = colour
 
 
 def _draw_halo(image, depth, points, top):

@@ -81,11 +81,12 @@ def _correlation(found, axes):
     axes.set(xlabel="distance (mean diameters)", ylabel="g(r)")
 
 
-def _is_bounded(run):
-    return has_structure(run) and "box" in run.tree["snapshots"]
-
-
-@figure("Sizes of the pores", 131, applies=_is_bounded, optional=True)
+@figure(
+    "Sizes of the pores",
+    131,
+    applies=lambda run: has_structure(run) and "box" in run.tree["snapshots"],
+    optional=True,
+)
 def pores(run, snapshot=-1):
     """Share of the void in pores of at least a radius, for a snapshot of a run.
 

@@ -99,11 +99,16 @@ def styled(function):
     return drawn
 
 
-def _empty(height):
-    width = STYLES[_style.get()][0]
-    figure = Figure(figsize=(width, height * width / WIDTH), layout="constrained")
+def canvas(*inches, **how):
+    """A Figure of that width and height without a display; how: as for matplotlib's."""
+    figure = Figure(figsize=inches, **how)
     FigureCanvasAgg(figure)
     return figure
+
+
+def _empty(height):
+    width = STYLES[_style.get()][0]
+    return canvas(width, height * width / WIDTH, layout="constrained")
 
 
 def new_figure(height=3.7, rows=1, ratios=None, shared=True):
@@ -304,6 +309,13 @@ def look(color, linewidth=1.0, linestyle="-"):
 def law_style(number, linewidth=1.0):
     """Look of the line of a law, black, with the dashes of this number."""
     return look(BLACK, linewidth, RUN_DASHES[number % len(RUN_DASHES)])
+
+
+def looks(count):
+    """Colours and dashes of `count` curves; of more than there are colours a `gradient`."""
+    if count <= len(RUN_COLOURS):
+        return [run_style(number) for number in range(count)]
+    return [{"color": colour} for colour in gradient(count)]
 
 
 def run_style(number):

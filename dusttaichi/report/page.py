@@ -22,7 +22,7 @@ NOT_SHOWN = (
 )
 
 
-def report_data(runs, *, together=True):
+def report_data(runs):
     """Content of the report of Runs, a dict for JSON: title, lead, runs.
 
     Several runs have a table and figures that compare them.
@@ -33,7 +33,7 @@ def report_data(runs, *, together=True):
     else:
         data = blank(f"{len(runs)} runs", ", ".join(run.name for run in runs))
     data["runs"] = [_run(run) for run in runs]
-    if len(runs) > 1 and together:
+    if len(runs) > 1:
         data["figures"], failed = _shown(plots.drawn_together(runs))
         rest = [""] * (len(runs) - 1)
         data["table"] = _side_by_side(runs) + [[what, why, *rest] for what, why, _ in failed]

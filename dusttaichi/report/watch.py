@@ -78,7 +78,9 @@ class Handler(BaseHTTPRequestHandler):
         try:
             data = self.server.source.data()
         except DustError as error:  # not there yet, or just being written
-            return self._answer(503, "text/html; charset=utf-8", _waiting(error))
+            head = '<!DOCTYPE html><meta http-equiv="refresh" content="2"><title>waiting</title>'
+            text = f"{head}<p>{escape(str(error), quote=False)}"
+            return self._answer(503, "text/html; charset=utf-8", text)
         if url.path == "/":
             return self._answer(200, "text/html; charset=utf-8", html(data))
         if str(data["stamp"]) in parse_qs(url.query).get("after", []):
@@ -104,11 +106,6 @@ class Handler(BaseHTTPRequestHandler):
 
     def log_message(self, *_):
         """The terminal belongs to the run."""
-
-
-def _waiting(error):
-    text = escape(str(error), quote=False)
-    return f'<!DOCTYPE html><meta http-equiv="refresh" content="2"><title>waiting</title><p>{text}'
 
 
 class Server(ThreadingHTTPServer):

@@ -32,13 +32,7 @@ from dusttaichi.files import (
 )
 from dusttaichi.processes import python_command
 from dusttaichi.results.integrity import DIGEST, check, damaged, opened
-from dusttaichi.results.layout import (
-    copy_records,
-    define,
-    describe,
-    readable,
-    write_attributes,
-)
+from dusttaichi.results.layout import copy_records, define, describe, write_attributes
 
 IDENTITY = "id"  # global attribute of result.nc, by which its parts know it
 CONTINUES, STARTS = "continues", "starts"  # of a part: that identity; first records, as JSON
@@ -99,12 +93,6 @@ def pieces_of(path):
         found[-1] = found[-1]._replace(ends=before)
         found.append(Piece(part, starts, ends))
     return found
-
-
-def readable_pieces(path):
-    """The pieces of a result. Raises DustError where they cannot be read."""
-    with readable(path):
-        return pieces_of(path)
 
 
 def _parts(path):

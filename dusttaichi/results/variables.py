@@ -116,7 +116,8 @@ def select(variables, features, chosen=(), precision="f64") -> list[Variable]:
     selected = [v for v in variables if v.needs <= features and _wanted(v, chosen)]
     if precision == "f64":
         return tuple(selected)
-    return tuple(replace(v, dtype="f4") if v.dtype == "f8" and _of_each(v) else v for v in selected)
+    large = {v.key for v in selected if v.dtype == "f8" and v.grows and EACH & set(v.dims)}
+    return tuple(replace(v, dtype="f4") if v.key in large else v for v in selected)
 
 
 def _wanted(variable, chosen):
@@ -130,10 +131,6 @@ def optional(variable):
     """True for a variable that a result may lack, or has on request."""
     needed = variable.name in NEEDED or variable.counts or not variable.grows
     return variable.group in CHOSEN and not needed
-
-
-def _of_each(variable):
-    return variable.grows and bool(EACH & set(variable.dims))
 
 
 def reference_energy(work, kinetic_start, potential_start, losses):

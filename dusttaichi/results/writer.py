@@ -9,7 +9,7 @@ import numpy as np
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, parts_folder, write_whole
 from dusttaichi.results import pieces
-from dusttaichi.results.layout import describe, image, ragged_groups, read_records
+from dusttaichi.results.layout import describe, image, ragged_groups, read_records, readable
 from dusttaichi.results.variables import LABELS
 
 PIECE = 8_000_000  # bytes from which a file is complete, and a new part begins
@@ -117,7 +117,8 @@ class Writer(AbstractContextManager):
     @classmethod
     def _of_pieces(cls, path, lock, counts):
         """A Writer that continues the pieces of a result from `counts`."""
-        files = pieces.readable_pieces(path)  # damage is reported now, not at the end of the run
+        with readable(path):  # damage is reported now, not at the end of the run
+            files = pieces.pieces_of(path)
         short = [group for group, n in counts.items() if files[-1].ends.get(group, 0) < n]
         if short:
             raise DustError(

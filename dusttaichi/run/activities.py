@@ -30,9 +30,8 @@ class Activity(ABC):
     def act(self) -> None:
         """Act at the present step."""
 
-    def begin(self) -> None:
-        """Act at step 0, before any motion."""
-        self.act()
+    def begin(self) -> None:  # noqa: B027
+        """Act at step 0, before any motion, if at all."""
 
     def begin_stage(self) -> None:  # noqa: B027
         """Act at the first step of a further stage."""
@@ -98,9 +97,6 @@ class Averages(Activity):
         super().__init__(run)
         self.series, self.steps = series, run.scene.output.window
 
-    def begin(self):
-        """Nothing: there is no average at step 0."""
-
     def next(self, step):
         if self.steps == "interval":
             return NEVER
@@ -118,9 +114,6 @@ class EndCheck(Activity):
         super().__init__(run)
         self.series = series
 
-    def begin(self):
-        """Nothing: no condition is checked at step 0."""
-
     def next(self, step):
         return self.series.next(step)
 
@@ -137,6 +130,8 @@ class Profiles(Activity):
     def act(self):
         if "profiles" in self.run.writer.groups:
             self.run.record("profiles")
+
+    begin = act
 
 
 class Snapshots(Activity):

@@ -27,11 +27,6 @@ FREE_TO_CHANGE = (
 )
 
 
-def input_hashes(scene):
-    """Hashes of the files that a scene reads, in order; "" for a missing one."""
-    return [_hash(path) for path in input_files(scene)]
-
-
 def input_files(scene):
     """Paths of the files and run directories that a scene reads, in order."""
     return list(_files(scene.plain))
@@ -66,11 +61,6 @@ def _files(data):
     elif isinstance(data, list):
         for value in data:
             yield from _files(value)
-
-
-def _hash(path):
-    path = path / RESULT if path.is_dir() else path
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
 
 def check_extensions(saved, scene):
@@ -157,11 +147,14 @@ def code_hash(scene):
 
 
 class Origin(NamedTuple):
-    """Hashes of the code of a run and of its input files, when it was opened."""
+    """Hashes of the code of a run and of its input files, in order, when it was opened."""
 
     code: str
-    inputs: list[str]
+    inputs: list[str]  #: "" of a missing file.
 
     @classmethod
     def of(cls, scene):
-        return cls(code_hash(scene), input_hashes(scene))
+        paths = [path / RESULT if path.is_dir() else path for path in input_files(scene)]
+        contents = (path.read_bytes() if path.is_file() else None for path in paths)
+        hashes = ["" if c is None else hashlib.sha256(c).hexdigest() for c in contents]
+        return cls(code_hash(scene), hashes)

@@ -30,8 +30,8 @@ class Opening:
 
         sample: instead of that of the scene. Raises DustError, as for an existing result.
         """
-        if not force and not resume:
-            refuse_existing(self.directory)
+        if not force and not resume and (self.directory / RESULT).exists():
+            raise already_there(self.directory / RESULT)
         # a resumed run has its files
         run = self.resumed() if resume else None
         if run is None:
@@ -133,9 +133,3 @@ def _refuse_finished(path):
             f"{path} is finished, and its checkpoint is missing. Start again with --force, or "
             "choose another output directory."
         )
-
-
-def refuse_existing(directory):
-    """Raise DustError for an existing result."""
-    if (directory / RESULT).exists():
-        raise already_there(directory / RESULT)

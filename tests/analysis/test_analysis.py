@@ -26,11 +26,7 @@ def curve_of(law, noise, points=400, seed=0, first=0.152, last=0.55):
 
 
 def curve_through(phi, pressure):
-    series = xr.Dataset(
-        {"filling_factor": ("time", phi), "pressure": (("time", "wall"), pressure[:, None])},
-        {"wall": ["top"]},
-    )
-    return analysis.compression_curve(analysis.Run("run", series))
+    return analysis.compression_curve(synthetic.made(filling_factor=phi, pressure=pressure))
 
 
 @pytest.mark.parametrize("noise", [0.03, 0.1])

@@ -153,14 +153,8 @@ def test_unidirectional_law(plates):
 def test_onset():
     """Where the law has risen by a tenth; bins 0.002 wide, interpolated in lg P."""
     phi = np.linspace(0.16, 0.32, 4000)
-    series = xr.Dataset(
-        {
-            "filling_factor": ("time", phi),
-            "pressure": (("time", "wall"), laws.UNIDIRECTIONAL.pressure(phi)[:, None]),
-        },
-        {"wall": ["top"]},
-    )
-    curve = analysis.compression_curve(analysis.Run("run", series), bin_width=0.002)
+    run = synthetic.made(filling_factor=phi, pressure=laws.UNIDIRECTIONAL.pressure(phi))
+    curve = analysis.compression_curve(run, bin_width=0.002)
     expected = float(laws.UNIDIRECTIONAL.pressure(1.1 * 0.16))
     assert analysis.onset(curve) == pytest.approx(expected, rel=2e-3)
     assert analysis.onset(curve, rise=0.2) > analysis.onset(curve)

@@ -141,7 +141,8 @@ def test_cumulated_volume(fallen):
 
 
 def test_a_map_shows_dust_where_it_is(fallen):
-    found = of.filling_map(fallen, extent=(-1e-3, 1e-3, -2e-3, 1e-3), pixels=150)
+    last = of.read_particles(fallen)
+    found = of.section(last, last.filling_factor, (-1e-3, 1e-3, -2e-3, 1e-3), 150)
     rows = found.values.shape[0]
     assert np.isnan(found.values[-1]).all() and np.isfinite(found.values[rows // 10]).all()
     band = found.values[int(rows * (2e-3 - 1.2e-3) / 3e-3)]

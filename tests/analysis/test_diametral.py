@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import reference as ref
+import synthetic
 import xarray as xr
 from scenes import RADIUS, bundled, make_scene
 
@@ -148,53 +149,35 @@ def recorded(stress):
     force = np.zeros((len(stress) + 1, 6, 3))
     force[1:, 4, 2], force[1:, 5, 2] = np.array(stress) * area, -np.array(stress) * area
     height = 20e-6 * (1.0 - 1e-3 * np.arange(len(force)))
-    return xr.Dataset(
-        {
-            "step": ("time", np.arange(len(force))),
-            "height": ("time", height),
-            "wall_force": (("time", "wall", "xyz"), force),
-        },
-        coords={
-            "time": np.arange(len(force)) * 1e-6,
-            "wall": ["x_min", "x_max", "y_min", "y_max", "bottom", "top"],
-            "xyz": ["x", "y", "z"],
-        },
-    )
-
-
-class Recorded:
-    boundary = "plates"
-    path, material = "run", None
-    sample = {"shape": "lying cylinder", "diameter": 20e-6, "length": 10e-6}
-
-    def __init__(self, series):
-        self.series = series
-        snapshots = xr.Dataset({"radius": ("grain", np.full(100, RADIUS))})
-        self.tree = {"snapshots": xr.DataTree(snapshots)}
+    run = synthetic.made(scene="boundary: {kind: plates}", height=height, wall_force=force)
+    run.attrs["sample"] = "{shape: lying cylinder, diameter: 20.0e-6, length: 10.0e-6}"
+    snapshots = xr.Dataset({"radius": ("grain", np.full(100, RADIUS))})
+    run._tree = xr.DataTree.from_dict({"snapshots": snapshots})
+    return run
 
 
 def test_the_strength_is_the_first_maximum_that_the_force_stays_below(own):
     """A peak of 1 kPa, a lasting fall by 30 %, and a second rise when the remnant is pressed."""
     up, down = np.linspace(0, 1e3, 100), np.linspace(1e3, 7e2, 50)
     again = np.concatenate([np.full(60, 7e2), np.linspace(7e2, 5e3, 99)])
-    found = own.diametral(Recorded(recorded(np.concatenate([up, down, again]))))
+    found = own.diametral(recorded(np.concatenate([up, down, again])))
     # the mean over ten records about the peak, by hand: 5 of a slope of 10.1, 5 of one of 6.1 Pa
     assert found.passed and found.strength == pytest.approx(1e3, rel=0.04)
     assert found.strength_strain == pytest.approx(0.1, abs=5e-3)
     small = np.concatenate([up, np.linspace(1e3, (1 - own.FALL + 0.05) * 1e3, 50), again[60:]])
-    found = own.diametral(Recorded(recorded(small)))
+    found = own.diametral(recorded(small))
     assert not found.passed and found.strength == pytest.approx(5e3, rel=0.05)
     assert np.interp(0.05, found.strain, found.mean) == pytest.approx(500, rel=0.02)
     # a grain that slips between the plates: a fall by half that is over after 2 % of the diameter
     blip = np.concatenate([np.linspace(0, 500, 30), np.linspace(250, 500, 20), 0.5e3 + up])
-    assert not own.diametral(Recorded(recorded(blip))).passed
+    assert not own.diametral(recorded(blip)).passed
 
 
 def test_what_is_no_diametral_compression(own):
-    run = Recorded(recorded([1.0] * 5))
+    run = recorded([1.0] * 5)
     with pytest.raises(DustError, match="has 5 records of the force; allowed: 10 or more"):
         own.diametral(run)
-    run.sample = {"shape": "cylinder"}
+    run.attrs["sample"] = "{shape: cylinder}"
     assert not own.is_diametral(run)
     with pytest.raises(DustError, match="is no diametral compression, which needs a lying"):
         own.diametral(run)

@@ -26,15 +26,6 @@ def plough(speed=SPEED, points=400, bins=40, kind="box"):
     phi = PHI0 * HEIGHT / height
     pressure = np.where(phi < 0.53, MOMENTUM * (speed / SPEED) ** 2, 1e6)
     pressure = pressure * 10 ** (0.02 * np.random.default_rng(1).standard_normal(points))
-    series = xr.Dataset(
-        {
-            "filling_factor": ("time", phi),
-            "height": ("time", height),
-            "pressure": (("time", "wall"), pressure[:, None]),
-        },
-        {"time": time, "wall": ["top"]},
-        {"scene_resolved": yaml.safe_dump(scene(kind))},
-    )
     edges = np.linspace(0.0, HEIGHT, bins + 1)
     lower, upper = edges[:-1], edges[1:]
     shown = np.arange(0, points, 10)
@@ -55,7 +46,8 @@ def plough(speed=SPEED, points=400, bins=40, kind="box"):
         },
         {"profile_time": ("profile", time[shown]), "bin_height": ("bin", 0.5 * (lower + upper))},
     )
-    return analysis.Run("plough", series, profiles)
+    series = {"filling_factor": phi, "height": height, "pressure": pressure}
+    return synthetic.made(time, yaml.safe_dump(scene(kind)), profiles=profiles, **series)
 
 
 def scene(kind):
@@ -81,14 +73,8 @@ def test_fits_depend_on_range_and_weights():
     law = dynamic_law(SPEED)
     phi = np.linspace(0.16, 0.56, 400)
     closing = 10 ** np.clip((phi - 0.45) / 0.05, 0.0, None)  # a decade each 0.05
-    series = xr.Dataset(
-        {
-            "filling_factor": ("time", phi),
-            "pressure": (("time", "wall"), (law.pressure(phi) * closing)[:, None]),
-        },
-        {"wall": ["top"]},
-    )
-    curve = analysis.compression_curve(analysis.Run("run", series))
+    run = synthetic.made(filling_factor=phi, pressure=law.pressure(phi) * closing)
+    curve = analysis.compression_curve(run)
     early = analysis.fit_compression(curve, phi_high=0.4)
     assert early.p_m == pytest.approx(law.p_m, rel=1e-2)
     assert early.delta == pytest.approx(law.delta, rel=2e-2)

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-import xarray as xr
+import synthetic
 
 from dusttaichi.analysis.grain_tests import grain_test
-from dusttaichi.analysis.run import Run
 from dusttaichi.errors import DustError
 
 STAGES = {"press": (1.0, 0.5), "rest": (0.5, 0.5), "release": (0.5, 0.501), "pull": (0.501, 0.6)}
@@ -21,23 +20,13 @@ def run(sideways=0.0, **without):
     box = np.stack([1.0 + sideways * (1 - edge), np.ones(n), edge], axis=1)
     stress = np.zeros((n, 3, 3))
     stress[:, [0, 1, 2], [0, 1, 2]] = -np.arange(n)[:, None] * np.array([1.0, 2.0, 9.0])
-    series = xr.Dataset(
-        {
-            "step": ("time", np.arange(n)),
-            "stage": ("time", np.r_[0, np.repeat(np.arange(len(STAGES)), RECORDS)]),
-            "box_length": (("time", "xyz"), box),
-            "filling_factor": ("time", 0.15 / box.prod(axis=1)),
-            "stress": (("time", "xyz", "axis"), stress),
-        },
-        coords={"time": 1e-6 * np.arange(n)},
-        attrs={
-            "title": "made_up",
-            "grains": 100,
-            "stages": " ".join(STAGES),
-            "scene_resolved": "material: silicate_s12\nsample: {seed: 7}\n",
-        },
-    ).drop_vars(without)
-    return Run("made_up", series)
+    variables = {"box_length": box, "filling_factor": 0.15 / box.prod(axis=1), "stress": stress}
+    return synthetic.made(
+        scene="material: silicate_s12\nsample: {seed: 7}\n",
+        attrs={"grains": 100, "stages": " ".join(STAGES)},
+        stage=np.r_[0, np.repeat(np.arange(len(STAGES)), RECORDS)],
+        **{name: values for name, values in variables.items() if name not in without},
+    )
 
 
 def test_stages_are_told_apart():

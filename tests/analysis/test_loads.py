@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-import xarray as xr
+from synthetic import made
 
 from dusttaichi.analysis import (
     Friction,
-    Run,
     controlled_loads,
     friction,
     is_triaxial,
@@ -15,7 +14,6 @@ from dusttaichi.analysis import (
 )
 from dusttaichi.analysis.summary import summary, table
 from dusttaichi.errors import DustError
-from dusttaichi.names import WALLS
 from dusttaichi.plots import loads, shear, triaxial
 
 N = 40
@@ -23,13 +21,8 @@ SCENE = "boundary: {kind: box, pressure: 5 kPa}"
 
 
 def run(scene="", **variables):
-    (length,) = {len(v) for v in variables.values()}
-    time = np.linspace(0.0, 1e-5, length)
-    dims = {1: ("time",), 3: ("time", "xyz", "axis")}
-    data = {name: (dims[np.ndim(v)], v) for name, v in variables.items()}
-    data["step"] = ("time", np.arange(length))
-    series = xr.Dataset(data, {"time": time}, {"scene_resolved": scene, "title": "made"})
-    return Run("nowhere/result.nc", series)
+    length = len(next(iter(variables.values())))
+    return made(np.linspace(0.0, 1e-5, length), scene, **variables)
 
 
 HELD = "boundary: {kind: periodic, stress: [free, free, %s Pa]}"
@@ -112,19 +105,12 @@ def test_a_wall_that_comes_down_has_not_sheared():
     height, way = np.linspace(6e-6, 4e-6, N), np.full(N, 1e-6)
     force = np.zeros((N, 6, 3))
     force[:, 5] = 2e-9, 0.0, -1e-8  # of the wall on the grains
-    data = {
-        "shear_strain": ("time", way / height),
-        "height": ("time", height),
-        "wall_force": (("time", "wall", "xyz"), force),
-        "pressure": (("time", "wall"), np.full((N, 6), 5e3)),
-    }
-    coords = {"time": np.linspace(0.0, 1e-5, N), "wall": list(WALLS), "xyz": list("xyz")}
-    still = Run("nowhere/result.nc", xr.Dataset(data, coords, {"scene_resolved": "", "title": "a"}))
+    data = {"height": height, "wall_force": force, "pressure": np.full((N, 6), 5e3)}
+    still = run(shear_strain=way / height, **data)
     with pytest.raises(DustError, match="no stage shears"):
         shearings(still)
     way = np.linspace(0.0, 1e-6, N)
-    data["shear_strain"] = ("time", way / height)
-    moved = Run("nowhere/result.nc", xr.Dataset(data, coords, {"scene_resolved": "", "title": "a"}))
+    moved = run(shear_strain=way / height, **data)
     (found,) = shearings(moved)
     # the integral of dx / h with h = 6 - 2 x: ln(6/4) / 2
     assert found.strain[-1] == pytest.approx(0.5 * np.log(1.5), rel=1e-3)

@@ -25,14 +25,8 @@ def stretch(noise=0.0, points=400, seed=0, strength=1e3, last=0.03, edges=True, 
     stress[:, 1, 1] = synthetic.stretched_stress(halfway, phi_init, strength)
     stress[:, 1, 1] += noise * strength * rng.standard_normal(points)
     box = np.stack([np.ones(points), length, np.ones(points)], axis=1)
-    data = {
-        "step": ("time", np.arange(points)),
-        "filling_factor": ("time", phi),
-        "stress": (("time", "xyz", "axis"), stress),
-    }
-    data |= {"box_length": (("time", "xyz"), box)} if edges else {}
-    labels = {"time": 1e-6 * np.arange(points), "xyz": list("xyz"), "axis": list("xyz")}
-    return analysis.Run("run", xr.Dataset(data, labels))
+    data = {"box_length": box} if edges else {}
+    return synthetic.made(filling_factor=phi, stress=stress, **data)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.05, 0.3])
@@ -147,17 +141,14 @@ def pulled_from_pressure(noise=0.0, fall=0.06, strength=2e3, stop="{past_maximum
     rng = np.random.default_rng(1)
     tensor = np.zeros((points, 3, 3))
     tensor[:, 2, 2] = stress + noise * strength * rng.standard_normal(points)
-    data = {
-        "step": ("time", np.arange(points)),
-        "filling_factor": ("time", 0.4 * (1.0 - fall * way)),
-        "box_length": (("time", "xyz"), np.stack([*np.ones((2, points)), 1 / (1 - fall * way)], 1)),
-        "stress": (("time", "xyz", "axis"), tensor),
-        "stage": ("time", (np.arange(points) > 0).astype(int)),
-    }
-    labels = {"time": 1e-6 * np.arange(points), "xyz": list("xyz"), "axis": list("xyz")}
-    scene = f"stages: [{{name: press}}, {{name: pull, stop: {stop}}}]"
-    attrs = {"scene_resolved": scene, "stages": "press pull", "title": "made"}
-    return analysis.Run("made/result.nc", xr.Dataset(data, labels, attrs))
+    return synthetic.made(
+        scene=f"stages: [{{name: press}}, {{name: pull, stop: {stop}}}]",
+        attrs={"stages": "press pull"},
+        filling_factor=0.4 * (1.0 - fall * way),
+        box_length=np.stack([*np.ones((2, points)), 1 / (1 - fall * way)], 1),
+        stress=tensor,
+        stage=(np.arange(points) > 0).astype(int),
+    )
 
 
 @pytest.mark.parametrize(("noise", "fall"), [(0.0, 0.06), (0.2, 0.06), (0.2, 0.5), (0.0, 5e-4)])

@@ -7,7 +7,6 @@ from dusttaichi.analysis.continuum.filling import (
     Map,
     axis_profile,
     cumulated_volume,
-    filling_map,
     histogram,
     section,
 )
@@ -24,6 +23,6 @@ from dusttaichi.analysis.continuum.pieces import Bounce, Pieces, Rebound, bounce
 __all__ = [
     "AxisProfile", "Bounce", "CumulatedVolume", "Intrusion", "Map", "ParticleFrame", "Pieces",
     "Rebound", "Stop", "at_zero_spacing", "axis_profile", "bounce", "collide", "cumulated_volume",
-    "filling_map", "histogram", "intrusion", "laboratory", "momentum_per_area", "pieces",
+    "histogram", "intrusion", "laboratory", "momentum_per_area", "pieces",
     "has_dust", "read_particles", "section",
 ]  # fmt: skip

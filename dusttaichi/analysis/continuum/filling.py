@@ -7,8 +7,10 @@ import scipy
 
 from dusttaichi.analysis.continuum.intrusion import projectile_of
 from dusttaichi.analysis.continuum.particles import read_particles
+from dusttaichi.analysis.frame import surface
 
 NEAR = 0.3e-3  # depth [m] below the bead over which the prototype's median was taken
+POINTS, BIN = 400, 0.005  # of a cumulated volume; width of the bins of a histogram
 MARGIN = 0.8  # spacings around a particle that a map shows as filled
 
 
@@ -28,14 +30,15 @@ class AxisProfile:
     bead: float
 
 
-def axis_profile(run, snapshot=-1):
-    """Filling factor along the axis of a run with a rigid projectile, as in G09 Fig 12.
+def axis_profile(run):
+    """Filling factor at the end along the axis of a run with a rigid projectile, as G09 Fig 12.
 
     Dust within one spacing of the vertical through the middle of the projectile counts (in three
-    dimensions two). Raises DustError where the run has no projectile or no such snapshot.
+    dimensions two). Raises DustError where the run has no projectile.
     """
-    bead, frame = projectile_of(run), read_particles(run, snapshot)
-    centre, surface = _centre(frame), _surface(run)
+    bead, frame = projectile_of(run), read_particles(run)
+    top, rigid = surface(run), frame.is_bead
+    centre = np.average(frame.position[rigid], axis=0, weights=frame.mass[rigid])
     low = centre[2] - bead.get("height", bead["diameter"]) / 2.0
     aside = np.hypot(*(frame.position[:, :2] - centre[:2]).T)
     reach = frame.spacing * (1.0 if frame.dimension == 2 else 2.0)
@@ -50,27 +53,12 @@ def axis_profile(run, snapshot=-1):
     middle = (np.arange(count) + 0.5) * frame.spacing
     near = phi[depth < max(NEAR, 1.5 * frame.spacing)]
     return AxisProfile(
-        depth=surface - low + middle,
+        depth=top - low + middle,
         below_bead=middle,
         filling_factor=mean,
         nearest=float(np.median(near)) if len(near) else float("nan"),
-        bead=float(surface - low),
+        bead=float(top - low),
     )
-
-
-def _centre(frame):
-    """Middle of the rigid body of a frame [m], (3,)."""
-    rigid = frame.is_bead
-    return np.average(frame.position[rigid], axis=0, weights=frame.mass[rigid])
-
-
-def _surface(run):
-    """Height of the surface of the dust at the start [m]."""
-    info = run.sample
-    if "surface" in info:
-        return float(info["surface"])
-    first = read_particles(run, 0)
-    return float(first.position[first.is_dust, 2].max() + 0.5 * first.spacing)
 
 
 @dataclass(frozen=True)
@@ -89,24 +77,24 @@ class CumulatedVolume:
         return float(np.interp(phi, self.filling_factor, self.volume))
 
 
-def cumulated_volume(run, snapshot=-1, *, scatter=0.0, points=400):
-    """The CumulatedVolume of a Run with a rigid projectile.
+def cumulated_volume(run, scatter=0.0):
+    """The CumulatedVolume of a Run with a rigid projectile, at its end.
 
     scatter: standard deviation of a Gaussian with which filling factors are convolved: dust of the
     laboratory scatters before it is compacted (G09 Fig 10), that of a run may not.
     """
-    bead, frame = projectile_of(run), read_particles(run, snapshot)
+    bead, frame = projectile_of(run), read_particles(run)
     dust = frame.is_dust
     phi, volume = frame.filling_factor[dust], frame.volume[dust]
     unit = float(frame.volume[frame.is_bead].sum())
     if not unit:
         unit = bead["mass"] / bead["density"]
-    return CumulatedVolume(*denser_than(phi, volume / unit, scatter, points), unit)
+    return CumulatedVolume(*denser_than(phi, volume / unit, scatter), unit)
 
 
-def denser_than(phi, volume, scatter=0.0, points=400):
-    """Filling factors (points,) and the volume (points,) of particles that are denser."""
-    grid = np.linspace(phi.min() - 4 * scatter, phi.max() + 4 * scatter, points)
+def denser_than(phi, volume, scatter=0.0):
+    """Filling factors (POINTS,) and the volume (POINTS,) of particles that are denser."""
+    grid = np.linspace(phi.min() - 4 * scatter, phi.max() + 4 * scatter, POINTS)
     if scatter > 0.0:
         share = 0.5 * scipy.special.erfc((grid[:, None] - phi[None, :]) / (2**0.5 * scatter))
         return grid, share @ volume
@@ -115,12 +103,12 @@ def denser_than(phi, volume, scatter=0.0, points=400):
     return grid, above[np.searchsorted(phi[order], grid, "right")]
 
 
-def histogram(run, snapshot=-1, *, width=0.005):
+def histogram(run, snapshot=-1):
     """Share of the dust's volume by filling factor: edges (n + 1,), share (n,)."""
     frame = read_particles(run, snapshot)
     phi, volume = frame.filling_factor[frame.is_dust], frame.volume[frame.is_dust]
-    low, high = np.floor(phi.min() / width), np.ceil(phi.max() / width + 1e-9)
-    edges = width * np.arange(low, max(high, low + 1) + 1)
+    low, high = np.floor(phi.min() / BIN), np.ceil(phi.max() / BIN + 1e-9)
+    edges = BIN * np.arange(low, max(high, low + 1) + 1)
     share, _ = np.histogram(phi, edges, weights=volume / volume.sum())
     return edges, share
 
@@ -169,14 +157,8 @@ def section(frame, values, extent=None, pixels=400):
     return Map(shown.reshape(rows, columns), (left, right, bottom, top))
 
 
-def filling_map(run, snapshot=-1, extent=None, pixels=400):
-    """The Map of the filling factor of a snapshot; not a number outside of the dust."""
-    frame = read_particles(run, snapshot)
-    return section(frame, frame.filling_factor, extent, pixels)
-
-
-def compacted(frame, start, share=0.05):
-    """Share of the dust's mass whose filling factor is above that of a start by `share` of it."""
+def compacted(frame, start):
+    """Share of the dust's mass whose filling factor is above that of a start by 5 % of it."""
     dust = frame.is_dust
-    denser = frame.filling_factor[dust] > (1.0 + share) * start.filling_factor[dust]
+    denser = frame.filling_factor[dust] > 1.05 * start.filling_factor[dust]
     return float(frame.mass[dust][denser].sum() / frame.mass[dust].sum())

@@ -62,6 +62,11 @@ class ParticleFrame:
         return self.mass / self.density
 
     @property
+    def top(self):
+        """Height of the surface of the dust [m]."""
+        return float(self.position[self.is_dust, 2].max() + 0.5 * self.spacing)
+
+    @property
     def floor(self):
         """Height that the dust lies on [m]."""
         return float(self.position[self.is_dust][:, 2].min() - 0.5 * self.spacing)

@@ -115,13 +115,6 @@ def _deviation_rows(what, name):
     return rows
 
 
-def _onset_rows(what, beside):
-    def rows(value, n):
-        return [(what, f"{value:.3g} Pa", beside(n))] if value and np.isfinite(value) else []
-
-    return rows
-
-
 def _column(name, value):
     """Only the contacts at two filling factors fit into a terminal."""
     shown = name == "contacts_per_grain" and value in (0.3, 0.45)
@@ -170,11 +163,10 @@ FIT = Family(
         quiet("inner_mean", "mean distance of the inner part from the law", sweeps=ENSEMBLES),
         Observable(name="fit_problem", title="fit", unit="", column=None, place=AFTER - 0.5,
                    about="why there is no fit"),
-        Observable(name="onset", title=ONSET, unit="Pa", place=AFTER,
-                   rows=_onset_rows(ONSET, lambda n: PD08 if n["onset_peaks"] is None else "")),
+        Observable(name="onset", title=ONSET, unit="Pa", text="{:.3g} Pa", place=AFTER,
+                   literature=lambda n: PD08 if n["onset_peaks"] is None else ""),
         Observable(name="onset_peaks", title=f"{ONSET}, largest of {PEAKS} records", unit="Pa",
-                   rows=_onset_rows(f"{ONSET}, largest of {PEAKS} records", lambda n: PD08),
-                   place=AFTER),
+                   text="{:.3g} Pa", literature=PD08, place=AFTER),
     ),
 )  # fmt: skip
 CURVE = Family(
@@ -196,17 +188,10 @@ CURVE = Family(
 
 
 def _measure_fast(run):
-    d = dynamic(run, FITS.values())
-    numbers = {
-        "plateau": d.plateau,
-        "plateau_sigma": d.plateau_sigma,
-        "plateau_momentum": d.momentum,
-        "front_speed": d.front,
-        "front_speed_sigma": d.front_sigma,
-        "layer": d.layer,
-    }
+    numbers = dict(vars(dynamic(run, FITS.values())))
+    fits = numbers.pop("fits")
     for key, which in FITS.items():
-        if (fit := d.fits[which]) is not None:
+        if (fit := fits[which]) is not None:
             numbers |= {f"p_m_{key}": fit.p_m, f"delta_{key}": fit.delta}
     return {name: value for name, value in numbers.items() if np.isfinite(value)}
 
@@ -243,10 +228,11 @@ FAST = Family(
         Observable(name="plateau", title=f"plateau of the pressure, phi {LOW:g}-{HIGH:g}",
                    unit="Pa", error="plateau_sigma", literature=_momentum, figure="dynamic_speeds"),
         uncertainty("plateau_sigma", "Pa", sweeps=FILE),
-        quiet("plateau_momentum", "plateau by the balance of momentum", "Pa", sweeps=ENSEMBLES),
+        quiet("plateau_momentum", "plateau by the balance of momentum", "Pa", sweeps=ENSEMBLES,
+              value="momentum"),
         Observable(name="front_speed", title="compaction front", unit="m/s", text=_front,
-                   error="front_speed_sigma", figure="dynamic_speeds"),
-        uncertainty("front_speed_sigma", "m/s", sweeps=FILE),
+                   value="front", error="front_speed_sigma", figure="dynamic_speeds"),
+        uncertainty("front_speed_sigma", "m/s", value="front_sigma", sweeps=FILE),
         quiet("layer", "filling factor behind the front"),
     ),
 )  # fmt: skip

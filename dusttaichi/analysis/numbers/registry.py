@@ -75,6 +75,8 @@ class Observable:
             return []
         if self.rows is not None:
             return self.rows(value, numbers)
+        if not is_known(value):
+            return []
         beside = self.literature(numbers) if callable(self.literature) else self.literature
         return [(self.title, self._text(value, numbers), beside)]
 

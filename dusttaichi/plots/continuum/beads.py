@@ -1,8 +1,6 @@
 """Beads in dust: map, profile, motion and volume of one, depths and times of several (G09)."""
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from dusttaichi.analysis.continuum import (
     at_zero_spacing,
@@ -116,7 +114,7 @@ def compacted_volume(runs, labels=None, scatter=0.0):
     )
     ends = []
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
-        found = cumulated_volume(run, scatter=scatter)
+        found = cumulated_volume(run, scatter)
         axes.plot(found.filling_factor, found.volume, label=label, **style.run_style(number))
         ends.append(found.filling_factor[-1])
     axes.set(
@@ -130,27 +128,21 @@ def compacted_volume(runs, labels=None, scatter=0.0):
 
 
 @figure("The bead: map, profile, motion", 173, applies=intrudes)
-def impact(run, color=EVERYDAY):
+def impact(run):
     """A bead in dust in one figure: map, profile along the axis, normalised motion.
-
-    Parameters
-    ----------
-    run : Run
-    color : str
-        As in `dust`.
 
     Raises
     ------
     DustError
         The run has no rigid projectile.
     """
-    figure = Figure(figsize=(10.0, 3.2), layout="constrained")
+    figure = style.canvas(10.0, 3.2, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.08)
-    FigureCanvasAgg(figure)
     wide, *beside = figure.subplots(1, 3, width_ratios=[1.7, 1.0, 1.0])
     frame = read_particles(run, -1)
-    image = paint(wide, run, frame, color, limits_of([frame], color), extent=extent_of([frame]))
-    figure.colorbar(image, ax=wide, label=COLOURS[color][0], extend="max", shrink=0.85)
+    limits = limits_of([frame], EVERYDAY)
+    image = paint(wide, run, frame, EVERYDAY, limits, extent=extent_of([frame]))
+    figure.colorbar(image, ax=wide, label=COLOURS[EVERYDAY][0], extend="max", shrink=0.85)
     draw_profile(beside[0], [run], ["_"])
     draw_way(beside[1], [run], [None])
     return figure

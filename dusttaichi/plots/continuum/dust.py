@@ -2,8 +2,6 @@
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
 from dusttaichi.analysis.continuum import has_dust, histogram, read_particles, section
@@ -95,8 +93,7 @@ def draw(run, frame, color, limits, extent, *, note=None, dpi=200):
     """One ParticleFrame as a Figure. extent: left, right, bottom, top [m]. note: text above."""
     left, right, bottom, top = extent
     height = min((WIDTH - 1.4) * (top - bottom) / (right - left) + 0.7, TALLEST)
-    figure = Figure(figsize=(WIDTH, max(height, 2.4)), dpi=dpi, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = style.canvas(WIDTH, max(height, 2.4), dpi=dpi, layout="constrained")
     axes = figure.subplots()
     image = paint(axes, run, frame, color, limits, extent=extent)
     label = COLOURS[color][0]
@@ -159,18 +156,16 @@ def _film(run, color, view, *, cell, dpi):
         yield draw(run, frame, color, limits, extent, note=note, dpi=dpi)
 
 
-def _one(run, snapshot, color, view, **how):
-    return dust(run, snapshot, color, **how)
+PICTURE = Picture(
+    "dust", lambda run, snapshot, color, view, **how: dust(run, snapshot, color, **how), _film
+)
 
 
-PICTURE = Picture("dust", _one, _film)
-
-
-def _with_dust(run):
-    return run.snapshots is not None and has_dust(run)
-
-
-@figure("Share of the dust by filling factor", 172, applies=_with_dust)
+@figure(
+    "Share of the dust by filling factor",
+    172,
+    applies=lambda run: run.snapshots is not None and has_dust(run),
+)
 def filling_factors(run):
     """Share of the dust by filling factor, at the start and at the end of a Run."""
     figure, (axes,) = style.new_figure()
