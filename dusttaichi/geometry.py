@@ -235,14 +235,19 @@ def radius_of_gyration(positions):
 
 
 def connected(pairs, count):
-    """(number of fragments, fragment of each of `count` points (count,), their graph).
+    """(number of fragments, fragment of each of `count` points (count,)).
 
     pairs: (C, 2) connected points. Fragments are numbered in the order of their first points.
     """
-    i, j = np.asarray(pairs).reshape(-1, 2).T
-    graph = scipy.sparse.coo_array((np.ones(len(i), np.int8), (i, j)), shape=(count, count)).tocsr()
-    number, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
-    return number, label, graph
+    i, j = np.asarray(pairs, int).reshape(-1, 2).T
+    first = np.arange(count)  # a point of the same fragment, in the end the first one
+    while (first[i] != first[j]).any():
+        a, b = first[i], first[j]
+        np.minimum.at(first, np.maximum(a, b), np.minimum(a, b))
+        while (first != first[first]).any():
+            first = first[first]
+    starts, label = np.unique(first, return_inverse=True)
+    return len(starts), label
 
 
 def in_one(label, masses, bodies):
@@ -269,12 +274,15 @@ def largest_first(label, masses):
     return np.argsort(heaviest_first(label, masses))[label]
 
 
-def held_together(positions, graph, starts, nearest):
-    """Positions (N, 3) for which fragments of a graph are not cut by the faces of a periodic cell.
+def held_together(positions, pairs, starts, nearest):
+    """Positions (N, 3) for which fragments are not cut by the faces of a periodic cell.
 
-    starts: a point of each fragment, which does not move. nearest: maps differences (3,) to those
-    to the nearest image.
+    pairs: (C, 2) connected points. starts: a point of each fragment, which does not move. nearest:
+    maps differences (3,) to those to the nearest image.
     """
+    i, j = np.asarray(pairs).reshape(-1, 2).T
+    shape = (len(positions),) * 2
+    graph = scipy.sparse.coo_array((np.ones(len(i), np.int8), (i, j)), shape=shape).tocsr()
     out = positions.copy()
     for start in starts:
         order, parent = scipy.sparse.csgraph.breadth_first_order(graph, start, directed=False)

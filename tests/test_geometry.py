@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from dusttaichi import geometry
 
@@ -241,3 +243,15 @@ def test_radius_of_gyration():
     assert geometry.radius_of_gyration([[0, 0, 0], [2, 0, 0]]) == pytest.approx(1)
     rod = np.stack([np.arange(11.0), np.zeros(11), np.zeros(11)], axis=1)
     assert geometry.radius_of_gyration(rod) == pytest.approx(np.sqrt((11**2 - 1) / 12))
+
+
+def test_fragments_are_those_of_a_graph():
+    rng = np.random.default_rng(3)
+    for count, bonds in ((1, 0), (50, 0), (50, 20), (300, 200), (300, 600)):
+        i, j = rng.integers(count, size=(2, bonds))
+        graph = coo_array((np.ones(bonds), (i, j)), shape=(count, count))
+        number, label = geometry.connected(np.column_stack([i, j]), count)
+        assert number == connected_components(graph, directed=False)[0]
+        np.testing.assert_array_equal(label, connected_components(graph, directed=False)[1])
+    chain = np.column_stack([np.arange(999), np.arange(1, 1000)])[rng.permutation(999)]
+    assert geometry.connected(chain, 1000)[0] == 1

@@ -71,12 +71,12 @@ def fragments(run, snapshot=-1) -> Fragments:
 def fragments_of(frame, masses):
     """The Fragments of a Frame whose grains have these masses [kg], (N,)."""
     count = len(masses)
-    number, label, graph = connected(frame.pairs, count)
+    number, label = connected(frame.pairs, count)
     label = largest_first(label, masses)
     position = frame.position
     if frame.periodic.any():  # at the images that connect fragments across periodic faces
         starts = np.unique(label, return_index=True)[1]
-        position = held_together(position, graph, starts, frame.nearest)
+        position = held_together(position, frame.pairs, starts, frame.nearest)
     mass = np.bincount(label, masses, minlength=number)
 
     def mean(values):
@@ -127,8 +127,9 @@ def fragment_dimension(run, snapshot=-1, fragment=0) -> FragmentDimension:
     parts = fragments_of(frame, grain_masses(run))
     if not 0 <= fragment < len(parts):
         raise DustError(f"There is no fragment {fragment}; allowed: 0 to {len(parts) - 1}.")
-    members, graph = parts.label == fragment, connected(frame.pairs, len(parts.label))[2]
-    x = held_together(frame.position, graph, np.flatnonzero(members)[:1], frame.nearest)[members]
+    members = parts.label == fragment
+    start = np.flatnonzero(members)[:1]
+    x = held_together(frame.position, frame.pairs, start, frame.nearest)[members]
     mean = float(frame.radius[members].mean())
     # grains are spheres, not points
     gyration = np.sqrt(parts.radius_of_gyration[fragment] ** 2 + 0.6 * mean**2)

@@ -2,7 +2,10 @@
 
 import bisect
 import math
+import sys
+from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
@@ -16,6 +19,26 @@ from dusttaichi.results.variables import record_dimension
 
 ATTEMPTS = 3  # while a run joins its parts
 SMALL = 64  # largest number of entries of a record for which a variable is read at once
+
+
+def _ask_for_loaded_arrays_alone():
+    """Let xarray look for arrays of dask and pint only where these are imported.
+
+    It would import both, where they are installed, to ask whether an array is one of theirs: half a
+    second of each command that opens a result.
+    """
+    from xarray.namedarray import pycompat, utils
+
+    module, is_of_dask = pycompat._get_cached_duck_array_module, utils.is_dask_collection
+    nothing = SimpleNamespace(type=(), available=False)
+    pycompat._get_cached_duck_array_module = lambda name: (
+        nothing if name in ("dask", "pint") and name not in sys.modules else module(name)
+    )
+    utils.is_dask_collection = lambda array: "dask" in sys.modules and is_of_dask(array)
+
+
+with suppress(ImportError, AttributeError):  # another version of xarray, which then imports them
+    _ask_for_loaded_arrays_alone()
 
 
 def open_tree(path):

@@ -77,4 +77,4 @@ def fragments(positions: np.ndarray, grains, period=None) -> tuple[int, np.ndarr
 
     grains: mixture.Grains; period: edges (3,) [m] of a periodic cell.
     """
-    return connected(grains.touching(positions, period), len(positions))[:2]
+    return connected(grains.touching(positions, period), len(positions))

@@ -190,7 +190,7 @@ def _largest_fragment(sample: Sample, radii, materials: Materials) -> Sample:
     if sample.contacts is not None:
         own = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
         pairs = np.concatenate([pairs, own])
-    _, label, _ = connected(pairs, len(sample))
+    _, label = connected(pairs, len(sample))
     masses = np.broadcast_to(materials.masses(sample), len(sample))
     return taken.selection(sample, np.flatnonzero(label == heaviest_first(label, masses)[0]))
 

@@ -17,17 +17,18 @@ grains are connected to the floor, across the side faces. With a `base` the firs
 too: filling factors are 0.24 up to 6 r above the floor, 0.175 up to 15 r, 0.165 up to 30 r.
 """
 
+import functools
 import math
 from typing import Annotated, Literal
 
 import numpy as np
-import scipy
 from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, mixed, sized
+from dusttaichi.samples.near import near
 from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, check_grains, extent
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
@@ -107,7 +108,7 @@ class Deposit:
         self._cell_edges = edges
         self._landing = np.full(cells, crowd.smallest, dtype=np.float64)
         centres = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in cells), indexing="ij"), -1)
-        self._cells = scipy.spatial.cKDTree((centres * edges).reshape(-1, 2), boxsize=self.period)
+        self._centres = (centres * edges).reshape(-1, 2)
 
     @property
     def widest(self) -> float:
@@ -133,26 +134,21 @@ class Deposit:
         self.grains = self.grains.joined([grains])
         self.positions = np.concatenate([self.positions, np.column_stack([xy, grains.radii])])
         z = self.positions[start:, 2]
-        tree = scipy.spatial.cKDTree(xy, boxsize=self.period)
         reach = self.widest * (1 + ROUNDING)
         if len(self._reachable):
-            earlier = self.positions[self._reachable]
-            near = tree.sparse_distance_matrix(
-                scipy.spatial.cKDTree(earlier[:, :2], boxsize=self.period),
-                reach,
-                output_type="ndarray",
-            )
-            i, j, rise = self._support(near["i"] + start, self._reachable[near["j"]])
+            earlier = self.positions[self._reachable, :2]
+            i, j, _ = near(xy, earlier, reach, self.period)
+            i, j, rise = self._support(i + start, self._reachable[j])
             np.maximum.at(z, i - start, self.positions[j, 2] + rise)
-        pairs = tree.query_pairs(reach, output_type="ndarray") + start
-        i, j, rise = self._support(pairs[:, 1], pairs[:, 0])
+        i, j, _ = near(xy, xy, reach, self.period)
+        i, j, rise = self._support(i[j < i] + start, j[j < i] + start)
         while True:
             raised = z.copy()
             np.maximum.at(raised, i - start, z[j - start] + rise)
             if np.array_equal(raised, z):
                 break
             z[:] = raised
-        self._raise_landing(tree, z, grains)
+        self._raise_landing(xy, z, grains)
         self._reachable = np.append(self._reachable, np.arange(start, len(self.positions)))
         self._forget_covered()
 
@@ -165,19 +161,23 @@ class Deposit:
         able = left > 0
         return upper[able], lower[able], np.sqrt(left[able])
 
-    def _raise_landing(self, tree: "scipy.spatial.cKDTree", z: np.ndarray, grains: Grains) -> None:
+    def _raise_landing(self, xy: np.ndarray, z: np.ndarray, grains: Grains) -> None:
         least = self.crowd.least(grains)
-        within = least.max(initial=0.0) - self._half_diagonal
-        near = tree.sparse_distance_matrix(self._cells, max(within, 0.0), output_type="ndarray")
-        near = near[near["v"] <= (least - self._half_diagonal)[near["i"]]]
-        farthest = near["v"] + self._half_diagonal
-        rise = np.sqrt(np.maximum(least[near["i"]] ** 2 - farthest**2, 0.0))
-        np.maximum.at(self._landing.reshape(-1), near["j"], z[near["i"]] + rise)
+        within = least - self._half_diagonal
+        if within.max(initial=0.0) <= 0.0:
+            return
+        i, j, apart = near(xy, self._centres, within.max(), self.period)
+        i, j, apart = (part[apart <= within[i]] for part in (i, j, apart))
+        rise = np.sqrt(np.maximum(least[i] ** 2 - (apart + self._half_diagonal) ** 2, 0.0))
+        np.maximum.at(self._landing.reshape(-1), j, z[i] + rise)
 
     def _forget_covered(self) -> None:
         """Remove grains out of reach: all around them drops rest higher than on their tops."""
-        window = 2 * np.ceil(self.widest / self._cell_edges).astype(int) + 1
-        lowest = scipy.ndimage.minimum_filter(self._landing, size=tuple(window), mode="wrap")
+        beside = np.ceil(self.widest / self._cell_edges).astype(int)
+        lowest = self._landing
+        for axis, most in enumerate(beside):
+            shifts = (np.roll(lowest, shift, axis) for shift in range(-most, most + 1))
+            lowest = functools.reduce(np.minimum, shifts)
         x, y, z = self.positions[self._reachable].T
         cell_x = np.minimum((x / self._cell_edges[0]).astype(int), lowest.shape[0] - 1)
         cell_y = np.minimum((y / self._cell_edges[1]).astype(int), lowest.shape[1] - 1)

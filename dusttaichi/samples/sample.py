@@ -9,6 +9,7 @@ import scipy
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import grains_within, pairs_within, power
 from dusttaichi.names import AXES, LYING
+from dusttaichi.samples.near import near
 
 ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
 BYTES = 1000  # least memory of a grain in sample and simulation
@@ -236,8 +237,8 @@ def touching_pairs(positions: np.ndarray, distance: float, period=None) -> np.nd
         positions = np.mod(positions, period)
         # a coordinate that is rounded to the far face belongs on the near one
         positions = np.where(positions >= period, 0.0, positions)
-    tree = scipy.spatial.cKDTree(positions, boxsize=period)
-    return tree.query_pairs(distance, output_type="ndarray")
+    i, j, _ = near(positions, positions, distance, period)
+    return np.column_stack([i, j])[i < j]
 
 
 def smallest_gap(positions: np.ndarray, radius) -> float:
@@ -250,8 +251,8 @@ def smallest_gap(positions: np.ndarray, radius) -> float:
     radius : float or array
         Radii of the grains [m].
     """
-    near = min(5, len(positions))
-    distance, other = scipy.spatial.cKDTree(positions).query(positions, k=near)
+    most = min(5, len(positions))
+    distance, other = scipy.spatial.cKDTree(positions).query(positions, k=most)
     radii = np.broadcast_to(radius, len(positions))
     gaps = distance - radii[:, None] - radii[other]
     return float(gaps[:, 1:].min())

@@ -23,7 +23,8 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
     distance vectors [m] to those to the nearest image, so that the fragment is not cut by the faces
     of its cell. Raises DustError where the file has no contacts, or no such fragment.
     """
-    number, label, graph = connected(_contact_pairs(sample, where), len(sample))
+    pairs = _contact_pairs(sample, where)
+    number, label = connected(pairs, len(sample))
     order = heaviest_first(label, masses)
     wanted = 0 if which == LARGEST else which
     if wanted >= number:
@@ -32,7 +33,7 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
             f"{number - 1}, or {LARGEST}."
         )
     own = np.flatnonzero(label == order[wanted])
-    positions = held_together(sample.positions, graph, own[:1], nearest)
+    positions = held_together(sample.positions, pairs, own[:1], nearest)
     if wall_contacts is not None:
         rows = np.isin(wall_contacts["grain"], own)
         wall_contacts = _renumbered(wall_contacts, rows, own, ("grain",))

@@ -70,7 +70,7 @@ def pieces_of(frame, planes=()):
     i, j = pairs.T
     near = np.linalg.norm(x[i] - x[j], axis=1) < APART * 0.5 * (size[i] + size[j])
     weight = frame.mass[moves]
-    count, found, _ = connected(pairs[near], len(x))
+    count, found = connected(pairs[near], len(x))
     label = largest_first(found, weight)
     mass = np.bincount(label, weight, minlength=count)
 
