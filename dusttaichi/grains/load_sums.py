@@ -21,8 +21,7 @@ class LoadSums:
         out = np.zeros((6, 3))
         if self.sim.box is not None:
             rows, first = self.state.wall_blocks, int(self.state["counts"][FIRST_WALL])
-            force = self.layout.load
-            load = self.fields["contact"].part(first, first + rows, slice(force, force + 3))
+            load = self.fields["load"].part(first, first + rows, slice(0, 3))
             of = self.fields["wall_of"].to_numpy(rows)
             np.add.at(out, of, load.sum(axis=2, dtype=float))
         return out
@@ -42,8 +41,7 @@ class LoadSums:
         Its product with the speeds of the edges is the power of the faces.
         """
         out, blocks = np.zeros((3, 3)), -(-self.state.pair_count // self.layout.width)
-        first = self.layout.load
-        force = self.fields["contact"].to_numpy(blocks, slice(first, first + 3)).astype(float)
+        force = self.fields["load"].to_numpy(blocks, slice(0, 3)).astype(float)
         shift = self.fields["shift"].to_numpy(blocks).astype(float)
         out[:, list(self.layout.periodic)] = np.einsum("bfk,bak->fa", force, shift)
         return out

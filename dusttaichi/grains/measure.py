@@ -49,12 +49,12 @@ class Readout:
     def contact_loads(self):
         """Force [nN] and torque [nN um] of the contacts alone on every grain, (2, N, 3)."""
         owner, contact, second = self.state.listed_contacts()
-        (block, lane), load = np.divmod(contact, self.layout.width), self.layout.load
+        (block, lane), load = np.divmod(contact, self.layout.width), self.fields["load"]
         out = np.empty((2, self.grains, 3))
         # one column after another, which takes little memory
         for n in range(3):
-            force = self.fields["contact"].take(block, load + n, lane) * (1 - 2 * second)
-            torque = self.fields["contact"].take(block, load + 3 + 3 * second + n, lane)
+            force = load.take(block, n, lane) * (1 - 2 * second)
+            torque = load.take(block, 3 + 3 * second + n, lane)
             for part, own in enumerate((force, torque)):
                 out[part, :, n] = np.bincount(owner, weights=own, minlength=self.grains)
         return out

@@ -198,18 +198,21 @@ class GrainState:
 
         Blocks are all, or the first ones.
         """
-        return _by_contact(self.fields["contact"].to_numpy(blocks, self._slice(part)))
+        name, rows = self._place_of(part)
+        return _by_contact(self.fields[name].to_numpy(blocks, rows))
 
     def put_rows(self, part, values):
         """The reverse of `rows` of all blocks."""
-        whole = self["contact"]
+        name, rows = self._place_of(part)
+        whole = self[name]
         shape = (-1, self.layout.width, values.shape[1])
-        whole[:, self._slice(part)] = values.reshape(shape).transpose(0, 2, 1)
-        self["contact"] = whole
+        whole[:, rows] = values.reshape(shape).transpose(0, 2, 1)
+        self[name] = whole
 
-    def _slice(self, part):
-        first = 0 if part == "history" else self.layout.load
-        return slice(first, first + (self.layout.state_rows if part == "history" else LOADS))
+    def _place_of(self, part):
+        """Name of the field of `part` and its rows there."""
+        history = part == "history"
+        return ("contact", slice(self.layout.state_rows)) if history else ("load", slice(LOADS))
 
     def put_numbers(self, pair, wall, on_sphere):
         """Numbers of the kinds of contacts (kernels.numbers); on_sphere: or None."""

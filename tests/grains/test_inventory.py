@@ -17,8 +17,8 @@ SERIES = {"series": {"steps": 10}}
 CHECKS = {"output": SERIES}
 
 FIELDS = set(
-    "x v w x_search contact numbers touches pair_i pair_j pair_start entry_start entry loss sync "
-    "counts".split()
+    "x v w x_search contact load numbers touches pair_i pair_j pair_start entry_start entry loss "
+    "sync counts".split()
 )
 SCRATCH = set(
     "cell_start cell_grain near near_count own_count old_start chunk_sum bounds search".split()
@@ -106,7 +106,8 @@ def test_a_scene_has_what_it_requires_and_nothing_else(name, unstarted):
     assert compiled == KERNELS | kernels
     assert sim.layout.state_rows == size
     own = len(sim.layout.stored)
-    assert sim.fields["contact"].to_numpy().shape[1] == size + max(9, size) + own
+    assert sim.fields["contact"].to_numpy().shape[1] == size + own
+    assert sim.fields["load"].to_numpy().shape[1] == max(9, size)
 
 
 # What `dust check` says.

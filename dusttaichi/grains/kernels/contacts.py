@@ -76,7 +76,7 @@ class ContactPass:
         for a in ti.static(range(3)):
             force = ti.cast(0.0, ti.f64)
             for lane in range(self.width):
-                force += ti.cast(self.rows.table[b, self.rows.load + a, lane], ti.f64)
+                force += ti.cast(self.rows.load[b, a, lane], ti.f64)
             self.impulse[c, a] = self.impulse[c, a] + dt * force
 
     @ti.func
@@ -233,11 +233,10 @@ class ContactPass:
     def form(self, b, lane, k: ti.template(), h: ti.template(), p, dt):
         """Impulses of a first touch: forces along n_c during this step."""
         for law in ti.static(self.forming):
-            first = ti.static(self.rows.load)
-            push = self.rows.vector(b, first, lane).dot(k.normal)
-            force = k.normal * law.form(k, h, p, dt, push)
+            before = self.rows.force(b, lane)
+            force = before + k.normal * law.form(k, h, p, dt, before.dot(k.normal))
             for c in ti.static(range(3)):
-                self.rows.add(b, first + c, lane, force[c])
+                self.rows.load[b, c, lane] = force[c]
             self.rows.write(b, lane, h, 0.0)
 
     @ti.func

@@ -98,8 +98,10 @@ def _contacts(n, layout):
     numbers = ("constants of a contact of two grains, with a wall, with the sphere",
                "um, nN, fJ", n.law, (3, len(declared(layout.model))))
     return [
-        ("contact", "history, loads and own constants of a contact: rows of the layout",
+        ("contact", "history and own constants of a contact: rows of the layout",
          "um, nN, fJ", n.law, (blocks, layout.row_count, n.width)),
+        ("load", "force on the first body of a contact, torques on both", "nN, nN um", n.law,
+         (blocks, layout.load_rows, n.width)),
         ("pair_i", "first grain of a pair", "1", ("i32", 0), (n.pairs, n.width)),
         ("pair_j", "second grain of a pair", "1", ("i32", 0), (n.pairs, n.width)),
         ("pair_start", "first pair of a grain", "1", ("i32", 0), (n.grains + 1,)),

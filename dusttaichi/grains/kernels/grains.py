@@ -50,18 +50,18 @@ def make_gather(fields, layout):
     over a known number of them, unrolled and vectorised, takes a third longer. All six sums of a
     loop are of one sign, so that they are vectors.
     """
-    W, LOAD = layout.width, layout.load  # W: a power of two
+    W = layout.width  # a power of two
     shift = W.bit_length() - 1
     entry_start, entry = fields["entry_start"], fields["entry"]
     pair_start, pair_i = fields["pair_start"], fields["pair_i"]
-    contact, outside = fields["contact"], "wall_slot" in fields or layout.sphere
+    load, outside = fields["load"], "wall_slot" in fields or layout.sphere
 
     @ti.func
     def add(sums: ti.template(), c, torque: ti.template()):
         b, k = (c >> shift) & layout.mask, c & (W - 1)
         for m in ti.static(range(3)):
-            sums[m] += ti.cast(contact[b, LOAD + m, k], layout.geometry)
-            sums[3 + m] += ti.cast(contact[b, LOAD + torque + m, k], layout.geometry)
+            sums[m] += ti.cast(load[b, m, k], layout.geometry)
+            sums[3 + m] += ti.cast(load[b, torque + m, k], layout.geometry)
 
     @ti.func
     def total(g):

@@ -35,7 +35,7 @@ def place_load_sums(grains, layout, walls):
 
 def make_across_faces(fields, layout):
     """Function `across_faces(b)`: of pair b, its force times the edges between its grains."""
-    contact, shift, LOAD = fields["contact"], fields.get("shift"), layout.load
+    load, shift = fields["load"], fields.get("shift")
     counts = fields["counts"]
 
     @ti.func
@@ -44,7 +44,7 @@ def make_across_faces(fields, layout):
         if b < counts[PAIRS]:
             for k in ti.static(range(len(layout.periodic))):
                 for a in ti.static(range(3)):
-                    force = ti.cast(contact[b, LOAD + a, 0], ti.f64)
+                    force = ti.cast(load[b, a, 0], ti.f64)
                     out[3 * a + layout.periodic[k]] = force * shift[b, k, 0]
         return out
 

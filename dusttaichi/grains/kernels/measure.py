@@ -94,9 +94,9 @@ class ContactSums:
             _, stored = self.own.mechanics.evaluate(k, h, p, self.own.gatherer.strength(place))
             for n in ti.static(range(self.potentials)):
                 self.add(tile, n, stored[n])
-            load = self.own.rows.vector(b, self.own.rows.load, lane)
+            force = self.own.rows.force(b, lane)
             for channel, law in ti.static(self.pending):
-                value = law.pending(k, h, p, dt, load.dot(k.normal))
+                value = law.pending(k, h, p, dt, force.dot(k.normal))
                 self.add(tile, self.first_pending + channel, value)
             self.add(tile, self.columns.contacts, k.now)
             # of the surfaces, which softened contacts do not wait for
@@ -106,7 +106,7 @@ class ContactSums:
             strain = k.now * overlap * ti.max(p.inv_r1, p.inv_r2)
             self.most(tile, self.columns.strain, strain)
             if ti.static(self.faces):
-                power = self.own.gatherer.power_of_faces(g, lane, load, place)
+                power = self.own.gatherer.power_of_faces(g, lane, force, place)
                 self.add(tile, self.columns.faces, power)
 
 
@@ -215,8 +215,8 @@ def make_measure_pairs(fields, sums, layout, phases):
 
 def make_measure_walls(fields, sums, layout, phases):
     """Kernel of the sums over contacts with walls, and of the force of each wall."""
-    W, T, LOAD = layout.width, layout.tile, layout.load
-    counts, wall_force, contact = fields["counts"], sums["wall_force"], fields["contact"]
+    W, T, load = layout.width, layout.tile, fields["load"]
+    counts, wall_force = fields["counts"], sums["wall_force"]
     wall_of, walls = fields["wall_of"], ContactSums(phases.walls, layout, sums["wall_sum"])
     forces = force_sums(fields, layout)
 
@@ -240,7 +240,7 @@ def make_measure_walls(fields, sums, layout, phases):
                 for c in range(counts[WALL_BLOCKS]):
                     if wall_of[c] == n:
                         for k in range(W):
-                            force += ti.cast(contact[counts[FIRST_WALL] + c, LOAD + a, k], ti.f64)
+                            force += ti.cast(load[counts[FIRST_WALL] + c, a, k], ti.f64)
                 wall_force[n, a] = force
 
     return measure_walls

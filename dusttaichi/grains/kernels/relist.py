@@ -25,7 +25,7 @@ class HistoryRows:
     """
 
     def __init__(self, fields, layout):
-        self.table, self.rows, self.load = fields["contact"], layout.state_rows, layout.load
+        self.table, self.load, self.rows = fields["contact"], fields["load"], layout.state_rows
         self.width, self.real, self.mask = layout.width, layout.law, layout.mask
 
     @ti.func
@@ -34,7 +34,7 @@ class HistoryRows:
         b = block & self.mask
         for n in range(self.rows):
             for k in range(self.width):
-                self.table[b, self.load + n, k] = self.table[b, n, k]
+                self.load[b, n, k] = self.table[b, n, k]
 
     @ti.func
     def carry(self, block, k, old):
@@ -42,7 +42,7 @@ class HistoryRows:
         b, place = block & self.mask, ti.max(old, 0)
         there, lane = (place // self.width) & self.mask, place % self.width
         for n in range(self.rows):
-            value = self.table[there, self.load + n, lane]
+            value = self.load[there, n, lane]
             self.table[b, n, k] = ti.select(old >= 0, value, ti.cast(0.0, self.real))
 
     @ti.func

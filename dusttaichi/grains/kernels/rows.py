@@ -13,7 +13,7 @@ class Rows:
     """Rows of the field of contacts: history and loads."""
 
     def __init__(self, fields, layout):
-        self.table, self.load, self.real = fields["contact"], layout.load, layout.law
+        self.table, self.load, self.real = fields["contact"], fields["load"], layout.law
         self.vec3 = ti.types.vector(3, layout.law)
         named = [(name, *layout.rows[name]) for name in layout.model.history]
         self.scalars = tuple((name, first) for name, first, width in named if width == 1)
@@ -66,8 +66,15 @@ class Rows:
             self.put_vector(b, first, lane, vector)
 
     @ti.func
+    def force(self, b, lane):
+        """Force on the first body of a contact."""
+        t = ti.static(self.load)
+        return self.vec3(t[b, 0, lane], t[b, 1, lane], t[b, 2, lane])
+
+    @ti.func
     def put_loads(self, b, lane, found: ti.template()):
         """Force and torque on the first body, torque on the second: the force on it is opposite."""
-        self.put_vector(b, self.load, lane, found.force)
-        self.put_vector(b, self.load + 3, lane, found.torque_1)
-        self.put_vector(b, self.load + 6, lane, found.torque_2)
+        for c in ti.static(range(3)):
+            self.load[b, c, lane] = found.force[c]
+            self.load[b, 3 + c, lane] = found.torque_1[c]
+            self.load[b, 6 + c, lane] = found.torque_2[c]

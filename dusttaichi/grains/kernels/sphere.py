@@ -17,7 +17,7 @@ from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPH
 
 def make_loads(fields, layout):
     """Functions `loads()` and `share(thread, threads)` of make_sphere."""
-    W, counts, contact, LOAD = layout.width, fields["counts"], fields["contact"], layout.load
+    W, counts, load = layout.width, fields["counts"], fields["load"]
 
     @ti.func
     def along(first, blocks, row: ti.template()):
@@ -25,7 +25,7 @@ def make_loads(fields, layout):
         total = ti.cast(0.0, ti.f64)
         for b in range(first, first + blocks):
             for k in range(W):
-                total += ti.cast(contact[b, LOAD + row, k], ti.f64)
+                total += ti.cast(load[b, row, k], ti.f64)
         return total
 
     @ti.func
@@ -43,8 +43,8 @@ def make_loads(fields, layout):
             if c < contacts:
                 b, lane = counts[FIRST_SPHERE] + c // W, c % W
                 for k in ti.static(range(3)):
-                    out[k] -= ti.cast(contact[b, LOAD + k, lane], ti.f64)
-                    out[3 + k] += ti.cast(contact[b, LOAD + 6 + k, lane], ti.f64)
+                    out[k] -= ti.cast(load[b, k, lane], ti.f64)
+                    out[3 + k] += ti.cast(load[b, 6 + k, lane], ti.f64)
         return out
 
     return loads, share

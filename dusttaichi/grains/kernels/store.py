@@ -5,8 +5,9 @@ wall only). A tile is a fixed run of blocks that one worker passes at a time: lo
 by tile, so that no sum depends on the number of threads. Contacts with the one rigid sphere that a
 scene may have are pairs in blocks of their own, between those of the grains and the walls.
 
-All numbers of a contact are rows of the one field `contact`: its history, its loads, and where
-grains differ its constants. Their order and widths follow from the declarations of the effects.
+The numbers of a contact are rows of two fields: `contact`, its history and where grains differ its
+constants, whose order and widths follow from the declarations of the effects, and `load`. The
+grains read the loads alone: those of neighbouring contacts are side by side.
 """
 
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ LOADS = 9  # force on the first body of a contact, torques on both
 
 @dataclass(frozen=True)
 class Layout:
-    """Options of a scene that are compiled in, and the rows of the field of contacts."""
+    """Options of a scene that are compiled in, and the rows of the fields of contacts."""
 
     width: int  # lanes of a block
     tile: int  # blocks of a tile
@@ -114,21 +115,18 @@ class Layout:
         return self.rows["recent"][0] if self.grain_loss else self.state_rows
 
     @property
-    def load(self):
-        """First row of its loads."""
-        return self.state_rows
+    def load_rows(self):
+        """Rows of the loads, with places for the history: the search puts the old lists there."""
+        return max(LOADS, self.state_rows)
 
     @property
     def constants(self):
-        """First row of its constants, where grains differ.
-
-        The loads have places for the history: the search puts the old lists there.
-        """
-        return self.load + max(LOADS, self.state_rows)
+        """First row of its constants, where grains differ."""
+        return self.state_rows
 
     @property
     def row_count(self):
-        """Rows of a contact."""
+        """Rows of the state and constants of a contact."""
         return self.constants + len(self.stored)
 
     @property
@@ -140,7 +138,8 @@ class Layout:
         """
         if self.width == 1:
             return 2**31 - 1
-        return 2 ** (31 - (self.row_count * self.width - 1).bit_length()) - 1
+        rows = max(self.row_count, self.load_rows)
+        return 2 ** (31 - (rows * self.width - 1).bit_length()) - 1
 
 
 def sizes(grains, layout, walls):

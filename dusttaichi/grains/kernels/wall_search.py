@@ -176,12 +176,12 @@ def impulse_sums(fields):
 
 def force_sums(fields, layout):
     """WallSums of the forces; a block has one contact."""
-    counts, contact, LOAD = fields["counts"], fields["contact"], layout.load
+    counts, load = fields["counts"], fields["load"]
 
     @ti.func
     def part(c):
         b = counts[FIRST_WALL] + c
-        own = ti.Vector([contact[b, LOAD, 0], contact[b, LOAD + 1, 0], contact[b, LOAD + 2, 0]])
+        own = ti.Vector([load[b, 0, 0], load[b, 1, 0], load[b, 2, 0]])
         return ti.cast(own, ti.f64)
 
     return WallSums(counts, fields["wall_of"], part)
