@@ -4,7 +4,7 @@ Their motion is gathered, their history updated, their loads computed, their los
 for pairs, walls and the sphere.
 
 Conditions under which LLVM turns the loop over the lanes of a block into vectors: gathers are in a
-loop of their own (kernels.gather); results are stored straight into rows of the one field of
+loop of their own (kernels.gather); results are stored straight into rows of the two fields of
 contacts; the numbers of a contact are values, not arguments in memory; the number of a block is
 masked, as Taichi's integers may overflow; sums are in a local array for each column, as LLVM
 examines a hundred uses of an array at most before it takes it for one that others may know, and the

@@ -1,4 +1,4 @@
-"""Rows of the field of contacts: what a contact keeps, and its loads."""
+"""Rows of the fields of contacts: what a contact keeps, and its loads."""
 
 from dusttaichi.compute.engine import ti
 
@@ -10,7 +10,7 @@ def _masks(law):
 
 @ti.data_oriented
 class Rows:
-    """Rows of the field of contacts: history and loads."""
+    """Rows of the fields of contacts: history and loads."""
 
     def __init__(self, fields, layout):
         self.table, self.load, self.real = fields["contact"], fields["load"], layout.law
