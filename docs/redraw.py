@@ -5,7 +5,6 @@ What took minutes to hours to compute is drawn anew here without being computed 
 
 import sys
 from functools import partial
-from importlib.resources import files
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,17 +22,22 @@ from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.plots import style
 from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
 from dusttaichi.plots.tensile import strengths
-from dusttaichi.scene import extensions
+from dusttaichi.scene import extensions, load
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material
 from dusttaichi.studies.continuum_fit.speeds import Curve
 from dusttaichi.studies.extremes.groups import GROUPS
-from dusttaichi.studies.trade.suggest import COLUMNS, TABLE, to_table
+from dusttaichi.studies.suggest import COLUMNS, TABLE, kind_of
 
 HERE = Path(__file__).parent
 LOOSEST = 0.01  # filling factor from which on compression is drawn
 # words of the names of tensile runs at phi = 0.1, as docs/strength_size.md has them
 SLOW = ("filling_factor_0.1", "tensile_4096", "n_4096-seed", "fiducial")
+# scenes of the table of `dust trade --suggest`
+SUGGESTED = (
+    "trade_omni", "trade_omni_slow", "trade_omni_3000", "omni_box", "trade_uni", "uni_static",
+    "trade_tensile", "tensile_ice", "trade_isotropic", "trade_shear",
+)  # fmt: skip
 DENSE = "tatsuuma2023/compressive_strength.py"
 TABLES, FIGURES = HERE / "validation", HERE / "figures"
 # of two scenes, as docs/studies/trade.md has them: the observable, its scatter between seeds, what
@@ -66,9 +70,11 @@ def softening():
     """Cost against error of softened contacts; and the table that `--suggest` reads."""
     found = outcomes(read("softening.csv"))
     # collisions refuse softened contacts: nothing to suggest
-    table = to_table(own for own in found if own.scene != "trade_collision")
-    path = files("dusttaichi.studies.trade") / TABLE
-    pd.DataFrame(table, columns=COLUMNS).to_csv(path, index=False, lineterminator="\n")
+    own = [one for one in found if one.scene in SUGGESTED and not one.refused]
+    kinds = {name: kind_of(load(name.replace("trade_", "trade/"))) for name in SUGGESTED}
+    table = [vars(one) | {"kind": kinds[one.scene]} for one in own]
+    table = pd.DataFrame(table)[COLUMNS]
+    table.to_csv(TABLE, index=False, lineterminator="\n", float_format="%.4g", na_rep="nan")
     shown = [own for own in found if own.scene.startswith("trade_")]
     return of_settings(shown, observables=("phi(P)", "strength", "ratio"))
 

@@ -289,7 +289,7 @@ THEIR_OWN = {
         "studies/asperity_fit.py": "fits its one number",
         "commands/fit.py": "the command of that study",
         "plots/style.py": "the colour of its channel",
-        "studies/trade/parameters.py": "a switch of the trade study",
+        "grains/trade.py": "a switch of the trade study",
         "plots/trade.py": "the colour of that switch",
     },
     "jkr": {

@@ -78,7 +78,7 @@ def _sections(scene, preview):
 
     if getattr(scene.numerics, "accuracy", None) != DRAFT:
         return preview.sections
-    from dusttaichi.studies.trade.suggest import draft_rows  # with the analysis of results
+    from dusttaichi.studies.suggest import draft_rows  # with the analysis of results
 
     return [*preview.sections, ("Draft, as measured by dust trade", draft_rows(scene))]
 

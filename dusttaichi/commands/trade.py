@@ -42,9 +42,8 @@ def trade(
     from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.plots import save
     from dusttaichi.plots import trade as draw
-    from dusttaichi.studies.trade import scenes
-    from dusttaichi.studies.trade.study import TradeStudy
-    from dusttaichi.studies.trade.trade import Wanted
+    from dusttaichi.studies import trade_points
+    from dusttaichi.studies.trade import TradeStudy, Wanted
 
     scene = options.load_scene(file, extensions=extensions)
     runs = scene.output.directory
@@ -52,17 +51,18 @@ def trade(
     if suggest:
         _suggest(scene)
         return
-    wanted = Wanted.of(parameters, quick, seeds=seeds, tolerance=tolerance, name=observable)
+    names, share = trade_points.chosen(parameters), trade_points.share_of(tolerance)
+    wanted = Wanted(names, quick, seeds, share, observable)
     with options.writing(force=force, inputs=[file]):
         log = (lambda text: None) if quiet else remark
-        study = TradeStudy(scene, folder, wanted, threads=threads, jobs=jobs, log=log)
-        base = study.scene
-        if base.numerics.time_step != "auto" and hasattr(base.numerics, "step_fraction"):
-            fraction = scenes.own_fraction(base)
+        study = TradeStudy(scene, folder, wanted, threads=threads, log=log)
+        fraction = trade_points.parameters_of(study.scene).fraction(study.scene)
+        if fraction is not None:
             log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
         how = {"force": force, "resume": not force, "onward": options.again(), "log": log}
         how |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "things": "points"}
         data = study.dataset(found_of(study, **how))
+        data.attrs |= {} if jobs is None else {"jobs": jobs}
         save_ensemble(data, study.file)
         paths = [study.file, save(draw(data), study.file.with_suffix(".png"))]
     if as_json:
@@ -74,11 +74,11 @@ def trade(
 
 def _show(found, scene):
     """Print table and advice of a Trade."""
-    from dusttaichi.studies.trade import report
+    from dusttaichi.studies import trade_report as report
 
     title, headings, rows = report.table(found)
     say_table(rows, *headings, title=title)
-    for line in [*report.refused(found), *report.sentences(found)]:
+    for line in report.sentences(found):
         say(line)
     for heading, text in report.advice(found, scene):
         say(f"\n{heading}")
@@ -89,11 +89,11 @@ def _show(found, scene):
 
 def _suggest(scene):
     """Print the output of `--suggest`."""
-    from dusttaichi.studies.trade.suggest import kind_of, suggestions
+    from dusttaichi.studies.suggest import kind_of, suggestions
 
     found = suggestions(scene)
     say(f"cheapest settings measured for {kind_of(scene)}, costs in steps of accuracy: balanced:")
-    for own in found:
-        say(f"  {own.settings}: {own.text()}")
+    for settings, text in found:
+        say(f"  {settings}: {text}")
     if not found:
         say("  none within 5 % or the scatter of seeds: the unchanged scene")

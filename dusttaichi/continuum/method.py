@@ -16,7 +16,7 @@ METHOD = Method(
     observables=("dusttaichi.analysis.continuum.numbers:FAMILIES",),
     figures=("dusttaichi.plots.continuum:FIGURES",),
     read_snapshot="dusttaichi.analysis.continuum:read_particles",
-    trade_parameters="dusttaichi.studies.trade.continuum:PARAMETERS",
+    trade_parameters="dusttaichi.continuum.trade:PARAMETERS",
     picture="dusttaichi.plots.continuum.dust:PICTURE",
     exports={"vtk": "dusttaichi.export.vtk:write_particles"},
 )

@@ -48,7 +48,7 @@ METHOD = Method(
     seconds=5e-8,
     observables=("dusttaichi.analysis.settings:OF_GRAINS",),
     read_snapshot="dusttaichi.analysis.frame:read_frame",
-    trade_parameters="dusttaichi.studies.trade.parameters:GRAINS",
+    trade_parameters="dusttaichi.grains.trade:PARAMETERS",
     picture="dusttaichi.plots.grains:PICTURE",
     exports={
         "vtk": "dusttaichi.export.vtk:write",

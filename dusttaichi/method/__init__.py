@@ -128,7 +128,7 @@ class Method:
     exports
         Format -> writer.
     trade_parameters
-        studies.trade.point.Parameters that `dust trade` varies.
+        method.trade.Parameters that `dust trade` varies.
 
     Notes
     -----

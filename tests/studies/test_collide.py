@@ -25,8 +25,9 @@ from dusttaichi.errors import DustError
 from dusttaichi.run import execute
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.scene.collisions import Rings
+from dusttaichi.studies import collide_task as task
 from dusttaichi.studies import engine
-from dusttaichi.studies.collide import Collisions, task
+from dusttaichi.studies.collide import Collisions
 from dusttaichi.studies.engine import Found
 
 BODY = {"kind": "pca", "grains": 12}

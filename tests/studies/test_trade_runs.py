@@ -14,9 +14,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies import engine, points
 from dusttaichi.studies.engine import Found, Shelf
-from dusttaichi.studies.trade.point import PointResult
-from dusttaichi.studies.trade.study import TradeStudy
-from dusttaichi.studies.trade.trade import Wanted
+from dusttaichi.studies.trade import TradeStudy, Wanted
 from dusttaichi.studies.workers import Answer
 
 # -- points --------------------------------------------------------------------------------------
@@ -37,9 +35,8 @@ class Counted:
                 self.ran.append(point.label)
                 fraction = point.scene.numerics.step_fraction
                 value = Measured({"restitution": 0.5 + fraction**3})
-                result = PointResult(
-                    0, "finished: 40 ns", steps=100, ledger=1e-10, time_step=1e-4, measured=value
-                )
+                result = {"status": "finished: 40 ns", "steps": 100, "ledger": 1e-10}
+                result |= {"time_step": 1e-4, "measured": value}
                 found[point.label] = Found(point, measured=result, cost=2.0 / fraction)
         return found
 
@@ -51,7 +48,7 @@ def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
     counted(study)
     assert counted.ran[0] == "default" and "balanced" not in counted.ran
     assert len(set(counted.ran)) == len(counted.ran) and "default_again" in counted.ran
-    rows = {row.point.label: row.result for row in study.found.rows}
+    rows = {row.point.label: row for row in study.found.rows}
     assert rows["balanced"].ratio == rows["default"].ratio == 1.0
     assert rows["step_fraction = 0.05"].ratio == pytest.approx(4.0)
     assert rows["draft"].code == 2 and "kinetic energy" in rows["draft"].status
@@ -180,9 +177,9 @@ class Default(TradeStudy):
 
 
 def test_real_runs(tmp_path, monkeypatch):
-    study = Default(from_yaml(PAIR), tmp_path, Wanted(), jobs=1)
+    study = Default(from_yaml(PAIR), tmp_path, Wanted())
     found = engine.run(study, jobs=1, resume=True)
-    default, wild = (study._result(found[name], found) for name in ("default", "wild"))
+    default, wild = (study._row(None, found[name], found) for name in ("default", "wild"))
     assert default.ok and default.status.startswith("finished")
     assert default.cost > 0.0 and default.ratio == 1.0
     # a pair at 0.3 m/s bounces; e is that of the run itself

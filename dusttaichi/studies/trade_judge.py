@@ -1,11 +1,11 @@
-"""Assessment of errors, and combination of the single changes that lower the cost within them."""
+"""Assessment of the errors of a trade, and combination of the changes that pay within them."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from dusttaichi.analysis.observables import CURVE, differences, scatter
+from dusttaichi.analysis.observables import CURVE, Measured, differences, scatter
 from dusttaichi.errors import DustError
-from dusttaichi.studies.trade.point import KINDS, NUMERICAL, Point, PointResult
+from dusttaichi.method.trade import KINDS, NUMERICAL, Point
 
 ATTEMPTS = 2  # levels of a parameter that are tried in a combination
 LEAST_ERROR = 1e-6  # denominator of a gain over its error
@@ -13,10 +13,27 @@ LEAST_ERROR = 1e-6  # denominator of a gain over its error
 
 @dataclass(frozen=True)
 class Row:
-    """A Point with its PointResult."""
+    """A Point with the result of its run.
+
+    code: 0, that of a DustError (2: refused, 3: stopped by a guard), or 1: the process was lost.
+    status: end of the run, or the reason of the failure. cost [s]: core-seconds of the time steps,
+    or None. ratio: of the cost to that of the default, or None.
+    """
 
     point: Point
-    result: PointResult
+    code: int
+    status: str
+    cost: float | None = None
+    ratio: float | None = None
+    steps: int | None = None
+    time_step: float | None = None
+    ledger: float | None = None
+    measured: Measured = field(default_factory=lambda: Measured({}))
+
+    @property
+    def ok(self):
+        """True where the run ended regularly."""
+        return self.code == 0
 
 
 @dataclass(frozen=True)
@@ -39,7 +56,8 @@ class Judge:
         """The Judge from Measured of the reference, its check (or None), the default and all seeds.
 
         name: of the observable, by default the first of reference and default that is not 0, such
-        as a restitution coefficient of bodies that stick. Raises DustError for an unknown one.
+        as a restitution coefficient of bodies that stick. Raises DustError for an unknown one, and
+        where the default cannot be compared.
         """
         names = [n for n in reference.names if n in default.names]
         refuse_unknown(name, names)
@@ -53,8 +71,13 @@ class Judge:
         if check is not None:
             found = {n: e for n, (_, e) in differences(check, reference).items()}
         telling = [n for n in names if n == CURVE or reference.values[n] != 0.0]
-        spread = scatter(seeds, reference)
-        return cls(reference, name or (telling or names)[0], spread, nothing | found, tolerance)
+        name = name or (telling or names)[0]
+        if not math.isfinite(differences(default, reference)[name][1]):
+            raise DustError(
+                f"{name} of the default and of its reference cannot be compared; choose another "
+                f"--observable ({', '.join(reference.names)})"
+            )
+        return cls(reference, name, scatter(seeds, reference), nothing | found, tolerance)
 
     @property
     def floor(self):
@@ -67,17 +90,17 @@ class Judge:
         """True where the error of the reference is below a third of the tolerance."""
         return self.convergence[self.name] < self.tolerance / 3.0
 
-    def errors(self, result):
-        """observable -> (value, error) of a PointResult."""
-        return differences(result.measured, self.reference)
+    def errors(self, row):
+        """observable -> (value, error) of a Row."""
+        return differences(row.measured, self.reference)
 
-    def error(self, result):
+    def error(self, row):
         """Error of the decisive observable."""
-        return self.errors(result)[self.name][1]
+        return self.errors(row)[self.name][1]
 
-    def free(self, result):
+    def free(self, row):
         """True where the error is below the floor."""
-        return self.error(result) < self.floor
+        return self.error(row) < self.floor
 
     def accepts(self, row):
         """True for a Row within the tolerance or, of a numerical parameter, within the scatter.
@@ -85,10 +108,10 @@ class Judge:
         Errors of the numerics below the scatter give another sample of the same distribution; a
         change of the physics or of the sample changes the mean, too, which scatter may only hide.
         """
-        if not row.result.ok:
+        if not row.ok:
             return False
-        hidden = row.point.kind == NUMERICAL and self.free(row.result)
-        return hidden or self.error(row.result) <= self.tolerance
+        hidden = row.point.kind == NUMERICAL and self.free(row)
+        return hidden or self.error(row) <= self.tolerance
 
 
 def refuse_unknown(name, names):
@@ -100,7 +123,7 @@ def refuse_unknown(name, names):
 
 def saves(row, noise):
     """True for a row that is cheaper than the default beyond the noise."""
-    return row.result.ratio is not None and row.result.ratio < 1.0 - noise
+    return row.ratio is not None and row.ratio < 1.0 - noise
 
 
 def offers(rows, judge, noise, most=None):
@@ -111,29 +134,28 @@ def offers(rows, judge, noise, most=None):
     """
     parameters = {}
     for row in rows:
-        able = judge.accepts(row) if most is None else judge.error(row.result) <= most
+        able = judge.accepts(row) if most is None else judge.error(row) <= most
         if able and saves(row, noise):
             parameters.setdefault(row.point.parameter, []).append(row)
 
     def worth(found):
-        best = found[0].result
-        return (1.0 - best.ratio) / max(judge.error(best), LEAST_ERROR)
+        return (1.0 - found[0].ratio) / max(judge.error(found[0]), LEAST_ERROR)
 
-    found = [sorted(some, key=lambda row: row.result.ratio) for some in parameters.values()]
+    found = [sorted(some, key=lambda row: row.ratio) for some in parameters.values()]
     return sorted(found, key=worth, reverse=True)
 
 
 def combined(one, other):
     """The Point with the changes of both."""
-    kinds = max(one.kind, other.kind, key=KINDS.index)
+    kind = max(one.kind, other.kind, key=KINDS.index)
     label = f"{one.label} + {other.label}"
-    return Point(label, "combined", label, math.nan, kinds, one.changes | other.changes)
+    return Point(label, "combined", label, kind=kind, changes=one.changes | other.changes)
 
 
 def walk(start, parameters, run, judge):
     """(every combination that was run, last accepted Row) from `start` over the offers.
 
-    start: a Row, None for the default. parameters: lists of `offers`. run: Point -> PointResult.
+    start: a Row, None for the default. parameters: lists of `offers`. run: Point -> Row.
     A combination with a level is accepted where it is cheaper than without the level, at an
     accepted error; else the next cheapest level of the parameter is tried.
     """
@@ -144,9 +166,9 @@ def walk(start, parameters, run, judge):
                 here = level
                 break
             point = combined(here.point, level.point)
-            row = Row(point, run(point))
+            row = run(point)
             tried.append(row)
-            better = row.result.ratio is not None and row.result.ratio < here.result.ratio
+            better = row.ratio is not None and row.ratio < here.ratio
             if better and judge.accepts(row):
                 here = row
                 break
@@ -158,9 +180,9 @@ def cheapest(rows, judge, kinds, noise):
 
     It is the default where that is accepted and none is cheaper by more than the noise of a cost.
     """
-    able = [r for r in rows if r.point.kind in kinds and r.result.ratio is not None]
+    able = [r for r in rows if r.point.kind in kinds and r.ratio is not None]
     able = [row for row in able if judge.accepts(row)]
     default = [row for row in able if row.point.parameter == "default"]
     if default:
         able = [row for row in able if saves(row, noise)] or default
-    return min(able, key=lambda row: row.result.ratio, default=None)
+    return min(able, key=lambda row: row.ratio, default=None)

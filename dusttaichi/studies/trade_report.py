@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import xarray as xr
+import yaml
 
 from dusttaichi.analysis.observables import about
+from dusttaichi.method.trade import changed
 from dusttaichi.results.provenance import of_study
-from dusttaichi.studies.trade.trade import yaml_of
 
 # variables of trade.nc by point: name -> (long name, units or None for a text, from row and Judge)
 POINTS = {
@@ -16,35 +17,33 @@ POINTS = {
     "label": ("the point", None, lambda row, judge: row.point.label),
     "kind": ("numerical, physical or sample: what the parameter changes", None,
              lambda row, judge: row.point.kind),
-    "status": ("how the run ended, or why it was refused", None,
-               lambda row, judge: row.result.status),
+    "status": ("how the run ended, or why it was refused", None, lambda row, judge: row.status),
     "value": ("value of the parameter, not a number for a word", "1",
               lambda row, judge: row.point.value),
     "cost": ("core-seconds of the time steps, without start, compilation and writing", "s",
-             lambda row, judge: row.result.cost),
-    "cost_ratio": ("cost over that of the default", "1",
-                   lambda row, judge: row.result.ratio),
+             lambda row, judge: row.cost),
+    "cost_ratio": ("cost over that of the default", "1", lambda row, judge: row.ratio),
     "error": ("relative error of the attribute `observable` against the converged reference", "1",
-              lambda row, judge: judge.error(row.result)),
+              lambda row, judge: judge.error(row)),
     "ledger_worst": ("worst relative residual of the energy ledger", "1",
-                     lambda row, judge: row.result.ledger),
-    "steps": ("time steps", "1", lambda row, judge: row.result.steps),
-    "time_step": ("time step", "s", lambda row, judge: row.result.time_step),
+                     lambda row, judge: row.ledger),
+    "steps": ("time steps", "1", lambda row, judge: row.steps),
+    "time_step": ("time step", "s", lambda row, judge: row.time_step),
 }  # fmt: skip
 FLAGS = {
     "free": ("the error is below the scatter of seeds (without seeds: the reference's own)",
-             lambda row, judge: judge.free(row.result)),
+             lambda row, judge: judge.free(row)),
     "accepted": ("the error is within the tolerance, or free where the kind is numerical",
                  lambda row, judge: judge.accepts(row)),
 }  # fmt: skip
 
 
-def dataset(trade, given_scene, numbers):
-    """The xr.Dataset of a Trade. given_scene: that of the user; numbers: further attributes."""
+def dataset(trade, given):
+    """The xr.Dataset of a Trade. given: scene of the user."""
     rows, judge = trade.rows, trade.judge
-    found = [judge.errors(row.result) for row in rows]
+    found = [judge.errors(row) for row in rows]
     names = list(found[0])
-    data = xr.Dataset(attrs=_attributes(trade, given_scene, numbers))
+    data = xr.Dataset(attrs=_attributes(trade, given))
     data = data.assign_coords(observable=names)
 
     def put(name, over, values, text, units=None, *, dtype=float):
@@ -75,31 +74,43 @@ def dataset(trade, given_scene, numbers):
     return data
 
 
-def _attributes(trade, given_scene, numbers):
+def _attributes(trade, given):
     """Global attributes of the dataset."""
+    best = {"cheapest_numerical": trade.numerical, "cheapest": trade.anything}
+    labels = {name: None if row is None else row.point.label for name, row in best.items()}
+    texts = {f"{name}_yaml": yaml_of(trade, row, given) or None for name, row in best.items()}
     return of_study(
-        given_scene,
+        given,
         trade.scene,
         observable=trade.judge.name,
         tolerance=trade.judge.tolerance,
         cost_noise=trade.noise,
-        cheapest_numerical=_label(trade.numerical),
-        cheapest=_label(trade.anything),
-        cheapest_numerical_yaml=paste(trade, trade.numerical, given_scene) or None,
-        cheapest_yaml=paste(trade, trade.anything, given_scene) or None,
         check=trade.check.point.text,
         left_out="; ".join(f"{k}: {v}" for k, v in trade.left_out.items()) or None,
-        **numbers,
+        **labels,
+        **texts,
     )
 
 
-def _label(row):
-    return None if row is None else row.point.label
+def yaml_of(trade, row, given):
+    """YAML text to paste for a Row: all blocks of the scene with a change, in full.
 
-
-def paste(trade, row, given_scene):
-    """YAML text to paste; "" for the default."""
-    return "" if row is None or not row.point.changes else yaml_of(trade, row, given_scene.given)
+    "" for the default and for None. given: scene of the user, whose threads stay.
+    """
+    if row is None or not row.point.changes:
+        return ""
+    found = changed(trade.scene, row.point.changes).given
+    if "threads" not in (given.given.get("numerics") or {}):
+        found["numerics"].pop("threads", None)
+    blocks = dict.fromkeys(path.split(".")[0] for path in row.point.changes)
+    text = yaml.safe_dump(
+        {block: found[block] for block in blocks},
+        sort_keys=False,
+        default_flow_style=None,
+        allow_unicode=True,
+        width=90,
+    )
+    return text.rstrip()
 
 
 def percent(value):
@@ -130,34 +141,19 @@ def table(trade):
     judge = trade.judge
     title = f"{trade.scene.name}: cost against error of the {about(judge.name)[0]}"
     rows = []
-    for row in trade.rows:
-        found = row.result
-        if not found.ok:
-            continue
-        worth = ["free"] * judge.free(found) + ["too large"] * (not judge.accepts(row))
-        rows.append(
-            (
-                row.point.label,
-                row.point.kind,
-                f"{found.ratio:.2f}",
-                f"{found.cost:.3g}",
-                percent(judge.error(found)),
-                ", ".join(worth),
-                f"{found.ledger:.0e}",
-            )
-        )
+    for row in (row for row in trade.rows if row.ok):
+        worth = ["free"] * judge.free(row) + ["too large"] * (not judge.accepts(row))
+        cost = f"{row.ratio:.2f}", f"{row.cost:.3g}"
+        error = percent(judge.error(row)), ", ".join(worth), f"{row.ledger:.0e}"
+        rows.append((row.point.label, row.point.kind, *cost, *error))
     return title, HEADINGS, rows
 
 
-def refused(trade):
-    """Lines on the points that did not run, with the reason."""
-    return [f"{row.point.label}: {row.result.status}" for row in trade.rows if not row.result.ok]
-
-
 def sentences(trade):
-    """Lines on the accuracy of the numbers."""
+    """Lines on the points that did not run, and on the accuracy of the numbers."""
     judge, name = trade.judge, trade.judge.name
     own, spread = judge.convergence[name], judge.scatter[name]
+    refused = [f"{row.point.label}: {row.status}" for row in trade.rows if not row.ok]
     lines = [f"reference: changes by {percent(own)} at {trade.check.point.text}"]
     if not judge.converged:
         lines[0] += (
@@ -181,30 +177,26 @@ def sentences(trade):
         )
     lines.append(f"noise of a cost: {percent(trade.noise)}")
     lines += [f"not varied: {parameter} ({why})" for parameter, why in trade.left_out.items()]
-    return lines
+    return refused + lines
 
 
-def advice(trade, given_scene):
-    """(heading, YAML text) of the cheapest settings."""
-    found = []
+def advice(trade, given):
+    """(heading, YAML text) of the cheapest settings. given: scene of the user."""
+    found, judge = [], trade.judge
+    least = "the change of the reference"
+    if math.isfinite(judge.scatter[judge.name]):
+        least = "the scatter"
     for what, row in (
         ("numerical parameters only", trade.numerical),
         ("with changes of the physics or of the sample", trade.anything),
     ):
-        start = f"cheapest within {percent(trade.judge.tolerance)}, {what}:"
+        start = f"cheapest within {percent(judge.tolerance)}, {what}:"
         if row is None:
             found.append((f"{start} none, not even the unchanged scene", ""))
             continue
-        known = math.isfinite(trade.judge.scatter[trade.judge.name])
-        least = "the scatter" if known else "the change of the reference"
-        free = f", within {least}" if trade.judge.free(row.result) else ""
-        text = paste(trade, row, given_scene)
+        free = f", within {least}" if judge.free(row) else ""
+        text = yaml_of(trade, row, given)
         name = row.point.label if text else "the unchanged scene"
-        found.append(
-            (
-                f"{start} {name} (cost {row.result.ratio:.2f} of the default, error "
-                f"{percent(trade.judge.error(row.result))}{free})",
-                text,
-            )
-        )
+        cost = f"cost {row.ratio:.2f} of the default, error {percent(judge.error(row))}{free}"
+        found.append((f"{start} {name} ({cost})", text))
     return found

@@ -1,16 +1,7 @@
 """Parameters that a trade varies in scenes of the continuum: resolution, viscosity, time step."""
 
-import math
-
+from dusttaichi.method.trade import NUMERICAL, PHYSICAL, Parameter, Parameters, Point, levels_of
 from dusttaichi.scene import quantities
-from dusttaichi.studies.trade.point import (
-    NUMERICAL,
-    PHYSICAL,
-    Parameter,
-    Parameters,
-    Point,
-    levels_of,
-)
 
 SPACINGS = (0.5, 0.71, 1.41, 2.0)  # over that of the scene; only those above the reference's
 SMOOTHING = (1.1, 1.2, 1.3, 1.5, 1.8)
@@ -59,7 +50,7 @@ _PARAMETERS = (
 
 def _presets(scene):
     """The reference: finer, at half the CFL number of most scenes."""
-    return [Point("reference", "preset", "reference", math.nan, NUMERICAL, _reference(scene))]
+    return [Point("reference", "preset", "reference", changes=_reference(scene))]
 
 
 def _coarser(scene):
@@ -70,7 +61,7 @@ def _coarser(scene):
     """
     changes = _reference(scene) | spaced(scene, 2.0 * FINER[scene.dimension])
     text = "twice its spacing"
-    return Point(f"reference, {text}", "reference", text, math.nan, NUMERICAL, changes)
+    return Point(f"reference, {text}", "reference", text, changes=changes)
 
 
 def _reference(scene):

@@ -1,7 +1,12 @@
-"""Study of the collisions of a scene with a block `collisions`: what is varied, what is added."""
+"""`dust collide`: one collision at many speeds, impact parameters, mass ratios, bodies and seeds.
+
+Collisions are requests of the engine: at a thousand grains a step costs as much for each grain as
+in one large scene, and each collision has its own ledger and ends when its fragments no longer
+change.
+"""
 
 import itertools
-import json
+from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +24,7 @@ from dusttaichi.studies.settings import as_files, keys_of, portable, relative_fi
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
 SAMPLE = "sample"  # name of the bodies where the study names none
 NARROW = 1.02  # ratio of two speeds below which an interval is not halved any more
-TASK = "dusttaichi.studies.collide.task:run"
+TASK = "dusttaichi.studies.collide_task:run"
 
 
 class Collisions:
@@ -136,13 +141,13 @@ def next_speed(data):
 def _templates(sample: dict, own) -> dict[str, dict]:
     """Sample of the two bodies by the names of the dimension `body`."""
     if own.filling_factor:
-        return {f"phi_{phi:g}": _filled(_copy(sample), phi) for phi in own.filling_factor}
+        return {f"phi_{phi:g}": _filled(deepcopy(sample), phi) for phi in own.filling_factor}
     found = {}
     for name, body in own.bodies.items():
         block = plain(body.model_dump(mode="json"))
-        other = seeds_moved(_copy(block), OTHER)
-        found[name] = _copy(sample) | {"target": block, "projectile": other}
-    return found or {SAMPLE: _copy(sample)}
+        other = seeds_moved(deepcopy(block), OTHER)
+        found[name] = deepcopy(sample) | {"target": block, "projectile": other}
+    return found or {SAMPLE: deepcopy(sample)}
 
 
 def _filled(sample: dict, phi: float) -> dict:
@@ -152,13 +157,9 @@ def _filled(sample: dict, phi: float) -> dict:
     return sample
 
 
-def _copy(block: dict) -> dict:
-    return json.loads(json.dumps(block))
-
-
 def _sample(template: dict, point: dict) -> dict:
     """The sample of a point: its bodies, speed, impact parameter and seeds."""
-    sample = _copy(template)
+    sample = deepcopy(template)
     if point["mass_ratio"] != 1.0:
         projectile = sample["projectile"]
         projectile["grains"] = round(projectile["grains"] / point["mass_ratio"])
