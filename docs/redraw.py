@@ -26,7 +26,7 @@ from dusttaichi.scene import extensions, load
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material
 from dusttaichi.studies.continuum_fit.speeds import Curve
-from dusttaichi.studies.extremes.groups import GROUPS
+from dusttaichi.studies.extremes import GROUPS
 from dusttaichi.studies.suggest import COLUMNS, TABLE, kind_of
 
 HERE = Path(__file__).parent

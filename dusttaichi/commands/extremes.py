@@ -31,8 +31,7 @@ def extremes(
     """
     from dusttaichi import plots
     from dusttaichi.analysis.plain import plain_dataset
-    from dusttaichi.studies.extremes import results
-    from dusttaichi.studies.extremes.study import ExtremesMap
+    from dusttaichi.studies.extremes import ExtremesMap, save
 
     folder = output or Path("runs/extremes")
     study = ExtremesMap(folder, quick=quick, only=only, threads=threads)
@@ -40,7 +39,7 @@ def extremes(
     how |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "things": "cells"}
     with options.writing(force=force):
         data = study.dataset(found_of(study, **how))
-        paths = results.save(data, study.file)
+        paths = save(data, study.file)
         paths.append(plots.save(plots.extremes(data), study.file.with_suffix(".png")))
     if as_json:
         say_json(plain_dataset(data))
@@ -52,13 +51,13 @@ def extremes(
 
 
 def _show(data):
-    from dusttaichi.studies.extremes import results
+    from dusttaichi.studies.extremes import HEADINGS, summary
 
     headings = [
         {"header": heading, "justify": "right" if n else "left", "no_wrap": True}
-        for n, heading in enumerate(results.HEADINGS)
+        for n, heading in enumerate(HEADINGS)
     ]
-    say_table(results.summary(data), *headings)
+    say_table(summary(data), *headings)
     part = data.where(data.verdict == "WRONG", drop=True)
     for group, name, reason in zip(
         part.group.values, part.name.values, part.reason.values, strict=True

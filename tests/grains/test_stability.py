@@ -13,7 +13,7 @@ from dusttaichi.physics import encounter, stability
 from dusttaichi.physics import network as springs
 from dusttaichi.physics.contact import constants, jkr_curve
 from dusttaichi.samples import Sample
-from dusttaichi.studies.extremes.trial import measured_limit
+from dusttaichi.studies.extremes_task import measured_limit
 
 D = 2 * RADIUS - 0.16627e-9
 

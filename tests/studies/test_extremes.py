@@ -14,11 +14,10 @@ from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.method import Measurement, Start
 from dusttaichi.run import ledger
 from dusttaichi.studies import engine, jobs
-from dusttaichi.studies.extremes import results, study
-from dusttaichi.studies.extremes.groups import GROUPS
-from dusttaichi.studies.extremes.groups.grains import BOTTOM, scene
-from dusttaichi.studies.extremes.results import VERDICTS, Cell
-from dusttaichi.studies.extremes.trial import attempt
+from dusttaichi.studies import extremes as study
+from dusttaichi.studies.extremes import GROUPS, VERDICTS
+from dusttaichi.studies.extremes_cells import BOTTOM, Cell, scene
+from dusttaichi.studies.extremes_task import attempt
 
 
 def cells_of(group, *words):
@@ -215,7 +214,7 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(
     assert "WRONG  g: cell-3: because" in said.out
     with xr.open_dataset(tmp_path / "map" / "extremes.nc") as data:
         assert data.verdict.values.tolist() == list(VERDICTS)
-        (*_, last) = results.summary(data.load())
+        (*_, last) = study.summary(data.load())
         counts = ["1"] * 4
         assert last == ["all", "4", *counts, "1.0e-03", "4", "1.100 to 1.100"]
     with pytest.raises(SystemExit):

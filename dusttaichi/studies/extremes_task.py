@@ -19,8 +19,8 @@ from dusttaichi.method import Start
 from dusttaichi.run import ledger
 from dusttaichi.scene import Scene
 from dusttaichi.scene.grains import GrainsScene
-from dusttaichi.studies.extremes import arrangements
-from dusttaichi.studies.extremes.results import Cell, CellResult
+from dusttaichi.studies import extremes_samples
+from dusttaichi.studies.extremes_cells import Cell, CellResult
 
 RECORDS = 25  # records of a run, besides the checks of its guards
 
@@ -56,7 +56,7 @@ def _attempt(cell):
     if cell.limit:  # its perturbation is below the resolution of single precision
         scene = scene.with_value("numerics.precision", "f64")
     sample = (
-        generators.make(scene) if cell.sample is None else arrangements.make(scene, cell.sample)
+        generators.make(scene) if cell.sample is None else extremes_samples.make(scene, cell.sample)
     )
     step = None
     if cell.fraction is not None:

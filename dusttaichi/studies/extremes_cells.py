@@ -1,6 +1,60 @@
-"""Grains: time steps, speeds over six decades, unequal sizes, filling factors, precisions."""
+"""Cells of the map of `dust extremes`: what a cell and its result are, and groups of grains.
 
-from dusttaichi.studies.extremes.results import Cell
+A group is a function of `quick` that returns its cells: time steps, speeds over six decades,
+unequal sizes, filling factors, precisions, and contacts about to form or break.
+"""
+
+from dataclasses import dataclass
+from math import nan
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One point of the map, as plain numbers and texts for another process.
+
+    scene: the blocks of its YAML. sample: a kind of `extremes_samples` with its numbers, in place
+    of the scene's. fraction: time step over the stiffest period of the contacts of the sample, also
+    one that a scene would refuse. limit: measure the largest stable step, too. row, column: in the
+    figure of the group. time_limit [s]: a longer cell counts as WRONG. kernels: name shared by
+    cells with the same compiled kernels, by default that of the row.
+    """
+
+    group: str
+    name: str
+    scene: dict
+    sample: dict | None = None
+    steps: int = 1000
+    fraction: float | None = None
+    limit: bool = False
+    time_limit: float = 120.0
+    row: str = ""
+    column: str | float = ""
+    kernels: str = ""
+
+
+@dataclass(frozen=True)
+class CellResult:
+    """Verdict on a cell, with its reason.
+
+    residual: largest of the ledger at any check, relative to run.ledger.turnover. steps: computed.
+    dt, estimated, measured [s]: time step and largest stable one, nan where not requested. seconds:
+    wall time.
+    """
+
+    verdict: str
+    reason: str = ""
+    residual: float = nan
+    steps: int = 0
+    dt: float = nan
+    estimated: float = nan
+    measured: float = nan
+    seconds: float = nan
+
+    @property
+    def ratio(self):
+        """Estimated over measured limit."""
+        return self.estimated / self.measured
+
 
 BASE = {
     "name": "extremes",
@@ -125,17 +179,14 @@ def filling_factors(quick):
         for phi in (1e-4, 1e-3, 0.01, 0.05, 0.15)
     }
     things[0.3] = {"kind": "gas", "grains": 60, "filling_factor": 0.25}
-    things[0.5] = {"kind": "packed_", "grains": 200, "filling_factor": 0.5}
-    things[0.6] = {"kind": "packed_", "grains": 200, "filling_factor": 0.6}
-    things[0.74] = {"kind": "lattice_", "structure": "fcc", "cells": [4, 4, 4]}
+    dense = {0.74: {"kind": "lattice", "structure": "fcc", "cells": [4, 4, 4]}}
+    for phi in (0.5, 0.6):
+        dense[phi] = {"kind": "random_packing", "grains": 200, "filling_factor": phi}
+    things |= {phi: {"kind": "packed", "block": dense[phi]} for phi in sorted(dense)}
     cells = []
     for n, (phi, sample) in enumerate(things.items()):
         if quick and n % 4:
             continue
-        own = dict(sample)
-        if own["kind"].endswith("_"):
-            block = {"packed_": "random_packing", "lattice_": "lattice"}[own.pop("kind")]
-            own = {"kind": "packed", "block": {"kind": block, **own}}
         for what, speed, drive in (
             ("slow", 0.001, {}),
             ("fast", 1.0, {}),
@@ -143,7 +194,7 @@ def filling_factors(quick):
         ):
             cells.append(
                 Cell("filling factors", f"{what}, {phi:g}", scene(boundary={**PERIODIC, **drive}),
-                     {**own, "speed": speed}, 1_500, row=what, column=phi, kernels=f"{phi}")
+                     {**sample, "speed": speed}, 1_500, row=what, column=phi, kernels=f"{phi}")
             )  # fmt: skip
     return cells
 
@@ -168,3 +219,91 @@ def precisions(quick):
             name = f"{what}, {precision}"
             cells.append(Cell("precisions", name, own, sample, steps, row=what, column=precision))
     return cells
+
+
+FAST = 1e9  # rad/s
+TOUCHING = [[0, 0, 0], [2, 0, 0]]  # in radii
+ORIGIN = ["0 m"] * 3
+
+
+def special(quick):
+    """Single grains, contacts about to form or break, coinciding grains, fast spins."""
+    things = _single() | _touching() | _overlapping() | _pulled() | _spinning()
+    cluster = {"kind": "cluster", "grains": 13}
+    effects = dict.fromkeys(("rolling", "sliding", "twisting"), "off")
+    things["cluster at rest"] = scene(), cluster
+    things["no effects, pair"] = (
+        scene(interaction={**effects, "damping": "none"}),
+        {"kind": "meeting", "sticking": 0.5},
+    )
+    return [
+        Cell("special states", name, blocks, sample, 3_000, kernels="special", row=name)
+        for name, (blocks, sample) in things.items()
+    ]
+
+
+def _single():
+    """Grains without contacts, and two bound ones: name -> (scene, sample)."""
+    timed = scene(numerics={"time_step": "0.1 ns"})
+    return {
+        "one grain, auto": (scene(), given(ONE)),
+        "one grain at rest": (timed, given(ONE)),
+        "one grain flying": (timed, given(ONE, velocities=[[1, 2, 3]])),
+        "one grain spinning": (timed, given(ONE, spins=[[FAST, 0, 0]])),
+        "two grains at rest": (scene(), given([[0, 0, 0], [3, 0, 0]])),
+        "two grains, bound": (scene(), {"kind": "chain", "grains": 2}),
+    }
+
+
+def _touching():
+    """Two grains at the distance of first contact."""
+    found = {"touching exactly, at rest": (scene(), given(TOUCHING))}
+    for way, velocity in (
+        ("approaching", [1e-3, 0, 0]),
+        ("leaving", [-1e-3, 0, 0]),
+        ("sliding past", [0, 0.1, 0]),
+    ):
+        sample = given(TOUCHING, velocities=[velocity, [0, 0, 0]])
+        found[f"touching exactly, {way}"] = scene(), sample
+    return found
+
+
+def _overlapping():
+    """Two grains with too large an overlap: the scene refuses most of them."""
+    found = {}
+    for name, second in (
+        ("coinciding", "0 m"),
+        ("nearly coinciding", "1e-15 m"),
+        ("overlapping by half", "0.6 um"),
+        ("overlapping by 9 %", "1.092 um"),
+    ):
+        positions = [ORIGIN, [second, "0 m", "0 m"]]
+        found[name] = scene(sample={"kind": "explicit", "positions": positions}), None
+    return found
+
+
+def _pulled():
+    """Chains at pull-off."""
+    chain = {"kind": "pulled", "grains": 10}
+    return {
+        "at pull-off, two": (scene(), {"kind": "pulled", "grains": 2}),
+        "at pull-off, ten": (scene(), chain),
+        "at pull-off, ten, hot": (scene(), chain | {"speed": 0.01}),
+    }
+
+
+def _spinning():
+    """Grains in contact with spins at which every spring slips."""
+    found = {}
+    for name, spins in (
+        ("pair rolling", [[0, 0, FAST], [0, 0, -FAST]]),
+        ("pair sliding", [[0, 0, FAST], [0, 0, FAST]]),
+        ("pair twisting", [[FAST, 0, 0], [-FAST, 0, 0]]),
+        ("one of two", [[FAST, FAST, FAST], [0, 0, 0]]),
+    ):
+        found[f"spin 1e9, {name}"] = scene(), given(NEAR, spins=spins)
+    floor = scene(boundary=BOTTOM)
+    found["spin 1e9, on a wall"] = floor, given(ONE, spins=[[0, FAST, 0]])
+    found["spin 1e9, upright on a wall"] = floor, given(ONE, spins=[[0, 0, FAST]])
+    found["spin 1e9, cluster"] = scene(), {"kind": "cluster", "grains": 13, "spin": FAST}
+    return found

@@ -1,1 +1,0 @@
-"""`dust extremes`: where runs are stable, refused, or stopped, cell by cell."""
