@@ -17,6 +17,7 @@ from sample_size import figure as sample_size
 from tables import read
 
 from dusttaichi import plots
+from dusttaichi.analysis.continuum_observations import Curve
 from dusttaichi.physics import laws
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.plots import style
@@ -25,7 +26,6 @@ from dusttaichi.plots.tensile import strengths
 from dusttaichi.scene import extensions, load
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material
-from dusttaichi.studies.continuum_fit.speeds import Curve
 from dusttaichi.studies.extremes import GROUPS
 from dusttaichi.studies.suggest import COLUMNS, TABLE, kind_of
 

@@ -78,29 +78,54 @@ def _asperities(material, speed, as_json, **how):
 
 
 def _continuum(runs, output, phi_2, rate, *, as_json):
+    from dusttaichi.analysis import continuum_fit_tables as tables
     from dusttaichi.analysis.plain import plain
-    from dusttaichi.studies.continuum_fit import report
 
     if output.suffix not in (".yaml", ".yml"):
         raise DustError(f"--output = {output}: a file name that ends in .yaml is needed")
     if not 0.2 < phi_2 < 0.75:
         raise DustError(f"--phi-2 = {phi_2:g}: a number above 0.2 and below 0.75 is needed")
-    found = report.fit_runs(runs, phi_2, rate)
+    found = tables.fit_runs(runs, phi_2, rate)
     if as_json:
-        say_json(plain(report.numbers(found)))
+        say_json(plain(tables.numbers(found)))
     else:
         _show(found)
-    say_written(report.write(found, output), remark if as_json else say)
+    say_written(write(found, output), remark if as_json else say)
 
 
-def _show(found):
-    from dusttaichi.studies.continuum_fit import report
+def write(fit, path):
+    """Write the material of a continuum_fit.Fit, figures and tables beside it; returns the paths.
+
+    Raises DustError.
+    """
+    from dusttaichi import files
+    from dusttaichi.analysis import continuum_fit_tables as tables
+    from dusttaichi.analysis.continuum_observations import curves
+    from dusttaichi.plots import save
+    from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
+    from dusttaichi.results.outputs import check
+
+    beside = path.with_name(f"{path.stem}_speeds")
+    texts = {path: tables.material_text(fit, path.stem)}
+    texts[path.with_suffix(".csv")] = tables.observations_csv(fit)
+    texts[beside.with_suffix(".csv")] = tables.curves_csv(fit)
+    for file, text in texts.items():
+        try:
+            files.write_whole(check(file, text.partition("\n")[0]), text.encode())
+        except OSError as error:
+            raise DustError(f"{file} cannot be written: {files.explain(error, file)}") from error
+    drawn = {path: continuum_fit(fit), beside: pressing_speeds(curves(fit.tests))}
+    return [*texts, *(save(one, file.with_suffix(".png")) for file, one in drawn.items())]
+
+
+def _show(fit):
+    from dusttaichi.analysis import continuum_fit_tables as tables
 
     headings, title = ("number", "value", "spread of the seeds", "unit"), "Material, fitted in 3-D"
-    say_table(report.numbers_table(found.fit), *headings, title=title)
+    say_table(tables.numbers_table(fit), *headings, title=title)
     headings = ("measured", "points", "deviation")
-    say_table(report.deviations_table(found.fit), *headings, title="\nMaterial against grains")
+    say_table(tables.deviations_table(fit), *headings, title="\nMaterial against grains")
     headings = ("rate [1/s]", "grains", "runs", "axial [kPa]", "pressure [kPa]")
     title = "\np_m of G09's law (laboratory 13 kPa, bead 1.3 kPa)"
-    say_table(report.speeds_table(found.curves), *headings, title=title)
+    say_table(tables.speeds_table(fit), *headings, title=title)
     say()

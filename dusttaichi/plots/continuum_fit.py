@@ -76,7 +76,7 @@ def _range(fit):
 def pressing_speeds(curves):
     """Axial stress and mean pressure over the filling factor at each rate of pressing, beside G09.
 
-    curves: of studies.continuum_fit.speeds.curves.
+    curves: of analysis.continuum_observations.curves.
     """
     figure, axes = style.new_figure(height=6.4, rows=2)
     groups = {}

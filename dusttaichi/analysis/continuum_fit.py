@@ -1,16 +1,43 @@
-"""Fit of all numbers of the material: least squares between grains and material point."""
+"""A material of the continuum from grain runs (`dust fit continuum`).
+
+Observations of grain runs are compared with a material point under the same strain, in one fit of
+all numbers of the material: least squares.
+"""
 
 from collections import defaultdict
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import scipy
 
+from dusttaichi.analysis.continuum_observations import (
+    BIN,
+    QUANTITIES,
+    middle,
+    observations,
+    same_rate,
+    seen,
+)
 from dusttaichi.errors import DustError
+from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.physics.continuum.point import MaterialPoint
 from dusttaichi.scene.continuum_dusts import SCALES
-from dusttaichi.studies.continuum_fit.model import PARAMETERS, START, numbers_of, predicted
-from dusttaichi.studies.continuum_fit.observations import BIN, QUANTITIES, observations
 
+# name in the YAML -> (unit, lowest, highest); of SCALES the logarithm is fitted
+PARAMETERS = {
+    "bulk_modulus": ("Pa", 1e2, 1e9),
+    "exponent": ("1", 1.0, 20.0),
+    "shear_ratio": ("1", 0.02, 1.5),
+    "compressive.p_m": ("Pa", 1.0, 1e7),
+    "compressive.delta": ("1", 0.05, 4.0),
+    "compressive.phi_1": ("1", 0.0, 0.5),
+    "shear.factor": ("1", 0.02, 50.0),
+    "shear.exponent": ("1", 0.0, 1.0),
+    "tensile.a": ("1", -2.0, 8.0),
+    "tensile.b": ("1", 0.0, 25.0),
+}
+START = (2e5, 4.5, 0.7, 5e3, 0.6, 0.12, 1.5, 0.6, 2.8, 1.5)
 STEP = 1e-4
 LEAST_PULLED_SPAN = 0.03  # of filling factors, for the slope of tensions
 LOGS = np.array([name in SCALES for name in PARAMETERS])
@@ -24,6 +51,57 @@ NEEDED = {
     "M": "a small unloading between two compressions (a stage with a strain of 1e-4 to 1e-2 back)",
     "tension": "tension until its maximum has passed (stop.past_maximum)",
 }
+
+
+def numbers_of(values, solid_density, density, phi_2):
+    """MaterialNumbers of values (..., parameters) in the order of PARAMETERS, each an array."""
+    v = dict(zip(PARAMETERS, np.moveaxis(np.asarray(values, dtype=float), -1, 0), strict=True))
+    squeeze = {name: v[f"compressive.{name}"] for name in ("p_m", "delta", "phi_1")}
+    return MaterialNumbers.of(
+        SimpleNamespace(
+            solid_density=solid_density,
+            density=density,
+            bulk_modulus=v["bulk_modulus"],
+            exponent=v["exponent"],
+            shear_ratio=v["shear_ratio"],
+            compressive=SimpleNamespace(phi_2=phi_2, **squeeze),
+            tensile=SimpleNamespace(a=v["tensile.a"], b=v["tensile.b"]),
+            shear=SimpleNamespace(factor=v["shear.factor"], exponent=v["shear.exponent"]),
+        )
+    )
+
+
+def stresses(test, m):
+    """Stress [Pa], positive in compression, of points of the materials m strained as the test.
+
+    A list of arrays (records, materials, 3) by segment of the GrainTest, means over the intervals.
+    """
+    density = np.broadcast_to(test.phi * test.solid_density, np.shape(m.p_m))
+    point = MaterialPoint.at(m, density)
+    out = []
+    for segment in test.segments:
+        rows = [-point.stress]
+        for step in np.diff(segment.strain, axis=0):
+            point = point.strained(step) if step.any() else point
+            rows.append(-point.stress)
+        rows = np.stack(rows)
+        out.append(0.5 * (rows[1:] + rows[:-1]))
+    return out
+
+
+def predicted(test, found, m):
+    """Predictions of the materials m for the Observations `found`, (found, m)."""
+    history = stresses(test, m)
+    return np.array(
+        [
+            seen(
+                one.quantity,
+                middle(test.segments[one.segment].strain)[one.rows],
+                history[one.segment][one.rows],
+            )
+            for one in found
+        ]
+    ).reshape(len(found), -1)
 
 
 @dataclass(frozen=True)
@@ -55,10 +133,17 @@ class Fit:
         """Standard deviation of a number over the seeds."""
         return float(np.sqrt(self.covariance.diagonal()[list(PARAMETERS).index(name)]))
 
+    def deviation(self, quantity):
+        """Standard deviation of the material from the grains, of the logarithm; of lambda, over M.
 
-def same_rate(one, other):
-    """True for rates within a factor of two."""
-    return bool(one > 0 and other > 0 and 0.5 < one / other < 2.0)
+        quantity: of QUANTITIES.
+        """
+        rows = [
+            (model - one.value) / one.scale if quantity == "lambda" else np.log(model / one.value)
+            for (_, one), model in zip(self.rows, self.model, strict=True)
+            if one.quantity == quantity
+        ]
+        return float(np.sqrt(np.mean(np.square(rows)))) if rows else np.nan
 
 
 def all_rows(tests):

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from dusttaichi.analysis import continuum_fit_tables as tables
+from dusttaichi.analysis.continuum_fit import PARAMETERS, fit, numbers_of, stresses
 from dusttaichi.analysis.grain_tests import GrainTest, Segment
 from dusttaichi.analysis.plain import plain
+from dusttaichi.commands.fit import write
 from dusttaichi.errors import DustError
 from dusttaichi.scene import ContinuumMaterial
-from dusttaichi.studies.continuum_fit import report, speeds
-from dusttaichi.studies.continuum_fit.fitting import fit
-from dusttaichi.studies.continuum_fit.model import PARAMETERS, numbers_of, stresses
 
 TRUE = np.array([40e3, 5.0, 0.8, 7e3, 0.5, 0.13, 1.6, 0.7, 2.4, 4.0])
 DENSITY = 2650.0
@@ -85,25 +85,24 @@ def test_one_seed_has_no_spread(tests):
         fit(tests[:3])
 
 
-def test_files_of_a_fit(tests, found, tmp_path):
+def test_files_of_a_fit(found, tmp_path):
     """The block is read again as a material, and says where each number comes from."""
-    found = report.Found(found, speeds.curves(tests))
-    paths = report.write(found, tmp_path / "made_up.yaml")
+    paths = write(found, tmp_path / "made_up.yaml")
     assert [path.name for path in paths] == [
-        "made_up.yaml", "made_up.png", "made_up.csv", "made_up_speeds.png", "made_up_speeds.csv",
+        "made_up.yaml", "made_up.csv", "made_up_speeds.csv", "made_up.png", "made_up_speeds.png",
     ]  # fmt: skip
     assert all(path.stat().st_size > 200 for path in paths)
     material = ContinuumMaterial.model_validate("made_up.yaml", context={"folder": tmp_path})
     assert material.name == "made_up"
-    assert abs(material.compressive.p_m / found.fit.values[3] - 1) < 1e-3
+    assert abs(material.compressive.p_m / found.values[3] - 1) < 1e-3
     assert material.source.dimension == 3
     assert "2 seeds of 4000 grains" in material.source.numbers["compressive.p_m"]
     assert len(material.source.covariance) == len(material.source.names) == len(PARAMETERS)
-    assert len(report.numbers_table(found.fit)) == len(PARAMETERS) + 2
-    assert [row[1] for row in report.deviations_table(found.fit)] == ["32", "32", "6", "6", "4"]
-    (one,) = report.speeds_table(found.curves)
+    assert len(tables.numbers_table(found)) == len(PARAMETERS) + 2
+    assert [row[1] for row in tables.deviations_table(found)] == ["32", "32", "6", "6", "4"]
+    (one,) = tables.speeds_table(found)
     assert one[:3] == ("1e+04", "4000", "2")
-    numbers = plain(report.numbers(found))
+    numbers = plain(tables.numbers(found))
     assert json.loads(json.dumps(numbers, allow_nan=False)) == numbers
     assert numbers["material"]["compressive"]["p_m"] == f"{material.compressive.p_m:g} Pa"
     assert [row["grains"] for row in numbers["speeds"]] == [4000]
@@ -111,6 +110,6 @@ def test_files_of_a_fit(tests, found, tmp_path):
 
 def test_without_runs():
     with pytest.raises(DustError, match="needs grain runs"):
-        report.result_files([])
+        tables.result_files([])
     with pytest.raises(DustError, match=r"neither result\.nc"):
-        report.result_files(["nowhere"])
+        tables.result_files(["nowhere"])
