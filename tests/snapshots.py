@@ -73,3 +73,11 @@ def _records(frame, number, dt, count, box):
             normal = frame.get("wall_normal_force", zero)
             records["wall_contacts"] |= load | {"normal_force": normal, "step": zero}
     return {"snapshots": snapshot, **records}
+
+
+def collision_row(outcome="fragmentation", fragments=(6, 3, 1), **more):
+    """The row of a collision of `dust collide`, SI."""
+    total = sum(fragments)
+    shares = [n / total for n in fragments]
+    own = {"growth_efficiency": 0.2, "impact_energy": 2.0, "loss": {"rolling": 1.0}, "grains": 10}
+    return {"outcome": outcome, "fragments": fragments, "masses": shares, **own, **more}

@@ -9,7 +9,7 @@ import xarray as xr
 
 from dusttaichi.analysis.compression import BIN_WIDTH
 from dusttaichi.analysis.ensemble import add_statistics
-from dusttaichi.analysis.numbers import known
+from dusttaichi.analysis.numbers import known, reason, statistics
 from dusttaichi.analysis.numbers.registry import ENSEMBLES, TABLES
 from dusttaichi.analysis.summary import PROBLEMS
 from dusttaichi.analysis.texts import fitting_unit, quantity_text
@@ -136,6 +136,18 @@ def missing(data):
                 count = f"{row.tolist().count(why)} of {len(row)} runs"
                 lines.append((title, label, count, why.removeprefix("none: ")))
     return lines
+
+
+def statistics_tables(data):
+    """(Statistics, columns, lines, why it failed or "") of those with something to say."""
+    for row in statistics():
+        columns, lines, why = [], [], ""
+        try:
+            columns, lines = row.table(data)
+        except Exception as error:  # of an extension; the others are still shown
+            why = reason(error)
+        if columns or lines or why:
+            yield row, columns, lines, why
 
 
 def _axis_texts(data, axis):

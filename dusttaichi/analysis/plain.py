@@ -60,7 +60,15 @@ def plain_ensemble(data):
         names = data.attrs["summary_numbers"].split()
         numbers = {name.removeprefix("final_"): _of_point(data[name][at], rows) for name in names}
         points.append({"keys": here, "numbers": numbers})
-    return {"schema": SCHEMA, "name": data.attrs["title"], "points": points}
+    found = {"schema": SCHEMA, "name": data.attrs["title"], "points": points}
+    return found | {"statistics": [_statistics(*one) for one in tables.statistics_tables(data)]}
+
+
+def _statistics(row, columns, lines, why):
+    """Table of a Statistics, whose columns have a header and a text for each row."""
+    columns = [{"header": header, "texts": list(texts)} for header, texts in columns]
+    found = {"name": row.name, "title": row.title, "columns": columns, "lines": lines}
+    return found | ({"why": why} if why else {})
 
 
 def _of_point(values, rows):

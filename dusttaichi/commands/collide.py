@@ -1,8 +1,8 @@
 """`dust collide`: many collisions of a scene, their map and the table for coagulation codes."""
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import remark, say, say_abreast, say_json, say_written
-from dusttaichi.commands.ensembles import found_of
+from dusttaichi.commands.console import remark, say, say_abreast
+from dusttaichi.commands.ensembles import found_of, tell
 from dusttaichi.errors import DustError
 
 THRESHOLDS = "thresholds, with 68 % confidence"
@@ -15,7 +15,7 @@ def collide(
     force: options.ForceResults = False,
     resume: options.ResumeMissing = False,
     output: options.Output = None,
-    threads: options.ThreadsOfOne = None,
+    threads: options.Threads = None,
     jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     extensions: options.Extensions = None,
@@ -27,9 +27,7 @@ def collide(
 
     Over speed, impact parameter, mass ratio, bodies and seeds.
     """
-    from dusttaichi.analysis.collisions import summary_columns
-    from dusttaichi.analysis.plain import plain_dataset
-    from dusttaichi.analysis.thresholds import threshold_columns, thresholds
+    from dusttaichi.analysis.thresholds import thresholds
     from dusttaichi.studies.collide import Collisions
 
     options.refuse_both(force, resume)
@@ -42,23 +40,26 @@ def collide(
         data = study.dataset(found)
         speeds = thresholds(data)
         written = _write(data, speeds, study.file, figures)
-    if as_json:
-        say_json(plain_dataset(data))
-    else:
-        say_abreast(*summary_columns(data), data.attrs["title"])
-        say()
-        say_abreast(*threshold_columns(speeds, data.speed.values), THRESHOLDS)
-        say()
     open_ends = int((data.settled == 0).sum())
     if open_ends:
         remark(f"{open_ends} collisions ended while fragments still changed: increase stop.time")
-    say_written(written, remark if as_json else say)
+    tell(data, lambda: _show(data, speeds), written, as_json=as_json)
     failed = [one.text for one in found.values() if not one.ok]
     if failed:
         raise DustError(
             f"{len(failed)} of {len(found)} collisions failed and are left out of the means, which "
             f"then underrepresent violent ones (--resume tries them again). The first: {failed[0]}"
         )
+
+
+def _show(data, speeds):
+    from dusttaichi.analysis.collisions import summary_columns
+    from dusttaichi.analysis.thresholds import threshold_columns
+
+    say_abreast(*summary_columns(data), data.attrs["title"])
+    say()
+    say_abreast(*threshold_columns(speeds, data.speed.values), THRESHOLDS)
+    say()
 
 
 def _write(data, speeds, file, figures):

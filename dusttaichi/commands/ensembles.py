@@ -81,6 +81,17 @@ def _draw(data, sweep):
     return [save(figure, path) for path, figure in drawn.items()]
 
 
+def tell(data, show, paths, *, as_json):
+    """Print a dataset, or plain data, as JSON, or call show() instead; list the written files."""
+    from dusttaichi.analysis.plain import plain, plain_dataset
+
+    if as_json:
+        say_json(plain_dataset(data) if hasattr(data, "data_vars") else plain(data))
+    else:
+        show()
+    say_written(paths, remark if as_json else say)
+
+
 def failure(failed, count):
     """The error about failed runs (engine.Found), `count` in all, one line for each reason."""
     reasons = {}
@@ -116,14 +127,11 @@ def _say_table(data):
 
 
 def _say_statistics(data):
-    from dusttaichi.analysis.numbers import reason, statistics
+    from dusttaichi.analysis.ensemble_tables import statistics_tables
 
-    for row in statistics():
-        try:
-            columns, lines = row.table(data)
-        except Exception as error:  # of an extension; the others are still shown
-            remark(f"no {row.title}: {reason(error)}")
-            continue
+    for row, columns, lines, why in statistics_tables(data):
+        if why:
+            remark(f"no {row.title}: {why}")
         if columns:
             say()
             say_abreast(columns[:1], columns[1:], row.title)

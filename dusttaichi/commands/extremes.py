@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import remark, say, say_json, say_table, say_written
-from dusttaichi.commands.ensembles import found_of
+from dusttaichi.commands.console import say, say_table
+from dusttaichi.commands.ensembles import found_of, tell
 
 
 def extremes(
@@ -17,7 +17,7 @@ def extremes(
     only: Annotated[
         list[str] | None, typer.Option("--only", help="one group; may be repeated", metavar="GROUP")
     ] = None,
-    threads: options.ThreadsEach = 1,
+    threads: options.Threads = 1,
     jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     output: options.MapOutput = None,
@@ -30,7 +30,6 @@ def extremes(
     Over time steps, materials, speeds and sizes.
     """
     from dusttaichi import plots
-    from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.studies.extremes import ExtremesMap, save
 
     folder = output or Path("runs/extremes")
@@ -41,11 +40,7 @@ def extremes(
         data = study.dataset(found_of(study, **how))
         paths = save(data, study.file)
         paths.append(plots.save(plots.extremes(data), study.file.with_suffix(".png")))
-    if as_json:
-        say_json(plain_dataset(data))
-    else:
-        _show(data)
-    say_written(paths, remark if as_json else say)
+    tell(data, lambda: _show(data), paths, as_json=as_json)
     if (data.verdict == "WRONG").any():
         sys.exit(1)
 

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import remark, say, say_json, say_table, say_written
-from dusttaichi.commands.ensembles import found_of
+from dusttaichi.commands.console import say, say_table
+from dusttaichi.commands.ensembles import found_of, tell
 from dusttaichi.errors import DustError
 
 WHAT = ("asperities", "continuum")
@@ -70,27 +70,24 @@ def _asperities(material, speed, as_json, **how):
         raise DustError(f"--speed = {speed!r}: {error.errors()[0]['msg']}") from None
     study = asperity_fit.AsperityFit(material, wanted)
     numbers = study.result(found_of(study, things="simulations", **how))
-    if as_json:
-        say_json(numbers)
-    else:
+
+    def show():
         for text in asperity_fit.lines(numbers):
             say(text)
+
+    tell(numbers, show, [], as_json=as_json)
 
 
 def _continuum(runs, output, phi_2, rate, *, as_json):
     from dusttaichi.analysis import continuum_fit_tables as tables
-    from dusttaichi.analysis.plain import plain
 
     if output.suffix not in (".yaml", ".yml"):
         raise DustError(f"--output = {output}: a file name that ends in .yaml is needed")
     if not 0.2 < phi_2 < 0.75:
         raise DustError(f"--phi-2 = {phi_2:g}: a number above 0.2 and below 0.75 is needed")
     found = tables.fit_runs(runs, phi_2, rate)
-    if as_json:
-        say_json(plain(tables.numbers(found)))
-    else:
-        _show(found)
-    say_written(write(found, output), remark if as_json else say)
+    paths = write(found, output)
+    tell(tables.numbers(found), lambda: _show(found), paths, as_json=as_json)
 
 
 def write(fit, path):

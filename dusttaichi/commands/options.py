@@ -52,11 +52,7 @@ Settings = Annotated[
         autocompletion=completion.keys,
     ),
 ]
-Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads")]
-ThreadsEach = Annotated[int, typer.Option(min=1, help="CPU threads of each")]
-ThreadsOfOne = Annotated[
-    int | None, typer.Option("--threads", min=1, help="CPU threads per collision, default 1")
-]
+Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads of each run")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="runs at a time, default as many as fit")]
 Scheduler = Annotated[
     str | None, typer.Option(help="address of a Dask scheduler", metavar="ADDRESS")

@@ -5,8 +5,8 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import remark, say, say_json, say_written
-from dusttaichi.commands.ensembles import found_of
+from dusttaichi.commands.console import remark, say
+from dusttaichi.commands.ensembles import found_of, tell
 from dusttaichi.errors import DustError
 
 
@@ -29,7 +29,7 @@ def sticking(
         typer.Option("--map", help="restitution at COUNT speeds", metavar="LOW,HIGH,COUNT"),
     ] = None,
     output: options.MapOutput = None,
-    threads: options.ThreadsOfOne = None,
+    threads: options.Threads = None,
     jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     extensions: options.Extensions = None,
@@ -42,7 +42,7 @@ def sticking(
 
     The speed by bisection, the restitution over speeds (--map).
     """
-    from dusttaichi.analysis.plain import plain, plain_dataset
+    from dusttaichi.analysis.plain import plain
     from dusttaichi.studies import restitution
     from dusttaichi.studies import sticking as search
     from dusttaichi.studies.settings import with_settings
@@ -55,7 +55,7 @@ def sticking(
         with options.writing(force=force, inputs=[file]):
             data = study.dataset(found_of(study, force=not resume, resume=resume, **how))
             paths = restitution.save_map(data, study.file)
-        rows, numbers = restitution.map_rows(data), plain_dataset(data)
+        rows, numbers = restitution.map_rows(data), data
     elif resume:
         raise DustError("--resume is for maps (--map): the collisions of a search are not stored")
     else:
@@ -65,9 +65,9 @@ def sticking(
         study = search.Search(scene, tolerance, *ends, log=log)
         found = study.result(found_of(study, **how))
         rows, numbers = search.rows(found), plain(found) | {"speed": found.speed}
-    if as_json:
-        say_json(numbers)
-    else:
+
+    def show():
         for what, value in rows:
             say(f"{what:<44} {value}")
-    say_written(paths, remark if as_json else say)
+
+    tell(numbers, show, paths, as_json=as_json)

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import say_json, say_table, say_written
-from dusttaichi.commands.ensembles import failure, found_of
+from dusttaichi.commands.console import say_table
+from dusttaichi.commands.ensembles import failure, found_of, tell
 
 
 def study(
@@ -30,7 +30,6 @@ def study(
     The file says which runs of a scene it wants, given those that it has.
     """
     from dusttaichi.analysis.ensemble import save_ensemble
-    from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.results.provenance import of_study
     from dusttaichi.studies import own
 
@@ -44,16 +43,16 @@ def study(
         data = mine.dataset(found)
         data.attrs = of_study(scene) | data.attrs
         save_ensemble(data, mine.file)
-    names = [name for name in data.data_vars if data[name].dtype.kind in "fi"]
-    if as_json:
-        say_json(plain_dataset(data))
-    else:
+
+    def show():
+        names = [name for name in data.data_vars if data[name].dtype.kind in "fi"]
         columns = [data[name].values for name in names]
         rows = [
             (label, *(f"{column[n]:.6g}" for column in columns)) for n, label in enumerate(found)
         ]
         say_table(rows, "point", *names, title=data.attrs.get("title"))
-        say_written([mine.file])
+
+    tell(data, show, [mine.file], as_json=as_json)
     failed = [one for one in found.values() if not one.ok]
     if failed:
         raise failure(failed, len(found))

@@ -29,7 +29,7 @@ def sweep(
     ] = None,
     extensions: options.Extensions = None,
     output: options.Output = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="CPU threads per run")] = None,
+    threads: options.Threads = None,
     jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     as_json: options.Json = False,

@@ -5,8 +5,8 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import remark, say, say_json, say_table, say_written
-from dusttaichi.commands.ensembles import found_of
+from dusttaichi.commands.console import remark, say, say_table
+from dusttaichi.commands.ensembles import found_of, tell
 
 
 def trade(
@@ -24,7 +24,7 @@ def trade(
         int | None, typer.Option(min=1, help="seeds for the scatter: 4, with --quick 2")
     ] = None,
     quick: options.flag("--quick", "three levels of each parameter, two seeds") = False,
-    threads: options.ThreadsEach = 1,
+    threads: options.Threads = 1,
     jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     suggest: options.flag("--suggest", "no runs: cheapest settings for such scenes") = False,
@@ -39,7 +39,6 @@ def trade(
     A table, a figure, and the cheapest setting.
     """
     from dusttaichi.analysis.ensemble import save_ensemble
-    from dusttaichi.analysis.plain import plain_dataset
     from dusttaichi.plots import save
     from dusttaichi.plots import trade as draw
     from dusttaichi.studies import trade_points
@@ -65,11 +64,7 @@ def trade(
         data.attrs |= {} if jobs is None else {"jobs": jobs}
         save_ensemble(data, study.file)
         paths = [study.file, save(draw(data), study.file.with_suffix(".png"))]
-    if as_json:
-        say_json(plain_dataset(data))
-    else:
-        _show(study.found, scene)
-    say_written(paths, remark if as_json else say)
+    tell(data, lambda: _show(study.found, scene), paths, as_json=as_json)
 
 
 def _show(found, scene):

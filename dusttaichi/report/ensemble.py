@@ -35,9 +35,11 @@ def ensemble_data(data, file):
     lost = [f"no {what}{label and f', {label}'} ({runs}): {why}" for what, label, runs, why in
             tables.missing(data)]  # fmt: skip
     lost += [f"figure not drawn: {title}: {why}" for title, why in failed]
+    said = [f"{row.title}: {line}" for row, _, lines, _ in tables.statistics_tables(data)
+            for line in lines]  # fmt: skip
     return blank(title, _lead(data)) | {
         "table": table,
-        "remark": "; ".join(filter(None, [remark, *lost])),
+        "remark": "; ".join(filter(None, [remark, *said, *lost])),
         "figures": [interactive(figure, name, titles[name]) for name, figure in figures.items()],
         "views": _views(data, Path(file).parent),
         "members": _members(data),

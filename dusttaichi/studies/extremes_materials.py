@@ -1,5 +1,6 @@
-"""Cells of `dust extremes` with numbers of the material at the ends of their ranges, and of the
-continuum: also speeds over six decades and unusual bodies.
+"""Cells of `dust extremes`: materials with numbers at the ends of their ranges; the continuum.
+
+Of the latter also speeds over six decades and unusual bodies.
 """
 
 from itertools import product

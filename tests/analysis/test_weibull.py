@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from dusttaichi import analysis, plots
 from dusttaichi.analysis import numbers
 from dusttaichi.analysis.ensemble import save_ensemble
+from dusttaichi.analysis.plain import plain_ensemble
 from dusttaichi.commands import ensembles
 from dusttaichi.commands.app import app
 from dusttaichi.report import ensemble_data
@@ -158,7 +159,11 @@ def test_statistics_that_fail_do_not_affect_the_others(ensemble, capsys):
         failed = []
         assert "weibull" in plots.figures_of(data, failed)
         assert failed == [("own", "KeyError: 'strength_of_another_name'")]
-        assert "own: KeyError" in ensemble_data(data, folder)["remark"]
+        remark = ensemble_data(data, folder)["remark"]
+        assert "own: KeyError" in remark
+        others, wrong = plain_ensemble(data)["statistics"]
+        assert "KeyError" in wrong["why"] and others["name"] == "weibull"
+        assert others["columns"] and all(line in remark for line in others["lines"])
         with pytest.raises(ValueError, match="another name"):
             numbers.register(numbers.Statistics(name="wrong", title="another"))
     said = capsys.readouterr()

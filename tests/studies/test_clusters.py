@@ -57,14 +57,9 @@ def test_a_job_array_does_the_sweep_in_parts(folder):
 
 
 @pytest.mark.long  # tests of ensembles send runs to Dask in every suite
-def test_a_sweep_goes_to_the_workers_of_jobqueue(folder):
-    import distributed
-
+def test_a_sweep_goes_to_the_workers_of_jobqueue(folder, cluster):
     example = runpy.run_path(str(EXAMPLES / "jobqueue.py"))
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, processes=False, protocol="tcp", dashboard_address=None
-    ) as cluster:
-        code = example["sweep"](cluster, "tiny.yaml", ["stop.steps=50,60"], "-q", "--no-figures")
+    code = example["sweep"](cluster, "tiny.yaml", ["stop.steps=50,60"], "-q", "--no-figures")
     assert code == 0 and sorted(steps(folder)) == [50, 60]
     assert (folder / "runs/tiny-sweep/sweep.nc").exists()
 

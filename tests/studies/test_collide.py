@@ -1,32 +1,24 @@
 """Studies of collisions: what is made, what is known of it afterwards, how a study goes on."""
 
 import csv
-import json
 from concurrent.futures import Future
 
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
-from scenes import bundled, make_scene
+from scenes import make_scene
+from snapshots import collision_row
 
-from dusttaichi import analysis, plots
-from dusttaichi.analysis.collisions import (
-    AXES,
-    collisions_dataset,
-    fragment_slope,
-    spectrum,
-    table,
-    table_text,
-)
-from dusttaichi.analysis.thresholds import threshold_columns, threshold_text, thresholds
+from dusttaichi import analysis
+from dusttaichi.analysis.collisions import AXES
+from dusttaichi.analysis.thresholds import thresholds
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.run import execute
-from dusttaichi.scene import Scene, from_yaml
+from dusttaichi.scene import Scene, from_yaml, load
 from dusttaichi.scene.collisions import Rings
 from dusttaichi.studies import collide_task as task
-from dusttaichi.studies import engine
+from dusttaichi.studies import engine, pool
 from dusttaichi.studies.collide import Collisions
 from dusttaichi.studies.engine import Found
 
@@ -80,10 +72,8 @@ def test_the_collisions_of_a_study(tmp_path):
     keys = [one.label for one in collisions]
     assert len(set(keys)) == 32
     assert keys_of(from_yaml(scene.to_yaml()), tmp_path / "b") == keys
-    other = scene.with_value("material.surface_energy", "50 mJ/m^2")
-    assert not {*keys_of(other, tmp_path)} & {*keys}
-    phases = scene.with_value("collisions.phases", True)
-    assert not {*keys_of(phases, tmp_path)} & {*keys}
+    for change in (("material.surface_energy", "50 mJ/m^2"), ("collisions.phases", True)):
+        assert not {*keys_of(scene.with_value(*change), tmp_path)} & {*keys}
 
 
 def test_filling_factors_are_those_of_both_bodies(tmp_path):
@@ -283,26 +273,16 @@ def test_a_study_goes_on_where_it_ended(done, monkeypatch):
     path.write_text(before[: before.rindex('"outcome"')], encoding="utf-8")
     app([*words, "--resume"], standalone_mode=False)
     assert [len(left) for left in asked] == [1]
-    keys = [
-        {json.loads(line)["key"] for line in text.splitlines()}
-        for text in (before, path.read_text())
-    ]
-    assert keys[0] == keys[1]
     # bit for bit, whatever has been made before it in the process
     assert sorted(before.splitlines()) == sorted(path.read_text(encoding="utf-8").splitlines())
 
 
-def test_a_study_on_a_dask_cluster(done):
+def test_a_study_on_a_dask_cluster(done, cluster):
     """Without a shared disk, bit for bit what this machine has made."""
-    import distributed  # which takes a second, here and not where tests are collected
-
     folder, _ = done
     words = ["collide", str(folder / "study.yaml"), "-o", str(folder / "dask"), "-q"]
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None
-    ) as cluster:
-        address = ["--scheduler", cluster.scheduler_address, "--no-figures"]
-        app([*words, *address], standalone_mode=False)
+    address = ["--scheduler", cluster.scheduler_address, "--no-figures"]
+    app([*words, *address], standalone_mode=False)
     rows = [(folder / name / "collisions.jsonl").read_text() for name in ("out", "dask")]
     assert sorted(rows[0].splitlines()) == sorted(rows[1].splitlines())
     assert (folder / "dask/collisions.csv").exists()
@@ -316,18 +296,10 @@ def test_collisions_at_a_time(options, workers, batch, tmp_path, monkeypatch):
     """Eighty on eight cores: at least two batches for each process, of at most sixteen."""
     sizes = []
 
-    class Counted:
+    class Counted(pool.Threads):
         def __init__(self, scheduler, count, heard, idle):
             assert count == workers
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            pass
-
-        def share(self, inputs):
-            return inputs
+            super().__init__(count, heard, idle)
 
         def submit(self, one, inputs):
             sizes.append(len(one.labels))
@@ -345,101 +317,6 @@ def test_collisions_at_a_time(options, workers, batch, tmp_path, monkeypatch):
     assert sizes[0] == max(sizes) == batch
 
 
-# -- what it means -------------------------------------------------------------------------------
-
-
-def row(outcome="fragmentation", fragments=(6, 3, 1), **more):
-    total = sum(fragments)
-    shares = [n / total for n in fragments]
-    own = {"growth_efficiency": 0.2, "impact_energy": 2.0, "loss": {"rolling": 1.0}, "grains": 10}
-    return {"outcome": outcome, "fragments": fragments, "masses": shares, **own, **more}
-
-
-def dataset(rows, by_area=1):
-    axes = {"body": ("a",), "mass_ratio": (1.0,), "speed": (1.0,), "impact_parameter": (0.1, 0.5)}
-    return collisions_dataset(rows, axes | {"seed": (0, 1)}, {"by_area": by_area, "title": "t"})
-
-
-def test_means_and_errors_over_seeds():
-    rows = [
-        row(),
-        row(growth_efficiency=0.4),
-        {"outcome": "miss", "grains": 10},
-        row("sticking", (10,)),
-    ]
-    header, lines = table(dataset(rows))
-    found = [dict(zip(header, line, strict=True)) for line in lines]
-    assert [(one["over"], one["collisions"], one["hit"]) for one in found] == [
-        ("point", 2, 1.0),
-        ("point", 2, 0.5),
-        ("area", 4, 0.75),
-    ]
-    # 0.2 and 0.4: mean 0.3, sqrt(0.02/2) by hand
-    assert found[0]["growth_efficiency"] == pytest.approx(0.3)
-    assert found[0]["growth_efficiency_error"] == pytest.approx(0.1)
-    assert np.isnan(found[1]["growth_efficiency_error"])
-    assert found[2]["share_fragmentation"] == pytest.approx(2 / 3)
-    assert found[0]["loss_rolling"] == 0.5 and found[1]["second"] == 0.0
-    assert np.isnan(found[0]["compression_loss"])
-    # [J], of 2 J that are available
-    phases = {"compression_loss": 1.5, "stretching_loss": 0.4, "collision_loss": 1.95}
-    phases["kinetic"] = 0.05
-    header, lines = table(dataset([row(**phases)] * 4))
-    one = dict(zip(header, lines[0], strict=True))
-    assert (one["compression_loss"], one["stretching_loss"]) == pytest.approx((0.75, 0.8))
-    text = table_text(dataset(rows, by_area=0)).splitlines()
-    assert len(text) == 3 and ",nan," not in "".join(text)
-
-
-def test_the_slope_of_a_known_law():
-    """10 000 fragments drawn from n(N) ~ N^-2.5 up to 500 grains: within three standard errors."""
-    sizes = np.arange(1, 501)
-    weights = sizes**-2.5
-    rng = np.random.default_rng(1)
-    tau, error = fragment_slope(rng.choice(sizes, 10_000, p=weights / weights.sum()), 500)
-    assert 0.005 < error < 0.05 and abs(tau - 2.5) < 3 * error
-    assert np.isnan(fragment_slope([1, 2, 3], 10)[0]) and np.isnan(fragment_slope([1] * 20, 10)[0])
-
-
-def growing(speeds, limits, bounces=False):
-    """A dataset in which pair n grows by ln(limits[n] / speed): its threshold is limits[n]."""
-    rows = [
-        row("bouncing" if bounces and v > 3 else "growth", growth_efficiency=np.log(limit / v))
-        for v in speeds for _ in range(2) for limit in limits
-    ]  # fmt: skip
-    axes = {"body": ("a",), "mass_ratio": (1.0,), "speed": tuple(speeds)}
-    axes |= {"impact_parameter": (0.1, 0.5), "seed": tuple(range(len(limits)))}
-    return collisions_dataset(rows, axes)
-
-
-def test_thresholds_with_their_confidence():
-    """Thresholds of eight pairs with a scatter of 0.3 in ln v about 20 m/s: the mean growth is
-    linear in ln v, so that its threshold is the geometric mean of theirs, exactly."""
-    limits = 20.0 * np.exp(0.3 * np.random.default_rng(2).standard_normal(8))
-    data = growing(np.geomspace(5, 80, 7), limits, bounces=True)
-    stick, fragment = thresholds(data)
-    with bundled("oshiro2025/bouncing.py"):
-        same, also, bounce = found = thresholds(data)
-    assert (same, also) == (stick, fragment)
-    mean, error = np.exp(np.log(limits).mean()), np.log(limits).std(ddof=1) / np.sqrt(8)
-    assert fragment.speed == pytest.approx(mean, rel=1e-9)
-    # of 1000 draws from eight; theirs is the standard deviation with 8, not 7 below it
-    for end, sign in ((fragment.low, -1), (fragment.high, 1)):
-        assert np.log(end / mean) == pytest.approx(sign * error, rel=0.15)
-    # none sticks or stops to bounce from the first speed on
-    assert (stick.speed, bounce.speed) == (0.0, 0.0) and bounce.high == 0.0
-    assert thresholds(growing([5.0, 8.0], [90.0, 95.0]))[1].speed == np.inf
-    assert np.isnan(thresholds(growing([5.0, 80.0], [20.0]))[1].low)
-    (axes,) = plots.threshold_speeds(data, found).axes
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == [r"$v_{\rm fragment}$"]
-    header, line = threshold_text(found).splitlines()
-    cells = dict(zip(header.split(","), line.split(","), strict=True))
-    assert float(cells["v_fragment_m_per_s"]) == pytest.approx(mean, rel=1e-3)
-    beyond = thresholds(growing([5.0, 8.0], [90.0, 95.0]))
-    texts = dict(threshold_columns(beyond, np.array([5.0, 8.0]))[1])
-    assert texts["v_fragment m/s"] == ["> 8 (> 8 to > 8)"] and texts["v_stick m/s"][0][:3] == "> 8"
-
-
 def test_speeds_are_added_where_growth_ends(tmp_path):
     """Bisection: each further speed halves the interval about the threshold; none below 2 %."""
 
@@ -449,7 +326,7 @@ def test_speeds_are_added_where_growth_ends(tmp_path):
             rounds += 1
             for one in points:
                 speed = float(one.arguments["sample"]["speed"].removesuffix(" m/s"))
-                made = row(growth_efficiency=np.log(21.0 / speed))
+                made = collision_row(growth_efficiency=np.log(21.0 / speed))
                 found[one.label] = Found(one, measured=made)
         return study, found, rounds
 
@@ -465,36 +342,6 @@ def test_speeds_are_added_where_growth_ends(tmp_path):
     assert speeds[speeds > 21].min() / speeds[speeds < 21].max() < 1.03 and len(speeds) < 12
 
 
-def test_remnants_are_no_fragments_of_the_spectrum():
-    data = dataset(
-        [row(), {"outcome": "miss"}, row(fragments=(5, 2, 2, 1)), row("sticking", (10,))]
-    )
-    grains, collisions = spectrum(data, np.ones(data.outcome.shape, bool))
-    assert sorted(grains) == [1, 1, 2] and collisions == 3
-
-
-def test_figures_of_few_and_of_failed_collisions():
-    rows = [row(), {"error": "it failed"}, {"outcome": "miss"}, row("bouncing", (5, 5))]
-    data = dataset(rows)
-    axes = plots.outcome_map(data).axes[0]
-    widths = sorted(round(patch.get_width(), 2) for patch in axes.patches)
-    assert widths == [0.47] * 4  # two halves in each of two cells
-    assert len(plots.growth(data).axes[0].lines) >= 2
-    assert plots.phases(data) is None
-    losses = {"compression_loss": 1.6, "stretching_loss": 0.3}  # [J], of 2 J
-    losses |= {"collision_loss": 2.0, "kinetic": 0.0}
-    (axes,) = plots.phases(dataset([row(**losses)] * 4)).axes
-    drawn = [line.get_ydata()[0] for line in axes.lines if len(line.get_ydata()) == 1]
-    assert drawn[0] == pytest.approx(0.8) and 0.75 == pytest.approx(drawn[-1], abs=0.06)
-    assert (
-        "no fragments"
-        in plots.fragment_spectrum(dataset([rows[3]] * 4)).axes[0].texts[0].get_text()
-    )
-
-
 def test_the_bundled_study_is_the_map_of_two_hundred():
-    from dusttaichi.scene import load
-
     scene = load("collide")
-    assert scene.collisions.count == 200
-    assert yaml.safe_load(scene.to_yaml())["sample"]["target"]["grains"] == 500
+    assert scene.collisions.count == 200 and scene.sample.target.grains == 500

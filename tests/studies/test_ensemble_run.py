@@ -152,10 +152,8 @@ def test_an_interruption_reaches_the_runs(tmp_path):
     assert not (tmp_path / "runs/tiny/ensemble.nc").exists()
 
 
-def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch):
+def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch, cluster):
     """Files of the sample go there, results come back; the same bits as here."""
-    import distributed  # which takes a second, here and not where tests are collected
-
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
     execute(from_yaml(TINY.replace("snapshots: off, ", "")), tmp_path / "frames")
@@ -165,13 +163,10 @@ def test_dask_cluster_without_a_shared_disk(tmp_path, monkeypatch):
     )
     execute(from_file.with_value("stop.steps", 50), tmp_path / "alone")
     heard = []
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, processes=False, protocol="tcp", dashboard_address=None
-    ) as cluster:
-        address = cluster.scheduler_address
-        assert address.startswith("tcp://")
-        plan = sweep(from_file, ["stop.steps=50"], tmp_path / "sweep")
-        outcomes = engine.run(plan, scheduler=address, report=lambda p: heard.append(p.done))
+    address = cluster.scheduler_address
+    assert address.startswith("tcp://")
+    plan = sweep(from_file, ["stop.steps=50"], tmp_path / "sweep")
+    outcomes = engine.run(plan, scheduler=address, report=lambda p: heard.append(p.done))
     assert [o.code for o in outcomes.values()] == [0] and heard[-1] == 1
     run = plan.members[0].directory
     assert_same_bits(tmp_path / "alone/result.nc", run / "result.nc")

@@ -10,7 +10,6 @@ import time
 from pathlib import Path
 
 from bits import assert_same_bits
-from distributed import LocalCluster
 from scenes import extensions_forgotten
 
 from dusttaichi.files import RESULT
@@ -98,7 +97,7 @@ class Cluster:
             process.wait()
 
 
-def test_what_is_lost_is_computed_again(tmp_path, monkeypatch):
+def test_what_is_lost_is_computed_again(tmp_path, monkeypatch, cluster):
     """A worker alone; after the scheduler the sweep ends with a message and continues elsewhere."""
     monkeypatch.setattr(pool, "CONNECT", "3 s")
     (tmp_path / "slow.py").write_text((TESTS / "run" / "spring.py").read_text() + SLOW)
@@ -108,14 +107,7 @@ def test_what_is_lost_is_computed_again(tmp_path, monkeypatch):
         results = losing(plan, tmp_path)
         assert sorted(result.code for result in results) == [0, 1], results
         assert all("--resume" in result.text for result in results if result.code)
-        with LocalCluster(
-            n_workers=1,
-            threads_per_worker=1,
-            processes=False,
-            protocol="tcp",
-            dashboard_address=None,
-        ) as cluster:
-            again = engine.run(plan, scheduler=cluster.scheduler_address, resume=True)
+        again = engine.run(plan, scheduler=cluster.scheduler_address, resume=True)
         assert not any(result.code for result in again.values()), again
         for member in plan.members:
             whole = execute(member.scene, tmp_path / "whole" / member.directory.name)

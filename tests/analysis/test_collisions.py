@@ -1,0 +1,128 @@
+"""What many collisions mean together: means over seeds, spectra, thresholds, figures."""
+
+import numpy as np
+import pytest
+from scenes import bundled
+from snapshots import collision_row as row
+
+from dusttaichi import plots
+from dusttaichi.analysis.collisions import (
+    collisions_dataset,
+    fragment_slope,
+    spectrum,
+    table,
+    table_text,
+)
+from dusttaichi.analysis.thresholds import threshold_columns, threshold_text, thresholds
+
+
+def dataset(rows, by_area=1):
+    axes = {"body": ("a",), "mass_ratio": (1.0,), "speed": (1.0,), "impact_parameter": (0.1, 0.5)}
+    return collisions_dataset(rows, axes | {"seed": (0, 1)}, {"by_area": by_area, "title": "t"})
+
+
+def test_means_and_errors_over_seeds():
+    rows = [
+        row(),
+        row(growth_efficiency=0.4),
+        {"outcome": "miss", "grains": 10},
+        row("sticking", (10,)),
+    ]
+    header, lines = table(dataset(rows))
+    found = [dict(zip(header, line, strict=True)) for line in lines]
+    assert [(one["over"], one["collisions"], one["hit"]) for one in found] == [
+        ("point", 2, 1.0),
+        ("point", 2, 0.5),
+        ("area", 4, 0.75),
+    ]
+    # 0.2 and 0.4: mean 0.3, sqrt(0.02/2) by hand
+    assert found[0]["growth_efficiency"] == pytest.approx(0.3)
+    assert found[0]["growth_efficiency_error"] == pytest.approx(0.1)
+    assert np.isnan(found[1]["growth_efficiency_error"])
+    assert found[2]["share_fragmentation"] == pytest.approx(2 / 3)
+    assert found[0]["loss_rolling"] == 0.5 and found[1]["second"] == 0.0
+    assert np.isnan(found[0]["compression_loss"])
+    # [J], of 2 J that are available
+    phases = {"compression_loss": 1.5, "stretching_loss": 0.4, "collision_loss": 1.95}
+    phases["kinetic"] = 0.05
+    header, lines = table(dataset([row(**phases)] * 4))
+    one = dict(zip(header, lines[0], strict=True))
+    assert (one["compression_loss"], one["stretching_loss"]) == pytest.approx((0.75, 0.8))
+    text = table_text(dataset(rows, by_area=0)).splitlines()
+    assert len(text) == 3 and ",nan," not in "".join(text)
+
+
+def test_the_slope_of_a_known_law():
+    """10 000 fragments drawn from n(N) ~ N^-2.5 up to 500 grains: within three standard errors."""
+    sizes = np.arange(1, 501)
+    weights = sizes**-2.5
+    rng = np.random.default_rng(1)
+    tau, error = fragment_slope(rng.choice(sizes, 10_000, p=weights / weights.sum()), 500)
+    assert 0.005 < error < 0.05 and abs(tau - 2.5) < 3 * error
+    assert np.isnan(fragment_slope([1, 2, 3], 10)[0]) and np.isnan(fragment_slope([1] * 20, 10)[0])
+
+
+def growing(speeds, limits, bounces=False):
+    """A dataset in which pair n grows by ln(limits[n] / speed): its threshold is limits[n]."""
+    rows = [
+        row("bouncing" if bounces and v > 3 else "growth", growth_efficiency=np.log(limit / v))
+        for v in speeds for _ in range(2) for limit in limits
+    ]  # fmt: skip
+    axes = {"body": ("a",), "mass_ratio": (1.0,), "speed": tuple(speeds)}
+    axes |= {"impact_parameter": (0.1, 0.5), "seed": tuple(range(len(limits)))}
+    return collisions_dataset(rows, axes)
+
+
+def test_thresholds_with_their_confidence():
+    """Thresholds of eight pairs with a scatter of 0.3 in ln v about 20 m/s: the mean growth is
+    linear in ln v, so that its threshold is the geometric mean of theirs, exactly."""
+    limits = 20.0 * np.exp(0.3 * np.random.default_rng(2).standard_normal(8))
+    data = growing(np.geomspace(5, 80, 7), limits, bounces=True)
+    stick, fragment = thresholds(data)
+    with bundled("oshiro2025/bouncing.py"):
+        same, also, bounce = found = thresholds(data)
+    assert (same, also) == (stick, fragment)
+    mean, error = np.exp(np.log(limits).mean()), np.log(limits).std(ddof=1) / np.sqrt(8)
+    assert fragment.speed == pytest.approx(mean, rel=1e-9)
+    # of 1000 draws from eight; theirs is the standard deviation with 8, not 7 below it
+    for end, sign in ((fragment.low, -1), (fragment.high, 1)):
+        assert np.log(end / mean) == pytest.approx(sign * error, rel=0.15)
+    # none sticks or stops to bounce from the first speed on
+    assert (stick.speed, bounce.speed) == (0.0, 0.0) and bounce.high == 0.0
+    assert thresholds(growing([5.0, 8.0], [90.0, 95.0]))[1].speed == np.inf
+    assert np.isnan(thresholds(growing([5.0, 80.0], [20.0]))[1].low)
+    (axes,) = plots.threshold_speeds(data, found).axes
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [r"$v_{\rm fragment}$"]
+    header, line = threshold_text(found).splitlines()
+    cells = dict(zip(header.split(","), line.split(","), strict=True))
+    assert float(cells["v_fragment_m_per_s"]) == pytest.approx(mean, rel=1e-3)
+    beyond = thresholds(growing([5.0, 8.0], [90.0, 95.0]))
+    texts = dict(threshold_columns(beyond, np.array([5.0, 8.0]))[1])
+    assert texts["v_fragment m/s"] == ["> 8 (> 8 to > 8)"] and texts["v_stick m/s"][0][:3] == "> 8"
+
+
+def test_remnants_are_no_fragments_of_the_spectrum():
+    data = dataset(
+        [row(), {"outcome": "miss"}, row(fragments=(5, 2, 2, 1)), row("sticking", (10,))]
+    )
+    grains, collisions = spectrum(data, np.ones(data.outcome.shape, bool))
+    assert sorted(grains) == [1, 1, 2] and collisions == 3
+
+
+def test_figures_of_few_and_of_failed_collisions():
+    rows = [row(), {"error": "it failed"}, {"outcome": "miss"}, row("bouncing", (5, 5))]
+    data = dataset(rows)
+    axes = plots.outcome_map(data).axes[0]
+    widths = sorted(round(patch.get_width(), 2) for patch in axes.patches)
+    assert widths == [0.47] * 4  # two halves in each of two cells
+    assert len(plots.growth(data).axes[0].lines) >= 2
+    assert plots.phases(data) is None
+    losses = {"compression_loss": 1.6, "stretching_loss": 0.3}  # [J], of 2 J
+    losses |= {"collision_loss": 2.0, "kinetic": 0.0}
+    (axes,) = plots.phases(dataset([row(**losses)] * 4)).axes
+    drawn = [line.get_ydata()[0] for line in axes.lines if len(line.get_ydata()) == 1]
+    assert drawn[0] == pytest.approx(0.8) and 0.75 == pytest.approx(drawn[-1], abs=0.06)
+    assert (
+        "no fragments"
+        in plots.fragment_spectrum(dataset([rows[3]] * 4)).axes[0].texts[0].get_text()
+    )
