@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.plots import style
-from dusttaichi.studies.trade.suggest import AS_IT_IS
+from dusttaichi.studies.suggest import AS_IT_IS
 
 CURVE, PHI = "phi(P)", "phi at "
 # of a stage, whose name follows

@@ -11,7 +11,7 @@ from tables import text as _text
 
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.scene import load
-from dusttaichi.studies.trade.suggest import AS_IT_IS
+from dusttaichi.studies.suggest import AS_IT_IS
 
 HERE = Path(__file__).parent
 SCENE = HERE.parent / "configs/trade/omni.yaml"  # that of the causes

@@ -8,13 +8,14 @@ from importlib import resources
 import numpy as np
 import pandas as pd
 
-from dusttaichi.analysis.grid import AS_IT_IS, front
+from dusttaichi.analysis.observables import front
 from dusttaichi.errors import DustError
 from dusttaichi.scene.numerics import DRAFT
 from dusttaichi.studies.trade_points import parameters_of
 
 TABLE = resources.files("dusttaichi.studies") / "measured.csv"
 COLUMNS = "kind scene grains settings observable cost error uncertainty scatter seeds".split()
+AS_IT_IS = "as it is"  # settings of the unchanged scene
 TOLERANCE = 0.05
 MOST = 4  # lines
 SEEDS = 3  # fewest of a measurement
