@@ -1,6 +1,6 @@
 """Cells of `dust extremes`: materials with numbers at the ends of their ranges; the continuum.
 
-Of the latter also speeds over six decades and unusual bodies.
+Cells of the continuum also have speeds over six decades and unusual bodies.
 """
 
 from itertools import product
