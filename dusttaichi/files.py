@@ -119,17 +119,13 @@ def write_whole(path, data):
     try:
         with open(temporary, "wb", buffering=0) as file:
             for block in (data,) if isinstance(data, bytes) else data:
-                _write_all(file, block)
+                view = memoryview(block)
+                while view:
+                    view = view[file.write(view) :]
         replace_atomically(temporary, path)
     except BaseException:
         remove(temporary)
         raise
-
-
-def _write_all(file, block):
-    view = memoryview(block)
-    while view:
-        view = view[file.write(view) :]
 
 
 class WorkFile(AbstractContextManager):

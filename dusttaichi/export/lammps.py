@@ -47,7 +47,9 @@ def write(run, frames, folder):
                 _item(file(CONTACTS), header, CONTACT_COLUMNS + OF_EACH * more, rows)
             if frame.wall_contacts is not None:
                 pushes = None if forces is None else _forces(frame.wall_contacts, forces[2])
-                rows, more = _with(_wall_contacts(frame), pushes)
+                own = frame.wall_contacts
+                ends = np.column_stack([own.grain.values + 1, own.wall.values])
+                rows, more = _with(_rows(own, ends), pushes)
                 _item(file(WALL_CONTACTS), header, WALL_COLUMNS + OF_EACH * more, rows)
     return [folder / name for name in files]
 
@@ -114,11 +116,6 @@ def _grains(frame, masses):
     ids, kind = np.arange(1, len(masses) + 1), frame.material + 1
     state = frame.position / LENGTH, frame.velocity / SPEED, frame.radius / LENGTH
     return np.column_stack([ids, kind, *state, masses, frame.spin / SPIN])
-
-
-def _wall_contacts(frame):
-    contacts = frame.wall_contacts
-    return _rows(contacts, np.column_stack([contacts.grain.values + 1, contacts.wall.values]))
 
 
 def _rows(contacts, ends):

@@ -114,7 +114,8 @@ def make(spec: CutoutSample, materials: Materials) -> Sample:
         info["remarks"] = remarks
     if "stiffness_scaling" in whole.info:
         info["stiffness_scaling"] = whole.info["stiffness_scaling"]
-    return replace(sample, info=info | {"of": _plain(whole.info)})
+    info["of"] = {name: value for name, value in whole.info.items() if name != "remarks"}
+    return replace(sample, info=info)
 
 
 def _by_size(spec, whole: Sample, radii):
@@ -193,7 +194,3 @@ def _largest_fragment(sample: Sample, radii, materials: Materials) -> Sample:
     _, label = connected(pairs, len(sample))
     masses = np.broadcast_to(materials.masses(sample), len(sample))
     return taken.selection(sample, np.flatnonzero(label == heaviest_first(label, masses)[0]))
-
-
-def _plain(info: dict) -> dict:
-    return {name: value for name, value in info.items() if name != "remarks"}

@@ -228,17 +228,7 @@ def _vectors(values, where: str, name: str, n: int | None) -> np.ndarray:
     """(N, 3) float64; zeros where nothing is given."""
     if values is None:
         return np.zeros((n or 0, 3))
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-        for grain, row in enumerate(values):
-            if np.shape(row) != (3,):
-                raise DustError(
-                    f"{where}: {name} of grain {grain} (from 0) is {row!r}; allowed: three numbers."
-                ) from None
-    if array.size == 0:
-        array = array.reshape(-1, 3)
+    array = np.array(values, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3 or (n is not None and len(array) != n):
         needed = "grains, 3" if n is None else f"{n}, 3"
         raise DustError(f"{where}: {name} has the shape {array.shape}; allowed: ({needed}).")

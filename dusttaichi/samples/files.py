@@ -21,7 +21,7 @@ def read(path: Path, given: Source) -> dict:
     DustError for a file that cannot be used.
     """
     where = given.where
-    if _is_run(path):
+    if path.is_dir():
         path = path / "result.nc"
         if not path.exists():
             raise DustError(
@@ -35,7 +35,12 @@ def read(path: Path, given: Source) -> dict:
             "LAMMPS, YADE or XYZ, or the directory of another run. Relative paths start at the "
             "YAML file."
         )
-    if not _first_bytes(path, where).startswith(formats.NETCDF):
+    try:
+        with path.open("rb") as file:
+            head = file.read(8)
+    except OSError as error:
+        raise DustError(f"{where}: it cannot be read ({error.strerror}).") from None
+    if not head.startswith(formats.NETCDF):
         return formats.read(path, given)
     for key in ("columns", "style"):
         if getattr(given, key) is not None:
@@ -66,13 +71,6 @@ def _found(path: Path, info: ValidationInfo) -> Path:
 SampleFile = Annotated[Path, AfterValidator(_found)]
 
 
-def _is_run(path: Path) -> bool:
-    try:
-        return path.is_dir()
-    except OSError:  # such as a name that is too long
-        return False
-
-
 def check_kind(path: Path, where: str) -> None:
     """Raise DustError for directories, devices and pipes, and for files larger than the memory."""
     try:
@@ -81,11 +79,3 @@ def check_kind(path: Path, where: str) -> None:
         return
     except ValueError as error:
         raise DustError(f"{where}: {error}; allowed: a file that fits into the memory.") from None
-
-
-def _first_bytes(path: Path, where: str) -> bytes:
-    try:
-        with path.open("rb") as file:
-            return file.read(8)
-    except OSError as error:
-        raise DustError(f"{where}: it cannot be read ({error.strerror}).") from None

@@ -168,21 +168,15 @@ class _Snapshot:
         time = self.frame.get("snapshot_time")
         if time is not None and time.ndim == 1 and len(time):
             found["time"] = float(time[self._place(len(time))].values)
-        found["stiffness_scaling"] = self._stiffness()
-        return found | {"period": period, "tilt": self._tilt()}
+        scaling = self.tree.attrs.get("stiffness_scaling", 1.0)
+        found["stiffness_scaling"] = self._number("stiffness_scaling", scaling)
+        return found | {"period": period, "tilt": self._number("tilt", 0.0)}
 
-    def _stiffness(self) -> float:
-        """Factor on the stiffness of its contacts (numerics.stiffness_scaling)."""
-        own = self.frame.get("stiffness_scaling")
-        if own is None:
-            return float(self.tree.attrs.get("stiffness_scaling", 1.0))
-        return float(self._plain(own[self._place(len(own))].values, "stiffness_scaling"))
-
-    def _tilt(self) -> float:
-        """Shift of the image above the cell along x, 0 without shear."""
-        tilt = self.frame.get("tilt")
-        shifts = np.zeros(0) if tilt is None else self._plain(tilt.values, "tilt").reshape(-1)
-        return float(shifts[self._place(len(shifts))]) if len(shifts) else 0.0
+    def _number(self, name: str, default: float) -> float:
+        """Number of the snapshot, or the default where the file has none."""
+        own = self.frame.get(name)
+        values = np.zeros(0) if own is None else self._plain(own.values, name).reshape(-1)
+        return float(values[self._place(len(values))] if len(values) else default)
 
     def _rows(self, group: str, count: str, names: dict) -> dict[str, np.ndarray]:
         """Rows of a group in the snapshot, by our names."""

@@ -23,7 +23,9 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
     distance vectors [m] to those to the nearest image, so that the fragment is not cut by the faces
     of its cell. Raises DustError where the file has no contacts, or no such fragment.
     """
-    pairs = _contact_pairs(sample, where)
+    if sample.contacts is None:
+        raise DustError(f"{where}: it has no contacts, which define fragments.")
+    pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
     number, label = connected(pairs, len(sample))
     order = heaviest_first(label, masses)
     wanted = 0 if which == LARGEST else which
@@ -39,13 +41,6 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
         wall_contacts = _renumbered(wall_contacts, rows, own, ("grain",))
     taken = selection(replace(sample, positions=positions), own)
     return taken, wall_contacts, number
-
-
-def _contact_pairs(sample: Sample, where: str):
-    """Grains (C, 2) of the contacts. Raises DustError where the file has none."""
-    if sample.contacts is None:
-        raise DustError(f"{where}: it has no contacts, which define fragments.")
-    return np.column_stack([sample.contacts["i"], sample.contacts["j"]])
 
 
 def selection(sample: Sample, own) -> Sample:

@@ -110,7 +110,8 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
     i, j = grains.cell.pairs(x, grains.radii, 1.0)
     fragments = int(connected(np.column_stack([i, j]), len(sample))[0])
     touching = {"contacts": len(i), "fragments": fragments, **done}
-    touching["text"] = _counted(touching)
+    counts = ((len(i), "contact"), (fragments, "fragment"))
+    touching["text"] = " in ".join(f"{n:,} {word}{'s' * (n != 1)}" for n, word in counts)
     texts = []
     if done:
         touching["done"] = _done(touching)
@@ -243,11 +244,6 @@ def _length(value):
     return quantities.format(float(f"{value:.3g}"), "length", digits=3)
 
 
-def _counted(touching) -> str:
-    n, parts = touching["contacts"], touching["fragments"]
-    return f"{n:,} contact{'s' * (n != 1)} in {parts:,} fragment{'s' * (parts != 1)}"
-
-
 def _done(touching) -> str:
     gap = touching["largest_gap"]
     text = f"{touching['apart']:,} of {touching['within']:,} pairs of touching grains were "
@@ -282,10 +278,5 @@ def _deep(grains, x, i, j):
         f"sample: {deep:,} of {len(i):,} contacts overlap by more than {DEEP:g} times the overlap "
         f"in equilibrium (grains {i[k]} and {j[k]}: {_length(overlap[k])}, {share:.2g} of their "
         f"diameter, {times[k]:.3g} times): they will push the grains apart. If the grains should "
-        f"just touch, sample.touch_within: {_above(share)} puts them into equilibrium contact"
+        f"just touch, sample.touch_within: {1.1 * share:.2g} puts them into equilibrium contact"
     ]
-
-
-def _above(share):
-    """A tolerance somewhat larger than a share, with two digits."""
-    return f"{1.1 * share:.2g}"

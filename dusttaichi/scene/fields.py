@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -173,7 +174,8 @@ class Number:
         if hasattr(value, "item"):
             value = value.item()
         if isinstance(value, str) and value != self.word:
-            value = _float(value)
+            with suppress(ValueError):
+                value = float(value)
         if self.whole and isinstance(value, float) and value.is_integer():
             return int(value)
         return value
@@ -203,14 +205,6 @@ class Number:
         if not self.whole and not LEAST <= abs(value) <= MOST:
             raise needed(f"it cannot be computed with ({LEAST:g} to {MOST:g} can)")
         return value
-
-
-def _float(text: str) -> Any:
-    """The number that a text reads as, or the text."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 @dataclass(frozen=True)

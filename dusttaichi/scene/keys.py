@@ -116,7 +116,8 @@ def _allowed(item: FieldInfo) -> str:
     """Allowed values of a key, as in an error message about it."""
     parts = _parts(item)
     said = next((part.needed for part in parts if hasattr(part, "needed")), "")
-    words = dict.fromkeys(word for part in parts for word in _literals(part))
+    literals = [part for part in parts if typing.get_origin(part) is typing.Literal]
+    words = dict.fromkeys(word for part in literals for word in typing.get_args(part))
     said = said or ", ".join(map(str, words))
     if choices(item) and "block" not in said:
         said = f"a block or {said}" if said else "a block"
@@ -137,10 +138,6 @@ def _parts(item: FieldInfo) -> list[Any]:
         found.append(part)
         todo += [*getattr(part, "__metadata__", ()), *typing.get_args(part)]
     return found
-
-
-def _literals(part: Any) -> tuple:
-    return typing.get_args(part) if typing.get_origin(part) is typing.Literal else ()
 
 
 def _default(item: FieldInfo) -> str:

@@ -13,11 +13,6 @@ Grain = Annotated[int, Number(whole=True, ge=0)]
 Plain = Annotated[float, Number()]
 
 
-def _form(value: Any) -> str:
-    """Tag of a value of `grains`."""
-    return "word" if value == "all" else "list"
-
-
 def _grains(value: Any) -> Any:
     if value == "all" or isinstance(value, (list, tuple)):
         return value
@@ -26,7 +21,7 @@ def _grains(value: Any) -> Any:
 
 Grains = Annotated[
     Annotated[tuple[Grain, ...], Tag("list")] | Annotated[Literal["all"], Tag("word")],
-    Discriminator(_form),
+    Discriminator(lambda value: "word" if value == "all" else "list"),
     BeforeValidator(_grains),
 ]
 OF_A_STAGE = ("velocity", "spin", "force", "speed")

@@ -240,12 +240,9 @@ class Quantity(Mark):
         what = f"a list of {self.count} {kind.plural}" if self.count else kind.name
         what = f"{kind.name} or {what}" if self.spread else what
         word = "".join(f'"{word}" or ' for word in self.words)
-        return f"{word}{what}{' and'.join(limits)} is needed, for example {self._example_text}"
-
-    @property
-    def _example_text(self) -> str:
-        text = f'"{self.example or DIMENSIONS[self.dimension].example}"'
-        return f"[{', '.join([text] * self.count)}]" if self.count else text
+        example = f'"{self.example or kind.example}"'
+        example = f"[{', '.join([example] * self.count)}]" if self.count else example
+        return f"{word}{what}{' and'.join(limits)} is needed, for example {example}"
 
     def _one(self, value: Any) -> float:
         if self.bare_unit and isinstance(value, str) and value[:1].isalpha():

@@ -8,7 +8,6 @@ from scenes import RADIUS, Probe, box, make_scene, sample_of
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import asperities, constants
 from dusttaichi.samples import Sample
-from dusttaichi.scene import Scene
 from dusttaichi.studies import asperity_fit
 
 MASS, INERTIA = ref.mass_and_inertia()
@@ -195,16 +194,9 @@ def test_off_is_absent():
 
 
 def test_volume_is_needed():
-    data = {"material": "silicate_s12", "interaction": {"asperities": "on"}}
-    base = {
-        "name": "x",
-        "sample": {"kind": "pair"},
-        "boundary": {"kind": "open"},
-        "stop": {"steps": 1},
-    }
     with pytest.raises(DustError, match=r"interaction\.asperities\.volume"):
-        Scene.from_dict({**base, **data})
-    scene = Scene.from_dict({**base, **data, "material": "silica_pd08"})
+        make_scene().with_value("interaction.asperities", "on")
+    scene = make_scene(material="silica_pd08").with_value("interaction.asperities", "on")
     assert scene.material.asperity_volume == pytest.approx(3.36e-11)
     assert scene.interaction.asperities.yield_strength == 11e9
 
@@ -215,15 +207,7 @@ def test_volume_is_needed():
 def test_energies_balance_at_poppes_speed():
     """Closed form: the default of silica_pd08 sticks at 1.2 m/s (Poppe's error is 0.1; the default
     has three digits), and 0.25 um as PD08's r^(-5/6)."""
-    volume = Scene.from_dict(
-        {
-            "name": "x",
-            "material": "silica_pd08",
-            "sample": {"kind": "pair"},
-            "boundary": {"kind": "open"},
-            "stop": {"steps": 1},
-        }
-    ).material.asperity_volume
+    volume = make_scene(material="silica_pd08").material.asperity_volume
     speed = asperity_fit.sticking_speed_balance("silica_pd08", volume)
     assert speed == pytest.approx(1.2, abs=2e-3)
     small = asperity_fit.sticking_speed_balance("silica_pd08", volume, 0.25e-6)

@@ -26,11 +26,19 @@ MATTER = {
     for d in (2, 3)
 }
 SIZE = {2: ["4 mm", "2.5 mm"], 3: ["1 mm", "1.1 mm", "0.9 mm"]}
+BALL = {"kind": "sphere", "diameter": "1 mm"}
 BEAD = {"kind": "rigid", "diameter": "1.1 mm", "density": "2540 kg/m^3"}
 
 
 def made(dimension, **block):
     return continuum.made(SPEC.validate_python(block), MATTER[dimension])
+
+
+def scene(sample, **blocks):
+    """A scene of dust_g09 with this sample block."""
+    data = {"name": "free", "method": "continuum", "material": "dust_g09", "stop": {"steps": 1}}
+    data |= {"numerics": {"spacing": "0.1 mm"}, "sample": sample, **blocks}
+    return Scene.from_dict({key: value for key, value in data.items() if value is not None})
 
 
 def walled(particles, **faces):
@@ -155,8 +163,7 @@ def test_layers_hold_dust_and_rigid_faces_are_planes():
 
 def test_several_bodies_fly_and_turn():
     flying = {"position": ["2 mm", "0 mm"], "velocity": ["-1 m/s", "0 m/s"], "spin": "100 rad/s"}
-    one, other = {"kind": "sphere", "diameter": "1 mm"}, {"kind": "sphere", "diameter": "1 mm"}
-    both = made(2, kind="several", bodies=[one, other | flying])
+    both = made(2, kind="several", bodies=[BALL, BALL | flying])
     second = both.body == 1
     assert both.mass[second] @ both.velocity[second] == pytest.approx(
         np.array([-1.0, 0, 0]) * both.mass[second].sum(), abs=1e-9
@@ -167,7 +174,7 @@ def test_several_bodies_fly_and_turn():
     turning = np.linalg.norm(both.velocity[second] - [-1.0, 0, 0], axis=1)
     assert turning == pytest.approx(100 * np.linalg.norm(apart, axis=1))
     with pytest.raises(DustError, match="overlap"):
-        made(2, kind="several", bodies=[one, other])
+        made(2, kind="several", bodies=[BALL, BALL])
 
 
 def test_layers_and_scatter_of_the_filling_factor():
@@ -245,12 +252,12 @@ def test_faces_that_cannot_be(faces):
 
 
 def test_what_does_not_go_with_the_dimension():
-    scene = SimpleNamespace(dimension=3)
+    space = SimpleNamespace(dimension=3)
     block = SPEC.validate_python({"kind": "block", "size": SIZE[2], "lattice": "triangular"})
-    assert {path for path, _ in block.conflicts(scene)} == {"size", "lattice"}
+    assert {path for path, _ in block.conflicts(space)} == {"size", "lattice"}
     disc = {"kind": "elastic", "density": "1 g/cm^3", "bulk_modulus": "1 MPa", "shear_ratio": 0.5}
     ball = SPEC.validate_python(disc | {"diameter": "1 mm", "lattice": "circles"})
-    assert [path for path, _ in ball.conflicts(scene)] == ["lattice"]
+    assert [path for path, _ in ball.conflicts(space)] == ["lattice"]
     with pytest.raises(ValidationError, match="circles are for discs and rings"):
         SPEC.validate_python(disc | {"size": SIZE[2], "lattice": "circles"})
     boundary = BOUNDARY.validate_python({"kind": "faces", "y_min": "mirror"})
@@ -258,33 +265,27 @@ def test_what_does_not_go_with_the_dimension():
 
 
 def test_a_scene_without_faces_is_one():
-    data = {"name": "free", "method": "continuum", "material": "dust_g09", "stop": {"steps": 1}}
-    data |= {"sample": {"kind": "sphere", "diameter": "1 mm"}, "numerics": {"spacing": "0.1 mm"}}
-    particles = continuum.make(Scene.from_dict(data))
+    particles = continuum.make(scene(BALL))
     assert np.isnan(particles.room).all() and (particles.role == DUST).all()
     with pytest.raises(DustError, match="y_min.*no such face"):
-        Scene.from_dict(data | {"boundary": {"kind": "faces", "y_min": "mirror"}})
+        scene(BALL, boundary={"kind": "faces", "y_min": "mirror"})
 
 
 def test_a_mirror_that_should_move_is_refused():
     """Its images stay where they are: at the top in the scene itself, or in one of its stages."""
-    data = {"name": "mirror", "method": "continuum", "material": "dust_g09"}
-    data |= {"sample": {"kind": "sphere", "diameter": "1 mm"}, "numerics": {"spacing": "0.1 mm"}}
     faces = {"kind": "faces", "top": "mirror", "bottom": "rigid"}
     with pytest.raises(DustError, match="top.*a mirror does not move"):
-        Scene.from_dict(data | {"boundary": faces | {"wall_speed": "1 m/s"}, "stop": {"steps": 1}})
+        scene(BALL, boundary=faces | {"wall_speed": "1 m/s"})
     stage = {"name": "down", "drive": {"wall_speed": "1 m/s"}, "stop": {"steps": 1}}
     with pytest.raises(DustError, match="top.*a mirror does not move"):
-        Scene.from_dict(data | {"boundary": faces, "stages": [stage]})
+        scene(BALL, boundary=faces, stages=[stage], stop=None)
 
 
 def test_a_periodic_edge_is_no_shorter_than_particles_reach():
-    data = {"name": "strip", "method": "continuum", "material": "dust_g09", "stop": {"steps": 1}}
-    data |= {"numerics": {"spacing": "0.1 mm"}}
-    strip = {"boundary": {"kind": "faces", "bottom": "rigid", "periodic": ["x"]}}
+    strip = {"kind": "faces", "bottom": "rigid", "periodic": ["x"]}
     block = {"kind": "block", "size": ["0.2 mm", "1 mm"]}
     with pytest.raises(DustError, match=r"boundary.periodic: .* 200 µm wide along x.* 338 µm"):
-        continuum.make(Scene.from_dict(data | strip | {"sample": block}))
+        continuum.make(scene(block, boundary=strip))
 
 
 def test_particles_of_a_file_may_have_a_cell(tmp_path):
@@ -300,10 +301,8 @@ def test_particles_of_a_file_may_have_a_cell(tmp_path):
 
 
 def test_a_scene_without_dust_needs_no_material():
-    data = {"name": "bead", "method": "continuum", "stop": {"steps": 1}}
-    data |= {"numerics": {"spacing": "0.1 mm"}}
     ring = {"kind": "elastic", "diameter": "1 mm", "density": "1 g/cm^3"}
     ring |= {"young_modulus": "1 MPa", "poisson_ratio": 0.4}
-    assert Scene.from_dict(data | {"sample": ring}).material.name == "dust_g09"
+    assert scene(ring, material=None).material.name == "dust_g09"
     with pytest.raises(DustError, match="material"):
-        Scene.from_dict(data | {"sample": {"kind": "sphere", "diameter": "1 mm"}})
+        scene(BALL, material=None)

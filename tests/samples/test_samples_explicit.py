@@ -1,15 +1,12 @@
 """Grains given one by one: lists and CSV files, and what is refused of them."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from bodies import R, scene
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import Materials, explicit, make
+from dusttaichi.samples import make
 from dusttaichi.scene import Scene
-
-R = 0.6e-6
 
 N = 5
 RNG = np.random.default_rng(8)
@@ -22,29 +19,14 @@ NAMES = {"position": "xyz", "velocity": ("vx", "vy", "vz"), "spin": ("wx", "wy",
 UNITS = {"position": "m", "velocity": "m/s", "spin": "rad/s"}
 
 
-def explicit_spec(file=None, positions=None, velocities=None, spins=None, units=1.0):
-    return SimpleNamespace(
-        kind="explicit",
-        file=file,
-        positions=positions,
-        velocities=velocities,
-        spins=spins,
-        radii=None,
-        materials=None,
-        units=units,
-        snapshot="last",
-        columns=None,
-        touch_within=0.0,
-        style=None,
-        fragment=None,
-        grains=None,
-        seed=None,
-        keep=(),
-    )
+def load(**keys):
+    """The grains as they are in the block, or in its file."""
+    keys |= {"file": str(keys["file"])} if "file" in keys else {}
+    return make(scene(kind="explicit", touch_within=0, **keys))
 
 
-def load(**spec):
-    return explicit.make(explicit_spec(**spec), Materials(scene(positions=[["0 m"] * 3])))
+def written(quantity):
+    return [[f"{value!r} {UNITS[quantity]}" for value in row] for row in STATE[quantity].tolist()]
 
 
 def assert_state(sample, rtol=0.0):
@@ -61,16 +43,13 @@ def write_csv(path, header, rows):
 
 
 def test_positions_from_the_yaml():
-    assert_state(
-        load(
-            positions=STATE["position"].tolist(),
-            velocities=STATE["velocity"].tolist(),
-            spins=STATE["spin"].tolist(),
-        )
-    )
-    still = load(positions=STATE["position"])
+    places = written("position")
+    assert_state(load(positions=places, velocities=written("velocity"), spins=written("spin")))
+    still = load(positions=places)
     assert not still.velocities.any() and not still.spins.any() and still.contacts is None
-    assert len(load(positions=[[0.0, 0.0, 0.0]])) == 1
+    assert len(load(positions=places[:1])) == 1
+    with pytest.raises(DustError, match=r"sample\.positions: grains 0 and 1"):
+        load(positions=[["0 m"] * 3, ["0.6 um", "0 m", "0 m"]])
 
 
 def test_csv(tmp_path):
@@ -90,7 +69,7 @@ def test_csv_with_units(tmp_path):
         tmp_path / "a.csv", "x [um],y [um],z [um],vx [cm/s],vy [cm/s],vz [cm/s]", micro
     )
     option = write_csv(tmp_path / "b.csv", "x,y,z,vx [cm/s],vy [cm/s],vz [cm/s]", micro)
-    for sample in (load(file=heading), load(file=option, units=1e-6)):
+    for sample in (load(file=heading), load(file=option, units="um")):
         # Two products of rounded numbers.
         np.testing.assert_allclose(sample.positions, STATE["position"], rtol=1e-15)
         np.testing.assert_allclose(sample.velocities, STATE["velocity"], rtol=1e-15)
@@ -136,58 +115,10 @@ def test_unreadable_file_is_refused(tmp_path, content):
         load(file=tmp_path / "a.nc")
 
 
-@pytest.mark.parametrize(
-    "lists, message",
-    [
-        ({"positions": []}, "no grains"),
-        ({"positions": [[0, 0, 0], [0, 1]]}, r"position of grain 1 .* is \[0, 1\]; allowed: three"),
-        ({"positions": [[0, 0, float("nan")]]}, "position of grain 0"),
-        (
-            {"positions": [[0, 0, 0]], "spins": [[0, 0, 0], [0, 0, 0]]},
-            r"spin has the shape \(2, 3\); allowed: \(1, 3\)",
-        ),
-        ({"positions": [[0, 0, 0], [R, 0, 0]]}, "grains 0 and 1"),
-    ],
-)
-def test_bad_lists_are_refused(lists, message):
-    with pytest.raises(DustError, match=r"sample\.positions: .*" + message):
-        load(**lists)
-
-
-def scene(**sample):
-    return Scene.from_dict(
-        {
-            "name": "grains",
-            "material": "silicate_s12",
-            "sample": {"kind": "explicit", **sample},
-            "boundary": {"kind": "open"},
-            "stop": {"steps": 1},
-        }
-    )
-
-
-def test_make_explicit(tmp_path):
-    positions = [["0 um", "0 um", "0 um"], ["1.2 um", "0 um", "0 um"]]
-    moving = {"positions": positions, "velocities": [["1 cm/s"] * 3] * 2}
-    sample = make(scene(**moving, touch_within=0))
-    assert sample.positions.tolist() == [[0, 0, 0], [1.2e-6, 0, 0]]
-    assert (sample.velocities == 0.01).all()
-    file = write_csv(tmp_path / "a.csv", "x,y,z", [(0, 0, 0), (1.2, 0, 0)])
-    sample = make(scene(file=str(file), units="um", touch_within=0))
-    np.testing.assert_allclose(sample.positions, [[0, 0, 0], [1.2e-6, 0, 0]], rtol=1e-15)
-
-
 @pytest.mark.parametrize("check_files", [True, False])
 def test_a_path_that_no_system_takes(tmp_path, check_files):
+    data = scene(kind="chain", grains=1).given | {
+        "sample": {"kind": "explicit", "file": "x" * 5000}
+    }
     with pytest.raises(DustError, match="it cannot be a file: File name too long"):
-        Scene.from_dict(
-            {
-                "name": "a",
-                "material": "silicate_s12",
-                "sample": {"kind": "explicit", "file": "x" * 5000},
-                "boundary": {"kind": "open"},
-                "stop": {"steps": 1},
-            },
-            tmp_path,
-            check_files=check_files,
-        )
+        Scene.from_dict(data, tmp_path, check_files=check_files)

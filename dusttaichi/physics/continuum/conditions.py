@@ -9,15 +9,6 @@ REACH = 0.9
 phi_2, so that no material meets them there."""
 
 
-def slope_ratio(phi, m):
-    """Elastic over plastic slope of p(phi), any shape; a material needs more than 1.
-
-    K/phi, the slope of the elastic path with zero pressure at phi, over dSigma/dphi.
-    """
-    K = elasticity.bulk_modulus(phi * m.rho_s, m)
-    return K / phi / strength.compressive_slope(phi, m)
-
-
 def impossible(m):
     """Problems of the MaterialNumbers m, as (dotted path of the block, text)."""
     start = m.rho_i / m.rho_s
@@ -32,17 +23,18 @@ def impossible(m):
     end = m.phi_1 + REACH * (m.phi_2 - m.phi_1)
     phi = np.linspace(m.phi_floor, max(end, start), 200)
     phi = phi[phi < m.phi_cap]
-    ratio = slope_ratio(phi, m)
-    share = strength.compressive(phi, m) / elasticity.bulk_modulus(phi * m.rho_s, m) / m.q_max
+    K = elasticity.bulk_modulus(phi * m.rho_s, m)
+    # K/phi is the slope of the elastic path p(phi) with zero pressure at phi
+    ratio = K / phi / strength.compressive_slope(phi, m)
+    share = strength.compressive(phi, m) / K / m.q_max
     worst = int(np.argmax(np.maximum(1.0 / ratio, share)))
     if ratio[worst] > 1.0 and share[worst] < 1.0:
         return []
-    K = elasticity.bulk_modulus(phi[worst] * m.rho_s, m)
     return [
         (
             "bulk_modulus",
             f"at a filling factor of {phi[worst]:.3g} the dust resists compaction more than "
-            f"elastic strain: K/phi = {K / phi[worst]:.3g} Pa must exceed dSigma/dphi = "
+            f"elastic strain: K/phi = {K[worst] / phi[worst]:.3g} Pa must exceed dSigma/dphi = "
             f"{strength.compressive_slope(phi[worst], m):.3g} Pa, and Sigma = "
             f"{strength.compressive(phi[worst], m):.3g} Pa must stay below {m.q_max:.2g} K; "
             "a larger bulk_modulus or exponent, or a smaller p_m, is needed",

@@ -209,12 +209,6 @@ def _too_soft(material, scale):
     )
 
 
-def _lengths(boundary) -> list[float]:
-    """The lengths [m] that a size gives, without those that are to fit."""
-    size = boundary.size
-    return [] if isinstance(size, str) else [edge for edge in size if not isinstance(edge, str)]
-
-
 def _wall_overlap(scene) -> float:
     """Overlap of a grain at rest with a wall [m]."""
     return constants.wall_constants(scene.material, scene.interaction).delta0
@@ -225,7 +219,8 @@ def _sizes(scene) -> Faults:
     boundary, diameter = scene.boundary, 2 * scene.material.radius
     sizes = {}
     if isinstance(boundary, BoxBoundary):
-        sizes["boundary.size"] = _lengths(boundary)
+        edges = [] if boundary.size == "fit" else boundary.size
+        sizes["boundary.size"] = [edge for edge in edges if edge != "fit"]
     if isinstance(boundary, PlatesBoundary) and boundary.gap != "fit":
         sizes["boundary.gap"] = (boundary.gap,)
     least = diameter - 2.0 * _wall_overlap(scene)
