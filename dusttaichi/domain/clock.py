@@ -1,5 +1,6 @@
 """Lengths of the box during a stage, as functions of the step."""
 
+from bisect import bisect_left
 from dataclasses import dataclass
 from math import exp, floor, inf, isnan, nan
 
@@ -114,11 +115,7 @@ class Clock:
             low, ahead = low + ahead, 2 * ahead
             if not self.moves or low > FARTHEST:
                 return NEVER
-        high = low + ahead
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (low, middle) if reached(middle) else (middle, high)
-        return high
+        return bisect_left(range(NEVER), True, lo=low + 1, hi=low + ahead, key=reached)
 
     def steps_in(self, time):
         """Number of whole steps in a time [us], at least one."""

@@ -1,5 +1,64 @@
 """Snapshots in the formats that other programs read: ParaView, OVITO, ASE, LAMMPS."""
 
-from dusttaichi.export.export import export
+from pathlib import Path
+
+from dusttaichi.analysis.frame import frame_count
+from dusttaichi.errors import DustError
+from dusttaichi.method import attribute
 
 __all__ = ["export"]
+
+_NEEDS = {"vtk": "meshio", "extxyz": "ase"}
+
+
+def export(run, to, output=None, snapshot="all"):
+    """Write snapshots of a run for another program; files of the same names are overwritten.
+
+    Parameters
+    ----------
+    run : Run
+    to : str
+        "vtk" for ParaView, "extxyz" for ASE and OVITO, "lammps" (dumps) for LAMMPS
+        and OVITO, "lammps-data" and "lammps-restart" for LAMMPS; runs of the continuum "vtk" only.
+    output : path, optional
+        Directory. Default: one of the format's name beside the result.
+    snapshot : int or str
+        Number, from the end if negative, or "all".
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files, the main file first.
+
+    Raises
+    ------
+    DustError
+        The format or the snapshot does not exist, the library of the format is not installed, or
+        the files cannot be written.
+    """
+    write, read = _writer(run, to), attribute(run.method.read_snapshot)
+    numbers = range(frame_count(run)) if snapshot == "all" else [snapshot]
+    frames = (read(run, number) for number in numbers)
+    folder = Path(output) if output is not None else run.path.parent / to
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return write(run, frames, folder)
+    except OSError as error:
+        raise DustError(f"Cannot write to {folder}: {error}.") from error
+
+
+def _writer(run, to):
+    formats, name = run.method.exports, run.method.name
+    if to not in formats:
+        allowed = ", ".join(formats) or "none"
+        raise DustError(f'A run of method: {name} has no format "{to}"; allowed: {allowed}.')
+    try:
+        return attribute(formats[to])
+    except ModuleNotFoundError as error:
+        library = _NEEDS.get(to)
+        if error.name != library:
+            raise
+        raise DustError(
+            f"{library} is not installed, and only the export to {to} needs it; to get it: "
+            "pip install 'dusttaichi[export]'"
+        ) from None

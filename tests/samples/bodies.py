@@ -53,6 +53,18 @@ def periodic_distances(positions, period):
     return apart
 
 
+def deposited_one_by_one(xy, period, grains):
+    """Heights (N,) of Grains that fall at xy (N, 2): the definition, O(N^2), one after another."""
+    z = np.empty(len(xy))
+    for k, floor in enumerate(grains.radii):
+        apart = xy[k] - xy[:k]
+        apart -= period * np.round(apart / period)
+        left = grains.distance(k, np.arange(k)) ** 2 - (apart[:, 0] ** 2 + apart[:, 1] ** 2)
+        on = left > 0
+        z[k] = max(floor, np.max(z[:k][on] + np.sqrt(left[on]), initial=floor))
+    return z
+
+
 def refused(**sample):
     """The text of the error that a sample block is refused with, when read or when made."""
     from dusttaichi.errors import DustError

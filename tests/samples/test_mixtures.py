@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bodies import deposited_one_by_one
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import mixed_constants
@@ -144,14 +145,7 @@ def test_a_deposit_is_that_of_one_drop_at_a_time(batch):
         complete, part = deposit.complete_below, slice(begin, begin + batch)
         deposit.drop(xy[part], grains.taken(part))
         assert (deposit.positions[begin:, 2] >= complete).all()
-    z = np.empty(400)
-    for k in range(400):
-        apart = xy[k] - xy[:k]
-        apart -= period * np.round(apart / period)
-        left = grains.distance(k, np.arange(k)) ** 2 - (apart[:, 0] ** 2 + apart[:, 1] ** 2)
-        on = left > 0
-        z[k] = max(radii[k], np.max(z[:k][on] + np.sqrt(left[on]), initial=radii[k]))
-    assert np.array_equal(deposit.positions[:, 2], z)
+    assert np.array_equal(deposit.positions[:, 2], deposited_one_by_one(xy, period, grains))
 
 
 def test_a_packing_has_the_filling_factor_and_no_overlap():

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bodies import scene
+from bodies import deposited_one_by_one, scene
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import pair_constants
@@ -43,18 +43,6 @@ def dropped(deposit, xy):
 # --- random ballistic deposition -------------------------------------------------------------
 
 
-def deposit_one_by_one(xy, period, distance, floor):
-    """The definition: O(N^2), a grain at a time."""
-    z = np.empty(len(xy))
-    for i in range(len(xy)):
-        apart = xy[i] - xy[:i]
-        apart -= period * np.round(apart / period)
-        left = distance**2 - (apart[:, 0] ** 2 + apart[:, 1] ** 2)
-        touch = left > 0
-        z[i] = max(floor, np.max(z[:i][touch] + np.sqrt(left[touch]), initial=floor))
-    return z
-
-
 @pytest.mark.parametrize(
     "period, n", [((5 * R, 7 * R), 400), ((14 * R, 14 * R), 700), ((60 * R, 45 * R), 700)]
 )
@@ -67,7 +55,8 @@ def test_deposit_is_that_of_one_drop_at_a_time(period, n, batch):
         dropped(deposit, xy[start : start + batch])
         assert (deposit.positions[start:, 2] >= complete).all()
     assert np.array_equal(deposit.positions[:, :2], xy)
-    assert np.array_equal(deposit.positions[:, 2], deposit_one_by_one(xy, np.array(period), D, R))
+    expected = deposited_one_by_one(xy, np.array(period), CROWD.draw(n, None))
+    assert np.array_equal(deposit.positions[:, 2], expected)
 
 
 def test_search_leaves_out_only_what_no_drop_can_reach():

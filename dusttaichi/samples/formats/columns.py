@@ -77,6 +77,37 @@ class Units:
             if dimension else 1.0  # fmt: skip
 
 
+_GRAM_PER_MOL = 1e-3 / 6.02214076e23
+LAMMPS_UNITS = {  # length [m], speed [m/s], spin [rad/s], mass [kg], density [kg/m^3], time [s]
+    "micro": Units(1e-6, 1.0, 1e6, 1e-15, 1e3, 1e-6),
+    "nano": Units(1e-9, 1.0, 1e9, 1e-21, 1e6, 1e-9),
+    "si": Units(),
+    "cgs": Units(1e-2, 1e-2, 1.0, 1e-3, 1e3, 1.0),
+    "metal": Units(1e-10, 1e2, 1e12, _GRAM_PER_MOL, 1e3, 1e-12),
+    "real": Units(1e-10, 1e5, 1e15, _GRAM_PER_MOL, 1e3, 1e-15),
+}
+
+
+def lammps_units(name: str | None, source: Source) -> Units:
+    """Units that a file names; without a name those of `sample.units`, else SI."""
+    if name is None:
+        return Units(length=source.length, matter=False)
+    name = name.strip()
+    if name not in LAMMPS_UNITS:
+        raise source.fault(f"its units are {name!r}; allowed: {', '.join(LAMMPS_UNITS)}.")
+    if source.length not in (1.0, LAMMPS_UNITS[name].length):
+        source.remarks.append(f"it names its units ({name}), so that sample.units is not used")
+    return LAMMPS_UNITS[name]
+
+
+def named_in(title: str) -> str | None:
+    """Units that the first line of a data file names, `units = micro`."""
+    match = re.search(
+        rf"\bunits\s*=\s*(\w+)|\bunits\s+({'|'.join(LAMMPS_UNITS)}|lj|electron)\b", title
+    )
+    return None if match is None else match[1] or match[2]
+
+
 @dataclass(frozen=True)
 class Table:
     """Columns of grains: their names, arrays (N,), and the numbers of their lines, from 0."""
