@@ -5,9 +5,11 @@ import math
 import netCDF4
 import numpy as np
 import pytest
+import snapshots
 from bodies import D, R, scene
 from scipy.spatial.distance import cdist
 
+from dusttaichi.results.integrity import DIGEST
 from dusttaichi.samples import make
 
 TARGET = {"kind": "pca", "grains": 120}
@@ -117,28 +119,17 @@ def test_info_holds_both_bodies():
 
 def test_bodies_that_move_and_have_contacts(tmp_path):
     # A body from another run: its drift goes, its spins and the pointers of its contacts turn.
-    with netCDF4.Dataset(tmp_path / "body.nc", "w") as data:
-        group = data.createGroup("snapshots")
-        for name, length in (("snapshot", None), ("grain", 2), ("xyz", 3)):
-            group.createDimension(name, length)
-        values = {
-            "position": [[0, 0, 0], [0, 0, D]],
-            "velocity": [[3, 0, 1], [3, 0, -1]],
-            "spin": [[0, 0, 5], [0, 0, 0]],
-        }
-        for name, rows in values.items():
-            group.createVariable(name, "f8", ("snapshot", "grain", "xyz"))[0] = rows
-        group.createVariable("contact_count", "i4", ("snapshot",))[0] = 1
-        contacts = data.createGroup("contacts")
-        contacts.createDimension("contact", None)
-        contacts.createDimension("xyz", 3)
-        for name, number in (("grain_i", 0), ("grain_j", 1), ("twist", 0.1), ("approach", 0.2)):
-            contacts.createVariable(name, "f8", ("contact",))[0] = number
-        for name, pointer in (("pointer_i", [0, 0, 1]), ("pointer_j", [0, 0, -1])):
-            contacts.createVariable(name, "f8", ("contact", "xyz"))[0] = pointer
+    pair = {"pairs": [[0, 1]], "twist": [0.1]}
+    pair |= {"pointer_i": [[0, 0, 1]], "pointer_j": [[0, 0, -1]]}
+    grains = {"position": [[0, 0, 0], [0, 0, D]], "velocity": [[3, 0, 1], [3, 0, -1]]}
+    grains |= {"spin": [[0, 0, 5], [0, 0, 0]]}
+    snapshots.write(tmp_path / "body.nc", [grains | pair], R)
+    with netCDF4.Dataset(tmp_path / "body.nc", "a") as data:
+        data.delncattr(DIGEST)
+        contacts = data["contacts"]
         # of an effect of its own, whose vector turns as well; one of no effect stays behind
         for name, mark in (("bending", "contact_history"), ("other", "comment")):
-            contacts.createVariable(name, "f8", ("contact", "xyz"))[0] = [0, 0, 2]
+            contacts.createVariable(name, "f8", contacts["pointer_i"].dimensions)[0] = [0, 0, 2]
             contacts[name].setncattr(mark, "kept")
     body = {"kind": "explicit", "file": str(tmp_path / "body.nc")}
     chain = {"kind": "chain", "grains": 3}
