@@ -7,6 +7,8 @@ from dusttaichi.geometry import connected
 from dusttaichi.samples.values import edges_of, exactly_one, shape_of
 from dusttaichi.scene.fields import Faults
 
+ADVICE = "Use fewer grains, a smaller size, or an aspect closer to 1."
+
 
 def faults(block) -> Faults:
     """Conflicts between grains, size, shape and aspect of a block that cuts."""

@@ -97,12 +97,8 @@ def make(spec: LatticeSample, materials: Materials) -> Sample:
     edges, basis = (np.array(values) for values in CELLS[spec.structure])
     edges = edges * materials.distance
     cells = _cells(spec, edges, basis, materials.radius)
-    if cells.prod() * len(basis) > MOST_GRAINS:
-        raise DustError(
-            f"sample: the lattice would have {cells.prod() * len(basis):.1e} grains; allowed: "
-            f"{MOST_GRAINS:.0e}. Use fewer cells or a smaller size."
-        )
-    check_grains(cells.prod() * len(basis), "sample")
+    count = cells.prod() * len(basis)
+    check_grains(count, "sample", MOST_GRAINS, "the lattice", "Use fewer cells or a smaller size.")
     corners = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), -1)
     positions = (corners.reshape(-1, 1, 3) + basis).reshape(-1, 3) * edges
     if spec.vacancies:

@@ -17,7 +17,6 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from dusttaichi.errors import DustError
 from dusttaichi.samples import ballistic, cut
 from dusttaichi.samples.ballistic import across, arrival, random_directions, random_in_disc
 from dusttaichi.samples.materials import Materials
@@ -229,9 +228,4 @@ def _guessed_grains(spec, radius, edges) -> float:
 
 
 def _check_grains(grains: float) -> None:
-    if grains > MOST_GRAINS:
-        raise DustError(
-            f"sample: the aggregate would have some {grains:.1e} grains; allowed: "
-            f"{MOST_GRAINS:.0e}. Use fewer grains, a smaller size, or an aspect closer to 1."
-        )
-    check_grains(grains, "sample")
+    check_grains(grains, "sample", MOST_GRAINS, "the aggregate", cut.ADVICE)

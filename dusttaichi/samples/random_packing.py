@@ -66,11 +66,7 @@ def make(spec: RandomPackingSample, materials: Materials) -> Sample:
         count = spec.filling_factor * float(period.prod()) / (4 / 3 * math.pi * crowd.radius**3)
     else:
         count = spec.grains
-    if count > MOST_GRAINS:
-        raise DustError(
-            f"sample: the packing would have {count:.1e} grains; allowed: {MOST_GRAINS:.0e}."
-        )
-    check_grains(count, "sample")
+    check_grains(count, "sample", MOST_GRAINS, "the packing")
     if crowd.equal or spec.size is None:
         grains = crowd.draw(max(1, int(count + 1e-9)), rng)
     else:  # as many as fill the cell

@@ -282,12 +282,7 @@ def _scale(deposit, spec, edges):
 def _check_drops(period, height, radius) -> None:
     """Raise DustError for too many drops; the fluffy top above the cut takes about 30 r."""
     drops = BULK * np.prod(period) * (height + 30 * radius) / (4 / 3 * math.pi * radius**3)
-    if drops > MOST_DROPS:
-        raise DustError(
-            f"sample: the cake to cut from would have some {drops:.1e} grains; allowed: "
-            f"{MOST_DROPS:.0e}. Use fewer grains, a smaller size, or an aspect closer to 1."
-        )
-    check_grains(drops, "sample")
+    check_grains(drops, "sample", MOST_DROPS, "the cake to cut from", cut.ADVICE)
 
 
 def _drop_batch(deposit: Deposit, rng) -> None:

@@ -290,8 +290,15 @@ def memory() -> float:
         return float("inf")
 
 
-def check_grains(grains: float, where: str) -> None:
-    """Raise DustError, with their source, for too many grains for the memory."""
+def check_grains(grains: float, where: str, most=np.inf, what="", advice="Use fewer grains."):
+    """Raise DustError, with their source, for too many grains for the memory, or more than `most`.
+
+    what: of which there would be more, for the message, and advice for its end.
+    """
+    if grains > most:
+        raise DustError(
+            f"{where}: {what} would have some {grains:.1e} grains; allowed: {most:.0e}. {advice}"
+        )
     most = memory() / BYTES
     if grains > most:
         raise DustError(

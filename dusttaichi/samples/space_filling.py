@@ -63,9 +63,7 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
     if count is None:
         mean = np.mean(_volume(drawn(spec, materials, 10_000, rng).radii))
         count = max(1, round(spec.filling_factor * volume / mean))
-    if count > MOST_GRAINS:
-        raise DustError(f"sample: {count:.3g} grains are too many; allowed: {MOST_GRAINS}.")
-    check_grains(count, "sample")
+    check_grains(count, "sample", MOST_GRAINS, "the box")
     grains = drawn(spec, materials, count, rng)
     if spec.size is not None:
         edges = np.array(spec.size)

@@ -1,8 +1,5 @@
 """Random ballistic deposition, against one drop at a time and against S12's numbers."""
 
-import subprocess
-import sys
-import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -252,18 +249,6 @@ def test_bulk_filling_factor_of_a_known_lattice():
 def test_impossible_cuts_are_refused(spec, message):
     with pytest.raises(DustError, match=message):
         cake(**spec)
-
-
-def test_a_hundred_thousand_grains_take_seconds():
-    start = time.perf_counter()
-    sample = cake(grains=100_000)
-    assert len(sample) == 100_000
-    assert time.perf_counter() - start < 20  # measured 0.8 s; a busy machine gets its time
-
-
-def test_samples_import_no_taichi():
-    code = "import dusttaichi.samples, sys; sys.exit('taichi' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 # --- from a scene ----------------------------------------------------------------------------

@@ -1,6 +1,5 @@
 """What a user is told whose YAML file says something that it may not."""
 
-import time
 from pathlib import Path
 
 import pytest
@@ -200,10 +199,9 @@ def test_files_that_are_not_a_scene(tmp_path, content, parts):
 def test_a_nest_of_aliases_takes_no_time():
     lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 30)]
-    start = time.process_time()  # whatever else the machine has to do
+    # without the bound it has no end
     with pytest.raises(DustError, match="its aliases repeat more than 100000 values"):
         from_yaml("\n".join(lines))
-    assert time.process_time() - start < 5  # measured 0.3 s; without the bound it has no end
 
 
 def test_aliases_stand_for_what_they_name():
@@ -291,11 +289,6 @@ def test_texts_that_no_scene_has(text, part):
 def test_a_chain_that_no_memory_holds():
     with pytest.raises(DustError, match=r"sample.grains: 1e\+12 grains need 1e\+06 GB of memory"):
         make_sample(scene(sample="{kind: chain, grains: 1e12}", **OPEN))
-
-
-def test_a_device_is_no_scene():
-    with pytest.raises(DustError, match="it is a device or a pipe"):
-        load("/dev/zero")
 
 
 def test_a_key_that_is_known_elsewhere_is_not_sent_where_it_stands():
