@@ -4,6 +4,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import connected
+from dusttaichi.samples.sample import extent
 from dusttaichi.samples.values import edges_of, exactly_one, shape_of
 from dusttaichi.scene.fields import Faults
 
@@ -74,9 +75,22 @@ def scale(positions, shape: str, edges, radius: float, *, centred: bool = False)
     return np.maximum(2 * sideways, upwards)
 
 
-def fragments(positions: np.ndarray, grains, period=None) -> tuple[int, np.ndarray]:
-    """Number of connected fragments, and each grain's fragment (N,).
+def measures(sample, grains, radii, period=None, on_floor: bool = False) -> dict:
+    """Connected fragments and edges of a sample, for its info; on_floor: those that lie on z = 0.
 
-    grains: mixture.Grains; period: edges (3,) [m] of a periodic cell.
+    grains: mixture.Grains, radii: theirs, or one number [m]; period: edges (3,) [m] of a periodic
+    cell.
     """
-    return connected(grains.touching(positions, period), len(positions))
+    pieces, piece = connected(grains.touching(sample.positions, period), len(sample))
+    info = {"pieces": int(pieces), "largest_piece": int(np.bincount(piece).max())}
+    if on_floor:
+        lowest = sample.positions[:, 2] == radii
+        stands = np.zeros(pieces, dtype=bool)
+        stands[piece[lowest]] = True
+        info |= {
+            "floor_grains": int(np.count_nonzero(lowest)),
+            "loose_fragments": int(np.count_nonzero(~stands)),
+            "loose_grains": int(np.count_nonzero(~stands[piece])),
+        }
+    edges = extent(sample, radii).tolist()
+    return info | dict(zip(("width", "depth", "height"), edges, strict=True))

@@ -105,16 +105,9 @@ def make(spec: LatticeSample, materials: Materials) -> Sample:
         left = max(1, round(len(positions) * (1.0 - spec.vacancies)))
         rng = np.random.default_rng(1 if spec.seed is None else spec.seed)
         positions = positions[np.sort(rng.permutation(len(positions))[:left])]
-    sample = Sample.at_rest(positions)
-    sample.info.update(
-        kind="lattice",
-        structure=spec.structure,
-        grains=len(sample),
-        equilibrium_distance=materials.distance,
-        cells=cells.astype(int).tolist(),
-        period=(cells * edges).tolist(),
-    )
-    return sample
+    info = {"kind": "lattice", "structure": spec.structure, "grains": len(positions)}
+    info |= {"cells": cells.astype(int).tolist(), "period": (cells * edges).tolist()}
+    return Sample.at_rest(positions, info | {"equilibrium_distance": materials.distance})
 
 
 def _cells(spec, edges, basis, radius) -> np.ndarray:

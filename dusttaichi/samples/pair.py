@@ -111,14 +111,11 @@ def make(spec: PairSample, materials: Materials) -> Sample:
     velocities = np.zeros((2, 3))
     velocities[:, 0] = share * spec.speed, -(1 - share) * spec.speed
     spins = np.zeros((2, 3)) if spec.spins is None else np.array(spec.spins, dtype=np.float64)
-    sample = Sample(positions, velocities, spins, **own)
-    sample.info.update(
-        kind="pair",
-        grains=2,
-        distance=float(distance),
-        gap=float(distance - touch),
-        speed=float(spec.speed),
-        impact_parameter=float(impact),
-        equilibrium_distance=float(equilibrium_distance),
-    )
-    return sample
+    info = {
+        "distance": float(distance),
+        "gap": float(distance - touch),
+        "speed": float(spec.speed),
+        "impact_parameter": float(impact),
+        "equilibrium_distance": float(equilibrium_distance),
+    }
+    return Sample(positions, velocities, spins, info=info, **own)

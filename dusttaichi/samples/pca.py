@@ -22,7 +22,7 @@ from dusttaichi.samples.ballistic import across, arrival, random_directions, ran
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import Crowd, MixtureBlock, drawn, mixed, sized
 from dusttaichi.samples.registry import register
-from dusttaichi.samples.sample import Sample, check_grains, extent
+from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.values import CutGrains, CutSize, shape_of
 from dusttaichi.scene.fields import Count, Faults, Number
 
@@ -123,11 +123,10 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
     smallest of the same proportions with that number.
     Raises DustError if the size is too small for a grain, or the aggregate would be too large.
     """
-    radius, equilibrium_distance = materials.radius, materials.distance
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     if mixed(spec) or spec.cluster > 1 or spec.impact_parameter is not None:
         return _one_by_one(spec, materials, rng)
-    aggregate = Aggregate(equilibrium_distance)
+    aggregate = Aggregate(materials.distance)
     if spec.shape == "aggregate":
         _check_grains(spec.grains)
         while len(aggregate.positions) < spec.grains:
@@ -135,23 +134,12 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
         positions = aggregate.positions[: spec.grains]
         positions = positions - positions.mean(axis=0)
     else:
-        positions = _cut(spec, radius, aggregate, rng)
-    sample = Sample.at_rest(positions)
+        positions = _cut(spec, materials.radius, aggregate, rng)
     grains = Crowd(spec, materials, rng).draw(len(positions), rng)
-    count, fragment = cut.fragments(positions, grains)
-    sample.info.update(
-        kind="pca",
-        shape=spec.shape,
-        seed=int(spec.seed),
-        grains=len(sample),
-        equilibrium_distance=float(equilibrium_distance),
-        aggregated=len(aggregate.positions),
-        pieces=int(count),
-        largest_piece=int(np.bincount(fragment).max()),
-    )
-    sample.info.update(
-        zip(("width", "depth", "height"), extent(sample, radius).tolist(), strict=True)
-    )
+    info = {"kind": "pca", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
+    info["aggregated"] = len(aggregate.positions)
+    sample = sized(positions, grains, materials, info)
+    sample.info.update(cut.measures(sample, grains, materials.radius))
     return sample
 
 

@@ -30,7 +30,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, mixed, sized
 from dusttaichi.samples.near import near
 from dusttaichi.samples.registry import register
-from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, check_grains, extent
+from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, check_grains
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
 from dusttaichi.scene.fields import Faults, Number
 from dusttaichi.scene.quantities import Quantity
@@ -269,7 +269,13 @@ def _sample(spec, materials, body, info) -> Sample:
     positions, grains = body
     info |= {"kind": "rbd", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
     sample = sized(positions, grains, materials, info)
-    sample.info.update(_describe(sample, grains, on_floor=not spec.base))
+    radii = materials.radius if sample.radii is None else grains.radii
+    period = info.get("period")
+    if period is not None:
+        period = period * np.array([1.0, 1.0, 2.0])  # no image of the floor above the top
+    sample.info.update(cut.measures(sample, grains, radii, period, on_floor=not spec.base))
+    if sample.radii is None:
+        sample.info["bulk_filling_factor"] = bulk_filling_factor(sample, radii)
     return sample
 
 
@@ -303,26 +309,3 @@ def _guessed_width(spec, radius, beside=2.0) -> float:
     area = math.pi / 4 if spec.shape == "cylinder" else 1.0
     centres = spec.grains * 4 / 3 * math.pi / (BULK * area * spec.aspect)
     return radius * max(centres ** (1 / 3) + beside, 2.0 / spec.aspect)
-
-
-def _describe(sample: Sample, grains: Grains, on_floor: bool) -> dict:
-    # one number for equal grains
-    radii = float(grains.radii[0]) if sample.radii is None else grains.radii
-    period = sample.info.get("period")
-    if period is not None:
-        period = period * np.array([1.0, 1.0, 2.0])  # no image of the floor above the top
-    pieces, piece = cut.fragments(sample.positions, grains, period)
-    info = {"pieces": int(pieces), "largest_piece": int(np.bincount(piece).max())}
-    if on_floor:
-        lowest = sample.positions[:, 2] == radii
-        stands = np.zeros(pieces, dtype=bool)
-        stands[piece[lowest]] = True
-        info |= {
-            "floor_grains": int(np.count_nonzero(lowest)),
-            "loose_fragments": int(np.count_nonzero(~stands)),
-            "loose_grains": int(np.count_nonzero(~stands[piece])),
-        }
-    if sample.radii is None:
-        info["bulk_filling_factor"] = bulk_filling_factor(sample, radii)
-    edges = extent(sample, radii)
-    return info | dict(zip(("width", "depth", "height"), edges.tolist(), strict=True))
