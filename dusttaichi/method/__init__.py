@@ -15,14 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dusttaichi.method.simple import SimpleSimulation
-from dusttaichi.method.simulation import (
-    Measurement,
-    Scene,
-    Simulation,
-    Start,
-    State,
-    Window,
-)
+from dusttaichi.method.simulation import Measurement, Scene, Simulation, Start, State, Window
 
 if TYPE_CHECKING:
     from dusttaichi.results.variables import Variable

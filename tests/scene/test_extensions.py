@@ -172,7 +172,7 @@ def test_law_kind_and_method_are_known(folder):
 
 
 def test_twice_is_harmless(folder):
-    """The same file again, a link to it, a copy of it."""
+    """A file once more, a link to it, a copy of it."""
     first = from_yaml(LAW, folder)
     law = laws.law_of("rolling", "speed_dependent")
     (folder / "link.py").symlink_to(folder / "rolling_with_speed.py")
