@@ -195,34 +195,6 @@ def test_columns_instead_of_a_style(tmp_path):
 SPHERES = lines("2 1 1.2 2.65 2.2 5 5", "1 1 1.2 2.65 1 5 5", head=f"{HEAD}Atoms # sphere\n\n")
 
 
-@pytest.mark.parametrize(
-    "text, message",
-    [
-        (SPHERES.replace("2 atoms", "3 atoms"), "announces 3 atoms, .* section Atoms is 2"),
-        (SPHERES.replace("2 atoms", "1 atoms"), "announces 1 atoms, .* section Atoms is 2"),
-        (
-            SPHERES + "\nVelocities\n\n1 0 0 0 0 0 0\n3 0 0 0 0 0 0\n",
-            "ids of its section Velocities",
-        ),
-        (SPHERES.replace("sphere", "full"), "not of the style full: the column type is not of"),
-        (SPHERES.replace("1 1 1.2", "1 dust 1.2"), "column type has texts"),
-        (SPHERES.replace("0 10 xlo", "20 10 xlo"), "line 6 .* the upper end is below"),
-        (
-            lines("1 1 1 1 1 5 5", head=f"{HEAD.replace('2 at', '1 at')}Atoms # body\n\n"),
-            "its grains are bodies; allowed: spheres",
-        ),
-        (
-            lines("1 1 1 1 1 5 5", head=f"{HEAD.replace('2 at', '1 at')}Atoms # ellipsoid\n\n")
-            + "\nEllipsoids\n\n1 1.2 1 1.2 1 0 0 0\n",
-            "ellipsoid of the diameters 1.2, 1, 1.2",
-        ),
-    ],
-)
-def test_data_files_that_are_refused(tmp_path, text, message):
-    with pytest.raises(DustError, match=message):
-        read(tmp_path, text)
-
-
 def test_sections_of_data_files(tmp_path):
     """Also without empty lines, below a long header, and behind the sections of bonds."""
     head = "# filling\n" * 900
@@ -295,22 +267,6 @@ def test_columns_of_dumps(tmp_path):
     assert "not read from" in found.info["remarks"][1] and "c_pe, v_x" in found.info["remarks"][1]
 
 
-@pytest.mark.parametrize(
-    "text, message",
-    [
-        (dump("id type x y z", "1 1 1 5 5"), "line 6 announces 2 .* below is 1"),
-        (dump("id type x y z", *["1 1 1 5 5"] * 3), "line 6 announces 2 .* below is 3"),
-        (dump("id type x y", *["1 1 1 5"] * 2), "it lacks z"),
-        (dump("id x y z r radius", "1 1 5 5 .6 .7", "2 3 5 5 .6 .7"), "both are its radius"),
-        (dump("id type x y z", "1 0 1 5 5", "2 1 3 5 5"), "its type 0 has no material"),
-        ("ITEM: TIMESTEP\n0\nITEM: ENTRIES a b\n1 2\n", "it is a dump local"),
-    ],
-)
-def test_dumps_that_are_refused(tmp_path, text, message):
-    with pytest.raises(DustError, match=message):
-        read(tmp_path, text)
-
-
 def test_dumps_without_names_of_columns(tmp_path):
     rows = ("1 1 .1 .5 .5", "2 1 .22 .5 .5")
     old = dump("", *rows, head=STEP, bounds="ITEM: BOX BOUNDS\n0 1\n0 1\n0 1\n")
@@ -354,9 +310,36 @@ def test_extended_xyz(tmp_path):
     assert found.info["remarks"][0].endswith("forces")
 
 
+# -- what is refused ------------------------------------------------------------------------------
+
+
 @pytest.mark.parametrize(
     "text, message",
     [
+        (SPHERES.replace("2 atoms", "3 atoms"), "announces 3 atoms, .* section Atoms is 2"),
+        (SPHERES.replace("2 atoms", "1 atoms"), "announces 1 atoms, .* section Atoms is 2"),
+        (
+            SPHERES + "\nVelocities\n\n1 0 0 0 0 0 0\n3 0 0 0 0 0 0\n",
+            "ids of its section Velocities",
+        ),
+        (SPHERES.replace("sphere", "full"), "not of the style full: the column type is not of"),
+        (SPHERES.replace("1 1 1.2", "1 dust 1.2"), "column type has texts"),
+        (SPHERES.replace("0 10 xlo", "20 10 xlo"), "line 6 .* the upper end is below"),
+        (
+            lines("1 1 1 1 1 5 5", head=f"{HEAD.replace('2 at', '1 at')}Atoms # body\n\n"),
+            "its grains are bodies; allowed: spheres",
+        ),
+        (
+            lines("1 1 1 1 1 5 5", head=f"{HEAD.replace('2 at', '1 at')}Atoms # ellipsoid\n\n")
+            + "\nEllipsoids\n\n1 1.2 1 1.2 1 0 0 0\n",
+            "ellipsoid of the diameters 1.2, 1, 1.2",
+        ),
+        (dump("id type x y z", "1 1 1 5 5"), "line 6 announces 2 .* below is 1"),
+        (dump("id type x y z", *["1 1 1 5 5"] * 3), "line 6 announces 2 .* below is 3"),
+        (dump("id type x y", *["1 1 1 5"] * 2), "it lacks z"),
+        (dump("id x y z r radius", "1 1 5 5 .6 .7", "2 3 5 5 .6 .7"), "both are its radius"),
+        (dump("id type x y z", "1 0 1 5 5", "2 1 3 5 5"), "its type 0 has no material"),
+        ("ITEM: TIMESTEP\n0\nITEM: ENTRIES a b\n1 2\n", "it is a dump local"),
         ("3\n\nC 0 0 0\nC 1 0 0\n2\n\nC 0 0 0\nC 1 0 0\n", r"line 1 .* is 2, where line 5 \('2'\)"),
         ("2\n\nC 0 0 0\nC 1 0 0\nend\n2\n\nC 0 0 0\nC 1 0 0\n", "line 5 .'end'. is one line more"),
         ("2\n\nC 0 0 0 .6\nC 1.2 0 0 .6\n", r"have no names, .* columns: \[species, x, y, z, rad"),
@@ -365,12 +348,9 @@ def test_extended_xyz(tmp_path):
         ("3\n\n1 0 0 .6\n2 9 0 .6\n9 9 9 .6\n", "can be x y z r or type x y z; sample.columns"),
     ],
 )
-def test_xyz_that_is_refused(tmp_path, text, message):
+def test_files_that_are_refused(tmp_path, text, message):
     with pytest.raises(DustError, match=message):
         read(tmp_path, text, units="um")
-
-
-# -- other files ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -391,25 +371,19 @@ def test_xyz_that_is_refused(tmp_path, text, message):
         (gzip.compress(b"x,y,z\n" * 9, mtime=0)[:9], {}, "cannot be read .* allowed: a whole"),
         ("x,y,z\n0,0,0\n".encode("utf-16"), {}, "zero bytes, as UTF-16"),
         ("#format x_y_z_r_matId\n0 0 0 .6 5\n", {}, "its matId 5 has no material .* 0 default"),
+        (
+            "0 0 0\n",
+            {"columns": ["x", "rad1"]},
+            "'rad1' is no name of a column; allowed: x y z",
+        ),
+        ("0 0 0\n", {"columns": ["x", "y", "r"]}, "x, y and z are needed"),
+        ("0 0 0\n", {"style": "spheer"}, "an atom style of LAMMPS is needed: sphere"),
+        ("0 0 0\n", {"style": "sphere", "columns": ["x", "y", "z"]}, "one of both is needed"),
     ],
 )
 def test_texts_that_are_refused(tmp_path, text, keys, message):
     with pytest.raises(DustError, match=message):
         read(tmp_path, text, units="um", **keys)
-
-
-@pytest.mark.parametrize(
-    "keys, message",
-    [
-        ({"columns": ["x", "y", "z", "rad1"]}, "'rad1' is no name of a column; allowed: x y z"),
-        ({"columns": ["x", "y", "r"]}, "x, y and z are needed"),
-        ({"style": "spheer"}, "an atom style of LAMMPS is needed: sphere"),
-        ({"style": "sphere", "columns": ["x", "y", "z"]}, "one of both is needed"),
-    ],
-)
-def test_keys_that_are_refused(tmp_path, keys, message):
-    with pytest.raises(DustError, match=message):
-        read(tmp_path, "0 0 0\n", **keys)
 
 
 def test_guesses_are_remarked_of_bodies_too(tmp_path):
