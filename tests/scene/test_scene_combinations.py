@@ -57,12 +57,20 @@ from dusttaichi.scene import from_yaml
             },
             ["boundary.size", "the sample does not fit"],
         ),
+        # far outside of what can be computed
+        ({"boundary": "{kind: box, wall_speed: 1e-300 m/s}"}, ["boundary.wall_speed", "1e-20 m/s"]),
+        ({"boundary": "{kind: box, wall_speed: 1e200 m/s}"}, ["boundary.wall_speed", "3e+08 m/s"]),
+        ({"boundary": "{kind: box, side_walls: 1e300}"}, ["boundary.side_walls", "1e+12 can"]),
+        ({"boundary": "{kind: plates, glue: 1e300}"}, ["boundary.glue", "1e+12 can"]),
+        ({"sample": "{kind: pair, gap: 1e200 m}"}, ["sample.gap", "1e+07 m can"]),
+        ({"sample": "{kind: pair, gap: 1e9999999 um}"}, ["sample.gap", "not a finite number"]),
+        ({"stop": "{steps: 1e18}"}, ["stop.steps", "1e+15 can"]),
     ],
 )
 def test_blocks_that_do_not_go_together(blocks, parts):
     with pytest.raises(DustError) as error:
         scene(**blocks)
-    assert all(part in str(error.value) for part in parts)
+    assert all(part in str(error.value) for part in [*parts, "(line "])
 
 
 def test_all_problems_at_once_in_the_order_of_the_file():

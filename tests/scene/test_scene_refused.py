@@ -254,24 +254,6 @@ def test_missing_sample_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "blocks, parts",
-    [
-        ({"boundary": "{kind: box, wall_speed: 1e-300 m/s}"}, ["boundary.wall_speed", "1e-20 m/s"]),
-        ({"boundary": "{kind: box, wall_speed: 1e200 m/s}"}, ["boundary.wall_speed", "3e+08 m/s"]),
-        ({"boundary": "{kind: box, side_walls: 1e300}"}, ["boundary.side_walls", "1e+12 can"]),
-        ({"boundary": "{kind: plates, glue: 1e300}"}, ["boundary.glue", "1e+12 can"]),
-        ({"sample": "{kind: pair, gap: 1e200 m}"}, ["sample.gap", "1e+07 m can"]),
-        ({"sample": "{kind: pair, gap: 1e9999999 um}"}, ["sample.gap", "not a finite number"]),
-        ({"stop": "{steps: 1e18}"}, ["stop.steps", "1e+15 can"]),
-    ],
-)
-def test_numbers_far_outside_of_what_can_be_computed(blocks, parts):
-    with pytest.raises(DustError) as error:
-        scene(**blocks)
-    assert all(part in str(error.value) for part in [*parts, "(line "])
-
-
-@pytest.mark.parametrize(
     "text, part",
     [
         ("zz: a\x00b", "the character U+0000 is not allowed (line 9"),
