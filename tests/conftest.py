@@ -1,9 +1,11 @@
 """What holds for the whole suite: the order of tests, and the collector of cycles."""
 
 import gc
+import hashlib
 import os
+import re
 import signal
-from collections import Counter
+from collections import Counter, defaultdict
 from functools import cache
 from pathlib import Path
 
@@ -65,52 +67,57 @@ def pytest_addoption(parser):
     parser.addoption(
         "--structures",
         action="store_true",
-        help="list the tests that compiled the kernels of a scene in their process, and their time",
+        help="list the tests that compiled kernels of a scene, their time, and which structures",
     )
 
 
-_compiled = Counter()  # structures by their test
+_compiled = defaultdict(list)  # structures by their test
 
 
-def _count_structures():
-    """Count each structure that a process compiles, or loads from the cache, for a test."""
+def _note_structures():
+    """Note each structure that a process compiles, or loads from the cache, for a test."""
     from dusttaichi.compute.last_compiled import LastCompiled  # imports Taichi
 
     tables = LastCompiled.tables
 
-    def counted(self, compiled, particles, **more):
-        _compiled[os.environ.get("PYTEST_CURRENT_TEST")] += compiled is not self._compiled
+    def noted(self, compiled, particles, **more):
+        if compiled is not self._compiled:
+            effects = getattr(getattr(compiled.layout, "model", None), "effects", ())
+            laws = [getattr(law, "law", None) for _, law in effects]  # of damping
+            key = re.sub(r" at 0x\w+", "", repr((compiled.compile_key, laws)))
+            short = hashlib.sha256(key.encode()).hexdigest()[:4]
+            _compiled[os.environ.get("PYTEST_CURRENT_TEST")].append(short)
         return tables(self, compiled, particles, **more)
 
-    LastCompiled.tables = counted
+    LastCompiled.tables = noted
 
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item, call):
     phase = os.environ.get("PYTEST_CURRENT_TEST")
-    if found := _compiled.pop(phase, 0):
-        item.user_properties.append(("structures", found))
+    item.user_properties += [("structure", short) for short in _compiled.pop(phase, ())]
     yield
 
 
 def pytest_terminal_summary(terminalreporter, config):
-    """How many structures were compiled, and which tests caused them, the slowest first."""
+    """How many structures were compiled, and for which tests, the slowest first."""
     if not config.option.structures:
         return
     seconds, structures = Counter(), {}
     for reports in terminalreporter.stats.values():
         for report in reports:
-            if hasattr(report, "user_properties"):
+            if hasattr(report, "duration"):  # what was left out is no report
                 seconds[report.nodeid] += report.duration
-                known = [n for name, n in report.user_properties if name == "structures"]
-                structures[report.nodeid] = max(structures.get(report.nodeid, 0), sum(known))
-    tests = sorted((name for name, n in structures.items() if n), key=lambda n: -seconds[n])
+                found = [short for name, short in report.user_properties if name == "structure"]
+                structures[report.nodeid] = max(structures.get(report.nodeid, []), found, key=len)
+    tests = sorted((name for name, own in structures.items() if own), key=lambda n: -seconds[n])
+    loaded = [short for name in tests for short in structures[name]]
     terminalreporter.section(
-        f"{sum(structures.values())} structures compiled or loaded, by {len(tests)} tests in "
-        f"{sum(seconds[n] for n in tests):.0f} of {sum(seconds.values()):.0f} s"
+        f"{len(set(loaded))} structures, {len(loaded)} times compiled or loaded by {len(tests)} "
+        f"tests in {sum(seconds[n] for n in tests):.0f} of {sum(seconds.values()):.0f} s"
     )
     for name in tests:
-        terminalreporter.line(f"{seconds[name]:6.1f} s  {structures[name]:2d}  {name}")
+        terminalreporter.line(f"{seconds[name]:6.1f} s  {name}  {' '.join(structures[name])}")
 
 
 def pytest_configure(config):
@@ -119,7 +126,7 @@ def pytest_configure(config):
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if config.option.structures:
-        _count_structures()
+        _note_structures()
 
 
 def pytest_collection_finish():

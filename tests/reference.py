@@ -95,46 +95,10 @@ def mixed(
     )
 
 
-def numbers(
-    wall=False,
-    effects=("rolling", "sliding", "twisting"),
-    m_r=1.0,
-    m_s=1.0,
-    m_t=1.0,
-    damping="none",
-    material=None,
-):
-    """Numbers of a pair, or of a grain and a wall."""
-    mat = {**SILICATE, **(material or {})}
-    r, gamma, nu = mat["r"], mat["gamma"], mat["nu"]
-    E_star = mat["E"] / (2 * (1 - nu**2))
-    G = mat["E"] / (2 * (1 + nu))
-    G_star = G / (2 * (2 - nu))
-    R = r if wall else r / 2
-    a0 = (9 * np.pi * gamma * R**2 / E_star) ** (1 / 3)
-    a0_pair = (9 * np.pi * gamma * (r / 2) ** 2 / E_star) ** (1 / 3)
-    F_c = 3 * np.pi * gamma * R
-    mass = mat["rho"] * 4 / 3 * np.pi * r**3
-    t_c = 0.95 * r ** (7 / 6) * mat["rho"] ** 0.5 / (gamma ** (1 / 6) * E_star ** (1 / 3))
-    kappa = {
-        "none": lambda s: 0.0,
-        "viscous": lambda s: 1e-9,
-        "scaled": lambda s: 0.01 * mass / t_c,
-        "viscoelastic": lambda s: 2 * 12.5e-12 / nu**2 * E_star * a0 * s**2,
-    }[damping]
-    return Numbers(
-        r=r,
-        R=R,
-        F_c=F_c,
-        delta0=a0**2 / (3 * R),
-        k_r=("rolling" in effects) * m_r * 12 * np.pi * gamma,
-        k_s=("sliding" in effects) * m_s * 8 * a0 * G_star,
-        k_t=("twisting" in effects) * m_t * 16 / 3 * (G / 2) * a0_pair**3,
-        xi_crit=mat["xi_crit"],
-        zeta_crit=(2 - nu) * a0 / (16 * np.pi),
-        phi_crit=1 / (16 * np.pi),
-        kappa=kappa,
-    )
+def numbers(wall=False, material=None, **keys):
+    """Numbers of a pair of equal grains, or of a grain and its wall; keys: those of `mixed`."""
+    stuff = material or {}
+    return mixed(stuff, stuff, wall, **keys)
 
 
 def mass_and_inertia(material=None):

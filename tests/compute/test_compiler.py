@@ -51,7 +51,6 @@ SCENES = {
     "unlike grains": (UNLIKE, 1e-4, ("stress", "kinetic_rotation", "loss")),
     "continuum": (CONTINUUM, 1e-9, ("filling_factor_mean", "pressure", "loss")),
 }
-QUICK = "equal grains"  # the others compile more, and are long
 FOREIGN = """
 import quadrants as ti
 """
@@ -90,9 +89,8 @@ def dust(folder, *arguments, name):
 
 
 @pytest.mark.skipif(importlib.util.find_spec("quadrants") is None, reason="there is no Quadrants")
-@pytest.mark.parametrize(
-    "scene", [n if n == QUICK else pytest.param(n, marks=pytest.mark.long) for n in SCENES]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("scene", SCENES)
 def test_quadrants_computes_the_same(scene, tmp_path):
     """From the same source, up to rounding, which is in another order where LLVM is another."""
     text, apart, variables = SCENES[scene]
@@ -111,7 +109,7 @@ def test_quadrants_computes_the_same(scene, tmp_path):
         assert np.nanmax(np.abs(a)) > 0
         atol = 0.01 * apart * np.nanmax(np.abs(a))
         np.testing.assert_allclose(a, b, rtol=apart, atol=atol, err_msg=variable)
-    if scene != QUICK:
+    if scene != "equal grains":
         return
     done = dust(tmp_path, "run", "other.yaml", "--output", "taichi", "--resume", name="quadrants")
     assert done.returncode == 2 and "here Quadrants" in done.stdout + done.stderr

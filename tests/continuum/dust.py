@@ -7,18 +7,22 @@ from dusttaichi.samples.continuum.particles import Particles
 from dusttaichi.scene import Scene
 
 SPACING = 1e-4
+ROW = SPACING * np.sqrt(3.0) / 2.0  # height of a row of a triangular lattice
 DENSITY = 300.0
+K, MU = 3e5, 1.5e5  # of dust_g09 at its own density
+WALLS = {"kind": "faces", "bottom": "rigid", "top": "rigid", "periodic": ["x"]}
 
 
-def scene(material="dust_g09", boundary=None, dimension=2, **numerics):
-    """A scene of dust in two dimensions, whose sample the tests replace."""
+def scene(material="dust_g09", boundary=None, dimension=2, sample=None, **numerics):
+    """A scene of dust; without a sample it has a block, which the tests replace."""
+    size = ["1 mm", "1 mm"] + ["1 mm"] * (dimension == 3)
     return Scene.from_dict(
         {
             "name": "dust",
             "method": "continuum",
             "dimension": dimension,
             "material": material,
-            "sample": {"kind": "block", "size": ["1 mm", "1 mm"] + ["1 mm"] * (dimension == 3)},
+            "sample": sample or {"kind": "block", "size": size},
             "boundary": boundary or {"kind": "open"},
             "numerics": {"spacing": f"{SPACING} m", "threads": 1, **numerics},
             "stop": {"steps": 1},
@@ -29,21 +33,24 @@ def scene(material="dust_g09", boundary=None, dimension=2, **numerics):
 def rows(columns, count):
     """Places (n, 2) of a triangular lattice that repeats after `columns` spacings in x, and the
     area of a particle."""
-    high = SPACING * np.sqrt(3.0) / 2.0
     i, k = np.meshgrid(np.arange(columns), np.arange(count), indexing="ij")
     x = (i + 0.25 + 0.5 * (k % 2)) * SPACING
-    return np.stack([x.ravel(), (k.ravel() + 0.5) * high], axis=1), SPACING * high
+    return np.stack([x.ravel(), (k.ravel() + 0.5) * ROW], axis=1), SPACING * ROW
+
+
+def column(columns, count, velocity=0.0, boundary=WALLS, material="dust_g09", **numerics):
+    """Scene and particles of so many rows of dust between faces, in a room as wide as they are;
+    velocity: (n, 2), or a function of the places."""
+    x, area = rows(columns, count)
+    top = np.nan if boundary.get("top", "open") == "open" else count * ROW
+    room = np.array([[0.0, columns * SPACING], [np.nan, np.nan], [0.0, top]])
+    v = velocity(x) if callable(velocity) else velocity
+    return scene(material, boundary, **numerics), particles(x, area, v, room=room)
 
 
 def pressed(count, speed):
-    """Scene and particles of so many rows of dust between rigid walls, periodic sideways, pressed
-    from above at a speed [m/s]."""
-    columns, high = 6, SPACING * np.sqrt(3.0) / 2.0
-    x, area = rows(columns, count)
-    boundary = {"kind": "faces", "bottom": "rigid", "top": "rigid", "periodic": ["x"]}
-    boundary |= {"wall_speed": f"{speed} m/s"}
-    room = np.array([[0.0, columns * SPACING], [np.nan, np.nan], [0.0, count * high]])
-    return scene(boundary=boundary), particles(x, area, room=room)
+    """A column of six spacings between rigid walls, pressed from above at a speed [m/s]."""
+    return column(6, count, boundary=WALLS | {"wall_speed": f"{speed} m/s"})
 
 
 def disc(radius):
@@ -71,9 +78,28 @@ def particles(x, area, velocity=0.0, **more):
     )
 
 
-def moving(scene, sample):
-    """The simulation of a scene with these particles."""
-    return method.of(scene).build(scene, sample)
+def moving(scene, sample=None):
+    """The simulation of a scene, with these particles or its own."""
+    own = method.make_sample(scene) if sample is None else sample
+    return method.of(scene).build(scene, own)
+
+
+def period(motion, mode, until, every=1):
+    """Period [s] of a mode, a function of the simulation: twice the time between two zeros.
+
+    until [s]; it is looked at every so many steps, and between two looks it is a line.
+    """
+    sim, times, values = motion.sim, [], []
+    while sim.step * sim.output_step < until:
+        motion.advance(every)
+        times.append(sim.step * sim.output_step)
+        values.append(mode(sim))
+    values = np.array(values)
+    at = np.flatnonzero(np.sign(values[1:]) != np.sign(values[:-1]))[:2]
+    zeros = [
+        times[n] + (times[n + 1] - times[n]) * values[n] / (values[n] - values[n + 1]) for n in at
+    ]
+    return 2.0 * (zeros[1] - zeros[0])
 
 
 def momenta(motion):

@@ -10,11 +10,8 @@ from scipy.special import j1, jn, y1, yn
 from dusttaichi.continuum.kernels.store import CENTRE, FACES
 from dusttaichi.physics.continuum import strength
 from dusttaichi.samples.continuum.particles import RIGID, Body, Particles, joined
-from dusttaichi.scene import Scene
 
-RIGID_WALLS = {"kind": "faces", "bottom": "rigid", "top": "rigid", "periodic": ["x"]}
-ROW = dust.SPACING * np.sqrt(3.0) / 2.0
-K, MU = 3e5, 1.5e5  # of dust_g09 at its own density
+ROW, K, MU = dust.ROW, dust.K, dust.MU
 LONGITUDINAL = np.sqrt((K + 4.0 / 3.0 * MU) / dust.DENSITY)
 TRANSVERSE = np.sqrt(MU / dust.DENSITY)
 QUIET = {"viscosity": {"grid": 0.0}}
@@ -30,28 +27,13 @@ def alone(body):
     )  # fmt: skip
 
 
-def column(count, velocity=0.0, top="rigid", **numerics):
-    """Motion of so many rows of dust between faces, eight spacings wide and periodic sideways."""
-    x, area = dust.rows(8, count)
-    boundary = {key: face for key, face in RIGID_WALLS.items() if key != "top"} | {"top": top}
-    room = np.array([[0.0, 8 * dust.SPACING], [np.nan] * 2, [0.0, count * ROW]])
-    if top == "open":
-        room[2, 1] = np.nan
-    v = velocity(x) if callable(velocity) else velocity
-    scene = dust.scene(boundary=boundary, **QUIET | numerics)
-    return scene, dust.particles(x, area, v, room=room)
-
-
 @pytest.mark.parametrize("face", ["rigid", {"layer": "0.3 mm"}], ids=["rigid", "layer"])
 def test_the_force_on_a_plate_follows_from_its_height(face):
     """Pressed slowly, plates feel Sigma + 2 Y/3 at the filling factor that their distance says: no
     row of dust is lost between them. Within 2 % at 20 spacings; here 12 have 0.3 %."""
     size = ["0.4 mm", "1.2 mm" if face == "rigid" else "1.8 mm"]
-    boundary = RIGID_WALLS | {"bottom": face, "top": face, "wall_speed": "0.1 m/s"}
-    blocks = {"boundary": boundary, "numerics": {"spacing": "0.1 mm", "threads": 1}}
-    base = {"name": "plates", "method": "continuum", "material": "dust_g09", "stop": {"steps": 1}}
-    scene = Scene.from_dict(base | blocks | {"sample": {"kind": "block", "size": size}})
-    motion = dust.moving(scene, dust.method.make_sample(scene))
+    boundary = dust.WALLS | {"bottom": face, "top": face, "wall_speed": "0.1 m/s"}
+    motion = dust.moving(dust.scene(boundary=boundary, sample={"kind": "block", "size": size}))
     sim, start, speed = motion.sim, motion.measure(), 0.1
     high = np.ptp(motion.sample.room[2])
     for phi in (0.18, 0.3, 0.4):
@@ -77,6 +59,7 @@ def test_the_force_on_a_plate_follows_from_its_height(face):
 
 # what a scene can have in the loops over images
 OPTIONS = {
+    "plain": {},
     "viscous": {"viscosity": {"contact": 1.0, "bulk": 0.5, "quadratic": 1.0}},
     "separate, with heat": {"contact": "separate", "viscosity": {"contact": 0.5}},
 }
@@ -111,7 +94,7 @@ def on_a_plane(face, material, numerics):
 
 
 @pytest.mark.parametrize(
-    "option", [pytest.param("viscous", marks=pytest.mark.long), "separate, with heat"]
+    "option", ["plain", *(pytest.param(n, marks=pytest.mark.long) for n in [*OPTIONS][1:])]
 )
 def test_a_face_acts_as_the_flat_end_of_a_body(option):
     """Images behind faces are computed for a block at once, those behind bodies one by one."""
@@ -133,24 +116,6 @@ def test_a_face_acts_as_the_flat_end_of_a_body(option):
         assert other == pytest.approx(one, abs=1e-9 * np.abs(one).max()), name
 
 
-def period(motion, mode, until):
-    """Period [s] of a mode, a function of the simulation: half of it between two zeros.
-
-    It is looked at every fourth step, hundreds of times a period: between two looks it is a line.
-    """
-    sim, times, values = motion.sim, [], []
-    while sim.step * sim.output_step < until:
-        motion.advance(4)
-        times.append(sim.step * sim.output_step)
-        values.append(mode(sim))
-    values = np.array(values)
-    at = np.flatnonzero(np.sign(values[1:]) != np.sign(values[:-1]))[:2]
-    zeros = [
-        times[n] + (times[n + 1] - times[n]) * values[n] / (values[n] - values[n + 1]) for n in at
-    ]
-    return 2.0 * (zeros[1] - zeros[0])
-
-
 def standing(count, axis):
     """Period of the lowest wave between two rigid walls over that of its material."""
     high = count * ROW
@@ -160,14 +125,14 @@ def standing(count, axis):
         v[:, axis] = 1e-3 * np.sin(np.pi * x[:, 1] / high)
         return v
 
-    motion = dust.moving(*column(count, velocity, time_step="1 us"))
+    motion = dust.moving(*dust.column(8, count, velocity, time_step="1 us", **QUIET))
     exact = 2.0 * high / (LONGITUDINAL if axis else TRANSVERSE)
 
     def mode(sim):
         z = sim.of_particles("x")[:, 1]
         return np.sum(sim.velocities()[:, 2 * axis] * np.sin(np.pi * z / high))
 
-    return period(motion, mode, 0.85 * exact) / exact - 1.0
+    return dust.period(motion, mode, 0.85 * exact, 4) / exact - 1.0
 
 
 @pytest.mark.parametrize("axis", [0, 1], ids=["along the wall", "across it"])
@@ -183,7 +148,8 @@ def test_a_mass_swings_on_a_layer_of_dust():
     mass of the dust over that of the punch."""
     count, ratio = 16, 0.5
     high, width = count * ROW, 8 * dust.SPACING
-    scene, layer = column(count, top="open", time_step="1 us")
+    walls = dust.WALLS | {"top": "open"}
+    scene, layer = dust.column(8, count, boundary=walls, time_step="1 us", **QUIET)
     mass = layer.mass.sum() / ratio
     still, centre = np.zeros(3), np.array([width / 2, 0.0, high + 5 * ROW])
     body = Body(
@@ -198,7 +164,8 @@ def test_a_mass_swings_on_a_layer_of_dust():
     motion = dust.moving(scene, both)
     kh = brentq(lambda a: a * np.tan(a) - ratio, 1e-6, 1.5)
     exact = 2.0 * np.pi / (kh / high * LONGITUDINAL)
-    found = period(motion, lambda sim: sim.rigid(CENTRE)[FACES, 2] - centre[2], 1.2 * exact)
+    height = centre[2]
+    found = dust.period(motion, lambda sim: sim.rigid(CENTRE)[FACES, 2] - height, 1.2 * exact, 4)
     # from its first return to where it began to the next, half a period
     assert found == pytest.approx(exact, rel=0.02)
 
@@ -235,7 +202,7 @@ def twist(spacing_ratio):
     motion = dust.moving(scene, joined([ring, alone(body)]))
     exact = 2.0 * np.pi / (k * TRANSVERSE)
     _, before = dust.momenta(motion)
-    found = period(motion, lambda sim: sim.body_speeds()[1][FACES, 1], 0.85 * exact)
+    found = dust.period(motion, lambda sim: sim.body_speeds()[1][FACES, 1], 0.85 * exact, 4)
     return found / exact - 1.0
 
 
@@ -256,10 +223,7 @@ def test_half_a_disc_at_a_mirror_moves_as_the_whole():
         sample = {"kind": "impact", "target": target, "projectile": bead, "speed": "0.5 m/s"}
         faces = {"kind": "faces", "bottom": "rigid", "x_max": "rigid"}
         faces["x_min"] = "mirror" if mirror else "rigid"
-        blocks = {"boundary": faces, "numerics": {"spacing": "0.1 mm", "threads": 1}}
-        base = {"name": "half", "method": "continuum", "material": "dust_g09", "stop": {"steps": 1}}
-        scene = Scene.from_dict(base | blocks | {"sample": sample})
-        motion = dust.moving(scene, dust.method.make_sample(scene))
+        motion = dust.moving(dust.scene(boundary=faces, sample=sample))
         start, until = motion.measure(), int(0.4e-3 / motion.sim.output_step)
         motion.advance(until)
         end = motion.measure()

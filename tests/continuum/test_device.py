@@ -35,10 +35,8 @@ def test_a_kernel_a_phase_gives_the_same_motion():
 
 def mirrored(count, _speed):
     """Scene and particles of so many rows between a rigid floor and mirrors on both sides."""
-    x, area = dust.rows(6, count)
     boundary = {"kind": "faces", "bottom": "rigid", "x_min": "mirror", "x_max": "mirror"}
-    room = np.array([[0.0, 6 * dust.SPACING], [np.nan, np.nan], [0.0, np.nan]])
-    return dust.scene(boundary=boundary), dust.particles(x, area, room=room)
+    return dust.column(6, count, boundary=boundary)
 
 
 def stirred(sim):

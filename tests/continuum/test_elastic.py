@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from continuum import dust
 from scipy.spatial import cKDTree
 
-from dusttaichi import method
 from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.scene import Scene
 
 RING = {
     "kind": "elastic",
@@ -17,15 +16,6 @@ RING = {
     "shear_ratio": 0.22,
 }
 SPEED, SPACING = 1.866, 0.25e-3  # 0.059 of the speed of sound, as everybody has them
-
-
-def scene(sample, **blocks):
-    base = {"name": "elastic", "method": "continuum", "material": "dust_g09", "sample": sample}
-    return Scene.from_dict({**base, "stop": {"steps": 1}, **blocks})
-
-
-def built(scene):
-    return method.of(scene).build(scene, method.make_sample(scene))
 
 
 def bodies(motion):
@@ -48,8 +38,8 @@ def rings(**numerics):
         RING | {"position": [f"{4.3 * side} mm", "0 mm"], "velocity": speeds[side]}
         for side in (-1, 1)
     ]
-    numerics = numerics | {"spacing": f"{SPACING} m", "threads": 1}
-    return built(scene({"kind": "several", "bodies": bodies}, numerics=numerics))
+    sample = {"kind": "several", "bodies": bodies}
+    return dust.moving(dust.scene(sample=sample, spacing=f"{SPACING} m", **numerics))
 
 
 @pytest.mark.parametrize("kind", RINGS)
@@ -96,10 +86,10 @@ def spin(x, v):
 def zigzag(stiffness):
     """(largest distance from the start [spacings], residual, momentum, angular momentum) of the
     rows of a block that move to the left and to the right in turn, which strains nothing."""
-    numerics = {"spacing": "0.1 mm", "threads": 1, "contact": "separate", "hourglass": stiffness}
-    numerics["viscosity"] = {"grid": 0.0}
     block = {key: RING[key] for key in ("kind", "density", "bulk_modulus", "shear_ratio")}
-    motion = built(scene(block | {"size": ["2 mm", "2 mm"]}, numerics=numerics))
+    block["size"] = ["2 mm", "2 mm"]
+    scene = dust.scene(sample=block, hourglass=stiffness, viscosity={"grid": 0.0})
+    motion = dust.moving(scene)
     sim = motion.sim
     x, m = sim.of_particles("x"), sim.of_particles("mass")
     v = np.zeros_like(x)
@@ -135,11 +125,9 @@ def depth(projectile, spacing):
     bead = {"diameter": "0.6 mm", "density": "2540 kg/m^3"}
     target = {"kind": "block", "size": ["1.8 mm", "1.2 mm"]}
     sample = {"kind": "impact", "target": target, "projectile": bead | projectile}
-    blocks = {
-        "boundary": {"kind": "faces", "bottom": {"layer": "0.3 mm"}},
-        "numerics": {"spacing": f"{spacing} mm", "threads": 1},
-    }
-    motion = built(scene(sample | {"speed": "0.4 m/s"}, **blocks))
+    sample["speed"] = "0.4 m/s"
+    floor = {"kind": "faces", "bottom": {"layer": "0.3 mm"}}
+    motion = dust.moving(dust.scene(boundary=floor, sample=sample, spacing=f"{spacing} mm"))
     start, before = motion.measure(), bodies(motion)
     assert before["body_velocity"][0, 2] == pytest.approx(-0.4)
     motion.advance(int(0.8e-3 / motion.sim.output_step))
@@ -176,7 +164,7 @@ def test_an_elastic_bead_falls_as_a_rigid_one():
 
 def test_what_cannot_be_is_refused():
     with pytest.raises(DustError, match="hole smaller than the diameter"):
-        scene(RING | {"hole": "8 mm"}, numerics={"spacing": "0.2 mm"})
+        dust.scene(sample=RING | {"hole": "8 mm"})
     without = {"kind": "several", "bodies": [{"diameter": "8 mm"}]}
     with pytest.raises(DustError, match=r'bodies\[0\]: kind is missing, .*"elastic".* is needed'):
-        scene(without, numerics={"spacing": "0.2 mm"})
+        dust.scene(sample=without)

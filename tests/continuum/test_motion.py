@@ -130,27 +130,19 @@ STRIP = {"kind": "faces", "bottom": "mirror", "top": "mirror", "periodic": ["x"]
 def wave_speed(columns):
     """Speed of a standing wave of the length of a strip of so many spacings, over that of its
     material."""
-    x, area = dust.rows(columns, 6)
-    length, high = columns * dust.SPACING, 6 * dust.SPACING * np.sqrt(3.0) / 2.0
+    length = columns * dust.SPACING
     k = 2.0 * np.pi / length
-    v = np.stack([1e-3 * np.sin(k * x[:, 0]), 0.0 * x[:, 0]], axis=1)
-    room = np.array([[0.0, length], [np.nan, np.nan], [0.0, high]])
-    scene = dust.scene(boundary=STRIP, time_step="2 us", viscosity={"grid": 0.0})
-    motion = dust.moving(scene, dust.particles(x, area, v, room=room))
-    sim, times, modes = motion.sim, [], []
-    speed = np.sqrt(5.0 / 3.0 * 3e5 / dust.DENSITY)  # mu = K/2: K + 4 mu/3 = 5/3 K
-    while sim.step * sim.output_step < 0.85 * length / speed:
-        motion.advance(1)
-        places, v = sim.of_particles("x")[:, 0], sim.velocities()[:, 0]
-        times.append(sim.step * sim.output_step)
-        modes.append(np.sum(v * np.sin(k * places)))
-    modes = np.array(modes)
-    # the mode is cos(omega t): its zeros at 1/4 and 3/4 of a period
-    at = np.flatnonzero(np.sign(modes[1:]) != np.sign(modes[:-1]))
-    zeros = [
-        times[n] + (times[n + 1] - times[n]) * modes[n] / (modes[n] - modes[n + 1]) for n in at
-    ]
-    return length / (2.0 * (zeros[1] - zeros[0])) / speed
+    speed = np.sqrt((dust.K + 4.0 / 3.0 * dust.MU) / dust.DENSITY)
+
+    def velocity(x):
+        return np.stack([1e-3 * np.sin(k * x[:, 0]), 0.0 * x[:, 0]], axis=1)
+
+    def mode(sim):
+        return np.sum(sim.velocities()[:, 0] * np.sin(k * sim.of_particles("x")[:, 0]))
+
+    quiet = {"time_step": "2 us", "viscosity": {"grid": 0.0}}
+    motion = dust.moving(*dust.column(columns, 6, velocity, STRIP, **quiet))
+    return length / dust.period(motion, mode, 0.85 * length / speed) / speed
 
 
 def test_sound_has_the_speed_of_its_material():

@@ -15,10 +15,8 @@ from dusttaichi.run import execute
 from dusttaichi.samples.continuum.flaws import flaws_of
 from dusttaichi.scene import Scene
 
-K, MU = 3e5, 1.5e5  # of dust_g09 at its own density
+K, MU, ROW = dust.K, dust.MU, dust.ROW
 LONGITUDINAL = K + 4.0 / 3.0 * MU
-ROW = dust.SPACING * np.sqrt(3.0) / 2.0
-PLATES = {"kind": "faces", "bottom": "rigid", "top": "rigid", "periodic": ["x"]}
 
 
 # -- self-gravity ---------------------------------------------------------------------------------
@@ -34,9 +32,9 @@ def test_two_balls_fall_towards_each_other():
     places = [["0 mm", "0 mm", "0 mm"], ["1 mm", "0 mm", "0 mm"]]
     bodies = [b | {"position": at} for b, at in zip((ball, heavy), places, strict=True)]
     constant = 3e5
-    scene = dust.scene(dimension=3).with_value("sample", {"kind": "several", "bodies": bodies})
+    scene = dust.scene(dimension=3, sample={"kind": "several", "bodies": bodies})
     scene = scene.with_value("gravity", {"self_gravity": {"constant": constant}})
-    motion = dust.moving(scene, method.make_sample(scene))
+    motion = dust.moving(scene)
     mass = motion.sim.of_particles("mass").sum()
     first = motion.measure()
 
@@ -104,7 +102,7 @@ def test_a_disc_carries_its_own_weight():
 def test_gravity_that_cannot_be_is_refused():
     scene = dust.scene()
     with pytest.raises(DustError, match=r"gravity.self_gravity.*periodic faces and mirrors"):
-        dust.scene(boundary=PLATES).with_value("gravity", {"self_gravity": "on"})
+        dust.scene(boundary=dust.WALLS).with_value("gravity", {"self_gravity": "on"})
     bead = {"kind": "rigid", "diameter": "1 mm", "density": "1 g/cm^3"}
     with pytest.raises(DustError, match="rigid bodies do not attract"):
         scene.with_value("sample", bead).with_value("gravity", {"self_gravity": "on"})
@@ -121,24 +119,23 @@ def test_gravity_that_cannot_be_is_refused():
 CAPACITY = 800.0
 
 
-def column(count, speed, columns=6, *, changes=None, **more):
+def column(count, speed, *, changes=None, **more):
     """Scene and particles of rows of dust between rigid walls, periodic sideways; the dust moves
     evenly with the wall at the top, which goes down at a speed [m/s].
 
     All options are compiled in, so that the tests share them: there is heat, flaws that nothing
     activates unless `changes` of the material say so, and a second material, "other".
     """
-    x, area = dust.rows(columns, count)
-    high = count * ROW
-    room = np.array([[0.0, columns * dust.SPACING], [np.nan, np.nan], [0.0, high]])
-    v = np.stack([0.0 * x[:, 1], -speed * x[:, 1] / high], axis=1)
+
+    def velocity(x):
+        return np.stack([0.0 * x[:, 1], -speed * x[:, 1] / (count * ROW)], axis=1)
+
     material = {"base": "dust_g09", "heat_capacity": f"{CAPACITY} J/(kg K)"}
     material |= {"temperature": "280 K", "damage": {"lg_k": -30, "m": 9}} | (changes or {})
-    more = {"viscosity": {"bulk": 1e-9}} | more
-    scene = dust.scene(material, PLATES | {"wall_speed": f"{speed} m/s"}, **more)
+    walls, more = dust.WALLS | {"wall_speed": f"{speed} m/s"}, {"viscosity": {"bulk": 1e-9}} | more
+    scene, sample = dust.column(6, count, velocity, walls, material, **more)
     other = material | {"compressive": {"p_m": "4 kPa"}}
-    scene = scene.with_value("materials", {"other": other})
-    return scene, dust.particles(x, area, v, room=room)
+    return scene.with_value("materials", {"other": other}), sample
 
 
 def test_pressed_dust_is_as_warm_as_the_work_makes_it():

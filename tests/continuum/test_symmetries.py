@@ -13,6 +13,7 @@ import dusttaichi as dt
 from dusttaichi.scene import Scene
 
 SPEED, STEP, STEPS = 4.0, 1e-4, 60
+DIMENSIONS = pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=pytest.mark.long)])
 
 
 def scene(dimension, scale=(1.0, 1.0, 1.0)):
@@ -65,7 +66,7 @@ def assert_equal(found, expected):
         np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-10 * np.abs(b).max())
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@DIMENSIONS
 def test_another_observer_sees_the_same(dimension):
     """Turned, mirrored, displaced and in motion."""
     Q = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # x and z exchanged
@@ -91,7 +92,7 @@ def test_another_observer_sees_the_same(dimension):
     assert_equal([(x - shift - way) @ Q, (v - boost) @ Q, density, loss], expected)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@DIMENSIONS
 def test_units_do_not_matter(dimension):
     """Lengths doubled, times tripled, masses five times as large."""
     a, b, c = 2.0, 3.0, 5.0

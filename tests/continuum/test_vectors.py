@@ -29,12 +29,16 @@ MORE = {"contact": "separate", "viscosity": {"contact": 1.0}}
 WALL = {"boundary": {"kind": "faces", "bottom": "rigid"}}
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("more", [{}, MORE, WALL], ids=["plain", "separate, viscous", "rigid"])
+OPTIONS = {"plain": {}, "separate, viscous": MORE, "rigid": WALL}
+CASES = [*((name, 2) for name in OPTIONS), ("plain", 3)]
+CASES += [pytest.param(name, 3, marks=pytest.mark.long) for name in OPTIONS if name != "plain"]
+
+
+@pytest.mark.parametrize("option, dimension", CASES)
 @pytest.mark.parametrize("number", ["first", "second"])
-def test_a_pass_over_neighbours_is_packed(number, more, dimension, tmp_path, monkeypatch):
+def test_a_pass_over_neighbours_is_packed(number, option, dimension, tmp_path, monkeypatch):
     """Of neighbours, and of their images behind faces where there are any."""
-    scene = dust.scene(dimension=dimension, **more)
+    scene = dust.scene(dimension=dimension, **OPTIONS[option])
     layout, StepNumbers = layout_of(scene), numbers_type(dimension)
     start_taichi(scene, 1)
     f, lists = (Fields(fields) for fields in store.place(layout, 64, 64))

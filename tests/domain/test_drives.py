@@ -15,7 +15,7 @@ interaction: {rolling: {modifier: 8}, sliding: {modifier: 2.5}, damping: viscoel
 sample: {kind: rbd, grains: 60, seed: 3}
 boundary: {kind: box, wall_speed: 2 m/s}
 stop: {steps: 600}
-numerics: {time_step: 0.3 ns, threads: 1, skin: 0.05, precision: f64}
+numerics: {time_step: 0.3 ns, threads: 1, skin: 0.05, precision: f64, newton_steps: 2}
 """
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import RADIUS, Probe, box, make_scene, sample_of
+from scenes import RADIUS, Probe, balance, box, make_scene, residual, sample_of
 
 from dusttaichi import units
 from dusttaichi.analysis import open_run
@@ -35,18 +35,6 @@ def overlap_under(force, contact):
     s = max(r.real for r in roots if abs(r.imag) < 1e-9)
     assert normal.force(s) * 4.0 * contact.F_c == pytest.approx(force)
     return (3.0 * s**4 - 2.0 * s) * contact.delta0
-
-
-def ledger(m):
-    own = m["kinetic_translation"] + m["kinetic_rotation"] + m["potential"].sum()
-    own += m["potential_wall"].sum()
-    work = m["wall_work"] + m["face_work"]
-    return np.array([own, m["loss"].sum() + m["loss_wall"].sum(), work])
-
-
-def residual(before, after):
-    own, lost, work = ledger(after) - ledger(before)
-    return own + lost - work
 
 
 # The servo on a load that is known, without a grain.
@@ -205,7 +193,7 @@ def test_mixed_control(mixed):
     start, first = sim.sim.measure(), sim.sim.lengths()
     sim.advance(3000)
     after, held = sim.sim.measure(), sim.sim.servo
-    assert abs(residual(start, after)) < 1e-3 * np.abs(ledger(after) - ledger(start)).max()
+    assert abs(residual(start, after)) < 1e-3 * np.abs(balance(after) - balance(start)).max()
     ratio = sim.sim.lengths() / first
     assert ratio[2] == pytest.approx(np.exp(-5e4 * sim.time * units.TIME), rel=1e-12)
     assert (held.speed != 0.0).all() and (np.abs(held.speed) <= held.largest).all()

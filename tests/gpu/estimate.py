@@ -13,9 +13,6 @@ from pathlib import Path
 import emulated
 from test_emulated import registers
 
-from dusttaichi.grains.kernels.store import LOADS
-
-PAIRS = 2.5  # listed pairs a grain, as in the densest sample of `dust bench`
 # bytes a second of memory; instructions a second in single and in double precision, half of the
 # operations that data sheets have, where a multiplication with an addition is two
 DEVICES = {"H200": (4.8e12, 33e12, 17e12), "RTX 4090": (1.0e12, 41e12, 0.65e12)}
@@ -59,26 +56,12 @@ def of_modules(folder):
     return out
 
 
-def bytes_moved(layout):
-    """(bytes per step of a listed pair, of a grain) if each number is moved once: history read and
-    written, loads written and read again, grains of the pair; motion of the grain read and
-    written."""
-    real, place = (
-        (8 if layout.law_name == "f64" else 4),
-        (8 if layout.geometry_name == "f64" else 4),
-    )
-    pair = (
-        real * (2 * layout.state_rows + 2 * LOADS) + 2 * 4 + 2 * 4
-    )  # and who they are; entries of grains
-    return pair, place * (9 + 9 + 9 + 3) + 4
-
-
 def estimate(name):
     """Lines of the table of a case."""
     with tempfile.TemporaryDirectory() as folder:
         output, _ = emulated.start(["-c", LAUNCH, name, "1"], Path(folder))
         found = of_modules(Path(folder))
-    pair, grain = map(int, output.split()[:2])
+    pairs, moved = map(float, output.split()[:2])
     lines = []
     for kernel in KERNELS:
         counted, used = found[kernel]
@@ -86,24 +69,25 @@ def estimate(name):
             f"| {name} | `{kernel}` | {used} | {counted['f64']} | {counted['f32']} "
             f"| {counted['loads']}/{counted['stores']} |"
         )
-    moved = PAIRS * pair + grain
     work = {
-        kind: PAIRS * found["touch"][0][kind] + found["kick_and_drift"][0][kind]
+        kind: pairs * found["touch"][0][kind] + found["kick_and_drift"][0][kind]
         for kind in ("f32", "f64")
     }
     for device, (memory, single, double) in DEVICES.items():
         by_memory, by_work = memory / moved, 1.0 / (work["f32"] / single + work["f64"] / double)
         lines.append(
-            f"{name}, {device}: {moved:.0f} B a grain-step; memory allows {by_memory:.1e} "
-            f"grain-steps a second, arithmetic {by_work:.1e}"
+            f"{name}, {device}: {moved:.0f} B a grain-step of {pairs:.2f} listed pairs; memory "
+            f"allows {by_memory:.1e} grain-steps a second, arithmetic {by_work:.1e}"
         )
     return lines
 
 
-# launches that do nothing; prints bytes of a pair and a grain, and us of the host for a step
+# launches that do nothing; prints listed pairs and bytes moved for a grain, and us of the host for
+# a step
 LAUNCH = """
 import ctypes, sys, time
-import cases, estimate
+import cases
+from benchmarks.traffic import traffic
 motion, _ = cases.run(sys.argv[1], "cuda", steps=0)
 sim, steps = motion.sim, int(sys.argv[2])
 arguments = (sim.step, 0, 1, cases.step_arguments(sim), sim.walls_argument)
@@ -114,7 +98,9 @@ for _ in range(7 if steps > 1 else 1):
     began = time.process_time()
     sim.kernels.advance(steps, *arguments)
     best = min(best, time.process_time() - began)
-print(*estimate.bytes_moved(sim.layout), best / steps * 1e6)
+moved, pairs = traffic(sim), sim.state.pair_count / sim.grains
+moved = pairs * sum((*moved.contacts.values(), *moved.grains.values()))
+print(pairs, moved, best / steps * 1e6)
 """
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from scenes import FAR, RADIUS, Probe, box, make_scene, sample_of
-from test_pair import E_C, pairs
+from scenes import FAR, RADIUS, Probe, balance, box, make_scene, sample_of
+from test_pair import DAMPINGS, E_C, pairs
 
 from dusttaichi import samples
 from dusttaichi.grains.build import build
@@ -83,9 +83,6 @@ def test_second_order(damping):
         assert 1.8 < slope(steps, STEPS[:-1]) < 2.2
 
 
-DAMPINGS = ["none", "viscous", "scaled", "viscoelastic"]
-
-
 @pytest.mark.parametrize("damping", ["viscoelastic"])
 def test_ledger_starts_at_zero(damping):
     """Nothing has been lost and no work done before the first step, damped or not."""
@@ -108,18 +105,11 @@ def test_ledger_of_a_compressed_box(damping):
         sample={"kind": "rbd", "grains": 60, "seed": 3},
     )
     sim = build(scene, samples.make(scene))
-    start = total(sim)
+    start = balance(sim.measure())
     for _ in range(8):
         sim.advance(1000)
-        own, lost, work = total(sim) - start
+        own, lost, work = balance(sim.measure()) - start
         assert abs(own + lost - work) < 0.01 * (lost + abs(work))
     m = sim.measure()
     assert m["wall_work"] > 0 and m["loss"][1] > 0 and m["loss"][3] > 0 and m["loss"][4] > 0
     assert (m["loss"][2] > 0) == (damping != "none")
-
-
-def total(sim):
-    m = sim.measure()
-    own = m["kinetic_translation"] + m["kinetic_rotation"]
-    own += m["potential"].sum() + m["potential_wall"].sum()
-    return np.array([own, m["loss"].sum() + m["loss_wall"].sum(), m["wall_work"]])

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from scenes import RADIUS, two_materials
+from scenes import FAR, RADIUS, two_materials
 
 import dusttaichi as dt
 from dusttaichi.samples import Sample
@@ -90,13 +90,14 @@ def test_another_observer_sees_the_same(unequal):
     """Turned, mirrored, displaced, in motion, with other numbers for the grains."""
     x, v, w = clusters()
     own = unlike(len(x)) if unequal else {}
-    expected = run(scene(), x, v, w, **own)
+    far = scene(boundary=FAR)
+    expected = run(far, x, v, w, **own)
     Q = rotation([1.0, 2.0, 3.0], 1.1) @ np.diag([-1.0, 1.0, 1.0])
     shift, boost = np.array([3e-6, -5e-6, 7e-6]), np.array([1.0, -2.0, 0.5])
     order = np.random.default_rng(2).permutation(len(x))
     # spins are axial vectors
     seen = [a[order] for a in (x @ Q.T + shift, v @ Q.T + boost, -w @ Q.T)]
-    found = run(scene(), *seen, **{name: values[order] for name, values in own.items()})
+    found = run(far, *seen, **{name: values[order] for name, values in own.items()})
     x, v, w = (a[np.argsort(order)] for a in found)
     way = boost * STEPS * 1e-10
     assert_equal([(x - shift - way) @ Q, (v - boost) @ Q, -w @ Q], expected)

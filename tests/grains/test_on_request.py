@@ -18,13 +18,14 @@ SPIN = 3e6  # rad/s
 TEXT = """
 name: asked
 material: silicate_s12
+interaction: {damping: viscoelastic}
 sample:
   kind: explicit
   positions: [[0 m, 0 m, 0 m], [1.1998 um, 0 m, 0 m], [0 m, 9 um, 0 m]]
   velocities: [[0 m/s, 0 m/s, 0 m/s], [0 m/s, 1.5 m/s, 0 m/s], [0 m/s, 0 m/s, 0 m/s]]
   spins: [[1e6 rad/s, 0 rad/s, -6e5 rad/s], [-1e6 rad/s, 0 rad/s, 2e5 rad/s],
           [1e6 rad/s, 2e6 rad/s, 2e6 rad/s]]
-boundary: {kind: open}
+boundary: {kind: box, omit: [x_min, x_max, y_min, y_max, bottom], size: [1 cm, 1 cm, 1 cm]}
 stop: {steps: 400}
 numerics: {threads: 1, time_step: 0.1 ns, precision: f64}
 output:
@@ -41,7 +42,7 @@ sample: {kind: rbd, grains: 60, seed: 3}
 boundary: {kind: box, wall_speed: 5 m/s}
 stop: {steps: 3000}
 numerics: {threads: 1, time_step: 0.2 ns, precision: f64}
-output: {series: {steps: 500}, variables: [loss, grain_loss]}
+output: {series: {steps: 500}, variables: [orientation, loss, grain_loss]}
 """
 
 

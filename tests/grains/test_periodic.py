@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import RADIUS, Probe, make_scene, sample_of
+from scenes import RADIUS, Probe, make_scene, residual, sample_of
 
 from dusttaichi import units
 from dusttaichi.errors import DustError, GuardStop
@@ -33,17 +33,6 @@ def jkr_force(delta):
     roots = np.roots([3.0, 0.0, 0.0, -2.0, -delta / PAIR.delta0])
     s = max(r.real for r in roots if abs(r.imag) < 1e-9)
     return 4.0 * PAIR.F_c * normal.force(s)
-
-
-def faces(m):
-    """Total energy, losses, work of the faces [fJ]: their sum's change is the ledger's residual."""
-    own = m["kinetic_translation"] + m["kinetic_rotation"] + m["potential"].sum()
-    return np.array([own, m["loss"].sum(), m["face_work"]])
-
-
-def residual(before, after):
-    change = faces(after) - faces(before)
-    return change[0] + change[1] - change[2]
 
 
 @pytest.mark.parametrize("overlap", [2.0, 1.0, 0.5])

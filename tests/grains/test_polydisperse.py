@@ -5,7 +5,6 @@ import pytest
 import reference as ref
 from scenes import (
     FAR,
-    Grains,
     Probe,
     box,
     grain,
@@ -77,7 +76,7 @@ def test_lanes_hold_the_constants(damping):
         [0, np.sqrt(1 - 0.2**2) * 1e-6, 0.4e-6],
     ]
     scene = two_materials(damping=damping, boundary=box("bottom"), dt="1 ps")
-    probe = Grains(scene, polydisperse(x, radii, kinds))
+    probe = Probe(scene, polydisperse(x, radii, kinds))
     model, first = chosen_model(scene.interaction), probe.sim.layout.constants
     names, table = stored(model), probe.sim.state.lanes("contact")[:, first:]
     i, j = probe.sim.state.pairs()
@@ -106,6 +105,8 @@ def test_lanes_hold_the_constants(damping):
 
 # Motion.
 
+DAMPED = pytest.mark.parametrize("damping", ["viscoelastic"])
+
 
 def scattered(rng, radii, gap, n_pairs, spacing):
     """Pairs along y, partners along x with their surfaces `gap` (pairs,) apart."""
@@ -130,15 +131,16 @@ def oblique(slipping):
     return x, v, scale * 2.5e4 * rng.normal(size=(12, 3)), radii, kinds
 
 
-def test_ledger_closes():
+@DAMPED
+def test_ledger_closes(damping):
     """Second order in dt: a step three times as short leaves a ninth of the residual, or rounding;
     collisions with the floor and each other, everything slips, everything damped."""
     sample = bumped(1.0, 1e7)
     sample.velocities[:, 2] -= 1.0
     residuals = []
     for dt, steps in (("0.03 ns", 700), ("0.01 ns", 2100)):
-        scene = two_materials(dt=dt, damping="viscoelastic", boundary=box("bottom"))
-        probe = Grains(scene, sample)
+        scene = two_materials(dt=dt, damping=damping, boundary=box("bottom"))
+        probe = Probe(scene, sample)
         start = measurement(probe.sim)
         probe.advance(steps)
         last = measurement(probe.sim)
@@ -149,13 +151,14 @@ def test_ledger_closes():
     assert residuals[1] < 3e-4
 
 
+@DAMPED
 @pytest.mark.parametrize("slipping", [False, True], ids=["elastic", "slipping"])
-def test_against_reference(slipping):
+def test_against_reference(slipping, damping):
     """Tolerances as for equal pairs (test_pair): rounding of positions without slip, and 3e-4 with
     it, where pointers of the small grains turn three times as far."""
     x, v, w, radii, kinds = oblique(slipping)
-    probe = Grains(
-        two_materials(dt="0.02 ns", damping="viscoelastic", boundary=FAR),
+    probe = Probe(
+        two_materials(dt="0.02 ns", damping=damping, boundary=FAR),
         polydisperse(x, radii, kinds, v, w),
     )
     reference = ref.Reference(
@@ -163,8 +166,8 @@ def test_against_reference(slipping):
         v,
         w,
         probe.dt,
-        lambda i, j: probe.pair(i, j, damping="viscoelastic"),
-        masses=probe.masses,
+        lambda i, j: probe.pair(i, j, damping=damping),
+        masses=masses_of(radii, kinds),
         radii=radii,
     )
     compare(probe, reference, 3e-4 if slipping else 1e-8, 400, 100)
@@ -198,7 +201,7 @@ def test_restitution_of_unlike_pairs():
     x = scattered(None, radii, -1e-6 * delta0, n, 70e-6)
     v = np.zeros((2 * n, 3))
     v[0::2, 0], v[1::2, 0] = -speed * reduced / m[0::2], speed * reduced / m[1::2]
-    probe = Grains(two_materials(dt="0.2 ps", boundary=FAR), polydisperse(x, radii, materials, v))
+    probe = Probe(two_materials(dt="0.2 ps", boundary=FAR), polydisperse(x, radii, materials, v))
     probe.advance(100_000)
     assert not probe.contacts()
     e = (probe.v[0::2, 0] - probe.v[1::2, 0]) / speed
@@ -244,13 +247,8 @@ def bumped(speed, spin, seed=5):
 @pytest.mark.parametrize("speed, spin", [(0.01, 1e3), (1.0, 1e7)], ids=["gentle", "slipping"])
 def test_momenta(speed, spin):
     """To rounding, past the limits of rolling, sliding and twisting or not."""
-    probe = Grains(two_materials(dt="0.02 ns", boundary=FAR), bumped(speed, spin))
-    linear, turning, linear_scale, turning_scale = probe.momenta()
-    for _ in range(5):
-        probe.advance(200)
-        now = probe.momenta()
-        assert np.abs(now[0] - linear).max() < 1e-13 * linear_scale
-        assert np.abs(now[1] - turning).max() < 1e-12 * turning_scale
+    probe = Probe(two_materials(dt="0.02 ns", boundary=FAR), bumped(speed, spin))
+    probe.assert_momenta_stay(5, 200)
     loss = probe.sim.measure()["loss"]
     if speed > 0.1:
         assert np.all(loss[3:] > 0)  # past all three limits
@@ -272,7 +270,7 @@ def test_loads_are_minus_the_gradient():
     )
     v = np.array([[0.02, -0.01, 0.004], [-0.01, 0.015, -0.003], [0.003, -0.012, 0.005]])
     w = np.array([[2.0, -4.0, 7.0], [-5.0, 3.0, -6.0], [4.0, 6.0, -3.0]]) * 2e4
-    probe = Grains(
+    probe = Probe(
         two_materials(boundary=box("bottom"), dt="0.02 ns"), polydisperse(x, radii, kinds, v, w)
     )
     probe.advance(20)
@@ -312,23 +310,21 @@ def test_loads_are_minus_the_gradient():
             assert by_angle == pytest.approx(torque[n, axis], abs=1e-9 * np.abs(torque).max())
 
 
-def test_equal_grains_by_the_long_way():
+@DAMPED
+def test_equal_grains_by_the_long_way(damping):
     """The motion of a scene of equal grains, to rounding (grown as in test_effects), with walls,
-    damping, slip and a periodic axis."""
-    sample = bumped(0.2, 5e5)
-    x = sample.positions
+    damping and slip."""
     d = 2 * 0.6e-6 - 0.1e-9
     octahedron = np.concatenate([np.eye(3), -np.eye(3)]) * d / np.sqrt(2)
     x = np.concatenate([octahedron, octahedron + [2.4e-6 + 0.5e-6, 0, 0]])
     rng = np.random.default_rng(6)
     v = np.array([[0.3, 0.1, 0.0]] * 6 + [[-0.3, 0.0, 0.0]] * 6) + 0.1 * rng.normal(size=(12, 3))
     w = 1e6 * rng.normal(size=(12, 3))
-    boundary = {"kind": "periodic", "axes": ["x", "y"], "walls": ["bottom", "top"]}
-    scene = make_scene(damping="viscoelastic", boundary=boundary)
-    alike = Probe(scene, Sample(x, v, w))
+    scene = two_materials(damping=damping, boundary=box())
+    alike = Probe(make_scene(damping=damping, boundary=box()), Sample(x, v, w))
     alike.advance(300)
     expected, m = (alike.x, alike.v, alike.w), alike.sim.measure()
-    probe = Grains(scene, polydisperse(x, np.full(12, 0.6e-6), None, v, w))
+    probe = Probe(scene, polydisperse(x, np.full(12, 0.6e-6), None, v, w))
     probe.advance(300)
     for own, other in zip((probe.x, probe.v, probe.w), expected, strict=True):
         assert np.abs(own - other).max() < 1e-8 * np.abs(other).max()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import reference as ref
-from scenes import Grains, box, grain, make_scene, masses_of, polydisperse, two_materials
+from scenes import FAR, Probe, box, grain, make_scene, masses_of, polydisperse, two_materials
 
 from dusttaichi import analysis, geometry, samples
 from dusttaichi.errors import DustError
@@ -39,8 +39,9 @@ def test_search_against_brute_force():
     touch = sample.radii[upper[0]] + sample.radii[upper[1]]
     kept = []
     for skin, threads in ((0.3, 1), (0.3, 2)):
-        scene = two_materials(dt="0.01 ns", numerics={"skin": skin, "threads": threads})
-        probe = Grains(scene, sample)
+        numerics = {"skin": skin, "threads": threads}
+        scene = two_materials(dt="0.01 ns", boundary=FAR, numerics=numerics)
+        probe = Probe(scene, sample)
         formed = 0
         for _ in range(20):
             probe.advance(40)

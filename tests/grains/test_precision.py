@@ -28,7 +28,7 @@ def cluster(rng):
 SCENES = {
     "walls": {"boundary": box("x_min", "bottom", size=(9e-6, 9e-6, 9e-6))},
     "pairs": {"boundary": FAR},
-    "unlike": {"boundary": FAR},
+    "unlike": {"boundary": FAR, "materials": {"ice": "ice_t19"}},
     "stress": {"boundary": {"kind": "periodic", "size": ["8 um", "8 um", "8 um"]}},
 }
 
@@ -43,7 +43,7 @@ def outcome(kind, steps, **numerics):
     sample = sample_of(x, v, w)
     if kind == "unlike":
         sample = replace(sample, radii=R * (1 + 1e-4 * np.random.default_rng(2).random(len(x))))
-    probe = Probe(make_scene(**SCENES[kind], numerics=numerics), sample)
+    probe = Probe(make_scene(damping="viscoelastic", **SCENES[kind], numerics=numerics), sample)
     start = measurement(probe.sim)
     probe.advance(steps)
     return SimpleNamespace(
@@ -57,25 +57,15 @@ def outcome(kind, steps, **numerics):
     )
 
 
+@pytest.mark.long  # the steps themselves: test_contact_radius
 def test_fewer_newton_steps_are_less_exact():
     """The fit alone is 8e-5 off in s = sqrt(a/a0), and forces 6 s^5 - 3 s^2 = 3 times that of
     4 F_c; one Newton step squares it to below 1e-7."""
-    # 2 is the default, which the next test begins with
     forces = {n: outcome("pairs", 0, newton_steps=n).force for n in (0, 1, 3)}
     forces[2] = outcome("pairs", 0, precision="f64").force
     worst = [np.abs(forces[n] - forces[3]).max() / (4 * F_C) for n in range(4)]
     assert 1e-7 < worst[0] < 1e-3
     assert worst[1] < 1e-7 and worst[2] < 1e-12
-
-
-@pytest.mark.parametrize("precision", ["f64", "mixed"])
-def test_grains_that_fly_past_each_other_lose_nothing(precision):
-    """Listed, and never nearer than a gap of 10 nm: a step turns the line of their centres by 1e-3,
-    a displacement past the limit of sliding if they did touch."""
-    x, v = [[0, 0, 0], [0, 0, 2 * R + 1e-8]], [[5.0, 0, 0], [-5.0, 0, 0]]
-    probe = Probe(make_scene(boundary=FAR, numerics={"precision": precision}), sample_of(x, v))
-    probe.advance(300)
-    assert measurement(probe.sim).lost == 0.0
 
 
 def test_mass_scaling_is_a_slower_clock():
@@ -99,6 +89,17 @@ def test_mass_scaling_is_a_slower_clock():
     assert light[1] == heavy[1] > 0.0
 
 
+@pytest.mark.parametrize("precision", ["f64", "mixed"])
+def test_grains_that_fly_past_each_other_lose_nothing(precision):
+    """Listed, and never nearer than a gap of 10 nm: a step turns the line of their centres by 1e-3,
+    a displacement past the limit of sliding if they did touch."""
+    x, v = [[0, 0, 0], [0, 0, 2 * R + 1e-8]], [[5.0, 0, 0], [-5.0, 0, 0]]
+    scene = make_scene(damping="viscoelastic", boundary=FAR, numerics={"precision": precision})
+    probe = Probe(scene, sample_of(x, v))
+    probe.advance(300)
+    assert measurement(probe.sim).lost == 0.0
+
+
 @pytest.fixture(scope="module")
 def exact():
     """Outcomes in double precision, after the tests above, which need the same kernels."""
@@ -112,7 +113,9 @@ def test_single_precision_keeps_the_ledger_of_a_small_cluster(exact):
     assert double.open_by < single.open_by < 1e-2
 
 
-@pytest.mark.parametrize("kind", list(reversed(SCENES)))
+@pytest.mark.parametrize(
+    "kind", ["stress", pytest.param("unlike", marks=pytest.mark.long), "pairs", "walls"]
+)
 def test_mixed_precision_is_the_same_model(kind, exact):
     """Two hundred steps with deviations in single precision against pointers in double.
 

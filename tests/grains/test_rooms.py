@@ -16,7 +16,7 @@ from dusttaichi.grains.kernels import store
 SPACING = 2.0 * RADIUS - 1e-10
 
 
-def rows_of_grains(number, effects=()):
+def rows_of_grains(number, effects=("rolling", "sliding", "twisting")):
     """A probe of `number` grains in rows of ten that touch, on the floor of a box."""
     places = np.array([(n % 10, n // 10, 0) for n in range(number)]) * SPACING
     scene = make_scene(
@@ -46,7 +46,7 @@ def test_scenes_of_one_room_share_their_kernels(tmp_path, monkeypatch):
 
     def kernels_after(number, threads):
         monkeypatch.setattr(build, "threads_of", lambda scene, grains: threads)
-        probe = rows_of_grains(number)
+        probe = rows_of_grains(number, ())  # quick to compile
         probe.advance(3)
         probe.energy()
         ti.reset()  # the cache is written now
@@ -60,30 +60,35 @@ def test_scenes_of_one_room_share_their_kernels(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def states():
-    """State after some steps: in the usual room, and in one of exactly the number of grains."""
-    out = []
-    for room in (memory.capacity_for, lambda grains: grains):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(build, "capacity_for", room)
-            out.append(settled())
-    return out
+    """State after some steps: in the usual room, and in one of exactly the number of grains, with
+    the smaller capacity for wall contacts."""
+    with pytest.MonkeyPatch.context() as patch:
+        wide = settled()
+        patch.setattr(build, "capacity_for", lambda grains: grains)
+        patch.setattr(build, "has_few_wall_contacts", lambda *_: True)
+        return wide, settled()
 
 
 def settled():
-    probe = rows_of_grains(23, ("rolling", "sliding", "twisting"))
+    probe = rows_of_grains(23)
     probe.advance(300)
-    return probe.sim.arrays(), probe.sim.measure(), probe.sim.search.count
+    arrays, contacts = probe.sim.arrays(), probe.contacts()
+    return arrays, probe.sim.measure() | {"searches": probe.sim.search.count}, contacts
 
 
 def test_the_room_does_not_show_in_the_results(states):
-    (wide, m, searches), (tight, n, same) = states
-    assert searches == same > 1
-    assert wide.keys() == tight.keys()
-    for name in wide:
-        if name != "sync":  # what the workers leave behind of the last call
-            assert wide[name].tobytes() == tight[name].tobytes(), name
+    (wide, m, contacts), (tight, n, same) = states
+    assert m["searches"] > 1 and wide.keys() == tight.keys()
+    # what the workers leave behind of the last call; rooms
+    alike = [a for a in set(wide) - {"sync", "counts"} if wide[a].shape == tight[a].shape]
+    assert {"x", "v", "w", "pair_i", "pair_j", "wall_slot", "loss"} <= set(alike)
+    for name in alike:
+        assert wide[name].tobytes() == tight[name].tobytes(), name
     for name in m:
         assert np.array_equal(m[name], n[name]), name
+    assert contacts.keys() == same.keys() and min(j for _, j in contacts) < 0
+    for key, own in contacts.items():
+        assert all(np.array_equal(a, b) for a, b in zip(own, same[key], strict=True)), key
 
 
 def room_of(size, *walls, edges=None):
@@ -122,16 +127,6 @@ def test_samples_with_few_wall_contacts_take_less_memory():
         assert small <= store.wall_contacts(memory.capacity_for(n), few=True)
 
 
-def test_room_for_walls_does_not_show_in_the_results(states, monkeypatch):
-    monkeypatch.setattr(build, "has_few_wall_contacts", lambda *_: True)
-    (wide, m, searches), (small, n, same) = states[0], settled()
-    assert searches == same
-    for name in ("x", "v", "w", "wall_slot"):
-        assert wide[name].tobytes() == small[name].tobytes(), name
-    for name in m:
-        assert np.array_equal(m[name], n[name]), name
-
-
 def test_without_room_for_walls_a_run_stops_with_advice(monkeypatch):
     monkeypatch.setattr(store, "wall_contacts", lambda grains, few: 0)
     with pytest.raises(GuardStop, match=r"near walls than their capacity.*numerics.skin"):
@@ -145,15 +140,30 @@ def test_a_checkpoint_is_as_large_as_its_scene(states):
 
 
 def test_memory_is_where_taichi_has_it():
-    sim = rows_of_grains(12).sim
-    rng = np.random.default_rng(1)
-    for name, table in sim.fields.items():
-        assert np.array_equal(table.to_numpy(), table.field.to_numpy()[: table.rows]), name
-    for name in ("x", "contact", "wall_slot", "loss", "entry"):
-        table = sim.fields[name]
-        values = (100 * rng.random(table.to_numpy().shape)).astype(table.memory.dtype)
-        table.from_numpy(values)
-        assert np.array_equal(table.field.to_numpy()[: table.rows], values), name
+    """First and last row of each field: a kernel writes what the memory has."""
+    tables = list(rows_of_grains(12).sim.fields.values())
+    fields = [table.field for table in tables]
+    last = [table.rows - 1 for table in tables]
+
+    @ti.kernel
+    def mark():
+        for k in ti.static(range(len(fields))):
+            ends = ti.Vector([0 for _ in range(len(fields[k].shape))])
+            fields[k][ends] = 0 * fields[k][ends] + 2 * k + 1
+            ends[0] = last[k]
+            fields[k][ends] = 0 * fields[k][ends] + 2 * k
+
+    mark()
+    for k, table in enumerate(tables):
+        found = table.to_numpy()
+        first, end = (np.ravel(found[row])[0] for row in (0, -1))
+        assert end == 2 * k and first == (2 * k + 1 if last[k] else 2 * k)
+    table = tables[0]
+    values = (100 * np.random.default_rng(1).random(table.to_numpy().shape)).astype(
+        table.memory.dtype
+    )
+    table.from_numpy(values)
+    assert np.array_equal(table.field.to_numpy()[: table.rows], values)
 
 
 def test_without_shared_memory_the_used_rows_are_written_alone():
@@ -187,4 +197,4 @@ def test_kernels_serve_again():
         first.advance(1)
     second.advance(3)
     np.testing.assert_array_equal(second.x, x)
-    assert rows_of_grains(7, ("rolling",)).sim.compiled is not first.sim.compiled
+    assert rows_of_grains(7, ()).sim.compiled is not first.sim.compiled

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from scenes import RADIUS, Probe, box, make_scene, sample_of
+from scenes import FAR, RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi import samples
 
 GRAINS = 300
-FREE = {"effects": ("rolling", "sliding", "twisting"), "damping": "none", "dt": "0.1 ns"}
+FREE = {"boundary": FAR, "dt": "0.1 ns"}
 
 
 def stirred(seed=31, speed=20.0):
@@ -69,49 +69,45 @@ def same_bits(one, other):
         assert all(np.array_equal(a, b) for a, b in zip(contact, other[1][key], strict=True)), key
 
 
-def test_history_survives_a_search():
-    probe = Probe(make_scene(**FREE), sample_of(*stirred()))
+def probe_of_gas(**numerics):
+    return Probe(make_scene(**FREE, numerics=numerics), sample_of(*stirred()))
+
+
+@pytest.fixture(scope="module")
+def usual():
+    """State of the gas after 600 steps, and the number of searches that they took."""
+    probe = probe_of_gas()
     probe.advance(600)
     before = state(probe)
     assert len(before[1]) > 1
+    searches = probe.sim.search.count
+    # the history survives a search
     probe.sim.search.now(probe.sim.step)
     same_bits(before, state(probe))
+    return before, searches
 
 
 @pytest.mark.parametrize("skin", [0.05, 0.3])
-def test_other_searches_change_no_bit(skin):
+def test_other_searches_change_no_bit(skin, usual):
     """The skin decides when a search is made and which pairs are listed, never what happens."""
-    expected = None
-    for numerics in ({}, {"skin": skin}):
-        probe = Probe(make_scene(**FREE, numerics=numerics), sample_of(*stirred()))
-        probe.advance(600)
-        found, searches = state(probe), probe.sim.search.count
-        if expected is None:
-            expected, usual = found, searches
-    same_bits(expected, found)
-    assert searches != usual
+    probe = probe_of_gas(skin=skin)
+    probe.advance(600)
+    same_bits(usual[0], state(probe))
+    assert probe.sim.search.count != usual[1]
 
 
-def test_search_between_steps_changes_no_bit():
+PIECES = {"asked": [50] * 12, "cut": [1] * 100 + [7] * 50 + [150]}
+
+
+@pytest.mark.parametrize("kind", PIECES)
+def test_pieces_and_searches_between_them_change_no_bit(kind, usual):
     """`search` asks for one in the next step: wherever it falls, nothing else changes."""
-    once = Probe(make_scene(**FREE), sample_of(*stirred()))
-    once.advance(600)
-    expected = state(once)
-    often = Probe(make_scene(**FREE), sample_of(*stirred()))
-    for _ in range(12):
-        often.advance(50)
-        often.sim.search.ask()
-    same_bits(expected, state(often))
-
-
-def test_segments_change_no_bit():
-    whole = Probe(make_scene(**FREE), sample_of(*stirred()))
-    whole.advance(700)
-    expected = state(whole)
-    pieces = Probe(make_scene(**FREE), sample_of(*stirred()))
-    for steps in [1] * 100 + [7] * 50 + [250]:
-        pieces.advance(steps)
-    same_bits(expected, state(pieces))
+    probe = probe_of_gas()
+    for steps in PIECES[kind]:
+        probe.advance(steps)
+        if kind == "asked":
+            probe.sim.search.ask()
+    same_bits(usual[0], state(probe))
 
 
 @pytest.mark.parametrize("skin", [1e-4, 2e-3])
@@ -123,7 +119,7 @@ def test_a_stretched_contact_survives_any_skin(skin):
     x[1] = x[0] + [2 * RADIUS - 0.16627e-9, 0, 0]
     v = np.zeros((12, 3))
     v[0, 0], v[1, 0] = -0.069, 0.069  # pulled apart, not beyond pull-off: less than 0.11 m/s
-    probe = Probe(make_scene(dt="0.02 ns", numerics={"skin": skin}), sample_of(x, v))
+    probe = Probe(make_scene(dt="0.02 ns", boundary=FAR, numerics={"skin": skin}), sample_of(x, v))
     while overlaps(probe.x)[0, 1] > -0.09e-9:
         probe.advance(1)
         assert probe.sim.step < 1000

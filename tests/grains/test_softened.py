@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from scenes import CONFIGS, Probe, box, make_scene, polydisperse, sample_of, two_materials
+from scenes import CONFIGS, FAR, Probe, box, make_scene, polydisperse, sample_of, two_materials
 
 from dusttaichi import units
 from dusttaichi.errors import DustError
@@ -110,7 +110,7 @@ def test_contacts_of_unlike_grains_have_the_same_numbers():
 def test_grains_at_rest_stay_and_pull_as_hard():
     """At the distance of hard grains at rest nothing pulls; at first touch JKR pulls with 8/9 of
     the pull-off force 3 pi gamma R (s^3 = 2/3), whatever the stiffness."""
-    scene = softer(make_scene())
+    scene = softer(make_scene(boundary=FAR))
     pair = contact_constants(scene)[0]
     rest = 2 * pair.r - pair.rest_overlap
 
@@ -127,11 +127,11 @@ def test_grains_at_rest_stay_and_pull_as_hard():
 
 def test_a_contact_at_rest_is_stiffened():
     """It stays where it is, and what its potential changes by is in the ledger."""
-    scene = softer(make_scene())
+    scene = softer(make_scene(boundary=FAR))
     pair = contact_constants(scene)[0]
     probe = Probe(scene, sample_of([[0, 0, 0], [2 * pair.r - pair.rest_overlap, 0, 0]]))
     probe.advance(10)
-    hard = make_scene()
+    hard = make_scene(boundary=FAR)
     change_stiffness(probe.sim, hard, 0.3 * probe.sim.dt)
     assert probe.sim.time == pytest.approx(1e-3, rel=1e-12)  # ten steps of 0.1 ns
     assert probe.sim.step == 34  # 10/0.3 upwards
@@ -145,7 +145,7 @@ def test_a_contact_at_rest_is_stiffened():
 
 
 def test_a_spring_that_slides_keeps_its_force():
-    scene = softer(make_scene())
+    scene = softer(make_scene(boundary=FAR))
     pair = contact_constants(scene)[0]
     sample = sample_of(
         [[0, 0, 0], [2 * pair.r - pair.rest_overlap, 0, 0]], v=[[0, 0.5, 0], [0, -0.5, 0]]
@@ -153,7 +153,7 @@ def test_a_spring_that_slides_keeps_its_force():
     probe = Probe(scene, sample)
     probe.advance(10)
     before = probe.loads()[0]
-    change_stiffness(probe.sim, make_scene(), probe.sim.dt)
+    change_stiffness(probe.sim, make_scene(boundary=FAR), probe.sim.dt)
     after = probe.loads()[0]
     assert abs(before[0, 1]) > 0.01 * pair.F_c
     # the way along n_c that goes with an angle of the pointers, a thousandth, is of second order
@@ -173,8 +173,8 @@ numerics: {{threads: 1, stiffness_scaling: 0.03}}
 output: {{series: {{time: 20 ns}}, snapshots: {{time: 100 ns}}}}
 """
 ROOMS = {
-    "box": ("{kind: box, side_walls: 0.001}", "{wall_speed: 0.5 m/s}"),
     "cell": ("{kind: periodic}", "{strain_rate: -1e5 s^-1}"),
+    "box": ("{kind: box, side_walls: 0.001}", "{wall_speed: 0.5 m/s}"),
 }
 
 

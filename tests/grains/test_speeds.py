@@ -84,6 +84,7 @@ def test_faces_faster_than_light_are_stopped(tmp_path):
     scene = from_yaml("""
 name: fast
 material: silicate_s12
+interaction: {damping: viscoelastic}
 sample: {kind: lattice, structure: sc, cells: [4, 4, 4]}
 boundary: {kind: periodic, strain_rate: 1e15 s^-1}
 output: {snapshots: off}

@@ -10,7 +10,7 @@ import bits
 import numpy as np
 import pytest
 import reference as ref
-from scenes import RADIUS, make_scene, polydisperse, sample_of
+from scenes import FAR, RADIUS, make_scene, polydisperse, sample_of, two_materials
 
 from dusttaichi import analysis, plots, samples, units
 from dusttaichi.analysis import table
@@ -262,6 +262,7 @@ def test_what_the_sphere_touches(on_disk):
 # The same in mixed precision.
 
 
+@pytest.mark.long
 def test_mixed_precision_of_a_hit():
     """Both sides of a contact take the same force, so momentum is kept to rounding of the sums in
     double precision; torques are rounded to 1e-7 of themselves."""
@@ -273,7 +274,7 @@ def test_mixed_precision_of_a_hit():
     assert parts["sphere_kinetic"] == pytest.approx(hit()[4]["sphere_kinetic"], rel=1e-3)
 
 
-# Grains of their own radius, of which the largest is the sphere; open.
+# Grains of their own radius, of which the largest is the sphere.
 
 
 def test_it_is_one_very_large_grain():
@@ -283,7 +284,7 @@ def test_it_is_one_very_large_grain():
     v, w = np.zeros((10, 3)), np.zeros((10, 3))
     v[-1], w[-1] = HIT["velocity"], HIT["spin"]
     sample = polydisperse(np.vstack([x, last]), radii, None, v, w)
-    sim = build(make_scene(gravity=WEIGHTLESS), sample)
+    sim = build(two_materials(boundary=FAR), sample)
     sim.advance(4000)
     found, expected = hit()[0], sim.grain_state()
     for one, other in zip(found, expected, strict=True):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import RADIUS, Probe, box, make_scene, sample_of
+from scenes import FAR, RADIUS, Probe, box, make_scene, sample_of, two_materials
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains import network
@@ -30,7 +30,7 @@ def growth(n, factor):
     limit = time_step(make_scene(dt="0.01 ns"), n).limit
     rng = np.random.default_rng(41)
     w = 1e-6 * rng.normal(size=(n, 3))
-    probe = Probe(make_scene(dt=0.9 * limit), sample_of(cluster(n), None, w))
+    probe = Probe(make_scene(dt="0.01 ns", boundary=FAR), sample_of(cluster(n), None, w))
     probe.sim.dt = factor * limit * 1e6
     first = probe.sim.measure()["kinetic_rotation"]
     probe.advance(150)
@@ -92,7 +92,9 @@ def test_strong_damping_shortens_the_step_or_is_refused(damping):
     """Damping is explicit: too much of it is unstable at a step that the springs alone allow."""
     v = [[1e-4, 0, 0], [-1e-4, 0, 0]]
     try:
-        gain = energy_stays(make_scene(dt="auto", damping=damping), cluster(2), v, None)
+        gain = energy_stays(
+            make_scene(dt="auto", damping=damping, boundary=FAR), cluster(2), v, None
+        )
     except DustError as error:
         assert "damping" in str(error)
     else:
@@ -102,16 +104,16 @@ def test_strong_damping_shortens_the_step_or_is_refused(damping):
 def test_contacts_as_they_are_give_the_period_of_the_cluster():
     """Close-packed thirteen, at rest: what the dense matrices say of it (to the 1e-4 of overlaps
     that differ by rounding only)."""
-    scene = make_scene(dt="auto")
+    scene = make_scene(dt="auto", boundary=FAR)
     sim = build(scene, sample_of(cluster(13)))
     period, limit = network.stable_step(sim, scene)
-    assert period == pytest.approx(time_step(scene, 13).period, rel=1e-4)
+    assert period == pytest.approx(time_step(make_scene(dt="auto"), 13).period, rel=1e-4)
     assert limit == pytest.approx(period / np.pi, rel=1e-4)
 
 
 def test_sparse_and_dense_eigenvalues_agree(monkeypatch):
     """eigsh is asked for 1e-4."""
-    scene = make_scene(dt="auto")
+    scene = make_scene(dt="auto", boundary=FAR)
     sim = build(scene, sample_of(cluster(13)))
     dense = network.stable_step(sim, scene)[0]
     monkeypatch.setattr(springs, "DENSE", 10)
@@ -120,7 +122,7 @@ def test_sparse_and_dense_eigenvalues_agree(monkeypatch):
 
 def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
     """A large grain on a wall with two small ones of another size on top."""
-    scene = make_scene(dt="0.01 ns", boundary=box("bottom"))
+    scene = two_materials(dt="0.01 ns", boundary=box("bottom"))
     r = np.array([1.0, 0.5, 0.3]) * RADIUS
     kind, law = scene.material, scene.interaction
     apart = [
@@ -137,7 +139,8 @@ def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
 @pytest.mark.parametrize("time", ["12.5 ps", "60 ps"])
 def test_limit_of_strong_damping_is_the_measured_one(time):
     """Three grains, damped so that springs or damping rule: by bisection to 1 %."""
-    scene = make_scene(dt="0.01 ns", damping={"model": "viscoelastic", "time": time})
+    damping = {"model": "viscoelastic", "time": time}
+    scene = make_scene(dt="0.01 ns", boundary=FAR, damping=damping)
     sim = build(scene, sample_of(cluster(3)))
     estimate = network.stable_step(sim, scene)[1]
     assert measured_limit(sim, estimate) == pytest.approx(estimate, rel=0.02)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import RADIUS, Grains, Probe, box, law_of_the_docs, make_scene, polydisperse, sample_of
+from scenes import RADIUS, Probe, box, law_of_the_docs, make_scene, polydisperse, sample_of
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.preview import _contact
@@ -31,9 +31,8 @@ def spinning(made, unequal=False):
     radii = np.array([0.6e-6, 0.5e-6 if unequal else 0.6e-6, 0.6e-6])
     x = np.array([[0, 0, 5e-6], [radii[:2].sum() - 0.1e-9, 0, 5e-6], [0, 0, RADIUS - 0.1e-9]])
     w = np.array([[0, -2e6, 0], [1e5, 2e6, 0], [2e6, 0, 1e5]])
-    if unequal:
-        return Grains(made, polydisperse(x, radii, None, 0.0, w))
-    return Probe(made, sample_of(x, np.zeros((3, 3)), w))
+    sample = polydisperse(x, radii, None, 0.0, w) if unequal else sample_of(x, None, w)
+    return Probe(made, sample)
 
 
 def after(probe, steps):
@@ -59,7 +58,9 @@ def test_limit_case_is_the_built_in_law(precision, rounding):
     assert np.abs(w2 - w).max() < 10 * rounding * np.abs(w).max()
 
 
-@pytest.mark.parametrize("unequal", [False, True], ids=["equal", "unequal"])
+@pytest.mark.parametrize(
+    "unequal", [False, pytest.param(True, marks=pytest.mark.long)], ids=["equal", "unequal"]
+)
 def test_ledger_closes(unequal):
     """At a speed that makes the limit half as large again; a step four times as short leaves less
     than half of the residual (first order: the limit changes within a step)."""

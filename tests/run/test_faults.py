@@ -194,7 +194,6 @@ def test_a_second_run_is_refused(tmp_path, how, deleted):
 FILE = """
 name: of_a_file
 material: silicate_s12
-interaction: {rolling: off, sliding: off, twisting: off, damping: none}
 sample: {kind: explicit, file: grains.csv, units: um}
 boundary: {kind: open}
 stop: {steps: STEPS}

@@ -72,7 +72,7 @@ material: silicate_s12
 interaction: {rolling: {law: speed_dependent, speed: 1 mm/s}, damping: none}
 sample: {kind: chain, grains: 3}
 push: [{grains: [0], velocity: [0 m/s, 3 m/s, 0 m/s]}]
-boundary: {kind: open}
+boundary: {kind: box, omit: [x_min, x_max, y_min, y_max, bottom], size: [1 cm, 1 cm, 1 cm]}
 stop: {time: 20 ns}
 numerics: {threads: 1}
 """)

@@ -18,7 +18,7 @@ from dusttaichi.scene import from_yaml
 CELL = """
 name: {name}
 material: ice_t19
-interaction: {{damping: scaled}}
+interaction: {{damping: viscoelastic}}
 sample: {{kind: bcca, grains: 64, seed: 2}}
 boundary: {{kind: periodic, size: cube}}
 stages:

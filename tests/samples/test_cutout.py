@@ -73,7 +73,7 @@ def pressed(tmp_path_factory):
     of = {"kind": "lattice", "structure": "sc", "cells": [5, 5, 5]}
     folder = tmp_path_factory.mktemp("pressed") / "run"
     boundary = {"kind": "periodic"}
-    execute(make_scene(damping="viscous", sample=of, boundary=boundary), folder)
+    execute(make_scene(damping="viscoelastic", sample=of, boundary=boundary), folder)
     return folder
 
 

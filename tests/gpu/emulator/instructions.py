@@ -30,6 +30,40 @@ COMPARE = {"eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">="}
 COMPARE |= {"lo": "<", "ls": "<=", "hi": ">", "hs": ">="}
 ROUNDING = {"rni": "rint", "rzi": "trunc", "rmi": "floor", "rpi": "ceil"}
 LOGIC = {"and": "&", "or": "|", "xor": "^"}
+# C of what an instruction makes of its operands after the first, all read as its type; "add.f" is
+# of floats. {kind}: the type, {u}: the unsigned integer of its width, {f}: f of single precision.
+FORMS = {
+    **{
+        name: f"({{u}})({{0}}) {sign} ({{u}})({{1}})" for name, sign in (("add", "+"), ("sub", "-"))
+    },
+    **{f"{name}.f": f"{{0}} {sign} {{1}}" for name, sign in (("add", "+"), ("sub", "-"))},
+    **{name: f"{{0}} {sign} {{1}}" for name, sign in (*LOGIC.items(), ("div", "/"), ("rem", "%"))},
+    "min": "{0} < {1} ? {0} : {1}",
+    "max": "{0} > {1} ? {0} : {1}",
+    "abs": "({0} < 0 ? -{0} : {0})",
+    "neg": "-({0})",
+    "not": "~{0}",
+    "not.pred": "!{0}",
+    "rcp": "rcp_{exact}_{kind}({0})",
+    "rsqrt": "rsqrt_{kind}({0})",
+    "ex2": "exp2f({0})",
+    "lg2": "log2f({0})",
+    "sin": "sinf({0})",
+    "cos": "cosf({0})",
+    "copysign": "__builtin_copysign({1}, {0})",
+    "popc": "__builtin_popcountll({0})",
+    "clz": "clz_{kind}({0})",
+    "prmt": "prmt({0}, {1}, {2})",
+    "fma": "__builtin_fma{f}({0}, {1}, {2})",
+    "sqrt": "__builtin_sqrt{f}({0})",
+    "abs.f": "__builtin_fabs{f}({0})",
+    "min.f": "__builtin_fmin{f}({0}, {1})",
+    "max.f": "__builtin_fmax{f}({0}, {1})",
+}
+COUNTS = ("popc", "clz")  # their result has 32 bits
+STOP = 'emu_stop("a kernel has stopped: trap");'
+# C of an instruction without a result
+PLAIN = {"ret": "return;", "trap": STOP, "exit": STOP, "membar": ";", "fence": ";"}
 ATOMIC = {
     "add": "old + {0}",
     "exch": "{0}",
@@ -143,19 +177,24 @@ class Body:
 
     def instruction(self, op, text):
         """C of an instruction."""
-        name, *rest = op.split(".")
+        name, *mods = op.split(".")
+        kind, a = mods[-1] if mods else "", operands(text)
+        if name in PLAIN:
+            return PLAIN[name]
+        for known in (f"{name}.{kind}", f"{name}.{kind[:1]}", name):
+            if known in FORMS:
+                return self._formed(FORMS[known], name, mods, a)
         found = getattr(self, f"do_{name}", None)
         if found is None:
             raise Untranslated(op)
-        return found(rest, rest[-1] if rest else "", operands(text))
+        return found(mods, kind, a)
 
-    def do_ret(self, mods, kind, a):
-        return "return;"
-
-    def do_trap(self, mods, kind, a):
-        return 'emu_stop("a kernel has stopped: trap");'
-
-    do_exit = do_trap
+    def _formed(self, form, name, mods, a):
+        kind, values = mods[-1], [self.value(x, mods[-1]) for x in a[1:]]
+        words = {"kind": kind, "u": C_TYPES.get("u" + kind[1:]), "f": "f" if kind == "f32" else ""}
+        words["exact"] = "exact" if "rn" in mods else "approx"
+        value = self._flushed(kind, mods, form.format(*values, **words))
+        return self.assign(a[0], "u32" if name in COUNTS else kind, value)
 
     def do_bra(self, mods, kind, a):
         return f"goto {a[0].replace('$', '_S_')};"
@@ -164,11 +203,6 @@ class Body:
         jumps = enumerate(self.targets[a[1]])
         cases = " ".join(f"case {n}: goto {to.replace('$', '_S_')};" for n, to in jumps)
         return f"switch ({self.value(a[0], 'u32')}) {{ {cases} }}"
-
-    def do_membar(self, mods, kind, a):
-        return ";"
-
-    do_fence = do_membar
 
     def do_bar(self, mods, kind, a):
         if mods[0] not in ("sync", "warp"):
@@ -283,19 +317,6 @@ class Body:
         x, y = self.value(a[1], kind), self.value(a[2], kind)
         return self.assign(a[0], kind, f"{self.value(a[3], 'pred')} ? {x} : {y}")
 
-    def _two(self, mods, kind, a, sign):
-        x, y = self.value(a[1], kind), self.value(a[2], kind)
-        if is_float(kind):
-            return self.assign(a[0], kind, self._flushed(kind, mods, f"{x} {sign} {y}"))
-        c_type = C_TYPES["u" + kind[1:]]
-        return self.assign(a[0], kind, f"({c_type})({x}) {sign} ({c_type})({y})")
-
-    def do_add(self, mods, kind, a):
-        return self._two(mods, kind, a, "+")
-
-    def do_sub(self, mods, kind, a):
-        return self._two(mods, kind, a, "-")
-
     def do_mul(self, mods, kind, a):
         return self._product(mods, kind, a, None)
 
@@ -318,79 +339,6 @@ class Body:
             value = f"({c_type})(({c_type}){x} * ({c_type}){y})"
         return self.assign(a[0], to, f"({value}) + {self.value(more, to)}" if more else value)
 
-    def do_fma(self, mods, kind, a):
-        function = "__builtin_fma" if kind == "f64" else "__builtin_fmaf"
-        value = f"{function}({', '.join(self.value(x, kind) for x in a[1:])})"
-        return self.assign(a[0], kind, self._flushed(kind, mods, value))
-
-    def do_div(self, mods, kind, a):
-        value = f"{self.value(a[1], kind)} / {self.value(a[2], kind)}"
-        return self.assign(a[0], kind, self._flushed(kind, mods, value))
-
-    def do_rem(self, mods, kind, a):
-        return self.assign(a[0], kind, f"{self.value(a[1], kind)} % {self.value(a[2], kind)}")
-
-    def _extreme(self, mods, kind, a, name, sign):
-        x, y = self.value(a[1], kind), self.value(a[2], kind)
-        if is_float(kind):
-            value = f"__builtin_f{name}{'' if kind == 'f64' else 'f'}({x}, {y})"
-            return self.assign(a[0], kind, self._flushed(kind, mods, value))
-        return self.assign(a[0], kind, f"{x} {sign} {y} ? {x} : {y}")
-
-    def do_min(self, mods, kind, a):
-        return self._extreme(mods, kind, a, "min", "<")
-
-    def do_max(self, mods, kind, a):
-        return self._extreme(mods, kind, a, "max", ">")
-
-    def _one(self, mods, kind, a, form):
-        value = form.format(self.value(a[1], kind))
-        return self.assign(a[0], kind, self._flushed(kind, mods, value))
-
-    def do_neg(self, mods, kind, a):
-        return self._one(mods, kind, a, "-({})")
-
-    def do_abs(self, mods, kind, a):
-        form = {"f64": "__builtin_fabs({})", "f32": "__builtin_fabsf({})"}
-        return self._one(mods, kind, a, form.get(kind, "({0} < 0 ? -{0} : {0})"))
-
-    def do_rcp(self, mods, kind, a):
-        exact = "exact" if "rn" in mods else "approx"
-        return self._one(mods, kind, a, f"rcp_{exact}_{kind}({{}})")
-
-    def do_rsqrt(self, mods, kind, a):
-        return self._one(mods, kind, a, f"rsqrt_{kind}({{}})")
-
-    def do_sqrt(self, mods, kind, a):
-        return self._one(mods, kind, a, f"__builtin_sqrt{'' if kind == 'f64' else 'f'}({{}})")
-
-    def do_ex2(self, mods, kind, a):
-        return self._one(mods, kind, a, "exp2f({})")
-
-    def do_lg2(self, mods, kind, a):
-        return self._one(mods, kind, a, "log2f({})")
-
-    def do_sin(self, mods, kind, a):
-        return self._one(mods, kind, a, "sinf({})")
-
-    def do_cos(self, mods, kind, a):
-        return self._one(mods, kind, a, "cosf({})")
-
-    def do_not(self, mods, kind, a):
-        return self._one([], kind, a, "!{}" if kind == "pred" else "~{}")
-
-    def _logic(self, kind, a, sign):
-        return self.assign(a[0], kind, f"{self.value(a[1], kind)} {sign} {self.value(a[2], kind)}")
-
-    def do_and(self, mods, kind, a):
-        return self._logic(kind, a, "&")
-
-    def do_or(self, mods, kind, a):
-        return self._logic(kind, a, "|")
-
-    def do_xor(self, mods, kind, a):
-        return self._logic(kind, a, "^")
-
     def _shift(self, kind, a, sign, beyond):
         x, by, c_type = self.value(a[1], kind), self.value(a[2], "u32"), C_TYPES[kind]
         out = f"{by} >= {kind[1:]} ? ({c_type}){beyond.format(x)} : ({c_type})({x} {sign} {by})"
@@ -401,19 +349,6 @@ class Body:
 
     def do_shr(self, mods, kind, a):
         return self._shift(kind, a, ">>", "({} < 0 ? -1 : 0)" if kind[0] == "s" else "0")
-
-    def do_popc(self, mods, kind, a):
-        return self.assign(a[0], "u32", f"__builtin_popcountll({self.value(a[1], kind)})")
-
-    def do_clz(self, mods, kind, a):
-        return self.assign(a[0], "u32", f"clz_{kind}({self.value(a[1], kind)})")
-
-    def do_copysign(self, mods, kind, a):
-        x, y = self.value(a[2], kind), self.value(a[1], kind)
-        return self.assign(a[0], kind, f"__builtin_copysign({x}, {y})")
-
-    def do_prmt(self, mods, kind, a):
-        return self.assign(a[0], "b32", f"prmt({', '.join(self.value(x, 'b32') for x in a[1:])})")
 
     def do_bfe(self, mods, kind, a):
         rest = ", ".join(self.value(x, "u32") for x in a[2:])
