@@ -32,8 +32,7 @@ def collide(
 
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, settings, extensions)
-    runs = scene.output.directory
-    study = Collisions(scene, output or runs.with_name(f"{runs.name}-collisions"))
+    study = Collisions(scene, options.beside(scene, "collisions", output))
     with options.writing(force=force, inputs=[file]):
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         found = found_of(study, quiet=quiet, things="collisions", **how)

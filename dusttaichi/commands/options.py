@@ -138,6 +138,12 @@ def load_scene(file, threads=None, settings=None, extensions=None):
     return scene if threads is None else scene.with_value("numerics.threads", threads)
 
 
+def beside(scene, word, output=None):
+    """Directory of a study: `output`, or one beside the runs of its scene, with a word."""
+    runs = scene.output.directory
+    return output or runs.with_name(f"{runs.name}-{word}")
+
+
 def import_files(files):
     """Import the extensions that --extension names. Raises DustError."""
     from dusttaichi.scene import extensions

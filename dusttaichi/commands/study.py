@@ -35,8 +35,7 @@ def study(
 
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, settings, extensions)
-    runs = scene.output.directory
-    mine = own.load(program, scene, output or runs.with_name(f"{runs.name}-{program.stem}"))
+    mine = own.load(program, scene, options.beside(scene, program.stem, output))
     with options.writing(force=force, inputs=[file]):
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         found = found_of(mine, quiet=quiet, **how)

@@ -44,8 +44,7 @@ def sweep(
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, extensions=extensions)
     scene, swept = with_common_settings(scene, settings)
-    runs = scene.output.directory
-    study = studies.sweep(scene, swept, output or runs.with_name(f"{runs.name}-sweep"))
+    study = studies.sweep(scene, swept, options.beside(scene, "sweep", output))
     with options.writing(force=force, inputs=[file]):
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         how["part"] = _part(part)

@@ -45,8 +45,6 @@ def trade(
     from dusttaichi.studies.trade import TradeStudy, Wanted
 
     scene = options.load_scene(file, extensions=extensions)
-    runs = scene.output.directory
-    folder = output or runs.with_name(f"{runs.name}-trade")
     if suggest:
         _suggest(scene)
         return
@@ -54,7 +52,9 @@ def trade(
     wanted = Wanted(names, quick, seeds, share, observable)
     with options.writing(force=force, inputs=[file]):
         log = (lambda text: None) if quiet else remark
-        study = TradeStudy(scene, folder, wanted, threads=threads, log=log)
+        study = TradeStudy(
+            scene, options.beside(scene, "trade", output), wanted, threads=threads, log=log
+        )
         fraction = trade_points.parameters_of(study.scene).fraction(study.scene)
         if fraction is not None:
             log(f"the time step of the scene is {fraction:.3g} of its stiffest period")

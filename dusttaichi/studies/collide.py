@@ -16,10 +16,17 @@ from dusttaichi.analysis.thresholds import growth_bracket
 from dusttaichi.errors import DustError
 from dusttaichi.results.provenance import of_study, plain
 from dusttaichi.scene import Scene, quantities
-from dusttaichi.scene.yaml_text import read
 from dusttaichi.studies.points import core_of
-from dusttaichi.studies.requests import Request, key_of
-from dusttaichi.studies.settings import as_files, keys_of, portable, relative_files, seeds_moved
+from dusttaichi.studies.requests import Request, cores_of, key_of
+from dusttaichi.studies.settings import (
+    as_files,
+    data_of,
+    keys_of,
+    one_thread,
+    portable,
+    relative_files,
+    seeds_moved,
+)
 
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
 SAMPLE = "sample"  # name of the bodies where the study names none
@@ -51,11 +58,9 @@ class Collisions:
                 "(`dust new collide` writes a file)"
             )
         self.scene, self.directory, self._own, self._added = scene, Path(directory), own, 0
-        data = read(scene.to_yaml()).data
+        data = one_thread(data_of(scene))
         data.pop("collisions")
         data.pop("replicas", None)
-        if data["numerics"]["threads"] == "auto":  # many small scenes: a thread each
-            data["numerics"]["threads"] = 1
         self._templates = _templates(data["sample"], own)
         self.axes = {
             "body": tuple(self._templates),
@@ -97,7 +102,6 @@ class Collisions:
         scene, phases = self.base.to_yaml(), self._own.phases
         core = core_of(self.scene.to_yaml()) | {"collisions": None, "name": ""}
         found = []
-        numerics = self.base.numerics
         for values in itertools.product(*self.axes.values()):
             point = dict(zip(self.axes, values, strict=True))
             sample = _sample(self._templates[point["body"]], point)
@@ -108,7 +112,7 @@ class Collisions:
                     arguments={"scene": scene, "sample": sample, "phases": phases},
                     file=self.rows_file,
                     inputs=self._inputs,
-                    cores=numerics.threads if numerics.backend == "cpu" else None,
+                    cores=cores_of(self.base),
                 )
             )
         return found

@@ -82,6 +82,11 @@ class Request:
         return answer.found, None
 
 
+def cores_of(scene) -> int | None:
+    """The `cores` of requests that simulate a scene."""
+    return scene.numerics.threads if scene.numerics.backend == "cpu" else None
+
+
 def key_of(*parts: Any) -> str:
     """Key of a row: of this version and of all that decides its numbers, values of JSON."""
     text = json.dumps([__version__, *parts], sort_keys=True)

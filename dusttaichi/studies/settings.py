@@ -74,6 +74,13 @@ def portable(data: dict) -> list[str]:
     return as_files([*relative_files(data.get("sample", {})), *data["extensions"]])
 
 
+def one_thread(data: dict) -> dict:
+    """The data of one of many small scenes, on one thread where the number is `auto`; in place."""
+    if data["numerics"]["threads"] == "auto":
+        data["numerics"]["threads"] = 1
+    return data
+
+
 def seeds_moved(sample: dict, number: int) -> dict:
     """The block of a sample with `number` added to every seed, at any depth; in place."""
     for _, block in keys_of(sample, "seed"):

@@ -14,8 +14,8 @@ from dusttaichi.physics.contact import constants
 from dusttaichi.samples.materials import Materials
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.studies.points import core_of
-from dusttaichi.studies.requests import Request, key_of
-from dusttaichi.studies.settings import data_of, portable
+from dusttaichi.studies.requests import Request, cores_of, key_of
+from dusttaichi.studies.settings import data_of, one_thread, portable
 from dusttaichi.studies.sticking_task import LOOKS, moving_bodies
 from dusttaichi.studies.trial import order
 
@@ -73,9 +73,7 @@ class Collision:
             overlap = meeting(scene, self.sample).delta0
             own = min(own, LATEST * tolerance * overlap / self.closed)
             scene = scene.with_value("numerics.time_step", f"{own:.17g} s")
-        data = data_of(scene)
-        if data["numerics"]["threads"] == "auto":  # many small scenes: a thread each
-            data["numerics"]["threads"] = 1
+        data = one_thread(data_of(scene))
         self._expected = order(scene, len(self.sample))[1] * self.time / own
         self._inputs, self.scene = tuple(portable(data)), scene
         self._small = Scene.from_dict(data, title=f"the scene of {scene.name}")
@@ -91,7 +89,6 @@ class Collision:
 
     def request(self, speed, looks=LOOKS):
         """The Request of the outcome at a relative speed of the bodies [m/s]."""
-        numerics = self._small.numerics
         own = {"scene": self._text, "speed": float(speed), "time": self.time, "looks": looks}
         return Request(
             label=key_of(self._core, float(speed), self.time),
@@ -99,7 +96,7 @@ class Collision:
             arguments=own,
             file=self._file,
             inputs=self._inputs,
-            cores=numerics.threads if numerics.backend == "cpu" else None,
+            cores=cores_of(self._small),
             expected=self._expected,
         )
 
@@ -176,10 +173,8 @@ class Search:
         low = collision.closed * (0.25 if few else 1.0) if low is None else low
         high = max(collision.closed * (4.0 if few else 100.0), 4.0 * low) if high is None else high
         if not 0.0 < low < high:
-            raise DustError(
-                f"--low {low:g} m/s, --high {high:g} m/s: both must be above 0, and the second "
-                "above the first."
-            )
+            text = "both must be above 0, and the second above the first."
+            raise DustError(f"--low {low:g} m/s, --high {high:g} m/s: {text}")
         self.bracket, self._rounds, self._asked = (low, high), 0, np.geomspace(low, high, TOGETHER)
 
     def points(self, found):
