@@ -218,14 +218,15 @@ def run(
 
 
 def _round(points, progress, shelf, *, log, **how):
-    """label -> Answer of the points (by label), the finished ones first."""
+    """label -> Answer of the points (by label), in their order."""
     answers = {label: point.stored(shelf) for label, point in points.items()}
     left = {label: points[label] for label, answer in answers.items() if answer is None}
     answers = {label: answer for label, answer in answers.items() if answer is not None}
     progress.more(len(points), len(answers))
     if answers:
         log(f"{len(answers)} of {len(points)} are already finished")
-    return answers | (_do(left, progress, shelf, log=log, **how) if left else {})
+    answers |= _do(left, progress, shelf, log=log, **how) if left else {}
+    return {label: answers[label] for label in points}
 
 
 def _do(points, progress, shelf, *, scheduler, jobs, idle, log, how):

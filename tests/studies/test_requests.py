@@ -64,6 +64,17 @@ def test_what_failed_is_asked_again_and_what_is_there_is_not(tasks, tmp_path):  
     )
 
 
+def test_points_are_found_in_the_order_in_which_they_were_asked_for(tmp_path, monkeypatch):
+    """Also where they end in another one, as those of several processes do."""
+
+    def backwards(points, *_, **__):
+        return {label: workers.Answer(found={"name": label}) for label in reversed(points)}
+
+    monkeypatch.setattr(engine, "_do", backwards)
+    found = engine.run(Asking(tmp_path, "no:task", a={}, b={}, c={}))
+    assert list(found) == ["a", "b", "c"] and found["b"].measured == {"name": "b"}
+
+
 def test_a_process_that_takes_too_long_is_killed(tasks, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.setattr(jobs, "STARTING", 20.0)
     slow = {"do": "run", "path": str(tmp_path / "never"), "seconds": 0.5}
