@@ -1,4 +1,4 @@
-"""Pores, and the dimension of fragments, against what is known of them."""
+"""Pores, pair correlation, and the dimension of fragments, against what is known of them."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,7 @@ import snapshots
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.pores import _free, pores_of
+from dusttaichi.analysis.structure import BINS, FARTHEST, pair_correlation
 from dusttaichi.errors import DustError
 
 
@@ -83,3 +84,36 @@ def test_dimension_of_a_plate_across_a_face(tmp_path):
         plots.fragment_dimension(run)
         with pytest.raises(DustError, match="There is no fragment 1; allowed: 0 to 0"):
             analysis.fragment_dimension(run, fragment=1)
+
+
+# -- pair correlation ----------------------------------------------------------------------------
+
+
+def points(position, edge, periodic=True):
+    return frame(position, np.full(len(position), 0.5), np.full(3, edge), periodic)
+
+
+def test_points_that_know_nothing_of_each_other():
+    """g = 1 within four standard deviations of the number of pairs in a bin."""
+    rng = np.random.default_rng(5)
+    for periodic in (True, False):
+        r, g = pair_correlation(points(16.0 * rng.random((4000, 3)), 16.0, periodic))
+        far = r > 1.0
+        centres = 4000 if periodic else 4000 * (6 / 16) ** 3
+        pairs = centres * 4 * np.pi * r**2 * (FARTHEST / BINS) * 4000 / 16.0**3
+        assert np.all(np.abs(g - 1.0)[far] < 4.0 * np.sqrt(2.0 / pairs[far]) + 0.02)
+
+
+def test_a_lattice_has_its_shells():
+    """Simple cubic: 6, 12 and 8 neighbours at 1.01 times 1, sqrt 2 and sqrt 3."""
+    x = 1.01 * np.array(np.meshgrid(*[np.arange(11.0)] * 3)).reshape(3, -1).T + 0.2
+    r, g = pair_correlation(points(x, 11.11))
+    width = FARTHEST / BINS
+    shells = g * 4 / 3 * np.pi * ((r + width / 2) ** 3 - (r - width / 2) ** 3)
+    assert g.min() == 0.0 and not g[r < 1.0].any()  # a grain is no neighbour of itself
+    held = shells[shells > 1e-9][:3]
+    np.testing.assert_allclose(held / 1.01**3, [6, 12, 8], rtol=1e-9)
+
+
+def test_a_cell_that_is_too_small_has_none():
+    assert np.isnan(pair_correlation(points(np.random.rand(50, 3) * 5, 5.0))[1]).all()

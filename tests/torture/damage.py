@@ -10,6 +10,7 @@ import random
 import shutil
 import signal
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import netCDF4
@@ -18,7 +19,7 @@ import toy
 from bits import assert_same_bits
 from tally import forked
 
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.results.reading import open_tree
 from dusttaichi.samples import files, make
 from dusttaichi.samples.formats.text import Source
@@ -53,16 +54,16 @@ def run(count, seed, tally):
 
 def _apart(case, folder, made, rng):
     """(what happened, what is wrong or None) of a case, in a process that may hang or crash."""
-    answer = folder / "answer.json"
+    report = folder / "said"
 
     def go():
         signal.alarm(PATIENCE)
-        answer.write_text(json.dumps(case(folder, made, rng) or ("repaired", None)))
+        report.write_text(json.dumps(case(folder, made, rng) or ("repaired", None)))
 
-    status, said = forked(folder / "said", go)
+    status, said = forked(report, go)
     if status < 0:
         return f"ends HDF5 by {signal.Signals(-status).name}", None
-    return json.loads(answer.read_text()) if status == 0 else ("traceback", said)
+    return json.loads(said) if status == 0 else ("traceback", said)
 
 
 def _originals(folder):
@@ -70,28 +71,16 @@ def _originals(folder):
     toy.with_parts(False)
     plain = toy.go("plain", folder / "plain")
     toy.with_parts(True)
-    parts = folder / "parts"
-    child_stopped(parts)
-    return {"plain": plain, "parts": parts, "sample": _grains(folder / "a.nc")}
-
-
-def child_stopped(directory):
-    """A run that has stopped on its way, with its result in parts."""
-    from dusttaichi.errors import Interrupted
-
-    scene, told = from_yaml(toy.SCENES["plain"]), []
+    parts, told = folder / "parts", []
 
     def stop(report):
         told.append(report)
         if len(told) == 8:
-            raise Interrupted("here")
+            raise Interrupted("on its way, with its result in parts")
 
-    from dusttaichi.run import execute
-
-    try:
-        execute(scene, directory, report=stop)
-    except Interrupted:
-        pass
+    with suppress(Interrupted):
+        toy.go("plain", parts, report=stop)
+    return {"plain": plain, "parts": parts, "sample": _grains(folder / "a.nc")}
 
 
 def _grains(path):

@@ -79,13 +79,6 @@ SOURCE = CAKE.replace("BOUNDARY", "box, wall_speed: 1 m/s").replace("12000", "12
 KEPT = CAKE.replace("BOUNDARY", "box, pressure: 50 kPa, wall_speed: 1 m/s").replace(
     "{kind: rbd, grains: 60, seed: 3}", "{kind: explicit, file: FILE, keep: [walls, box, time]}"
 )
-SCENES = {
-    "plain": PLAIN,
-    "grains": GRAINS,
-    "stages": STAGES,
-    "replicas": GRAINS + "replicas: 2\n",
-}
-SCENES |= {"replicas": GRAINS + "replicas: 2\n", "continuum": CONTINUUM}
-SCENES |= {"sphere": SPHERE, "leaning cell": LEANING, "kept sample": KEPT}
-SHARES = {"plain": 0.2, "stages": 0.3, "replicas": 0.1, "grains": 0.1}
-SHARES |= {"continuum": 0.1, "sphere": 0.1, "leaning cell": 0.1, "kept sample": 0.1}
+SCENES = {"plain": PLAIN, "stages": STAGES, "replicas": GRAINS + "replicas: 2\n", "grains": GRAINS}
+SCENES |= {"continuum": CONTINUUM, "sphere": SPHERE, "leaning cell": LEANING, "kept sample": KEPT}
+SHARES = dict.fromkeys(SCENES, 0.1) | {"plain": 0.2, "stages": 0.3}

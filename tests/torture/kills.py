@@ -11,12 +11,12 @@ import shutil
 import signal
 import tempfile
 import time
-import traceback
 from pathlib import Path
 
 import toy
 from bits import assert_same_bits
 from killed import SCENES, SHARES, SOURCE
+from tally import fork, forked
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError, Interrupted
@@ -42,16 +42,24 @@ def _go(name, directory, how):
     if "FILE" in SCENES[name] and not source.exists():
         execute(from_yaml(SOURCE), source)
     scene = from_yaml(SCENES[name].replace("FILE", str(source)))
-    if name == "replicas":
-        engine.run(sweep.replicas(scene, directory), **how)
-    else:
-        execute(scene, directory, **how)
+    try:
+        if name == "replicas":
+            engine.run(sweep.replicas(scene, directory), **how)
+        else:
+            execute(scene, directory, **how)
+    except DustError as error:
+        if "Another run is writing" in str(error):  # the process that joins its parts: a moment
+            time.sleep(1.0)
+            raise Interrupted("by the joining of parts") from None
+        raise
 
 
 def _chains(name, kills, folder, seed, tally):
     """So many kills of runs of a kind, each chain of them compared with the whole run."""
     whole, began = folder / name / "whole" / "run", time.monotonic()
-    _child(name, whole, {}, folder / "told", wait=True)
+    status, said = forked(folder / "told", lambda: _go(name, whole, {}))
+    if status:
+        raise RuntimeError(f"the whole run of {name} fails: {said}")
     lasts = time.monotonic() - began
     left, chain = kills - tally.kinds.get(name, 0), 0
     while left > 0:
@@ -75,7 +83,8 @@ def _chain(name, whole, folder, *, most, lasts, rng):
     try:
         while True:
             delay = rng.uniform(0.0, 0.6 * lasts) if kills < most else None
-            child = _child(name, directory, {"resume": True}, folder / "told")
+            alone = (lambda: os.setpgid(0, 0), lambda: _go(name, directory, {"resume": True}))
+            child = fork(folder / "told", *alone)
             done, problem = _end(child, delay, rng.choice(SIGNALS), folder / "told")
             kills += not done
             if problem is None and not done:
@@ -89,31 +98,6 @@ def _chain(name, whole, folder, *, most, lasts, rng):
         return max(kills, 1), str(error)
     finally:
         shutil.rmtree(directory.parent, ignore_errors=True)
-
-
-def _child(name, directory, how, told, wait=False):
-    told.unlink(missing_ok=True)
-    child = os.fork()
-    if child:
-        if wait and os.waitpid(child, 0)[1]:
-            raise RuntimeError(f"the whole run of {name} fails: {told.read_text()}")
-        return child
-    os.setpgid(0, 0)
-    code = 0
-    try:
-        _go(name, directory, how)
-    except (Interrupted, KeyboardInterrupt):
-        code = 130
-    except DustError as error:
-        if "Another run is writing" in str(error):  # the process that joins its parts: a moment
-            time.sleep(1.0)
-            os._exit(130)
-        told.write_text(f"{type(error).__name__}: {error}")
-        code = 1
-    except BaseException:
-        told.write_text(traceback.format_exc())
-        code = 1
-    os._exit(code)
 
 
 def _end(child, delay, number, told):

@@ -9,7 +9,7 @@ import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, Interrupted
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "docs" / "validation" / "reliability.csv"
@@ -60,25 +60,33 @@ class Tally:
         return f"{name}: {self.tried} tried, {len(self.failures)} failed, {took:.0f} s ({kinds})"
 
 
-def forked(report, *functions):
-    """(exit status, what was said) of a process that forks from this one and calls the functions.
+def fork(report, *functions):
+    """Number of a process that forks from this one and calls the functions.
 
-    The status is 1 with a traceback, or the exit code of a DustError. report: file for the words.
+    Its status is 1 with a traceback, or the exit code of a DustError or an interrupt. report: file
+    for the words.
     """
     report.write_text("")
-    if not (child := os.fork()):
-        code = 0
-        try:
-            for function in functions:
-                function()
-        except DustError as error:
-            report.write_text(str(error))
-            code = error.exit_code
-        except BaseException:
-            report.write_text(traceback.format_exc())
-            code = 1
-        os._exit(code)
-    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if child := os.fork():
+        return child
+    code = 0
+    try:
+        for function in functions:
+            function()
+    except DustError as error:
+        report.write_text(str(error))
+        code = error.exit_code
+    except KeyboardInterrupt:
+        code = Interrupted.exit_code
+    except BaseException:
+        report.write_text(traceback.format_exc())
+        code = 1
+    os._exit(code)
+
+
+def forked(report, *functions):
+    """(exit status, what was said) of a process of `fork`, at its end."""
+    status = os.waitstatus_to_exitcode(os.waitpid(fork(report, *functions), 0)[1])
     return status, report.read_text()
 
 
