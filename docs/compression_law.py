@@ -35,7 +35,7 @@ def rows(path):
         phi = np.concatenate([phi[:1], 0.5 * (phi[1:] + phi[:-1])])
         m = run.material
         numbers = m.surface_energy, m.radius, m.critical_rolling
-        shares = analysis.loss_shares(run, decades=DECADES)
+        shares = TATSUUMA_2023.loss_shares(run, decades=DECADES)
         drive = run.scene["stages"][0]["drive"] if run.scene.get("stages") else {}
         about = {
             "run": name_of(path),

@@ -1,14 +1,20 @@
-"""Pressure of a cell compressed from all sides, compared with the law of Tatsuuma et al. 2023.
+"""A cell compressed from all sides, after Tatsuuma et al. 2023: pressure, and where energy is lost.
 
 Named by the scenes in this folder under `extensions`; after arXiv:2306.09259.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from dusttaichi import plots
 from dusttaichi.analysis import isotropic, numbers
+from dusttaichi.analysis.ledger import losses_by_channel
 from dusttaichi.analysis.numbers.compression import ratio_numbers, ratio_text
 from dusttaichi.analysis.numbers.registry import Family, Observable, quiet
+from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import rolling_energy
+from dusttaichi.plots import style
 from dusttaichi.results.shown import PRESSURES
 
 CLOSEST_PACKING = 0.74  #: Filling factor at which equal spheres cannot be packed closer.
@@ -52,3 +58,74 @@ DENSE_COMPRESSION = Family(
 )  # fmt: skip
 numbers.register(DENSE_COMPRESSION)
 PRESSURES[r"$(E_{\rm roll}/r^3)(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023"] = compressive_strength
+
+
+# -- losses --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LossShares:
+    """Share of each channel in the losses while the filling factor grows through a bin."""
+
+    filling_factor: np.ndarray  #: Middle of the bin in its logarithm, (bins,).
+    by_channel: dict  #: Channel -> share, (bins,).
+    lost: np.ndarray  #: By all channels [J], (bins,).
+
+
+def loss_shares(run, stage=None, decades=0.1):
+    """Share of each channel in the losses of a cell that is compressed from all sides.
+
+    Parameters
+    ----------
+    run : Run
+    stage : str or int, optional
+        Default: the first in which the cell shrinks equally along all axes.
+    decades : float
+        Width of the bins in lg(filling factor).
+
+    Raises
+    ------
+    DustError
+        The filling factor grows through less than one bin.
+    """
+    part = run.part_that("shrinks", stage)
+    losses = losses_by_channel(part.series)
+    phi = part.series.filling_factor.values if "filling_factor" in part.series else np.zeros(0)
+    rising = np.maximum.accumulate(phi)
+    first = np.ceil(np.log10(rising[0]) / decades - 1e-9) if len(phi) else 0.0
+    last = np.floor(np.log10(rising[-1]) / decades + 1e-9) if len(phi) else 0.0
+    if not losses or last <= first:
+        raise DustError(f"{run.path} is not compressed enough for shares of its losses.")
+    edges = np.arange(first, last + 1) * decades
+    lost = {c: np.diff(np.interp(edges, np.log10(rising), v)) for c, v in losses.items()}
+    total = sum(lost.values())
+    known = total > 0.0
+    shares = {c: v[known] / total[known] for c, v in lost.items()}
+    return LossShares(10 ** (0.5 * (edges[1:] + edges[:-1]))[known], shares, total[known])
+
+
+@plots.figure(
+    "Share of each channel in the losses",
+    55,
+    name="loss_shares",
+    applies=lambda run: run.shrinks,
+    optional=True,
+)
+def drawn_shares(run):
+    """Share of each channel in the losses of a run per tenth of a decade of the filling factor.
+
+    In the paper rolling prevails below 0.1, sliding and twisting above.
+    """
+    result = loss_shares(run)
+    figure, (axes,) = style.new_figure()
+    for name, share in result.by_channel.items():
+        if np.any(share):
+            colour = style.CHANNEL_COLOURS.get(name, style.GREY)
+            axes.plot(result.filling_factor, share, color=colour, label=name)
+    style.logarithmic(axes, "x")
+    axes.set(xlabel=r"filling factor $\phi$", ylabel="share of the energy lost", ylim=(0.0, None))
+    style.legend(axes)
+    return figure
+
+
+plots.register(drawn_shares)

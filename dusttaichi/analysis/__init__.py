@@ -20,14 +20,7 @@ from dusttaichi.analysis.fragments import (
 )
 from dusttaichi.analysis.frame import Frame, frame_count, grain_masses, read_frame
 from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
-from dusttaichi.analysis.ledger import (
-    Ledger,
-    Losses,
-    LossShares,
-    ledger,
-    loss_shares,
-    losses_against_filling_factor,
-)
+from dusttaichi.analysis.ledger import Ledger, Losses, ledger, losses_against_filling_factor
 from dusttaichi.analysis.loads import (
     ControlledLoad,
     Friction,

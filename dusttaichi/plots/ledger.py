@@ -3,7 +3,6 @@
 import numpy as np
 
 from dusttaichi.analysis import ledger as ledger_of
-from dusttaichi.analysis import loss_shares as shares_of
 from dusttaichi.analysis import losses_against_filling_factor, tensile
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
@@ -97,35 +96,6 @@ def losses(run, stage=None):
             **style.look(style.GREY, 1.0, style.DASHED),
         )
     axes.set(ylim=(0.0, None), xlabel=r"filling factor $\phi$", ylabel=f"energy lost ({unit})")
-    style.legend(axes)
-    return figure
-
-
-@figure("Share of each channel in the losses", 55, applies=lambda run: run.shrinks, optional=True)
-def loss_shares(run, stage=None):
-    """Share of each channel in the losses of a run per tenth of a decade of the filling factor.
-
-    Tatsuuma et al. 2023: rolling below 0.1, sliding and twisting above.
-
-    Parameters
-    ----------
-    run : Run
-    stage : str or int, optional
-        As in `analysis.loss_shares`.
-
-    Raises
-    ------
-    DustError
-        The filling factor grows too little.
-    """
-    result = shares_of(run, stage)
-    figure, (axes,) = style.new_figure()
-    for name, share in result.by_channel.items():
-        if np.any(share):
-            colour = style.CHANNEL_COLOURS.get(name, style.GREY)
-            axes.plot(result.filling_factor, share, color=colour, label=name)
-    style.logarithmic(axes, "x")
-    axes.set(xlabel=r"filling factor $\phi$", ylabel="share of the energy lost", ylim=(0.0, None))
     style.legend(axes)
     return figure
 

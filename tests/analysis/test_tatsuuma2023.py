@@ -6,6 +6,7 @@ import synthetic
 from scenes import bundled
 
 from dusttaichi import analysis, plots
+from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.scene.material import NAMED, Material
 
@@ -63,3 +64,18 @@ def test_figure_has_both_laws(own, cell):
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert sum("E_" in text for text in labels) == 2
     assert any("Tatsuuma" in text for text in labels)
+
+
+def test_shares_of_the_channels(own, cell):
+    """Of synthetic losses every channel has the same share at all filling factors."""
+    result = own.loss_shares(cell)
+    np.testing.assert_allclose(sum(result.by_channel.values()), 1.0)
+    assert len(result.filling_factor) >= 8 and np.all(np.diff(result.filling_factor) > 0)
+    for name, share in result.by_channel.items():
+        wanted = synthetic.SHARES[list(cell.series.channel.values).index(name)]
+        np.testing.assert_allclose(share, wanted / synthetic.SHARES.sum(), rtol=1e-9)
+    (axes,) = plots.figures_of(cell)["loss_shares"].axes
+    lines = {line.get_label(): line.get_ydata() for line in axes.lines}
+    np.testing.assert_allclose(lines["rolling"], result.by_channel["rolling"])
+    with pytest.raises(DustError, match="not compressed enough"):
+        own.loss_shares(cell, decades=3.0)

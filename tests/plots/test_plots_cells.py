@@ -42,7 +42,6 @@ def test_what_each_run_has_figures_for(runs):
             "coordination",
             "tensile",
             "losses",
-            "loss_shares",
             "fractal",
             "stress",
         },
@@ -94,20 +93,6 @@ def test_isotropic(runs):
     np.testing.assert_allclose(line(axes, "test").get_ydata(), result.pressure)
     assert axes.get_xscale() == axes.get_yscale() == "log" and "Pa" in axes.get_ylabel()
     assert sum("E_" in text for text in texts(axes)) == 1
-
-
-def test_shares_of_the_channels(runs):
-    """Of synthetic losses every channel has the same share at all filling factors."""
-    result = analysis.loss_shares(runs[0])
-    np.testing.assert_allclose(sum(result.by_channel.values()), 1.0)
-    assert len(result.filling_factor) >= 8 and np.all(np.diff(result.filling_factor) > 0)
-    for name, share in result.by_channel.items():
-        wanted = synthetic.SHARES[list(runs[0].series.channel.values).index(name)]
-        np.testing.assert_allclose(share, wanted / synthetic.SHARES.sum(), rtol=1e-9)
-    (axes,) = plots.loss_shares(runs[0]).axes
-    np.testing.assert_allclose(line(axes, "rolling").get_ydata(), result.by_channel["rolling"])
-    with pytest.raises(DustError, match="not compressed enough"):
-        analysis.loss_shares(runs[0], decades=3.0)
 
 
 def test_fractal_and_losses_and_stress(runs):
