@@ -37,9 +37,8 @@ from dusttaichi.analysis.observables import front
 from dusttaichi.analysis.pores import Pores, pores
 from dusttaichi.analysis.profile import profile
 from dusttaichi.analysis.restitution import (
-    Bodies,
     Restitution,
-    bodies,
+    orbital_momentum,
     restitution,
     wall_restitution,
 )

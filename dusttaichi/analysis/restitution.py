@@ -155,19 +155,8 @@ def _wall_velocity(run, frame, side):
     return (high.cell.ravel()[side] - low.cell.ravel()[side]) / (high.time - low.time)
 
 
-@dataclass(frozen=True)
-class Bodies:
-    """Two bodies over time, SI."""
-
-    time: np.ndarray  #: (n,).
-    names: tuple  #: (2,).
-    velocity: np.ndarray  #: Velocities of the centres of mass, (n, 2, 3).
-    spin: np.ndarray  #: Angular momenta about the centres of mass, (n, 2, 3).
-    orbital: np.ndarray  #: Angular momentum of both centres about the common one, (n, 3).
-
-
-def bodies(run):
-    """Motion and angular momentum of the two bodies of a run.
+def orbital_momentum(run):
+    """Angular momentum of the centres of two bodies about the common one [kg m^2/s], (times, 3).
 
     Raises
     ------
@@ -177,16 +166,7 @@ def bodies(run):
     series = run.whole.series
     if "body_angular_momentum" not in series:
         raise DustError(f"{run.path} has no two colliding bodies: sample.kind pair or collision.")
-    first, second = run.bodies()
     masses = grain_masses(run)
-    mass = np.array([masses[first].sum(), masses[second].sum()])
+    mass = np.array([masses[grains].sum() for grains in run.bodies()])
     x, v = series.body_position.values, series.body_velocity.values
-    reduced = mass.prod() / mass.sum()
-    orbital = reduced * np.cross(x[:, 0] - x[:, 1], v[:, 0] - v[:, 1])
-    return Bodies(
-        time=series.time.values,
-        names=tuple(str(name) for name in series.body.values),
-        velocity=v,
-        spin=series.body_angular_momentum.values,
-        orbital=orbital,
-    )
+    return mass.prod() / mass.sum() * np.cross(x[:, 0] - x[:, 1], v[:, 0] - v[:, 1])

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 
-from dusttaichi.analysis import bodies as bodies_of
+from dusttaichi.analysis import orbital_momentum
 from dusttaichi.analysis.frame import frame_count, read_frame
 from dusttaichi.plots import style
 from dusttaichi.plots.colouring import BODY_COLOURS, BODY_NAMES
@@ -129,20 +129,22 @@ def bodies(run):
     DustError
         There are not two bodies.
     """
-    two = bodies_of(run)
+    orbital, series = orbital_momentum(run)[:, 2], run.whole.series
+    names, velocity = series.body.values.tolist(), series.body_velocity.values
+    spin = dict(zip(names, series.body_angular_momentum.values[:, :, 2].T, strict=True))
     figure, (speeds, turning) = style.new_figure(height=5.2, rows=2)
-    per_time, seconds = style.scaled(two.time[-1], style.TIMES)
-    time = two.time * per_time
-    for number, name in enumerate(two.names):
+    per_time, seconds = style.scaled(float(series.time[-1]), style.TIMES)
+    time = series.time.values * per_time
+    for number, name in enumerate(names):
         line = style.run_style(number)
-        speeds.plot(time, two.velocity[:, number, 0], label=f"{name}, along x", **line)
+        speeds.plot(time, velocity[:, number, 0], label=f"{name}, along x", **line)
         faint = line | {"linestyle": (0, (1, 1.5)), "linewidth": 1.0}
-        speeds.plot(time, two.velocity[:, number, 1], label=f"{name}, along y", **faint)
+        speeds.plot(time, velocity[:, number, 1], label=f"{name}, along y", **faint)
     speeds.set_ylabel("velocity (m/s)")
     style.legend(speeds, ncols=2)
-    parts = {"about each other": two.orbital[:, 2]}
-    parts |= {f"of the {name}": two.spin[:, k, 2] for k, name in enumerate(two.names)}
-    parts["of all"] = two.orbital[:, 2] + two.spin[:, :, 2].sum(axis=1)
+    parts = {"about each other": orbital}
+    parts |= {f"of the {name}": own for name, own in spin.items()}
+    parts["of all"] = sum(parts.values())
     per_unit, unit = style.scaled(max(np.abs(a).max() for a in parts.values()), MOMENTA)
     for number, (name, values) in enumerate(parts.items()):
         line = style.run_style(number)

@@ -3,7 +3,6 @@ nothing of the program knows of it."""
 
 import json
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +13,6 @@ import pytest
 import spring
 import toy
 import xarray as xr
-from bits import assert_same_bits
 from typer.testing import CliRunner
 
 from dusttaichi import analysis, method, plots, report
@@ -22,7 +20,7 @@ from dusttaichi.analysis.plain import plain_ensemble, plain_runs
 from dusttaichi.analysis.summary import columns
 from dusttaichi.commands.app import app
 from dusttaichi.continuum.moving_dust import MovingDust
-from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.export import export
 from dusttaichi.grains.moving_grains import MovingGrains
 from dusttaichi.method import Measurement, SimpleSimulation, Start
@@ -59,27 +57,6 @@ def test_the_yaml_of_another_method_is_checked_as_any(tmp_path):
         from_yaml(PLAIN.replace("method: spring", "method: string"))
     scene = from_yaml(PLAIN)
     assert from_yaml(scene.to_yaml()) == scene and scene.with_value("drag", 0.1).drag == 0.1
-
-
-def test_a_killed_run_goes_on_with_the_same_bits(tmp_path, monkeypatch):
-    monkeypatch.setattr(loop, "BURST_SECONDS", 0.0)
-    for text, name in ((PLAIN, "plain"), (STAGED, "staged")):
-        scene, told = from_yaml(text), []
-        whole = execute(scene, tmp_path / name / "whole")
-
-        def interrupt(report, told=told):
-            told.append(report.step)
-            if len(told) in (5, 11):
-                os.kill(os.getpid(), signal.SIGINT)
-
-        parts = tmp_path / name / "parts"
-        with pytest.raises(Interrupted):
-            execute(scene, parts, report=interrupt)
-        with pytest.raises(Interrupted):
-            execute(scene, parts, resume=True, report=interrupt)
-        execute(scene, parts, resume=True, report=interrupt)
-        assert 0 < told[4] < told[10] < 2000
-        assert_same_bits(whole / "result.nc", parts / "result.nc")
 
 
 def test_no_more_slow_steps_than_a_second_between_two_looks_at_ctrl_c(tmp_path, monkeypatch):
