@@ -72,14 +72,12 @@ class LossShares:
     lost: np.ndarray  #: By all channels [J], (bins,).
 
 
-def loss_shares(run, stage=None, decades=0.1):
-    """Share of each channel in the losses of a cell that is compressed from all sides.
+def loss_shares(run, decades=0.1):
+    """Share of each channel in the losses of a cell in the first stage that compresses it evenly.
 
     Parameters
     ----------
     run : Run
-    stage : str or int, optional
-        Default: the first in which the cell shrinks equally along all axes.
     decades : float
         Width of the bins in lg(filling factor).
 
@@ -88,7 +86,7 @@ def loss_shares(run, stage=None, decades=0.1):
     DustError
         The filling factor grows through less than one bin.
     """
-    part = run.part_that("shrinks", stage)
+    part = run.part_that("shrinks")
     losses = losses_by_channel(part.series)
     phi = part.series.filling_factor.values if "filling_factor" in part.series else np.zeros(0)
     rising = np.maximum.accumulate(phi)

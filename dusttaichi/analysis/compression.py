@@ -47,19 +47,18 @@ class Curve:
         return rising + 1e-9 * np.arange(len(rising)), self.filling_factor
 
 
-def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor", peaks=1) -> Curve:
+def compression_curve(run, bin_width=BIN_WIDTH, of="filling_factor", peaks=1) -> Curve:
     """Compression curve of a run: the median pressure in bins of filling factor.
 
-    The median of P is also that of lg P, and single bursts do not shift it.
+    The median of P is also that of lg P, and single bursts do not shift it. All stages that
+    compress count, each beyond the largest filling factor reached before, where an unloaded cake
+    returns to the curve of its first loading.
 
     Parameters
     ----------
     run : Run
     bin_width : float
         Width of a bin in filling factor.
-    stage : str or int, optional
-        Default: all stages that compress, each beyond the largest filling factor reached before,
-        where an unloaded cake returns to the curve of its first loading.
     of : str
         "filling_factor", or "inner_filling_factor": that of PD08's inner cylinder between plates,
         otherwise that of the profiles without their ends (`profile.inner_filling_factor`).
@@ -72,8 +71,7 @@ def compression_curve(run, bin_width=BIN_WIDTH, stage=None, of="filling_factor",
     DustError
         The run has no such filling factor or no pressure on the top wall.
     """
-    parts = [run.stage(stage)] if stage is not None else _loading(run)
-    phi, pressure = np.concatenate([_points(part, of) for part in parts], axis=1)
+    phi, pressure = np.concatenate([_points(part, of) for part in _loading(run)], axis=1)
     whole = len(phi) // peaks * peaks
     phi = phi[:whole].reshape(-1, peaks).mean(axis=1)
     pressure = pressure[:whole].reshape(-1, peaks).max(axis=1)

@@ -26,8 +26,10 @@ class Fractal:
     grain_radius: float  #: [m].
 
 
-def fractal(run, snapshots=None, radii=None, stage=None) -> Fractal:
+def fractal(run, snapshots=None, radii=None) -> Fractal:
     """Number of grains within a distance of a grain, images of periodic cells included.
+
+    The stage is the first that stretches, if any.
 
     Parameters
     ----------
@@ -36,15 +38,13 @@ def fractal(run, snapshots=None, radii=None, stage=None) -> Fractal:
         Numbers in the run or stage. Default: five at most, from the first to the last.
     radii : array, optional
         Growing radii [m], (radii,). Default: 30 from 2.1 grain radii to half of the largest extent.
-    stage : str or int, optional
-        Default: the first that stretches.
 
     Raises
     ------
     DustError
         There are no snapshots.
     """
-    part = run.part_that("stretches", stage)
+    part = run.part_that("stretches")
     frames = part.snapshots
     if frames is None or not frames.sizes["snapshot"]:
         raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")

@@ -59,14 +59,12 @@ class Ratio:
     high: float  #: Upper end of the range of filling factor.
 
 
-def isotropic(run, stage=None, law=laws.isotropic_pressure) -> Isotropic:
-    """Mean pressure -trace(stress)/3 of a cell that is compressed from all sides.
+def isotropic(run, law=laws.isotropic_pressure) -> Isotropic:
+    """Mean pressure -trace(stress)/3 of a cell in the first stage that compresses it evenly.
 
     Parameters
     ----------
     run : Run
-    stage : str or int, optional
-        Default: the first in which the cell shrinks equally along all axes.
     law : function
         Pressure [Pa] from filling factors (n,), surface energy [J/m^2], radius and critical rolling
         displacement [m]. Default: T19 eq 9.
@@ -76,7 +74,7 @@ def isotropic(run, stage=None, law=laws.isotropic_pressure) -> Isotropic:
     DustError
         There is no stress or no filling factor.
     """
-    series = run.part_that("shrinks", stage).series
+    series = run.part_that("shrinks").series
     if not {"stress", "filling_factor"} <= set(series):
         raise DustError(
             f"{run.path} has no mean pressure: it needs a filling factor and the stress "

@@ -95,21 +95,15 @@ class Losses:
     total: np.ndarray  #: [J], (times,).
 
 
-def losses_against_filling_factor(run, stage=None) -> Losses:
-    """Losses of a run by channel against filling factor.
-
-    Parameters
-    ----------
-    run : Run
-    stage : str or int, optional
-        Default: the first that stretches.
+def losses_against_filling_factor(run) -> Losses:
+    """Losses by channel of a run, in the first stage that stretches, against filling factor.
 
     Raises
     ------
     DustError
         The run has no filling factor.
     """
-    part = run.part_that("stretches", stage)
+    part = run.part_that("stretches")
     if "filling_factor" not in part.series:
         raise DustError(f"{run.path} has no filling factor to draw its losses against.")
     before = losses_by_channel(part.start.expand_dims("time"))

@@ -144,17 +144,8 @@ class Run(Kind, AbstractContextManager):
         begun = set(self.series.stage.values.tolist())
         return [self.stage(number) for number in range(len(self.stages)) if number in begun]
 
-    def part_that(self, does, stage=None) -> "Run":
-        """The requested stage; by default the first that `does`, or the run.
-
-        Parameters
-        ----------
-        does : str
-            Property of a Run, such as "compresses".
-        stage : str or int, optional
-        """
-        if stage is not None:
-            return self.stage(stage)
+    def part_that(self, does) -> "Run":
+        """The first stage that `does`, a property of a Run such as "compresses", else the run."""
         return next((part for part in self.parts if getattr(part, does)), self)
 
     @property

@@ -46,8 +46,8 @@ class Tensile:
     law: float  #: T19 eq 33 for phi_init [Pa], NaN for an unknown material.
 
 
-def tensile(run, stage=None, axis=None, windows=None) -> Tensile:
-    """Tensile test of a run that is stretched.
+def tensile(run, axis=None, windows=None) -> Tensile:
+    """Tensile test of a run, in the first stage in which the filling factor falls.
 
     The stress is the virial stress (T19 eq 23), or, where the file has none, the pull on the top
     wall.
@@ -55,8 +55,6 @@ def tensile(run, stage=None, axis=None, windows=None) -> Tensile:
     Parameters
     ----------
     run : Run
-    stage : str or int, optional
-        Default: the first in which the filling factor falls.
     axis : str, optional
         x, y or z. Default: that along which the cell grows most; z between walls.
     windows : int, optional
@@ -80,7 +78,7 @@ def tensile(run, stage=None, axis=None, windows=None) -> Tensile:
     excludes the scatter between samples (T19: standard deviation of ten), and the largest of
     several noisy means is too large by about one of it.
     """
-    part = run.part_that("stretches", stage)
+    part = run.part_that("stretches")
     if not part.stretches:
         raise DustError(
             f"{part.path} has no tensile strength: no filling factor that falls, or neither "

@@ -100,16 +100,11 @@ def compression(runs, labels=None, laws=()):
 
 
 @figure("Pressure against filling factor", 50, applies=lambda run: run.shrinks, together=True)
-def isotropic(runs, labels=None, stage=None):
+def isotropic(runs, labels=None):
     """Mean pressure against filling factor for one run or several, on logarithmic axes.
 
     Lines are (E_roll/r^3) phi^3 (T19 eq 9) for each material, and, dashed, the laws of extensions;
     a single run shows the records themselves too.
-
-    Parameters
-    ----------
-    stage : str or int, optional
-        As in `analysis.isotropic`.
 
     Raises
     ------
@@ -117,7 +112,7 @@ def isotropic(runs, labels=None, stage=None):
         There is no stress, or labels do not match the runs.
     """
     runs, labels = style.named(runs, labels)
-    results = [isotropic_of(run, stage) for run in runs]
+    results = [isotropic_of(run) for run in runs]
     drawn = {r"$(E_{\rm roll}/r^3)\,\phi^3$, T19 eq 9": isotropic_pressure} | PRESSURES
     figure, (axes,) = style.new_figure()
     raw = np.concatenate([t.raw_filling_factor for t in results])

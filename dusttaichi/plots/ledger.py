@@ -61,23 +61,17 @@ def ledger(run):
 
 
 @figure("Losses by channel", 112, applies=lambda run: run.stretches)
-def losses(run, stage=None):
-    """Energy lost since the start of the stage by channel against filling factor.
+def losses(run):
+    """Energy lost by channel against filling factor, since the start of the stage that stretches.
 
     In a run that is stretched a line marks the largest stress.
-
-    Parameters
-    ----------
-    run : Run
-    stage : str or int, optional
-        Default: the first that stretches.
 
     Raises
     ------
     DustError
         There is no filling factor.
     """
-    result = losses_against_filling_factor(run, stage)
+    result = losses_against_filling_factor(run)
     figure, (axes,) = style.new_figure()
     scale, unit = style.scaled(max(result.total.max(), 0.0), style.ENERGIES)
     axes.plot(result.filling_factor, result.total * scale, color=style.BLACK, label="all losses")
@@ -89,9 +83,9 @@ def losses(run, stage=None):
             label=f"by {name}",
             color=style.CHANNEL_COLOURS.get(name, style.GREY),
         )
-    if run.part_that("stretches", stage).stretches:
+    if run.stretches:
         axes.axvline(
-            tensile(run, stage).strength_phi,
+            tensile(run).strength_phi,
             label="largest stress",
             **style.look(style.GREY, 1.0, style.DASHED),
         )

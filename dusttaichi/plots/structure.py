@@ -127,7 +127,7 @@ def _frames(run):
 
 
 @figure("Fractal dimension", 113, applies=_frames)
-def fractal(run, snapshots=None, stage=None):
+def fractal(run, snapshots=None):
     """N(r < r_in) and its local slope for some snapshots of a run; see `analysis.fractal`.
 
     Slopes of 2 and 3 are drawn beside the numbers.
@@ -137,15 +137,13 @@ def fractal(run, snapshots=None, stage=None):
     run : Run
     snapshots : sequence of int, optional
         As in `analysis.fractal`.
-    stage : str or int, optional
-        As in `analysis.fractal`.
 
     Raises
     ------
     DustError
         There are no snapshots.
     """
-    result = fractal_of(run, snapshots, stage=stage)
+    result = fractal_of(run, snapshots)
     figure, (axes, below) = style.new_figure(height=4.8, rows=2, ratios=[2.4, 1])
     x = result.radius_in / result.grain_radius
     colours = style.gradient(len(result.number))

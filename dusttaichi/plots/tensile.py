@@ -11,16 +11,11 @@ from dusttaichi.plots.registry import figure, in_common
 
 
 @figure("Stress while it is stretched", 110, applies=lambda run: run.stretches, together=True)
-def tensile(runs, labels=None, stage=None):
+def tensile(runs, labels=None):
     """Stress along the axis of stretching against filling factor, for one run or several.
 
     The averages with their uncertainty, the maximum marked; with a single run the records
     themselves and T19 eq 33 too. Time runs from right to left.
-
-    Parameters
-    ----------
-    stage : str or int, optional
-        As in `analysis.tensile`.
 
     Raises
     ------
@@ -28,7 +23,7 @@ def tensile(runs, labels=None, stage=None):
         Nothing is stretched, or labels do not match the runs.
     """
     runs, labels = style.named(runs, labels)
-    results = [tensile_of(run, stage) for run in runs]
+    results = [tensile_of(run) for run in runs]
     figure, (axes,) = style.new_figure()
     scale, unit = style.scaled(max(abs(t.strength) for t in results), style.PRESSURES)
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):

@@ -92,12 +92,11 @@ def test_strength_of_a_stage(cell):
     assert t.axis == "x" and t.phi_init == 0.1 and t.passed
     assert t.law == pytest.approx(T19)
     assert abs(t.strength - T19) < 4 * t.strength_sigma + 0.004 * T19
-    assert analysis.tensile(cell, "stretch").strength == t.strength
     assert analysis.tensile(cell.stage(1)).strength == t.strength
     # across the direction of stretching there is noise alone
     assert analysis.tensile(cell, axis="z").strength < 0.1 * T19
     with pytest.raises(DustError, match="no tensile strength"):
-        analysis.tensile(cell, "press")
+        analysis.tensile(cell.stage("press"))
 
 
 # Pressed from all sides.
@@ -171,7 +170,7 @@ def test_losses(cell):
     np.testing.assert_allclose(t.total[-1], end[-1] - end[399], rtol=1e-12)
     np.testing.assert_allclose(t.by_channel["rolling"], synthetic.SHARES[3] * t.total, rtol=1e-9)
     assert t.filling_factor[-1] == pytest.approx(0.03) and np.all(np.diff(t.total) >= 0)
-    pressed = analysis.losses_against_filling_factor(cell, "press")
+    pressed = analysis.losses_against_filling_factor(cell.stage("press"))
     assert pressed.total[0] == 0 and pressed.total[-1] == pytest.approx(end[399])
     with pytest.raises(DustError, match="no filling factor"):
         analysis.losses_against_filling_factor(

@@ -100,7 +100,7 @@ def test_fractal_and_losses_and_stress(runs):
     assert len(texts(upper)) == 6 and "radius" in lower.get_xlabel()  # four snapshots, two slopes
     (axes,) = plots.losses(runs[0]).axes
     assert "J)" in axes.get_ylabel() and "largest stress" in texts(axes)
-    assert "largest stress" not in texts(plots.losses(runs[0], "press").axes[0])
+    assert "largest stress" not in texts(plots.losses(runs[0].stage("press")).axes[0])
     upper, lower = plots.stress(runs[0]).axes
     assert "in tension" in upper.get_ylabel() and "s)" in lower.get_xlabel()
     assert len(texts(upper)) == len(texts(lower)) == 3
