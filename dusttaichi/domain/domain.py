@@ -24,10 +24,8 @@ def lengths(box, cell, time):
     """
     out = np.full(3, np.nan)
     if box is not None:
-        planes, present = box.planes(time), box.present
-        for n in range(3):
-            if present[2 * n] and present[2 * n + 1]:
-                out[n] = planes[2 * n + 1] - planes[2 * n]
+        low, high = box.planes(time).reshape(3, 2).T
+        out = np.where(box.present.reshape(3, 2).all(axis=1), high - low, out)
     if cell is not None:
         axes = list(cell.axes)
         out[axes] = cell.edges(time)[axes]

@@ -101,16 +101,8 @@ def springs(contact, n, strength=1.0, ratio=1.0):
     stretched by dx (x1 - x2) + turn1 (r1 theta1) + turn2 (r2 theta2), (..., m, 3) each.
     """
     r, R = contact.r, contact.R
-    zero = np.zeros(n.shape[:-1])
-    across = np.stack(
-        [
-            np.stack([zero, -n[..., 2], n[..., 1]], axis=-1),
-            np.stack([n[..., 2], zero, -n[..., 0]], axis=-1),
-            np.stack([-n[..., 1], n[..., 0], zero], axis=-1),
-        ],
-        axis=-2,
-    )
-    row = n[..., None, :]  # across: theta -> -theta x n
+    row = n[..., None, :]
+    across = np.cross(np.eye(3), row)  # theta -> -theta x n
     tangential = np.eye(3) - n[..., :, None] * row
     return (
         (stiffness(contact, "k_n"), row, 0.0 * row, 0.0 * row),

@@ -153,15 +153,9 @@ def parse(value: Any, dimension: str, where: str = "value") -> float:
 
 
 def _mantissa(number: Decimal) -> str:
-    plain = f"{number:f}"
-    if "." in plain:
-        plain = plain.rstrip("0").rstrip(".")
-    digits = number.normalize().as_tuple()
-    text = "".join(map(str, digits.digits))
-    text = text[0] + ("." + text[1:] if len(text) > 1 else "")
-    power = digits.exponent + len(digits.digits) - 1
-    scientific = f"{'-' if digits.sign else ''}{text}e{power}"
-    return plain if len(plain) <= len(scientific) else scientific
+    """The shorter one of 0.05 and 5e-2."""
+    number = number.normalize()
+    return min(f"{number:f}", f"{number:e}".replace("e+", "e"), key=len)
 
 
 def _length(text: str) -> int:
