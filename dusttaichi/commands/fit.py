@@ -58,16 +58,12 @@ def fit(
 
 
 def _asperities(material, speed, as_json, **how):
-    from pydantic import TypeAdapter, ValidationError
-
     from dusttaichi.scene import quantities
     from dusttaichi.studies import asperity_fit
 
-    mark = Annotated[float, quantities.Quantity("speed", gt=0)]
-    try:
-        wanted = TypeAdapter(mark).validate_python(speed)
-    except ValidationError as error:
-        raise DustError(f"--speed = {speed!r}: {error.errors()[0]['msg']}") from None
+    wanted = quantities.parse(speed, "speed", "--speed")
+    if wanted <= 0.0:
+        raise DustError(f"--speed = {speed!r}: a speed above 0 is needed")
     study = asperity_fit.AsperityFit(material, wanted)
     numbers = study.result(found_of(study, things="simulations", **how))
 

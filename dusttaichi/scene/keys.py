@@ -114,7 +114,7 @@ def _key(path: str, item: FieldInfo) -> Key:
 
 def _allowed(item: FieldInfo) -> str:
     """Allowed values of a key, as in an error message about it."""
-    parts = _parts(item)
+    parts = parts_of(item)
     said = next((part.needed for part in parts if hasattr(part, "needed")), "")
     literals = [part for part in parts if typing.get_origin(part) is typing.Literal]
     words = dict.fromkeys(word for part in literals for word in typing.get_args(part))
@@ -130,7 +130,7 @@ def _allowed(item: FieldInfo) -> str:
     return f"a list of {len(lists[0])}, each {said}" if lists and "list" not in said else said
 
 
-def _parts(item: FieldInfo) -> list[Any]:
+def parts_of(item: FieldInfo) -> list[Any]:
     """The marks and types of a key, also those inside of a list or an alternative."""
     found, todo = [], [*item.metadata, item.annotation]
     while todo:

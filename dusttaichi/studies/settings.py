@@ -3,7 +3,6 @@
 import itertools
 import os
 import re
-import typing
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +13,7 @@ import yaml
 from dusttaichi.errors import DustError
 from dusttaichi.scene import Scene
 from dusttaichi.scene.fields import Block
+from dusttaichi.scene.keys import parts_of
 from dusttaichi.scene.quantities import DIMENSIONS, Quantity
 from dusttaichi.scene.yaml_text import read
 
@@ -220,18 +220,10 @@ def _resolved(scene: Scene, keys: list[str]) -> tuple[Any, Quantity | None]:
     for key in keys:
         if isinstance(here, Block) and key in type(here).model_fields:
             field = type(here).model_fields[key]
-            mark = next(iter([*_marks(field.metadata), *_marks([field.annotation])]), None)
+            mark = next((part for part in parts_of(field) if isinstance(part, Quantity)), None)
             here = getattr(here, key)
         elif isinstance(here, tuple) and key.isdigit():
             here = here[int(key)]
         else:
             return None, None
     return here, mark
-
-
-def _marks(annotations: list) -> Iterator[Quantity]:
-    """Quantity marks at any depth of type annotations."""
-    for item in annotations:
-        if isinstance(item, Quantity):
-            yield item
-        yield from _marks([*typing.get_args(item), *getattr(item, "__metadata__", ())])

@@ -62,6 +62,13 @@ def modelled(again=1.0, **options):
     return found, model
 
 
+def row(label, ratio, error):
+    """A Row "parameter = level" whose cost is `ratio` of the default's."""
+    name, _, text = label.partition(" = ")
+    point = Point(label, name, text, changes={name: (ratio, error)})
+    return Row(point, 0, "", ratio, ratio, measured=Measured({"p_m": 1.0 + error}))
+
+
 def test_trade_takes_the_cheapest_within_the_tolerance():
     found, model = modelled()
     judge = found.judge
@@ -108,10 +115,6 @@ def test_noise_is_that_of_a_second_run():
 
 
 def test_the_cheapest_is_not_dearer_than_the_scene_as_it_is():
-    def row(label, ratio, error):
-        measured = Measured({"p_m": 1.0 + error})
-        return Row(Point(label, label.split()[0]), 0, "", ratio, ratio, measured=measured)
-
     judge = Judge(Measured({"p_m": 1.0}), "p_m", {"p_m": 0.001}, {"p_m": 0.0}, 0.05)
     # the default ran beside itself while the machine was busy
     rows = [row("default", 1.1, 0.01), row("skin = 0.1", 1.05, 0.01), row("skin = 0.2", 0.99, 0.0)]
@@ -159,16 +162,12 @@ def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
     reference = Measured({"p_m": 1.0})
     judge = Judge(reference, "p_m", {"p_m": 0.001}, {"p_m": 0.0}, 0.04)
 
-    def row(name, text, ratio, error):
-        point = Point(f"{name} = {text}", name, text, changes={name: (ratio, error)})
-        return Row(point, 0, "", ratio, ratio, measured=Measured({"p_m": 1.0 + error}))
-
     rows = [
-        row("a", "1", 0.5, 0.02),
-        row("b", "1", 0.5, 0.03),
-        row("b", "2", 0.6, 0.01),
-        row("b", "3", 0.99, 0.0),
-        row("c", "1", 0.3, 0.05),
+        row("a = 1", 0.5, 0.02),
+        row("b = 1", 0.5, 0.03),
+        row("b = 2", 0.6, 0.01),
+        row("b = 3", 0.99, 0.0),
+        row("c = 1", 0.3, 0.05),
     ]
     ladders = offers(rows, judge, noise=0.02)
     # b = 3 saves less than the noise, c errs by too much; a saves most for its error
@@ -176,7 +175,7 @@ def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
 
     def run(point):
         parts = list(point.changes.values())
-        of_both = row("x", "", math.prod(p[0] for p in parts), sum(p[1] for p in parts))
+        of_both = row("x", math.prod(p[0] for p in parts), sum(p[1] for p in parts))
         return replace(of_both, point=point)
 
     tried, last = walk(None, ladders, run, judge)
