@@ -57,6 +57,60 @@ def test_the_force_on_a_plate_follows_from_its_height(face):
     assert abs(dust.ledger(motion, start, end.work)) < 1e-4
 
 
+def standing(count, axis):
+    """Period of the lowest wave between two rigid walls over that of its material."""
+    high = count * ROW
+
+    def velocity(x):
+        v = np.zeros_like(x)
+        v[:, axis] = 1e-3 * np.sin(np.pi * x[:, 1] / high)
+        return v
+
+    motion = dust.moving(*dust.column(8, count, velocity, time_step="1 us", **QUIET))
+    exact = 2.0 * high / (LONGITUDINAL if axis else TRANSVERSE)
+
+    def mode(sim):
+        z = sim.of_particles("x")[:, 1]
+        return np.sum(sim.velocities()[:, 2 * axis] * np.sin(np.pi * z / high))
+
+    return dust.period(motion, mode, 0.85 * exact, 4) / exact - 1.0
+
+
+@pytest.mark.parametrize("axis", [0, 1], ids=["along the wall", "across it"])
+def test_waves_between_walls_are_of_second_order(axis):
+    """Dust that sticks to both walls: the pitch is that of its height, to order 2."""
+    coarse, fine = (standing(count, axis) for count in (12, 24))
+    assert abs(fine) < 0.01
+    assert coarse / fine == pytest.approx(4.0, abs=1.0)
+
+
+def test_a_mass_swings_on_a_layer_of_dust():
+    """A rigid punch as wide as the dust below, which stands on a rigid wall: k H tan(k H) is the
+    mass of the dust over that of the punch."""
+    count, ratio = 16, 0.5
+    high, width = count * ROW, 8 * dust.SPACING
+    walls = dust.WALLS | {"top": "open"}
+    scene, layer = dust.column(8, count, boundary=walls, time_step="1 us", **QUIET)
+    mass = layer.mass.sum() / ratio
+    still, centre = np.zeros(3), np.array([width / 2, 0.0, high + 5 * ROW])
+    body = Body(
+        "punch", True, mass, centre, np.array([0.0, 0.0, 1e-4]), still,
+        np.diag([0.0, 1.0, 0.0]) * mass, width, "cylinder", False, width, 5 * ROW,
+    )  # fmt: skip
+    own = Body("dust", False, layer.mass.sum(), still, still, still, np.eye(3), high)
+    layer.bodies = (own,)
+    both = joined([layer, alone(body)])
+    both.room = layer.room
+    scene = scene.with_value("sample", BEAD)
+    motion = dust.moving(scene, both)
+    kh = brentq(lambda a: a * np.tan(a) - ratio, 1e-6, 1.5)
+    exact = 2.0 * np.pi / (kh / high * LONGITUDINAL)
+    height = centre[2]
+    found = dust.period(motion, lambda sim: sim.rigid(CENTRE)[FACES, 2] - height, 1.2 * exact, 4)
+    # from its first return to where it began to the next, half a period
+    assert found == pytest.approx(exact, rel=0.02)
+
+
 # what a scene can have in the loops over images
 OPTIONS = {
     "plain": {},
@@ -114,60 +168,6 @@ def test_a_face_acts_as_the_flat_end_of_a_body(option):
     for name, one, other in zip((*names, "impulse"), *found, strict=True):
         # sums in another order, grown along the way
         assert other == pytest.approx(one, abs=1e-9 * np.abs(one).max()), name
-
-
-def standing(count, axis):
-    """Period of the lowest wave between two rigid walls over that of its material."""
-    high = count * ROW
-
-    def velocity(x):
-        v = np.zeros_like(x)
-        v[:, axis] = 1e-3 * np.sin(np.pi * x[:, 1] / high)
-        return v
-
-    motion = dust.moving(*dust.column(8, count, velocity, time_step="1 us", **QUIET))
-    exact = 2.0 * high / (LONGITUDINAL if axis else TRANSVERSE)
-
-    def mode(sim):
-        z = sim.of_particles("x")[:, 1]
-        return np.sum(sim.velocities()[:, 2 * axis] * np.sin(np.pi * z / high))
-
-    return dust.period(motion, mode, 0.85 * exact, 4) / exact - 1.0
-
-
-@pytest.mark.parametrize("axis", [0, 1], ids=["along the wall", "across it"])
-def test_waves_between_walls_are_of_second_order(axis):
-    """Dust that sticks to both walls: the pitch is that of its height, to order 2."""
-    coarse, fine = (standing(count, axis) for count in (12, 24))
-    assert abs(fine) < 0.01
-    assert coarse / fine == pytest.approx(4.0, abs=1.0)
-
-
-def test_a_mass_swings_on_a_layer_of_dust():
-    """A rigid punch as wide as the dust below, which stands on a rigid wall: k H tan(k H) is the
-    mass of the dust over that of the punch."""
-    count, ratio = 16, 0.5
-    high, width = count * ROW, 8 * dust.SPACING
-    walls = dust.WALLS | {"top": "open"}
-    scene, layer = dust.column(8, count, boundary=walls, time_step="1 us", **QUIET)
-    mass = layer.mass.sum() / ratio
-    still, centre = np.zeros(3), np.array([width / 2, 0.0, high + 5 * ROW])
-    body = Body(
-        "punch", True, mass, centre, np.array([0.0, 0.0, 1e-4]), still,
-        np.diag([0.0, 1.0, 0.0]) * mass, width, "cylinder", False, width, 5 * ROW,
-    )  # fmt: skip
-    own = Body("dust", False, layer.mass.sum(), still, still, still, np.eye(3), high)
-    layer.bodies = (own,)
-    both = joined([layer, alone(body)])
-    both.room = layer.room
-    scene = scene.with_value("sample", BEAD)
-    motion = dust.moving(scene, both)
-    kh = brentq(lambda a: a * np.tan(a) - ratio, 1e-6, 1.5)
-    exact = 2.0 * np.pi / (kh / high * LONGITUDINAL)
-    height = centre[2]
-    found = dust.period(motion, lambda sim: sim.rigid(CENTRE)[FACES, 2] - height, 1.2 * exact, 4)
-    # from its first return to where it began to the next, half a period
-    assert found == pytest.approx(exact, rel=0.02)
 
 
 def twist(spacing_ratio):

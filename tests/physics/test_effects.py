@@ -23,7 +23,7 @@ EFFECTS = {
 }
 SPRINGS = ("rolling", "sliding", "twisting")
 # what a contact is rounded to, over that of double precision: in `mixed` contacts are single
-ROUNDING = {"f64": 1.0, "mixed": 3e5}
+ROUNDING = {"mixed": 3e5, "f64": 1.0}
 with law_of_the_docs():
     LAWS = {
         f"{effect}, {law}": (effect, law)
