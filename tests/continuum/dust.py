@@ -53,6 +53,14 @@ def pressed(count, speed):
     return column(6, count, boundary=WALLS | {"wall_speed": f"{speed} m/s"})
 
 
+def mirrored(count, _speed):
+    """Scene and particles of so many rows between a rigid floor and mirrors on both sides."""
+    x, area = rows(6, count)
+    boundary = {"kind": "faces", "bottom": "rigid", "x_min": "mirror", "x_max": "mirror"}
+    room = np.array([[0.0, 6 * SPACING], [np.nan, np.nan], [0.0, np.nan]])
+    return scene(boundary=boundary), particles(x, area, room=room)
+
+
 def disc(radius):
     """Places (n, 2) of a disc about the origin, and the area of a particle."""
     side = int(2.4 * radius / SPACING) // 2 * 2
@@ -100,6 +108,19 @@ def period(motion, mode, until, every=1):
         times[n] + (times[n + 1] - times[n]) * values[n] / (values[n] - values[n + 1]) for n in at
     ]
     return 2.0 * (zeros[1] - zeros[0])
+
+
+def stirred(sim):
+    """Particles in a random order, near where they were, some beyond the periodic faces."""
+    rng = np.random.default_rng(5)
+    order = rng.permutation(sim.n)
+    for name in sim.names:
+        sim.put(name, sim.of_particles(name)[order])
+    x = sim.of_particles("x")
+    x += rng.uniform(-0.2, 0.2, x.shape) * SPACING
+    for axis, low, high in sim.search.edges:
+        x[:, axis] += 0.4 * (high - low)
+    sim.put("x", x)
 
 
 def momenta(motion):

@@ -7,7 +7,6 @@ from continuum import dust
 from dusttaichi.compute.backend import Loops
 from dusttaichi.continuum.build import build
 from dusttaichi.continuum.search import Search
-from dusttaichi.errors import GuardStop
 
 LAUNCHES = Loops(1, 1, "launches")
 
@@ -33,25 +32,6 @@ def test_a_kernel_a_phase_gives_the_same_motion():
     np.testing.assert_allclose(ends[1][1], ends[0][1], rtol=1e-9, atol=1e-12)
 
 
-def mirrored(count, _speed):
-    """Scene and particles of so many rows between a rigid floor and mirrors on both sides."""
-    boundary = {"kind": "faces", "bottom": "rigid", "x_min": "mirror", "x_max": "mirror"}
-    return dust.column(6, count, boundary=boundary)
-
-
-def stirred(sim):
-    """Particles in a random order, near where they were, some beyond the periodic faces."""
-    rng = np.random.default_rng(5)
-    order = rng.permutation(sim.n)
-    for name in sim.names:
-        sim.put(name, sim.of_particles(name)[order])
-    x = sim.of_particles("x")
-    x += rng.uniform(-0.2, 0.2, x.shape) * dust.SPACING
-    for axis, low, high in sim.search.edges:
-        x[:, axis] += 0.4 * (high - low)
-    sim.put("x", x)
-
-
 def lists(sim):
     """All that a search leaves: particles in order, their lists, images and surfaces."""
     n, found = sim.n, {name: sim.of_particles(name) for name in sim.names}
@@ -67,13 +47,13 @@ def lists(sim):
     }
 
 
-@pytest.mark.parametrize("make", [dust.pressed, mirrored])
+@pytest.mark.parametrize("make", [dust.pressed, dust.mirrored])
 def test_a_device_finds_the_lists_of_the_host(make):
     """The very same, in the same order: after a search, and again from a checkpoint."""
     sim = build(*make(8, 1.0), loops=LAUNCHES)
     on_device = sim.search
     on_host = Search(sim, on_device.h, on_device.mirrors, on_device.edges, on_device.rigid)
-    stirred(sim)
+    dust.stirred(sim)
     before = {name: sim.tables[name].to_numpy() for name in (*sim.names, "rigid")}
     found = []
     for search in (on_device, on_host):
@@ -89,16 +69,3 @@ def test_a_device_finds_the_lists_of_the_host(make):
     for ours, theirs in zip(found[:2], found[2:], strict=True):
         for name, values in theirs.items():
             assert np.array_equal(ours[name], values), name
-
-
-def test_a_device_says_what_is_wrong():
-    """Particles that are nowhere, and more neighbours than the capacity."""
-    sim = build(*dust.pressed(70, 1.0), loops=LAUNCHES)
-    x = sim.of_particles("x")
-    sim.put("x", 1e-3 * x)
-    with pytest.raises(GuardStop, match="have come together without limit"):
-        sim.search.now()
-    x[[3, 5]] = np.nan
-    sim.put("x", x)
-    with pytest.raises(GuardStop, match="2 particles have a position that is not a number"):
-        sim.search.now()

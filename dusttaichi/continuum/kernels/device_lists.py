@@ -205,7 +205,7 @@ class Ghosts:
         """All that neighbours read of the images of particle i."""
         self.motion.move_ghosts(i, self.numbers[None])
         self.motion.answer_ghosts(i, self.numbers[None])
-        if ti.static(self.layout.separate or self.layout.viscous):
+        if ti.static(self.layout.sides):
             for g in range(self.first[i], self.first[i + 1]):
                 self.f.side[self.numbers[None].count + g] = self.f.side[i]
 

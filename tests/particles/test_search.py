@@ -1,0 +1,176 @@
+"""Searches of both methods against brute force: the pairs within reach, all of them and no other.
+
+One list of cases: open, periodic, sheared and mirrored space, equal and unequal particles.
+"""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from continuum import dust
+from scenes import RADIUS, make_scene, polydisperse, sample_of
+
+from dusttaichi.compute.backend import Loops
+from dusttaichi.continuum.build import build as build_dust
+from dusttaichi.errors import GuardStop
+from dusttaichi.grains.build import build as build_grains
+from dusttaichi.grains.kernels.store import PAIRS
+
+LAUNCHES = Loops(1, 1, "launches")
+
+# -- grains ----------------------------------------------------------------------------------------
+
+
+def gas(unequal=False, **boundary):
+    """(scene, sample) of 300 grains at random places on a loose lattice, in motion."""
+    rng = np.random.default_rng(4)
+    sites = np.stack(np.meshgrid(*[np.arange(7)] * 3, indexing="ij"), -1).reshape(-1, 3)[:300]
+    x = sites * 2.2 * RADIUS + rng.uniform(-0.05, 0.05, (300, 3)) * RADIUS
+    v = rng.normal(size=x.shape)
+    radii = RADIUS * rng.uniform(0.8, 1.04, 300)
+    scene = make_scene(boundary=boundary or None, numerics={"skin": 0.3})
+    return scene, polydisperse(x, radii, v=v) if unequal else sample_of(x, v)
+
+
+def cell(**more):
+    return {"kind": "periodic", "size": [f"{7 * 2.2 * RADIUS} m"] * 3} | more
+
+
+def listed_grains(sim):
+    """Pairs that a search has listed, in their order."""
+    count = int(sim.fields["counts"].to_numpy()[PAIRS])
+    return [sim.fields[name].to_numpy().ravel()[:count] for name in ("pair_i", "pair_j")]
+
+
+def near_grains(sim):
+    """Pairs within reach of each other, by brute force, in the order of their numbers."""
+    x = sim.state.of_grains("x")
+    edges, tilt = np.zeros(3), 0.0
+    if sim.cell is not None:
+        edges, tilt = sim.cell.edges(sim.time), sim.cell.offset(sim.time)
+    apart = np.full((len(x), len(x)), np.inf)
+    for turns in product(*[(-1, 0, 1) if edge > 0.0 else (0,) for edge in edges]):
+        image = np.array(turns) * edges + [turns[2] * tilt, 0.0, 0.0]
+        apart = np.minimum(apart, np.linalg.norm(x[:, None] - x - image, axis=2))
+    reach = 2.0 * sim.radius
+    if sim.polydisperse is not None:
+        radius = sim.state.of_grains("radius")
+        reach = radius[:, None] + radius
+    return np.nonzero(np.triu(apart < reach + sim.pair.far + sim.search.skin, 1))
+
+
+@pytest.mark.parametrize(
+    "unequal, boundary",
+    [
+        (False, {}),
+        (True, {}),
+        (False, cell()),
+        (False, cell(shear_rate="2e6 s^-1")),
+        (True, cell(shear_rate="2e6 s^-1")),
+    ],
+    ids=["open", "unequal", "periodic", "sheared", "unequal, sheared"],
+)
+def test_pairs_of_grains(unequal, boundary):
+    sim = build_grains(*gas(unequal, **boundary))
+    for steps in (0, 300, 900):
+        sim.advance(steps)
+        sim.search.now(sim.step)
+        found, expected = listed_grains(sim), near_grains(sim)
+        assert len(expected[0]) > 50
+        for ours, theirs in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+
+
+# -- continuum -------------------------------------------------------------------------------------
+
+
+def in_the_open(count, _speed):
+    return dust.scene(), dust.particles(*dust.rows(9, count))
+
+
+def images(sim, x):
+    """Places of all images within reach of the space of the originals, by brute force."""
+    search, out = sim.search, []
+    for signs, shifts in search.images():
+        image, near = x * signs + shifts, np.ones(len(x), bool)
+        for axis, low, high in search.edges:
+            near &= (image[:, axis] > low - search.reach) & (image[:, axis] < high + search.reach)
+        for axis, side, plane in search.mirrors:
+            near &= (image[:, axis] - plane) * (1.0 if side else -1.0) < search.reach
+        out.append(image[near])
+    return np.concatenate(out or [x[:0]])
+
+
+def lists(sim):
+    """All that a search leaves: particles in order, their lists, images and surfaces."""
+    n, found = sim.n, {name: sim.of_particles(name) for name in sim.names}
+    blocks = -(-n // sim.layout.lanes)
+    for name, end, columns in (
+        ("first", blocks, ["entry"]),
+        ("touch_first", n, ["touch_row"]),
+        ("ghost_first", n, ["ghost_sign", "ghost_shift"]),
+    ):
+        if name in sim.lists:
+            found[name] = sim.lists[name].part(0, end + 1)
+            for column in columns:
+                found[column] = sim.lists[column].part(0, found[name][end])
+    return found
+
+
+def check_lists(sim):
+    """Lists against brute force; returns them."""
+    n, lanes, found = sim.n, sim.layout.lanes, lists(sim)
+    x, ghosts = sim.of_particles("x"), found.get("ghost_first", [0])[-1]
+    seen = sim.tables["x"].part(0, n + ghosts)
+    expected = images(sim, x)
+    assert np.array_equal(seen[:n], x) and len(expected) == ghosts
+    if ghosts:
+        # rounding of places of a millimetre: 1e-19 m
+        far = np.linalg.norm(seen[n:, None] - expected, axis=2)
+        assert far.min(axis=0).max() < 1e-18 and far.min(axis=1).max() < 1e-18
+    apart = np.linalg.norm(x[:, None] - seen, axis=2) < sim.search.reach
+    for block, (begin, end) in enumerate(zip(found["first"], found["first"][1:], strict=False)):
+        near = apart[lanes * block : lanes * (block + 1)].any(axis=0)
+        if lanes == 1:
+            near[block] = False
+        entries = found["entry"][begin:end]
+        assert np.array_equal(np.sort(entries), np.flatnonzero(near))
+    assert len(found["entry"]) > 10 * n / lanes
+    return found
+
+
+@pytest.mark.parametrize("loops", [None, LAUNCHES], ids=["workers", "launches"])
+@pytest.mark.parametrize("make", [in_the_open, dust.pressed, dust.mirrored])
+def test_neighbours_of_dust(make, loops):
+    """By a search, and the very same lists again from a checkpoint."""
+    sim = build_dust(*make(8, 1.0), loops=loops)
+    dust.stirred(sim)
+    before = {name: sim.tables[name].to_numpy() for name in (*sim.names, "rigid")}
+    sim.search.now()
+    found = check_lists(sim)
+    assert np.array_equal(np.sort(found["number"]), np.arange(sim.n))
+    for name in sim.names:  # all variables of a particle stay together
+        ours = before[name][np.argsort(before["number"])][found["number"]]
+        assert np.array_equal(found[name], ours) or name in ("x", "x_search"), name
+    if sim.layout.rigid:
+        assert len(found["touch_row"]) > 6
+    sim.put("x", sim.of_particles("x") + 0.01 * dust.SPACING)
+    moved = sim.of_particles("x")
+    sim.search.again()
+    assert np.array_equal(sim.of_particles("x"), moved)
+    again = lists(sim)
+    for name in found.keys() - {"x"}:
+        assert np.array_equal(again[name], found[name]), name
+
+
+def test_what_is_wrong_with_dust_is_said():
+    """Particles that are nowhere, and more neighbours than the capacity."""
+    sim = build_dust(*dust.pressed(70, 1.0), loops=LAUNCHES)
+    x = sim.of_particles("x")
+    sim.put("x", 1e-3 * x)
+    with pytest.raises(GuardStop, match="have come together without limit"):
+        sim.search.now()
+    x[[3, 5]] = np.nan
+    sim.put("x", x)
+    with pytest.raises(GuardStop, match="2 particles have a position that is not a number"):
+        sim.search.now()
