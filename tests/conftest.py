@@ -17,9 +17,11 @@ from dusttaichi.scene import extensions
 HERE = Path(__file__).parent
 # files that take longest: they come first, so that at the end no process waits for another
 LONG = (
-    "studies/test_ensemble_run.py", "studies/test_lost_workers.py", "benchmarks/test_speed.py",
-    "docs/test_pages.py", "studies/test_extremes.py", "benchmarks/test_parts.py",
-    "grains/test_pair.py", "grains/test_precision.py", "run/test_run.py",
+    "studies/test_ensemble_run.py", "studies/test_lost_workers.py",
+    "physics/test_contact_examples.py", "docs/test_pages.py", "studies/test_extremes.py",
+    "benchmarks/test_parts.py", "grains/test_pair.py", "continuum/test_options.py",
+    "continuum/test_motion.py", "grains/test_observers.py", "grains/test_periodic.py",
+    "continuum/test_contact.py", "grains/test_precision.py", "run/test_run.py",
     "run/test_stages.py", "physics/test_effects.py", "grains/test_polydisperse.py",
     "grains/test_sphere.py", "grains/test_rooms.py",
 )  # fmt: skip

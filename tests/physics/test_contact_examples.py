@@ -87,7 +87,7 @@ def test_normal_law(law, precision):
     """A bounce: kernel and host have the same force and energy, momenta are kept, and nothing is
     lost but what a pull that begins at touch does in the step that finds it (2e-3 without)."""
     with example("normal_laws.py"):
-        made = scene_of({"normal": {"law": law, **NORMAL[law]}}, precision)
+        made = scene_of({"normal": {"law": law, **NORMAL[law]}}, precision, effects=())
         pair = constants.pair_constants(made.material, made.interaction)
         probe = Probe(made, meeting(0.3))
         start, tolerance = measurement(probe.sim), 1e-9 if precision == "f64" else 1e-5

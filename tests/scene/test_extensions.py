@@ -35,9 +35,9 @@ CHAIN = """
 name: chain
 extensions: [rolling_with_speed.py]
 material: silicate_s12
-interaction: {rolling: {law: speed_dependent}, sliding: off, twisting: off, damping: none}
+interaction: {rolling: {law: speed_dependent}, damping: none}
 sample: {kind: chain, grains: 3}
-boundary: {kind: open}
+boundary: {kind: box, omit: [x_min, x_max, y_min, y_max, bottom], size: [1 cm, 1 cm, 1 cm]}
 stop: {steps: 40}
 numerics: {time_step: 0.1 ns}
 output: {profiles: off, snapshots: off}
