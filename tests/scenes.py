@@ -11,6 +11,8 @@ import reference as ref
 from dusttaichi import units
 from dusttaichi.compute.processor import kernel_folder
 from dusttaichi.grains.build import build
+from dusttaichi.grains.contacts import contact_state, wall_contact_state
+from dusttaichi.grains.measure import energies, loads
 from dusttaichi.physics.contact import registry
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene, extensions, from_yaml
@@ -245,7 +247,7 @@ class Probe:
 
     def loads(self):
         """Force [N] and torque [N m] on every grain."""
-        force, torque = self.sim.loads()
+        force, torque = loads(self.sim)
         return force[self.back] * units.FORCE, torque[self.back] * units.TORQUE
 
     @property
@@ -260,7 +262,7 @@ class Probe:
 
     def _now(self, name, load, inertia):
         """Velocities half a step later than those of the field, in internal units."""
-        later = 0.5 * self.sim.dt / inertia * self.sim.loads()[load]
+        later = 0.5 * self.sim.dt / inertia * loads(self.sim)[load]
         return (self.sim.fields[name].to_numpy()[: self.sim.grains] + later)[self.back]
 
     def momenta(self):
@@ -284,16 +286,16 @@ class Probe:
 
     def energy(self):
         """(kinetic + potential, all losses, all work) [J]."""
-        return balance(self.sim.measure()) * units.ENERGY
+        return balance(energies(self.sim)) * units.ENERGY
 
     def contacts(self):
         """{(i, j): (n1, n2, phi)} with i < j of the sample; j = -1 - wall, n2 = foot [m] there."""
-        out, pairs = {}, self.sim.contact_state()
+        out, pairs = {}, contact_state(self.sim)
         columns = ("grain_i", "grain_j", "pointer_i", "pointer_j", "twist")
         for a, b, n1, n2, phi in zip(*(pairs[name] for name in columns), strict=True):
             out[(a, b) if a < b else (b, a)] = (n1, n2, phi) if a < b else (n2, n1, phi)
         if self.sim.box is not None:
-            walls = self.sim.wall_contact_state()
+            walls = wall_contact_state(self.sim)
             columns = ("grain", "wall", "pointer", "foot", "twist")
             for a, wall, n1, foot, phi in zip(*(walls[name] for name in columns), strict=True):
                 out[a, -1 - wall] = (n1, foot * units.LENGTH, phi)

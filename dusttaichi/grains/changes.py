@@ -10,9 +10,11 @@ new one. Speeds of half a step back, which effects return (`halved`), belong to 
 import numpy as np
 
 from dusttaichi.grains.build import chosen_numbers
+from dusttaichi.grains.contacts import distances, edges_between
 from dusttaichi.grains.grain_contacts import farthest_contacts, scaled
+from dusttaichi.grains.load_sums import load_sums
+from dusttaichi.grains.measure import half_kicks, measurement, wall_forces, wall_work
 from dusttaichi.grains.pointers import touching, unit
-from dusttaichi.grains.record import measurement
 from dusttaichi.grains.time_step import chosen_step
 
 SLICES = 2**30  # of a step: a pass over the contacts takes one, in which nothing moves
@@ -29,7 +31,7 @@ def contact_pairs(sim):
         own, grain, sphere = sim.state.on_sphere()
         rows = np.concatenate([rows, np.arange(own.start, own.stop)])
         i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), sphere)])
-    return rows, i, j, sim.distances(rows, i, j)
+    return rows, i, j, distances(sim, rows, i, j)
 
 
 def set_speeds(sim, pairs, walls, v, new):
@@ -45,7 +47,7 @@ def set_speeds(sim, pairs, walls, v, new):
     rows, i, j, d = pairs
     dv = v[i] - v[j]
     if sim.cell is not None:
-        dv -= sim.cell.speeds_across(sim.edges_between(rows), sim.time - 0.5 * new)
+        dv -= sim.cell.speeds_across(edges_between(sim, rows), sim.time - 0.5 * new)
     back = unit(d - 0.5 * new * dv)
     u = np.sum(dv * back, axis=1), np.sum(dv * unit(d), axis=1)
     _put_speeds(layout, state, touches, rows, u)
@@ -103,10 +105,10 @@ def change_stiffness(sim, scene, dt):
     """
     scale = scene.numerics.stiffness_scaling
     before = measurement(sim)
-    force, torque = sim.loads()
-    ends = sim.wall_forces(), sim.impulses()
+    kick, turn = half_kicks(sim)
+    ends = wall_forces(sim), load_sums(sim).impulses()
     sums = sim.ledger_sums
-    sums.wall_work = sim.wall_work(*ends)
+    sums.wall_work = wall_work(sim, *ends)
     if sim.sphere is not None:
         load, impulse = sim.sphere.load()[0], sim.sphere.impulses()[:3]
         sums.sphere_work, sums.sphere_impulse = sim.sphere.work(load, impulse), impulse
@@ -115,22 +117,19 @@ def change_stiffness(sim, scene, dt):
     take_numbers(sim, scene)
     sim.search.now(sim.step)
 
-    state, half = sim.state, 0.5 * sim.dt
-    v = state.of_grains("v") + half / sim.mass * force
-    w = state.of_grains("w") + half / sim.inertia * torque
-    time = sim.time
+    state, time = sim.state, sim.time
+    v, w = state.of_grains("v") + kick, state.of_grains("w") + turn
     sim.step = int(-(-time // dt))
     sim.dt = time / sim.step
     pairs, walls = contact_pairs(sim), state.wall_lanes()
     _put(sim, v, w)
     set_speeds(sim, pairs, walls, state["v"], 0.0)
     _pass_in_no_time(sim)
-    force, torque = sim.loads()
-    half = 0.5 * sim.dt
-    _put(sim, v - half / sim.mass * force, w - half / sim.inertia * torque)
+    kick, turn = half_kicks(sim)
+    _put(sim, v - kick, w - turn)
     set_speeds(sim, pairs, walls, state["v"], sim.dt)
 
-    sums.wall_force, sums.impulse = sim.wall_forces(), ends[1]
+    sums.wall_force, sums.impulse = wall_forces(sim), ends[1]
     if sim.sphere is not None:
         sums.sphere_force = sim.sphere.load()[0]
     sums.face_jumps += before.parts["face_work"] - measurement(sim).parts["face_work"]

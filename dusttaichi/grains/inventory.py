@@ -8,6 +8,7 @@ import numpy as np
 from dusttaichi import samples, units
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.grains.build import build
+from dusttaichi.grains.measure import energies, wall_forces
 from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact.registry import EFFECTS, law_name
 from dusttaichi.scene import quantities
@@ -145,7 +146,7 @@ def forces(scene):
     Its sample is made and built, no step is made.
     """
     sim = build(scene, samples.make(scene))
-    now, (force, _) = sim.measure(), sim.forces()
+    now, (force, _) = energies(sim), sim.forces()
     rows = [*_contact_rows(sim, now), *_grain_rows(force)]
     if sim.box is not None:
         rows += _wall_rows(sim)
@@ -175,7 +176,7 @@ def _grain_rows(force):
 
 def _wall_rows(sim):
     """The force of the grains on each wall, and on all of them together."""
-    on_walls, rows = -sim.wall_forces(), []
+    on_walls, rows = -wall_forces(sim), []
     for n in np.flatnonzero(sim.box.present):
         along = float(on_walls[n] @ sim.box.normal[n])
         text = "none" if along == 0.0 else f"{_force(abs(along))}, {_sense(along)}"

@@ -6,6 +6,11 @@ from dusttaichi.grains.kernels.load_sums import places
 from dusttaichi.grains.kernels.store import FIRST_WALL
 
 
+def load_sums(sim):
+    """The LoadSums of a Simulation now: of no use once something has moved."""
+    return (LoadSums if sim.kernels.load_sums is None else DeviceLoadSums)(sim)
+
+
 class LoadSums:
     """The sums of a Simulation as it is now, each computed where it is needed.
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
-from dusttaichi.grains import record, validity
+from dusttaichi.grains import measure, record, validity
 from dusttaichi.grains.advice import advice
 from dusttaichi.grains.build import build
 from dusttaichi.grains.changes import (
@@ -14,7 +14,7 @@ from dusttaichi.grains.changes import (
     with_stiffness,
 )
 from dusttaichi.grains.impacts import softened_remarks
-from dusttaichi.grains.record import measurement
+from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.time_step import short_loads
 from dusttaichi.grains.variables import VARIABLES, variables_of
 from dusttaichi.method import SimpleSimulation, State
@@ -85,7 +85,7 @@ class MovingGrains(SimpleSimulation):
     # -- measuring -------------------------------------------------------------------------------
 
     def measure(self):
-        return measurement(self.sim)
+        return measure.measurement(self.sim)
 
     def validate(self, measurement):
         validity.validate(self.sim, measurement)
@@ -93,11 +93,11 @@ class MovingGrains(SimpleSimulation):
     def sums(self):
         out = {"lengths": self.sim.lengths()}
         if self.sim.box is not None:
-            out["impulse"] = self.sim.impulses()
+            out["impulse"] = load_sums(self.sim).impulses()
         if self.sim.sphere is not None:
             out["sphere_impulse"] = self.sim.sphere.impulses()
         if self.sim.layout.stress:
-            out["flux"] = self.sim.momentum_flux()
+            out["flux"] = load_sums(self.sim).momentum_flux()
         return out
 
     def series(self, measurement, window):

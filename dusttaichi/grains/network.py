@@ -6,6 +6,7 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.domain.walls import glued
+from dusttaichi.grains.contacts import contact_state, touch, wall_contact_state
 from dusttaichi.grains.grain_contacts import contact_constants, scaled
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.network import Contacts, limit
@@ -26,14 +27,14 @@ def stable_step(sim, scene):
 
 def contacts_of(sim, scene):
     """physics.network.Contacts of a simulation, grains by the sample's numbers."""
-    pairs = sim.contact_state()
+    pairs = contact_state(sim)
     i, j, overlap = pairs["grain_i"], pairs["grain_j"], pairs["overlap"]
     kind = _kinds(sim, scene)
     kinds = [kind(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
-    normal = _normals(sim, i, j, sim.touch(i, j) - overlap)
+    normal = _normals(sim, i, j, touch(sim, i, j) - overlap)
     strength = np.ones(len(i))
     if sim.box is not None:
-        walls = sim.wall_contact_state()
+        walls = wall_contact_state(sim)
         g, wall = walls["grain"], walls["wall"]
         kinds += [kind(a, None) for a in g.tolist()]
         i, j = np.concatenate([i, g]), np.concatenate([j, np.full(len(g), -1)])

@@ -1,14 +1,12 @@
-"""Records of the result file (SI) from a simulation (internal units), and its energies.
-
-The energies are as the ledger of the run takes them.
-"""
+"""Records of the result file (SI) from a simulation (internal units)."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from dusttaichi import geometry, units
-from dusttaichi.method import Measurement
+from dusttaichi.grains.contacts import contact_state, wall_contact_state
+from dusttaichi.grains.measure import grain_losses, grain_state
 from dusttaichi.names import WALLS
 
 MAX_BINS = 4000
@@ -61,7 +59,7 @@ def stress(sim, before, after, span):
 def series(sim, m, window, plates=None):
     """Variables that the grains add to a record of the time series.
 
-    m: the numbers of sim.measure(). window: Window of sums, None at step 0: then walls act with the
+    m: result of measure.energies. window: Window of sums, None at step 0: then walls act with the
     force of that moment, and there is no stress yet.
     """
     record = {
@@ -104,7 +102,7 @@ def bodies(sim, first):
     Angular momenta are about the centres. The grains of the one are before number `first` of the
     sample, wherever they go.
     """
-    x, v, w = sim.grain_state()
+    x, v, w = grain_state(sim)
     mass, inertia = _inertia(sim)
     centres, velocities, spins = [], [], []
     for own in (slice(0, first), slice(first, None)):
@@ -157,7 +155,7 @@ def _sphere_motion(sphere, load):
 
 def _momenta(sim):
     """Momentum and angular momentum about the origin of all grains and the sphere (3,), SI."""
-    x, v, w = sim.grain_state()
+    x, v, w = grain_state(sim)
     mass, inertia = _inertia(sim)
     momentum = mass * v
     angular = np.cross(x, momentum).sum(axis=0) + (inertia * w).sum(axis=0)
@@ -192,7 +190,7 @@ def _pressure(sim, mean_force, areas):
 
 def _between_plates(sim, plates, mean_force, height):
     """Shadow of the grains, filling factor from it (S12 section 3.2), and that of PD08."""
-    x, _, _ = sim.grain_state()
+    x, _, _ = grain_state(sim)
     area = geometry.union_area(x[:, :2], sim.radii)
     bottom = sim.box.planes(sim.time)[WALLS.index("bottom")]
     inside = geometry.cylinder_volume(
@@ -226,7 +224,7 @@ def profile(sim, clock, edges, time):
     """Filling factor in horizontal slices; not a number above the top wall. time [s]: recorded."""
     bottom = sim.domain.room(sim.step)[WALLS.index("bottom")]
     height = clock.height_at(sim.step)
-    x, _, _ = sim.grain_state()
+    x, _, _ = grain_state(sim)
     inside = np.minimum(edges, height)
     volume = slab_volumes(x[:, 2] - bottom, sim.radii, inside) if len(x) else 0.0
     area = clock.area_at(sim.step)
@@ -247,7 +245,7 @@ def snapshot(sim, contacts, time):
 
     time [s]: recorded.
     """
-    x, v, w = sim.grain_state()
+    x, v, w = grain_state(sim)
     record = {
         "snapshot_time": time,
         "step": sim.step,
@@ -260,7 +258,7 @@ def snapshot(sim, contacts, time):
         record["orientation"] = np.empty((sim.grains, 4))
         record["orientation"][sim.order] = sim.state["orientation"]
     if sim.layout.grain_loss:
-        record["grain_loss"] = sim.grain_losses() * units.ENERGY
+        record["grain_loss"] = grain_losses(sim) * units.ENERGY
     out = [("snapshots", record)]
     if sim.box is not None or sim.cell is not None:
         record["box"] = sim.domain.room(sim.step) * units.LENGTH
@@ -270,11 +268,11 @@ def snapshot(sim, contacts, time):
         record |= _sphere_motion(sim.sphere, load) | {"sphere_force": load[0] * units.FORCE}
     if not contacts:
         return out
-    pairs = sim.contact_state()
+    pairs = contact_state(sim)
     record["contact_count"] = len(pairs["grain_i"])
     out.append(("contacts", _in_si(pairs, sim, len(pairs["grain_i"]))))
     if sim.box is not None:
-        walls = sim.wall_contact_state()
+        walls = wall_contact_state(sim)
         record["wall_contact_count"] = len(walls["grain"])
         out.append(("wall_contacts", _in_si(walls, sim, len(walls["grain"]))))
     if sim.sphere is not None:
@@ -306,38 +304,3 @@ def _in_si(contacts, sim, rows):
     scales = {h.result: units.internal(h.unit) for h in history if h.result} | UNITS
     found = {name: scales[name] * a if name in scales else a for name, a in contacts.items()}
     return found | {"step": np.full(rows, sim.step)}
-
-
-# -- energies -------------------------------------------------------------------------------------
-
-
-def measurement(sim):
-    """The Measurement of a Simulation now; its parts are the numbers of sim.measure()."""
-    m = sim.measure()
-    kinetic = m["kinetic_translation"] + m["kinetic_rotation"] + m["sphere_kinetic"]
-    # added up in this order everywhere: the ledger is a small difference of large numbers
-    on_sphere = m["potential_sphere"].sum()
-    energy = kinetic + m["potential"].sum() + m["potential_wall"].sum() + on_sphere
-    work = m["wall_work"] + m["face_work"] + m["push_work"] + m["gravity_work"]
-    work += m["stiffness_work"]
-    return Measurement(
-        kinetic=kinetic,
-        potential=m["potential"].sum() + m["potential_wall"].sum() + on_sphere,
-        energy=energy,
-        losses=m["loss"] + m["loss_wall"] + m["loss_sphere"],
-        lost=m["loss"].sum() + m["loss_wall"].sum() + m["loss_sphere"].sum(),
-        work=work + m["sphere_work"],
-        kick=m["kinetic_kick"],
-        bound=_bound(sim, m),
-        parts=m,
-    )
-
-
-def _bound(sim, m):
-    """Binding energy of the current contacts [fJ]: at rest (JKR), or current if polydisperse."""
-    if sim.polydisperse is None:
-        bound = sim.pair.bound * m["contacts"] + sim.wall.bound * m["wall_contacts"]
-        if sim.sphere is not None:
-            bound += sim.sphere.contact.bound * m["sphere_contacts"]
-        return bound
-    return -(m["potential"][0] + m["potential_wall"][0] + m["potential_sphere"][0])

@@ -13,8 +13,18 @@ from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVEN, WALL, Servo
 from dusttaichi.domain.walls import TOP
 from dusttaichi.grains.compiled import NO_WALLS, step_numbers, walls_argument
+from dusttaichi.grains.contacts import distances
 from dusttaichi.grains.kernels.phases import DONE
-from dusttaichi.grains.measure import Readout
+from dusttaichi.grains.load_sums import load_sums
+from dusttaichi.grains.measure import (
+    contact_loads,
+    energies,
+    face_power,
+    gravity_potential,
+    half_kicks,
+    wall_forces,
+    wall_work,
+)
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
 from dusttaichi.grains.stage_push import push_anew
@@ -22,7 +32,7 @@ from dusttaichi.grains.state import GrainState, LedgerSums
 from dusttaichi.names import NEVER
 
 
-class Simulation(Readout):
+class Simulation:
     """State and kernels of one scene. `step` counts steps; `time` = step dt.
 
     state: GrainState; search: Search; domain: what surrounds the grains, a Domain; push: Push;
@@ -96,6 +106,10 @@ class Simulation(Readout):
         """Environment of the grains and its motion, a Domain."""
         return Domain(self.dt, self.volume, self.radius, self.box, self.cell, self.t_c, self.servo)
 
+    def lengths(self):
+        """Current edges of the space for the grains [um], (3,); not a number where it is open."""
+        return self.domain.lengths(self.step)
+
     # -- start -----------------------------------------------------------------------------------
 
     def _start(self, sample):
@@ -121,7 +135,7 @@ class Simulation(Readout):
         self._restore_contacts(sample)
         self._load_contacts()
         state.clear_sums()
-        self.push.begin(state["x"], self.contact_loads()[0])
+        self.push.begin(state["x"], contact_loads(self)[0])
         self._set_back_velocities()
         self._begin_ledger()
 
@@ -130,31 +144,29 @@ class Simulation(Readout):
         state, radii = self.state, np.broadcast_to(self.radii, self.grains)
         if sample.contacts is not None:
             i, j = state.pairs()
-            state.take_contacts(sample.contacts, self.distances(np.arange(len(i)), i, j), radii)
+            state.take_contacts(sample.contacts, distances(self, np.arange(len(i)), i, j), radii)
         if sample.wall_contacts is not None:
             state.take_wall_contacts(sample.wall_contacts, radii, self.box.normal)
         state.stiffen(sample.info.get("stiffness_scaling", 1.0) / self.stiffness)
 
     def _set_back_velocities(self):
         """Velocities and spins half a step back, by the loads of time 0."""
-        state, half = self.state, 0.5 * self.dt
-        force, torque = self.loads()
-        state["v"] = state.of_grains("v") - half / self.mass * force
-        state["w"] = state.of_grains("w") - half / self.inertia * torque
+        state, (kick, turn) = self.state, half_kicks(self)
+        state["v"], state["w"] = state.of_grains("v") - kick, state.of_grains("w") - turn
         if self.sphere is not None:
             self.sphere.set_back()
 
     def _begin_ledger(self):
         """Forces, potentials and pending losses at the start; velocities are half a step back."""
-        self.potential_of_start = self.gravity_potential()
-        self.ledger_sums.wall_force = self.wall_forces()
+        self.potential_of_start = gravity_potential(self)
+        self.ledger_sums.wall_force = wall_forces(self)
         if self.sphere is not None:
             self.ledger_sums.sphere_force = self.sphere.load()[0]
         self.ledger_sums.pending = [[0.0] * len(self.layout.channels)] * 3
-        begin = self.measure()
+        begin = energies(self)
         names = ("loss", "loss_wall", "loss_sphere")
         self.ledger_sums.pending = [begin[name].tolist() for name in names]
-        self.ledger_sums.face_power = self.face_power()
+        self.ledger_sums.face_power = face_power(self)
 
     # -- drive -----------------------------------------------------------------------------------
 
@@ -164,7 +176,7 @@ class Simulation(Readout):
             force, impulse = self.sphere.load()[0], self.sphere.impulses()[:3]
             self.ledger_sums.sphere_work = self.sphere.work(force, impulse)
             self.ledger_sums.sphere_force, self.ledger_sums.sphere_impulse = force, impulse
-        with self._booked(self.wall_forces(), self.load_sums()):
+        with self._booked(wall_forces(self), load_sums(self)):
             self._move(drive)
             if drive.push or self.push.of_stage:
                 push_anew(self, drive.push)
@@ -178,7 +190,7 @@ class Simulation(Readout):
         """
         before, impulse, sums = self.cell, loads.impulses(), self.ledger_sums
         across = None if before is None else loads.across_faces()
-        sums.wall_work = self.wall_work(force, impulse)
+        sums.wall_work = wall_work(self, force, impulse)
         sums.wall_force, sums.impulse = force, impulse
         yield
         if before is not None:
@@ -192,13 +204,13 @@ class Simulation(Readout):
 
     def _steer(self):
         """Load control changes the speeds, within those that the search allows for."""
-        loads = self.load_sums()
+        loads = load_sums(self)
         with self._booked(loads.wall_force(), loads):
             self._surround(self.domain.steered(self._load_integral(self.servo, loads)))
 
     def _load_integral(self, servo, loads=None):
         """Time integral of the load of a Servo up to now: see Servo.before. loads: LoadSums."""
-        loads = loads or self.load_sums()
+        loads = loads or load_sums(self)
         if servo.kind == WALL:
             return (loads.impulses()[TOP : TOP + 1] * self.box.normal[TOP]).sum(axis=1)
         flux = np.diag(loads.momentum_flux())
@@ -278,7 +290,7 @@ class Simulation(Readout):
         """
         loads = self.state.rows("load")
         self.kernels.evaluate(self.step, self.dt, self.walls_argument)
-        found = self.contact_loads()
+        found = contact_loads(self)
         self.state.put_rows("load", loads)
         out = np.empty((2, self.grains, 3))
         out[:, self.order] = found

@@ -6,6 +6,7 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.errors import DustError
+from dusttaichi.grains.contacts import distances, history_of
 from dusttaichi.grains.grain_contacts import scaled, size_ranges
 from dusttaichi.grains.kernels.store import SPHERE
 from dusttaichi.grains.pointers import touching
@@ -220,14 +221,14 @@ class MovingSphere:
         state = sim.state.rows("history")[rows]
         on = np.flatnonzero(touching(sim.layout, state))
         grain, load = grain[on], sim.state.rows("load")[rows][on].astype(float)
-        d = sim.distances(rows.start + on, grain, np.full(len(on), self.row))
+        d = distances(sim, rows.start + on, grain, np.full(len(on), self.row))
         distance = np.linalg.norm(d, axis=1)
         number = sim.order[grain]
         radius = np.broadcast_to(sim.radii, sim.grains)[number]
         load = load[:, :3], load[:, 3:6], load[:, 6:9]
         found = {"grain": number, "overlap": radius + self.radius - distance}
         found |= pair_parts(d / distance[:, None], load, (radius, self.radius))
-        contact = sim.history_of(state[on])
+        contact = history_of(sim, state[on])
         found |= {h.result: contact[h.result] for h in own_history(sim.layout.model)}
         if sim.layout.contact_loss:
             found["loss"] = contact["loss"]

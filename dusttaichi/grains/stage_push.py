@@ -5,6 +5,7 @@ import numpy as np
 from dusttaichi import samples, units
 from dusttaichi.domain.pushes import at_stage, forces_and_speeds
 from dusttaichi.geometry import rigid_rotation
+from dusttaichi.grains.measure import contact_loads, grain_state, half_kicks
 
 
 def push_anew(sim, entries):
@@ -15,12 +16,10 @@ def push_anew(sim, entries):
     pushes up to now, and the kinetic energy that the change itself gives or takes, go into the
     ledger sums.
     """
-    state, half = sim.state, 0.5 * sim.dt
-    v, w = (state.of_grains(name) for name in "vw")
-    force, torque = sim.loads()
-    v, w = v + half / sim.mass * force, w + half / sim.inertia * torque
+    state, (kick, turn) = sim.state, half_kicks(sim)
+    v, w = state.of_grains("v") + kick, state.of_grains("w") + turn
     before = _kinetic(sim, v, w)
-    contact, x = sim.contact_loads()[0], state["x"]
+    contact, x = contact_loads(sim)[0], state["x"]
     impulse = state["carried_impulse"] if "carried_impulse" in state else None
     work = sim.push.work_of_stage(x, impulse, contact, sim.step, sim.dt)
 
@@ -39,15 +38,14 @@ def push_anew(sim, entries):
             w[grains] += spin
     v[sim.push.carried_grains], w[sim.push.carried_grains] = sim.push.velocity, 0.0
 
-    force, torque = sim.loads()
-    state["v"] = v - half / sim.mass * force
-    state["w"] = w - half / sim.inertia * torque
+    kick, turn = half_kicks(sim)
+    state["v"], state["w"] = v - kick, w - turn
     sim.ledger_sums.push_work += work + _kinetic(sim, v, w) - before
 
 
 def _groups(sim, entries):
     """Internal numbers of the grains of each push; faces are the current ones."""
-    x, rank = sim.grain_state()[0] * units.LENGTH, sim.state.rank
+    x, rank = grain_state(sim)[0] * units.LENGTH, sim.state.rank
     radius = sim.radius * units.LENGTH
     return [
         rank[samples.group_of(f"drive.push[{n}]", entry, x, radius)]

@@ -3,6 +3,8 @@
 import numpy as np
 
 from dusttaichi.errors import GuardStop
+from dusttaichi.grains.contacts import contact_state
+from dusttaichi.grains.measure import grain_state, wall_distances
 from dusttaichi.method import moment
 from dusttaichi.names import WALLS
 
@@ -29,13 +31,13 @@ def validate(sim, measurement):
 
 
 def _culprit(sim):
-    x, v, _ = sim.grain_state()
+    x, v, _ = grain_state(sim)
     bad = np.flatnonzero(~np.isfinite(x).all(axis=1) | ~np.isfinite(v).all(axis=1))
     return f" (grain {bad[0]} first of {len(bad)})" if len(bad) else ""
 
 
 def _deepest(sim):
-    pairs = sim.contact_state()
+    pairs = contact_state(sim)
     if len(pairs["overlap"]) == 0:
         return " with a wall"
     radii = np.broadcast_to(sim.radii, sim.grains)
@@ -53,7 +55,7 @@ def _inside(sim, when):
         )
     if sim.box is None:
         return
-    distance = sim.wall_distances()
+    distance = wall_distances(sim)
     distance[:, sim.box.present == 0] = np.inf
     worst = np.unravel_index(np.argmin(distance), distance.shape)
     if distance[worst] < 0.0:

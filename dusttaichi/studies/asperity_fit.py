@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from dusttaichi.errors import DustError
+from dusttaichi.grains.contacts import wall_contact_state
 from dusttaichi.physics.contact import asperities
 from dusttaichi.physics.contact.constants import grain_mass, wall_constants
 from dusttaichi.samples import Sample
@@ -80,7 +81,7 @@ def sticking_speed(material, volume, radius=None):
     v[:-1, 2] = -speeds
     sim = build(scene, Sample(x, v, np.zeros_like(x)))
     sim.advance(round(END / STEP))
-    sticks = np.isin(np.arange(THROWN), sim.wall_contact_state()["grain"])
+    sticks = np.isin(np.arange(THROWN), wall_contact_state(sim)["grain"])
     last = int(np.argmin(sticks))  # the first that bounces
     if sticks.all() or last == 0 or sticks[last:].any():
         raise DustError(

@@ -7,6 +7,8 @@ import numpy as np
 from dusttaichi import method, units
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import connected, in_one
+from dusttaichi.grains.contacts import contact_state, wall_contact_state
+from dusttaichi.grains.measure import grain_state
 from dusttaichi.samples.materials import Materials
 
 
@@ -39,7 +41,7 @@ class TwoBodies:
 
         Of centres of mass; of a wall the distance of the grain that is next to it.
         """
-        x, v, _ = self.sim.sim.grain_state()
+        x, v, _ = grain_state(self.sim.sim)
         first, *second = (
             np.array([np.average(a[body], axis=0, weights=self.masses[body]) for a in (x, v)])
             for body in self.bodies
@@ -69,14 +71,14 @@ class TwoBodies:
 
     def fragment_of(self):
         """Fragment of each grain (N,): sets of grains connected by contacts."""
-        pairs = self.sim.sim.contact_state()
+        pairs = contact_state(self.sim.sim)
         pairs = np.column_stack([pairs["grain_i"], pairs["grain_j"]])
         return connected(pairs, len(self.masses))[1]
 
     def is_one(self):
         """True while one fragment has more than half of the mass of both, or touches the wall."""
         if len(self.bodies) == 1:
-            return len(self.sim.sim.wall_contact_state()["grain"]) > 0
+            return len(wall_contact_state(self.sim.sim)["grain"]) > 0
         label = self.fragment_of()
         mean = np.bincount(label, self.masses) / np.bincount(label)
         return in_one(label, mean[label], self.bodies)

@@ -9,6 +9,8 @@ from dusttaichi import method, samples, units
 from dusttaichi.analysis.fragments import efficiency, fragments_of
 from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.outcome import outcome_of
+from dusttaichi.grains.contacts import contact_state
+from dusttaichi.grains.measure import grain_state
 from dusttaichi.run import ledger
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies.bodies import TwoBodies
@@ -81,8 +83,8 @@ class _Motion(TwoBodies):
         }
 
     def fragments(self):
-        x, v, w = self.sim.sim.grain_state()
-        pairs = self.sim.sim.contact_state()
+        x, v, w = grain_state(self.sim.sim)
+        pairs = contact_state(self.sim.sim)
         contacts = xr.Dataset({k: ("contact", pairs[k]) for k in ("grain_i", "grain_j")})
         state = x * units.LENGTH, v * units.SPEED, w * units.SPIN
         cell, open_space = np.full((3, 2), np.nan), np.zeros(3, bool)

@@ -6,6 +6,8 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.grains.build import build
+from dusttaichi.grains.contacts import contact_state
+from dusttaichi.grains.measure import grain_state
 from dusttaichi.physics.contact.constants import mixed_constants, pair_constants
 from dusttaichi.physics.encounter import breaking_speed
 from dusttaichi.physics.stability import close_packed
@@ -103,11 +105,11 @@ def _pressed():
 
 def _as_it_is(sim):
     """Sample from a simulation: positions and strained contacts, at rest."""
-    found = sim.contact_state()
+    found = contact_state(sim)
     contacts = {name: found[name] for name in ("pointer_i", "pointer_j", "twist")}
     contacts |= {"i": found["grain_i"], "j": found["grain_j"]}
     contacts["approach"] = np.zeros(len(found["twist"]))
-    x = sim.grain_state()[0] * units.LENGTH
+    x = grain_state(sim)[0] * units.LENGTH
     return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
 
 

@@ -13,6 +13,7 @@ from dusttaichi import samples as generators
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains import network
 from dusttaichi.grains.build import build
+from dusttaichi.grains.measure import grain_state
 from dusttaichi.grains.moving_grains import MovingGrains
 from dusttaichi.grains.time_step import TimeStep
 from dusttaichi.method import Start
@@ -70,7 +71,7 @@ def _attempt(cell):
         estimated = network.stable_step(sim, scene)[1]
         measured = measured_limit(sim, estimated)
     moving = MovingGrains(scene, sample, sim)
-    result = watched(moving, scene, cell.steps, sim.grain_state)
+    result = watched(moving, scene, cell.steps, lambda: grain_state(sim))
     return replace(result, dt=sim.dt * units.TIME, estimated=estimated, measured=measured)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.errors import DustError
+from dusttaichi.grains.contacts import contact_state
 from dusttaichi.samples.ballistic import first_touch
 from dusttaichi.samples.collision import FLIGHT
 from dusttaichi.scene import from_yaml
@@ -50,7 +51,7 @@ def run(parent, *, scene, speed, time, looks=LOOKS):
         "restitution": restitution,
         "fragments": len(grains),
         "largest": int(grains.max()),
-        "contacts": len(sim.sim.contact_state()["grain_i"]),
+        "contacts": len(contact_state(sim.sim)["grain_i"]),
         "kinetic": float(sim.measure().kinetic * units.ENERGY),
         "time_step": dt,
     }

@@ -6,6 +6,7 @@ import pytest
 from dusttaichi import samples
 from dusttaichi.compute.backend import Loops
 from dusttaichi.grains.build import build
+from dusttaichi.grains.measure import energies, grain_state
 from dusttaichi.scene import from_yaml
 
 SCENE = """
@@ -24,7 +25,7 @@ def moved(loops):
     sim = build(scene, samples.make(scene), loops=loops)
     sim.advance(600)
     assert sim.search.count > 5  # lists were remade on the way
-    return np.array(sim.grain_state()), sim.measure()
+    return np.array(grain_state(sim)), energies(sim)
 
 
 @pytest.fixture(scope="module")

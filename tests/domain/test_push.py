@@ -7,6 +7,8 @@ from scenes import FAR, RADIUS, Probe, make_scene, residual, sample_of
 
 from dusttaichi import analysis, samples
 from dusttaichi.errors import DustError
+from dusttaichi.grains.contacts import contact_state
+from dusttaichi.grains.measure import energies
 from dusttaichi.run import execute
 from dusttaichi.scene import Scene
 
@@ -128,7 +130,7 @@ def test_a_chain_that_is_spun_up_is_stretched_as_mechanics_says():
         probe.advance(8000)
     away = probe.x - probe.x.mean(axis=0)
     distance = np.linalg.norm(away, axis=1)
-    held = probe.sim.contact_state()
+    held = contact_state(probe.sim)
     order = np.argsort(held["grain_i"])
     omega2 = (probe.v**2).sum() / (distance**2).sum()
     pull = MASS * omega2 * np.cumsum(distance[:2:-1])[::-1]  # of the three grains on either side
@@ -137,7 +139,7 @@ def test_a_chain_that_is_spun_up_is_stretched_as_mechanics_says():
     np.testing.assert_allclose(found[2:], pull, rtol=2e-3)
     np.testing.assert_allclose(found[2::-1], pull, rtol=2e-3)
     inertia = 6 * 0.4 * MASS * RADIUS**2 + MASS * ((x - x.mean(axis=0)) ** 2).sum()
-    work = probe.sim.measure()["push_work"] * 1e-15
+    work = energies(probe.sim)["push_work"] * 1e-15
     # of the rigid chain; stretched by a ten thousandth
     assert work == pytest.approx(0.5 * inertia * (TURN @ TURN), rel=1e-3)
 
@@ -161,10 +163,10 @@ def course():
         {"grains": [2], "speed": [f"{a:.17g} m/s" for a in SPEED]},
     ]
     probe = Probe(make_scene(push=pushes, damping="none"), sample_of(x, v))
-    frames = [(probe.x, probe.v, probe.sim.measure())]
+    frames = [(probe.x, probe.v, energies(probe.sim))]
     for _ in range(8):
         probe.advance(STEPS // 8)
-        frames.append((probe.x, probe.v, probe.sim.measure()))
+        frames.append((probe.x, probe.v, energies(probe.sim)))
     return x, v, probe.dt, frames
 
 
@@ -235,7 +237,7 @@ def test_pushes_of_a_stage():
     ]
     probe, (on, off), x = staged(pushes, [])
     probe.advance(100)
-    before = probe.sim.measure()
+    before = energies(probe.sim)
     probe.sim.drive(on)
     probe.advance(60)
     kept = probe.sim.arrays(), probe.sim.numbers()
@@ -251,7 +253,7 @@ def test_pushes_of_a_stage():
     ways = [v * 3 * t + pull * 1.5 * t, v * 3 * t + 2 * kick * t, v * t + 2 * speed * t]
     np.testing.assert_allclose(probe.x - x, ways, rtol=1e-11, atol=1e-18)
     np.testing.assert_allclose(probe.v, [v + pull, v + kick, speed], rtol=1e-11)
-    after = probe.sim.measure()
+    after = energies(probe.sim)
     gained = after["kinetic_translation"] - before["kinetic_translation"]
     assert after["push_work"] == pytest.approx(gained, rel=1e-10) and before["push_work"] == 0.0
 
@@ -268,7 +270,7 @@ def test_work_on_a_free_grain_is_its_kinetic_energy():
     pushes = [{"grains": [0], "force": newton(FORCE)}, {"grains": [1], "speed": ["0 m/s"] * 3}]
     probe = Probe(make_scene(push=pushes), sample_of([[0, 0, 0], [0, 5e-6, 0]]))
     probe.advance(100)
-    m = probe.sim.measure()
+    m = energies(probe.sim)
     assert m["push_work"] == pytest.approx(m["kinetic_translation"], rel=1e-11)
 
 

@@ -12,7 +12,10 @@ from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVERY
 from dusttaichi.errors import DustError, GuardStop
+from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.grains.load_sums import load_sums
+from dusttaichi.grains.measure import energies, grain_state, wall_forces
 from dusttaichi.method import State, of
 from dusttaichi.physics.contact import jkr as normal
 from dusttaichi.run import execute
@@ -112,12 +115,12 @@ def column():
     """The column under a pressure: springs with known forces, and nothing else."""
     boundary = plates(pressure=f"{LOAD} Pa", wall_speed="1 cm/s")
     probe = Probe(make_scene(damping="viscoelastic", boundary=boundary), sample_of(COLUMN))
-    sim, loads, start = probe.sim, [], probe.sim.measure()
+    sim, loads, start = probe.sim, [], energies(probe.sim)
     area = sim.domain.wall_areas(0)[5]
     for _ in range(50):
-        before = sim.impulses()
+        before = load_sums(sim).impulses()
         sim.advance(500)
-        mean = (sim.impulses() - before)[5, 2] / (500 * sim.dt)
+        mean = (load_sums(sim).impulses() - before)[5, 2] / (500 * sim.dt)
         loads.append(-mean / area * units.PRESSURE)
     return sim, np.array(loads), start, area * units.LENGTH**2
 
@@ -138,7 +141,7 @@ def test_the_wall_stands_where_the_springs_have_the_load(column):
 
 def test_the_work_of_a_load_closes_the_ledger(column):
     sim, _, start, _ = column
-    m = sim.measure()
+    m = energies(sim)
     assert m["wall_work"] > 0.0
     assert abs(residual(start, m)) < 1e-4 * m["wall_work"]
 
@@ -149,15 +152,15 @@ def test_wall_that_moves_along_itself():
     boundary = plates(shear_speed="2 cm/s")
     scene = make_scene(damping="viscoelastic", boundary=boundary)
     sim = Probe(scene, sample_of(COLUMN)).sim
-    start, before, first = sim.measure(), sim.impulses(), sim.wall_forces()
+    start, before, first = energies(sim), load_sums(sim).impulses(), wall_forces(sim)
     sim.advance(4000)
-    impulse = sim.impulses() - before + 0.5 * sim.dt * (first - sim.wall_forces())
-    m = sim.measure()
+    impulse = load_sums(sim).impulses() - before + 0.5 * sim.dt * (first - wall_forces(sim))
+    m = energies(sim)
     assert m["wall_work"] == pytest.approx(0.02 * impulse[5, 0], rel=1e-9) and m["wall_work"] > 0.0
     assert abs(residual(start, m)) < 1e-4 * m["wall_work"]
-    walls = sim.wall_contact_state()
+    walls = wall_contact_state(sim)
     top = list(walls["wall"]).index(5)
-    x = sim.grain_state()[0][walls["grain"][top], 0]
+    x = grain_state(sim)[0][walls["grain"][top], 0]
     assert x > 0.0 and walls["foot"][top, 0] == pytest.approx(0.02 * sim.time, rel=0.3)
     assert sim.domain.shear_strain(sim.step) == pytest.approx(0.02 * sim.time / sim.lengths()[2])
 
@@ -190,9 +193,9 @@ def mixed():
 
 def test_mixed_control(mixed):
     sim = of(mixed).build(mixed, make(mixed))
-    start, first = sim.sim.measure(), sim.sim.lengths()
+    start, first = energies(sim.sim), sim.sim.lengths()
     sim.advance(3000)
-    after, held = sim.sim.measure(), sim.sim.servo
+    after, held = energies(sim.sim), sim.sim.servo
     assert abs(residual(start, after)) < 1e-3 * np.abs(balance(after) - balance(start)).max()
     ratio = sim.sim.lengths() / first
     assert ratio[2] == pytest.approx(np.exp(-5e4 * sim.time * units.TIME), rel=1e-12)
@@ -213,9 +216,13 @@ def test_dust_in_shear_holds_its_load():
     sim, loads = of(scene).build(scene, make(scene)).sim, []
     first = sim.lengths()[2]
     for _ in range(5):
-        flux, begin = sim.momentum_flux()[2, 2], sim.time
+        flux, begin = load_sums(sim).momentum_flux()[2, 2], sim.time
         sim.advance(5000)
-        mean = (sim.momentum_flux()[2, 2] - flux) / (sim.time - begin) / np.prod(sim.lengths())
+        mean = (
+            (load_sums(sim).momentum_flux()[2, 2] - flux)
+            / (sim.time - begin)
+            / np.prod(sim.lengths())
+        )
         loads.append(mean * units.PRESSURE)
     assert sim.lengths()[2] < 0.96 * first
     assert np.mean(loads[1:]) == pytest.approx(20e3, rel=0.1)
@@ -229,10 +236,10 @@ def test_goes_on_with_the_same_bits(mixed):
     state = State({k: v.copy() for k, v in state.arrays.items()}, state.numbers)
     for part in (1, 29, 350, 500):
         one.advance(part)
-    x, numbers = np.array(one.sim.grain_state()), one.sim.numbers()
+    x, numbers = np.array(grain_state(one.sim)), one.sim.numbers()
     again = of(mixed).reopen(mixed, state)
     again.advance(880)
-    assert np.array_equal(np.array(again.sim.grain_state()), x)
+    assert np.array_equal(np.array(grain_state(again.sim)), x)
     assert again.sim.numbers()["servo"] == numbers["servo"]
     assert again.sim.numbers()["cell"] == numbers["cell"]
 
@@ -256,12 +263,16 @@ def test_lattice_in_shear_has_the_stress_of_its_springs():
     k_s zeta_crit/d^2, at which they slide. It is symmetric, and its work is all that goes in."""
     sim, begin = sheared(2e3), None
     k_s, zeta = PAIR.numbers["k_s"], PAIR.numbers["zeta_crit"]
-    start, found = sim.measure(), []
+    start, found = energies(sim), []
     volume = np.prod(sim.lengths())
     for _ in range(4):
-        flux, begin = sim.momentum_flux(), sim.time
+        flux, begin = load_sums(sim).momentum_flux(), sim.time
         sim.advance(1000)
-        stress = -(sim.momentum_flux() - flux) / (volume * (sim.time - begin)) * units.PRESSURE
+        stress = (
+            -(load_sums(sim).momentum_flux() - flux)
+            / (volume * (sim.time - begin))
+            * units.PRESSURE
+        )
         gamma = sim.cell.sheared(0.5 * (sim.time + begin))
         found.append((gamma, stress))
     for gamma, stress in found[:2]:
@@ -270,7 +281,7 @@ def test_lattice_in_shear_has_the_stress_of_its_springs():
     assert found[-1][1][0, 2] == pytest.approx(k_s * zeta / REST**2, rel=2e-3)
     for _, stress in found:
         assert stress[0, 2] == pytest.approx(stress[2, 0], rel=1e-3)  # grains spin up
-    m = sim.measure()
+    m = energies(sim)
     assert m["contacts"] == 3 * 64
     assert abs(residual(start, m)) < 1e-5 * m["face_work"]
     power = volume * sum(s[0, 2] for _, s in found) / units.PRESSURE * 2e-3 * (1000 * sim.dt)
@@ -289,7 +300,7 @@ def test_a_leaning_cell_is_the_sample_of_another_run(tmp_path):
     with open_run(first) as run:
         last = run.series.isel(time=-1)
         assert sim.cell.offset(0.0) * units.LENGTH == float(run.snapshots.tilt[-1]) != 0.0
-    m = sim.measure()
+    m = energies(sim)
     assert m["contacts"] == int(last.contact_count)
     # velocities are those of half a step ago moved on, springs are as they were kept
     np.testing.assert_allclose(m["potential"] * units.ENERGY, last.potential, rtol=1e-9)
@@ -306,14 +317,14 @@ def test_neighbours_across_leaning_faces():
     sim = sheared(2e6)
     for _ in range(4):
         sim.advance(1000)
-        x, time = sim.grain_state()[0], sim.time
+        x, time = grain_state(sim)[0], sim.time
         assert not sim.cell.outside(x, time).any()
         edges = np.diag(sim.cell.edges(time))
         edges[2, 0] = sim.cell.offset(time)
         images = np.array(np.meshgrid(*[[-1, 0, 1]] * 3)).reshape(3, -1).T @ edges
         apart = np.linalg.norm(x[:, None, None] - x[None, :, None] + images, axis=3).min(axis=2)
         i, j = np.triu_indices(len(x), 1)
-        own = sim.contact_state()
+        own = contact_state(sim)
         pairs = np.sort(np.stack([own["grain_i"], own["grain_j"]]), axis=0)
         distance = 2 * sim.radius - own["overlap"]
         np.testing.assert_allclose(apart[tuple(pairs)], distance, atol=1e-12)

@@ -5,7 +5,7 @@ from scenes import make_scene, sample_of
 from test_sphere import opened
 
 from dusttaichi.grains.build import build
-from dusttaichi.grains.record import measurement
+from dusttaichi.grains.measure import grain_state, measurement
 from dusttaichi.method import Start
 
 
@@ -20,7 +20,7 @@ def test_central_gravity():
         sim = build(scene, sample_of([[d, 0, 0]], [[0, speed, 0]]))
         start = Start.of(measurement(sim))
         sim.advance(4000)
-        x, v, _ = sim.grain_state()
+        x, v, _ = grain_state(sim)
         np.testing.assert_allclose(x[0], [10.0, 0, 0], atol=1e-4)
         np.testing.assert_allclose(v[0], [0, speed, 0], atol=1e-5)
         assert abs(opened(sim, start)) < 1e-5

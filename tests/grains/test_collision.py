@@ -7,6 +7,7 @@ import snapshots
 from scenes import FAR, Probe, make_scene
 
 from dusttaichi import analysis, plots, samples
+from dusttaichi.grains.measure import energies
 
 R = 0.6e-6
 SCENE = snapshots.SCENE + "sample: {kind: collision}\nboundary: {kind: open}\n"
@@ -133,6 +134,6 @@ def test_momentum_and_angular_momentum():
     for n in (0, 1):
         assert np.abs(end[n] - start[n]).max() < 1e-12 * end[n + 2]
         assert np.abs(after[n] - before[n]).sum() > 0.2 * np.abs(after[n]).sum()  # of each
-    now = probe.sim.measure()
+    now = energies(probe.sim)
     assert now["contacts"] < 350  # of 398
     assert np.all(now["loss"] > 0)  # every kind of contact force has been at work

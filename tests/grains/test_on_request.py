@@ -8,6 +8,8 @@ from dusttaichi import samples
 from dusttaichi.analysis import open_run, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
+from dusttaichi.grains.contacts import contact_state
+from dusttaichi.grains.measure import grain_state
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.physics.contact.parts import wall_parts
 from dusttaichi.run import execute
@@ -130,8 +132,8 @@ def test_the_load_of_a_contact_taken_apart(run):
     assert row.twisting_moment == pytest.approx(-k["k_t"] * float(row.twist), rel=1e-3)
     sim = build(scene, samples.make(scene))
     sim.advance(50)
-    held = sim.contact_state()
-    parts = held["normal_force"][:, None] * (sim.grain_state()[0][:1] - sim.grain_state()[0][1:2])
+    held = contact_state(sim)
+    parts = held["normal_force"][:, None] * (grain_state(sim)[0][:1] - grain_state(sim)[0][1:2])
     parts /= np.linalg.norm(parts, axis=1)[:, None] / np.abs(held["normal_force"])
     np.testing.assert_allclose(parts + held["sliding_force"], held["force"], rtol=1e-9, atol=1e-12)
 

@@ -5,6 +5,8 @@ import pytest
 import reference as ref
 from scenes import FAR, RADIUS, Probe, make_scene, sample_of
 
+from dusttaichi.grains.measure import energies
+
 PAIR = ref.numbers()
 MASS, INERTIA = ref.mass_and_inertia()
 E_C = PAIR.F_c * PAIR.delta0
@@ -139,7 +141,7 @@ def compare(probe, reference, tolerance, steps, every):
                 off, unit = off - (off @ normal) * normal, RADIUS
             assert np.abs(off).max() < tolerance * unit
             assert phi == pytest.approx(contact.phi, abs=tolerance)
-        measured = probe.sim.measure()
+        measured = energies(probe.sim)
         for name, own in zip(("potential", "potential_wall"), reference.energies(), strict=True):
             np.testing.assert_allclose(
                 measured[name] * 1e-15, own, atol=10 * tolerance * np.abs(own).max(), rtol=0
@@ -154,7 +156,7 @@ def test_against_reference_elastic(damping):
     x, v, w = oblique(slipping=False)
     probe = run(x, v, w, dt="0.1 ns", damping=damping)
     compare(probe, ref.Reference(x, v, w, probe.dt, ref.numbers(damping=damping)), 1e-8, 300, 60)
-    assert probe.sim.measure()["loss"][3:5].sum() == 0
+    assert energies(probe.sim)["loss"][3:5].sum() == 0
 
 
 @pytest.mark.parametrize("damping", ["viscoelastic", "none"])
@@ -164,7 +166,7 @@ def test_against_reference_slipping(damping):
     x, v, w = oblique(slipping=True)
     probe = run(x, v, w, dt="0.1 ns", damping=damping)
     compare(probe, ref.Reference(x, v, w, probe.dt, ref.numbers(damping=damping)), 1e-4, 300, 60)
-    assert np.all(probe.sim.measure()["loss"][3:5] > 0)
+    assert np.all(energies(probe.sim)["loss"][3:5] > 0)
 
 
 # Limits.
@@ -198,7 +200,7 @@ def test_limits_are_hit_exactly(kind, rate, dt, precision):
         "twisting": PAIR.k_t * PAIR.phi_crit,
     }[kind]
     probe.advance(300)
-    before = probe.sim.measure()["loss"][number]
+    before = energies(probe.sim)["loss"][number]
     assert before > 0, "the limit must have been passed"
     way, steps = 0.0, 100
     for _ in range(steps):
@@ -220,7 +222,7 @@ def test_limits_are_hit_exactly(kind, rate, dt, precision):
             way += abs(np.dot(turn, nc))
         # (xi/r)^2 = 1e-5 is what three terms of alpha and the renormalised pointer leave
         assert size == pytest.approx(1.0, abs=1e-5)
-    lost = (probe.sim.measure()["loss"][number] - before) * 1e-15
+    lost = (energies(probe.sim)["loss"][number] - before) * 1e-15
     # 1e-3: n_c and pointers differ by the displacement over the radius (2 nm / 600 nm)^2, and by
     # n_c at either end of a step
     assert lost == pytest.approx(force * way, rel=1e-3)
@@ -239,5 +241,5 @@ def test_what_rolling_changes_of_sliding_is_booked():
         before = probe.energy()
         probe.advance(300 * n)
         found.append((probe.energy() - before)[:2].sum())
-    rolling = probe.sim.measure()["loss"][3] * 1e-15
+    rolling = energies(probe.sim)["loss"][3] * 1e-15
     assert abs(4 * found[1] - found[0]) / 3 < 1e-6 * rolling

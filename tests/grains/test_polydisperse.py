@@ -17,7 +17,7 @@ from test_pair import compare
 
 from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
-from dusttaichi.grains.record import measurement
+from dusttaichi.grains.measure import energies, measurement
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.interface import MIXING
 from dusttaichi.physics.contact.registry import chosen_model
@@ -171,7 +171,7 @@ def test_against_reference(slipping, damping):
         radii=radii,
     )
     compare(probe, reference, 3e-4 if slipping else 1e-8, 400, 100)
-    slips = probe.sim.measure()["loss"][3:5]
+    slips = energies(probe.sim)["loss"][3:5]
     assert np.all(slips > 0) if slipping else slips.sum() == 0
 
 
@@ -249,7 +249,7 @@ def test_momenta(speed, spin):
     """To rounding, past the limits of rolling, sliding and twisting or not."""
     probe = Probe(two_materials(dt="0.02 ns", boundary=FAR), bumped(speed, spin))
     probe.assert_momenta_stay(5, 200)
-    loss = probe.sim.measure()["loss"]
+    loss = energies(probe.sim)["loss"]
     if speed > 0.1:
         assert np.all(loss[3:] > 0)  # past all three limits
 
@@ -274,11 +274,11 @@ def test_loads_are_minus_the_gradient():
         two_materials(boundary=box("bottom"), dt="0.02 ns"), polydisperse(x, radii, kinds, v, w)
     )
     probe.advance(20)
-    measured = probe.sim.measure()
+    measured = energies(probe.sim)
     assert np.all(measured["loss"][1:] == 0) and np.all(measured["loss_wall"][1:] == 0)
     floor = probe.sim.box.offset[4] * 1e-6
 
-    def energies(x, turn):
+    def potentials(x, turn):
         total = np.zeros((2, 4), complex)
         for (i, j), (n1, n2, phi) in probe.contacts().items():
             n1 = n1 + np.cross(turn[i], n1)
@@ -294,7 +294,7 @@ def test_loads_are_minus_the_gradient():
 
     still = np.zeros((3, 3))
     assert measured["contacts"] == 3 and measured["wall_contacts"] == 3
-    expected = energies(probe.x, still).real / 1e-15
+    expected = potentials(probe.x, still).real / 1e-15
     assert np.all(expected > 0) or np.all(expected[:, 1:] > 0)
     for own, other in zip(("potential", "potential_wall"), expected, strict=True):
         np.testing.assert_allclose(measured[own], other, rtol=1e-10, atol=1e-14)
@@ -304,8 +304,8 @@ def test_loads_are_minus_the_gradient():
         for axis in range(3):
             step = np.zeros((3, 3), complex)
             step[n, axis] = 1j * h
-            by_place = -energies(probe.x + step, still).sum().imag / h
-            by_angle = -energies(probe.x, step).sum().imag / h
+            by_place = -potentials(probe.x + step, still).sum().imag / h
+            by_angle = -potentials(probe.x, step).sum().imag / h
             assert by_place == pytest.approx(force[n, axis], abs=1e-9 * np.abs(force).max())
             assert by_angle == pytest.approx(torque[n, axis], abs=1e-9 * np.abs(torque).max())
 
@@ -323,12 +323,12 @@ def test_equal_grains_by_the_long_way(damping):
     scene = two_materials(damping=damping, boundary=box())
     alike = Probe(make_scene(damping=damping, boundary=box()), Sample(x, v, w))
     alike.advance(300)
-    expected, m = (alike.x, alike.v, alike.w), alike.sim.measure()
+    expected, m = (alike.x, alike.v, alike.w), energies(alike.sim)
     probe = Probe(scene, polydisperse(x, np.full(12, 0.6e-6), None, v, w))
     probe.advance(300)
     for own, other in zip((probe.x, probe.v, probe.w), expected, strict=True):
         assert np.abs(own - other).max() < 1e-8 * np.abs(other).max()
-    ours = probe.sim.measure()
+    ours = energies(probe.sim)
     assert ours["contacts"] == m["contacts"] and ours["wall_contacts"] == m["wall_contacts"] > 0
     for name in ("loss", "loss_wall", "potential", "potential_wall"):
         np.testing.assert_allclose(ours[name], m[name], rtol=1e-6, atol=1e-9)

@@ -10,7 +10,7 @@ from scenes import FAR, Probe, box, make_scene, sample_of
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
-from dusttaichi.grains.record import measurement
+from dusttaichi.grains.measure import energies, measurement
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.run.ledger import ledger
 
@@ -82,7 +82,7 @@ def test_mass_scaling_is_a_slower_clock():
         x, _, _ = cluster(np.random.default_rng(1))
         sim = build(scene, sample_of(x))
         sim.advance(2000)
-        return sim.fields["x"].to_numpy(), sim.measure()["kinetic_translation"]
+        return sim.fields["x"].to_numpy(), energies(sim)["kinetic_translation"]
 
     light, heavy = pressed(0.5, 2e-10, 1.0), pressed(0.25, 4e-10, 4.0)
     assert np.array_equal(light[0], heavy[0])

@@ -16,8 +16,8 @@ from dusttaichi import analysis, plots, samples, units
 from dusttaichi.analysis import table
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
+from dusttaichi.grains.measure import grain_state, loads, measurement
 from dusttaichi.grains.moving_grains import make
-from dusttaichi.grains.record import measurement
 from dusttaichi.method import Start
 from dusttaichi.physics.contact import constants
 from dusttaichi.run import execute
@@ -56,7 +56,7 @@ HIT = {"place": (0.7e-6, 0.3e-6, 8.0e-6), "velocity": (0.05, 0.0, -2.0), "spin":
 
 def state(sim):
     """Positions, velocities and spins of grains, then of the sphere, now, internal units."""
-    x, v, w = sim.grain_state()
+    x, v, w = grain_state(sim)
     ball = sim.sphere.now()
     return tuple(np.vstack([own, one]) for own, one in zip((x, v, w), ball, strict=True))
 
@@ -120,8 +120,8 @@ def test_force_of_one_grain_is_that_of_the_reduced_radius(adhesion):
     s = max(np.roots([3, 0, 0, -2, -2.0]).real)  # 3 s^4 - 2 s = 2
     expected = 4 * F_c * (s**6 - s**3) * direction
     # positions are known to 1e-16 of a micrometre and the overlap to 1e-6 of itself
-    np.testing.assert_allclose(sim.loads()[0][0] * units.FORCE, expected, rtol=1e-5, atol=1e-14)
-    np.testing.assert_allclose(sim.sphere.load()[0], -sim.loads()[0][0], rtol=1e-14)
+    np.testing.assert_allclose(loads(sim)[0][0] * units.FORCE, expected, rtol=1e-5, atol=1e-14)
+    np.testing.assert_allclose(sim.sphere.load()[0], -loads(sim)[0][0], rtol=1e-14)
 
 
 def test_momentum_and_ledger_of_a_hit():
@@ -286,7 +286,7 @@ def test_it_is_one_very_large_grain():
     sample = polydisperse(np.vstack([x, last]), radii, None, v, w)
     sim = build(two_materials(boundary=FAR), sample)
     sim.advance(4000)
-    found, expected = hit()[0], sim.grain_state()
+    found, expected = hit()[0], grain_state(sim)
     for one, other in zip(found, expected, strict=True):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-6 * np.abs(other).max())
 

@@ -6,6 +6,8 @@ import reference as ref
 from scenes import RADIUS, Probe, box, make_scene, sample_of
 from test_pair import BOTH, DAMPINGS, compare
 
+from dusttaichi.grains.measure import energies
+
 WALL = ref.numbers(wall=True)
 MASS, INERTIA = ref.mass_and_inertia()
 SPACING = 6 * RADIUS
@@ -77,7 +79,7 @@ def test_against_reference(damping, slipping):
     probe, x, v, w, wall = under_a_wall(0.4713e-9, v, w, 0.02, dt="0.1 ns", damping=damping)
     reference = reference_of(probe, x, v, w, wall, damping)
     compare(probe, reference, 1e-4 if slipping else 1e-8, 300, 60)
-    assert (probe.sim.measure()["loss_wall"][3:5].sum() > 0) == slipping
+    assert (energies(probe.sim)["loss_wall"][3:5].sum() > 0) == slipping
 
 
 @pytest.mark.parametrize("damping", ["viscoelastic"])
@@ -99,7 +101,7 @@ def test_a_layer_between_walls_that_are_driven(lid, damping):
     reference = ref.Reference(x, np.zeros((6, 3)), w, probe.dt, *numbers, [*far, *lids])
     compare(probe, reference, 1e-4, 300, 60)
     assert len(probe.contacts()) == 12
-    assert probe.sim.measure()["loss_wall"][3:5].sum() > 0
+    assert energies(probe.sim)["loss_wall"][3:5].sum() > 0
 
 
 @pytest.mark.parametrize("damping", ["viscoelastic"])
@@ -131,10 +133,10 @@ def test_rolling_grain_gains_no_energy(damping):
     for _ in range(40):
         probe.advance(20)
         now = probe.energy()
-        m = probe.sim.measure()
+        m = energies(probe.sim)
         own = (m["kinetic_translation"] + m["kinetic_rotation"]) * 1e-15
         assert own < kinetic + well
         # 1e-3 of the kinetic energy: second order in a step of 1 % of the stiffest period
         assert abs((now - start) @ [1, 1, -1]) < 1e-3 * kinetic
-    assert probe.sim.measure()["wall_contacts"] == 6
-    assert probe.sim.measure()["loss_wall"][3] > 0
+    assert energies(probe.sim)["wall_contacts"] == 6
+    assert energies(probe.sim)["loss_wall"][3] > 0

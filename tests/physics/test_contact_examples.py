@@ -20,8 +20,9 @@ from scenes import (
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
+from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.grain_contacts import contact_constants
-from dusttaichi.grains.record import measurement
+from dusttaichi.grains.measure import energies, measurement
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.run import execute
@@ -94,14 +95,14 @@ def test_normal_law(law, precision):
         seen = 0
         for _ in range(60):
             probe.advance(20)
-            found = probe.sim.contact_state()
+            found = contact_state(probe.sim)
             if len(found["overlap"]):
                 force, energy, _ = pair.curve(found["overlap"][0] * 1e-6)
                 scale = abs(pair.curve(np.float64(1e-10))[0]) + pair.F_c
                 assert found["normal_force"][0] * 1e-9 == pytest.approx(
                     force, abs=tolerance * scale
                 )
-                stored = probe.sim.measure()["potential"][0] * 1e-15
+                stored = energies(probe.sim)["potential"][0] * 1e-15
                 assert stored == pytest.approx(energy, abs=tolerance * scale * 1e-9)
                 seen += 1
         residual, now = open_part(probe, start)
@@ -195,11 +196,11 @@ def test_a_strong_neck_holds(precision):
         sample = sample_of([[0, 0, 0], [d, 0, 0]], [[0, 0.002, 0], [0.001, -0.002, 0.001]], w)
         probe = necked("1 GPa", precision, sample)
         start = measurement(probe.sim)
-        before = probe.sim.contact_state()
+        before = contact_state(probe.sim)
         assert before["neck"].tolist() == [1.0]
         probe.advance(2000)
         residual, now = open_part(probe, start)
-        assert probe.sim.contact_state()["neck"].tolist() == [1.0]
+        assert contact_state(probe.sim)["neck"].tolist() == [1.0]
         names = probe.sim.layout.channels
         assert names[-1] == "neck" and now.parts["loss"][-1] == 0.0
         assert probe.sim.layout.model.potentials[-1] == "neck"
@@ -217,7 +218,7 @@ def test_a_weak_neck_breaks_into_the_bare_contact(precision):
         start = measurement(probe.sim)
         probe.advance(1000)
         residual, now = open_part(probe, start)
-        assert probe.sim.contact_state()["neck"].tolist() == [-1.0]
+        assert contact_state(probe.sim)["neck"].tolist() == [-1.0]
         assert now.parts["contacts"] == 1 and now.parts["loss"][-1] > 0.0
         assert abs(residual) < 5e-3
 
@@ -244,8 +245,8 @@ def test_a_sample_brings_its_necks_along(tmp_path):
         again = Probe(scene.with_value("sample", taken), make(scene.with_value("sample", taken)))
         with open_run(folder) as run:
             for group, found in (
-                ("contacts", again.sim.contact_state()),
-                ("wall_contacts", again.sim.wall_contact_state()),
+                ("contacts", contact_state(again.sim)),
+                ("wall_contacts", wall_contact_state(again.sim)),
             ):
                 old = run.contacts(group=group)
                 assert set(old.neck.values) == {-1.0, 1.0}, group
@@ -284,4 +285,4 @@ def test_necks_of_unequal_grains():
         start = measurement(probe.sim)
         probe.advance(500)
         residual, _ = open_part(probe, start)
-        assert probe.sim.contact_state()["neck"].tolist() == [1.0] and abs(residual) < 1e-3
+        assert contact_state(probe.sim)["neck"].tolist() == [1.0] and abs(residual) < 1e-3

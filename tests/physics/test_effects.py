@@ -12,6 +12,7 @@ import pytest
 import reference as ref
 from scenes import FAR, RADIUS, Probe, box, law_of_the_docs, make_scene, sample_of
 
+from dusttaichi.grains.measure import energies
 from dusttaichi.physics.contact import constants, registry
 
 EFFECTS = {
@@ -85,8 +86,8 @@ def strained(request):
     probe.wall = constants.wall_constants(scene.material, scene.interaction)
     probe.own, probe.rounding = law is not None, ROUNDING[precision]
     probe.advance(12)
-    assert np.all(probe.sim.measure()["loss"] == 0), "nothing may have slipped yet"
-    assert np.all(probe.sim.measure()["loss_wall"] == 0)
+    assert np.all(energies(probe.sim)["loss"] == 0), "nothing may have slipped yet"
+    assert np.all(energies(probe.sim)["loss_wall"] == 0)
     return effects, probe
 
 
@@ -113,7 +114,7 @@ def own_energies(probe, arms, n1, n2, phi):
     return out
 
 
-def energies(probe, effects, x=None, turn=None):
+def potentials(probe, effects, x=None, turn=None):
     """Potential by effect, (2, 4): pairs, walls; grains moved to x, turned by the vectors `turn`.
 
     A turn acts on pointers and twist to first order: all that a complex step needs.
@@ -147,8 +148,8 @@ def energies(probe, effects, x=None, turn=None):
 def test_energy_is_what_measure_reports(strained):
     """1e-11: overlaps are differences of positions that are 4000 times as long."""
     effects, probe = strained
-    measured = probe.sim.measure()
-    expected = energies(probe, effects).real / 1e-15
+    measured = energies(probe.sim)
+    expected = potentials(probe, effects).real / 1e-15
     assert measured["contacts"] == 3 and measured["wall_contacts"] == 3
     for name, other in zip(("potential", "potential_wall"), expected, strict=True):
         own = measured[name]
@@ -169,8 +170,8 @@ def test_loads_are_minus_the_gradient(strained):
         for axis in range(3):
             step = np.zeros((3, 3), complex)
             step[grain, axis] = 1j * h
-            by_place = -energies(probe, effects, x=probe.x + step).sum().imag / h
-            by_angle = -energies(probe, effects, turn=step).sum().imag / h
+            by_place = -potentials(probe, effects, x=probe.x + step).sum().imag / h
+            by_angle = -potentials(probe, effects, turn=step).sum().imag / h
             assert by_place == pytest.approx(force[grain, axis], abs=most * np.abs(force).max())
             scale = max(np.abs(torque).max(), 1e-25)  # without effects there is no torque at all
             assert by_angle == pytest.approx(torque[grain, axis], abs=most * scale)
@@ -208,8 +209,8 @@ def test_free_cluster_keeps_its_momenta(collide, speed, spin, damping):
     x, v, w = cluster(speed, spin, np.random.default_rng(5))
     probe = collide(x, v, w, damping=damping)
     probe.assert_momenta_stay(10, 100)
-    assert probe.sim.measure()["loss"][0] > 0.0, "the groups must have met: contacts formed"
-    slipped = probe.sim.measure()["loss"][3:5].sum() > 0
+    assert energies(probe.sim)["loss"][0] > 0.0, "the groups must have met: contacts formed"
+    slipped = energies(probe.sim)["loss"][3:5].sum() > 0
     assert slipped == (speed > 0.1)
 
 
@@ -221,7 +222,7 @@ def rotation(rng):
 
 def end_of(probe):
     """Velocities, spins and contacts; Taichi keeps one simulation at a time."""
-    return probe.v, probe.w, probe.sim.measure()["contacts"]
+    return probe.v, probe.w, energies(probe.sim)["contacts"]
 
 
 def test_rotated_scene(collide, damping):
@@ -275,6 +276,6 @@ def test_losses_are_what_the_energy_lacks(precision):
     own, lost, _ = probe.energy()
     probe.advance(1000)
     now, dissipated, _ = probe.energy()
-    by_channel = dict(zip(probe.sim.layout.channels, probe.sim.measure()["loss"], strict=True))
+    by_channel = dict(zip(probe.sim.layout.channels, energies(probe.sim)["loss"], strict=True))
     assert by_channel["damping"] > 0.0 and by_channel["asperities"] > 0.0
     assert dissipated - lost == pytest.approx(own - now, rel=1e-2)

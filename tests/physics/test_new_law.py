@@ -5,8 +5,8 @@ import pytest
 from scenes import RADIUS, Probe, box, law_of_the_docs, make_scene, polydisperse, sample_of
 
 from dusttaichi.errors import DustError
+from dusttaichi.grains.measure import measurement
 from dusttaichi.grains.preview import _contact
-from dusttaichi.grains.record import measurement
 from dusttaichi.physics.contact import constants, register, registry
 from dusttaichi.run.ledger import ledger
 

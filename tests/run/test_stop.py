@@ -7,6 +7,8 @@ import reference as ref
 from dusttaichi import analysis, plots, samples
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
+from dusttaichi.grains.contacts import contact_state, wall_contact_state
+from dusttaichi.grains.measure import contact_loads, wall_forces
 from dusttaichi.run import execute
 from dusttaichi.run.stop import AVERAGED, component, plateau
 from dusttaichi.scene import from_yaml
@@ -138,7 +140,7 @@ def test_forces_add_up(pressed):
     scene = from_yaml(CYCLE)
     sim = build(scene, samples.make(scene))
     sim.advance(500)
-    pairs, walls = sim.contact_state(), sim.wall_contact_state()
+    pairs, walls = contact_state(sim), wall_contact_state(sim)
     total = np.zeros((2, sim.grains, 3))
     np.add.at(total[0], pairs["grain_i"], pairs["force"])
     np.add.at(total[0], pairs["grain_j"], -pairs["force"])
@@ -146,11 +148,11 @@ def test_forces_add_up(pressed):
     np.add.at(total[1], pairs["grain_i"], pairs["torque_i"])
     np.add.at(total[1], pairs["grain_j"], pairs["torque_j"])
     np.add.at(total[1], walls["grain"], walls["torque"])
-    moving = np.array(sim.contact_loads())[:, np.argsort(sim.order)]
+    moving = np.array(contact_loads(sim))[:, np.argsort(sim.order)]
     np.testing.assert_allclose(total, moving, rtol=0, atol=1e-9)
     of_walls = np.zeros((6, 3))
     np.add.at(of_walls, walls["wall"], walls["force"])
-    np.testing.assert_allclose(of_walls, sim.wall_forces(), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(of_walls, wall_forces(sim), rtol=0, atol=1e-9)
     assert np.abs(of_walls).max() > 1.0
 
 

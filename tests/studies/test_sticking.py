@@ -13,6 +13,8 @@ from scenes import RADIUS, box, make_scene
 from dusttaichi import method
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
+from dusttaichi.grains.contacts import contact_state
+from dusttaichi.grains.measure import grain_state
 from dusttaichi.scene import load
 from dusttaichi.studies import sticking_task as task
 from dusttaichi.studies.bodies import TwoBodies
@@ -221,8 +223,8 @@ def test_a_collision_is_the_run_of_its_scene_with_all_its_grains():
     sim = how.build(scene, how.make_sample(scene)).sim
     sim.advance(math.ceil(102.5e-9 / (sim.dt * 1e-6)))
     assert found["time_step"] == sim.dt * 1e-6
-    assert found["contacts"] == len(sim.contact_state()["grain_i"])
-    _, v, w = sim.grain_state()
+    assert found["contacts"] == len(contact_state(sim)["grain_i"])
+    _, v, w = grain_state(sim)
     energy = 0.5 * (sim.mass * np.sum(v**2) + sim.inertia * np.sum(w**2)) * 1e-15
     assert found["kinetic"] == pytest.approx(energy, rel=1e-12)  # sums in another order
     # their centres pass through each other
