@@ -13,16 +13,12 @@ from dusttaichi.continuum.kernels import smoothing
 from dusttaichi.continuum.kernels.separation import CLOSED
 from dusttaichi.continuum.kernels.store import (
     BODIES,
-    CENTRE,
+    COLUMN,
     DT,
     FACES,
-    FREEDOM,
     LANES,
-    LAYER,
     LEFT,
     LONGEST_LIST,
-    ROW,
-    TURN,
     WANT,
     Layout,
 )
@@ -219,17 +215,17 @@ def put_particles(sim, particles, moving, mirrors):
     group[role == DUST] = -1
     elastic = role == ELASTIC
     moves = elastic | (role == DUST)
-    rows = np.zeros((FACES + len(moving), ROW))
-    rows[:FACES, TURN] = 1.0
+    rows = np.zeros((FACES + len(moving), COLUMN.count))
+    rows[:FACES, COLUMN.turn] = 1.0
     planes = particles.room.ravel()
     for face in np.flatnonzero(np.isfinite(planes)):
-        rows[face, CENTRE + face // 2] = planes[face]
-        rows[face, LAYER] = np.any(particles.face == face)
-    rows[:, FREEDOM : FREEDOM + 6] = 1.0
+        rows[face, COLUMN.centre + face // 2] = planes[face]
+        rows[face, COLUMN.layer] = np.any(particles.face == face)
+    rows[:, COLUMN["freedom"]] = 1.0
     for k, body in enumerate(moving):
         rows[FACES + k] = body_row(body, cut_by_mirrors(body, particles, mirrors))
     sim.tables["rigid"].from_numpy(rows)
-    centre = rows[:, CENTRE : CENTRE + 3][group]
+    centre = rows[:, COLUMN["centre"]][group]
     S = particles.deviator
     full = S[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]] if sim.dimension == 3 else S[:, [0, 4, 4, 2]]
     volume = particles.mass / particles.density

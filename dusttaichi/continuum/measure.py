@@ -3,18 +3,7 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.continuum.kernels.store import (
-    CENTRE,
-    DRAGS,
-    FACES,
-    FORCE,
-    LOSS,
-    MASS,
-    OLD,
-    SPEED,
-    SPIN,
-    WORK,
-)
+from dusttaichi.continuum.kernels.store import FACES, OLD
 from dusttaichi.method import Measurement
 from dusttaichi.physics.continuum.elasticity import path_energy
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
@@ -33,15 +22,15 @@ def energies(sim):
     free = sim.of_particles("group") < 0
     kinetic = 0.5 * np.sum(mass[free] * speed2[free])
     speed, spin = sim.body_speeds()
-    own = sim.rigid(MASS, 1)[FACES:, 0]
+    own = sim.rigid("mass")[FACES:, 0]
     kinetic += 0.5 * np.sum(own * np.sum(speed[FACES:] ** 2, axis=1))
     kinetic += 0.5 * np.sum(spin * sim.angular_momenta())
-    at = np.concatenate([sim.of_particles("x")[free], sim.rigid(CENTRE)[FACES:, sim.axes]])
+    at = np.concatenate([sim.of_particles("x")[free], sim.rigid("centre")[FACES:, sim.axes]])
     gravity = -np.concatenate([mass[free], own]) @ (at @ sim.numbers["gravity"])
     gravity += attraction_energy(sim)
     elastic = elastic_energies(sim, gives)
     work, loss = sim.of_particles("work").sum(axis=0), sim.of_particles("loss").sum(axis=0)
-    loss = loss + sim.rigid(LOSS, 2).sum(axis=0) - half_step(sim, v, speed, spin)
+    loss = loss + sim.rigid("loss").sum(axis=0) - half_step(sim, v, speed, spin)
     return {
         "kinetic": float(kinetic),
         "gravity_energy": float(gravity),
@@ -52,7 +41,7 @@ def energies(sim):
         "largest": largest(sim, role == DUST),
         "momentum": (mass[free] @ v[free]) + own @ speed[FACES:],
         "angular_momentum": mass[free] @ np.cross(sim.raised(sim.of_particles("x"))[free], v[free])
-        + own @ np.cross(sim.rigid(CENTRE)[FACES:], speed[FACES:])
+        + own @ np.cross(sim.rigid("centre")[FACES:], speed[FACES:])
         + sim.angular_momenta()[FACES:].sum(axis=0),
     }
 
@@ -148,8 +137,8 @@ def half_step(sim, v, speed, spin):
     """
     half = 0.5 * sim.clock[OLD]
     mean = 0.5 * (sim.raised(sim.of_particles("v")) + v)
-    speed, spin = 0.5 * (sim.rigid(SPEED) + speed), 0.5 * (sim.rigid(SPIN) + spin)
-    drags = sim.rigid(DRAGS, 12)
+    speed, spin = 0.5 * (sim.rigid("speed") + speed), 0.5 * (sim.rigid("spin") + spin)
+    drags = sim.rigid("drags")
     by_pairs = np.array([0.0, half * sim.of_particles("noise_power").sum()])
     return -by_pairs + np.array(
         [
@@ -164,8 +153,8 @@ def half_step(sim, v, speed, spin):
 def face_work(sim):
     """Work of moving faces on the dust since the start [J]."""
     half = 0.5 * sim.clock[OLD]
-    last = half * np.sum(sim.rigid(FORCE)[:FACES] * sim.rigid(SPEED)[:FACES])
-    return float(sim.rigid(WORK, 1)[:FACES].sum() - last)
+    last = half * np.sum(sim.rigid("force")[:FACES] * sim.rigid("speed")[:FACES])
+    return float(sim.rigid("work")[:FACES].sum() - last)
 
 
 def measurement(sim, start):

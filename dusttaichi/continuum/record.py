@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.continuum.kernels.store import CENTRE, FACES
+from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.continuum.measure import undamaged
 from dusttaichi.physics.continuum.damage import carried_pressure
 from dusttaichi.samples.continuum.particles import DUST
@@ -53,7 +53,7 @@ def series(sim, parts, window, areas, elastic):
     inward = np.array([1, -1, 1, -1, 1, -1]) * wall[np.arange(6), np.arange(6) // 2]
     return out | {
         "substeps": sim.substeps,
-        "body_position": np.concatenate([sim.rigid(CENTRE)[FACES:], elastic[0]]),
+        "body_position": np.concatenate([sim.rigid("centre")[FACES:], elastic[0]]),
         "body_velocity": np.concatenate([speed[FACES:], elastic[1]]),
         "body_spin": np.concatenate([spin[FACES:], elastic[2]]),
         "body_force": force[FACES:],

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from dusttaichi.continuum.kernels.lists import FARTHEST, FURTHER_CELLS, MOST_CELLS, WIDER
-from dusttaichi.continuum.kernels.store import CENTRE, SEARCHED
+from dusttaichi.continuum.kernels.store import COLUMN
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
@@ -81,7 +81,7 @@ class Search:
         self.sim.reorder(order)
         self.sim.put("x_search", wrapped[order])
         rows = self.sim.tables["rigid"].to_numpy()
-        rows[:, SEARCHED : SEARCHED + 3] = rows[:, CENTRE : CENTRE + 3]
+        rows[:, COLUMN["searched"]] = rows[:, COLUMN["centre"]]
         self.sim.tables["rigid"].from_numpy(rows)
         self._list(wrapped[order], grid)
         self.count += 1

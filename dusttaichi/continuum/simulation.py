@@ -10,27 +10,14 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.continuum.kernels.motion import MOST_STEPS
 from dusttaichi.continuum.kernels.store import (
-    CENTRE,
+    COLUMN,
     DONE,
     DT,
     FACES,
-    FORCE,
     FREE,
-    FREEDOM,
-    HALF,
-    IMPULSE,
-    INERTIA,
-    MASS,
-    MOMENTUM,
     OLD,
-    RADIUS,
-    ROW,
-    SPEED,
-    SPIN,
     STUCK,
     SUBSTEPS,
-    TORQUE,
-    TURN,
     WHOLE,
     declare,
 )
@@ -99,10 +86,9 @@ class Simulation:
         out[self.of_particles("number")] = values
         return out
 
-    def rigid(self, begin, count=3):
-        """Columns of the faces and rigid bodies, (FACES + bodies, count)."""
-        rows = self.tables["rigid"].to_numpy()[: FACES + self.bodies]
-        return rows[:, begin : begin + count]
+    def rigid(self, name):
+        """A Column of the faces and rigid bodies by its name, (FACES + bodies, width)."""
+        return self.tables["rigid"].to_numpy(FACES + self.bodies, COLUMN[name])
 
     @property
     def clock(self):
@@ -170,7 +156,7 @@ class Simulation:
     def move_faces(self, speeds):
         """Velocities of the six faces from now on [m/s], (6, 3)."""
         rows = self.tables["rigid"].to_numpy(FACES)
-        rows[:, SPEED : SPEED + 3] = speeds
+        rows[:, COLUMN["speed"]] = speeds
         self.tables["rigid"].from_numpy(rows)
 
     # -- the present state -----------------------------------------------------------------------
@@ -191,30 +177,30 @@ class Simulation:
         on = group >= FACES
         if on.any():
             rows = group[on]
-            arm = self.raised(self.of_particles("x")[on]) - self.rigid(CENTRE)[rows]
+            arm = self.raised(self.of_particles("x")[on]) - self.rigid("centre")[rows]
             out[on] = speed[rows] + np.cross(spin[rows], arm)
         return out
 
     def body_speeds(self):
         """Velocities and spins of faces and rigid bodies now, (FACES + bodies, 3) both."""
-        half, mass = 0.5 * self.clock[OLD], self.rigid(MASS, 1)
+        half, mass = 0.5 * self.clock[OLD], self.rigid("mass")
         mass = np.where(mass > 0.0, mass, np.inf)
-        speed = self.rigid(SPEED) + half / mass * self.rigid(FORCE)
+        speed = self.rigid("speed") + half / mass * self.rigid("force")
         spin = np.zeros_like(speed)
         for b, momentum in enumerate(self.angular_momenta()):
             if b >= FACES:
-                inverse = self.rigid(INERTIA, 9)[b].reshape(3, 3)
-                R = _rotation(self.rigid(TURN, 4)[b])
+                inverse = self.rigid("inertia")[b].reshape(3, 3)
+                R = _rotation(self.rigid("turn")[b])
                 spin[b] = R @ inverse @ R.T @ momentum
         return speed, spin
 
     def angular_momenta(self):
         """About their own centres, now, (FACES + bodies, 3)."""
-        return self.rigid(MOMENTUM) + 0.5 * self.clock[OLD] * self.rigid(TORQUE)
+        return self.rigid("momentum") + 0.5 * self.clock[OLD] * self.rigid("torque")
 
     def impulses(self):
         """Time integrals of the forces on faces and rigid bodies since the start [N s]."""
-        return self.rigid(IMPULSE) + 0.5 * self.clock[OLD] * self.rigid(FORCE)
+        return self.rigid("impulse") + 0.5 * self.clock[OLD] * self.rigid("force")
 
     # -- checkpoint ------------------------------------------------------------------------------
 
@@ -237,17 +223,25 @@ def body_row(body, mirrors=()):
     mirrors: axes of the mirrors through its centre. Each leaves half of its mass, no force across
     the mirror, and no torque but the one about its normal.
     """
-    out, share = np.zeros(ROW), 0.5 ** len(mirrors)
-    out[FREEDOM : FREEDOM + 6] = 1.0
+    out, share = np.zeros(COLUMN.count), 0.5 ** len(mirrors)
+    forces, torques = np.ones(3), np.ones(3)
     for axis in mirrors:
-        out[FREEDOM + axis] = 0.0
-        out[FREEDOM + 3 : FREEDOM + 6] *= np.arange(3) == axis
-    out[CENTRE : CENTRE + 3], out[SPEED : SPEED + 3] = body.centre, body.velocity
-    out[TURN], out[MASS] = 1.0, share * body.mass
-    out[SPIN : SPIN + 3] = body.spin
-    out[MOMENTUM : MOMENTUM + 3] = share * body.inertia @ body.spin
-    out[INERTIA : INERTIA + 9] = np.linalg.pinv(share * body.inertia).ravel()
-    out[RADIUS], out[HALF] = body.radius, body.half_height
+        forces[axis] = 0.0
+        torques *= np.arange(3) == axis
+    values = {
+        "centre": body.centre,
+        "speed": body.velocity,
+        "turn": [1.0, 0.0, 0.0, 0.0],
+        "spin": body.spin,
+        "momentum": share * body.inertia @ body.spin,
+        "mass": share * body.mass,
+        "inertia": np.linalg.pinv(share * body.inertia).ravel(),
+        "radius": body.radius,
+        "half_height": body.half_height,
+        "freedom": [*forces, *torques],
+    }
+    for name, value in values.items():
+        out[COLUMN[name]] = value
     return out
 
 

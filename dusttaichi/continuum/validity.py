@@ -6,7 +6,7 @@ Numbers that are none, dust denser than its solid, bodies that have left through
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.continuum.kernels.store import CENTRE, FACES
+from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 from dusttaichi.names import WALLS
@@ -43,7 +43,7 @@ def check_inside(sim, box, names):
     """
     if box is None or not names:
         return
-    centres = sim.rigid(CENTRE)[FACES:][list(names)] / units.LENGTH
+    centres = sim.rigid("centre")[FACES:][list(names)] / units.LENGTH
     beyond = box.offsets(sim.time) - centres @ box.normal.T  # (bodies, 6) [um]
     beyond[:, box.present == 0] = -np.inf
     body, wall = np.unravel_index(np.argmax(beyond), beyond.shape)

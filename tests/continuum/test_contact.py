@@ -7,7 +7,7 @@ from continuum import dust
 from scipy.optimize import brentq
 from scipy.special import j1, jn, y1, yn
 
-from dusttaichi.continuum.kernels.store import CENTRE, FACES
+from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.physics.continuum import strength
 from dusttaichi.samples.continuum.particles import RIGID, Body, Particles, joined
 
@@ -106,7 +106,7 @@ def test_a_mass_swings_on_a_layer_of_dust():
     kh = brentq(lambda a: a * np.tan(a) - ratio, 1e-6, 1.5)
     exact = 2.0 * np.pi / (kh / high * LONGITUDINAL)
     height = centre[2]
-    found = dust.period(motion, lambda sim: sim.rigid(CENTRE)[FACES, 2] - height, 1.2 * exact, 4)
+    found = dust.period(motion, lambda sim: sim.rigid("centre")[FACES, 2] - height, 1.2 * exact, 4)
     # from its first return to where it began to the next, half a period
     assert found == pytest.approx(exact, rel=0.02)
 

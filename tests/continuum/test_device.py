@@ -6,6 +6,7 @@ from continuum import dust
 
 from dusttaichi.compute.backend import Loops
 from dusttaichi.continuum.build import build
+from dusttaichi.continuum.kernels.store import COLUMN
 from dusttaichi.continuum.search import Search
 
 LAUNCHES = Loops(1, 1, "launches")
@@ -24,7 +25,7 @@ def test_a_kernel_a_phase_gives_the_same_motion():
         # in the order of the sample: blocks of particles are sorted in another one
         arrays, order = sim.arrays(), np.argsort(sim.of_particles("number"))
         arrays |= {name: arrays[name][order] for name in sim.names}
-        ends.append((arrays, sim.rigid(0, 36)))
+        ends.append((arrays, sim.tables["rigid"].to_numpy()[:, : COLUMN.drags]))
     for name, values in ends[0][0].items():
         # compilers may fuse a multiply and an add here and not there: rounding, grown over steps
         scale = np.abs(values).max(initial=0.0)

@@ -11,7 +11,11 @@ import numpy as np
 import stored_states
 
 from dusttaichi import method
+from dusttaichi.continuum.kernels.store import COLUMN
 from dusttaichi.grains.compiled import step_numbers
+from dusttaichi.grains.contacts import contact_state
+from dusttaichi.grains.load_sums import load_sums
+from dusttaichi.grains.measure import energies, grain_state
 from dusttaichi.scene import from_yaml
 
 DUST = """
@@ -149,21 +153,22 @@ def _is_number(a):
 
 
 def _state(sim):
-    if hasattr(sim, "grain_state"):
-        x, v, w = sim.grain_state()
+    if hasattr(sim, "grains"):
+        x, v, w = grain_state(sim)
         force, torque = sim.forces()
         own = {"x": x, "v": v, "w": w, "force": force, "torque": torque}
-        for name, a in sim.measure().items():
+        for name, a in energies(sim).items():
             own[f"sum {name}"] = np.asarray(a)
-        contacts = sim.contact_state()
+        contacts = contact_state(sim)
         order = np.lexsort((contacts["grain_j"], contacts["grain_i"]))
         own |= {f"contact {name}": a[order] for name, a in contacts.items()}
         if sim.layout.stress:
-            own["flux"] = sim.momentum_flux()
+            own["flux"] = load_sums(sim).momentum_flux()
         return own
     names = ("x", "v", "density", "pressure", "deviator", "force", "loss", "work")
     own = {name: sim.in_order(sim.of_particles(name)) for name in names}
-    return own | {"rigid": sim.rigid(0, 36), "clock": sim.clock[:4]}
+    rigid = sim.tables["rigid"].to_numpy()[:, : COLUMN.drags]
+    return own | {"rigid": rigid, "clock": sim.clock[:4]}
 
 
 def counts():

@@ -40,6 +40,14 @@ class Blocks:
         )
 
     @ti.func
+    def apart(self, lane, motion: ti.template(), x, v):
+        """Place and velocity of a lane less x and v; motion: those of all lanes."""
+        n, lanes = ti.static(self.n, self.lanes)
+        d = ti.Vector([motion[a * lanes + lane] - x[a] for a in ti.static(range(n))])
+        u = ti.Vector([motion[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))])
+        return d, u
+
+    @ti.func
     def begin(self, i):
         """First entry of the near neighbours of particle i in `near`."""
         return self.lists.first[i // self.lanes]

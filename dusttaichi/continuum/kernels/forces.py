@@ -77,20 +77,31 @@ class Forces:
         return out
 
     @ti.func
-    def place_lanes(self, block, own: ti.template(), side: ti.template(), numbers: ti.template()):
-        """Write what the pairs of a block need of its own particles."""
+    def place_lanes(self, block, numbers: ti.template()):
+        """Variables of the particles of a block that their pairs need, lane by lane.
+
+        motion: place and velocity; resisting: see `resist`; side: to which body it belongs;
+        opened: 1 of open contacts; face: see planes.place_lanes.
+        """
         n, lanes = ti.static(self.n, self.lanes)
+        own = ti.Struct(
+            motion=ti.Vector.zero(ti.f64, ti.static(2 * n * lanes)),
+            resisting=ti.Vector.zero(ti.f64, ti.static(4 * lanes)),
+            side=ti.Vector.zero(ti.i32, lanes),
+            opened=ti.Vector.zero(ti.f64, lanes),
+            face=ti.Vector.zero(ti.f64, ti.static(2 * lanes)),
+        )
         for lane in range(lanes):
             i = self.blocks.particle(block, lane, numbers)
             for a in ti.static(range(n)):
-                own[a * lanes + lane] = self.f.x[i][a]
-                own[(n + a) * lanes + lane] = self.f.v[i][a]
+                own.motion[a * lanes + lane] = self.f.x[i][a]
+                own.motion[(n + a) * lanes + lane] = self.f.v[i][a]
             if ti.static(self.layout.viscous):
                 for c, values in ti.static(enumerate(self.resisting)):
-                    own[(2 * n + c) * lanes + lane] = values[i]
+                    own.resisting[c * lanes + lane] = values[i]
             if ti.static(self.layout.separate):
-                side[lane] = self.f.side[i]
-                own[(2 * n + 4) * lanes + lane] = self.opened(i)
+                own.side[lane], own.opened[lane] = self.f.side[i], self.opened(i)
+        return own
 
     @ti.func
     def opened(self, i):
@@ -101,9 +112,7 @@ class Forces:
     def add_pairs(self, block, sums: ti.template(), numbers: ti.template()):
         """Add up the forces of all neighbours of a block over scale and own volume."""
         n, lanes = ti.static(self.n, self.lanes)
-        own = ti.Vector.zero(ti.f64, ti.static((2 * n + 5) * lanes))
-        side = ti.Vector.zero(ti.i32, lanes)
-        self.place_lanes(block, own, side, numbers)
+        own = self.place_lanes(block, numbers)
         first, inv_h = block * lanes, numbers.inv_h  # loaded once, not for each lane
         for k in range(self.blocks.begin(first), self.blocks.end(first)):
             j = self.lists.near[k]
@@ -113,14 +122,13 @@ class Forces:
             if ti.static(self.layout.separate):
                 side_j, open_j = self.f.side[j], self.opened(j)
             for lane in range(self.blocks.width(numbers)):
-                d = ti.Vector([own[a * lanes + lane] - x[a] for a in ti.static(range(n))])
-                u = ti.Vector([own[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))])
+                d, u = self.blocks.apart(lane, own.motion, x, v)
                 weight = volume * self.slope(d.norm_sqr(), inv_h, 1.0)
                 # those of what i does to both, and j, whose contacts open each by itself
                 mine, other = weight, weight
                 if ti.static(self.layout.separate):
-                    foreign = ti.select(side_j != side[lane], weight, 0.0)
-                    mine -= own[(2 * n + 4) * lanes + lane] * foreign
+                    foreign = ti.select(side_j != own.side[lane], weight, 0.0)
+                    mine -= own.opened[lane] * foreign
                     other -= open_j * foreign
                 wd, wu = other * d, other * u
                 for a in ti.static(range(n)):
@@ -132,7 +140,8 @@ class Forces:
                         force += load[n * a + b] * wd[b]
                     sums[(FORCE * n + a) * lanes + lane] += force
                 if ti.static(self.layout.viscous):
-                    self.resist(j, lane, own, ti.max(mine, other), d, u, sums, numbers)
+                    pair = ti.Struct(d=d, u=u, weight=ti.max(mine, other))
+                    self.resist(j, lane, own.resisting, pair, sums, numbers)
                 if ti.static(self.layout.artificial_stress):
                     i = self.blocks.particle(block, lane, numbers)
                     self.pull(i, j, lane, ti.max(mine, other), d, sums, numbers)
@@ -145,128 +154,112 @@ class Forces:
         neighbour (`its`; see images). Adds to FORCE, VISCOUS, NOISE and POWER of `out`.
         """
         n, lanes = ti.static(self.n, self.lanes)
-        own = ti.Vector.zero(ti.f64, ti.static((2 * n + 5) * lanes))
-        side = ti.Vector.zero(ti.i32, lanes)
-        face = ti.Vector.zero(ti.f64, ti.static(2 * lanes))
-        self.place_lanes(block, own, side, numbers)
-        first = block * lanes
+        own, first = self.place_lanes(block, numbers), block * lanes
         for row in range(FACES):
-            place, normal, speed = self.planes.frame(row, numbers)
-            nearest = self.planes.place_lanes(block, row, place, normal, own, face, numbers)
-            mine = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes))
-            its = ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes))
+            plane = self.planes.plane(row, numbers)
+            nearest = self.planes.place_lanes(block, plane, own, numbers)
+            sums = ti.Struct(
+                mine=ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes)),
+                its=ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes)),
+            )
             if nearest < 2.0 * numbers.h:
                 for k in range(self.blocks.begin(first), self.planes.last(first)):
                     j = self.planes.neighbour(k, first)
-                    distance, height, x, v = self.planes.image(j, place, normal, speed, numbers)
-                    if nearest + distance < 2.0 * numbers.h:
-                        closed_j = self.images.closed(j, row)
-                        self.add_image(
-                            block, j, x, v, height, normal, closed_j, own, face, mine, its, numbers
-                        )
+                    image = self.planes.image(j, plane, numbers)
+                    if nearest + image.distance < 2.0 * numbers.h:
+                        self.add_image(block, j, image, plane, own, sums, numbers)
             for lane in range(lanes):
                 i = block * lanes + lane
                 if i < numbers.count:
-                    self.end_images(i, lane, self.planes.touch(i, row), mine, its, out, numbers)
+                    self.end_images(i, lane, self.planes.touch(i, row), sums, out, numbers)
 
     @ti.func
     def add_image(
         self,
         block,
         j,
-        x,
-        v,
-        height,
-        normal,
-        closed_j,
+        image,
+        plane,
         own: ti.template(),
-        face: ti.template(),
-        mine: ti.template(),
-        its: ti.template(),
+        sums: ti.template(),
         numbers: ti.template(),
     ):
-        """Add the image of particle j, at place x with velocity v, to the sums of a block."""
+        """Add the image of particle j behind a plane to the sums of a block."""
         n, lanes = ti.static(self.n, self.lanes)
         volume, noise = self.f.volume[j], numbers.grid * numbers.h
         flux, drag = self.f.flux[j], noise * self.f.drag[j]
-        impedance = noise * self.f.impedance[j]
+        impedance, closed_j = noise * self.f.impedance[j], self.images.closed(j, plane.row)
         for lane in range(lanes):
-            d = ti.Vector([own[a * lanes + lane] - x[a] for a in ti.static(range(n))])
-            u = ti.Vector([own[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))])
+            d, u = self.blocks.apart(lane, own.motion, image.x, image.v)
             weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
-            weight *= self.planes.in_reach(lane, d, height, normal, face, numbers)
-            of_i, of_j = weight * face[lane], weight * closed_j
-            mirrored = 2.0 * normal.dot(d) * normal - d
+            weight *= self.planes.in_reach(lane, d, image, plane.normal, own.face, numbers)
+            of_i, of_j = weight * own.face[lane], weight * closed_j
+            mirrored = 2.0 * plane.normal.dot(d) * plane.normal - d
             for a in ti.static(range(n)):
                 # sums of what depends on i by a factor only
-                mine[(PLACES * n + a) * lanes + lane] += of_i * d[a]
-                mine[(MOTIONS * n + a) * lanes + lane] += of_i * u[a]
+                sums.mine[(PLACES * n + a) * lanes + lane] += of_i * d[a]
+                sums.mine[(MOTIONS * n + a) * lanes + lane] += of_i * u[a]
                 stress, shear = 0.0, impedance * u[a]
                 for b in ti.static(range(n)):
                     stress += flux[n * a + b] * mirrored[b]
                     shear -= drag[n * a + b] * mirrored[b]
-                its[(FORCE * n + a) * lanes + lane] += of_j * stress
-                its[(NOISE * n + a) * lanes + lane] += of_j * shear
+                sums.its[(FORCE * n + a) * lanes + lane] += of_j * stress
+                sums.its[(NOISE * n + a) * lanes + lane] += of_j * shear
                 if ti.static(self.layout.heat):
-                    its[POWER * n * lanes + lane] += 2.0 * of_j * shear * u[a]
+                    sums.its[POWER * n * lanes + lane] += 2.0 * of_j * shear * u[a]
             if ti.static(self.layout.viscous):
-                self.resist(j, lane, own, of_i, d, u, mine, numbers)
-                self.resist(j, lane, own, of_j, mirrored, u, its, numbers)
+                pair = ti.Struct(d=d, u=u, weight=of_i)
+                self.resist(j, lane, own.resisting, pair, sums.mine, numbers)
+                pair = ti.Struct(d=mirrored, u=u, weight=of_j)
+                self.resist(j, lane, own.resisting, pair, sums.its, numbers)
             if ti.static(self.layout.heat):
                 i = self.blocks.particle(block, lane, numbers)
                 shear = self.f.impedance[i] * u - tensors.matrix(self.f.drag[i], n) @ d
-                mine[POWER * n * lanes + lane] += 2.0 * noise * of_i * shear.dot(u)
+                sums.mine[POWER * n * lanes + lane] += 2.0 * noise * of_i * shear.dot(u)
 
     @ti.func
     def end_images(
-        self,
-        i,
-        lane,
-        e,
-        mine: ti.template(),
-        its: ti.template(),
-        out: ti.template(),
-        numbers: ti.template(),
+        self, i, lane, e, sums: ti.template(), out: ti.template(), numbers: ti.template()
     ):
         """Add up the forces of images on a lane, and write what touch e does to its face."""
         n, lanes = ti.static(self.n, self.lanes)
         if e >= 0:
             volume, grid = numbers.scale * self.f.volume[i], numbers.grid * numbers.h
-            at, motion = self.of_lane(mine, PLACES, lane), self.of_lane(mine, MOTIONS, lane)
+            at = self.of_lane(sums.mine, PLACES, lane)
+            motion = self.of_lane(sums.mine, MOTIONS, lane)
             stress = volume * tensors.matrix(self.f.flux[i], n) @ at
             noise = self.f.impedance[i] * motion - tensors.matrix(self.f.drag[i], n) @ at
             noise *= volume * grid
             # two of them act on each pair: half of the viscosity each
-            viscous = 0.5 * volume * self.of_lane(mine, VISCOUS, lane)
+            viscous = 0.5 * volume * self.of_lane(sums.mine, VISCOUS, lane)
             self.planes.load(e, stress, viscous, noise)
-            stress += volume * self.of_lane(its, FORCE, lane)
-            noise += volume * self.of_lane(its, NOISE, lane)
-            viscous += 0.5 * volume * self.of_lane(its, VISCOUS, lane)
+            stress += volume * self.of_lane(sums.its, FORCE, lane)
+            noise += volume * self.of_lane(sums.its, NOISE, lane)
+            viscous += 0.5 * volume * self.of_lane(sums.its, VISCOUS, lane)
             for a in ti.static(range(n)):
                 out[(FORCE * n + a) * lanes + lane] += stress[a]
                 out[(NOISE * n + a) * lanes + lane] += noise[a]
                 out[(VISCOUS * n + a) * lanes + lane] += viscous[a]
             at_power = ti.static(POWER * n * lanes)
-            power = mine[at_power + lane] + its[at_power + lane]
+            power = sums.mine[at_power + lane] + sums.its[at_power + lane]
             out[at_power + lane] += 0.5 * volume * power
 
     @ti.func
     def resist(
-        self, j, lane, own: ti.template(), weight, d, u, sums: ti.template(), numbers: ti.template()
+        self, j, lane, own: ti.template(), pair, sums: ti.template(), numbers: ti.template()
     ):
-        """Add the viscosity of a pair."""
+        """Add the viscosity of a pair; own: alpha, beta, impedance and density of each lane."""
         n, lanes = ti.static(self.n, self.lanes)
-        alpha, beta, k_i, rho = ti.static(2 * n, 2 * n + 1, 2 * n + 2, 2 * n + 3)
-        mu = self.approach(d, u, numbers.inv_h)
-        linear = 0.5 * ti.max(own[alpha * lanes + lane], self.f.alpha[j])
-        linear *= own[k_i * lanes + lane] + self.f.impedance[j]
-        square = 0.5 * ti.max(own[beta * lanes + lane], self.f.beta[j])
-        square *= own[rho * lanes + lane] + self.f.density[j]
-        resisting = weight * (linear - square * mu) * mu
+        mu = self.approach(pair.d, pair.u, numbers.inv_h)
+        linear = 0.5 * ti.max(own[lane], self.f.alpha[j])
+        linear *= own[2 * lanes + lane] + self.f.impedance[j]
+        square = 0.5 * ti.max(own[lanes + lane], self.f.beta[j])
+        square *= own[3 * lanes + lane] + self.f.density[j]
+        resisting = pair.weight * (linear - square * mu) * mu
         for a in ti.static(range(n)):
-            sums[(VISCOUS * n + a) * lanes + lane] += resisting * d[a]
+            sums[(VISCOUS * n + a) * lanes + lane] += resisting * pair.d[a]
         if ti.static(self.layout.heat):
-            sums[POWER * n * lanes + lane] += resisting * u.dot(d)
+            sums[POWER * n * lanes + lane] += resisting * pair.u.dot(pair.d)
 
     @ti.func
     def pull(self, i, j, lane, weight, d, sums: ti.template(), numbers: ti.template()):

@@ -23,7 +23,7 @@ faces are those of planes (planes), and computed there.
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels.smoothing import CLOSE
-from dusttaichi.continuum.kernels.store import FACES, LAYER, PARTS, SPIN
+from dusttaichi.continuum.kernels.store import COLUMN, FACES, PARTS
 
 
 @ti.data_oriented
@@ -84,7 +84,7 @@ class Images:
         row = self.lists.touch_row[e]
         arm = self.rigid.arm(row, self.f.x[i], numbers)
         w_i = self.f.v[i] - self.rigid.motion(row, arm)
-        spin = self.rigid.vector(row, SPIN)
+        spin = self.rigid.vector(row, COLUMN.spin)
         begin, end = self.blocks.begin(i), self.blocks.end(i)
         for m in range(begin, end + 1):
             k, share, between, _, near = self.image(i, m, row, arm, touch, numbers)
@@ -169,7 +169,7 @@ class Images:
         viscous, grid = stress, stress
         r2 = between.norm_sqr()
         weight = base * self.slope(r2, numbers.inv_h, numbers.scale)
-        spin = self.rigid.vector(row, SPIN)
+        spin = self.rigid.vector(row, COLUMN.spin)
         w = self.f.v[i] - self.rigid.motion(row, arm)
         w += self.f.v[k] - self.rigid.motion(row, arm_k)
         mirrored = 2.0 * n.dot(between) * n - between
@@ -202,7 +202,7 @@ class Images:
         """1 where the contact of particle i with a surface is closed; dust never leaves a layer."""
         out = 1.0
         if ti.static(self.layout.separate):
-            out = ti.select(self.f.gap[i] >= 0.0, self.f.rigid[row, LAYER], 1.0)
+            out = ti.select(self.f.gap[i] >= 0.0, self.f.rigid[row, COLUMN.layer], 1.0)
         return out
 
     @ti.func

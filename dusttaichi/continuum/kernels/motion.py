@@ -8,29 +8,15 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import whole
 from dusttaichi.continuum.kernels.store import (
     APART,
-    CENTRE,
-    DRAGS,
+    COLUMN,
     DT,
     FACES,
-    FORCE,
-    FREEDOM,
-    IMPULSE,
-    INERTIA,
     LEFT,
-    LOSS,
-    MASS,
-    MOMENTUM,
     OLD,
     PARTS,
-    SEARCHED,
-    SPEED,
-    SPIN,
     STUCK,
     SUBSTEPS,
-    TORQUE,
-    TURN,
     WANT,
-    WORK,
 )
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
@@ -66,11 +52,11 @@ class Motion:
             x += dt * new
             self.f.volume[i] = self.f.mass[i] / self.f.density[i]
         elif group < FACES:
-            new = self.rigid.flat(self.rigid.vector(group, SPEED))
+            new = self.rigid.flat(self.rigid.vector(group, COLUMN.speed))
             x += dt * new
         else:
             arm = self.rigid.rotated(group, self.rigid.raised(self.f.arm[i]))
-            x = self.rigid.flat(self.rigid.vector(group, CENTRE) + arm)
+            x = self.rigid.flat(self.rigid.vector(group, COLUMN.centre) + arm)
             new = self.rigid.motion(group, arm)
         mean = (0.5 * half) * (v + new)
         by_noise = 0.75 * half * self.f.noise_power[i] - self.f.grid_force[i].dot(mean)
@@ -154,29 +140,30 @@ class Motion:
         quaternion.
         """
         dt, half = self.f.clock[DT], 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
-        force, speed = self.rigid.vector(b, FORCE), self.rigid.vector(b, SPEED)
-        self.rigid.put(b, IMPULSE, self.rigid.vector(b, IMPULSE) + half * force)
-        before, spin = speed, self.rigid.vector(b, SPIN)
+        force, speed = self.rigid.vector(b, COLUMN.force), self.rigid.vector(b, COLUMN.speed)
+        self.rigid.put(b, COLUMN.impulse, self.rigid.vector(b, COLUMN.impulse) + half * force)
+        before, spin = speed, self.rigid.vector(b, COLUMN.spin)
         turned = spin
         if b < FACES:
-            self.f.rigid[b, WORK] = self.f.rigid[b, WORK] - half * force.dot(speed)
+            self.f.rigid[b, COLUMN.work] = self.f.rigid[b, COLUMN.work] - half * force.dot(speed)
         else:
-            speed += (half / self.f.rigid[b, MASS]) * force
-            momentum = self.rigid.vector(b, MOMENTUM) + half * self.rigid.vector(b, TORQUE)
-            self.rigid.put(b, SPEED, speed)
-            self.rigid.put(b, MOMENTUM, momentum)
+            speed += (half / self.f.rigid[b, COLUMN.mass]) * force
+            torque = self.rigid.vector(b, COLUMN.torque)
+            momentum = self.rigid.vector(b, COLUMN.momentum) + half * torque
+            self.rigid.put(b, COLUMN.speed, speed)
+            self.rigid.put(b, COLUMN.momentum, momentum)
             turned = self.spin(b, momentum)
             self.turn(b, turned * dt)
-            self.rigid.put(b, SPIN, self.spin(b, momentum))
+            self.rigid.put(b, COLUMN.spin, self.spin(b, momentum))
         for part in ti.static(range(2)):
-            drag = self.rigid.vector(b, DRAGS + 6 * part)
-            turning = self.rigid.vector(b, DRAGS + 6 * part + 3)
+            drag = self.rigid.vector(b, COLUMN.drags + 6 * part)
+            turning = self.rigid.vector(b, COLUMN.drags + 6 * part + 3)
             power = drag.dot(before + speed) + turning.dot(spin + turned)
-            loss = self.f.rigid[b, LOSS + part] - 0.5 * half * power
-            self.f.rigid[b, LOSS + part] = loss
-        place = self.rigid.vector(b, CENTRE) + dt * speed
-        self.rigid.put(b, CENTRE, place)
-        gone = (place - self.rigid.vector(b, SEARCHED)).norm_sqr()
+            loss = self.f.rigid[b, COLUMN.loss + part] - 0.5 * half * power
+            self.f.rigid[b, COLUMN.loss + part] = loss
+        place = self.rigid.vector(b, COLUMN.centre) + dt * speed
+        self.rigid.put(b, COLUMN.centre, place)
+        gone = (place - self.rigid.vector(b, COLUMN.searched)).norm_sqr()
         return ti.cast(gone > numbers.way2, ti.i32)
 
     @ti.func
@@ -185,21 +172,21 @@ class Motion:
         own = self.rigid.back(b, momentum)
         out = ti.Vector.zero(ti.f64, 3)
         for a, c in ti.static(ti.ndrange(3, 3)):
-            out[a] += self.f.rigid[b, INERTIA + 3 * a + c] * own[c]
+            out[a] += self.f.rigid[b, COLUMN.inertia + 3 * a + c] * own[c]
         return self.rigid.rotated(b, out)
 
     @ti.func
     def turn(self, b, angle):
         """Turn body b by a small vector: q <- (1, angle/2) q, made a unit again."""
-        q = ti.Vector([self.f.rigid[b, TURN + k] for k in ti.static(range(4))])
+        q = ti.Vector([self.f.rigid[b, COLUMN.turn + k] for k in ti.static(range(4))])
         axis = 0.5 * angle
         w, u = q[0], ti.Vector([q[1], q[2], q[3]])
         real = w - axis.dot(u)
         rest = u + w * axis + axis.cross(u)
         length = ti.sqrt(real * real + rest.norm_sqr())
-        self.f.rigid[b, TURN] = real / length
+        self.f.rigid[b, COLUMN.turn] = real / length
         for a in ti.static(range(3)):
-            self.f.rigid[b, TURN + 1 + a] = rest[a] / length
+            self.f.rigid[b, COLUMN.turn + 1 + a] = rest[a] / length
 
     # -- the end of a step -----------------------------------------------------------------------
 
@@ -218,20 +205,21 @@ class Motion:
                     # force and torque in succession, as in `touch`
                     total = self.lists.touch[e, c]
                     total += self.lists.touch[e, 6 + c] + self.lists.touch[e, 12 + c]
-                    self.f.rigid[row, FORCE + c] += self.f.rigid[row, FREEDOM + c] * total
-                    self.f.rigid[row, DRAGS + c] += self.lists.touch[e, 6 + c]
-                    self.f.rigid[row, DRAGS + 6 + c] += self.lists.touch[e, 12 + c]
+                    free = self.f.rigid[row, COLUMN.freedom + c]
+                    self.f.rigid[row, COLUMN.force + c] += free * total
+                    self.f.rigid[row, COLUMN.drags + c] += self.lists.touch[e, 6 + c]
+                    self.f.rigid[row, COLUMN.drags + 6 + c] += self.lists.touch[e, 12 + c]
 
     @ti.func
     def clear_load(self, row, numbers: ti.template()):
         """Reset the load of a face or rigid body to its weight."""
-        self.rigid.put(row, FORCE, ti.Vector.zero(ti.f64, 3))
-        self.rigid.put(row, TORQUE, ti.Vector.zero(ti.f64, 3))
-        for c in range(DRAGS, LOSS):
+        self.rigid.put(row, COLUMN.force, ti.Vector.zero(ti.f64, 3))
+        self.rigid.put(row, COLUMN.torque, ti.Vector.zero(ti.f64, 3))
+        for c in range(COLUMN.drags, COLUMN.loss):
             self.f.rigid[row, c] = 0.0
         if row >= FACES:
-            weight = self.f.rigid[row, MASS] * numbers.gravity
-            self.rigid.put(row, FORCE, self.rigid.raised(weight))
+            weight = self.f.rigid[row, COLUMN.mass] * numbers.gravity
+            self.rigid.put(row, COLUMN.force, self.rigid.raised(weight))
 
     @ti.func
     def share_of_load(self, row, thread, threads, numbers: ti.template()):
@@ -256,10 +244,11 @@ class Motion:
     def add_load(self, row, part, total):
         """Add number `part` of a sum of those shares to the load of a surface."""
         if part < 6:
-            free = self.f.rigid[row, FREEDOM + part]
-            self.f.rigid[row, FORCE + part] = self.f.rigid[row, FORCE + part] + free * total
+            free = self.f.rigid[row, COLUMN.freedom + part]
+            at = COLUMN.force + part
+            self.f.rigid[row, at] = self.f.rigid[row, at] + free * total
         elif part < PARTS:
-            at = DRAGS + part - 6
+            at = COLUMN.drags + part - 6
             self.f.rigid[row, at] = self.f.rigid[row, at] + total
 
     @ti.func

@@ -8,7 +8,7 @@ nothing asks for their torque.
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels.rigid import LEAST
-from dusttaichi.continuum.kernels.store import CENTRE, SPEED
+from dusttaichi.continuum.kernels.store import COLUMN
 
 OUT_OF_REACH = 4.0  # of h: distance of a particle that has no images behind a face
 
@@ -38,41 +38,36 @@ class Planes:
         return found
 
     @ti.func
-    def frame(self, row, numbers: ti.template()):
-        """A point of a face, its normal and its velocity, (dimension,) each."""
+    def plane(self, row, numbers: ti.template()):
+        """Row of a face, a point of it (`place`), its normal and velocity, (dimension,) each."""
         touch = self.rigid.surface(row, ti.Vector.zero(ti.f64, 3), numbers.h)
         normal = self.rigid.flat(ti.Vector([touch[1], touch[2], touch[3]]))
-        place = self.rigid.flat(self.rigid.vector(row, CENTRE))
-        return place, normal, self.rigid.flat(self.rigid.vector(row, SPEED))
+        place = self.rigid.flat(self.rigid.vector(row, COLUMN.centre))
+        speed = self.rigid.flat(self.rigid.vector(row, COLUMN.speed))
+        return ti.Struct(row=row, place=place, normal=normal, speed=speed)
 
     @ti.func
-    def place_lanes(
-        self,
-        block,
-        row,
-        place,
-        normal,
-        own: ti.template(),
-        face: ti.template(),
-        numbers: ti.template(),
-    ):
-        """Write places and velocities of a block to `own`, 1 of closed contacts, heights to `face`.
+    def place_lanes(self, block, plane, own: ti.template(), numbers: ti.template()):
+        """Write places and velocities of a block to `own.motion`, and to `own.face` two rows.
 
-        No place is nearer to the face than a surface lets it be, and those of particles that have
-        no images there are out of reach. Returns the least distance of one from the face.
+        These are 1 of closed contacts, and heights above the face. No place is nearer to the face
+        than a surface lets it be, and those of particles that have no images there are out of
+        reach. Returns the least distance of one from the face.
         """
         n, lanes = ti.static(self.n, self.lanes)
         nearest = OUT_OF_REACH * numbers.h
         for lane in range(lanes):
             i = self.blocks.particle(block, lane, numbers)
-            height, distance = normal.dot(self.f.x[i] - place), OUT_OF_REACH * numbers.h
-            if self.touch(i, row) >= 0:
+            height = plane.normal.dot(self.f.x[i] - plane.place)
+            distance = OUT_OF_REACH * numbers.h
+            if self.touch(i, plane.row) >= 0:
                 distance = ti.max(height, LEAST * numbers.h)
             nearest = ti.min(nearest, distance)
-            face[lane], face[lanes + lane] = self.closed(i, row), height
+            own.face[lane], own.face[lanes + lane] = self.closed(i, plane.row), height
             for a in ti.static(range(n)):
-                own[a * lanes + lane] = self.f.x[i][a] + (distance - height) * normal[a]
-                own[(n + a) * lanes + lane] = self.f.v[i][a]
+                nearer = self.f.x[i][a] + (distance - height) * plane.normal[a]
+                own.motion[a * lanes + lane] = nearer
+                own.motion[(n + a) * lanes + lane] = self.f.v[i][a]
         return nearest
 
     @ti.func
@@ -90,21 +85,21 @@ class Planes:
         return j
 
     @ti.func
-    def image(self, j, place, normal, speed, numbers: ti.template()):
-        """Distance and height of particle j from a face, place and velocity of its image."""
-        height = normal.dot(self.f.x[j] - place)
+    def image(self, j, plane, numbers: ti.template()):
+        """Distance and height of particle j from a face, place x and velocity v of its image."""
+        height = plane.normal.dot(self.f.x[j] - plane.place)
         distance = ti.max(height, LEAST * numbers.h)
-        x = self.f.x[j] - (distance + height) * normal
-        return distance, height, x, 2.0 * speed - self.f.v[j]
+        x = self.f.x[j] - (distance + height) * plane.normal
+        return ti.Struct(distance=distance, height=height, x=x, v=2.0 * plane.speed - self.f.v[j])
 
     @ti.func
-    def in_reach(self, lane, d, height, normal, face: ti.template(), numbers: ti.template()):
-        """1 where a lane and the neighbour of that height are in reach of each other.
+    def in_reach(self, lane, d, image, normal, face: ti.template(), numbers: ti.template()):
+        """1 where a lane and the neighbour of that image are in reach of each other.
 
         d: from the image to the lane. Beyond the face an image may be nearer than the neighbour
         itself, whose list may lack this particle.
         """
-        along, apart = normal.dot(d), face[self.lanes + lane] - height
+        along, apart = normal.dot(d), face[self.lanes + lane] - image.height
         far = d.norm_sqr() - along * along + apart * apart
         return ti.select(far < 4.0 * numbers.h * numbers.h, 1.0, 0.0)
 

@@ -8,7 +8,7 @@ rigid surface the sums include mirror images (images).
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import KERNELS
-from dusttaichi.continuum.kernels.store import DT, FACES, LAYER, OLD
+from dusttaichi.continuum.kernels.store import COLUMN, DT, FACES, OLD
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
 FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
@@ -43,32 +43,39 @@ class Rates:
         """
         fastest = 0.0
         self.blocks.find_neighbours(block, numbers)
-        A = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
-        G = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
-        near, squares = ti.Vector.zero(ti.f64, self.lanes), ti.Vector.zero(ti.f64, self.lanes)
-        self.sum_up(block, A, G, near, squares, numbers)
-        # those of images apart, since no grid noise is found in them
-        image_A = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
-        image_G = ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes))
+        # of pairs and of images: no grid noise is found in these
+        pairs, images = self.sums(), self.sums()
+        self.add_pairs(block, pairs, numbers)
         if ti.static(self.layout.faces):
             if self.planes.near_any(block, numbers):
-                self.add_images(block, image_A, image_G, numbers)
+                self.add_images(block, images, numbers)
         for lane in range(self.lanes):
             i = block * self.lanes + lane
             if i < numbers.count:
                 fastest = ti.max(fastest, self.f.v[i].norm())
                 role = self.f.role[i]
                 if role == DUST or role == ELASTIC:
-                    of_A, of_pairs = self.of_lane(A, lane), self.of_lane(G, lane)
-                    of_A += self.of_lane(image_A, lane)
+                    A, of_pairs = self.of_lane(pairs.A, lane), self.of_lane(pairs.G, lane)
+                    A += self.of_lane(images.A, lane)
                     for a, b in ti.static(ti.ndrange(self.n, self.n)):
                         if ti.static(a > b):
-                            of_A[a, b] = of_A[b, a]
-                    of_G = of_pairs + self.of_lane(image_G, lane)
-                    more = ti.Vector([near[lane], squares[lane]])
-                    speed = self.update_stress(i, of_A, of_G, of_pairs, more, numbers, material)
-                    fastest = ti.max(fastest, speed)
+                            A[a, b] = A[b, a]
+                    own = ti.Struct(
+                        A=A, G=of_pairs + self.of_lane(images.G, lane), of_pairs=of_pairs,
+                        foreign=pairs.foreign[lane], squares=pairs.squares[lane],
+                    )  # fmt: skip
+                    fastest = ti.max(fastest, self.update_stress(i, own, numbers, material))
         return fastest
+
+    @ti.func
+    def sums(self):
+        """Sums of a block, 0: A, of which the upper half, G, foreign volume, squares of motion."""
+        return ti.Struct(
+            A=ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes)),
+            G=ti.Vector.zero(ti.f64, ti.static(self.n**2 * self.lanes)),
+            foreign=ti.Vector.zero(ti.f64, self.lanes),
+            squares=ti.Vector.zero(ti.f64, self.lanes),
+        )
 
     @ti.func
     def of_lane(self, sums: ti.template(), lane):
@@ -79,16 +86,8 @@ class Rates:
         return out
 
     @ti.func
-    def sum_up(
-        self,
-        block,
-        A: ti.template(),
-        G: ti.template(),
-        near: ti.template(),
-        squares: ti.template(),
-        numbers: ti.template(),
-    ):
-        """Add up A, of which the upper half, G, foreign volume and squares of motion."""
+    def add_pairs(self, block, sums: ti.template(), numbers: ti.template()):
+        """Add up the pairs of a block."""
         n, lanes = ti.static(self.n, self.lanes)
         x = ti.Vector.zero(ti.f64, ti.static(n * lanes))
         v = ti.Vector.zero(ti.f64, ti.static(n * lanes))
@@ -111,81 +110,73 @@ class Rates:
                 weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
                 if ti.static(self.layout.separate or self.layout.viscous):
                     foreign = ti.select(side_j != side[lane], weight, 0.0)
-                    near[lane] += foreign
+                    sums.foreign[lane] += foreign
                     weight -= opened[lane] * foreign
-                squares[lane] += weight * u.norm_sqr()
-                self.add_pair(lane, d, u, weight, A, G)
+                sums.squares[lane] += weight * u.norm_sqr()
+                self.add_pair(lane, d, u, weight, sums)
 
     @ti.func
-    def add_pair(self, lane, d, u, weight, A: ti.template(), G: ti.template()):
-        """Add a pair to A, of which the upper half, and G of a lane."""
+    def add_pair(self, lane, d, u, weight, sums: ti.template()):
+        """Add a pair to A and G of a lane."""
         n, lanes = ti.static(self.n, self.lanes)
         for b in ti.static(range(n)):
             wd = weight * d[b]
             for a in ti.static(range(n)):
-                G[(n * a + b) * lanes + lane] -= u[a] * wd
+                sums.G[(n * a + b) * lanes + lane] -= u[a] * wd
                 if ti.static(a <= b):
-                    A[(n * a + b) * lanes + lane] -= d[a] * wd
+                    sums.A[(n * a + b) * lanes + lane] -= d[a] * wd
 
     @ti.func
-    def add_images(self, block, A: ti.template(), G: ti.template(), numbers: ti.template()):
+    def add_images(self, block, sums: ti.template(), numbers: ti.template()):
         """Add images behind faces to A and G of those particles whose contact is closed."""
         n, lanes = ti.static(self.n, self.lanes)
-        own = ti.Vector.zero(ti.f64, ti.static(2 * n * lanes))
-        face = ti.Vector.zero(ti.f64, ti.static(2 * lanes))
+        own = ti.Struct(
+            motion=ti.Vector.zero(ti.f64, ti.static(2 * n * lanes)),
+            face=ti.Vector.zero(ti.f64, ti.static(2 * lanes)),
+        )
         first = block * lanes
         for row in range(FACES):
-            place, normal, speed = self.planes.frame(row, numbers)
-            nearest = self.planes.place_lanes(block, row, place, normal, own, face, numbers)
+            plane = self.planes.plane(row, numbers)
+            nearest = self.planes.place_lanes(block, plane, own, numbers)
             if nearest < 2.0 * numbers.h:
                 for k in range(self.blocks.begin(first), self.planes.last(first)):
                     j = self.planes.neighbour(k, first)
-                    distance, height, x, v = self.planes.image(j, place, normal, speed, numbers)
-                    if nearest + distance < 2.0 * numbers.h:
+                    image = self.planes.image(j, plane, numbers)
+                    if nearest + image.distance < 2.0 * numbers.h:
                         volume = self.f.volume[j]
                         for lane in range(self.blocks.width(numbers)):
-                            d = ti.Vector(
-                                [own[a * lanes + lane] - x[a] for a in ti.static(range(n))]
-                            )
-                            u = ti.Vector(
-                                [own[(n + a) * lanes + lane] - v[a] for a in ti.static(range(n))]
-                            )
+                            d, u = self.blocks.apart(lane, own.motion, image.x, image.v)
                             weight = self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
-                            weight *= volume * face[lane]
-                            weight *= self.planes.in_reach(lane, d, height, normal, face, numbers)
-                            self.add_pair(lane, d, u, weight, A, G)
+                            weight *= volume * own.face[lane]
+                            weight *= self.planes.in_reach(
+                                lane, d, image, plane.normal, own.face, numbers
+                            )
+                            self.add_pair(lane, d, u, weight, sums)
 
     @ti.func
     def update_stress(
-        self,
-        i,
-        A: ti.template(),
-        G: ti.template(),
-        of_pairs: ti.template(),
-        more: ti.template(),
-        numbers: ti.template(),
-        material: ti.template(),
+        self, i, sums: ti.template(), numbers: ti.template(), material: ti.template()
     ):
         """Stress of particle i from the sums over its neighbours; returns its speed of signals.
 
-        of_pairs: G without images.
+        They are its own; of_pairs: G without images.
         """
-        opened, near = self.opened(i), more[0]
+        opened, near = self.opened(i), sums.foreign
         if ti.static(self.layout.rigid):
             for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
                 row = self.lists.touch_row[e]
                 touch = self.images.touch(i, row, numbers)
                 if touch[0] < 2.0 * numbers.h:
-                    near -= 1.0 - self.f.rigid[row, LAYER]
+                    near -= 1.0 - self.f.rigid[row, COLUMN.layer]
                     if ti.static(self.layout.bodies):
                         if row >= FACES and self.images.closed(i, row) == 1.0:
                             more_A, more_G = self.images.strained(i, e, touch, numbers)
-                            A += more_A
-                            G += more_G
+                            sums.A += more_A
+                            sums.G += more_G
         C = ti.Matrix.identity(ti.f64, self.n)
-        if A.determinant() >= FEW:
-            C = A.inverse()
-        L = G @ C
+        if sums.A.determinant() >= FEW:
+            C = sums.A.inverse()
+        L = sums.G @ C
         m = self.law.material(i, material)
         stress, swollen = self.law.respond(i, L, self.f.clock[DT], numbers, m)
         # neighbours count with the volumes of the first pass, the particle with its new one
@@ -194,7 +185,7 @@ class Rates:
         self.f.load[i], self.f.damping[i] = tensors.rows(flux - damping * L), damping
         if ti.static(self.layout.rigid):
             self.f.flux[i], self.f.drag[i] = tensors.rows(flux), impedance * tensors.rows(L)
-        self.dissipate(i, -damping * (more[1] + tensors.double_dot(L, of_pairs)))
+        self.dissipate(i, -damping * (sums.squares + tensors.double_dot(L, sums.of_pairs)))
         self.resist(i, L, near * (1.0 - opened) < 0.0, numbers)
         if ti.static(self.layout.hourglass):
             self.hourglass.follow(i, L, numbers)

@@ -5,7 +5,7 @@ disc or a rectangle) in its own frame. Surfaces are signed distances with normal
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.continuum.kernels.store import CENTRE, FACES, HALF, RADIUS, SPEED, SPIN, TURN
+from dusttaichi.continuum.kernels.store import COLUMN, FACES
 
 LEAST = 1e-2  # of h: no particle counts as nearer to a surface, or beyond it
 TINY = 1e-30  # [m], keeps the middle of a body from being divided by
@@ -49,23 +49,23 @@ class Rigid:
     @ti.func
     def rotated(self, b, r):
         """A vector of the frame of body b in that of the scene."""
-        w = self.f.rigid[b, TURN]
-        u = ti.Vector([self.f.rigid[b, TURN + 1 + a] for a in ti.static(range(3))])
+        w = self.f.rigid[b, COLUMN.turn]
+        u = ti.Vector([self.f.rigid[b, COLUMN.turn + 1 + a] for a in ti.static(range(3))])
         t = 2.0 * u.cross(r)
         return r + w * t + u.cross(t)
 
     @ti.func
     def back(self, b, r):
         """The reverse of `rotated`."""
-        w = self.f.rigid[b, TURN]
-        u = -ti.Vector([self.f.rigid[b, TURN + 1 + a] for a in ti.static(range(3))])
+        w = self.f.rigid[b, COLUMN.turn]
+        u = -ti.Vector([self.f.rigid[b, COLUMN.turn + 1 + a] for a in ti.static(range(3))])
         t = 2.0 * u.cross(r)
         return r + w * t + u.cross(t)
 
     @ti.func
     def arm(self, row, x, numbers: ti.template()):
         """From the centre of a face or body to x, its nearest image where axes repeat, (3,)."""
-        r = x - self.flat(self.vector(row, CENTRE))
+        r = x - self.flat(self.vector(row, COLUMN.centre))
         for a in ti.static(range(self.n)):
             r[a] -= numbers.period[a] * ti.round(r[a] * numbers.inv_period[a])
         return self.raised(r)
@@ -73,7 +73,7 @@ class Rigid:
     @ti.func
     def motion(self, row, arm):
         """Velocity of the point of a face or body at an arm (3,) of its centre, (dimension,)."""
-        return self.flat(self.vector(row, SPEED) + self.vector(row, SPIN).cross(arm))
+        return self.flat(self.vector(row, COLUMN.speed) + self.vector(row, COLUMN.spin).cross(arm))
 
     @ti.func
     def surface(self, row, arm, h):
@@ -85,9 +85,9 @@ class Rigid:
                 if row // 2 == a:
                     normal[a] = inward
                     distance = inward * arm[a]
-        elif self.f.rigid[row, HALF] == 0.0:
+        elif self.f.rigid[row, COLUMN.half_height] == 0.0:
             length = arm.norm() + TINY
-            distance, normal = length - self.f.rigid[row, RADIUS], arm / length
+            distance, normal = length - self.f.rigid[row, COLUMN.radius], arm / length
         else:
             distance, own = self.cylinder(row, self.back(row, arm))
             normal = self.rotated(row, own)
@@ -101,8 +101,8 @@ class Rigid:
         """
         across = ti.sqrt(q[0] * q[0] + q[1] * q[1]) + TINY
         up = ti.select(q[2] >= 0.0, 1.0, -1.0)
-        a = across - self.f.rigid[row, RADIUS]
-        b = ti.abs(q[2]) - self.f.rigid[row, HALF]
+        a = across - self.f.rigid[row, COLUMN.radius]
+        b = ti.abs(q[2]) - self.f.rigid[row, COLUMN.half_height]
         side, end = ti.max(a, 0.0), ti.max(b, 0.0)
         if side + end == 0.0:  # inside: the nearer of side and end
             side, end = ti.select(a > b, 1.0, 0.0), ti.select(a > b, 0.0, 1.0)
@@ -119,8 +119,8 @@ class Rigid:
         Below 1 in a sphere, which has less space.
         """
         out = 1.0
-        if self.f.rigid[row, HALF] == 0.0:
-            radius = self.f.rigid[row, RADIUS]
+        if self.f.rigid[row, COLUMN.half_height] == 0.0:
+            radius = self.f.rigid[row, COLUMN.radius]
             out = ti.max(radius - distance, 0.0) / (radius + distance)
             if ti.static(self.n == 3):
                 out *= out

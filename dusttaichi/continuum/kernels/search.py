@@ -19,7 +19,7 @@ from dusttaichi.continuum.kernels.device_lists import (
     Touches,
 )
 from dusttaichi.continuum.kernels.lists import Lists
-from dusttaichi.continuum.kernels.store import BODIES, CENTRE, FACES, SEARCHED, declare
+from dusttaichi.continuum.kernels.store import BODIES, COLUMN, FACES, declare
 
 MOST_IMAGES = 26  # of a particle: along each axis there are the particle and two others
 ROWS = FACES + BODIES
@@ -119,7 +119,7 @@ def make_reorder(motion, numbers, cells):
                 f.x_search[i] = f.x[i]
         for b in range(ROWS):
             for a in ti.static(range(3)):
-                f.rigid[b, SEARCHED + a] = f.rigid[b, CENTRE + a]
+                f.rigid[b, COLUMN.searched + a] = f.rigid[b, COLUMN.centre + a]
 
     return reorder
 

@@ -10,7 +10,7 @@ again.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.continuum.kernels.store import LAYER
+from dusttaichi.continuum.kernels.store import COLUMN
 
 CLOSED = -1.0
 
@@ -54,7 +54,7 @@ class Separation:
             for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
                 row = self.lists.touch_row[e]
                 touch = self.images.touch(i, row, numbers)
-                if touch[0] < nearest and self.f.rigid[row, LAYER] == 0.0:
+                if touch[0] < nearest and self.f.rigid[row, COLUMN.layer] == 0.0:
                     # a surface goes before what else there is
                     nearest, total = touch[0], 1.0
                     normal = self.images.rigid.flat(ti.Vector([touch[1], touch[2], touch[3]]))

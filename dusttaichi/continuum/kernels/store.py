@@ -30,18 +30,55 @@ CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid", "artificial")
 # entries of the `clock`: length of this step and of the last one, rest of the output step, length
 # from which a step grows, steps so far [s, 1]
 DT, OLD, LEFT, WANT, SUBSTEPS = range(5)
-# entries of a row of `rigid`: 3 or 4 numbers each
-CENTRE, SPEED, TURN, MOMENTUM, SPIN, FORCE, TORQUE, IMPULSE, WORK, MASS, INERTIA = (
-    0, 3, 6, 10, 13, 16, 19, 22, 25, 26, 27,
-)  # fmt: skip
-# parts of the load by pairs and by grid noise: forces and torques, then the work dissipated (2);
-# radius and half height of a body, 0 of a sphere; position at the last search; 1 of a layer of
-# dust; 0 of the components of force and torque that mirrors through its centre cancel, 1 of others
-DRAGS, LOSS, RADIUS, HALF, SEARCHED, LAYER, FREEDOM = 36, 48, 50, 51, 52, 55, 56
-ROW = 62
 PARTS = 18  # numbers of the load of a particle on a surface: force and torque, of stress and drags
 # entries of `sync` after those of compute.workers
 DUE, DONE, ENDED, STUCK = range(OWN, OWN + 4)
+
+
+class Column(NamedTuple):
+    """Adjacent numbers of a row of `rigid`, which belongs to a face or a rigid body."""
+
+    name: str
+    meaning: str
+    unit: str
+    width: int
+
+
+class Columns:
+    """First place of each Column in a row as an attribute, its slice as an item."""
+
+    def __init__(self, declared):
+        self.count, self._slices = 0, {}
+        for column in declared:
+            setattr(self, column.name, self.count)
+            self._slices[column.name] = slice(self.count, self.count + column.width)
+            self.count += column.width
+
+    def __getitem__(self, name):
+        return self._slices[name]
+
+
+RIGID = [
+    Column("centre", "position of its centre", "m", 3),
+    Column("speed", "velocity half a step back", "m/s", 3),
+    Column("turn", "orientation, a quaternion w x y z", "1", 4),
+    Column("momentum", "angular momentum half a step back", "kg m^2/s", 3),
+    Column("spin", "angular velocity half a step back", "rad/s", 3),
+    Column("force", "force of the particles and weight", "N", 3),
+    Column("torque", "torque about its centre", "N m", 3),
+    Column("impulse", "time integral of the force", "N s", 3),
+    Column("work", "work on a face", "J", 1),
+    Column("mass", "mass", "kg", 1),
+    Column("inertia", "inverse of its inertia in its own frame", "1/(kg m^2)", 9),
+    Column("drags", "force and torque by pairs, force and torque on grid noise", "N, N m", 12),
+    Column("loss", "work dissipated by pairs and on grid noise", "J", 2),
+    Column("radius", "radius of a body", "m", 1),
+    Column("half_height", "half its height, 0 of a sphere", "m", 1),
+    Column("searched", "centre at the last search", "m", 3),
+    Column("layer", "1 of a layer of dust", "1", 1),
+    Column("freedom", "0 of forces and torques that mirrors through its centre cancel", "1", 6),
+]
+COLUMN = Columns(RIGID)
 
 
 @dataclass(frozen=True)
@@ -162,7 +199,7 @@ def declare(layout):
 # of the whole simulation: name -> (element, shape); checkpoints have them too
 WHOLE = {
     "clock": ("f64", (8,)),
-    "rigid": ("f64", (FACES + BODIES, ROW)),
+    "rigid": ("f64", (FACES + BODIES, COLUMN.count)),
 }
 
 
