@@ -1,6 +1,6 @@
 """Processor cores of Taichi's threads.
 
-The workers of a step wait for each other at barriers (compute.workers). Linux often wakes two
+The workers of a step wait for each other at barriers (compute.loops). Linux often wakes two
 threads on the core of the thread that woke them and moves one of them away only after some
 milliseconds, as long as the call of a kernel takes; until then they wait in vain. Workers that may
 not run on the same core cannot get there.

@@ -101,8 +101,8 @@ def compiled_for(key, layout, capacity, kind):
     attraction = Attraction(f, scratch, n) if layout.self_gravity else None
     rigid, rates, forces = passes(f, scratch, layout, attraction)
     motion = Motion(f, scratch, layout, rigid=rigid, images=forces.images, attraction=attraction)
-    advance = make_advance((motion, rates, forces), StepNumbers, kind)
-    search = None if kind == "workers" else make_search(motion, advance.known.numbers)
+    advance = make_advance(motion, rates, forces, StepNumbers, kind)
+    search = None if kind == "workers" else make_search(motion, advance.numbers)
     count, write = make_list(Lists(f, scratch, layout))
     measure = make_measure(f, scratch, rigid, StepNumbers) if layout.rigid else None
     potential = make_potential(attraction, StepNumbers) if layout.self_gravity else None

@@ -8,15 +8,14 @@ from dataclasses import asdict
 import numpy as np
 
 from dusttaichi import units
+from dusttaichi.compute.loops import DONE, STUCK
 from dusttaichi.continuum.kernels.motion import MOST_STEPS
 from dusttaichi.continuum.kernels.store import (
     COLUMN,
-    DONE,
     DT,
     FACES,
     FREE,
     OLD,
-    STUCK,
     SUBSTEPS,
     WHOLE,
     declare,
@@ -133,7 +132,7 @@ class Simulation:
     def _call(self, output_steps, pending):
         numbers = self.step_numbers()
         made = self.kernels.advance(
-            output_steps, pending, self.threads, numbers, self.material_numbers
+            output_steps, self.step, pending, self.threads, numbers, self.material_numbers
         )
         if made is None:  # workers write it to `sync`
             made = self.lists["sync"].to_numpy()[[DONE, STUCK]]

@@ -5,88 +5,110 @@ n - 1/2. A step kicks and drifts to n + 1, updates the stress there with the vel
 (density, path, deviator advance once), and computes the forces of n + 1.
 
 The step of the run is an output step of fixed length, which the method divides into time steps
-that fit the present speed of sound. `advance(output_steps, pending, workers, numbers, material)`
-makes up to that many; with `pending` the first time step has drifted already and lacks the rest (a
-search came between). It ends early when a search is due, or where an output step would take too
-many time steps (sync[STUCK]). sync[DONE] has the number done, unless both are returned. `most` has
-the fastest signals of the step.
+that fit the present speed of sound; it is stuck where it would take too many of them.
 """
 
+from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.engine import ti
+from dusttaichi.compute.loops import DONE, DUE, Steps, by_launches, by_workers
 from dusttaichi.compute.scan import first_of
-from dusttaichi.compute.workers import STRIDE, SYNC, assemble, barrier
-from dusttaichi.continuum.device import DeviceSteps
-from dusttaichi.continuum.kernels.store import APART, DONE, DUE, ENDED, STUCK
+from dusttaichi.continuum.device import by_threads
+from dusttaichi.continuum.kernels.store import APART
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
 
-def make_advance(phases, StepNumbers, kind):
-    """Function `advance` over (Motion, Rates, Forces).
+def steps_of(phases, StepNumbers):
+    """The Steps of Phases: motion of bodies and particles, search, stresses, forces, next step."""
+    return Steps(
+        phases.sync,
+        before=(phases.move_bodies, phases.kick_and_drift),
+        is_due=phases.search_is_due,
+        after=(phases.respond, phases.push, phases.end),
+        made=phases.made,
+        Numbers=StepNumbers,
+        Outside=MATERIAL,
+    )
+
+
+def make_advance(motion, rates, forces, StepNumbers, kind):
+    """`advance(output_steps, first, pending, workers, numbers, material)` of compute.loops.
 
     By "workers" (CPU), or by "launches" of a kernel a phase (GPU).
     """
-    make = by_workers if kind == "workers" else DeviceSteps
-    return make(*phases, StepNumbers)
+    phases = Phases(motion, rates, forces)
+    own = steps_of(phases, StepNumbers)
+    if kind == "workers":
+        return by_workers(own)
+    return by_threads(phases, own) if on_device() else by_launches(own)
 
 
-def by_workers(motion, rates, forces, StepNumbers):
-    """Many steps in one kernel: each worker does its share of every phase (compute.workers)."""
-    lists, blocks = motion.lists, rates.blocks
-    sync, lanes = lists.sync, rates.blocks.lanes
+@ti.data_oriented
+class Phases:
+    """The phases of a step on a share of the particles, in whole blocks."""
 
-    @ti.kernel
-    def advance(
-        output_steps: ti.i32,
-        pending: ti.i32,
-        workers: ti.i32,
-        numbers: StepNumbers,
-        material: MATERIAL,
-    ):
-        for k in range(SYNC):
-            sync[k] = 0
-        for q in range(workers * STRIDE):
-            if q % STRIDE == 0:
-                me, present = assemble(sync, workers)
-                shares = ti.max(present, 1)
-                first = first_of(me, shares, blocks.count(numbers))
-                behind = first_of(me + 1, shares, blocks.count(numbers))
-                begin, end = lanes * first, ti.min(lanes * behind, numbers.count)
-                done, met, drifted = 0, 0, pending
-                while done < output_steps and present > 0:
-                    if drifted == 0:
-                        if me == 0:
-                            sync[DUE] = motion.move_bodies(numbers)
-                        met += present
-                        barrier(sync, met)
-                        for i in range(begin, end):
-                            if motion.kick_and_drift(i, numbers) == 1:
-                                sync[DUE] = 1
-                        met += present
-                        barrier(sync, met)
-                        if sync[DUE] == 1:
-                            break
-                    drifted = 0
-                    fastest = 0.0
-                    for block in range(first, behind):
-                        fastest = ti.max(fastest, rates.pass_over(block, numbers, material))
-                    for i in range(begin, end):
-                        motion.show_others(i, numbers)
-                    lists.most[APART * me] = fastest
-                    met += present
-                    barrier(sync, met)
-                    for block in range(first, behind):
-                        forces.pass_over(block, numbers)
-                    met += present
-                    barrier(sync, met)
-                    if me == 0:
-                        motion.add_up(numbers)
-                        sync[ENDED] += motion.next_step(present, numbers)
-                    met += present
-                    barrier(sync, met)
-                    done = sync[ENDED]
-                    if sync[STUCK] == 1:
-                        break
-                if me == 0:
-                    sync[DONE] = done
+    def __init__(self, motion, rates, forces):
+        self.motion, self.rates, self.forces = motion, rates, forces
+        self.lists, self.blocks = motion.lists, rates.blocks
+        self.sync, self.lanes = motion.lists.sync, rates.blocks.lanes
 
-    return advance
+    @ti.func
+    def share_of_blocks(self, share, shares, numbers: ti.template()):
+        """First block of a share, and the one behind its last."""
+        n = self.blocks.count(numbers)
+        return first_of(share, shares, n), first_of(share + 1, shares, n)
+
+    @ti.func
+    def share_of_particles(self, share, shares, numbers: ti.template()):
+        """First particle of a share, and the one behind its last."""
+        first, behind = self.share_of_blocks(share, shares, numbers)
+        return self.lanes * first, ti.min(self.lanes * behind, numbers.count)
+
+    @ti.func
+    def move_bodies(self, share, shares, step, numbers: ti.template(), material: ti.template()):
+        """Kick and drift faces and rigid bodies."""
+        if share == 0:
+            self.sync[DUE] = self.motion.move_bodies(numbers)
+
+    @ti.func
+    def kick_and_drift(self, share, shares, step, numbers: ti.template(), material: ti.template()):
+        """Kick and drift the particles of a share."""
+        begin, end = self.share_of_particles(share, shares, numbers)
+        for i in range(begin, end):
+            if self.motion.kick_and_drift(i, numbers) == 1:
+                self.sync[DUE] = 1
+
+    @ti.func
+    def search_is_due(self, step, numbers: ti.template()):
+        """True if a particle or a body has gone as far as the lists allow."""
+        return self.sync[DUE] == 1
+
+    @ti.func
+    def respond(self, share, shares, step, numbers: ti.template(), material: ti.template()):
+        """Stresses of the particles of a share, and its fastest signal."""
+        first, behind = self.share_of_blocks(share, shares, numbers)
+        fastest = 0.0
+        for block in range(first, behind):
+            fastest = ti.max(fastest, self.rates.pass_over(block, numbers, material))
+        begin, end = self.share_of_particles(share, shares, numbers)
+        for i in range(begin, end):
+            self.motion.show_others(i, numbers)
+        self.lists.most[APART * share] = fastest
+
+    @ti.func
+    def push(self, share, shares, step, numbers: ti.template(), material: ti.template()):
+        """Forces on the particles of a share."""
+        first, behind = self.share_of_blocks(share, shares, numbers)
+        for block in range(first, behind):
+            self.forces.pass_over(block, numbers)
+
+    @ti.func
+    def end(self, share, shares, step, numbers: ti.template(), material: ti.template()):
+        """Loads on faces and rigid bodies, and the length of the next step."""
+        if share == 0:
+            self.motion.add_up(numbers)
+            self.sync[DONE] += self.motion.next_step(shares, numbers)
+
+    @ti.func
+    def made(self, done):
+        """Output steps done at the end of a step."""
+        return self.sync[DONE]

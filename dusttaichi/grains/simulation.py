@@ -9,12 +9,12 @@ from contextlib import contextmanager
 import numpy as np
 
 from dusttaichi import units
+from dusttaichi.compute.loops import DONE
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVEN, WALL, Servo
 from dusttaichi.domain.walls import TOP
 from dusttaichi.grains.compiled import NO_WALLS, step_numbers, walls_argument
 from dusttaichi.grains.contacts import distances
-from dusttaichi.grains.kernels.phases import DONE
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import (
     contact_loads,
@@ -270,7 +270,8 @@ class Simulation:
             numbers,
             self.walls_argument,
         )
-        done = int(self.state["sync"][DONE]) if done is None else done
+        # workers write it to `sync`
+        done = int(self.state["sync"][DONE]) if done is None else done[0]
         return done, done < steps
 
     def _load_contacts(self):

@@ -5,63 +5,45 @@ v, w at n - 1/2. A step gathers the loads of each grain, kicks v, w to n + 1/2 a
 n + 1; then it carries the history of contacts with the spins of n + 1/2 and computes the loads of
 n + 1 where grains touch. Positions, velocities, spins, rolling, sliding and twisting displacements
 are all second order in dt (S12 sect. 4).
-
-`advance(steps, first, pending, workers, numbers, box)` makes up to `steps`
-steps from step number `first`; with `pending` the first one has drifted already and lacks its
-contacts (a search came between). It ends early when a search is due. It returns how many it has
-made, or None where sync[DONE] has that number.
 """
 
+from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.workers import STRIDE, SYNC, assemble, barrier
-from dusttaichi.grains.kernels.device import DeviceSteps
+from dusttaichi.compute.loops import Steps, by_launches, by_workers
+from dusttaichi.grains.kernels.device import by_threads
 from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.phases import DONE, StepNumbers
+from dusttaichi.grains.kernels.phases import StepNumbers
 from dusttaichi.grains.kernels.store import FIRST_WALL, WALL_BLOCKS
 
 
+def steps_of(phases):
+    """The Steps of Phases: motion of grains and sphere, search, contacts of each kind."""
+    motion, contacts = [phases.kick_and_drift], [phases.pass_pairs]
+    if phases.has_sphere:
+        motion.append(phases.move_sphere)
+        contacts.append(phases.pass_sphere)
+    if phases.has_walls:
+        contacts.append(phases.pass_walls)
+    return Steps(
+        phases.sync,
+        before=(tuple(motion),),
+        is_due=phases.search_is_due,
+        after=(tuple(contacts),),
+        made=phases.made,
+        Numbers=StepNumbers,
+        Outside=Walls,
+    )
+
+
 def make_advance(phases, layout, kind):
-    """`advance` over Phases: by "workers" (CPU), or by "launches" of a kernel a phase (GPU)."""
-    return by_workers(phases) if kind == "workers" else DeviceSteps(phases, layout)
+    """`advance(steps, first, pending, workers, numbers, box)` of compute.loops over Phases.
 
-
-def by_workers(phases):
-    """Many steps in one kernel: workers that pass their share of every phase (compute.workers)."""
-    sync = phases.sync
-
-    @ti.kernel
-    def advance(
-        steps: ti.i32,
-        first: ti.i64,
-        pending: ti.i32,
-        workers: ti.i32,
-        numbers: StepNumbers,
-        box: Walls,
-    ):
-        ti.loop_config(serialize=True)
-        for k in range(SYNC):
-            sync[k] = 0
-        for q in range(workers * STRIDE):
-            if q % STRIDE == 0:
-                me, present = assemble(sync, workers)
-                done, met, drifted = 0, 0, pending
-                while done < steps and present > 0:
-                    step = first + done + 1
-                    if drifted == 0:
-                        phases.kick_and_drift(me, present, step, numbers)
-                        met += present
-                        barrier(sync, met)
-                        if phases.search_is_due(step, numbers):
-                            break
-                    drifted = 0
-                    phases.touch(me, present, step, numbers.dt, box)
-                    met += present
-                    barrier(sync, met)
-                    done += 1
-                if me == 0:
-                    sync[DONE] = done
-
-    return advance
+    By "workers" (CPU), or by "launches" of a kernel a phase (GPU).
+    """
+    own = steps_of(phases)
+    if kind == "workers":
+        return by_workers(own)
+    return by_threads(phases, layout, own) if on_device() else by_launches(own)
 
 
 def make_evaluate(phases):

@@ -5,6 +5,7 @@ half of the one and the first half of the other. At the start the last step has 
 """
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.compute.loops import STUCK
 from dusttaichi.compute.scan import whole
 from dusttaichi.continuum.kernels.store import (
     APART,
@@ -14,7 +15,6 @@ from dusttaichi.continuum.kernels.store import (
     LEFT,
     OLD,
     PARTS,
-    STUCK,
     SUBSTEPS,
     WANT,
 )

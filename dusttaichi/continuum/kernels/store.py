@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from dusttaichi.compute.backend import THREAD_CLASSES
 from dusttaichi.compute.engine import ti
+from dusttaichi.compute.loops import SYNC
 from dusttaichi.compute.scan import scan_capacity
 from dusttaichi.compute.state_variable import ELEMENTS, StateVariable
-from dusttaichi.compute.workers import OWN, SYNC
 from dusttaichi.physics.continuum.numbers import NUMBERS
 
 FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies
@@ -31,8 +31,6 @@ CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid", "artificial")
 # from which a step grows, steps so far [s, 1]
 DT, OLD, LEFT, WANT, SUBSTEPS = range(5)
 PARTS = 18  # numbers of the load of a particle on a surface: force and torque, of stress and drags
-# entries of `sync` after those of compute.workers
-DUE, DONE, ENDED, STUCK = range(OWN, OWN + 4)
 
 
 class Column(NamedTuple):

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.compute.loops import SYNC
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.compute.state_variable import StateVariable
-from dusttaichi.compute.workers import SYNC
 from dusttaichi.grains.kernels.numbers import declared
 from dusttaichi.grains.kernels.store import COUNTS, SPHERE, capacity, sphere_capacity
 

@@ -1,8 +1,8 @@
-"""The phases of a step: of one grain or tile, and the share that one worker has of all of them."""
+"""The phases of a step: of one grain or tile, and of a share of all of them (compute.loops)."""
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.compute.loops import DUE
 from dusttaichi.compute.scan import CHUNK, first_of, whole
-from dusttaichi.compute.workers import OWN
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.contacts import ContactPass
 from dusttaichi.grains.kernels.gather import PairGatherer, WallGatherer
@@ -27,8 +27,6 @@ StepNumbers = ti.types.struct(
     reach2=ti.f64,  # square of the way a grain may go before a new search
     wall_due=ti.i64,  # step at which a wall has gone that way
 )
-
-DONE, DUE = OWN, OWN + 1  # places in the `sync` field
 
 
 class Passes:
@@ -130,7 +128,7 @@ class Phases:
         last = first + ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS])
         self.walls.tile(tile, first + tile * self.tile, last, dt, box, dt * step)
 
-    # -- the share of one worker -----------------------------------------------------------------
+    # -- shares of all ---------------------------------------------------------------------------
 
     @ti.func
     def first_part(self, me, workers):
@@ -148,15 +146,20 @@ class Phases:
         return part
 
     @ti.func
-    def kick_and_drift(self, me, workers, step, numbers):
+    def kick_and_drift(self, me, workers, step, numbers, box: ti.template()):
+        """Gather the loads of the grains of a share, kick and drift them."""
         due = 0
         for part in range(self.first_part(me, workers), self.first_part(me + 1, workers)):
             due = ti.max(due, self.move_part(part, step, numbers))
-        if ti.static(self.has_sphere):
-            if me == 0:
-                due = ti.max(due, self.sphere.move(numbers.dt, numbers.reach2))
         if due == 1:
             self.sync[DUE] = 1
+
+    @ti.func
+    def move_sphere(self, me, workers, step, numbers, box: ti.template()):
+        """Kick and drift the sphere."""
+        if me == 0:
+            if self.sphere.move(numbers.dt, numbers.reach2) == 1:
+                self.sync[DUE] = 1
 
     @ti.func
     def search_is_due(self, step, numbers):
@@ -164,16 +167,27 @@ class Phases:
         return self.sync[DUE] == 1 or step >= numbers.wall_due
 
     @ti.func
-    def touch(self, me, workers, step, dt, box):
-        """Contacts of a worker's share: current history, loads, losses."""
-        n, here = self.pair_tiles(), self.frame(step, dt)
+    def pass_pairs(self, me, workers, step, numbers, box: ti.template()):
+        """Contacts of two grains of a share: current history, loads, losses."""
+        n, here = self.pair_tiles(), self.frame(step, numbers.dt)
         for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
-            self.touch_pairs(tile, dt, here)
-        if ti.static(self.has_sphere):
-            k = self.sphere.tiles()
-            for tile in range(first_of(me, workers, k), first_of(me + 1, workers, k)):
-                self.touch_sphere(tile, dt, here)
-        if ti.static(self.has_walls):
-            m = self.wall_tiles()
-            for tile in range(first_of(me, workers, m), first_of(me + 1, workers, m)):
-                self.touch_walls(tile, step, dt, box)
+            self.touch_pairs(tile, numbers.dt, here)
+
+    @ti.func
+    def pass_sphere(self, me, workers, step, numbers, box: ti.template()):
+        """Contacts with the sphere of a share."""
+        n, here = self.sphere.tiles(), self.frame(step, numbers.dt)
+        for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
+            self.touch_sphere(tile, numbers.dt, here)
+
+    @ti.func
+    def pass_walls(self, me, workers, step, numbers, box):
+        """Contacts with the walls of a share."""
+        n = self.wall_tiles()
+        for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
+            self.touch_walls(tile, step, numbers.dt, box)
+
+    @ti.func
+    def made(self, done):
+        """Steps done at the end of one."""
+        return done + 1

@@ -1,0 +1,255 @@
+"""The step loop of every method: workers or launches carry out the phases of its steps.
+
+A phase is a function `run(share, shares, step, numbers, outside)` of one share of its work.
+
+Workers: Taichi wakes and joins its threads for every parallel loop (50-70 us). Here many steps are
+one kernel, a parallel loop over workers, each of which computes its share of every phase; a barrier
+between two phases takes less than a microsecond. If the system runs too few of them, `assemble`
+lets the first one continue alone, with bitwise identical results.
+
+Launches, for a device: a kernel a phase, none of which waits for the host. What they need to know
+is in fields, and so is the progress of the steps: once a search is due or the requested steps are
+done, all further launches do nothing. The host launches up to LOOK steps and then reads the
+progress once.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+from dusttaichi.compute.engine import ti
+from dusttaichi.compute.launching import LOOK, Launch, PassOnChange, Progress
+
+# A parallel loop is cut into runs of at least 512 iterations: one of each run works.
+STRIDE = 512
+PATIENCE = 20_000_000  # tries (some 0.1-0.4 s) before the first worker continues alone
+CLOSED = 1_000_000
+SHARES = 8  # of a phase where the cores of a CPU are launched
+
+# places in the `sync` field, each in a line of the cache that the next is not fetched with: what
+# workers wait at must not share one with what others read meanwhile
+_APART = 32
+MEET, MET, PRESENT = 0, _APART, 2 * _APART
+# 1 where a search is due; steps done; 1 where the next one would have no end; of launches also: why
+# no further step may begin, number of requested steps, the step that has begun
+DUE, DONE, STUCK, STOP, REQUESTED, BEGUN = range(3 * _APART, 3 * _APART + 6)
+SYNC = 4 * _APART  # length of the field
+HALT, ENDLESS = 1, 2  # in STOP: search due or all done; STUCK
+
+
+@dataclass(frozen=True)
+class Steps:
+    """The phases of a step, in order, as Taichi functions.
+
+    before, after: phases up to where a search may be due, and from there; a tuple of several has no
+    barrier between them. is_due(step, numbers): true where the search must come first. made(done):
+    steps done at the end of one. Numbers, Outside: types of the arguments of that name. sync: the
+    field of SYNC integers.
+    """
+
+    sync: Any
+    before: tuple
+    is_due: Callable
+    after: tuple
+    made: Callable
+    Numbers: Any
+    Outside: Any
+
+
+# -- workers ---------------------------------------------------------------------------------------
+
+
+@ti.func
+def assemble(sync: ti.template(), workers):
+    """(own number, how many workers there are) of this worker; 0 of them: it must leave.
+
+    The first to arrive decides: all, if all arrive in time, else itself alone.
+    """
+    me = ti.atomic_add(sync[MEET], 1)
+    present = 0
+    if me == 0:
+        tries = 0
+        while ti.atomic_add(sync[MEET], 0) < workers and tries < PATIENCE:
+            tries += 1
+        present = 1
+        if ti.atomic_add(sync[MEET], CLOSED) == workers:
+            present = workers
+        ti.atomic_add(sync[PRESENT], present)
+    else:
+        while ti.atomic_add(sync[PRESENT], 0) == 0:
+            pass
+        if ti.atomic_add(sync[PRESENT], 0) == workers and me < workers:
+            present = workers
+    return me, present
+
+
+@ti.func
+def barrier(sync: ti.template(), target):
+    """Wait until `target` arrivals have been counted."""
+    ti.atomic_add(sync[MET], 1)
+    while ti.atomic_add(sync[MET], 0) < target:
+        pass
+
+
+def by_workers(own):
+    """Kernel `advance(steps, first, pending, workers, numbers, outside)` of Steps.
+
+    It makes up to `steps` steps from number `first`; with `pending` the first one has made the
+    phases `before` already (a search came between). It ends early when a search is due or a step is
+    stuck; sync[DONE] has the number done.
+    """
+    sync, is_due, made = own.sync, own.is_due, own.made
+    before, after = _runs(own.before), _runs(own.after)
+    Numbers, Outside = own.Numbers, own.Outside
+
+    @ti.kernel
+    def advance(
+        steps: ti.i32,
+        first: ti.i64,
+        pending: ti.i32,
+        workers: ti.i32,
+        numbers: Numbers,
+        outside: Outside,
+    ):
+        ti.loop_config(serialize=True)
+        for k in range(SYNC):
+            sync[k] = 0
+        for q in range(workers * STRIDE):
+            if q % STRIDE == 0:
+                me, present = assemble(sync, workers)
+                done, met, drifted = 0, 0, pending
+                while done < steps and present > 0:
+                    step = first + done + 1
+                    if drifted == 0:
+                        for runs in ti.static(before):
+                            for run in ti.static(runs):
+                                run(me, present, step, numbers, outside)
+                            met += present
+                            barrier(sync, met)
+                        if is_due(step, numbers):
+                            break
+                    drifted = 0
+                    for runs in ti.static(after):
+                        for run in ti.static(runs):
+                            run(me, present, step, numbers, outside)
+                        met += present
+                        barrier(sync, met)
+                    done = made(done)
+                    if sync[STUCK] == 1:
+                        break
+                if me == 0:
+                    sync[DONE] = done
+
+    return advance
+
+
+def _runs(phases):
+    return tuple(phase if isinstance(phase, tuple) else (phase,) for phase in phases)
+
+
+# -- launches --------------------------------------------------------------------------------------
+
+
+class Arguments:
+    """Arguments of the phases on a device, in fields: numbers, outside, number of the first step.
+
+    note(outside): Taichi function that derives further fields from `outside`, or None.
+    """
+
+    def __init__(self, own, note=None):
+        sync, numbers = own.sync, own.Numbers.field(shape=())
+        outside, first = own.Outside.field(shape=()), ti.field(ti.i64, shape=())
+        Numbers, Outside = own.Numbers, own.Outside
+        self.sync, self.is_due, self.first = sync, own.is_due, first
+        self.numbers, self.outside = numbers, outside
+
+        @ti.kernel
+        def begin(steps: ti.i32, first_step: ti.i64, pending: ti.i32):
+            first[None] = first_step
+            sync[DUE], sync[DONE], sync[STUCK], sync[STOP] = 0, 0, 0, 0
+            sync[REQUESTED], sync[BEGUN] = steps, pending
+
+        @ti.kernel
+        def pass_numbers(new: Numbers, others: Outside):
+            numbers[None], outside[None] = new, others
+            if ti.static(note is not None):
+                note(others)
+
+        self.begin, self.pass_numbers = begin, PassOnChange(pass_numbers)
+
+
+class Launches:
+    """`advance` of a device, as of `by_workers`; it returns (steps done, 1 where one is stuck).
+
+    before, after: kernels of the phases; prepare: kernel before those of up to LOOK steps, or None.
+    """
+
+    def __init__(self, arguments, before, after, prepare=None):
+        self.numbers = arguments.numbers
+        self._begin, self.pass_numbers = arguments.begin, arguments.pass_numbers
+        self._prepare = None if prepare is None else Launch(prepare)
+        self._before, self._after = ([Launch(k) for k in kernels] for kernels in (before, after))
+        self._progress = Progress(arguments.sync, DONE, STOP)
+        self._launches_per_step = 1.0
+
+    def __call__(self, steps, first, pending, _workers, *arguments):
+        self.pass_numbers(*arguments)
+        self._begin(steps, first, pending)
+        launched, done, stopped = 0, 0, 0
+        while not stopped:
+            if self._prepare is not None:
+                self._prepare()
+            expected = ceil((steps - done) * self._launches_per_step)
+            for _ in range(max(1, min(LOOK, expected))):
+                for kernel in self._after if pending else (*self._before, *self._after):
+                    kernel()
+                pending = 0
+                launched += 1
+            done, stopped = self._progress()
+        self._launches_per_step = launched / max(1, done)
+        return done, stopped == ENDLESS
+
+
+@ti.func
+def conclude(sync: ti.template()):
+    """Set STOP where no step may follow that which has ended."""
+    if sync[STUCK] == 1:
+        sync[STOP] = ENDLESS
+    elif sync[DONE] >= sync[REQUESTED]:
+        sync[STOP] = HALT
+
+
+def by_launches(own):
+    """Launches of Steps on the cores of a CPU, to test them: a share of a phase at a time."""
+    known = Arguments(own)
+    sync, numbers, outside, first = known.sync, known.numbers, known.outside, known.first
+    is_due, made = own.is_due, own.made
+
+    def kernel_of(run, may_wait):
+        @ti.kernel
+        def launch():
+            for share in range(SHARES):
+                step = first[None] + sync[DONE] + 1
+                if sync[STOP] == 0:
+                    if ti.static(may_wait):
+                        if not is_due(step, numbers[None]):
+                            run(share, SHARES, step, numbers[None], outside[None])
+                    else:
+                        run(share, SHARES, step, numbers[None], outside[None])
+
+        return launch
+
+    @ti.kernel
+    def end():
+        for _ in range(1):
+            if sync[STOP] == 0:
+                if is_due(first[None] + sync[DONE] + 1, numbers[None]):
+                    sync[STOP] = HALT
+                else:
+                    sync[DONE] = made(sync[DONE])
+                    conclude(sync)
+
+    before = [kernel_of(run, False) for runs in _runs(own.before) for run in runs]
+    after = [kernel_of(run, True) for runs in _runs(own.after) for run in runs]
+    return Launches(known, before, [*after, end])
