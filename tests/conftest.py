@@ -78,18 +78,18 @@ _compiled = defaultdict(list)  # structures by their test
 
 def _note_structures():
     """Note each structure that a process compiles, or loads from the cache, for a test."""
-    from dusttaichi.compute.last_compiled import LastCompiled  # imports Taichi
+    from dusttaichi.compute.compiled import LastCompiled  # imports Taichi
 
     tables = LastCompiled.tables
 
-    def noted(self, compiled, particles, **more):
+    def noted(self, compiled, rows):
         if compiled is not self._compiled:
             effects = getattr(getattr(compiled.layout, "model", None), "effects", ())
             laws = [getattr(law, "law", None) for _, law in effects]  # of damping
             key = re.sub(r" at 0x\w+", "", repr((compiled.compile_key, laws)))
             short = hashlib.sha256(key.encode()).hexdigest()[:4]
             _compiled[os.environ.get("PYTEST_CURRENT_TEST")].append(short)
-        return tables(self, compiled, particles, **more)
+        return tables(self, compiled, rows)
 
     LastCompiled.tables = noted
 

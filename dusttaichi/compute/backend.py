@@ -10,7 +10,7 @@ from dusttaichi import compiler
 from dusttaichi.compute import cache, processor
 from dusttaichi.compute.affinity import POOL
 from dusttaichi.compute.engine import settings, ti
-from dusttaichi.compute.patching import patch
+from dusttaichi.compute.taichi_patches import patch
 from dusttaichi.errors import DustError
 from dusttaichi.processes import usable_cores
 

@@ -1,7 +1,7 @@
 """The compiler, in one place: every other module takes `ti` from here, and none imports it.
 
 It is Taichi, or Quadrants where DUST_COMPILER says so (see dusttaichi/compiler.py); its internals
-are patched by compute/patching.py.
+are patched by compute/taichi_patches.py.
 """
 
 import warnings

@@ -160,7 +160,7 @@ class Arguments:
     def __init__(self, own, note=None):
         sync, numbers = own.sync, own.Numbers.field(shape=())
         outside, first = own.Outside.field(shape=()), ti.field(ti.i64, shape=())
-        Numbers, Outside = own.Numbers, own.Outside
+        Numbers, Outside, derives = own.Numbers, own.Outside, note is not None
         self.sync, self.is_due, self.first = sync, own.is_due, first
         self.numbers, self.outside = numbers, outside
 
@@ -173,7 +173,7 @@ class Arguments:
         @ti.kernel
         def pass_numbers(new: Numbers, others: Outside):
             numbers[None], outside[None] = new, others
-            if ti.static(note is not None):
+            if ti.static(derives):
                 note(others)
 
         self.begin, self.pass_numbers = begin, PassOnChange(pass_numbers)

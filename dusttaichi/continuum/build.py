@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.compute.backend import loops_of, start_taichi, threads_of
-from dusttaichi.compute.last_compiled import LastCompiled
+from dusttaichi.compute.compiled import LastCompiled
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.continuum import time_step
 from dusttaichi.continuum.compiled import compiled_for
@@ -21,6 +21,7 @@ from dusttaichi.continuum.kernels.store import (
     LONGEST_LIST,
     WANT,
     Layout,
+    declare,
 )
 from dusttaichi.continuum.search import SKIN, SUPPORT, Search
 from dusttaichi.continuum.simulation import Simulation, body_row
@@ -53,7 +54,7 @@ def build(scene, particles, *, loops=None):
     compiled = chosen_kernels(scene, particles, threads, kind)
     sim = Simulation(
         compiled,
-        _LAST.tables(compiled, n),
+        _LAST.tables(compiled, {v.name: n for v in declare(compiled.layout) if not v.ghosts}),
         n,
         numbers=numbers_of(scene, compiled.layout.dimension) | periods(scene, particles),
         materials=MaterialNumbers.together(scene.all_materials),
@@ -61,6 +62,8 @@ def build(scene, particles, *, loops=None):
         threads=threads,
         bodies=len(moving),
     )
+    for name in ("sync", "most"):
+        sim.lists[name].fill(0)
     if compiled.layout.materials:
         sim.lists["materials"].from_numpy(np.stack(sim.materials.values(), axis=1))
     made = DeviceSearch if compiled.kernels.search else Search

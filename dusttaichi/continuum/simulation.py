@@ -35,7 +35,7 @@ class Simulation:
     """
 
     def __init__(self, compiled, tables, n, *, numbers, materials, output_step, threads, bodies):
-        self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
+        self.kernels, self.layout = compiled.kernels, compiled.layout
         self.dimension = self.layout.dimension
         self.axes = [0, 2] if self.dimension == 2 else [0, 1, 2]
         self.n, self.numbers = n, numbers

@@ -7,15 +7,15 @@ import numpy as np
 from dusttaichi import samples, units
 from dusttaichi.compute.backend import loops_of, start_taichi, threads_of
 from dusttaichi.compute.blocks import on_device
+from dusttaichi.compute.compiled import Compiled, LastCompiled
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.last_compiled import LastCompiled
-from dusttaichi.compute.memory import COARSE, arrays_of, capacity_for
+from dusttaichi.compute.memory import COARSE, capacity_for
 from dusttaichi.domain.domain import lengths
 from dusttaichi.domain.gravity import make_gravity
 from dusttaichi.domain.layout import make_walls_and_cell
 from dusttaichi.domain.pushes import make_push
 from dusttaichi.errors import DustError
-from dusttaichi.grains.compiled import Compiled, Kernels
+from dusttaichi.grains.compiled import Kernels
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
     farthest_contacts,
@@ -81,7 +81,10 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
     )
     placed = placed_sphere(scene, sample, own, box)
     compiled = chosen_kernels(scene, layout, (loops.kind, len(order), threads))
-    tables = _LAST.tables(compiled, len(order))
+    walls = box is not None
+    rows = {var.name: var.shape[0] for var in declare(len(order), layout, walls)}
+    tables = _LAST.tables(compiled, rows)
+    tables[0]["counts"].from_numpy(np.array(store.sizes(len(order), layout, walls)))
     on_pairs, on_walls, on_sphere, table = chosen_numbers(scene, model, own, contacts)
     if table is not None:
         tables[1]["interfaces"].from_numpy(table)
@@ -182,7 +185,7 @@ def chosen_kernels(scene, layout, running):
     walls, room = bool(scene.boundary.walls), capacity_for(grains)
     materials = len(scene.all_materials)
     started = (scene.numerics.backend, scene.numerics.debug, threads)
-    key = (*started, room, layout, walls, kind, materials)
+    key = (*started, room, layout, walls, materials, kind)
     if (last := _LAST.of(key)) is not None:
         return last
     start_taichi(scene, threads)
@@ -211,10 +214,7 @@ def chosen_kernels(scene, layout, running):
         measure=make_measure(fields, sums, layout, phases),
         add_grain_losses=make_add_grain_losses(fields, layout) if layout.grain_loss else None,
     )
-    # a device has memory of its own; what emulates one has it too
-    shared = kind == "workers"
-    memory = arrays_of({**fields, **scratch, **sums}) if shared else {}
-    return Compiled(key, layout, walls, kernels, fields, scratch, sums, memory)
+    return Compiled.of(key, layout, kernels, (fields, scratch, sums))
 
 
 def interfaces(scene, model):

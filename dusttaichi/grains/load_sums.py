@@ -76,7 +76,7 @@ class DeviceLoadSums(LoadSums):
         super().__init__(sim)
         sim.kernels.load_sums()
         found = sim.sums["load_sums"].to_numpy()
-        parts = places(self.layout, sim.compiled.walls)
+        parts = places(self.layout, sim.box is not None)
         self.parts = {name: found[part] for name, part in parts.items()}
 
     def wall_force(self):

@@ -62,7 +62,7 @@ class Simulation:
         sample: Sample. grains: Grains. contacts: ContactNumbers. environment: Environment. drive:
         the first. push: Push. numerics: Numerics.
         """
-        self.compiled, self.kernels, self.layout = compiled, compiled.kernels, compiled.layout
+        self.kernels, self.layout = compiled.kernels, compiled.layout
         self.fields, self.scratch, self.sums = tables
         self.order, self.grains = grains.order, len(grains.order)
         self.state = GrainState(self.fields, self.layout, self.order)

@@ -6,7 +6,7 @@ from compilers import taichi_alone
 from scenes import Probe, box, make_scene, sample_of
 
 from dusttaichi import compiler
-from dusttaichi.compute import engine, patching
+from dusttaichi.compute import engine, taichi_patches
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import settings, ti
 
@@ -17,13 +17,13 @@ DEBUG = {"numerics": {"debug": True}}
 @pytest.fixture(autouse=True)
 def patched_again():
     yield
-    patching._patches.cache_clear()
+    taichi_patches.patches.cache_clear()
     start_taichi(make_scene(), 1)
 
 
 def of_taichi():
     """Whether all that is patched is Taichi's own."""
-    return {getattr(h, n) is own for h, n, own, ours in patching._patches() if own is not ours}
+    return {getattr(h, n) is own for h, n, own, ours in taichi_patches.patches() if own is not ours}
 
 
 def run(**keys):
@@ -76,13 +76,13 @@ def test_settings_of_the_shell_count_in_debug(monkeypatch):
 
 @taichi_alone
 def test_another_version_is_left_as_it_is(monkeypatch):
-    patching.patch(debug=True)
+    taichi_patches.patch(debug=True)
     monkeypatch.setattr(engine, "VERSION", "1.7.9")
-    patching._patches.cache_clear()
+    taichi_patches.patches.cache_clear()
     before = ti.lang.kernel_impl.getsourcelines, ti.lang.struct.StructType.__instancecheck__
-    patching.patch(debug=False)
+    taichi_patches.patch(debug=False)
     after = ti.lang.kernel_impl.getsourcelines, ti.lang.struct.StructType.__instancecheck__
     assert after == before
-    rows = dict(patching.rows(debug=False))
+    rows = dict(taichi_patches.rows(debug=False))
     assert rows["compiler"] == "Taichi 1.7.9"
     assert "1.7.3 and 1.7.4" in rows["patches of its internals"]

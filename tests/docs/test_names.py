@@ -11,8 +11,8 @@ import pytest
 from compilers import taichi_alone
 
 from dusttaichi import analysis
+from dusttaichi.compute.compiled import LastCompiled
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.last_compiled import LastCompiled
 from dusttaichi.errors import DustError
 from dusttaichi.grains import build
 from dusttaichi.grains.kernels.numbers import numbers_type
