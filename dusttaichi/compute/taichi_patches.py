@@ -326,8 +326,9 @@ def _set_recorded(own):
             return
         recorded = struct.__dict__.setdefault("_recorded", {})
         if ret_index not in recorded:
-            recorded[ret_index] = members = _Recorded()
+            members = _Recorded()
             own(self, struct, members, ret_index)
+            recorded[ret_index] = members
         for setter, index, value in recorded[ret_index].members:
             getattr(launch_ctx, setter)(index, value)
 
