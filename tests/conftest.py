@@ -86,7 +86,7 @@ def _note_structures():
         if compiled is not self._compiled:
             effects = getattr(getattr(compiled.layout, "model", None), "effects", ())
             laws = [getattr(law, "law", None) for _, law in effects]  # of damping
-            key = re.sub(r" at 0x\w+", "", repr((compiled.compile_key, laws)))
+            key = re.sub(r" at 0x\w+", "", repr((compiled.key, laws)))
             short = hashlib.sha256(key.encode()).hexdigest()[:4]
             _compiled[os.environ.get("PYTEST_CURRENT_TEST")].append(short)
         return tables(self, compiled, rows)

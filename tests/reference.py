@@ -180,7 +180,7 @@ def pair_energies(x1, x2, n1, n2, phi, p):
 
 
 def wall_energies(x, n1, foot, phi, nw, offset, p, strength=1.0):
-    """The same for a grain and the wall x.nw = offset [J]."""
+    """Normal, rolling, sliding and twisting potential of a grain and the wall x.nw = offset [J]."""
     s = contact_radius(p.r - (dot(x, nw) - offset), p)
     xi, zeta = xi_of(n1, nw, p), zeta_wall(x, n1, foot, nw, p)
     return np.array(

@@ -276,7 +276,7 @@ def _pressed(phi_init, volume, points, ratio, noise, rng):
 
 
 def _stretched(phi_init, volume, length, strength, noise, rng):
-    """The same of a cube of phi_init stretched along x to `length` (n,) times its edge."""
+    """Filling factors, edges, stress of a cube of phi_init stretched along x to `length` edges."""
     edge = (volume / phi_init) ** (1 / 3)
     length = edge * length
     phi = phi_init * edge / length

@@ -76,7 +76,7 @@ def test_law_is_no_distance_from_itself():
 
 
 def test_known_distance():
-    """The same law shifted by 0.02 in filling factor is 0.02 away, with its sign."""
+    """A law shifted by 0.02 in filling factor is 0.02 away, with its sign."""
     phi = np.linspace(0.17, 0.55, 800)
     curve = curve_through(phi, S12_STATIC.pressure(phi - 0.02))
     deviation = analysis.rms_from_law(curve, S12_STATIC)

@@ -203,7 +203,7 @@ def test_cycles_show_the_tension_of_what_is_pulled():
 
 
 def _pressed_released_pulled():
-    """The same after a stage that releases the sample from 50 to 5 kPa."""
+    """A cell released from 50 to 5 kPa in one stage, and pulled in another."""
     run = pulled_from_pressure()
     series = run.series
     release = series.isel(time=slice(0, 50)).copy(deep=True)

@@ -28,7 +28,7 @@ def square(a):
 
 
 def test_functions_within_themselves_and_of_several_types():
-    """The same syntax tree twice at once, and after another type of what it is told: a vector,
+    """One syntax tree twice at once, and after another type of what it is told: a vector,
     whose product Taichi looks up, and a struct with a product of its own."""
 
     @ti.func

@@ -1,4 +1,4 @@
-"""The same collision seen by another observer, and in other units of length, time and mass.
+"""A collision seen by another observer, and in other units of length, time and mass.
 
 Rounding of 1e-16 has grown to some 1e-14; an error in a vector, a sign or a constant with a
 dimension is far larger.

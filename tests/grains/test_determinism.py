@@ -1,4 +1,4 @@
-"""The same bits on any number of threads."""
+"""Bits do not depend on the number of threads."""
 
 import os
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""The same motion seen by another observer, and in other units of length, time and mass.
+"""Grains that collide, seen by another observer, and in other units of length, time and mass.
 
 All laws of the contact act. Rounding of 1e-16 grows in collisions to some 1e-14 of the positions
 and 1e-11 of the spins; an error in a vector, a sign or a constant with a dimension is far larger.

@@ -61,7 +61,7 @@ def test_wall_contacts_go_with_grains_that_cross():
 
 
 def test_sticking_walls_hold_what_crosses_a_face():
-    """The same with walls that stick, at rest, and grains that roll over them across faces: the
+    """Walls that stick, at rest, and grains that roll over them across faces: the
     sliding springs do not notice the crossing."""
     scene = make_scene(boundary=cell([4e-6] * 3, **SLAB), damping="viscoelastic")
     wall = constants.wall_constants(SCENE.material, SCENE.interaction)

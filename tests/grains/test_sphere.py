@@ -278,7 +278,7 @@ def test_mixed_precision_of_a_hit():
 
 
 def test_it_is_one_very_large_grain():
-    """The same as a sample whose last grain has its radius; rounding grows as it does."""
+    """A sample whose last grain has its radius moves alike, but for rounding, which grows."""
     x, last = cluster(), np.array(HIT["place"])
     radii = np.append(np.full(len(x), RADIUS), BALL)
     v, w = np.zeros((10, 3)), np.zeros((10, 3))
