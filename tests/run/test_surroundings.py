@@ -1,5 +1,6 @@
 """Bits do not depend on what surrounds a run: threads, terminal, locale, home, width, `TI_*`
-variables, another user, others that compile the same kernels. Each is `dust run` in a process of its own."""
+variables, another user, others that compile the same kernels. Each is `dust run` in a process of
+its own."""
 
 import os
 import pty
