@@ -12,10 +12,86 @@ nine of the stress are values; there is no branch.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.grains.kernels.rows import Rows
 from dusttaichi.physics.contact.kinematics import point_as_kept
 
 FORMING, BREAKING = range(2)  # channels of the ledger that no effect has to itself
+
+
+def _masks(law):
+    """True if a law masks its history of contacts that did not touch before."""
+    return getattr(law, "MASKED", False)
+
+
+@ti.data_oriented
+class Rows:
+    """Rows of the fields of contacts: history and loads."""
+
+    def __init__(self, fields, layout):
+        self.table, self.load, self.real = fields["contact"], fields["load"], layout.law
+        self.vec3 = ti.types.vector(3, layout.law)
+        named = [(name, *layout.rows[name]) for name in layout.model.history]
+        self.scalars = tuple((name, first) for name, first, width in named if width == 1)
+        self.vectors = tuple((name, first) for name, first, width in named if width == 3)
+        masked = [*layout.model.radial, *(n for n in layout.model.springs if _masks(n))]
+        own = {name for law in masked for name in law.HISTORY}
+        self.own = (*own, "touched")  # not masked: their effects do that
+        members = dict.fromkeys((name for name, _ in self.scalars), self.real)
+        members |= dict.fromkeys((name for name, _ in self.vectors), self.vec3)
+        self.History = ti.types.struct(**members)
+        self.touched = layout.rows["touched"][0]
+        self.history_rows = layout.history_rows
+        self.lost = layout.rows.get("lost", (-1, 0))[0]
+        self.recent = layout.rows.get("recent", (-1, 0))[0]
+
+    @ti.func
+    def vector(self, b, first: ti.template(), lane):
+        t = ti.static(self.table)
+        return self.vec3(t[b, first, lane], t[b, first + 1, lane], t[b, first + 2, lane])
+
+    @ti.func
+    def put_vector(self, b, first: ti.template(), lane, a):
+        for c in ti.static(range(3)):
+            self.table[b, first + c, lane] = a[c]
+
+    @ti.func
+    def add(self, b, row: ti.template(), lane, value):
+        self.table[b, row, lane] = self.table[b, row, lane] + value
+
+    @ti.func
+    def history(self, b, lane):
+        """History of a contact."""
+        return self.History(
+            *[self.table[b, first, lane] for _, first in self.scalars],
+            *[self.vector(b, first, lane) for _, first in self.vectors],
+        )
+
+    @ti.func
+    def write(self, b, lane, h: ti.template(), touched_before):
+        """Write the history, that of springs times `touched_before`, 1 or 0."""
+        for name, first in ti.static(self.scalars):
+            value = h.__getitem__(name)
+            if ti.static(name not in self.own):
+                value = value * touched_before
+            self.table[b, first, lane] = value
+        for name, first in ti.static(self.vectors):
+            vector = h.__getitem__(name)
+            if ti.static(name not in self.own):
+                vector = vector * touched_before
+            self.put_vector(b, first, lane, vector)
+
+    @ti.func
+    def force(self, b, lane):
+        """Force on the first body of a contact."""
+        t = ti.static(self.load)
+        return self.vec3(t[b, 0, lane], t[b, 1, lane], t[b, 2, lane])
+
+    @ti.func
+    def put_loads(self, b, lane, found: ti.template()):
+        """Force and torque on the first body, torque on the second: the force on it is opposite."""
+        for c in ti.static(range(3)):
+            self.load[b, c, lane] = found.force[c]
+            self.load[b, 3 + c, lane] = found.torque_1[c]
+            self.load[b, 6 + c, lane] = found.torque_2[c]
 
 
 @ti.data_oriented
