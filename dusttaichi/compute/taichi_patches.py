@@ -44,8 +44,7 @@ def patches():
     note in it. Places where fields were declared are not recorded. Structs with the same members
     share one class. Products of vectors are expressions at once, not functions whose sources are
     read at every call; without it kernels are other code. Structs of arguments are converted once,
-    and must not be changed after their first call: a millisecond at each call for the numbers of
-    contacts and walls, as long as hundreds of steps of a small scene.
+    and must not be changed after their first call: a millisecond, hundreds of small steps.
     """
     if not engine.tested():
         return []
