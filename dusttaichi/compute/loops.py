@@ -198,17 +198,22 @@ class Launches:
         self._begin(steps, first, pending)
         launched, done, stopped = 0, 0, 0
         while not stopped:
-            if self._prepare is not None:
-                self._prepare()
             expected = ceil((steps - done) * self._launches_per_step)
-            for _ in range(max(1, min(LOOK, expected))):
-                for kernel in self._after if pending else (*self._before, *self._after):
-                    kernel()
-                pending = 0
-                launched += 1
-            done, stopped = self._progress()
+            batch = max(1, min(LOOK, expected))
+            done, stopped = self.launch(batch, pending)
+            launched, pending = launched + batch, 0
         self._launches_per_step = launched / max(1, done)
         return done, stopped == ENDLESS
+
+    def launch(self, steps, pending=0):
+        """Launch the kernels of so many steps, LOOK at most; (steps done so far, STOP)."""
+        if self._prepare is not None:
+            self._prepare()
+        for _ in range(steps):
+            for kernel in self._after if pending else (*self._before, *self._after):
+                kernel()
+            pending = 0
+        return self._progress()
 
 
 @ti.func
