@@ -206,7 +206,7 @@ class Launches:
         return done, stopped == ENDLESS
 
     def launch(self, steps, pending=0):
-        """Launch the kernels of so many steps, LOOK at most; (steps done so far, STOP)."""
+        """Launch the kernels of that many steps, LOOK at most; (steps done so far, STOP)."""
         if self._prepare is not None:
             self._prepare()
         for _ in range(steps):
