@@ -3,6 +3,7 @@ makes them of the innermost loop, over the lanes, where it writes to local array
 branch; one store to memory or `and` in it, and particles would be computed one by one, silently."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
 from compilers import blocks_with_roots
@@ -11,7 +12,7 @@ from continuum import dust
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import settings, ti
 from dusttaichi.continuum.build import layout_of
-from dusttaichi.continuum.compiled import Fields, passes
+from dusttaichi.continuum.compiled import passes
 from dusttaichi.continuum.kernels import store
 from dusttaichi.continuum.kernels.numbers import numbers_type
 from dusttaichi.physics.continuum.kernels import MATERIAL
@@ -41,7 +42,7 @@ def test_a_pass_over_neighbours_is_packed(number, option, dimension, tmp_path, m
     scene = dust.scene(dimension=dimension, **OPTIONS[option])
     layout, StepNumbers = layout_of(scene), numbers_type(dimension)
     start_taichi(scene, 1)
-    f, lists = (Fields(fields) for fields in store.place(layout, 64, 64))
+    f, lists = (SimpleNamespace(**fields) for fields in store.place(layout, 64, 64))
     _, rates, forces = passes(f, lists, layout)
 
     @ti.kernel
