@@ -183,10 +183,11 @@ class Launches:
     """`advance` of a device, as of `by_workers`; it returns (steps done, 1 where one is stuck).
 
     before, after: kernels of the phases; prepare: kernel before those of up to LOOK steps, or None.
+    divided: a step may take several passes of them, as many as in the call before.
     """
 
-    def __init__(self, arguments, before, after, prepare=None):
-        self.numbers = arguments.numbers
+    def __init__(self, arguments, before, after, prepare=None, *, divided=False):
+        self.numbers, self._divided = arguments.numbers, divided
         self._begin, self.pass_numbers = arguments.begin, arguments.pass_numbers
         self._prepare = None if prepare is None else Launch(prepare)
         self._before, self._after = ([Launch(k) for k in kernels] for kernels in (before, after))
@@ -202,7 +203,8 @@ class Launches:
             batch = max(1, min(LOOK, expected))
             done, stopped = self.launch(batch, pending)
             launched, pending = launched + batch, 0
-        self._launches_per_step = launched / max(1, done)
+        if self._divided:
+            self._launches_per_step = launched / max(1, done)
         return done, stopped == ENDLESS
 
     def launch(self, steps, pending=0):
@@ -257,4 +259,4 @@ def by_launches(own):
 
     before = [kernel_of(run, False) for runs in _runs(own.before) for run in runs]
     after = [kernel_of(run, True) for runs in _runs(own.after) for run in runs]
-    return Launches(known, before, [*after, end])
+    return Launches(known, before, [*after, end], divided=True)

@@ -63,7 +63,7 @@ def by_threads(phases, own):
                     motion.add_load(row, thread, sums.total(own, thread))
 
     end_step = make_end(motion, known, fastest)
-    return Launches(known, [kick_and_drift], [respond, push, end_step])
+    return Launches(known, [kick_and_drift], [respond, push, end_step], divided=True)
 
 
 def make_end(motion, known, fastest):
