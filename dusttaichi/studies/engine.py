@@ -64,11 +64,12 @@ class Shelf:
     """Finished points of a study, as far as they are stored.
 
     force: they are made again; resume: the missing ones are; else there must be none. timed: costs
-    are wanted.
+    are wanted. modes: label -> mode of each run that has been looked for.
     """
 
     def __init__(self, *, force, resume, timed):
-        self.force, self.resume, self.timed, self._rows = force, resume, timed, {}
+        self.force, self.resume, self.timed = force, resume, timed
+        self.modes, self._rows = {}, {}
 
     def rows(self, file):
         """The Rows of a file, or of None."""

@@ -144,7 +144,8 @@ class Point:
 
     def stored(self, shelf) -> Answer | None:
         """Its Answer where it is finished, or was stopped by a guard, as it would be again."""
-        if self.mode(shelf) is not None:
+        shelf.modes[self.label] = self.mode(shelf)
+        if shelf.modes[self.label] is not None:
             return None
         text = self.stopped if shelf.timed else ""
         return Answer(GuardStop.exit_code if text else 0, text)
@@ -187,9 +188,9 @@ class Point:
     def to_task(self, threads, shelf, *, remote, how) -> Task:
         """The Task of the run, on a cluster with the files that it needs.
 
-        how: further arguments of `execute`.
+        The mode is that in which `stored` has found it. how: further arguments of `execute`.
         """
-        mode, folder = self.mode(shelf), None
+        mode, folder = shelf.modes[self.label], None
         scene = self.scene.with_value("numerics.threads", threads).to_yaml()
         arguments = {"scene": scene, "mode": mode, "timed": shelf.timed, "how": how}
         if not remote:
