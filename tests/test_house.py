@@ -25,18 +25,19 @@ MAY_KNOW = {
     "physics": {"compute.engine"},
     "scene": {"samples", "physics", "method", "results"},
     "samples": {"scene", "physics", "results"},
-    "domain": {"scene", "physics"},
+    "domain": {"physics"},
     "compute": set(),
     "grains": {"scene", "samples", "physics", "domain", "results", "method", "compute"},
     "continuum": {"scene", "samples", "physics", "domain", "results", "method", "compute"},
     "results": {"compute"},
+    "method": {"domain", "results"},
     "run": {"scene", "domain", "results", "method", "samples"},
     "analysis": {"scene", "physics", "results", "method"},
     "plots": {"analysis", "physics", "results", "method"},
-    "report": {"analysis", "plots", "physics", "results", "scene"},
-    "export": {"analysis", "results", "physics", "method", "plots.grains"},
-    "studies": {"scene", "samples", "physics", "domain", "grains", "run", "results", "analysis",
-                "plots", "method", "compute"},
+    "report": {"analysis", "plots", "results"},
+    "export": {"analysis", "results", "plots.grains"},
+    "studies": {"scene", "samples", "physics", "grains", "run", "results", "analysis", "method",
+                "compute"},
 }  # fmt: skip
 
 
@@ -293,7 +294,7 @@ THEIR_OWN = {
     },
     "jkr": {
         "physics/contact/jkr.py": "the law",
-        "report/contacts.py": "normal forces of results that were written without forces",
+        "analysis/frame.py": "normal forces of results that were written without forces",
         "physics/contact/registry.py": "the list of laws",
         "scene/interaction.py": "the default of its key",
     },

@@ -21,7 +21,6 @@ from dusttaichi.analysis.numbers.registry import (
 from dusttaichi.analysis.tensile import strength_law
 from dusttaichi.analysis.tension import RECORDS
 from dusttaichi.errors import DustError
-from dusttaichi.names import LYING
 from dusttaichi.plots import style
 
 FALL = 0.2
@@ -56,7 +55,7 @@ class Diametral:
 
 def is_diametral(run):
     """True of a Run in which two plates press a lying cylinder (sample.kind: cutout)."""
-    return run.boundary == "plates" and run.sample.get("shape") == LYING
+    return run.boundary == "plates" and run.lies
 
 
 def diametral(run):

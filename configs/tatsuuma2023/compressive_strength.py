@@ -9,13 +9,13 @@ import numpy as np
 
 from dusttaichi import plots
 from dusttaichi.analysis import isotropic, numbers
+from dusttaichi.analysis.isotropic import register
 from dusttaichi.analysis.ledger import losses_by_channel
 from dusttaichi.analysis.numbers.compression import ratio_numbers, ratio_text
 from dusttaichi.analysis.numbers.registry import Family, Observable, quiet
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import rolling_energy
 from dusttaichi.plots import style
-from dusttaichi.results.shown import PRESSURES
 
 CLOSEST_PACKING = 0.74  #: Filling factor at which equal spheres cannot be packed closer.
 DENSE = 0.105  #: Smallest filling factor of the comparison: no bin of runs to 0.1.
@@ -57,7 +57,7 @@ DENSE_COMPRESSION = Family(
     ),
 )  # fmt: skip
 numbers.register(DENSE_COMPRESSION)
-PRESSURES[r"$(E_{\rm roll}/r^3)(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023"] = compressive_strength
+register(r"$(E_{\rm roll}/r^3)(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023", compressive_strength)
 
 
 # -- losses --------------------------------------------------------------------------------------

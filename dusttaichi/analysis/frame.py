@@ -7,9 +7,11 @@ import xarray as xr
 
 from dusttaichi import geometry
 from dusttaichi.errors import DustError
-from dusttaichi.method import attribute
 from dusttaichi.names import AXES
+from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.jkr_curve import scaled_radius
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
+from dusttaichi.physics.contact.registry import DEFAULT
 from dusttaichi.scene import quantities
 
 # inward unit vectors of the walls, in the order of names.WALLS
@@ -88,6 +90,13 @@ class Frame:
             np.add.at(total, grain, load[0])
             walls = wall_parts(INWARD[wall], load, self.radius[grain])
         return total, pairs, walls
+
+    @property
+    def rolling(self):
+        """Lengths of the rolling displacements R (n1 + n2) of the contacts [m], (C,)."""
+        reach = constants.reduced_radius(*self.radius[self.pairs.T])
+        pointers = self.contacts.pointer_i.values + self.contacts.pointer_j.values
+        return reach * np.linalg.norm(pointers, axis=1)
 
     @property
     def wall_points(self):
@@ -221,10 +230,31 @@ def _vectors(data, name):
     return np.full(data.position.shape, np.nan)
 
 
+def normal_force(run, frame):
+    """Normal force of each contact of a Frame [N], (C,), positive for repulsion.
+
+    From the result, else from the overlap by S12 eqs 2 and 3, without damping. None for several
+    materials or another law.
+    """
+    if "normal_force" in frame.contacts:
+        return frame.contacts.normal_force.values.astype(float)
+    material = run.material
+    normal = run.scene.get("interaction", {}).get("normal", {})
+    if normal.get("law", DEFAULT["normal"]) != DEFAULT["normal"]:
+        return None
+    if material is None or run.scene.get("materials"):
+        return None
+    R = constants.reduced_radius(*frame.radius[frame.pairs.T])
+    gamma, E_star = material.surface_energy, constants.reduced_modulus(material)
+    a0 = constants.equilibrium_contact_radius(gamma, R, E_star)
+    s = scaled_radius(frame.contacts.overlap.values / constants.equilibrium_overlap(a0, R))
+    return 4.0 * constants.pull_off_force(gamma, R) * (s**6 - s**3)
+
+
 def surface(run):
     """Height of the upper end of the dust at the start [m], from the sample or the first frame."""
     known = run.sample.get("surface")
-    return float(attribute(run.method.read_snapshot)(run, 0).top if known is None else known)
+    return float(run.method.read(run, 0).top if known is None else known)
 
 
 def grain_masses(run):

@@ -11,6 +11,7 @@ from dusttaichi.analysis.compression import binned
 from dusttaichi.analysis.cycles import cell_pressure
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
+from dusttaichi.results.shown import PRESSURES
 
 DECADES = 0.05
 """Width in lg(filling factor) of the bins: the pressure, ~ phi^3, grows by 0.15 dex in one."""
@@ -90,6 +91,19 @@ def isotropic(run, law=laws.isotropic_pressure) -> Isotropic:
     up = median > 0
     columns = mean[up], median[up], _pressure_by(law, run, mean[up]), ratio[up]
     return Isotropic(*columns, count[up].astype(int), phi, pressure)
+
+
+def register(label, law) -> None:
+    """Draw a law beside T19 eq 9 in figures of the pressure; for extensions.
+
+    Parameters
+    ----------
+    label : str
+        Its label in the legend.
+    law : function
+        As for `isotropic`.
+    """
+    PRESSURES[label] = law
 
 
 def _pressure_by(law, run, phi):

@@ -19,12 +19,17 @@ class Kind:
         return self.sample.get("push", [])
 
     @property
+    def lies(self):
+        """True for a lying cylinder, between two plates."""
+        return self.sample.get("shape") == LYING
+
+    @property
     def compresses(self):
         """True where the filling factor grows (in a stage) under the pressure of a top wall.
 
         Not of a lying cylinder, whose load is no pressure (configs/diametral).
         """
-        return self.sample.get("shape") != LYING and self._does(
+        return not self.lies and self._does(
             lambda part: part.growth > LEAST_CHANGE and part.has_top_pressure
         )
 

@@ -10,7 +10,6 @@ import numpy as np
 from dusttaichi.analysis.continuum.intrusion import Stop, first_stop
 from dusttaichi.analysis.frame import surface
 from dusttaichi.errors import DustError
-from dusttaichi.method import attribute
 
 WIDTH, SLICE = 0.7, 0.25  #: Radius and height of a slice below a sphere, over its radius.
 
@@ -83,10 +82,6 @@ def _motion(run):
     return time, body.body_position.values, velocity, force, size
 
 
-def _frame(run, snapshot):
-    return attribute(run.method.read_snapshot)(run, snapshot)
-
-
 @dataclass(frozen=True)
 class Column:
     """Filling factor of an upright cylinder below a sphere in horizontal slices."""
@@ -118,7 +113,7 @@ def column(run, snapshot=-1) -> Column:
         record = int(np.argmin(np.abs(series.time.values - float(frames.snapshot_time))))
         place = series.body_position.sel(rigid=name).values[record]
     lowest, reach = place[2] - motion.radius, WIDTH * motion.radius
-    count = int((lowest - _frame(run, 0).floor) / (SLICE * motion.radius) + 1e-6)
+    count = int((lowest - run.method.read(run, 0).floor) / (SLICE * motion.radius) + 1e-6)
     edges = lowest - SLICE * motion.radius * np.arange(count + 1)
-    phi = _frame(run, snapshot).filling_below(place[:2], reach, edges)
+    phi = run.method.read(run, snapshot).filling_below(place[:2], reach, edges)
     return Column(motion.surface - 0.5 * (edges[:-1] + edges[1:]), phi, motion.surface - lowest)

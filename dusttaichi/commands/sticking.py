@@ -54,7 +54,7 @@ def sticking(
         study = restitution.RestitutionMap(scene, folder, chart, tolerance, settings or [])
         with options.writing(force=force, inputs=[file]):
             data = study.dataset(found_of(study, force=not resume, resume=resume, **how))
-            paths = restitution.save_map(data, study.file)
+            paths = _saved(data, study.file)
         rows, numbers = restitution.map_rows(data), data
     elif resume:
         raise DustError("--resume is for maps (--map): the collisions of a search are not stored")
@@ -71,3 +71,12 @@ def sticking(
             say(f"{what:<44} {value}")
 
     tell(numbers, show, paths, as_json=as_json)
+
+
+def _saved(data, file):
+    """Paths of the file of a map, and of its figure beside it."""
+    from dusttaichi import plots  # with matplotlib, which a search does not wait for
+    from dusttaichi.analysis.ensemble import save_ensemble
+
+    save_ensemble(data, file)
+    return [file, plots.save(plots.restitution_map(data), file.with_suffix(".png"))]

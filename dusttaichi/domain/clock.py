@@ -6,7 +6,6 @@ from math import exp, floor, inf, isnan, nan
 
 from dusttaichi import units
 from dusttaichi.names import NEVER
-from dusttaichi.scene import quantities
 
 FARTHEST = 2**52  # steps beyond this are never reached
 LARGEST = 600.0  # exponent beyond which a length is as good as infinite; its powers stay finite
@@ -132,7 +131,7 @@ class Clock:
             ends.append((first + stop.steps, f"{stop.steps} steps"))
         if stop.time is not None:
             steps = self.steps_in(stop.time / units.TIME)
-            ends.append((first + steps, f"time {quantities.format(stop.time, 'time', 6)}"))
+            ends.append((first + steps, f"time {stop.time_text}"))
         if stop.strain is not None:
             ends.append((self.step_of_strain(stop.strain), f"strain {stop.strain:.4g}"))
         if stop.filling_factor is not None and self.bounded and not self.controlled:

@@ -24,7 +24,6 @@ from dataclasses import asdict, dataclass, fields, replace
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.scene import drive as given
 
 EVERY, MEMORY = 25, 80
 DAMPED, LIMIT, LOADED, RELIEF, SCATTER = 1.0, 0.5, 2.0, 5.0, 0.3
@@ -136,7 +135,7 @@ def make_servo(drive, domain, step, integral):
         axes=tuple(axes),
         load=load,
         scale=float(np.abs(load).max()),
-        gain=drive.gain or given.GAIN,
+        gain=drive.servo_gain,
         largest=_largest(drive, kind, axes),
         # the height below the top wall, whether it has a bottom or not
         length=np.diff(domain.box.planes(domain.dt * step)[4:]) if kind == WALL else np.ones(n),
@@ -156,7 +155,6 @@ def make_servo(drive, domain, step, integral):
 def _largest(drive, kind, axes):
     """Largest speed [um/us] or rates [1/us] of the motion by a Servo of that kind, (n,)."""
     if kind == WALL:
-        return np.array([drive.wall_speed or given.WALL_SPEED]) / units.SPEED
-    least = max(given.STRAIN_RATE, 2.0 * abs(drive.shear_rate or 0.0))
-    rates = np.abs(drive.strain_rate or (least,) * 3) * units.TIME
+        return np.array([drive.largest_wall_speed]) / units.SPEED
+    rates = np.abs(drive.largest_rates) * units.TIME
     return rates[:1] if kind == EVEN else rates[list(axes)]

@@ -75,11 +75,6 @@ def wall_strengths(boundary):
     return [f if name in boundary.walls else None for name, f in zip(WALLS, factors, strict=True)]
 
 
-def glued(wall, boundary):
-    """Constants of a wall contact [SI] with the normal force of glued plates."""
-    return replace(wall, glue=boundary.glue if boundary.kind == "plates" else 1.0)
-
-
 def make_box(boundary, low, high, size):
     """Walls around a sample of ends low and high, centred between the side walls, on the bottom."""
     slack = size - (high - low)

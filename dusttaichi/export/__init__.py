@@ -4,7 +4,6 @@ from pathlib import Path
 
 from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
-from dusttaichi.method import attribute
 
 __all__ = ["export"]
 
@@ -36,9 +35,9 @@ def export(run, to, output=None, snapshot="all"):
         The format or the snapshot does not exist, the library of the format is not installed, or
         the files cannot be written.
     """
-    write, read = _writer(run, to), attribute(run.method.read_snapshot)
+    write = _writer(run, to)
     numbers = range(frame_count(run)) if snapshot == "all" else [snapshot]
-    frames = (read(run, number) for number in numbers)
+    frames = (run.method.read(run, number) for number in numbers)
     folder = Path(output) if output is not None else run.path.parent / to
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -48,12 +47,12 @@ def export(run, to, output=None, snapshot="all"):
 
 
 def _writer(run, to):
-    formats, name = run.method.exports, run.method.name
-    if to not in formats:
-        allowed = ", ".join(formats) or "none"
-        raise DustError(f'A run of method: {name} has no format "{to}"; allowed: {allowed}.')
+    how = run.method
+    if to not in how.exports:
+        allowed = ", ".join(how.exports) or "none"
+        raise DustError(f'A run of method: {how.name} has no format "{to}"; allowed: {allowed}.')
     try:
-        return attribute(formats[to])
+        return how.writer(to)
     except ModuleNotFoundError as error:
         library = _NEEDS.get(to)
         if error.name != library:

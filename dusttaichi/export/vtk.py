@@ -11,9 +11,8 @@ import meshio
 import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses
-from dusttaichi.names import WALLS as NAMES_OF_WALLS
-from dusttaichi.physics.contact.constants import reduced_radius
 from dusttaichi.results.outputs import check
+from dusttaichi.results.variables import LABELS
 
 POINT_UNITS = {"radius": "m", "velocity": "m/s", "spin": "rad/s", "coordination": "1"}
 MORE_POINTS = {
@@ -55,7 +54,7 @@ _UNITS = {
     **CELL_UNITS,
     **FORCE_UNITS,
     **PARTICLE_UNITS,
-    "wall": f"number of the wall: {', '.join(NAMES_OF_WALLS)}",
+    "wall": f"number of the wall: {', '.join(LABELS['wall'])}",
 }
 MARK = "<!-- Units, by dusttaichi"
 _COMMENT = f"{MARK}\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.items()) + "-->"
@@ -142,12 +141,10 @@ def _contact_data(frame):
     """Cell data of the lines, each (C,) float."""
     contacts, (i, j) = frame.contacts, frame.pairs.T
     separation = frame.position[i] - frame.position[j]
-    reach = reduced_radius(frame.radius[i], frame.radius[j])
-    sum_of_pointers = contacts.pointer_i.values + contacts.pointer_j.values
     return {
         "overlap": contacts.overlap.values,
         "twist": contacts.twist.values,
         "approach": contacts.approach.values,
-        "rolling": reach * np.linalg.norm(sum_of_pointers, axis=1),
+        "rolling": frame.rolling,
         "across": (frame.nearest(separation) != separation).any(axis=1).astype(float),
     }

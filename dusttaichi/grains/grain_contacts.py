@@ -1,9 +1,10 @@
 """The grains of a scene and the constants of their contacts, in SI."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.domain.walls import glued
 from dusttaichi.grains.state import GrainProperties
 from dusttaichi.physics.contact import constants
 
@@ -29,6 +30,11 @@ def contact_constants(scene):
     pair = constants.pair_constants(scene.material, scene.interaction)
     wall = constants.wall_constants(scene.material, scene.interaction)
     return pair, glued(wall, scene.boundary)
+
+
+def glued(wall, boundary):
+    """Constants of a wall contact [SI] with the normal force of glued plates."""
+    return replace(wall, glue=boundary.glue if boundary.kind == "plates" else 1.0)
 
 
 def grain_properties(scene, sample):

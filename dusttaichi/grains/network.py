@@ -5,9 +5,8 @@ from functools import cache
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.domain.walls import glued
 from dusttaichi.grains.contacts import contact_state, touch, wall_contact_state
-from dusttaichi.grains.grain_contacts import contact_constants, scaled
+from dusttaichi.grains.grain_contacts import contact_constants, glued, scaled
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.network import Contacts, limit
 

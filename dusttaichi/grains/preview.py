@@ -9,13 +9,13 @@ from dusttaichi.compute.backend import loops_of
 from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.pushes import make_push
-from dusttaichi.domain.walls import glued
 from dusttaichi.grains import network
 from dusttaichi.grains.advice import advice
 from dusttaichi.grains.build import build, chosen_layout, environment, has_few_wall_contacts
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
     farthest_contacts,
+    glued,
     grain_properties,
     scaled,
 )

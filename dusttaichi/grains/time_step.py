@@ -9,15 +9,15 @@ from math import inf, pi
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.domain.walls import glued, wall_strengths
+from dusttaichi.domain.walls import wall_strengths
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import contact_constants, scaled, size_ranges
+from dusttaichi.grains.grain_contacts import contact_constants, glued, scaled, size_ranges
 from dusttaichi.grains.impacts import Impact, check, hardest_impact
 from dusttaichi.grains.sphere import sphere_contact, sphere_contacts
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
 from dusttaichi.scene import quantities
-from dusttaichi.scene.drive import STRAIN_RATE, WALL_SPEED
+from dusttaichi.scene.drive import STRAIN_RATE
 from dusttaichi.scene.push import of_stages
 
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
@@ -223,7 +223,7 @@ def _sphere_speed(scene):
 
 def _wall_speed(drive):
     """Largest speed of a wall under a drive [m/s]."""
-    most = abs(drive.wall_speed or (WALL_SPEED if drive.pressure is not None else 0.0))
+    most = abs((drive.wall_speed if drive.pressure is None else drive.largest_wall_speed) or 0.0)
     return float(np.hypot(most, drive.shear_speed or 0.0))
 
 

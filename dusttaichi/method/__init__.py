@@ -119,7 +119,7 @@ class Method:
     picture
         Draws snapshots (plots.registry.Picture).
     exports
-        Format -> writer.
+        Format -> write(run, frames, folder), which returns the paths of the files.
     trade_parameters
         method.trade.Parameters that `dust trade` varies.
 
@@ -145,6 +145,21 @@ class Method:
     picture: Any = None
     exports: Mapping[str, Any] = field(default_factory=dict)
     trade_parameters: Any = None
+
+    @property
+    def read(self) -> Callable:
+        """The function `read_snapshot`."""
+        return attribute(self.read_snapshot)
+
+    def writer(self, to: str) -> Callable:
+        """The writer of a format of `exports`.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            Its library is not installed.
+        """
+        return attribute(self.exports[to])
 
 
 # name -> "module:attribute" of a Method, imported when a scene asks for it

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.method.simulation import Measurement, State, Window
+from dusttaichi.method.simulation import Drive, Measurement, State, Window
 
 if TYPE_CHECKING:
     from dusttaichi.domain.domain import Domain
     from dusttaichi.results.variables import Variable
-    from dusttaichi.scene.drive import Drive
 
 
 class SimpleSimulation:
@@ -38,7 +37,7 @@ class SimpleSimulation:
 
     @property
     def domain(self) -> Domain:
-        from dusttaichi.domain.domain import Domain  # which knows the scene, as this module may not
+        from dusttaichi.domain.domain import Domain
 
         return Domain(self.dt)
 

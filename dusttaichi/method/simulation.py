@@ -13,7 +13,6 @@ import numpy as np
 if TYPE_CHECKING:
     from dusttaichi.domain.domain import Domain
     from dusttaichi.results.variables import Variable
-    from dusttaichi.scene.drive import Drive
 
 
 @dataclass(frozen=True)
@@ -108,6 +107,10 @@ class Scene(Protocol):
     """All that is known of a scene here."""
 
     method: str
+
+
+class Drive(Protocol):
+    """Motion of walls and faces during a stage; the Domain of the simulation follows it."""
 
 
 class Window(NamedTuple):

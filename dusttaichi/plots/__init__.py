@@ -13,7 +13,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.names import exported
 from dusttaichi.plots import style as style
 from dusttaichi.plots.animation import animation
-from dusttaichi.plots.collision import restitution
+from dusttaichi.plots.collision import restitution, restitution_map
 from dusttaichi.plots.collisions import (
     fragment_spectrum,
     growth,

@@ -1,5 +1,7 @@
 """Two colliding bodies: pictures before, meanwhile and after; velocities and momenta."""
 
+import itertools
+
 import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
@@ -191,3 +193,32 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
     axes.set(ylim=(0.0, 1.02), xlabel="impact speed (m/s)", ylabel="coefficient of restitution")
     style.legend(axes)
     return figure
+
+
+def restitution_map(data):
+    """Coefficients of restitution of a map of `dust sticking`, a row for each of its other keys.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    *names, _ = data.restitution.dims
+    points = itertools.product(*(data[name].values for name in names))
+    labels = [", ".join(map(_said, names, point, itertools.repeat(data))) for point in points]
+    closed = data.attrs["sticking_speed"] if data.attrs["closed_form"] else None
+    rows = data.restitution.values.reshape(-1, data.sizes["speed"])
+    return restitution(data.speed, rows, closed, labels if names else "simulated")
+
+
+def _said(name, value, data):
+    """Key and value of a map for a legend: the last word of the key, angles in degrees."""
+    word, unit = name.split(".")[-1].replace("_", " "), data[name].attrs.get("units", "")
+    if isinstance(value, str):
+        return f"{word} = {value}"
+    if unit == "rad":
+        return f"{word} = {np.degrees(value):.3g}°"
+    return f"{word} = {value:.4g} {unit}".removesuffix(" 1").rstrip()

@@ -1,13 +1,9 @@
 """Contacts of grains for the viewer, and the quantities of grains that follow from them."""
 
 import numpy as np
-import xarray as xr
 
 from dusttaichi.analysis.fragments import fragments_of
-from dusttaichi.analysis.frame import read_frame
-from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.jkr_curve import scaled_radius
-from dusttaichi.physics.contact.registry import DEFAULT
+from dusttaichi.analysis.frame import normal_force, read_frame
 from dusttaichi.plots import style
 from dusttaichi.report.packing import OUTLIERS, class_quantity, number_quantity, packed, quantised
 
@@ -28,7 +24,7 @@ def contacts_of(run, frames):
         frame = read_frame(run, number)
         pairs = frame.pairs
         order = np.lexsort((pairs[:, 1], pairs[:, 0]))
-        force = normal_force(run, frame, frame.contacts)
+        force = normal_force(run, frame)
         others, press = _on_walls(run, frame, force is not None)
         ends.append(np.concatenate([pairs[order], others]))
         coordination.append(frame.coordination)
@@ -106,25 +102,3 @@ def _fragment_names(labels):
     last = int(max(label.max() for label in labels))
     names = {n: "largest" if n == 0 else f"no. {n + 1}" for n in range(min(last + 1, FRAGMENTS))}
     return names | ({FRAGMENTS: "smaller"} if last >= FRAGMENTS else {})
-
-
-def normal_force(run, frame, contacts: xr.Dataset):
-    """Normal force of each contact of a Frame [N], positive for repulsion.
-
-    From the result, else from the overlap by S12 eqs 2 and 3, without damping. None for several
-    materials or another law.
-    """
-    if "normal_force" in contacts:
-        return contacts.normal_force.values.astype(float)
-    material = run.material
-    normal = run.scene.get("interaction", {}).get("normal", {})
-    if normal.get("law", DEFAULT["normal"]) != DEFAULT["normal"]:
-        return None
-    if material is None or run.scene.get("materials"):
-        return None
-    i, j = frame.pairs.T
-    R = constants.reduced_radius(frame.radius[i], frame.radius[j])
-    gamma, E_star = material.surface_energy, constants.reduced_modulus(material)
-    a0 = constants.equilibrium_contact_radius(gamma, R, E_star)
-    s = scaled_radius(contacts.overlap.values / constants.equilibrium_overlap(a0, R))
-    return 4.0 * constants.pull_off_force(gamma, R) * (s**6 - s**3)

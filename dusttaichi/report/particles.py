@@ -4,7 +4,6 @@ import numpy as np
 
 from dusttaichi.analysis.continuum.particles import DUST, ELASTIC, FIXED, RIGID, WALL
 from dusttaichi.analysis.cycles import cell_pressure
-from dusttaichi.names import AXES
 from dusttaichi.plots import style
 from dusttaichi.report.contacts import BODY, COORDINATION, DISSIPATED, contacts_of
 from dusttaichi.report.packing import class_quantity, number_quantity, packed, quantised
@@ -60,7 +59,7 @@ def particles(run, most=MOST):
         "room": _faces(frames, scale),
         "tilt": (frames.tilt.values / scale).tolist() if "tilt" in frames else None,
         "sphere": _sphere(run, frames, scale),
-        "periodic": [axis in run.attrs.get("periodic_axes", "").split() for axis in AXES],
+        "periodic": [axis in run.attrs.get("periodic_axes", "").split() for axis in "xyz"],
     }
 
 

@@ -1,7 +1,7 @@
 """Numbers, figures, statistics, thresholds and laws of extensions, by their names.
 
-Filled by `register` of `dusttaichi.analysis.numbers`, `plots` and `analysis.thresholds`; PRESSURES,
-label -> law as in `analysis.isotropic`, by the extensions themselves.
+Filled by `register` of `dusttaichi.analysis.numbers`, `analysis.thresholds`, `analysis.isotropic`
+and `plots`.
 """
 
 from typing import Any

@@ -124,6 +124,22 @@ class Drive(Block):
         return self.pressure is not None or self.stress is not None
 
     @property
+    def servo_gain(self) -> float:
+        """Gain of the load control."""
+        return self.gain or GAIN
+
+    @property
+    def largest_wall_speed(self) -> float:
+        """Largest speed of the top wall under a controlled load [m/s]."""
+        return self.wall_speed or WALL_SPEED
+
+    @property
+    def largest_rates(self) -> tuple[float, ...]:
+        """Largest rates of the edges under a controlled load [1/s], (3,)."""
+        least = max(STRAIN_RATE, 2.0 * abs(self.shear_rate or 0.0))
+        return self.strain_rate or (least,) * 3
+
+    @property
     def shears(self) -> bool:
         """True where a wall or the image of a cell moves along itself."""
         return bool(self.shear_speed) or bool(self.shear_rate)

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from dusttaichi.scene.fields import Block, Count, Faults, Number, plain_or_block
-from dusttaichi.scene.quantities import Quantity
+from dusttaichi.scene.quantities import Quantity, format
 
 Stress = Annotated[float, Quantity("pressure", example="-5 kPa")]
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -111,6 +111,11 @@ class Stop(Block):
         if self.pressure is None or isinstance(self.pressure, Bounds):
             return self.pressure
         return Bounds.model_construct(above=self.pressure, below=None)
+
+    @property
+    def time_text(self) -> str:
+        """Its time, for people."""
+        return format(self.time, "time", 6)
 
     @property
     def falling(self) -> bool:

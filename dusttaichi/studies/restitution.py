@@ -1,12 +1,10 @@
 """Coefficient of restitution of a collision over its speed and other keys of the scene."""
 
-import itertools
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.errors import DustError
 from dusttaichi.results.provenance import of_study
 from dusttaichi.studies.settings import grid
@@ -80,31 +78,6 @@ class RestitutionMap:
             closed_form=int(first.is_closed),
         )
         return data
-
-
-def save_map(data, file):
-    """Write a map, and its figure beside it; returns the paths. Raises DustError."""
-    from dusttaichi import plots
-
-    closed = data.attrs["sticking_speed"]
-    table = data.restitution.values.reshape(-1, data.sizes["speed"])
-    names = data.restitution.dims[:-1]
-    points = itertools.product(*(data[name].values for name in names))
-    labels = [", ".join(map(_said, names, point, itertools.repeat(data))) for point in points]
-    closed = closed if data.attrs["closed_form"] else None
-    figure = plots.restitution(data.speed, table, closed, labels if names else "simulated")
-    save_ensemble(data, file)
-    return [file, plots.save(figure, file.with_suffix(".png"))]
-
-
-def _said(name, value, data):
-    """Key and value of the map for a legend: the last word of the key, angles in degrees."""
-    word, unit = name.split(".")[-1].replace("_", " "), data[name].attrs.get("units", "")
-    if isinstance(value, str):
-        return f"{word} = {value}"
-    if unit == "rad":
-        return f"{word} = {np.degrees(value):.3g}°"
-    return f"{word} = {value:.4g} {unit}".removesuffix(" 1").rstrip()
 
 
 def map_rows(data):

@@ -6,9 +6,8 @@ from math import inf, sqrt
 import numpy as np
 
 from dusttaichi import samples
-from dusttaichi.domain.walls import glued
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import grain_properties
+from dusttaichi.grains.grain_contacts import glued, grain_properties
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.samples.materials import Materials

@@ -8,9 +8,9 @@ from dusttaichi.analysis.continuum import has_dust, histogram, read_particles, s
 from dusttaichi.analysis.continuum.particles import WALL
 from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
-from dusttaichi.names import WALLS
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import Picture, figure
+from dusttaichi.results.variables import LABELS
 
 COLOURS = {
     "filling_factor": (r"filling factor $\phi$", "viridis"),
@@ -179,7 +179,7 @@ def filling_factors(run):
 
 
 def _between_faces(run):
-    faces = set(WALLS) & set(run.scene.get("boundary", {}))
+    faces = set(LABELS["wall"]) & set(run.scene.get("boundary", {}))
     return len(run.series.time) > 1 and "pressure" in run.series and bool(faces)
 
 
