@@ -6,9 +6,8 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands.app import main
-from dusttaichi.commands.console import remark, say, say_written
+from dusttaichi.commands.console import remark, say_written
 from dusttaichi.commands.options import Overwrite, Settings, load_scene, writing
-from dusttaichi.studies.bench import machine
 
 app = typer.Typer(
     add_completion=False,
@@ -65,9 +64,7 @@ def counts():
     """Count instructions and bytes moved per pair, where the system allows it."""
     from benchmarks import counts
 
-    say(machine())
-    for found in counts.main(log=remark):
-        say(found.text())
+    counts.main(log=remark).show()
 
 
 @app.command()
@@ -75,13 +72,12 @@ def runs(*, quick: Quick = False):
     """Time whole runs with one thread, with all cores and with `threads: auto`, in turn."""
     from benchmarks import runs
 
-    say(f"\n{runs.main(quick=quick, log=remark)}")
+    runs.main(quick=quick, log=remark).show()
 
 
 def _show(measure, output, force, **how):
     with writing(force=force):
-        table = measure(out=output, log=remark, **how)
-    say(f"\n{table.text()}")
+        measure(out=output, log=remark, **how).show()
     if output is not None:
         say_written([output])
 

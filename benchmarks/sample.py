@@ -32,7 +32,9 @@ from dusttaichi import samples, units
 from dusttaichi.compute.cache import cache_folder
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.scene import Scene
+from dusttaichi.studies.bench import Timed
 
+TASK = "benchmarks.task:answer"  # of the processes
 MATERIAL = "silicate_s12"
 MODIFIERS = {"rolling": 8.0, "sliding": 2.5}  # the modified model, S12 sect. 4.3
 KAPPA = 1e-9  # damping while timed [kg/s], S12 sect. 2.1
@@ -114,6 +116,14 @@ def load(path: Path) -> samples.Sample | None:
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
     return samples.Sample(positions, velocities, np.zeros_like(positions))
+
+
+def prepare(recipe: Recipe, log, kernels: Path | None = None) -> None:
+    """Make the sample of a recipe in a process of its own, unless it is stored."""
+    if load(recipe.path) is None:
+        log(f"{recipe.grains} grains: making them, filling factor {recipe.filling_factor:g}")
+        with Timed(TASK, kernels) as process:
+            process.ask("prepare", grains=recipe.grains, filling_factor=recipe.filling_factor)
 
 
 def make(recipe: Recipe) -> samples.Sample:

