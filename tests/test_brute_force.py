@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 import pytest
 from continuum import dust
-from scenes import RADIUS, make_scene, polydisperse, sample_of
+from scenes import FAR, RADIUS, make_scene, polydisperse, sample_of, two_materials
 
 from dusttaichi.compute.backend import Loops
 from dusttaichi.continuum.build import build as build_dust
@@ -28,7 +28,8 @@ def gas(unequal=False, **boundary):
     x = sites * 2.2 * RADIUS + rng.uniform(-0.05, 0.05, (300, 3)) * RADIUS
     v = rng.normal(size=x.shape)
     radii = RADIUS * rng.uniform(0.8, 1.04, 300)
-    scene = make_scene(boundary=boundary or None, numerics={"skin": 0.3})
+    make = two_materials if unequal else make_scene  # structures that other tests have
+    scene = make(boundary=boundary or FAR, damping="viscoelastic", numerics={"skin": 0.3})
     return scene, polydisperse(x, radii, v=v) if unequal else sample_of(x, v)
 
 
@@ -65,7 +66,7 @@ def near_grains(sim):
         (False, {}),
         (True, {}),
         (False, cell()),
-        (False, cell(shear_rate="2e6 s^-1")),
+        pytest.param(False, cell(shear_rate="2e6 s^-1"), marks=pytest.mark.long),
         (True, cell(shear_rate="2e6 s^-1")),
     ],
     ids=["open", "unequal", "periodic", "sheared", "unequal, sheared"],
@@ -139,8 +140,17 @@ def check_lists(sim):
     return found
 
 
-@pytest.mark.parametrize("loops", [None, LAUNCHES], ids=["workers", "launches"])
-@pytest.mark.parametrize("make", [in_the_open, dust.pressed, dust.mirrored])
+@pytest.mark.parametrize(
+    "make, loops",
+    [
+        pytest.param(in_the_open, None, id="in_the_open-workers"),
+        pytest.param(dust.pressed, None, id="pressed-workers"),
+        pytest.param(dust.mirrored, None, id="mirrored-workers"),
+        pytest.param(in_the_open, LAUNCHES, id="in_the_open-launches", marks=pytest.mark.long),
+        pytest.param(dust.pressed, LAUNCHES, id="pressed-launches"),
+        pytest.param(dust.mirrored, LAUNCHES, id="mirrored-launches"),
+    ],
+)
 def test_neighbours_of_dust(make, loops):
     """By a search, and the very same lists again from a checkpoint."""
     sim = build_dust(*make(8, 1.0), loops=loops)

@@ -1,4 +1,7 @@
-"""Brazilian test of grains: closed forms of a lattice, and the strength of a known bond."""
+"""Brazilian test of grains: closed forms of a lattice, and the strength of a known bond.
+
+Runs between plates are `long`: what is found in records needs none.
+"""
 
 import numpy as np
 import pytest
@@ -53,6 +56,7 @@ def rhombus(tmp_path_factory):
         yield run
 
 
+@pytest.mark.long
 def test_four_grains_break_where_mechanics_says(own, rhombus):
     """The forces N of the slanted contacts carry F = 2 N cos 30° and pull the middle contact apart
     with 2 N sin 30° = F/sqrt(3), which holds up to F_c."""
@@ -66,6 +70,7 @@ def test_four_grains_break_where_mechanics_says(own, rhombus):
     assert found.filling_factor == pytest.approx(volume, rel=1e-9)
 
 
+@pytest.mark.long
 def test_numbers_and_figure(own, rhombus):
     numbers, failed = own.DIAMETRAL.of(rhombus)
     assert not failed and numbers["diametral_strength"] == own.diametral(rhombus).strength
@@ -108,6 +113,7 @@ def stress_of_point_loads(x, z, force, radius):
     return scale * (0.5 / radius - xx), scale * (0.5 / radius - zz)
 
 
+@pytest.mark.long
 def test_stress_in_an_elastic_disc(own, elastic):
     """Contact forces within a third of the radius add up to the closed form, which does not depend
     on the elastic constants. The rim is a lattice's: its radius is known to half a row."""
@@ -134,6 +140,7 @@ def test_stress_in_an_elastic_disc(own, elastic):
     np.testing.assert_allclose(middle, found.stress[-1] * found.length * np.array([1.0, -3.0]))
 
 
+@pytest.mark.long
 def test_a_force_that_has_not_fallen_is_a_lower_limit(own, elastic):
     assert not own.diametral(elastic).passed
     rows = {row[0]: row[1] for row in analysis.table(analysis.summary(elastic))}

@@ -44,10 +44,18 @@ CHANGES = {
     "no pressure": without("pressure"),
     "no positions of walls": without("wall_force"),
 }
+DRAWN_AS_WELL = ("no grains", "escapes", "no positions of walls")
 COMMANDS = (["plot"], ["compare"], ["export", "--to", "extxyz"], ["render"], ["report"])
 
 
-@pytest.mark.parametrize("name", CHANGES)
+# of those whose figures are drawn the default run has the half
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.long if name in DRAWN_AS_WELL else ())
+        for name in CHANGES
+    ],
+)
 def test_every_command_says_it_in_a_sentence(tmp_path, name):
     path = forged(tmp_path / "result.nc", CHANGES[name])
     for command, *options in COMMANDS:

@@ -1,4 +1,7 @@
-"""Spin-up: a chain breaks where mechanics says; numbers and figure of it."""
+"""Spin-up: a chain breaks where mechanics says; numbers and figure of it.
+
+`long`: a chain that is spun up and holds is in domain/test_push.
+"""
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.run import execute
 
+pytestmark = pytest.mark.long
 MASS, _ = ref.mass_and_inertia()
 PAIR = ref.numbers()
 # of the critical rate: steps so small at the end that the chain, which swings about its new

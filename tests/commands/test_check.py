@@ -128,6 +128,7 @@ TWO = """
 name: two
 material: silicate_s12
 sample: {kind: explicit, positions: [[0 um, 0 um, 0 um], [1.199 um, 0 um, 0 um]]}
+interaction: {damping: none}
 boundary: {kind: box}
 numerics: {precision: f64}
 stop: {time: 1 us}

@@ -84,6 +84,7 @@ def test_waves_between_walls_are_of_second_order(axis):
     assert coarse / fine == pytest.approx(4.0, abs=1.0)
 
 
+@pytest.mark.long  # forces and waves between walls stand above, bodies below
 def test_a_mass_swings_on_a_layer_of_dust():
     """A rigid punch as wide as the dust below, which stands on a rigid wall: k H tan(k H) is the
     mass of the dust over that of the punch."""

@@ -70,7 +70,9 @@ def test_breaking_with_strained_springs():
     assert slope(jumps, STEPS) > 1.5 or max(jumps) < 1e-4 * E_C
 
 
-@pytest.mark.parametrize("damping", ["none", "viscous", "viscoelastic"])
+@pytest.mark.parametrize(
+    "damping", ["none", pytest.param("viscous", marks=pytest.mark.long), "viscoelastic"]
+)
 def test_second_order(damping):
     """Differences of neighbouring steps and the ledger shrink with dt^2; 0.1 ns is 1/47 of the
     stiffest period, fine enough for the leading order to rule (hence 1.8 to 2.2)."""

@@ -239,6 +239,7 @@ def test_a_cell_that_shrinks_too_far_is_stopped():
         sim.advance(5000)
 
 
+@pytest.mark.long  # test_determinism has them in a box and in the open
 def test_same_bits_on_two_threads(still):
     _, _, state, _, flux, _ = course(threads=2)
     np.testing.assert_array_equal(np.array(state), np.array(still[2]))

@@ -65,7 +65,9 @@ def test_mixing_rules_by_hand():
             assert pair == constants.mixed_constants(material, r, material, r, interaction)
 
 
-@pytest.mark.parametrize("damping", ["scaled", "viscoelastic"])
+@pytest.mark.parametrize(
+    "damping", [pytest.param("scaled", marks=pytest.mark.long), "viscoelastic"]
+)
 def test_lanes_hold_the_constants(damping):
     """What a search writes for each contact is what physics.constants says, to rounding."""
     radii, kinds = [0.6e-6, 0.2e-6, 0.4e-6], [0, 1, 0]

@@ -100,15 +100,10 @@ def test_grains_that_fly_past_each_other_lose_nothing(precision):
     assert measurement(probe.sim).lost == 0.0
 
 
-@pytest.fixture(scope="module")
-def exact():
-    """Outcomes in double precision, after the tests above, which need the same kernels."""
-    return {kind: outcome(kind, 200, precision="f64") for kind in SCENES}
-
-
-def test_single_precision_keeps_the_ledger_of_a_small_cluster(exact):
+@pytest.mark.long
+def test_single_precision_keeps_the_ledger_of_a_small_cluster():
     """Positions of 3 um are known to 0.2 pm, 1e-3 of the overlap at rest: the ledger shows it."""
-    single, double = outcome("pairs", 200, precision="f32"), exact["pairs"]
+    single, double = (outcome("pairs", 200, precision=name) for name in ("f32", "f64"))
     assert (single.dtype, double.dtype) == (np.float32, np.float64)
     assert double.open_by < single.open_by < 1e-2
 
@@ -116,13 +111,13 @@ def test_single_precision_keeps_the_ledger_of_a_small_cluster(exact):
 @pytest.mark.parametrize(
     "kind", ["stress", pytest.param("unlike", marks=pytest.mark.long), "pairs", "walls"]
 )
-def test_mixed_precision_is_the_same_model(kind, exact):
+def test_mixed_precision_is_the_same_model(kind):
     """Two hundred steps with deviations in single precision against pointers in double.
 
     A force is a sum of a few terms that nearly cancel at rest, each rounded to 1e-7 of F_c; over
     half a period that grows by a factor of a few. Geometry in single precision would show 1e-4.
     """
-    exact, mixed = exact[kind], outcome(kind, 200, precision="mixed")
+    exact, mixed = (outcome(kind, 200, precision=name) for name in ("f64", "mixed"))
     assert np.abs(exact.force).max() > 0.05 * F_C  # something happens
     assert np.abs(mixed.force - exact.force).max() < 1e-4 * F_C
     assert np.abs(mixed.x - exact.x).max() < 1e-5 * np.abs(exact.way).max()

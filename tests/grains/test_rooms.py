@@ -42,6 +42,7 @@ def test_a_room_holds_its_grains_and_wastes_little():
     assert len(set(rooms)) < 20
 
 
+@pytest.mark.long  # writes a cache of its own
 def test_scenes_of_one_room_share_their_kernels(tmp_path, monkeypatch):
     monkeypatch.setenv(compiler.variable(compiler.KERNEL_FOLDER), str(tmp_path))
 

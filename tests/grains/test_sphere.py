@@ -294,6 +294,7 @@ def test_it_is_one_very_large_grain():
 # Grains of their own radius and a sphere across a face of a periodic cell.
 
 
+@pytest.mark.long  # pairs across faces: test_periodic
 def test_across_a_face():
     """What stands across a face is hit as in open space."""
     edges = np.array([20e-6, 20e-6, 0.0])

@@ -212,6 +212,7 @@ def test_energies_balance_at_poppes_speed():
     assert small / speed == pytest.approx((0.6 / 0.25) ** (5 / 6), rel=0.01)
 
 
+@pytest.mark.long  # the energy of each touch stands above
 def test_simulated_grains_stick_up_to_that_speed():
     """2e-3: contacts are found up to a step late, which the balance does not know."""
     found, sigma = asperity_fit.sticking_speed("silica_pd08", 3.36e-11)

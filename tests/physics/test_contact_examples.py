@@ -83,7 +83,9 @@ def open_part(probe, start):
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("law", NORMAL)
+@pytest.mark.parametrize(
+    "law", ["hertz", "dmt", pytest.param("linear_cohesion", marks=pytest.mark.long)]
+)
 def test_normal_law(law, precision):
     """A bounce: kernel and host have the same force and energy, momenta are kept, and nothing is
     lost but what a pull that begins at touch does in the step that finds it (2e-3 without)."""
@@ -127,7 +129,7 @@ def test_rest_of_dmt():
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("law", DAMPING)
+@pytest.mark.parametrize("law", ["brilliantov", pytest.param("crack_tip", marks=pytest.mark.long)])
 def test_damping_law(law, precision):
     """Dissipates, at the tip of a crack more than the elastic viscous law, and the ledger closes
     (5e-3 of the energy: the step that finds a touch)."""
@@ -223,6 +225,7 @@ def test_a_weak_neck_breaks_into_the_bare_contact(precision):
         assert abs(residual) < 5e-3
 
 
+@pytest.mark.long  # the neck itself: the tests above
 def test_necks_are_in_the_result(tmp_path):
     """A run has the energy of the necks, their losses and which are whole, in snapshots as well."""
     with registered(), extensions_forgotten():
@@ -235,6 +238,7 @@ def test_necks_are_in_the_result(tmp_path):
                 assert whole.size and (whole == 1.0).all()
 
 
+@pytest.mark.long  # so do contacts of every scene: samples/test_taken
 def test_a_sample_brings_its_necks_along(tmp_path):
     """As they were, turned with a body that is turned; where one is broken no new one is made."""
     with registered(), extensions_forgotten():

@@ -259,7 +259,8 @@ def test_action_is_reaction(collide):
     assert np.abs(lever).max() < 1e-13 * (np.abs(torque).sum() + RADIUS * np.abs(force).sum())
 
 
-@pytest.mark.parametrize("precision", [pytest.param("f64", marks=pytest.mark.long), "mixed"])
+@pytest.mark.long  # one by one: test_asperities and the tests above
+@pytest.mark.parametrize("precision", ["f64", "mixed"])
 def test_losses_are_what_the_energy_lacks(precision):
     """Damping and asperities of a collision that also slips: what they book is what kinetic and
     potential energy have lost, to 1 % of it (first order in the step, which finds a touch late)."""

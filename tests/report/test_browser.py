@@ -114,6 +114,7 @@ def shot(view):
 WIDTHS = (1400, 400)
 
 
+@pytest.mark.long  # pictures of four pages
 def test_light_and_dark_pages_show_the_same(opened, written):
     """Screenshots compared by what is where and by the colours of grains, not by pixels: the same
     grains in the same colours, the same lines of the figure, on white and on black."""
@@ -141,6 +142,7 @@ def test_light_and_dark_pages_show_the_same(opened, written):
             assert view.evaluate("document.documentElement.scrollWidth") == width
 
 
+@pytest.mark.long  # pictures of four sizes
 def test_every_snapshot_is_in_the_picture(opened, written):
     """At any width, whichever is shown first: nothing is at the edge but the paper."""
     for width, height in product(WIDTHS, (500, 1000)):

@@ -43,7 +43,7 @@ def write_for_ever(path, saved, piece, ready):
         writer.flush()
 
 
-@pytest.mark.parametrize("piece", [10**9, 100_000])
+@pytest.mark.parametrize("piece", [10**9, pytest.param(100_000, marks=pytest.mark.long)])
 def test_kill_at_any_moment(tmp_path, processes, piece):
     """kill -9 of a process that does nothing but write; what it left opens, and goes on."""
     path, saved = tmp_path / "run" / "result.nc", tmp_path / "run" / "checkpoint"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from test_ensemble_run import TINY
+from scenes import extensions_forgotten
 
 from dusttaichi.commands.app import app
 from dusttaichi.commands.sweep import _part
@@ -16,16 +16,28 @@ from dusttaichi.errors import DustError
 
 EXAMPLES = Path(__file__).parents[2] / "docs/examples"
 KEYS = ["--set", "stop.steps=50,60,70"]
+SPRING = Path(__file__).parents[1] / "run/spring.py"  # a method that compiles nothing
+TINY = """
+name: tiny
+method: spring
+extensions: [spring.py]
+boundary: {kind: open}
+stop: {steps: 10}
+numerics: {time_step: 10 ns}
+"""
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder with tiny.yaml, `dust` of this Python on the PATH."""
+    """A folder with tiny.yaml and its method, `dust` of this Python on the PATH."""
     (tmp_path / "tiny.yaml").write_text(TINY)
+    own = "\n\nfrom dusttaichi import method\n\nmethod.register(METHOD)\n"
+    (tmp_path / "spring.py").write_text(SPRING.read_text() + own)
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     monkeypatch.setenv("PATH", path)
     monkeypatch.chdir(tmp_path)
-    return tmp_path
+    with extensions_forgotten():
+        yield tmp_path
 
 
 def steps(folder):

@@ -277,6 +277,7 @@ def test_a_study_goes_on_where_it_ended(done, monkeypatch):
     assert sorted(before.splitlines()) == sorted(path.read_text(encoding="utf-8").splitlines())
 
 
+@pytest.mark.long  # runs of an ensemble go there in every suite
 def test_a_study_on_a_dask_cluster(done, cluster):
     """Without a shared disk, bit for bit what this machine has made."""
     folder, _ = done

@@ -89,6 +89,7 @@ def corners():
     return tried([replace(c, steps=200) for c in cells[::9]])
 
 
+@pytest.mark.long  # test_stability has the limit of a pair, unlike grains, a wall
 def test_estimate_predicts_the_limit_at_the_corners_of_materials(corners):
     """Asked: 20 %; the bisection is to 0.5 %, and overlaps at rest differ from those of the
     cluster, whose grains stand at the distance of a pair on a wall."""

@@ -9,6 +9,7 @@ import threading
 import time
 from pathlib import Path
 
+import pytest
 from bits import assert_same_bits
 from scenes import extensions_forgotten
 
@@ -97,6 +98,7 @@ class Cluster:
             process.wait()
 
 
+@pytest.mark.long  # half a minute; a crash on this machine: test_extremes
 def test_what_is_lost_is_computed_again(tmp_path, monkeypatch, cluster):
     """A worker alone; after the scheduler the sweep ends with a message and continues elsewhere."""
     monkeypatch.setattr(pool, "CONNECT", "3 s")
