@@ -130,7 +130,7 @@ material: silicate_s12
 sample: {kind: explicit, positions: [[0 um, 0 um, 0 um], [1.199 um, 0 um, 0 um]]}
 interaction: {damping: none}
 boundary: {kind: box}
-numerics: {precision: f64}
+numerics: {precision: f64, threads: 1, newton_steps: 2}
 stop: {time: 1 us}
 """
 
