@@ -16,9 +16,9 @@ from benchmarks import sample as bench_sample
 from benchmarks.table import Column, Table, check_file
 from dusttaichi import method
 from dusttaichi.errors import DustError
+from dusttaichi.grains.scene import GrainsScene
 from dusttaichi.physics.contact import registry
 from dusttaichi.scene.drive import SPEEDS
-from dusttaichi.scene.grains import GrainsScene
 from dusttaichi.scene.numerics import PRESETS
 from dusttaichi.studies.bench import Timed, machine
 

@@ -151,8 +151,8 @@ def registries_as_before():
     before = {kind: set(table) for kind, table in extensions._tables().items()}
     yield
     after = {kind: set(table) for kind, table in extensions._tables().items()}
-    extra = {kind: names - before[kind] for kind, names in after.items() if names != before[kind]}
-    assert not extra, f"the test leaves registered: {extra}"
+    others = {kind: names ^ before.get(kind, set()) for kind, names in after.items()}
+    assert not any(others.values()), f"the test leaves registered: {others}"
 
 
 @pytest.fixture

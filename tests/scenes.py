@@ -186,11 +186,12 @@ def registered():
 def extensions_forgotten():
     """What files of a scene's `extensions` register within, and which they are, is forgotten; what
     they have registered before is unknown within."""
-    before = [dict(table) for table in extensions._tables().values()]
-    tables = {word: dict(table) for word, table in extensions._tables().items()}
+    before, tables = (
+        {word: dict(table) for word, table in extensions._tables().items()} for _ in range(2)
+    )
     for word, name in extensions._owners:
         tables[word].pop(name, None)
-    extensions._restore(list(tables.values()))
+    extensions._restore(tables)
     try:
         with pytest.MonkeyPatch.context() as patch:
             for name in ("_imported", "_owners"):

@@ -1,8 +1,8 @@
 """The method `continuum` as a scene names it; Taichi is imported where something is built."""
 
+from dusttaichi.continuum.scene import ContinuumScene
 from dusttaichi.continuum.variables import VARIABLES
 from dusttaichi.method import Method, deferred
-from dusttaichi.scene.continuum import ContinuumScene
 
 METHOD = Method(
     name="continuum",

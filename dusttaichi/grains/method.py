@@ -3,9 +3,9 @@
 import inspect
 from pathlib import Path
 
+from dusttaichi.grains.scene import GrainsScene
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.method import Method, deferred
-from dusttaichi.scene.grains import GrainsScene
 
 PACKAGE = Path(__file__).parents[1]
 

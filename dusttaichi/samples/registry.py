@@ -17,9 +17,9 @@ registers itself in the same way.
 from collections.abc import Callable
 from typing import Annotated, ClassVar
 
-from dusttaichi.samples.kinds import AnyOf, KindBlock, Kinds
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample, describe
+from dusttaichi.scene.kinds import AnyOf, KindBlock, Kinds
 
 Make = Callable[["SampleBlock", Materials], Sample]
 
@@ -53,9 +53,8 @@ class SampleBlock(KindBlock):
         return (0.0, 0.0, 0.0), getattr(self, "grains", None) or 0
 
 
-GRAINS = Kinds(__package__)
+GRAINS = Kinds(__package__, "kind of sample")
 KINDS = GRAINS.kinds
-follow = GRAINS.follow
 reads_samples = GRAINS.reads
 
 

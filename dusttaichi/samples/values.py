@@ -6,6 +6,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError
 
 from dusttaichi.scene.fields import Block, Count, Faults, Mark, Number, needed
+from dusttaichi.scene.fields import Seed as Seed
 from dusttaichi.scene.quantities import Quantity, Vector, format
 
 Position = Annotated[Vector, Quantity("length", count=3)]
@@ -14,7 +15,6 @@ Spin = Annotated[Vector, Quantity("angular velocity", count=3)]
 BoxSize = Annotated[Vector, Quantity("length", gt=0, count=3, example="40 um")]
 Radius = Annotated[float, Quantity("length", gt=0, le=1e-3)]
 TOO_NARROW = "every side must be at least as long as a grain is wide (2 x material.radius)"
-Seed = Annotated[int, Number(whole=True, ge=0, le=2**32 - 1)]
 
 
 class CylinderSize(Block):

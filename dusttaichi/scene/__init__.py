@@ -9,7 +9,6 @@ _HOMES = {
     "boundary": "BoxBoundary Drive OpenBoundary PeriodicBoundary PlatesBoundary bounded_axes "
     "filling_direction own_drive strains",
     "continuum_material": "ContinuumMaterial",
-    "grains": "GrainsScene",
     "interaction": "Asperities Effect Interaction NoDamping Scaled Viscoelastic Viscous",
     "loading": "from_yaml json_schema load load_extensions schema_text",
     "material": "NAMED Material",

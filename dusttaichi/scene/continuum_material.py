@@ -7,9 +7,8 @@ from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from dusttaichi.physics.continuum import conditions
 from dusttaichi.physics.continuum.numbers import SHEAR, MaterialNumbers
-from dusttaichi.samples.values import Seed
 from dusttaichi.scene import continuum_dusts, moduli
-from dusttaichi.scene.fields import Block, Faults, NamedBlock, Number, needed, problems
+from dusttaichi.scene.fields import Block, Faults, NamedBlock, Number, Seed, needed, problems
 from dusttaichi.scene.moduli import with_moduli
 from dusttaichi.scene.quantities import Quantity
 

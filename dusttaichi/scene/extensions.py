@@ -24,6 +24,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.files import refuse_unreadable
 from dusttaichi.physics.contact import registry as laws
 from dusttaichi.scene import problems, shipped
+from dusttaichi.scene.kinds import Kinds
 
 KEY = "extensions"
 MOST_BYTES = 10_000_000  # of a file: no law is as long
@@ -178,7 +179,7 @@ def _extension(entry: Any, folder: Path, unchanged: bool) -> Extension:
 
 def _import(extension: Extension, source: bytes) -> None:
     """Run a file as a module; its registrations are undone where it cannot be used."""
-    before = [dict(table) for table in _tables().values()]
+    before = {word: dict(table) for word, table in _tables().items()}
     _imported[extension.path] = extension
     try:
         _run(extension, source)
@@ -239,25 +240,25 @@ def _said(error: BaseException, path: str) -> str:
 def _tables() -> dict[str, dict]:
     """The tables of registered things, by name."""
     from dusttaichi.results import shown
-    from dusttaichi.samples import registry as samples
 
     return {
         "law": laws.LAWS,
         "block of the law": laws.BLOCKS,
-        "kind of sample": samples.KINDS,
         "method": method.METHODS,
         "family of numbers": shown.NUMBERS,
         "figure": shown.FIGURES,
         "statistics": shown.STATISTICS,
         "threshold": shown.THRESHOLDS,
         "law of the pressure": shown.PRESSURES,
+        **{kinds.word: kinds.added for kinds in Kinds.known},
     }
 
 
-def _own(extension: Extension, before: list[dict]) -> None:
+def _own(extension: Extension, before: dict[str, dict]) -> None:
     """Record the registrations of this file. Refuses names that another file has registered."""
     new = {}
-    for (word, table), old in zip(_tables().items(), before, strict=True):
+    for word, table in _tables().items():
+        old = before.get(word, {})
         for name, value in table.items():
             owner, known = _owners.get((word, name), (None, None))
             # registered before, known as "module:attribute", or registered by an imported file
@@ -273,10 +274,9 @@ def _own(extension: Extension, before: list[dict]) -> None:
     _owners.update(new)
 
 
-def _restore(before: list[dict]) -> None:
-    from dusttaichi.samples import registry as samples
-
-    for table, content in zip(_tables().values(), before, strict=True):
+def _restore(before: dict[str, dict]) -> None:
+    for word, table in _tables().items():
         table.clear()
-        table.update(content)
-    samples.follow()
+        table.update(before.get(word, {}))
+    for kinds in Kinds.known:
+        kinds.follow()

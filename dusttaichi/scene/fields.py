@@ -259,3 +259,4 @@ class Switch:
 
 
 Count = Annotated[int, Number(whole=True, ge=1)]
+Seed = Annotated[int, Number(whole=True, ge=0, le=2**32 - 1)]

@@ -15,11 +15,11 @@ from dusttaichi.grains import network
 from dusttaichi.grains.build import build
 from dusttaichi.grains.measure import grain_state
 from dusttaichi.grains.moving_grains import MovingGrains
+from dusttaichi.grains.scene import GrainsScene
 from dusttaichi.grains.time_step import TimeStep
 from dusttaichi.method import Start
 from dusttaichi.run import ledger
 from dusttaichi.scene import Scene
-from dusttaichi.scene.grains import GrainsScene
 from dusttaichi.studies import extremes_samples
 from dusttaichi.studies.extremes_cells import Cell, CellResult
 

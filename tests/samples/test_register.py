@@ -11,7 +11,6 @@ from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import Sample, SampleBlock, make, register, registry
-from dusttaichi.samples.rbd import RbdSample
 from dusttaichi.scene import from_yaml, json_schema
 from dusttaichi.scene.fields import Count, Number
 from dusttaichi.scene.keys import rows
@@ -21,11 +20,9 @@ EXAMPLE = Path(__file__).parents[2] / "docs/examples/hollow_sphere.py"
 
 @pytest.fixture(autouse=True)
 def leave_no_kind_behind():
-    kinds = dict(registry.KINDS)
     yield
-    registry.KINDS.clear()
-    registry.KINDS.update(kinds)
-    register(RbdSample)(kinds["rbd"].make)  # the scene follows what is registered
+    registry.GRAINS.added.clear()
+    registry.GRAINS.follow()
 
 
 class RingSample(SampleBlock):

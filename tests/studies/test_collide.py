@@ -14,9 +14,9 @@ from dusttaichi.analysis.collisions import AXES
 from dusttaichi.analysis.thresholds import thresholds
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
+from dusttaichi.grains.collisions import Rings
 from dusttaichi.run import execute
 from dusttaichi.scene import Scene, from_yaml, load
-from dusttaichi.scene.collisions import Rings
 from dusttaichi.studies import collide_task as task
 from dusttaichi.studies import engine, pool
 from dusttaichi.studies.collide import Collisions

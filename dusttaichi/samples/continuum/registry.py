@@ -19,12 +19,12 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag
 
 from dusttaichi.samples.continuum.particles import Particles, moved
-from dusttaichi.samples.kinds import AnyOf, KindBlock, Kinds
 from dusttaichi.samples.values import Position, Seed, Spin, Velocity
 from dusttaichi.scene.fields import Block, Faults, Number, plain_or_block
+from dusttaichi.scene.kinds import AnyOf, KindBlock, Kinds
 from dusttaichi.scene.quantities import Quantity
 
-CONTINUUM = Kinds(__package__)
+CONTINUUM = Kinds(__package__, "kind of sample of the continuum")
 KINDS = CONTINUUM.kinds
 reads_particles = CONTINUUM.reads
 register = CONTINUUM.register

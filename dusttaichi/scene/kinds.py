@@ -1,6 +1,7 @@
 """Kinds of samples, selected by the key `kind`: a YAML block and a generator each."""
 
 import typing
+from collections import ChainMap
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Union
@@ -39,12 +40,18 @@ class Kind:
 class Kinds:
     """Kinds by name, and the blocks that have a field for any of them.
 
-    package: of the built-in kinds, one per file of the same name.
+    package: of the built-in kinds, one per file of the same name; the others are `added`. word: for
+    such a kind in errors.
     """
 
-    def __init__(self, package: str):
-        self.package = package
-        self.kinds: dict[str, Kind] = {}
+    known: ClassVar[list["Kinds"]] = []
+
+    def __init__(self, package: str, word: str):
+        self.package, self.word = package, word
+        self.built_in: dict[str, Kind] = {}
+        self.added: dict[str, Kind] = {}
+        self.kinds = ChainMap(self.built_in, self.added)
+        Kinds.known.append(self)
         self._readers: list[type[BaseModel]] = []
 
     def register(self, block: type) -> Callable:
@@ -60,12 +67,12 @@ class Kinds:
             raise TypeError(
                 f'{block.__name__}: a field kind: Literal["name of the kind"] is needed'
             )
-        own = name in self.kinds and self.kinds[name].block.__module__ == f"{self.package}.{name}"
-        if own and block.__module__ != f"{self.package}.{name}":
+        own = block.__module__ == f"{self.package}.{name}"
+        if name in self.built_in and not own:
             raise ValueError(f"{name} is a kind of this package; another name is needed")
 
         def known(make: Callable) -> Callable:
-            self.kinds[name] = Kind(block, make)
+            (self.built_in if own else self.added)[name] = Kind(block, make)
             self.follow()
             return make
 

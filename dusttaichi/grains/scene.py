@@ -4,10 +4,10 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from dusttaichi.grains import collisions as study
+from dusttaichi.grains.checks import check
+from dusttaichi.grains.collisions import Collisions
 from dusttaichi.samples import AnySample, reads_samples
-from dusttaichi.scene import collisions as study
-from dusttaichi.scene.checks.grains import check
-from dusttaichi.scene.collisions import Collisions
 from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.gravity import Gravity
 from dusttaichi.scene.interaction import Interaction
