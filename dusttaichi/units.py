@@ -1,6 +1,7 @@
-"""SI values of one internal unit (micrometre, microsecond, picogram).
+"""Systems of units. A simulation counts in one (`SI`, grains in `GRAINS`); all else is in SI.
 
-An internal number times the constant is SI, an SI number divided by it is internal.
+The constants are the SI values of one unit of grains (micrometre, microsecond, picogram): a number
+of theirs times the constant is SI, an SI number divided by it is theirs.
 """
 
 LENGTH = 1e-6  # m
@@ -18,27 +19,41 @@ DENSITY = 1e3  # kg/m^3
 INERTIA = 1e-27  # kg m^2
 DAMPING = 1e-9  # kg/s
 
-SYMBOLS = {
-    "m": LENGTH,
-    "s": TIME,
-    "kg": MASS,
-    "N": FORCE,
-    "J": ENERGY,
-    "Pa": PRESSURE,
-    "rad": 1.0,
-    "1": 1.0,
-}
-"""SI value of the internal unit in the place of an SI unit."""
 
+class Units:
+    """A system of units; called with an SI unit such as "kg/m^3", the SI value of its own.
 
-def internal(unit):
-    """SI value of the internal unit in the place of the SI unit `unit`, such as "kg/m^3".
-
-    Raises KeyError for a symbol that is not in SYMBOLS.
+    symbols: SI value of its unit in the place of each SI unit; without any, it is SI. Raises
+    KeyError for a symbol that is not among them.
     """
-    value = 1.0
-    for n, part in enumerate(unit.split("/")):
-        for factor in part.split():
-            symbol, _, power = factor.partition("^")
-            value *= SYMBOLS[symbol] ** ((-1.0 if n else 1.0) * float(power or 1.0))
-    return value
+
+    def __init__(self, symbols=None):
+        self.symbols = symbols
+
+    def __call__(self, unit):
+        value = 1.0
+        for n, part in enumerate(unit.split("/") if self.symbols else ()):
+            for factor in part.split():
+                symbol, _, power = factor.partition("^")
+                value *= self.symbols[symbol] ** ((-1.0 if n else 1.0) * float(power or 1.0))
+        return value
+
+    def si(self, number, unit):
+        """A number or array of this system in the SI unit `unit`; whole numbers stay whole."""
+        factor = self(unit)
+        return number if factor == 1.0 else number * factor
+
+
+SI = Units()
+GRAINS = Units(
+    {
+        "m": LENGTH,
+        "s": TIME,
+        "kg": MASS,
+        "N": FORCE,
+        "J": ENERGY,
+        "Pa": PRESSURE,
+        "rad": 1.0,
+        "1": 1.0,
+    }
+)

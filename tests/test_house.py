@@ -187,6 +187,21 @@ def test_python_is_started_in_one_place():
         assert "sys.executable" not in path.read_text() or _name(path) == "processes.py", path
 
 
+# What knows the factors of the units of grains: grains, what surrounds them alone, LAMMPS's "micro"
+COUNTING = ("grains/", "export/lammps", "domain/gravity", "domain/layout", "domain/pushes")
+
+
+def test_units_are_converted_in_few_places():
+    """Where grains are built; where a run records, a simulation says what its numbers are."""
+    knowing = {
+        _name(path)
+        for path, tree in _trees()
+        for found in _imports(tree)
+        if found[0] == "units" and found[1:] not in (["SI"], ["Units"])
+    }
+    assert knowing and not [name for name in knowing if not name.startswith(COUNTING)]
+
+
 def test_physics_touches_no_fields():
     for path in (PACKAGE / "physics").rglob("*.py"):
         assert "ti.field" not in path.read_text() and "fields[" not in path.read_text(), path

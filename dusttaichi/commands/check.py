@@ -103,7 +103,7 @@ def _cost(scene, preview, *, measure_it):
             total = NEVER
             break
         total += steps
-        time = quantities.format(steps * preview.dt * 1e-6, "time", 5)
+        time = quantities.format(steps * preview.dt, "time", 5)
         rows.append((what, f"{steps:,} ({time}; {reason})"))
     least, seconds, most = _seconds(scene, preview, measure_it=measure_it)
     rate = 1.0 / seconds if measure_it else float(f"{1.0 / seconds:.1g}")
@@ -140,7 +140,7 @@ def _json_of_scene(scene, preview, *, measure_it):
     if preview is not None:
         found |= {
             "particles": preview.size,
-            "time_step_s": preview.dt * 1e-6,
+            "time_step_s": preview.dt,
             "stages": [_stage(*stage, preview.dt) for stage in preview.plan],
             "run_time_s": _run_time(scene, preview, measure_it=measure_it),
             "text": {title: dict(rows) for title, rows in _sections(scene, preview)},
@@ -160,7 +160,7 @@ def _stage(name, steps, reason, dt):
     return {
         "name": name,
         "most_steps": int(steps) if known else None,
-        "most_time_s": steps * dt * 1e-6 if known else None,
+        "most_time_s": steps * dt if known else None,
         "ends": reason if known else None,
     }
 

@@ -127,10 +127,9 @@ def _shown(bar):
 
 def _built(scene, sim):
     """Output of --verbose about a simulation after its first step."""
-    from dusttaichi import units
     from dusttaichi.scene import quantities
 
-    step = quantities.format(sim.dt * units.TIME, "time", digits=4)
+    step = quantities.format(sim.dt * sim.units("s"), "time", digits=4)
     return f"{scene.method}: {sim.size:,} particles, time step {step}, kernels"
 
 

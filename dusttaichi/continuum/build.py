@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.compute.backend import loops_of, start_taichi, threads_of
 from dusttaichi.compute.compiled import LastCompiled
 from dusttaichi.compute.memory import capacity_for
@@ -35,7 +34,7 @@ from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.samples.continuum.flaws import flaws_of
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
 
-DEPTH = 1.0 / units.LENGTH  # of a scene in two dimensions: forces and energies are per metre
+DEPTH = 1.0  # [m] of a scene in two dimensions: forces and energies are per metre
 
 _LAST = LastCompiled()
 
@@ -283,7 +282,7 @@ def begin(sim, scene):
 
 def domain_of(scene, sample, dt):
     """The Domain of a scene at the start; in two dimensions it is a metre deep."""
-    boundary, room = scene.boundary, np.array(sample.room) / units.LENGTH
+    boundary, room = scene.boundary, np.array(sample.room)
     if sample.dimension == 2:
         room[1] = -0.5 * DEPTH, 0.5 * DEPTH
     box = cell = None
@@ -300,11 +299,9 @@ def domain_of(scene, sample, dt):
         cell = Cell(edges, np.zeros(3), np.zeros(3), centre, axes)
     density = np.array([material.solid_density for material in scene.all_materials])
     solid = np.sum(sample.mass / density[sample.material])
-    radius = sample.spacing / units.LENGTH
-    return Domain(dt, solid / units.LENGTH**3, radius, box, cell)
+    return Domain(dt, solid, sample.spacing, box, cell)
 
 
 def _extent(sample):
-    """Lowest and highest place of the particles along each axis [um], (3, 2)."""
-    x = sample.position / units.LENGTH
-    return np.stack([x.min(axis=0), x.max(axis=0)], axis=1)
+    """Lowest and highest place of the particles along each axis [m], (3, 2)."""
+    return np.stack([sample.position.min(axis=0), sample.position.max(axis=0)], axis=1)

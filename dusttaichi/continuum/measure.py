@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.continuum.kernels.store import FACES, OLD
 from dusttaichi.method import Measurement
 from dusttaichi.physics.continuum.elasticity import path_energy
@@ -158,16 +157,12 @@ def face_work(sim):
 
 
 def measurement(sim, start):
-    """The present Measurement [fJ]; start: the losses at step 0 [J], which count as 0."""
+    """The present Measurement [J]; start: the losses at step 0, which count as 0."""
     m = energies(sim)
-    losses = (m["loss"] - start) / units.ENERGY
+    losses = m["loss"] - start
     potential = m["gravity_energy"] + m["elastic_energy"]
     return Measurement.of(
-        m["kinetic"] / units.ENERGY,
-        potential / units.ENERGY,
-        losses,
-        work=m["work"] / units.ENERGY,
-        parts=m | {"loss": losses * units.ENERGY},
+        m["kinetic"], potential, losses, work=m["work"], parts=m | {"loss": losses}
     )
 
 

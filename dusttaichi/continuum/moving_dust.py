@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.continuum import measure, record, validity
 from dusttaichi.continuum.advice import advice
@@ -30,7 +29,7 @@ class MovingDust(SimpleSimulation):
 
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, sample, sim
-        self.size, self.dt = sim.n, sim.output_step / units.TIME
+        self.size, self.dt = sim.n, sim.output_step
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         self.around = domain_of(scene, sample, self.dt)
         self.variables = select(VARIABLES, self._features(), *scene.output.chosen)
@@ -72,7 +71,7 @@ class MovingDust(SimpleSimulation):
     def drive(self, drive):
         self.around = self.around.driven(drive, self.step)
         speeds = np.zeros((6, 3))
-        speeds[5, 2] = -self.around.wall_speed * units.SPEED
+        speeds[5, 2] = -self.around.wall_speed
         self.sim.move_faces(speeds)
 
     # -- measuring -------------------------------------------------------------------------------
@@ -85,10 +84,9 @@ class MovingDust(SimpleSimulation):
         validity.check_inside(self.sim, self.around.box, self._flying)
 
     def sums(self):
-        # over time in us, as a window has it, the mean is a force in N; that on an elastic body is
-        # the change of its momentum
+        # the force on an elastic body is the change of its momentum
         momenta = measure.elastic_momenta(self.sim, self.sample)
-        return {"impulse": np.concatenate([self.sim.impulses(), momenta]) / units.TIME}
+        return {"impulse": np.concatenate([self.sim.impulses(), momenta])}
 
     def series(self, measurement, window):
         self._pairing.check()
@@ -109,7 +107,7 @@ class MovingDust(SimpleSimulation):
         """
         areas = np.zeros(6)
         if self.around.box is not None:
-            areas = self.around.wall_areas(self.step) * units.LENGTH**2
+            areas = self.around.wall_areas(self.step)
             areas[[wall not in self._pressed for wall in WALLS]] = 0.0
         return areas
 

@@ -4,7 +4,6 @@ from math import pi
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.continuum import time_step
 from dusttaichi.continuum.advice import advice
@@ -42,7 +41,7 @@ def preview(scene):
     ]
     if texts := advice(scene, sample):
         sections.append(("Defaults to change", [tuple(text.split(": ", 1)) for text in texts]))
-    domain = domain_of(scene, sample, output_step / units.TIME)
+    domain = domain_of(scene, sample, output_step)
     return Preview(sections, len(sample), domain.dt, domain.planned(scene))
 
 

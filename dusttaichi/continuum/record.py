@@ -35,23 +35,13 @@ def series(sim, parts, window, areas, elastic):
     S = share @ components(whole[:, None] * sim.of_particles("deviator")[dust], sim.dimension)
     pressure = float(share @ p)
     solid = sim.material_of(dust).rho_s
-    keys = (
-        "kinetic",
-        "gravity_energy",
-        "elastic_energy",
-        "loss",
-        "work",
-        "momentum",
-        "angular_momentum",
-    )
-    out = {key: parts[key] for key in keys}
     force = np.zeros((FACES + sim.bodies + len(elastic[0]), 3))
     if window is not None:
         force = window.mean("impulse")
     speed, spin = sim.body_speeds()
     wall = -force[:FACES]
     inward = np.array([1, -1, 1, -1, 1, -1]) * wall[np.arange(6), np.arange(6) // 2]
-    return out | {
+    return parts | {
         "substeps": sim.substeps,
         "body_position": np.concatenate([sim.rigid("centre")[FACES:], elastic[0]]),
         "body_velocity": np.concatenate([speed[FACES:], elastic[1]]),

@@ -7,7 +7,6 @@ from dataclasses import asdict
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.compute.loops import DONE, STUCK
 from dusttaichi.continuum.kernels.motion import MOST_STEPS
 from dusttaichi.continuum.kernels.store import (
@@ -23,6 +22,7 @@ from dusttaichi.continuum.kernels.store import (
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 from dusttaichi.physics.continuum.kernels import MATERIAL
+from dusttaichi.units import SI
 
 
 class Simulation:
@@ -33,6 +33,8 @@ class Simulation:
     MaterialNumbers of all materials; material: of the first. tables, lists: memory.Table by name.
     bodies: rigid bodies.
     """
+
+    units = SI
 
     def __init__(self, compiled, tables, n, *, numbers, materials, output_step, threads, bodies):
         self.kernels, self.layout = compiled.kernels, compiled.layout
@@ -49,8 +51,8 @@ class Simulation:
 
     @property
     def time(self):
-        """Simulated time [us]."""
-        return self.step * self.output_step / units.TIME
+        """Simulated time [s]."""
+        return self.step * self.output_step
 
     # -- memory ----------------------------------------------------------------------------------
 

@@ -5,14 +5,13 @@ Numbers that are none, dust denser than its solid, bodies that have left through
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 from dusttaichi.names import WALLS
 
-ROUNDING = 1e-3
-"""Distance [um] of the centre of a body beyond a face that counts as round-off."""
+ROUNDING = 1e-9
+"""Distance [m] of the centre of a body beyond a face that counts as round-off."""
 
 
 def validate(sim, measurement):
@@ -43,12 +42,12 @@ def check_inside(sim, box, names):
     """
     if box is None or not names:
         return
-    centres = sim.rigid("centre")[FACES:][list(names)] / units.LENGTH
-    beyond = box.offsets(sim.time) - centres @ box.normal.T  # (bodies, 6) [um]
+    centres = sim.rigid("centre")[FACES:][list(names)]
+    beyond = box.offsets(sim.time) - centres @ box.normal.T  # (bodies, 6) [m]
     beyond[:, box.present == 0] = -np.inf
     body, wall = np.unravel_index(np.argmax(beyond), beyond.shape)
     if beyond[body, wall] > ROUNDING:
-        name, far = list(names.values())[body], 1e-3 * beyond[body, wall]
+        name, far = list(names.values())[body], 1e3 * beyond[body, wall]
         raise GuardStop(
             f"{moment(sim)} {name} has passed through the {WALLS[wall]}: its centre is {far:.3g} "
             "mm outside. It has gone through all the dust that there was, and stops in none. Try a "

@@ -17,7 +17,7 @@ MOVING = ("start", "rate", "growth", "tilt", "tilt_rate", "strain", "shear_rate"
 class Cell:
     """A periodic cell: edge L(t) = start exp(growth t) + rate t along the periodic axes, centred.
 
-    start [um], rate [um/us], growth [1/us], centre [um]: (3,). Along the other axes start is 0.
+    start, rate, growth, centre: (3,). Along the other axes start is 0.
     The image above it is shifted along x by tilt + tilt_rate t; tilted: the cell may be sheared in
     this run. strain + shear_rate t: shear strain since the start of the run.
     """
@@ -40,15 +40,15 @@ class Cell:
         return np.array([self.start, self.rate, self.growth, self.centre, tilt])
 
     def edges(self, time):
-        """Lengths at a time [um], (3,)."""
+        """Lengths at a time, (3,)."""
         return self.start * np.exp(self.growth * time) + self.rate * time
 
     def speeds(self, time):
-        """Growth rates of the edges at a time [um/us], (3,)."""
+        """Growth rates of the edges at a time, (3,)."""
         return self.growth * self.start * np.exp(self.growth * time) + self.rate
 
     def offset(self, time):
-        """Shift of the image above along x at a time [um]."""
+        """Shift of the image above along x at a time."""
         return self.tilt + self.tilt_rate * time
 
     def sheared(self, time):
@@ -56,11 +56,11 @@ class Cell:
         return self.strain + self.shear_rate * time
 
     def low(self, time):
-        """Lower faces at a time [um], (3,)."""
+        """Lower faces at a time, (3,)."""
         return self.centre - 0.5 * self.edges(time)
 
     def outside(self, x, time):
-        """Numbers of edges by which positions x [um] (N, 3) are outside the cell: (N, 3) floats.
+        """Numbers of edges by which positions x (N, 3) are outside the cell: (N, 3) floats.
 
         The faces across x of a sheared cell are parallel to its edge along z.
         """
@@ -75,30 +75,30 @@ class Cell:
         return out
 
     def across(self, counts, time):
-        """Vectors [um] (N, 3) of these numbers of edges along the axes."""
+        """Vectors (N, 3) of these numbers of edges along the axes."""
         out = counts * self.edges(time)
         out[:, 0] += counts[:, 2] * self.offset(time)
         return out
 
     def speeds_across(self, counts, time):
-        """Relative velocities of images at these numbers of edges [um/us], (N, 3)."""
+        """Relative velocities of images at these numbers of edges, (N, 3)."""
         out = counts * self.speeds(time)
         out[:, 0] += counts[:, 2] * self.tilt_rate
         return out
 
     def power(self, loads, time):
-        """Power of the faces [fJ/us] under the loads (3, 3) [nN] of LoadSums.across_faces."""
+        """Power of the faces under the loads (3, 3) of LoadSums.across_faces."""
         return float(np.diag(loads) @ self.speeds(time) + loads[0, 2] * self.tilt_rate)
 
     def nearest(self, d, time):
-        """Distance vectors [um], (N, 3), to the nearest image."""
+        """Distance vectors, (N, 3), to the nearest image."""
         period = np.where(np.isin(np.arange(3), self.axes), self.edges(time), np.inf)
         return nearest_image(d, period, self.offset(time))
 
     def driven(self, time, *, rate=0.0, growth=0.0, shear=0.0):
         """The cell with another motion from `time` on.
 
-        rate [um/us] and growth [1/us], one or (3,), shear [1/us].
+        rate and growth: one or (3,).
         """
         periodic = np.isin(np.arange(3), self.axes)
         growth, rate = np.where(periodic, growth, 0.0), np.where(periodic, rate, 0.0)

@@ -4,8 +4,8 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from math import exp, floor, inf, isnan, nan
 
-from dusttaichi import units
 from dusttaichi.names import NEVER
+from dusttaichi.units import SI, Units
 
 FARTHEST = 2**52  # steps beyond this are never reached
 LARGEST = 600.0  # exponent beyond which a length is as good as infinite; its powers stay finite
@@ -13,13 +13,12 @@ LARGEST = 600.0  # exponent beyond which a length is as good as infinite; its po
 
 @dataclass(frozen=True)
 class Clock:
-    """Time step [us] and lengths of the box during a stage.
+    """Time step and lengths of the box during a stage, in its `units`.
 
     Length along axis k at a step: start[k] exp(growth[k] t) + rate[k] t with t = dt step; NaN where
-    the box is open. volume of the grains [um^3]; least: lengths [um] below which the box is not
-    driven; first: step at which the stage began. controlled: numbers of the axes along which a load
-    is controlled, whose lengths are known for the current step only. shear: rate [1/us], which is
-    part of the strain.
+    the box is open. volume: of the grains; least: lengths below which the box is not driven; first:
+    step at which the stage began. controlled: numbers of the axes along which a load is controlled,
+    whose lengths are known for the current step only. shear: rate, which is part of the strain.
     """
 
     dt: float
@@ -31,9 +30,10 @@ class Clock:
     first: int = 0
     controlled: tuple = ()
     shear: float = 0.0
+    units: Units = SI
 
     def lengths(self, step):
-        """Lengths of the box [um], a list of three."""
+        """Lengths of the box, a list of three."""
         t = self.dt * step
         return [
             a * exp(min(g * t, LARGEST)) + c * t
@@ -116,9 +116,13 @@ class Clock:
                 return NEVER
         return bisect_left(range(NEVER), True, lo=low + 1, hi=low + ahead, key=reached)
 
+    def steps(self, time):
+        """Number of steps in a time [s], with the fraction of the last."""
+        return time / self.units("s") / self.dt
+
     def steps_in(self, time):
-        """Number of whole steps in a time [us], at least one."""
-        return max(1, floor(time / self.dt + 0.5))
+        """Number of whole steps in a time [s], at least one."""
+        return max(1, floor(self.steps(time) + 0.5))
 
     def last_step(self, stop):
         """Latest step at which a Stop ends the stage, and the reason.
@@ -130,8 +134,7 @@ class Clock:
         if stop.steps is not None:
             ends.append((first + stop.steps, f"{stop.steps} steps"))
         if stop.time is not None:
-            steps = self.steps_in(stop.time / units.TIME)
-            ends.append((first + steps, f"time {stop.time_text}"))
+            ends.append((first + self.steps_in(stop.time), f"time {stop.time_text}"))
         if stop.strain is not None:
             ends.append((self.step_of_strain(stop.strain), f"strain {stop.strain:.4g}"))
         if stop.filling_factor is not None and self.bounded and not self.controlled:

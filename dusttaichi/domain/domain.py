@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.clock import Clock
 from dusttaichi.domain.servo import WALL, Servo, make_servo
 from dusttaichi.domain.walls import TOP, Box
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.names import AXES, NEVER
+from dusttaichi.units import SI, Units
 
 
 def lengths(box, cell, time):
-    """Lengths [um], (3,), between the walls of a Box and of the edges of a Cell at a time [us].
+    """Lengths, (3,), between the walls of a Box and of the edges of a Cell at a time.
 
     Either may be None; NaN along open axes.
     """
@@ -34,10 +34,10 @@ def lengths(box, cell, time):
 
 @dataclass(frozen=True, eq=False)
 class Domain:
-    """Walls and periodic cell of a run, or neither.
+    """Walls and periodic cell of a run, or neither, in its `units`.
 
-    dt: time step [us]. volume: of all particles [um^3]. radius: of the largest of them [um].
-    t_c: unit of time of a compression_rate [us] (scene.Drive). servo: load control, or None.
+    dt: time step. volume: of all particles. radius: of the largest of them. t_c: unit of time of a
+    compression_rate (scene.Drive). servo: load control, or None.
     """
 
     dt: float
@@ -47,6 +47,7 @@ class Domain:
     cell: Cell | None = None
     t_c: float = 1.0
     servo: Servo | None = None
+    units: Units = SI
 
     def driven(self, drive, step, integral=None):
         """The domain with the motion of `drive` (scene.Drive) from that step on.
@@ -56,12 +57,13 @@ class Domain:
         servo = make_servo(drive, self, step, integral)
         time, box, cell = self.dt * step, self.box, self.cell
         if box is not None:
-            speed = (drive.wall_speed or 0.0) / units.SPEED
+            unit = self.units("m/s")
+            speed = (drive.wall_speed or 0.0) / unit
             if servo is not None and servo.kind == WALL:
                 speed = servo.speed[0]
-            box = box.driven(speed, (drive.shear_speed or 0.0) / units.SPEED, time)
+            box = box.driven(speed, (drive.shear_speed or 0.0) / unit, time)
         if cell is not None:
-            cell = cell.driven(time, **_face_motion(drive, self.t_c, servo))
+            cell = cell.driven(time, **self._face_motion(drive, servo))
         return replace(self, servo=servo, box=box, cell=cell)
 
     def steered(self, integral):
@@ -87,17 +89,18 @@ class Domain:
         return new
 
     def _measured_over(self, step):
-        """Area [um^2] or volume [um^3] over which the load is averaged."""
+        """Area or volume over which the load is averaged."""
         if self.servo.kind == WALL:
             return self.wall_areas(step)[TOP]
         return np.prod(self.lengths(step))
 
     def _check_narrow(self, step):
-        clock, lengths = self.clock(step), self.lengths(step)
+        clock, lengths, um = self.clock(step), self.lengths(step), self.units("m") * 1e6
         for axis in range(3):
             if clock.narrows(axis) and lengths[axis] <= clock.least[axis]:
+                now = self.dt * step * self.units("s") * 1e6
                 raise GuardStop(
-                    f"At {self.dt * step:.6g} µs the box is {lengths[axis]:.4g} µm along "
+                    f"At {now:.6g} µs the box is {lengths[axis] * um:.4g} µm along "
                     f"{AXES[axis]}, two grains, and the prescribed load is not reached. "
                     "Try a larger sample or a lower pressure or stress."
                 )
@@ -115,7 +118,7 @@ class Domain:
         return self.box is not None and bool(self.box.present[TOP])
 
     def room(self, step):
-        """Coordinates of walls and faces [um], (6,); NaN where there is neither."""
+        """Coordinates of walls and faces, (6,); NaN where there is neither."""
         time = self.dt * step
         planes = np.full(6, np.nan)
         if self.box is not None:
@@ -127,7 +130,7 @@ class Domain:
         return planes
 
     def lengths(self, step):
-        """Lengths of the box [um], (3,); NaN where it is open."""
+        """Lengths of the box, (3,); NaN where it is open."""
         return lengths(self.box, self.cell, self.dt * step)
 
     @property
@@ -136,25 +139,25 @@ class Domain:
         return not np.isnan(self.lengths(0)).any()
 
     def wall_areas(self, step):
-        """Area of each wall [um^2], (6,): of the box, or of the sample where it is open."""
+        """Area of each wall, (6,): of the box, or of the sample where it is open."""
         planes, lengths = self.box.planes(self.dt * step), self.lengths(step)
         a, b, c = np.where(np.isnan(lengths), planes[1::2] - planes[0::2], lengths)
         return np.array([b * c, b * c, a * c, a * c, a * b, a * b])
 
     def nearest(self, d, step):
-        """Distance vectors [um], (n, 3), to the nearest periodic image."""
+        """Distance vectors, (n, 3), to the nearest periodic image."""
         return d if self.cell is None else self.cell.nearest(d, self.dt * step)
 
     # -- motion ----------------------------------------------------------------------------------
 
     @property
     def wall_speed(self):
-        """Speed of the top wall downwards [um/us], 0 without one."""
+        """Speed of the top wall downwards, 0 without one."""
         return float(self.box.speed[TOP]) if self.has_top else 0.0
 
     @property
     def fastest_wall(self):
-        """Largest normal speed of a wall, now or allowed by its servo [um/us]."""
+        """Largest normal speed of a wall, now or allowed by its servo."""
         if self.box is None:
             return 0.0
         fastest = float(np.max(np.abs(self.box.speed)))
@@ -163,7 +166,7 @@ class Domain:
         return fastest
 
     def closing_speed(self, step):
-        """Speed at which faces may bring particles together, now or allowed by a servo [um/us]."""
+        """Speed at which faces may bring particles together, now or allowed by a servo."""
         if self.cell is None:
             return 0.0
         time = self.dt * step
@@ -187,18 +190,18 @@ class Domain:
         return float(self.box.tangential_displacements(time)[TOP, 0] / height)
 
     def tilt(self, step):
-        """Shift of the image above the cell along x [um]."""
+        """Shift of the image above the cell along x."""
         return 0.0 if self.cell is None else self.cell.offset(self.dt * step)
 
     def check_start(self):
         """Raise DustError where walls or faces have their smallest distance at the start."""
-        clock = self.clock()
+        clock, um = self.clock(), self.units("m") * 1e6
         for axis, word in enumerate(("wide", "deep", "high")):
             if clock.narrows(axis) and clock.step_of_length(clock.least[axis], axis) == 0:
                 raise DustError(
-                    f"boundary: the box is {clock.start[axis]:.4g} µm {word}, no more than two "
-                    f"grains ({clock.least[axis]:.4g} µm), so it cannot be compressed; use a "
-                    "larger sample or box, or leave it at rest"
+                    f"boundary: the box is {clock.start[axis] * um:.4g} µm {word}, no more than "
+                    f"two grains ({clock.least[axis] * um:.4g} µm), so it cannot be compressed; "
+                    "use a larger sample or box, or leave it at rest"
                 )
 
     def clock(self, first=0):
@@ -236,6 +239,7 @@ class Domain:
             first,
             controlled=controlled,
             shear=self._shear_rate(start[2] + rate[2] * self.dt * first),
+            units=self.units,
         )
 
     def planned(self, scene):
@@ -253,6 +257,19 @@ class Domain:
             first = end
         return out
 
+    def _face_motion(self, drive, servo):
+        """Motion of the edges of a cell, arguments of Cell.driven."""
+        growth, rate, time = np.zeros(3), np.zeros(3), self.units("s")
+        if drive.compression_rate is not None:
+            growth[:] = -2.0 * drive.compression_rate / self.t_c
+        elif drive.strain_rate is not None:
+            growth = np.array(drive.strain_rate) * time
+        elif drive.face_speed is not None:
+            rate = 2.0 * np.array(drive.face_speed) / self.units("m/s")
+        if servo is not None and servo.kind != WALL:
+            growth[list(servo.axes)] = -servo.speed
+        return {"rate": rate, "growth": growth, "shear": (drive.shear_rate or 0.0) * time}
+
     def _controlled_axes(self):
         """Numbers of the axes along which a servo moves walls or faces."""
         if self.servo is None:
@@ -260,22 +277,7 @@ class Domain:
         return (2,) if self.servo.kind == WALL else self.servo.axes
 
     def _shear_rate(self, height):
-        """Rate of shear [1/us], between walls relative to the height [um] at the start."""
+        """Rate of shear, between walls relative to the height at the start."""
         if self.cell is not None and self.cell.tilted:
             return self.cell.shear_rate
         return float(self.box.along[TOP, 0] / height) if self.has_top and height == height else 0.0
-
-
-def _face_motion(drive, t_c, servo):
-    """Motion of the edges of a cell, arguments of Cell.driven."""
-    growth, rate = np.zeros(3), np.zeros(3)
-    if drive.compression_rate is not None:
-        growth[:] = -2.0 * drive.compression_rate / t_c
-    elif drive.strain_rate is not None:
-        growth = np.array(drive.strain_rate) * units.TIME
-    elif drive.face_speed is not None:
-        rate = 2.0 * np.array(drive.face_speed) / units.SPEED
-    if servo is not None and servo.kind != WALL:
-        growth[list(servo.axes)] = -servo.speed
-    shear = (drive.shear_rate or 0.0) * units.TIME
-    return {"rate": rate, "growth": growth, "shear": shear}

@@ -23,8 +23,6 @@ from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
 
-from dusttaichi import units
-
 EVERY, MEMORY = 25, 80
 DAMPED, LIMIT, LOADED, RELIEF, SCATTER = 1.0, 0.5, 2.0, 5.0, 0.3
 STIFF, SOFT = 1e7, 1.0  # k at first, stiffer than any sample, and at least
@@ -38,9 +36,9 @@ class Servo:
     """Load control of one stage.
 
     kind: WALL moves the top wall, CELL edges of a cell one by one, EVEN all edges by the same
-    factor. axes: numbers of the edges. load: prescribed, positive in compression [kPa], (n,).
-    scale: reference of its relative error. gain: g. largest: speed [um/us] or rate [1/us] of
-    approach, (n,). length: of the box [um], or 1, by which displacements are divided, (n,). speed:
+    factor. axes: numbers of the edges. load: prescribed, positive in compression, (n,).
+    scale: reference of its relative error. gain: g. largest: speed or rate of approach,
+    (n,). length: of the box, or 1, by which displacements are divided, (n,). speed:
     current, (n,). steady: v_0, (n,). missing: e at the last change, (n,), NaN before the first.
     changes, ways, products: mean squares of the changes of e and of the strains, and the mean of
     their products, (n,). due: step of the next change. every: steps between two. before: time
@@ -80,8 +78,7 @@ class Servo:
     def changed(self, load, integral, dt):
         """The Servo after a change of speed.
 
-        load: mean since the last change [kPa], (n,). integral: the next `before`. dt: of a step
-        [us].
+        load: mean since the last change, (n,). integral: the next `before`. dt: of a step.
         """
         missing, time = (self.load - load) / self.scale, self.every * dt
         change = np.where(np.isnan(self.missing), 0.0, missing - self.missing)
@@ -124,11 +121,11 @@ def make_servo(drive, domain, step, integral):
         return None
     if drive.stress is not None:
         kind, axes = CELL, drive.controlled_axes
-        load = -np.array([drive.stress[n] for n in axes]) / units.PRESSURE
+        load = -np.array([drive.stress[n] for n in axes]) / domain.units("Pa")
     else:
         kind = WALL if domain.has_top else EVEN
         axes = () if kind == WALL else (0, 1, 2)
-        load = np.array([drive.pressure]) / units.PRESSURE
+        load = np.array([drive.pressure]) / domain.units("Pa")
     n = len(load)
     first = Servo(
         kind=kind,
@@ -136,7 +133,7 @@ def make_servo(drive, domain, step, integral):
         load=load,
         scale=float(np.abs(load).max()),
         gain=drive.servo_gain,
-        largest=_largest(drive, kind, axes),
+        largest=_largest(drive, kind, axes, domain.units),
         # the height below the top wall, whether it has a bottom or not
         length=np.diff(domain.box.planes(domain.dt * step)[4:]) if kind == WALL else np.ones(n),
         speed=np.zeros(n),
@@ -152,9 +149,9 @@ def make_servo(drive, domain, step, integral):
     return first if integral is None else replace(first, before=integral(first))
 
 
-def _largest(drive, kind, axes):
-    """Largest speed [um/us] or rates [1/us] of the motion by a Servo of that kind, (n,)."""
+def _largest(drive, kind, axes, units):
+    """Largest speed or rates of the motion by a Servo of that kind, (n,)."""
     if kind == WALL:
-        return np.array([drive.largest_wall_speed]) / units.SPEED
-    rates = np.abs(drive.largest_rates) * units.TIME
+        return np.array([drive.largest_wall_speed]) / units("m/s")
+    rates = np.abs(drive.largest_rates) * units("s")
     return rates[:1] if kind == EVEN else rates[list(axes)]

@@ -29,25 +29,25 @@ class Box:
 
     @property
     def velocity(self):
-        """Velocities of the walls [um/us], (6, 3)."""
+        """Velocities of the walls, (6, 3)."""
         return self.speed[:, None] * self.normal + self.along
 
     def tangential_displacements(self, time):
-        """Displacement of each wall along itself at a time [us]: (6, 3) [um]."""
+        """Displacement of each wall along itself at a time, (6, 3)."""
         return self.slid + self.along * time
 
     def offsets(self, time):
-        """x.normal on the six walls at a time [us]."""
+        """x.normal on the six walls at a time."""
         return self.offset + self.speed * time
 
     def planes(self, time):
-        """Coordinates of the six walls at a time [us]."""
+        """Coordinates of the six walls at a time."""
         return self.offsets(time) * self.normal.sum(axis=1)
 
     def driven(self, speed, along, time):
         """These walls with new velocities of the top one from `time` on.
 
-        `speed` is downwards and `along` along x [um/us].
+        `speed` is downwards and `along` along x.
         """
         speeds, tangential = np.zeros(6), np.zeros((6, 3))
         if self.present[TOP]:

@@ -23,6 +23,7 @@ from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.sample import Sample
 from dusttaichi.scene.material import DEFAULT
+from dusttaichi.units import GRAINS
 
 SAMPLE = ("positions", "velocities", "spins")
 OWN = ("radii", "materials")  # None where all grains are equal
@@ -33,6 +34,8 @@ TOP = WALLS.index("top")
 
 class MovingGrains(SimpleSimulation):
     """The protocol dusttaichi.method.Simulation, for the Simulation `sim` of a scene."""
+
+    units = GRAINS
 
     def __init__(self, scene, sample, sim):
         self.scene, self.sample, self.sim = scene, samples.pushed(scene, sample), sim
@@ -65,6 +68,10 @@ class MovingGrains(SimpleSimulation):
     @property
     def dt(self):
         return self.sim.dt
+
+    @property
+    def time(self):
+        return self.began + self.sim.time
 
     @property
     def domain(self):
@@ -106,13 +113,10 @@ class MovingGrains(SimpleSimulation):
         return found if first is None else found | record.bodies(self.sim, first)
 
     def records(self, group):
-        now = (self.began + self.sim.time) * units.TIME
         if group == "profiles":
             clock = self.domain.clock(self.sim.step)
-            return [("profiles", record.profile(self.sim, clock, self.bins, now))]
-        found = record.snapshot(self.sim, self.scene.output.contacts, now)
-        named = {(v.group, v.name) for v in self.variables}
-        return [(g, {k: a for k, a in own.items() if (g, k) in named}) for g, own in found]
+            return [(group, record.profile(self.sim, clock, self.bins, self.time))]
+        return record.snapshot(self.sim, self.scene.output.contacts, self.time)
 
     def forces(self):
         """Force [N] and torque [N m] of the contacts on every grain now, (N, 3) each."""

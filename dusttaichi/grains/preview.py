@@ -30,6 +30,7 @@ from dusttaichi.physics.contact.registry import chosen_model
 from dusttaichi.scene import quantities
 from dusttaichi.scene.material import DEFAULT
 from dusttaichi.scene.push import of_stages
+from dusttaichi.units import GRAINS
 
 
 def preview(scene):
@@ -56,7 +57,7 @@ def preview(scene):
     if texts := advice(scene, sample):
         sections.append(("Defaults to change", [tuple(text.split(": ", 1)) for text in texts]))
     sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
-    return Preview(sections, len(sample), domain.dt, domain.planned(scene))
+    return Preview(sections, len(sample), step.dt, domain.planned(scene))
 
 
 def _contacts(scene, own, contacts):
@@ -169,7 +170,7 @@ def _domain(scene, sample, own, contacts, step):
     radii = radii if own is None else own.radius
     volume, t_c = 4.0 / 3.0 * np.pi * (radii**3).sum(), constants.characteristic_time
     dt, t_c = step.dt / units.TIME, t_c(scene.material.unscaled) / units.TIME
-    return Domain(dt, float(volume), float(radii.max()), box, cell, t_c)
+    return Domain(dt, float(volume), float(radii.max()), box, cell, t_c, units=GRAINS)
 
 
 def _state_memory(scene, sample, own, step, domain):

@@ -1,4 +1,4 @@
-"""Records of the result file (SI) from a simulation (internal units)."""
+"""Records of the result file from a simulation, as it counts: the run converts them to SI."""
 
 from dataclasses import dataclass
 
@@ -47,8 +47,8 @@ def plates_of(boundary, sample, radius):
     return Plates(centre, reach * (1.0 + 1e-9), round_, inner)
 
 
-def stress(sim, before, after, span):
-    """Virial stress [kPa], (3, 3), positive in tension (T19 eq 23): the mean over `span` [us].
+def stress(before, after, span):
+    """Virial stress, (3, 3), positive in tension (T19 eq 23): the mean over `span`.
 
     before, after: sums (lengths, flux) at the ends of the span.
     """
@@ -62,42 +62,31 @@ def series(sim, m, window, plates=None):
     m: result of measure.energies. window: Window of sums, None at step 0: then walls act with the
     force of that moment, and there is no stress yet.
     """
-    record = {
+    record = m | {
         "coordination_number": 2.0 * m["contacts"] / sim.grains,
         "contact_count": m["contacts"],
-        "kinetic_translation": m["kinetic_translation"] * units.ENERGY,
-        "kinetic_rotation": m["kinetic_rotation"] * units.ENERGY,
-        "potential": m["potential"] * units.ENERGY,
-        "loss": m["loss"] * units.ENERGY,
-        "largest_overlap": m["largest_overlap"] * units.LENGTH,
-        "largest_speed": m["largest_speed"] * units.SPEED,
+        "wall_contact_count": m["wall_contacts"],
+        "sphere_contact_count": m["sphere_contacts"],
     }
-    if not sim.domain.there:
-        record |= _momenta(sim)
     if sim.domain.there:
         record["shear_strain"] = sim.domain.shear_strain(sim.step)
-    if sim.cell is not None:
-        record["face_work"] = m["face_work"] * units.ENERGY
-    record["stiffness_work"] = m["stiffness_work"] * units.ENERGY
-    if sim.push.works:
-        record["push_work"] = m["push_work"] * units.ENERGY
-    if sim.gravity is not None:
-        record["gravity_work"] = m["gravity_work"] * units.ENERGY
+    else:
+        record |= _momenta(sim)
     if sim.sphere is not None:
         record |= _sphere(sim, m, window)
     if sim.layout.stress:
-        mean = np.zeros((3, 3)) if window is None else stress(sim, *window)
-        record["stress"] = mean * units.PRESSURE
+        record["stress"] = np.zeros((3, 3)) if window is None else stress(*window)
     if sim.box is not None:
         force = sim.ledger_sums.wall_force if window is None else window.mean("impulse")
-        record |= _walls(sim, m, force)
+        areas = sim.domain.wall_areas(sim.step)
+        record |= {"pressure": _pressure(sim, force, areas), "wall_force": force}
         if plates is not None:
             record |= _between_plates(sim, plates, force, sim.lengths()[2])
     return record
 
 
 def bodies(sim, first):
-    """Centres of mass, velocities and angular momenta of two bodies, (2, 3) each, SI.
+    """Centres of mass, velocities and angular momenta of two bodies, (2, 3) each.
 
     Angular momenta are about the centres. The grains of the one are before number `first` of the
     sample, wherever they go.
@@ -110,9 +99,9 @@ def bodies(sim, first):
         centre, velocity = (np.sum(share * a[own], axis=0) for a in (x, v))
         moving = mass[own] * (v[own] - velocity)
         turning = np.cross(x[own] - centre, moving) + inertia[own] * w[own]
-        centres.append(centre * units.LENGTH)
-        velocities.append(velocity * units.SPEED)
-        spins.append(turning.sum(axis=0) * units.MASS * units.SPEED * units.LENGTH)
+        centres.append(centre)
+        velocities.append(velocity)
+        spins.append(turning.sum(axis=0))
     return {
         "body_position": np.array(centres),
         "body_velocity": np.array(velocities),
@@ -129,32 +118,20 @@ def _inertia(sim):
 
 
 def _sphere(sim, m, window):
-    """Record of the rigid sphere: motion, mean load, energies, contacts."""
-    sphere = sim.sphere
+    """Record of the rigid sphere: motion, mean load."""
     now = m["sphere_load"]
     load = np.concatenate(now) if window is None else window.mean("sphere_impulse")
-    return _sphere_motion(sphere, now) | {
-        "sphere_force": load[:3] * units.FORCE,
-        "sphere_torque": load[3:] * units.TORQUE,
-        "sphere_kinetic": m["sphere_kinetic"] * units.ENERGY,
-        "sphere_contact_count": m["sphere_contacts"],
-        "potential_sphere": m["potential_sphere"] * units.ENERGY,
-        "loss_sphere": m["loss_sphere"] * units.ENERGY,
-        "sphere_work": m["sphere_work"] * units.ENERGY,
-    }
+    motion = _sphere_motion(sim.sphere, now)
+    return motion | {"sphere_force": load[:3], "sphere_torque": load[3:]}
 
 
 def _sphere_motion(sphere, load):
     x, v, w = sphere.now(load)
-    return {
-        "sphere_position": x * units.LENGTH,
-        "sphere_velocity": v * units.SPEED,
-        "sphere_spin": w * units.SPIN,
-    }
+    return {"sphere_position": x, "sphere_velocity": v, "sphere_spin": w}
 
 
 def _momenta(sim):
-    """Momentum and angular momentum about the origin of all grains and the sphere (3,), SI."""
+    """Momentum and angular momentum about the origin of all grains and the sphere, (3,)."""
     x, v, w = grain_state(sim)
     mass, inertia = _inertia(sim)
     momentum = mass * v
@@ -164,28 +141,13 @@ def _momenta(sim):
         x, v, w = sphere.now()
         momentum = momentum + sphere.mass * v
         angular = angular + sphere.mass * np.cross(x, v) + sphere.inertia * w
-    unit = units.MASS * units.SPEED
-    return {
-        "momentum": momentum * unit,
-        "angular_momentum": angular * unit * units.LENGTH,
-    }
-
-
-def _walls(sim, m, mean_force):
-    return {
-        "pressure": _pressure(sim, mean_force, sim.domain.wall_areas(sim.step)),
-        "wall_force": mean_force * units.FORCE,
-        "wall_contact_count": m["wall_contacts"],
-        "potential_wall": m["potential_wall"] * units.ENERGY,
-        "loss_wall": m["loss_wall"] * units.ENERGY,
-        "wall_work": m["wall_work"] * units.ENERGY,
-    }
+    return {"momentum": momentum, "angular_momentum": angular}
 
 
 def _pressure(sim, mean_force, areas):
-    """Pressure on each wall [Pa], (6,); not a number where there is none."""
+    """Pressure on each wall, (6,); not a number where there is none."""
     inward = np.sum(mean_force * sim.box.normal, axis=1)
-    return np.where(sim.box.present == 1, inward / areas * units.PRESSURE, np.nan)
+    return np.where(sim.box.present == 1, inward / areas, np.nan)
 
 
 def _between_plates(sim, plates, mean_force, height):
@@ -197,7 +159,7 @@ def _between_plates(sim, plates, mean_force, height):
         x, sim.radii, plates.centre, plates.inner, low=bottom, high=bottom + height
     )
     return {
-        "projected_area": area * units.LENGTH**2,
+        "projected_area": area,
         "filling_factor": sim.volume / (area * height),
         "inner_filling_factor": inside / (np.pi * plates.inner**2 * height),
         "outside_count": plates.outside(x),
@@ -221,7 +183,7 @@ def bin_edges(clock, radius):
 
 
 def profile(sim, clock, edges, time):
-    """Filling factor in horizontal slices; not a number above the top wall. time [s]: recorded."""
+    """Filling factor in horizontal slices; not a number above the top wall. time: recorded."""
     bottom = sim.domain.room(sim.step)[WALLS.index("bottom")]
     height = clock.height_at(sim.step)
     x, _, _ = grain_state(sim)
@@ -234,7 +196,7 @@ def profile(sim, clock, edges, time):
     return {
         "profile_time": time,
         "step": sim.step,
-        "height": height * units.LENGTH,
+        "height": height,
         "box_filling_factor": clock.filling_factor_at(sim.step),
         "filling_factor": phi,
     }
@@ -243,64 +205,37 @@ def profile(sim, clock, edges, time):
 def snapshot(sim, contacts, time):
     """Records of /snapshots and of the groups of contacts as (group, record) pairs.
 
-    time [s]: recorded.
+    time: recorded.
     """
     x, v, w = grain_state(sim)
     record = {
         "snapshot_time": time,
         "step": sim.step,
-        "position": x * units.LENGTH,
-        "velocity": v * units.SPEED,
-        "spin": w * units.SPIN,
+        "position": x,
+        "velocity": v,
+        "spin": w,
+        "stiffness_scaling": sim.stiffness,
     }
-    record["stiffness_scaling"] = sim.stiffness
     if sim.layout.orientation:
         record["orientation"] = np.empty((sim.grains, 4))
         record["orientation"][sim.order] = sim.state["orientation"]
     if sim.layout.grain_loss:
-        record["grain_loss"] = grain_losses(sim) * units.ENERGY
+        record["grain_loss"] = grain_losses(sim)
     out = [("snapshots", record)]
     if sim.box is not None or sim.cell is not None:
-        record["box"] = sim.domain.room(sim.step) * units.LENGTH
-        record["tilt"] = sim.domain.tilt(sim.step) * units.LENGTH
+        record["box"] = sim.domain.room(sim.step)
+        record["tilt"] = sim.domain.tilt(sim.step)
     if sim.sphere is not None:
         load = sim.sphere.load()
-        record |= _sphere_motion(sim.sphere, load) | {"sphere_force": load[0] * units.FORCE}
+        record |= _sphere_motion(sim.sphere, load) | {"sphere_force": load[0]}
     if not contacts:
         return out
-    pairs = contact_state(sim)
-    record["contact_count"] = len(pairs["grain_i"])
-    out.append(("contacts", _in_si(pairs, sim, len(pairs["grain_i"]))))
+    found = {"contact": contact_state(sim)}
     if sim.box is not None:
-        walls = wall_contact_state(sim)
-        record["wall_contact_count"] = len(walls["grain"])
-        out.append(("wall_contacts", _in_si(walls, sim, len(walls["grain"]))))
+        found["wall_contact"] = wall_contact_state(sim)
     if sim.sphere is not None:
-        own = sim.sphere.contacts()
-        record["sphere_contact_count"] = len(own["grain"])
-        out.append(("sphere_contacts", _in_si(own, sim, len(own["grain"]))))
+        found["sphere_contact"] = sim.sphere.contacts()
+    for name, own in found.items():
+        rows = record[f"{name}_count"] = len(own["overlap"])
+        out.append((f"{name}s", own | {"step": np.full(rows, sim.step)}))
     return out
-
-
-UNITS = {
-    "overlap": units.LENGTH,
-    "foot": units.LENGTH,
-    "normal_force": units.FORCE,
-    "force": units.FORCE,
-    "torque": units.TORQUE,
-    "torque_i": units.TORQUE,
-    "torque_j": units.TORQUE,
-    "sliding_force": units.FORCE,
-    "rolling_moment": units.TORQUE,
-    "twisting_moment": units.TORQUE,
-    "loss": units.ENERGY,
-}
-"""Factors from internal units to SI, of the columns of contacts."""
-
-
-def _in_si(contacts, sim, rows):
-    """The columns of contacts in SI, with the step of their snapshot."""
-    history = sim.layout.model.history.values()
-    scales = {h.result: units.internal(h.unit) for h in history if h.result} | UNITS
-    found = {name: scales[name] * a if name in scales else a for name, a in contacts.items()}
-    return found | {"step": np.full(rows, sim.step)}

@@ -30,6 +30,7 @@ from dusttaichi.grains.sphere import MovingSphere
 from dusttaichi.grains.stage_push import push_anew
 from dusttaichi.grains.state import GrainState, LedgerSums
 from dusttaichi.names import NEVER
+from dusttaichi.units import GRAINS
 
 
 class Simulation:
@@ -43,6 +44,8 @@ class Simulation:
     internal order; unit_mass, unit_inertia: arguments of kernels, units where grains have their
     own. volume [um^3]: of all grains.
     """
+
+    units = GRAINS
 
     def __init__(
         self,
@@ -104,7 +107,8 @@ class Simulation:
     @property
     def domain(self):
         """Environment of the grains and its motion, a Domain."""
-        return Domain(self.dt, self.volume, self.radius, self.box, self.cell, self.t_c, self.servo)
+        around = self.box, self.cell, self.t_c, self.servo, self.units
+        return Domain(self.dt, self.volume, self.radius, *around)
 
     def lengths(self):
         """Current edges of the space for the grains [um], (3,); not a number where it is open."""

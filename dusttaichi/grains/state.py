@@ -19,7 +19,7 @@ from dusttaichi.grains.kernels.store import (
     WALL_BLOCKS,
 )
 from dusttaichi.grains.pointers import pair_displacements, unit, wall_displacements
-from dusttaichi.units import LENGTH, internal
+from dusttaichi.units import GRAINS, LENGTH
 
 
 def _by_contact(a):
@@ -294,7 +294,7 @@ class GrainState:
                 first, width = layout.rows[name]
                 values = contacts[own.result].reshape(len(rows), -1)
                 if values.shape[1] == width:  # another effect may have used the name otherwise
-                    values = own.sign * values / internal(own.unit) * (order if own.odd else 1.0)
+                    values = own.sign * values / GRAINS(own.unit) * (order if own.odd else 1.0)
                     history[rows, first : first + width] = values
         self.put_rows("history", history)
 

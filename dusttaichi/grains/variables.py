@@ -35,7 +35,7 @@ _TABLE = {
         "filling_factor",
         ("inner_filling_factor", "time", "1", "filling factor of an upright cylinder in the middle "
          "of the initial footprint", "PD08 section 3.1.2", "plates"),
-        ("projected_area", "time", "m2", "area of the shadow of the grains on the plates, exact",
+        ("projected_area", "time", "m^2", "area of the shadow of the grains on the plates, exact",
          _S12, "plates"),
         ("outside_count", "time", "1", "grains whose centre has left the initial footprint", "",
          "plates"),
@@ -65,12 +65,12 @@ _TABLE = {
         ("shear_strain", "time", "1", "shear strain since the start: of the cell, or the way of "
          "the top wall along x over the height", "", "shear"),
         ("momentum", "time xyz", "kg m/s", "momentum of all grains and the sphere", "", "open"),
-        ("angular_momentum", "time xyz", "kg m2/s", "angular momentum of all grains and the sphere "
-         "about the origin, spins included", "", "open"),
+        ("angular_momentum", "time xyz", "kg m^2/s", "angular momentum of all grains and the "
+         "sphere about the origin, spins included", "", "open"),
         ("body_position", "time body xyz", "m", "centre of mass of each of two bodies that fly at "
          "each other; its grains stay its own wherever they go", "", "pair"),
         ("body_velocity", "time body xyz", "m/s", "its velocity", "", "pair"),
-        ("body_angular_momentum", "time body xyz", "kg m2/s", "angular momentum of the body about "
+        ("body_angular_momentum", "time body xyz", "kg m^2/s", "angular momentum of the body about "
          "its centre of mass, spins included", "", "pair"),
         ("gravity_work", "time", "J", "work of gravity on grains and sphere since the start: minus "
          "the change of their potential", _PHYS, "gravity"),

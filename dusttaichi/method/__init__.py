@@ -2,8 +2,7 @@
 
 A method computes the motion of something: grains, or a continuum. Its scene is a class of its own,
 its simulation has the members of `Simulation`, and a `Method` names both. The run loop, the result
-file, checkpoints and stages know nothing else of it. Numbers are in internal units
-(dusttaichi.units) unless said otherwise.
+file, checkpoints and stages know nothing else of it.
 """
 
 from __future__ import annotations
@@ -70,7 +69,7 @@ class Preview:
     size
         Number of particles.
     dt
-        Time step [us].
+        Time step [s].
     plan
         (name of the stage, steps at most, condition that ends it) of every stage, steps NEVER where
         only a measured condition ends it.
@@ -234,7 +233,8 @@ def of_result(scene: Mapping[str, Any]) -> Method:
 
 def moment(simulation: Simulation) -> str:
     """Time and step of a run, as the guards state them."""
-    return f"At {simulation.time:.6g} µs (step {simulation.step})"
+    time = simulation.time * simulation.units("s") * 1e6
+    return f"At {time:.6g} µs (step {simulation.step})"
 
 
 def make_sample(scene: Scene) -> Any:

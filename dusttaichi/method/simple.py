@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.method.simulation import Drive, Measurement, State, Window
+from dusttaichi.units import SI, Units
 
 if TYPE_CHECKING:
     from dusttaichi.domain.domain import Domain
@@ -24,12 +24,12 @@ class SimpleSimulation:
 
     step: int = 0
     dt: float
+    units: Units = SI
     size: int = 1
     variables: tuple[Variable, ...]
     channels: tuple[str, ...] = ()
     step_key: str = "numerics.time_step"
     stored: tuple[str, ...] = ()
-    began: float = 0.0
 
     @property
     def time(self) -> float:
@@ -39,7 +39,7 @@ class SimpleSimulation:
     def domain(self) -> Domain:
         from dusttaichi.domain.domain import Domain
 
-        return Domain(self.dt)
+        return Domain(self.dt, units=self.units)
 
     def drive(self, drive: Drive) -> None:
         """There are no walls and faces that could move."""
@@ -51,13 +51,13 @@ class SimpleSimulation:
         return {}
 
     def snapshot(self) -> dict:
-        """The variables of "snapshots" now [SI], beside its time and step."""
+        """The variables of "snapshots" now, beside its time and step."""
         return {}
 
     def records(self, group: str) -> list[tuple[str, dict]]:
         if group != "snapshots":
             return []
-        now = {"snapshot_time": (self.began + self.time) * units.TIME, "step": self.step}
+        now = {"snapshot_time": self.time, "step": self.step}
         return [(group, now | self.snapshot())]
 
     def validate(self, measurement: Measurement) -> None:

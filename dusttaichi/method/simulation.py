@@ -1,6 +1,7 @@
 """Protocol of a simulation, a scene in motion, for the run.
 
-Numbers are in internal units (dusttaichi.units) unless said otherwise.
+Numbers are in the units of the simulation unless said otherwise; the run converts what it records,
+by the SI units that its variables declare.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ import numpy as np
 if TYPE_CHECKING:
     from dusttaichi.domain.domain import Domain
     from dusttaichi.results.variables import Variable
+    from dusttaichi.units import Units
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """Energies of one moment [fJ], from which the ledger is made.
+    """Energies of one moment, from which the ledger is made.
 
     Attributes
     ----------
@@ -58,11 +60,9 @@ class Measurement:
         Parameters
         ----------
         kinetic : float
-            [fJ].
         potential : float
-            [fJ].
         losses : array
-            [fJ], (C,).
+            (C,).
         **others
             The other fields.
 
@@ -76,7 +76,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Start:
-    """Reference of the ledger: the measurement at step 0 [fJ].
+    """Reference of the ledger: the measurement at step 0.
 
     `exchanged` is the largest difference of the kinetic energy of a record from that at step 0.
     """
@@ -92,7 +92,7 @@ class Start:
         return cls(float(m.kinetic), float(m.potential), float(m.energy), float(m.kick))
 
     def exchanged_by(self, m: Measurement) -> float:
-        """Energy that kinetic and potential energy have exchanged by the time of m [fJ]."""
+        """Energy that kinetic and potential energy have exchanged by the time of m."""
         return max(self.exchanged, abs(float(m.kinetic) - self.kinetic))
 
     def after(self, m: Measurement) -> Start:
@@ -114,7 +114,7 @@ class Drive(Protocol):
 
 
 class Window(NamedTuple):
-    """Sums at the ends of a span [us] over which something is averaged."""
+    """Sums at the ends of a span of time over which something is averaged."""
 
     before: dict
     after: dict
@@ -137,12 +137,14 @@ class Simulation(Protocol):
 
     Attributes
     ----------
+    units
+        Those in which it counts.
     step
         Whole steps done.
     dt
-        Time step [us].
+        Time step.
     time
-        step x dt [us].
+        step x dt, and the time of the run that is continued.
     size
         Number of particles or cells, to which the run time of a step is proportional.
     variables
@@ -151,14 +153,12 @@ class Simulation(Protocol):
         Names of the losses.
     step_key
         Key of the YAML that shortens the step.
-    began
-        Time of the run that is continued [us].
     """
 
+    units: Units
     step: int
     dt: float
     time: float
-    began: float
     size: int
     domain: Domain
     variables: tuple[Variable, ...]
@@ -184,7 +184,7 @@ class Simulation(Protocol):
         """Time integrals since the start; an average is a difference of two over its span."""
 
     def series(self, measurement: Measurement, window: Window | None) -> dict:
-        """Variables that the method adds to a record of the time series [SI].
+        """Variables that the method adds to a record of the time series, and what else it has.
 
         Parameters
         ----------
@@ -199,7 +199,7 @@ class Simulation(Protocol):
         """
 
     def records(self, group: str) -> list[tuple[str, dict]]:
-        """Records [SI] of "profiles" or "snapshots" now, and of the groups that belong to them."""
+        """Records of "profiles" or "snapshots" now, and of the groups that belong to them."""
 
     def validate(self, measurement: Measurement) -> None:
         """Check the state with the guards of the method; the guard of the ledger is the run's.

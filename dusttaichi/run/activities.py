@@ -8,7 +8,6 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.names import NEVER
 from dusttaichi.results.variables import declare
@@ -67,23 +66,36 @@ def series_record(sim, clock, state, m, window):
 
     m: the current Measurement; window: the Window of its averages, or None.
     """
-    known = _common_record(sim, clock, state, m) | sim.series(m, window)
-    return {v.name: known[v.name] for v in sim.variables if v.group == "series"}
+    return in_si(sim, "series", _common_record(sim, clock, state, m) | sim.series(m, window))
+
+
+def records_now(sim, kind):
+    """Records [SI] of "profiles" or "snapshots" now, (group, record) pairs."""
+    return [(group, in_si(sim, group, record)) for group, record in sim.records(kind)]
+
+
+def in_si(sim, group, record):
+    """The variables of a record that its simulation declares, in SI: the one place where they are.
+
+    record: in the units of the simulation, maybe with more than these.
+    """
+    declared = [v for v in sim.variables if v.group == group and v.name in record]
+    return {v.name: sim.units.si(record[v.name], v.units) for v in declared}
 
 
 def _common_record(sim, clock, state, m):
-    """Variables of any method in the series (results.variables.COMMON), SI."""
+    """Variables of any method in the series (results.variables.COMMON), as `sim` counts."""
     residual, through = turnover(m, state.start)
     lengths = sim.domain.lengths(sim.step)
     record = {
-        "time": (sim.began + sim.time) * units.TIME,
+        "time": sim.time,
         "step": sim.step,
         "stage": state.stage,
-        "height": lengths[2] * units.LENGTH,
-        "box_length": lengths * units.LENGTH,
-        "energy_residual": residual * units.ENERGY,
+        "height": lengths[2],
+        "box_length": lengths,
+        "energy_residual": residual,
         "energy_residual_relative": residual / through if through > 0.0 else 0.0,
-        "wall_clock": state.wall_clock,
+        "wall_clock": state.wall_clock / sim.units("s"),
     }
     if clock.bounded:
         record["filling_factor"] = clock.filling_factor_at(sim.step)
@@ -185,7 +197,7 @@ class OwnRecords(Activity):
         if self.group not in self.run.writer.groups:
             self._declare(values)
         sim = self.run.sim
-        when = {"record_time": (sim.began + sim.time) * units.TIME, "step": sim.step}
+        when = {"record_time": sim.time * sim.units("s"), "step": sim.step}
         self.run.writer.append(self.group, when | values)
 
     def _declare(self, values):

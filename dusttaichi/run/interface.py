@@ -9,10 +9,10 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from types import SimpleNamespace
 
-from dusttaichi import files, units
+from dusttaichi import files
 from dusttaichi.errors import DustError
 from dusttaichi.results import Writer
-from dusttaichi.run.activities import OwnRecords, series_record
+from dusttaichi.run.activities import OwnRecords, records_now, series_record
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
 from dusttaichi.scene.output import Interval
@@ -92,12 +92,13 @@ class Simulation(AbstractContextManager):
     def time(self):
         """Simulated time [s]."""
         sim = self._run.sim
-        return (sim.began + sim.time) * units.TIME
+        return sim.time * sim.units("s")
 
     @property
     def time_step(self):
         """The step [s]."""
-        return self._run.sim.dt * units.TIME
+        sim = self._run.sim
+        return sim.dt * sim.units("s")
 
     def measure(self):
         """Present values of the time series of result.nc, in SI, by the same names.
@@ -111,7 +112,7 @@ class Simulation(AbstractContextManager):
 
     def snapshot(self):
         """The current frame: group of result.nc (snapshots, ...) -> name -> array [SI]."""
-        return dict(self._run.sim.records("snapshots"))
+        return dict(records_now(self._run.sim, "snapshots"))
 
     @property
     def positions(self):
@@ -232,7 +233,7 @@ class Simulation(AbstractContextManager):
         """
         run = self._run
         if isinstance(duration, str):
-            duration = run.clock.steps_in(parse(duration, "time", "duration") / units.TIME)
+            duration = run.clock.steps_in(parse(duration, "time", "duration"))
         last = run.sim.step + int(duration)
         self._reopen()
         with self._interrupts(), run.guarded():

@@ -11,7 +11,7 @@ FIRST = (10, 30, 100, 300, 1000)  # checks after the start, for instabilities
 
 
 def ledger(m, start):
-    """Residual [fJ] of a Measurement and its share of the energy that has gone through the system.
+    """Residual of a Measurement and its share of the energy that has gone through the system.
 
     start: the Start, or another Measurement. The kinetic energy is m v(n-1/2).v(n+1/2)/2 here.
     Leapfrog conserves its sum with the potential of linear springs exactly for any step, so that
@@ -24,7 +24,7 @@ def ledger(m, start):
 
 
 def turnover(m, start):
-    """Residual of the ledger, and its reference energy [fJ].
+    """Residual of the ledger, and its reference energy.
 
     The energy that has gone through the system, with two lower bounds. The first is the largest
     change of the kinetic energy so far: a body that is released at rest and oscillates without

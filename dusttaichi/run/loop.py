@@ -136,7 +136,7 @@ class Run:
 
     def record(self, kind):
         """Write records of "profiles" or "snapshots" now; returns them, (group, record) pairs."""
-        records = list(self.sim.records(kind))
+        records = activities.records_now(self.sim, kind)
         for group, entry in records:
             self.writer.append(group, entry)
         return records

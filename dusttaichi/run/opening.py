@@ -1,6 +1,6 @@
 """Start of a run: new, or resumed."""
 
-from dusttaichi import compiler, method, units
+from dusttaichi import compiler, method
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State
@@ -82,7 +82,8 @@ class Opening:
         if stage_stop(saved.meta["scene"], stage) != stage_stop(self.scene.to_yaml(), stage):
             saved.meta["run"]["ended"] = ""
         run = self._saved(saved)
-        log(f"continuing from step {run.sim.step:,} ({run.sim.time:.6g} µs)")
+        time = run.sim.time * run.sim.units("s") * 1e6
+        log(f"continuing from step {run.sim.step:,} ({time:.6g} µs)")
         return run
 
     def _saved(self, saved):
@@ -90,10 +91,10 @@ class Opening:
         state = State(saved.arrays, saved.meta["numbers"])
         sim = self.method.reopen(self.scene, state)
         if sim.dt != state.numbers["dt"]:
+            before, now = (dt * sim.units("s") * 1e9 for dt in (state.numbers["dt"], sim.dt))
             raise DustError(
-                f"{saved.source} has a time step of "
-                f"{state.numbers['dt'] * units.TIME * 1e9:.6g} ns, and this scene one of "
-                f"{sim.dt * units.TIME * 1e9:.6g} ns. Start again with --force."
+                f"{saved.source} has a time step of {before:.6g} ns, and this scene one of "
+                f"{now:.6g} ns. Start again with --force."
             )
         writer = Writer.resume(self.directory / RESULT, saved.meta["counts"], lock=self.lock)
         return self._run(sim, RunState.from_meta(saved.meta["run"]), writer)
@@ -114,7 +115,7 @@ class Opening:
         scene = self.scene
         common = {
             "title": scene.name,
-            "time_step": sim.dt * units.TIME,
+            "time_step": sim.dt * sim.units("s"),
             "stages": " ".join(stage.name for stage in scene.stages) or None,
             "extensions": "\n".join(scene.imported_texts) or None,
         }

@@ -2,7 +2,6 @@
 
 from math import floor
 
-from dusttaichi import units
 from dusttaichi.names import NEVER
 
 SNAPSHOTS = 30  # automatic snapshots of a run, enough for playback
@@ -17,7 +16,7 @@ def next_step(interval, clock, step):
     if interval.steps is not None:
         return (step // interval.steps + 1) * interval.steps
     if interval.time is not None:
-        every = interval.time / units.TIME / clock.dt
+        every = clock.steps(interval.time)
         k = floor((step + 0.5) / every) + 1
         while (due := floor(k * every + 0.5)) <= step:
             k += 1

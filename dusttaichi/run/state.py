@@ -9,7 +9,7 @@ from dusttaichi.method import Start, Window
 
 @dataclass
 class Tension:
-    """Tensions [kPa] of the last records of a stage, for stop.past_maximum.
+    """Tensions [Pa] of the last records of a stage, for stop.past_maximum.
 
     count: number of records so far; most: the largest average so far.
     """
@@ -26,7 +26,7 @@ class RunState:
     start: energies of step 0. stage: its number; first: its first step; ended: reason why it has
     ended before its last step was known, or "". last_snapshot: step of the last frame, or -1;
     frame_bytes: its size; apart: steps between automatic snapshots. opened: step at which the
-    average of the next record begins; sums: of that step. last_sums, last_span [us]: sums at which
+    average of the next record begins; sums: of that step. last_sums, last_span: sums at which
     the average of the last record began, and its duration, 0 before the first. pressures [Pa]: of
     the last records of the stage, for stop.plateau; settling: (time [s], logarithm of the filling
     factor, load over the controlled one) of these, for stop.creep. wall_clock: real time spent [s].

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.domain.servo import EVEN, WALL
 from dusttaichi.names import AXES, NEVER, WALLS
 from dusttaichi.run.ledger import turnover
@@ -54,7 +53,7 @@ class End:
             if sign * (record["filling_factor"] - stop.filling_factor) >= 0.0:
                 reason = f"filling factor {stop.filling_factor:.4g}"
         if stop.past_maximum is not None and past_maximum(
-            self.state.tension, self._tension(record, step) / units.PRESSURE, stop.past_maximum
+            self.state.tension, self._tension(record, step), stop.past_maximum
         ):
             share = f"{stop.past_maximum:.0%}"
             reason = f"the tension has fallen by {share} below its largest value"
@@ -95,7 +94,7 @@ class End:
             own = [pressure(record, domain)]
         else:
             own = [-record["stress"][n, n] for n in servo.axes]
-        return float(np.sum(own) / units.PRESSURE / np.sum(servo.load))
+        return float(np.sum(own) / domain.units("Pa") / np.sum(servo.load))
 
     def _tension(self, record, step):
         """Tension of a record along the axis that strains most [Pa]."""
@@ -130,7 +129,7 @@ def plateau(last, pressure, share):
 
 
 def past_maximum(tensions: Tension, tension, share):
-    """True once the average tension [kPa] has fallen by `share` below its largest value."""
+    """True once the average tension [Pa] has fallen by `share` below its largest value."""
     tensions.last = [*tensions.last, tension][-AVERAGED:]
     tensions.count += 1
     if tensions.count < AVERAGED:

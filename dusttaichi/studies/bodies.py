@@ -4,7 +4,7 @@ from math import inf
 
 import numpy as np
 
-from dusttaichi import method, units
+from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.geometry import connected, in_one
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
@@ -15,15 +15,17 @@ from dusttaichi.samples.materials import Materials
 class TwoBodies:
     """Two bodies in motion, or one and the nearest wall; SI.
 
-    scene, sample: its Sample, grains of the first body first. sim: its method.Simulation. masses
-    [kg], radii [m]: of the grains (N,). bodies: grains of each. before (3,) [m/s]: relative
-    velocity at the start. normal (3,): line from the second body, or the wall, to the first, where
-    `look` found them closest. Raises DustError for one body without a wall, and as a build does.
+    scene, sample: its Sample, grains of the first body first. sim: its method.Simulation; dt [s]:
+    of its step. masses [kg], radii [m]: of the grains (N,). bodies: grains of each. before (3,)
+    [m/s]: relative velocity at the start. normal (3,): line from the second body, or the wall, to
+    the first, where `look` found them closest. Raises DustError for one body without a wall, and as
+    a build does.
     """
 
     def __init__(self, scene, sample):
         self.scene, self.sample = scene, sample
         self.sim = method.of(scene).build(scene, sample)
+        self.dt = self.sim.dt * self.sim.units("s")
         materials, count = Materials(scene), len(sample)
         self.masses = np.broadcast_to(materials.masses(sample), count)
         self.radii = np.broadcast_to(materials.radii_of(sample), count)
@@ -55,7 +57,7 @@ class TwoBodies:
             wall = int(np.argmin(distance))
             normal = box.normal[wall]
             found = np.array([distance[wall] * normal, first[1] - box.speed[wall] * normal])
-        return found * [[units.LENGTH], [units.SPEED]]
+        return found * [[self.sim.units("m")], [self.sim.units("m/s")]]
 
     def look(self):
         """Keep the normal at the moment when the bodies have been closest."""

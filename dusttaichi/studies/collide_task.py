@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-from dusttaichi import method, samples, units
+from dusttaichi import method, samples
 from dusttaichi.analysis.fragments import efficiency, fragments_of
 from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.outcome import outcome_of
@@ -83,17 +83,17 @@ class _Motion(TwoBodies):
         }
 
     def fragments(self):
-        x, v, w = grain_state(self.sim.sim)
+        (x, v, w), units = grain_state(self.sim.sim), self.sim.units
         pairs = contact_state(self.sim.sim)
         contacts = xr.Dataset({k: ("contact", pairs[k]) for k in ("grain_i", "grain_j")})
-        state = x * units.LENGTH, v * units.SPEED, w * units.SPIN
+        state = x * units("m"), v * units("m/s"), w * units("rad/s")
         cell, open_space = np.full((3, 2), np.nan), np.zeros(3, bool)
         frame = Frame(0, 0.0, 0, *state, self.radii, cell, open_space, contacts)
         return fragments_of(frame, self.masses)
 
     def fly(self):
         """Until the fragments have not changed for a while, or stop.time after the touch."""
-        info, dt = self.sample.info, self.sim.dt * units.TIME
+        info, dt = self.sample.info, self.dt
         ways = info["target_outer_radius"] + info["projectile_outer_radius"]
         look = max(LEAST, round(ways / info["speed"] / LOOKS / dt))
         touch = int(info["time_to_touch"] / dt)
@@ -135,27 +135,27 @@ class _Motion(TwoBodies):
     def dissipated(self, measurement=None):
         """Energy dissipated since the start [J], now or at a Measurement."""
         losses = (measurement or self.sim.measure()).losses
-        return float((losses - self.first.losses).sum() * units.ENERGY)
+        return float((losses - self.first.losses).sum() * self.sim.units("J"))
 
     def found(self):
         """Columns known at the end."""
-        parts, m = self.fragments(), self.sim.measure()
+        parts, m, J = self.fragments(), self.sim.measure(), self.sim.units("J")
         outcome = outcome_of(parts, self.masses, self.bodies)
-        residual = ledger.ledger(m, method.Start.of(self.first))[0] * units.ENERGY
+        residual = ledger.ledger(m, method.Start.of(self.first))[0] * J
         return {
             "outcome": outcome,
             "settled": self.settled,
-            "time": (self.sim.step - self.touch) * self.sim.dt * units.TIME,
+            "time": (self.sim.step - self.touch) * self.dt,
             "fragments": parts.grains.tolist(),
             "masses": (parts.mass / parts.mass.sum()).tolist(),
             "growth_efficiency": round(efficiency(parts, self.masses, self.bodies), DIGITS),
             "restitution": self.restitution_of(outcome),
-            "loss": dict(zip(self.sim.channels, (m.losses * units.ENERGY).tolist(), strict=True)),
+            "loss": dict(zip(self.sim.channels, (m.losses * J).tolist(), strict=True)),
             "compression_loss": self.ends[0] if self.ends else None,
             "stretching_loss": self.ends[1] - self.ends[0] if len(self.ends) > 1 else None,
             "collision_loss": self.dissipated(m) - self.lost_before,
-            "kinetic": float(m.kinetic * units.ENERGY),
-            "potential": float((m.potential - self.first.potential) * units.ENERGY),
+            "kinetic": float(m.kinetic * J),
+            "potential": float((m.potential - self.first.potential) * J),
             "residual": float(residual / self.energy),
         }
 

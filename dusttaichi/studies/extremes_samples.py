@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from dusttaichi import samples, units
+from dusttaichi import samples
 from dusttaichi.grains.build import build
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.measure import grain_state
@@ -109,7 +109,7 @@ def _as_it_is(sim):
     contacts = {name: found[name] for name in ("pointer_i", "pointer_j", "twist")}
     contacts |= {"i": found["grain_i"], "j": found["grain_j"]}
     contacts["approach"] = np.zeros(len(found["twist"]))
-    x = grain_state(sim)[0] * units.LENGTH
+    x = grain_state(sim)[0] * sim.units("m")
     return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
 
 

@@ -8,7 +8,7 @@ from math import inf, nan, pi
 
 import numpy as np
 
-from dusttaichi import method, units
+from dusttaichi import method
 from dusttaichi import samples as generators
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains import network
@@ -53,7 +53,7 @@ def _attempt(cell):
     if not isinstance(scene, GrainsScene):
         sim = method.of(scene).build(scene, method.make_sample(scene))
         result = watched(sim, scene, cell.steps, lambda: sim.snapshot().values())
-        return replace(result, dt=sim.dt * units.TIME)
+        return replace(result, dt=sim.dt * sim.units("s"))
     if cell.limit:  # its perturbation is below the resolution of single precision
         scene = scene.with_value("numerics.precision", "f64")
     sample = (
@@ -72,7 +72,7 @@ def _attempt(cell):
         measured = measured_limit(sim, estimated)
     moving = MovingGrains(scene, sample, sim)
     result = watched(moving, scene, cell.steps, lambda: grain_state(sim))
-    return replace(result, dt=sim.dt * units.TIME, estimated=estimated, measured=measured)
+    return replace(result, dt=sim.dt * sim.units("s"), estimated=estimated, measured=measured)
 
 
 def watched(sim, scene, steps, state):
@@ -127,7 +127,7 @@ def measured_limit(sim, estimate):
     resolve 1 %. estimate [s]: the search is from 0.3 to 1.7 of it; nan without a limit in between.
     """
     arrays, numbers, dt = sim.arrays(), sim.numbers(), sim.dt
-    low, high = 0.3 * estimate / units.TIME, 1.7 * estimate / units.TIME
+    low, high = 0.3 * estimate / sim.units("s"), 1.7 * estimate / sim.units("s")
 
     def grows(step):
         sim.restore(arrays, numbers)
@@ -143,7 +143,7 @@ def measured_limit(sim, estimate):
     finally:
         sim.dt = dt
         sim.restore(arrays, numbers)
-    return 0.5 * (low + high) * units.TIME
+    return 0.5 * (low + high) * sim.units("s")
 
 
 def _growth(sim, arrays, numbers):

@@ -6,7 +6,7 @@ from math import ceil, inf, nan
 
 import numpy as np
 
-from dusttaichi import samples, units
+from dusttaichi import samples
 from dusttaichi.errors import DustError
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.samples.ballistic import first_touch
@@ -34,7 +34,7 @@ def run(parent, *, scene, speed, time, looks=LOOKS):
     """
     scene, (sample, rest, way) = _start(scene)
     both = TwoBodies(scene, replace(sample, velocities=rest + speed * way))
-    sim, dt = both.sim, both.sim.dt * units.TIME
+    sim, dt = both.sim, both.dt
     flight = _flight(both, way) / speed
     sim.advance(int(flight / dt))  # until then they only come closer
     both.look()
@@ -52,7 +52,7 @@ def run(parent, *, scene, speed, time, looks=LOOKS):
         "fragments": len(grains),
         "largest": int(grains.max()),
         "contacts": len(contact_state(sim.sim)["grain_i"]),
-        "kinetic": float(sim.measure().kinetic * units.ENERGY),
+        "kinetic": float(sim.measure().kinetic * sim.units("J")),
         "time_step": dt,
     }
 
@@ -100,7 +100,7 @@ def _flight(both, way):
         flight = float(first_touch(*bodies, distance, radii)[0])
     else:
         ahead = way.mean(axis=0) @ box.normal.T
-        above = (x @ box.normal.T - radii[:, None]).min(axis=0) - box.offset * units.LENGTH
+        above = (x @ box.normal.T - radii[:, None]).min(axis=0) - box.offset * both.sim.units("m")
         there = (box.present == 1) & (ahead < 0.0)
         flight = float(np.min(above[there] / -ahead[there], initial=inf))
     if flight == inf:

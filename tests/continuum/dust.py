@@ -132,6 +132,6 @@ def momenta(motion):
 
 
 def ledger(motion, start, scale):
-    """Residual of the ledger since the Measurement `start` over an energy [fJ]."""
+    """Residual of the ledger since the Measurement `start` over an energy [J]."""
     m = motion.measure()
     return (m.energy - start.energy - m.work + m.lost - start.lost) / scale

@@ -10,6 +10,7 @@ from dusttaichi.continuum import validity
 from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.domain.walls import NORMALS, Box
 from dusttaichi.errors import GuardStop
+from dusttaichi.units import SI
 
 
 def test_guards_stop_what_has_no_meaning():
@@ -33,10 +34,10 @@ def test_guards_stop_what_has_no_meaning():
 
 def test_a_body_that_passes_through_a_face_is_named():
     present = np.array([0, 0, 0, 0, 1, 0])
-    offset = np.array([0.0, 0.0, 0.0, 0.0, -3000.0, 0.0])  # um: a bottom at -3 mm
+    offset = np.array([0.0, 0.0, 0.0, 0.0, -3e-3, 0.0])  # a bottom at -3 mm
     box = Box(NORMALS, offset, np.zeros(6), present.astype(float), present)
     centres = np.zeros((FACES + 2, 3))
-    sim = SimpleNamespace(time=5.0, step=3, rigid=lambda column: centres)
+    sim = SimpleNamespace(time=5e-6, step=3, units=SI, rigid=lambda column: centres)
     centres[FACES:] = [[0.0, 0.0, -3.2e-3], [9.0, 0.0, -2.9e-3]]  # the face itself, the bead
     validity.check_inside(sim, box, {1: "bead"})
     validity.check_inside(sim, None, {1: "bead"})

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from dusttaichi import method, units
+from dusttaichi import method
 from dusttaichi.physics.continuum import elasticity, strength
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.scene import load
@@ -62,7 +62,7 @@ def front(scene, speed, rho):
     late = np.array(times) > 0.4 * end
     moved = -np.polyfit(np.array(times)[late], np.array(places)[late], 1)[0]
     force = np.polyfit(np.array(times)[late], np.array(impulses)[late], 1)[0]
-    piston = motion.domain.lengths(sim.step)[2] * units.LENGTH
+    piston = motion.domain.lengths(sim.step)[2]
     behind = (z > places[-1] + 10 * spacing) & (z < piston - 4 * spacing)
     return moved, force / width, 1.0 / np.mean(1.0 / density[behind])
 

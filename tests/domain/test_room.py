@@ -10,6 +10,7 @@ from dusttaichi.grains.build import environment
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.scene import from_yaml, quantities
 from dusttaichi.scene.boundary import own_drive
+from dusttaichi.units import GRAINS
 
 TEXT = """
 name: room
@@ -23,7 +24,7 @@ stop: {steps: 10}
 def domain(boundary):
     scene = from_yaml(TEXT.replace("BOUNDARY", boundary))
     room = environment(scene, samples.make(scene), None, contact_constants(scene))
-    made = Domain(1e-4, 1.0, 0.6, *room)
+    made = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS)
     return made.driven(own_drive(scene.boundary), 0)
 
 
@@ -56,7 +57,7 @@ def test_a_room_of_two_grains_is_pressed_by_walls_but_not_by_faces():
     text = TEXT.replace("cells: [4, 5, 3]", "cells: [4, 5, 2]")
     scene = from_yaml(text.replace("BOUNDARY", "{kind: box, wall_speed: 1 m/s}"))
     room = environment(scene, samples.make(scene), None, contact_constants(scene))
-    low = Domain(1e-4, 1.0, 0.6, *room).driven(own_drive(scene.boundary), 0)
+    low = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(own_drive(scene.boundary), 0)
     low.check_start()
     assert low.clock().last_step(scene.stop) == (10, "10 steps")
     periodic = (
@@ -64,6 +65,6 @@ def test_a_room_of_two_grains_is_pressed_by_walls_but_not_by_faces():
     )
     scene = from_yaml(text.replace("BOUNDARY", periodic))
     room = environment(scene, samples.make(scene), None, contact_constants(scene))
-    low = Domain(1e-4, 1.0, 0.6, *room).driven(own_drive(scene.boundary), 0)
+    low = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(own_drive(scene.boundary), 0)
     with pytest.raises(DustError, match="µm high, no more than two grains .* it cannot be"):
         low.check_start()

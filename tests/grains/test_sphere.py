@@ -180,7 +180,7 @@ def test_bodies_share_the_angular_momentum():
     first = moving.series(moving.measure(), None)
     moving.advance(1500)
     last = moving.series(moving.measure(), None)
-    mass = moving.sim.mass * units.MASS * np.array([[2.0], [1.0]])
+    mass = moving.sim.mass * np.array([[2.0], [1.0]])
     turned = []
     for record in (first, last):
         linear = mass * record["body_velocity"]

@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from dusttaichi import units
 from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import Measurement, Method, SimpleSimulation
@@ -15,6 +14,7 @@ from dusttaichi.plots import figure, style
 from dusttaichi.results import common, declare
 from dusttaichi.scene.fields import Number
 from dusttaichi.scene.scene import Scene
+from dusttaichi.units import GRAINS
 
 PLACE = "displacement of the particle"
 VARIABLES = (
@@ -38,6 +38,7 @@ class Spring(SimpleSimulation):
     """The particle in motion: place at a step, speed half a step back, what the drag has taken."""
 
     variables, channels, stored = VARIABLES, ("drag",), ("x", "v", "lost", "way")
+    units = GRAINS  # um, us, pg
 
     def __init__(self, scene, start):
         self.k, self.drag, self.dt = scene.stiffness, scene.drag, scene.numerics.time_step * 1e6
@@ -69,10 +70,10 @@ class Spring(SimpleSimulation):
         return {"way": self.way}
 
     def series(self, measurement, window):
-        return self.snapshot() | {"mean_speed": window.mean("way") * units.SPEED if window else 0.0}
+        return self.snapshot() | {"mean_speed": window.mean("way") if window else 0.0}
 
     def snapshot(self):
-        return {"place": self.x * units.LENGTH}
+        return {"place": self.x}
 
     def attributes(self):
         return {"stiffness": self.k}

@@ -87,7 +87,8 @@ def test_an_open_ledger_advises_the_key_that_shortens_the_step(key, lost):
     """Of the continuum that is cfl: numerics.time_step is no step of the method there."""
     start = Start.of(Measurement.of(1.0, 0.0, [0.0]))
     now = Measurement.of(2.0 - min(lost, 0.0), 0.0, [lost])
-    sim = SimpleNamespace(validate=lambda m: None, step_key=key, step=1, time=1.0, channels=("a",))
+    sim = spring.Spring(from_yaml(PLAIN), 1.0)
+    sim.validate, sim.step_key = lambda m: None, key
     with pytest.raises(GuardStop, match=f"Try a smaller {key}"):
         ledger.check(sim, now, start)
     assert MovingDust.step_key == "numerics.cfl"
@@ -98,7 +99,7 @@ def test_the_ledger_of_an_oscillation_is_measured_by_the_energy_exchanged():
     """A body released at rest, its potential energy counted from there: after a period only the
     residual is left, which is compared with the kinetic energy of the half period. An energy that
     comes from nowhere is as large as its own kinetic energy, so that it is never within bounds."""
-    sim = SimpleNamespace(validate=lambda m: None, step_key="k", step=1, time=1.0, channels=("a",))
+    sim = spring.Spring(from_yaml(PLAIN), 1.0)
     start = Start.of(Measurement.of(0.0, 0.0, [0.0]))
     half, whole = Measurement.of(1.0, -0.996, [0.0]), Measurement.of(1e-9, 0.005, [1e-6])
     ledger.check(sim, half, start)

@@ -141,6 +141,10 @@ def test_internal_scales_are_consistent():
     assert near(units.MASS * units.LENGTH**2) == units.INERTIA
     assert near(1 / units.TIME) == units.SPIN
     assert near(units.SPEED / units.TIME) == units.ACCELERATION
+    for unit, value in {"m^2/s": 1e-6, "J/m^2": 1e-3, "kg m^2/s": 1e-21, "J^-0.6": 1e9}.items():
+        assert near(value) == units.GRAINS(unit) and units.SI(unit) == 1.0
+    assert units.GRAINS.si(7, "1") == 7 and units.GRAINS.si(7.0, "Pa") == 7e3
+    assert units.SI.si(7.0, "unknown") == 7.0
 
 
 @pytest.mark.parametrize("dimension", ["speed", "length"])

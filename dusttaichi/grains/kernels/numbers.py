@@ -57,7 +57,7 @@ def internal_numbers(contact, model):
         "mass": contact.mass / units.MASS,
     }
     for name, number in model.numbers.items():
-        own[name] = contact.numbers[name] / units.internal(number.unit)
+        own[name] = contact.numbers[name] / units.GRAINS(number.unit)
     delta0, bound = contact.delta0 / units.LENGTH, contact.bound / units.ENERGY
     gap = contact.gap / units.LENGTH
     return SimpleNamespace(**own, delta0=delta0, bound=bound, gap=gap, far=gap + own["reach"])

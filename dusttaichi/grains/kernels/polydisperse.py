@@ -45,7 +45,7 @@ def own_keys(block):
     for name, key in type(block).model_fields.items():
         value = getattr(block, name)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
-            out[name] = value / units.internal(_unit(key.metadata, key.annotation))
+            out[name] = value / units.GRAINS(_unit(key.metadata, key.annotation))
         elif value is None:
             out[name] = 0.0  # the columns of the table do not hang on what is given
     return out
@@ -95,7 +95,7 @@ def interface_table(scene, model, glue=1.0, sphere=None):
     for a, b, factor, adhesion in kinds:
         face = constants.interface(a, b, interaction)
         face = replace(face, gamma=adhesion * face.gamma)
-        values = [getattr(face, name) / units.internal(unit) for name, unit in INTERFACE.items()]
+        values = [getattr(face, name) / units.GRAINS(unit) for name, unit in INTERFACE.items()]
         values += [factor, *_internal_properties(face, interaction)]
         rows.append([*values, *own])
     return np.array(rows)
@@ -105,7 +105,7 @@ def _internal_properties(face, interaction):
     """Properties of an Interface in internal units."""
     declared = properties_of(interaction)
     return [
-        value / units.internal(DIMENSIONS[declared[name].dimension].unit)
+        value / units.GRAINS(DIMENSIONS[declared[name].dimension].unit)
         for name, value in face.properties
     ]
 
