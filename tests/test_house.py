@@ -25,7 +25,7 @@ MAY_KNOW = {
     "physics": {"compute.engine"},
     "scene": {"physics", "method", "results"},
     "samples": {"scene", "physics", "results"},
-    "domain": {"physics"},
+    "domain": set(),
     "compute": set(),
     "grains": {"scene", "samples", "physics", "domain", "results", "method", "compute"},
     "continuum": {"scene", "samples", "physics", "domain", "results", "method", "compute"},
@@ -187,19 +187,15 @@ def test_python_is_started_in_one_place():
         assert "sys.executable" not in path.read_text() or _name(path) == "processes.py", path
 
 
-# What knows the factors of the units of grains: grains, what surrounds them alone, LAMMPS's "micro"
-COUNTING = ("grains/", "export/lammps", "domain/gravity", "domain/layout", "domain/pushes")
-
-
 def test_units_are_converted_in_few_places():
-    """Where grains are built; where a run records, a simulation says what its numbers are."""
+    """What knows the factors of grains: they alone, and exports in LAMMPS's `units micro`."""
     knowing = {
         _name(path)
         for path, tree in _trees()
         for found in _imports(tree)
         if found[0] == "units" and found[1:] not in (["SI"], ["Units"])
     }
-    assert knowing and not [name for name in knowing if not name.startswith(COUNTING)]
+    assert knowing and all(name.startswith(("grains/", "export/lammps")) for name in knowing)
 
 
 def test_physics_touches_no_fields():

@@ -1,14 +1,10 @@
-"""The periodic cell: its edges, their motion, and their smallest lengths."""
+"""The periodic cell: its edges and their motion."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
-from dusttaichi.errors import DustError
-from dusttaichi.geometry import nearest_image, pairs_within
-from dusttaichi.names import AXES
-from dusttaichi.physics.contact.constants import CLOSEST
+from dusttaichi.geometry import nearest_image
 
 MOVING = ("start", "rate", "growth", "tilt", "tilt_rate", "strain", "shear_rate")
 
@@ -135,36 +131,3 @@ class Cell:
         """The cell in the state of `to_numbers`."""
         own = {n: np.array(v) if isinstance(v, list) else v for n, v in numbers.items()}
         return replace(self, **own)
-
-
-def check_images(positions, cell, radius):
-    """Raise DustError where grains overlap too much with images of others.
-
-    positions (N, 3), radius: of all grains, or (N,) [um].
-    """
-    far = 1e6 * np.max(radius) + np.ptp(positions, axis=0).max()
-    edges = np.where(cell.start > 0.0, cell.start, far)
-    inside = np.mod(positions - cell.low(0.0), edges)
-    inside[inside >= edges] = 0.0  # what rounding has put on the upper face
-    if np.ndim(radius):
-        nearest = pairs_within(inside, radius, CLOSEST, edges)[2].min(initial=np.inf)
-        allowed = np.inf
-    else:
-        nearest = scipy.spatial.cKDTree(inside, boxsize=edges).query(inside, k=2)[0][:, 1].min()
-        allowed = CLOSEST * 2.0 * radius
-    if nearest < allowed:
-        raise DustError(
-            "boundary.size: the periodic cell is too small: grains of the sample overlap with "
-            f"images of others (centres {nearest:.4g} µm apart); enlarge it or use size: fit"
-        )
-
-
-def check_edges(edges, axes, radius):
-    """Raise DustError where an edge [um] is so short that a grain would touch another twice."""
-    n = int(np.argmin(edges))
-    if edges[n] < 4.0 * radius:
-        raise DustError(
-            f"boundary: the periodic edge along {AXES[axes[n]]} is {edges[n]:.4g} µm, shorter than "
-            f"four radii ({4.0 * radius:.4g} µm): a grain would touch another twice, across both "
-            "faces; take a larger sample or boundary.size, or leave this axis out of boundary.axes"
-        )

@@ -11,18 +11,16 @@ from dusttaichi.compute.compiled import Compiled, LastCompiled
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.memory import COARSE, capacity_for
 from dusttaichi.domain.domain import lengths
-from dusttaichi.domain.gravity import make_gravity
-from dusttaichi.domain.layout import make_walls_and_cell
-from dusttaichi.domain.pushes import make_push
 from dusttaichi.errors import DustError
 from dusttaichi.grains.compiled import Kernels
+from dusttaichi.grains.environment import environment, is_tilted
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
     farthest_contacts,
     grain_properties,
     scaled,
-    wall_overlaps,
 )
+from dusttaichi.grains.gravity import make_gravity
 from dusttaichi.grains.kernels import search, store
 from dusttaichi.grains.kernels.cell import make_wrap
 from dusttaichi.grains.kernels.declare import declare, place
@@ -35,6 +33,7 @@ from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants, stored
 from dusttaichi.grains.kernels.sphere import make_sphere_relist
 from dusttaichi.grains.order import grain_order
+from dusttaichi.grains.pushes import make_push
 from dusttaichi.grains.setup import ContactNumbers, Environment, EqualGrain, Grains, Numerics
 from dusttaichi.grains.simulation import Simulation
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
@@ -153,12 +152,6 @@ def chosen_layout(scene, model, loops, push, polydisperse):
     )
 
 
-def is_tilted(scene, sample):
-    """True where the cell of a scene is sheared in some stage, or its sample brings one along."""
-    sheared = any(plan.drive.shear_rate for plan in scene.stage_plans)
-    return sheared or bool(sample.info.get("tilt"))
-
-
 def has_few_wall_contacts(box, cell, grains, smallest):
     """True if the smaller capacity for wall contacts is enough.
 
@@ -221,30 +214,6 @@ def interfaces(scene, model):
     """Rows of the table of interfaces (kernels.polydisperse)."""
     glue = scene.boundary.glue if scene.boundary.kind == "plates" else 1.0
     return interface_table(scene, model, glue, surface_of(scene))
-
-
-def environment(scene, sample, own, contacts):
-    """(Box or None, Cell or None) of a scene.
-
-    own: GrainProperties or None of equal grains. contacts: ContactConstants of the pair and of the
-    wall contact that reach farthest. Raises DustError for a sample that does not fit.
-    """
-    pair, wall = contacts
-    radius, overlap = scene.material.radius / units.LENGTH, wall.rest_overlap / units.LENGTH
-    if own is not None:
-        radius, overlap = own.radius, wall_overlaps(scene, own)
-    period, room = sample.info.get("period"), sample.info.get("room")
-    box, cell = make_walls_and_cell(
-        scene.boundary,
-        sample.positions / units.LENGTH,
-        radius,
-        contact=2.0 * radius - pair.rest_overlap / units.LENGTH,
-        overlap=overlap,
-        period=None if period is None else np.array(period) / units.LENGTH,
-        room=None if room is None else np.array(room) / units.LENGTH,
-        tilt=sample.info.get("tilt", 0.0) / units.LENGTH,
-    )
-    return box, cell if cell is None else replace(cell, tilted=is_tilted(scene, sample))
 
 
 def check_precision(scene, sample, delta0):

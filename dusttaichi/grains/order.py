@@ -55,3 +55,10 @@ def morton_key(positions, cell):
         for axis in range(3):
             key |= ((c[:, axis] >> bit) & 1) << (3 * bit + axis)
     return key
+
+
+def rank_of(order):
+    """Internal number of each grain of the sample."""
+    rank = np.empty(len(order), int)
+    rank[order] = np.arange(len(order))
+    return rank

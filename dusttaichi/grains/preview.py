@@ -8,10 +8,10 @@ from dusttaichi import samples, units
 from dusttaichi.compute.backend import loops_of
 from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.domain.domain import Domain
-from dusttaichi.domain.pushes import make_push
 from dusttaichi.grains import network
 from dusttaichi.grains.advice import advice
-from dusttaichi.grains.build import build, chosen_layout, environment, has_few_wall_contacts
+from dusttaichi.grains.build import build, chosen_layout, has_few_wall_contacts
+from dusttaichi.grains.environment import environment
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
     farthest_contacts,
@@ -22,6 +22,7 @@ from dusttaichi.grains.grain_contacts import (
 from dusttaichi.grains.impacts import softened_remarks, softened_rows
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows
 from dusttaichi.grains.kernels.declare import declare
+from dusttaichi.grains.pushes import make_push
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts
 from dusttaichi.grains.time_step import chosen_step, short_loads
 from dusttaichi.method import Preview

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from dusttaichi.domain.cell import Cell
-from dusttaichi.domain.gravity import Gravity
 from dusttaichi.domain.walls import Box
+from dusttaichi.grains.gravity import Gravity
 from dusttaichi.grains.sphere import RigidSphere
 from dusttaichi.grains.state import GrainProperties
 from dusttaichi.grains.time_step import TimeStep

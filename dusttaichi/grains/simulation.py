@@ -25,9 +25,9 @@ from dusttaichi.grains.measure import (
     wall_forces,
     wall_work,
 )
+from dusttaichi.grains.pushes import push_anew
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
-from dusttaichi.grains.stage_push import push_anew
 from dusttaichi.grains.state import GrainState, LedgerSums
 from dusttaichi.names import NEVER
 from dusttaichi.units import GRAINS

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dusttaichi.domain.pushes import rank_of
 from dusttaichi.grains.kernels.declare import SUMS
 from dusttaichi.grains.kernels.numbers import declared
 from dusttaichi.grains.kernels.store import (
@@ -18,6 +17,7 @@ from dusttaichi.grains.kernels.store import (
     SPHERE,
     WALL_BLOCKS,
 )
+from dusttaichi.grains.order import rank_of
 from dusttaichi.grains.pointers import pair_displacements, unit, wall_displacements
 from dusttaichi.units import GRAINS, LENGTH
 

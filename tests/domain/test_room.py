@@ -6,7 +6,7 @@ import pytest
 from dusttaichi import samples
 from dusttaichi.domain.domain import Domain
 from dusttaichi.errors import DustError
-from dusttaichi.grains.build import environment
+from dusttaichi.grains.environment import environment
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.scene import from_yaml, quantities
 from dusttaichi.scene.boundary import own_drive
