@@ -20,6 +20,25 @@ _COUNTS = {
 }
 _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 
+
+def _loads(row, needs, line="line of centres", grain="grain"):
+    """Rows of the loads in one kind of contacts. line: of its normal force; grain: on which."""
+    forces, requested = (f"{needs}snapshots contacts {own}" for own in ("forces", "requested"))
+    return [
+        ("step", row, "1", "time steps done at the snapshot of this contact", "", forces),
+        ("normal_force", row, "N", f"force along the {line}, positive where it pushes", _PHYS,
+         forces),
+        ("force", f"{row} xyz", "N", f"force on the {grain}", _PHYS, forces),
+        ("sliding_force", f"{row} xyz", "N", f"part of force across the {line}", _PHYS, requested),
+        ("rolling_moment", f"{row} xyz", "N m", f"torque of rolling on the {grain}", _PHYS,
+         requested),
+        ("twisting_moment", row, "N m", f"torque on the {grain} about the {line}", _PHYS,
+         requested),
+        ("loss", f"{row} channel", "J", "energy lost in the contact since it formed", _PHYS,
+         requested),
+    ]  # fmt: skip
+
+
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
 # "gravity", "sphere" (a rigid one), "pair" (two bodies that fly at each other), "shear" (in some
@@ -162,20 +181,7 @@ _TABLE = {
          "snapshots contacts"),
         ("overlap", "contact", "m", "sum of the radii less distance of the centres", _PHYS,
          "snapshots contacts"),
-        ("step", "contact", "1", "time steps done at the snapshot of this contact", "",
-         "snapshots contacts forces"),
-        ("normal_force", "contact", "N", "force along the line of centres, positive where it "
-         "pushes", _PHYS, "snapshots contacts forces"),
-        ("force", "contact xyz", "N", "force on the first grain, minus that on the second", _PHYS,
-         "snapshots contacts forces"),
-        ("sliding_force", "contact xyz", "N", "part of force across the line of centres", _PHYS,
-         "snapshots contacts requested"),
-        ("rolling_moment", "contact xyz", "N m", "torque of rolling on the first grain", _PHYS,
-         "snapshots contacts requested"),
-        ("twisting_moment", "contact", "N m", "torque on the first grain about the line of centres",
-         _PHYS, "snapshots contacts requested"),
-        ("loss", "contact channel", "J", "energy lost in the contact since it formed", _PHYS,
-         "snapshots contacts requested"),
+        *_loads("contact", "", grain="first grain"),
         ("torque_i", "contact xyz", "N m", "torque on the first grain", _PHYS,
          "snapshots contacts forces"),
         ("torque_j", "contact xyz", "N m", "torque on the second grain", _PHYS,
@@ -194,20 +200,7 @@ _TABLE = {
          "walls snapshots contacts"),
         ("overlap", "wall_contact", "m", "radius less distance of the centre from the wall",
          _PHYS, "walls snapshots contacts"),
-        ("step", "wall_contact", "1", "time steps done at the snapshot of this contact", "",
-         "walls snapshots contacts forces"),
-        ("normal_force", "wall_contact", "N", "force along the normal of the wall, positive where "
-         "it pushes", _PHYS, "walls snapshots contacts forces"),
-        ("force", "wall_contact xyz", "N", "force on the grain", _PHYS,
-         "walls snapshots contacts forces"),
-        ("sliding_force", "wall_contact xyz", "N", "part of force along the wall", _PHYS,
-         "walls snapshots contacts requested"),
-        ("rolling_moment", "wall_contact xyz", "N m", "torque of rolling on the grain", _PHYS,
-         "walls snapshots contacts requested"),
-        ("twisting_moment", "wall_contact", "N m", "torque on the grain about the normal", _PHYS,
-         "walls snapshots contacts requested"),
-        ("loss", "wall_contact channel", "J", "energy lost in the contact since it formed", _PHYS,
-         "walls snapshots contacts requested"),
+        *_loads("wall_contact", "walls ", line="normal of the wall"),
         ("torque", "wall_contact xyz", "N m", "torque on the grain", _PHYS,
          "walls snapshots contacts forces"),
     ],
@@ -215,20 +208,7 @@ _TABLE = {
         ("grain", "sphere_contact", "1", "grain", "", "sphere snapshots contacts"),
         ("overlap", "sphere_contact", "m", "sum of the radii less distance of the centres", _PHYS,
          "sphere snapshots contacts"),
-        ("step", "sphere_contact", "1", "time steps done at the snapshot of this contact", "",
-         "sphere snapshots contacts forces"),
-        ("normal_force", "sphere_contact", "N", "force along the line of centres, positive where "
-         "it pushes", _PHYS, "sphere snapshots contacts forces"),
-        ("force", "sphere_contact xyz", "N", "force on the grain", _PHYS,
-         "sphere snapshots contacts forces"),
-        ("sliding_force", "sphere_contact xyz", "N", "part of force across the line of centres",
-         _PHYS, "sphere snapshots contacts requested"),
-        ("rolling_moment", "sphere_contact xyz", "N m", "torque of rolling on the grain", _PHYS,
-         "sphere snapshots contacts requested"),
-        ("twisting_moment", "sphere_contact", "N m", "torque on the grain about the line of "
-         "centres", _PHYS, "sphere snapshots contacts requested"),
-        ("loss", "sphere_contact channel", "J", "energy lost in the contact since it formed", _PHYS,
-         "sphere snapshots contacts requested"),
+        *_loads("sphere_contact", "sphere "),
         ("torque", "sphere_contact xyz", "N m", "torque on the grain", _PHYS,
          "sphere snapshots contacts forces"),
     ],
