@@ -17,8 +17,8 @@ import pandas as pd
 from tables import name_of, write
 
 from dusttaichi import analysis
-from dusttaichi.names import CHANNELS
 from dusttaichi.physics import laws
+from dusttaichi.physics.contact.numbers import CHANNELS
 from dusttaichi.scene import extensions
 
 TATSUUMA_2023 = extensions.module("tatsuuma2023/compressive_strength.py")

@@ -17,7 +17,7 @@ from tables import update
 from dusttaichi import analysis
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError, GuardStop, Interrupted
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS
 from dusttaichi.run import execute
 from dusttaichi.scene import Scene
 

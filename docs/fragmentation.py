@@ -24,8 +24,8 @@ from tables import name_of, write
 from dusttaichi.analysis.collisions import FAILED, MISS, fragment_slope, mean_and_error, spectrum
 from dusttaichi.analysis.thresholds import thresholds
 from dusttaichi.grains.grain_contacts import contact_constants
-from dusttaichi.names import CHANNELS
 from dusttaichi.physics.contact import jkr
+from dusttaichi.physics.contact.numbers import CHANNELS
 from dusttaichi.scene import from_yaml
 
 TANGENTIAL = ["rolling", "sliding", "twisting"]

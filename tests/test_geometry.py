@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from dusttaichi import geometry
+from dusttaichi.physics import geometry
 
 EXACT = 1e-12  # relative: some hundred roundings
 

@@ -20,18 +20,18 @@ LINES, FUNCTION, POSITIONAL, TOP = 350, 60, 5, 9
 
 # A room may import from the rooms named, from itself, and from the modules of the top level; a
 # name with a dot is one module of a room.
-SHARED = {"compiler", "errors", "units", "geometry", "names", "files", "processes"}
+SHARED = {"compiler", "errors", "units", "files", "processes"}
 MAY_KNOW = {
     "physics": {"compute.engine"},
     "scene": {"physics", "method", "results"},
     "samples": {"scene", "physics", "results"},
-    "domain": set(),
+    "domain": {"physics.geometry"},
     "compute": set(),
     "grains": {"scene", "samples", "physics", "domain", "results", "method", "compute"},
     "continuum": {"scene", "samples", "physics", "domain", "results", "method", "compute"},
-    "results": {"compute"},
+    "results": {"physics", "compute"},
     "method": {"domain", "results"},
-    "run": {"scene", "domain", "results", "method", "samples"},
+    "run": {"scene", "domain", "results", "method"},
     "analysis": {"scene", "physics", "results", "method"},
     "plots": {"analysis", "physics", "results", "method"},
     "report": {"analysis", "plots", "results"},
@@ -293,10 +293,10 @@ THEIR_OWN = {
     "asperities": {
         "physics/contact/asperities.py": "the effect",
         "physics/contact/registry.py": "the list of effects",
+        "physics/contact/numbers.py": "its channel",
         "scene/interaction.py": "its block in the YAML",
         "scene/material.py": "its property of a material",
         "grains/checks.py": "what a scene with it needs",
-        "names.py": "its channel",
         "studies/asperity_fit.py": "fits its one number",
         "commands/fit.py": "the command of that study",
         "plots/style.py": "the colour of its channel",

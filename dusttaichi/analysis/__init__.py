@@ -48,6 +48,9 @@ from dusttaichi.analysis.stored import is_ensemble, is_trade, open_ensemble, ope
 from dusttaichi.analysis.structure import Structure, structure
 from dusttaichi.analysis.summary import compare, summary, table, to_csv
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
-from dusttaichi.names import exported
 
-__all__ = exported(globals())
+__all__ = [
+    name
+    for name, value in globals().items()
+    if name[0] != "_" and getattr(value, "__module__", "").startswith(__name__)
+]

@@ -7,9 +7,8 @@ import scipy
 
 from dusttaichi.analysis.frame import frame_count, read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import nearest_image
-from dusttaichi.names import WALLS
 from dusttaichi.physics.contact import constants
+from dusttaichi.physics.geometry import WALLS, nearest_image
 
 
 @dataclass(frozen=True)

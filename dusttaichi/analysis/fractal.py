@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import neighbours_within
+from dusttaichi.physics.geometry import neighbours_within
 
 SMALL_SCALE = 20.0
 """Number of grains up to which T19 section 4.1 finds the fractal dimension of the aggregates."""

@@ -6,7 +6,13 @@ import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses, read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected, grains_within, held_together, largest_first, power
+from dusttaichi.physics.geometry import (
+    connected,
+    grains_within,
+    held_together,
+    largest_first,
+    power,
+)
 
 
 @dataclass(frozen=True)

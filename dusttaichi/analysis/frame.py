@@ -5,16 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from dusttaichi import geometry
 from dusttaichi.errors import DustError
-from dusttaichi.names import AXES
+from dusttaichi.physics import geometry
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.jkr_curve import scaled_radius
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 from dusttaichi.physics.contact.registry import DEFAULT
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene import quantities
 
-# inward unit vectors of the walls, in the order of names.WALLS
+# inward unit vectors of the walls, in the order of geometry.WALLS
 INWARD = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, None]
 
 

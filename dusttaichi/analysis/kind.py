@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi.analysis.tension import is_tensile_test, recorded_tension, start_of_tension
-from dusttaichi.names import LYING
+from dusttaichi.physics.geometry import LYING
 from dusttaichi.scene.numerics import DRAFT
 
 LEAST_CHANGE = 1e-3

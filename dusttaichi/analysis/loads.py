@@ -9,7 +9,7 @@ import numpy as np
 
 from dusttaichi.analysis.cycles import pressure_of
 from dusttaichi.errors import DustError
-from dusttaichi.names import AXES
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.quantities import parse
 
 LAST = 10  #: Records at the end of a stage over which a load is averaged.

@@ -8,7 +8,7 @@ from dusttaichi.analysis.compression import compression_curve
 from dusttaichi.analysis.ledger import losses_by_channel
 from dusttaichi.analysis.numbers import Observable, known
 from dusttaichi.analysis.summary import summary
-from dusttaichi.names import CHANNELS, EXTRA_CHANNELS
+from dusttaichi.physics.contact.numbers import CHANNELS, EXTRA_CHANNELS
 
 CURVE = "phi_rms"
 GRID = 201  # pressures at which two curves are compared

@@ -7,8 +7,7 @@ import numpy as np
 from dusttaichi.analysis.fragments import fragments, two_fragments
 from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import in_one
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS, in_one
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dusttaichi import method
 from dusttaichi.analysis import foreign
 from dusttaichi.analysis.kind import Kind, named
 from dusttaichi.errors import DustError
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.reading import open_tree
 from dusttaichi.scene import extensions
 from dusttaichi.scene.material import Material

@@ -11,8 +11,8 @@ import numpy as np
 from dusttaichi.analysis.compression_fit import correlation_factor
 from dusttaichi.analysis.tension import longest_axis, start_of_tension
 from dusttaichi.errors import DustError
-from dusttaichi.names import AXES
 from dusttaichi.physics import laws
+from dusttaichi.physics.geometry import AXES
 
 WIDEST = 0.1
 """Largest share by which the filling factor may change within a window (T19 section 3.1)."""

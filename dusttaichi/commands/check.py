@@ -4,6 +4,7 @@ The output of `dust check --json` gets further keys with time; existing ones do 
 """
 
 import sys
+from math import inf
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +14,6 @@ from dusttaichi import __version__
 from dusttaichi.commands import options
 from dusttaichi.commands.console import console, say, say_json
 from dusttaichi.errors import DustError
-from dusttaichi.names import NEVER
 
 FORMAT = "dusttaichi check 1"  # of the JSON
 LABEL = 42  # smallest width of the names of numbers
@@ -98,9 +98,9 @@ def _cost(scene, preview, *, measure_it):
     rows, total = [], 0
     for name, steps, reason in preview.plan:
         what = f"steps at most, stage {name}" if name else "steps at most"
-        if steps == NEVER:
+        if steps == inf:
             rows.append((what, "not known beforehand: a measured quantity ends the run"))
-            total = NEVER
+            total = inf
             break
         total += steps
         time = quantities.format(steps * preview.dt, "time", 5)
@@ -110,7 +110,7 @@ def _cost(scene, preview, *, measure_it):
     speed = f"{quantities.rate_text(rate)} steps/s"
     how = "measured now" if measure_it else "an order of magnitude; --time measures it"
     rows += [("speed", f"{speed}, {how}")]
-    if total < NEVER:
+    if total < inf:
         low, high = _duration(total * least), _duration(total * most)
         text = low if low == high else f"{low} to {high}"
         rows.append(("run time at most", f"{text}, and the start"))
@@ -156,7 +156,7 @@ def _json_of_refusal(error):
 
 
 def _stage(name, steps, reason, dt):
-    known = steps < NEVER
+    known = steps < inf
     return {
         "name": name,
         "most_steps": int(steps) if known else None,
@@ -168,7 +168,7 @@ def _stage(name, steps, reason, dt):
 def _run_time(scene, preview, *, measure_it):
     """Seconds of the steps of a run, {least, likely, most}, or None."""
     steps = sum(plan[1] for plan in preview.plan)
-    if steps >= NEVER:
+    if steps == inf:
         return None
     each = _seconds(scene, preview, measure_it=measure_it)
     return {name: steps * s for name, s in zip(("least", "likely", "most"), each, strict=True)}

@@ -16,7 +16,6 @@ from dusttaichi.commands.ensembles import run_sweep
 from dusttaichi.commands.progress import Phases, ProgressBar
 from dusttaichi.commands.report import watched
 from dusttaichi.errors import DustError, Interrupted
-from dusttaichi.names import NEVER
 
 
 def run(
@@ -119,8 +118,7 @@ def _shown(bar):
             state.append(f"P {progress.pressure / 1e3:.3g} kPa")
         if progress.steps_per_second > 0.0:
             state.append(f"{quantities.rate_text(progress.steps_per_second)} steps/s")
-        total = progress.end if progress.end < NEVER else None
-        bar.show(f"step {progress.step:,}", progress.step, total, "  ".join(state))
+        bar.show(f"step {progress.step:,}", progress.step, progress.end, "  ".join(state))
 
     return show
 

@@ -28,9 +28,9 @@ from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.walls import NORMALS, Box
 from dusttaichi.errors import DustError
-from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.continuum.elasticity import bulk_modulus
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.samples.continuum.flaws import flaws_of
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
 

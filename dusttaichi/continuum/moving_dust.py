@@ -12,7 +12,7 @@ from dusttaichi.continuum.kernels.store import CHANNELS
 from dusttaichi.continuum.pairing import Pairing
 from dusttaichi.continuum.variables import VARIABLES
 from dusttaichi.method import SimpleSimulation, State
-from dusttaichi.names import AXES, WALLS
+from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.continuum.particles import ARRAYS, COMPONENTS, Body, Particles

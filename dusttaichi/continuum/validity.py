@@ -8,7 +8,7 @@ import numpy as np
 from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS
 
 ROUNDING = 1e-9
 """Distance [m] of the centre of a body beyond a face that counts as round-off."""

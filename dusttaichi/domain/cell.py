@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dusttaichi.geometry import nearest_image
+from dusttaichi.physics.geometry import nearest_image
 
 MOVING = ("start", "rate", "growth", "tilt", "tilt_rate", "strain", "shear_rate")
 

@@ -4,9 +4,9 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from math import exp, floor, inf, isnan, nan
 
-from dusttaichi.names import NEVER
 from dusttaichi.units import SI, Units
 
+NEVER = 2**62  # a step that no run reaches
 FARTHEST = 2**52  # steps beyond this are never reached
 LARGEST = 600.0  # exponent beyond which a length is as good as infinite; its powers stay finite
 

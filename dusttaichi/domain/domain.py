@@ -5,15 +5,16 @@ count from the start of the run: a change of drive does not change positions.
 """
 
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
 from dusttaichi.domain.cell import Cell
-from dusttaichi.domain.clock import Clock
+from dusttaichi.domain.clock import NEVER, Clock
 from dusttaichi.domain.servo import WALL, Servo, make_servo
 from dusttaichi.domain.walls import TOP, Box
 from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.names import AXES, NEVER
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.units import SI, Units
 
 
@@ -245,13 +246,13 @@ class Domain:
     def planned(self, scene):
         """(name, largest number of steps, reason) of every stage, before anything is computed.
 
-        Steps are NEVER where only a measured quantity ends the stage; there the list ends.
+        Steps are infinite where only a measured quantity ends the stage; there the list ends.
         """
         first, domain, out = 0, self, []
         for plan in scene.stage_plans:
             domain = domain.driven(plan.drive, first)
             end, reason = domain.clock(first).last_step(plan.stop)
-            out.append((plan.name, end - first if end < NEVER else NEVER, reason))
+            out.append((plan.name, end - first if end < NEVER else inf, reason))
             if end == NEVER:
                 break
             first = end

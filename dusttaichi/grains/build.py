@@ -39,9 +39,9 @@ from dusttaichi.grains.simulation import Simulation
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
 from dusttaichi.grains.step import make_advance, make_evaluate
 from dusttaichi.grains.time_step import chosen_step
-from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.push import of_stages
 
 _LAST = LastCompiled()

@@ -2,9 +2,9 @@
 
 import math
 
-from dusttaichi.names import AXES
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import DEFAULT, law_name, properties_of
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.values import TOO_NARROW
 from dusttaichi.scene import gravity, push, sphere
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary

@@ -7,10 +7,9 @@ from dusttaichi import units
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.walls import make_box
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import pairs_within
 from dusttaichi.grains.grain_contacts import wall_overlaps
-from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact.constants import CLOSEST
+from dusttaichi.physics.geometry import AXES, WALLS, pairs_within
 
 
 def environment(scene, sample, own, contacts):

@@ -9,8 +9,8 @@ from dusttaichi import samples, units
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.grains.build import build
 from dusttaichi.grains.measure import energies, wall_forces
-from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact.registry import EFFECTS, law_name
+from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.scene import quantities
 
 

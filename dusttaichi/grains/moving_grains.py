@@ -18,7 +18,7 @@ from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.time_step import short_loads
 from dusttaichi.grains.variables import VARIABLES, variables_of
 from dusttaichi.method import SimpleSimulation, State
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.sample import Sample

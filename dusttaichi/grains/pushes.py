@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.geometry import rigid_rotation
+from dusttaichi.domain.clock import NEVER
 from dusttaichi.grains.measure import contact_loads, grain_state, half_kicks
 from dusttaichi.grains.order import rank_of
-from dusttaichi.names import NEVER
+from dusttaichi.physics.geometry import rigid_rotation
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi import geometry, units
+from dusttaichi import units
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.measure import grain_losses, grain_state
-from dusttaichi.names import WALLS
+from dusttaichi.physics import geometry
+from dusttaichi.physics.geometry import WALLS
 
 MAX_BINS = 4000
 

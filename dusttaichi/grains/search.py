@@ -5,9 +5,9 @@ from math import floor, hypot, isfinite, prod, sqrt
 
 import numpy as np
 
+from dusttaichi.domain.clock import NEVER
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN, FASTEST, HIGHEST, LOST, LOWEST
-from dusttaichi.names import NEVER
 
 FARTHEST = 1e12  # um; beyond, the place of a grain does not count as a number
 LIGHT = 299792458.0  # um/us

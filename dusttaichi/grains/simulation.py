@@ -10,6 +10,7 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.compute.loops import DONE
+from dusttaichi.domain.clock import NEVER
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVEN, WALL, Servo
 from dusttaichi.domain.walls import TOP
@@ -29,7 +30,6 @@ from dusttaichi.grains.pushes import push_anew
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
 from dusttaichi.grains.state import GrainState, LedgerSums
-from dusttaichi.names import NEVER
 from dusttaichi.units import GRAINS
 
 

@@ -11,9 +11,9 @@ from dusttaichi.grains.grain_contacts import scaled, size_ranges
 from dusttaichi.grains.kernels.store import SPHERE
 from dusttaichi.grains.pointers import touching
 from dusttaichi.grains.variables import own_history
-from dusttaichi.names import AXES, WALLS
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.parts import pair_parts
+from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.scene.sphere import SMOOTH
 
 

@@ -6,7 +6,7 @@ from dusttaichi.errors import GuardStop
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.measure import grain_state, wall_distances
 from dusttaichi.method import moment
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS
 
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.variables import declare, declared
 
 _TYPES = {

@@ -71,14 +71,14 @@ class Preview:
     dt
         Time step [s].
     plan
-        (name of the stage, steps at most, condition that ends it) of every stage, steps NEVER where
-        only a measured condition ends it.
+        (name of the stage, steps at most, condition that ends it) of every stage, steps infinite
+        where only a measured condition ends it.
     """
 
     sections: list[tuple[str, list[tuple[str, str]]]]
     size: int
     dt: float
-    plan: list[tuple[str, int, str]]
+    plan: list[tuple[str, float, str]]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,6 @@ import xarray as xr
 
 from dusttaichi.analysis.ensemble_tables import axes_of
 from dusttaichi.errors import DustError
-from dusttaichi.names import exported
 from dusttaichi.plots import style as style
 from dusttaichi.plots.animation import animation
 from dusttaichi.plots.collision import restitution, restitution_map
@@ -113,4 +112,8 @@ def figures_of(of, failed=None):
     return {name: drawing for name, drawing in drawings.items() if drawing is not None}
 
 
-__all__ = exported(globals())
+__all__ = [
+    name
+    for name, value in globals().items()
+    if name[0] != "_" and getattr(value, "__module__", "").startswith(__name__)
+]

@@ -6,10 +6,19 @@ contiguous ragged arrays: the rows of all snapshots one after the other, `contac
 each snapshot. All values are SI.
 """
 
-from dusttaichi.names import exported
 from dusttaichi.results.integrity import opened
 from dusttaichi.results.provenance import provenance
 from dusttaichi.results.variables import COMMON, Variable, common, declare, reference_energy, select
 from dusttaichi.results.writer import Writer
 
-__all__ = exported(globals())
+__all__ = [
+    "COMMON",
+    "Variable",
+    "Writer",
+    "common",
+    "declare",
+    "opened",
+    "provenance",
+    "reference_energy",
+    "select",
+]

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dusttaichi.names import AXES, CHANNELS, SPRINGS, WALLS
+from dusttaichi.physics.contact.numbers import CHANNELS, SPRINGS
+from dusttaichi.physics.geometry import AXES, WALLS
 
 REQUESTED = "requested"  # feature of optional outputs
 # groups with optional outputs (`output.variables`)

@@ -8,8 +8,8 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
+from dusttaichi.domain.clock import NEVER
 from dusttaichi.errors import DustError
-from dusttaichi.names import NEVER
 from dusttaichi.results.variables import declare
 from dusttaichi.run.ledger import turnover
 from dusttaichi.run.schedule import bytes_of, next_step, steps_apart

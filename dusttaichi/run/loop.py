@@ -7,6 +7,7 @@ real time (guards between records, flushes, checkpoints, Ctrl-C, the report) cha
 import time as real_time
 from contextlib import contextmanager, nullcontext
 
+from dusttaichi.domain.clock import NEVER
 from dusttaichi.errors import GuardStop, Interrupted
 from dusttaichi.run import activities, ledger
 from dusttaichi.run.state import Report
@@ -127,8 +128,8 @@ class Run:
                 self.guarded_at = self.sim.step
                 self.guard(self.sim.measure())
             phi = self.clock.filling_factor_at(self.sim.step) if self.clock.bounded else None
-            end = self.end
-            self.report(Report(self.sim.step, end.step, phi, end.pressure, self.rate))
+            end = self.end.step if self.end.step < NEVER else None
+            self.report(Report(self.sim.step, end, phi, self.end.pressure, self.rate))
 
     def guard(self, m):
         """Raise GuardStop if the Measurement is invalid."""

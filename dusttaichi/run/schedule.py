@@ -2,7 +2,7 @@
 
 from math import floor
 
-from dusttaichi.names import NEVER
+from dusttaichi.domain.clock import NEVER
 
 SNAPSHOTS = 30  # automatic snapshots of a run, enough for playback
 LARGEST = 40e6  # bytes of these before compression

@@ -92,11 +92,11 @@ def _arrays(sums):
 class Report:
     """Progress of a run for display.
 
-    `filling_factor` and `pressure` [Pa] may be None.
+    `filling_factor` and `pressure` [Pa] may be None, as is `end` before it is known.
     """
 
     step: int
-    end: int
+    end: int | None
     filling_factor: float | None
     pressure: float | None
     steps_per_second: float

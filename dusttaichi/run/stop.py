@@ -2,14 +2,15 @@
 
 import numpy as np
 
+from dusttaichi.domain.clock import NEVER
 from dusttaichi.domain.servo import EVEN, WALL
-from dusttaichi.names import AXES, NEVER, WALLS
+from dusttaichi.results.variables import LABELS
 from dusttaichi.run.ledger import turnover
 from dusttaichi.run.state import Tension
 
 AVERAGED = 10  # records over which stop.past_maximum, plateau and creep average
 DEVIATION = 0.02  # largest relative deviation of a settled load from the controlled one
-TOP = WALLS.index("top")
+TOP = LABELS["wall"].index("top")
 
 
 class End:
@@ -114,7 +115,7 @@ def pressure(record, domain):
 
 def component(stress, name):
     """Component such as "xy" of a stress [Pa] (3, 3), of shear the mean with its mirror image."""
-    a, b = (AXES.index(axis) for axis in name)
+    a, b = ("xyz".index(axis) for axis in name)
     return 0.5 * float(stress[a, b] + stress[b, a])
 
 

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from dusttaichi.names import AXES
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import MixtureBlock, drawn, mixed, sized
 from dusttaichi.samples.registry import register

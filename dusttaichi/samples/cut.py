@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected
+from dusttaichi.physics.geometry import connected
 from dusttaichi.samples.sample import extent
 from dusttaichi.samples.values import edges_of, exactly_one, shape_of
 from dusttaichi.scene.fields import Faults

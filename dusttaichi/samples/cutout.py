@@ -13,8 +13,14 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected, heaviest_first, nearest_image, pairs_within
-from dusttaichi.names import AXES, LYING
+from dusttaichi.physics.geometry import (
+    AXES,
+    LYING,
+    connected,
+    heaviest_first,
+    nearest_image,
+    pairs_within,
+)
 from dusttaichi.samples import taken
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import AnyBody, SampleBlock, made, reads_samples, register

@@ -8,8 +8,8 @@ import scipy
 from pydantic import Field
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import nearest_image, pairs_within
 from dusttaichi.physics.contact.constants import CLOSEST
+from dusttaichi.physics.geometry import nearest_image, pairs_within
 from dusttaichi.samples import files, taken
 from dusttaichi.samples.formats.grains import materials_of, remark_on_matter
 from dusttaichi.samples.formats.order import COLUMN_NAMES, has_position, is_column

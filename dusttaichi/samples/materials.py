@@ -3,8 +3,8 @@
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.names import AXES
 from dusttaichi.physics.contact.constants import mixed_constants, pair_constants, sphere_mass
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.sample import Sample
 from dusttaichi.scene.material import DEFAULT
 

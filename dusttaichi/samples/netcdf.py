@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.names import AXES
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.results.reading import open_tree
 from dusttaichi.samples.formats.columns import COMPONENTS, unit_factor
 from dusttaichi.samples.sample import check_grains

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import rigid_rotation
-from dusttaichi.names import WALLS
 from dusttaichi.physics.contact.constants import pair_constants
+from dusttaichi.physics.geometry import WALLS, rigid_rotation
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample
 

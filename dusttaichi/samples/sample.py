@@ -7,8 +7,7 @@ import numpy as np
 import scipy
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import grains_within, pairs_within, power
-from dusttaichi.names import AXES, LYING
+from dusttaichi.physics.geometry import AXES, LYING, grains_within, pairs_within, power
 from dusttaichi.samples.near import near
 
 ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
@@ -23,14 +22,14 @@ class Sample:
     -----
     `contacts` has i, j (C,) int64; pointer_i, pointer_j (C, 3) unit vectors; twist (C,) [rad]; and
     approach (C,) [m/s], the approach speed half a step before. `wall_contacts` has grain, wall (W,)
-    int64, the wall's number in names.WALLS; pointer (W, 3) unit vectors; foot (W, 3) [m]; twist
+    int64, the wall's number in geometry.WALLS; pointer (W, 3) unit vectors; foot (W, 3) [m]; twist
     (W,) [rad]; and approach (W,) [m/s].
 
     `info` may have `period` (3 numbers, m), edges of a periodic sample; `shape`, "cylinder" for an
     upright cylinder about x = y = 0, "lying cylinder" for one about the `axis` "x" or "y" through
     the origin, "sphere" about the origin, "aggregate" for an uncut cluster, which determines the
     volume of the filling factor; `room` (6 numbers, m), positions of walls and faces of the cell in
-    the order of names.WALLS, NaN where there is none; `start_time` [s] of a continued run;
+    the order of geometry.WALLS, NaN where there is none; `start_time` [s] of a continued run;
     `remarks`, sentences for the user; and `reading`, those of them on how a file is read, which are
     also of a sample that is made of this one.
     """

@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected, heaviest_first, held_together
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS, connected, heaviest_first, held_together
 from dusttaichi.samples.sample import Sample
 
 LARGEST = "largest"

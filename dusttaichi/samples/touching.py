@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from dusttaichi.geometry import connected, nearest_image, pairs_within
+from dusttaichi.physics.geometry import connected, nearest_image, pairs_within
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import EqualGrains, Grains, Touch
 from dusttaichi.samples.sample import ROUNDING, Sample

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from dusttaichi.names import AXES, WALLS
+from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.scene.drive import (
     MOVES,
     TOP_SPEED,

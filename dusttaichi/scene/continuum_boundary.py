@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from dusttaichi.names import AXES, WALLS
+from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.scene.boundary import Axes, BoundaryBlock, OpenBoundary
 from dusttaichi.scene.drive import TOP_SPEED, Speed
 from dusttaichi.scene.fields import Block, Faults, plain_or_block

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
-from dusttaichi.names import AXES
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.fields import Block, Faults, Number, Switch, needed
 from dusttaichi.scene.quantities import Quantity, Vector, parse
 

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS
 from dusttaichi.scene.fields import Block, Faults, Number, needed
 from dusttaichi.scene.quantities import Quantity, Vector
 

@@ -10,7 +10,7 @@ import yaml
 from pydantic import Field, PrivateAttr, ValidationError, ValidationInfo, field_validator
 
 from dusttaichi import method
-from dusttaichi.names import AXES
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene import checks, extensions, plain, problems
 from dusttaichi.scene.boundary import Boundary, bounded_axes, own_drive
 from dusttaichi.scene.extensions import Extension

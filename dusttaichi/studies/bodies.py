@@ -6,9 +6,9 @@ import numpy as np
 
 from dusttaichi import method
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import connected, in_one
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.measure import grain_state
+from dusttaichi.physics.geometry import connected, in_one
 from dusttaichi.samples.materials import Materials
 
 

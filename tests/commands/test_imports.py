@@ -69,7 +69,7 @@ def test_bytecode_is_kept_where_python_may_not_write_it(module, tmp_path):
         f"import sys; from importlib import util; spec = util.find_spec({module!r}); "
         "from dusttaichi.commands import bytecode; there = spec.cached; "
         "bytecode.os.path.exists = lambda path: path != there; bytecode.keep_bytecode(); "
-        "from dusttaichi import geometry; print(geometry.__cached__)"
+        "from dusttaichi.physics import geometry; print(geometry.__cached__)"
     )
     kept = {n: v for n, v in os.environ.items() if n != "PYTHONPYCACHEPREFIX"}
     environment = kept | {"PYTHONDONTWRITEBYTECODE": "1", "XDG_CACHE_HOME": str(tmp_path)}

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scenes import RADIUS, Probe, make_scene, residual, sample_of
 
-from dusttaichi.domain.clock import Clock
+from dusttaichi.domain.clock import NEVER, Clock
 from dusttaichi.grains.measure import energies
-from dusttaichi.names import NEVER
 from dusttaichi.scene.stop import Stop
 
 

@@ -5,12 +5,13 @@ import pytest
 import reference as ref
 from scenes import FAR, Probe, box, grain, make_scene, masses_of, polydisperse, two_materials
 
-from dusttaichi import analysis, geometry, samples
+from dusttaichi import analysis, samples
 from dusttaichi.errors import DustError
 from dusttaichi.grains import record
 from dusttaichi.grains.grain_contacts import grain_properties
 from dusttaichi.grains.measure import energies
 from dusttaichi.grains.time_step import time_step
+from dusttaichi.physics import geometry
 from dusttaichi.run import execute
 from dusttaichi.scene import Scene
 

@@ -13,7 +13,8 @@ from records import GRAINS, check, fill
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.variables import VARIABLES
-from dusttaichi.names import CHANNELS, WALLS
+from dusttaichi.physics.contact.numbers import CHANNELS
+from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results import Writer, provenance, select
 
 

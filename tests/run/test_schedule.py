@@ -6,8 +6,7 @@ import toy
 import xarray as xr
 
 from dusttaichi import method
-from dusttaichi.domain.clock import Clock
-from dusttaichi.names import NEVER
+from dusttaichi.domain.clock import NEVER, Clock
 from dusttaichi.run import execute, schedule
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.boundary import Drive

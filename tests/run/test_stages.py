@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 from bits import assert_same_bits
 
-from dusttaichi import geometry
 from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.physics import geometry
 from dusttaichi.run import execute
 from dusttaichi.run import loop as running
 from dusttaichi.run.identity import check_same

@@ -9,9 +9,9 @@ from pydantic import TypeAdapter, ValidationError
 from scipy.spatial import cKDTree
 
 from dusttaichi.errors import DustError
-from dusttaichi.names import WALLS
 from dusttaichi.physics.continuum import elasticity
 from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.physics.geometry import WALLS
 from dusttaichi.samples import continuum
 from dusttaichi.samples.continuum import DUST, FIXED, RIGID, AnyParticles, Matter, lattice
 from dusttaichi.scene import Scene

@@ -9,9 +9,8 @@ import yaml
 
 from dusttaichi.analysis import open_run, read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import nearest_image
 from dusttaichi.grains.build import build
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS, nearest_image
 from dusttaichi.results.integrity import DIGEST
 from dusttaichi.run import execute
 from dusttaichi.samples import Sample, make

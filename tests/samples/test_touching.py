@@ -5,7 +5,7 @@ import pytest
 from scenes import make_scene
 
 from dusttaichi import samples
-from dusttaichi.geometry import pairs_within
+from dusttaichi.physics.geometry import pairs_within
 from dusttaichi.samples import Materials
 from dusttaichi.samples.touching import rounding
 

@@ -98,6 +98,7 @@ WRONG = {
     r" thing \(.*raises.py, line 4\)  \(line 9\)",
     "[leaves.py]": r"its code raises SystemExit: 3 \(.*leaves.py, line 1\)",
     "[syntax.py]": r"not valid Python: .*\(.*syntax.py, line 2\)",
+    "[moved.py]": r"No module named 'dusttaichi.names'; now it is dusttaichi.physics.geometry \(",
     "[effect.py]": r"raises ValueError: effect = 'roling': one of .* \(.*effect.py, line 2\)",
     "[grains.py]": r"raises ValueError: grains is a method of this package",
 }
@@ -110,6 +111,7 @@ def test_what_cannot_be_imported(folder, written):
         "raises": "def f():\n    # the place\n    # that is told\n    raise ValueError('no such"
         "\\nthing')\n\nf()\n",
         "leaves": "raise SystemExit(3)\n",
+        "moved": "from dusttaichi.names import WALLS\n",
         "syntax": "a = 1\nb = = 2\n",
         "effect": "from dusttaichi.physics.contact import register\nregister('roling', 'a', 1)\n",
         "grains": "from dusttaichi import method\nmethod.register(method.named('grains'))\n",

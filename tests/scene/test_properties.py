@@ -7,8 +7,8 @@ from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from dusttaichi.errors import DustError
-from dusttaichi.geometry import pairs_within
 from dusttaichi.method import make_sample
+from dusttaichi.physics.geometry import pairs_within
 from dusttaichi.scene import from_yaml, quantities
 
 # alike on every machine, and no case fails for being slow on a busy one

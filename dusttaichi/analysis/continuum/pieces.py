@@ -6,8 +6,7 @@ import numpy as np
 import scipy
 
 from dusttaichi.analysis.continuum.particles import FIXED, WALL, read_particles
-from dusttaichi.geometry import connected, largest_first
-from dusttaichi.names import AXES, WALLS
+from dusttaichi.physics.geometry import AXES, WALLS, connected, largest_first
 
 STILL = 1e-6  #: Speed of a body, over that of its fastest particle, up to which it does not fly.
 APART = 1.6  # spacings, of the present volumes, from which two particles are of two pieces

@@ -21,7 +21,7 @@ from dusttaichi.grains.kernels.store import (
     PAIRS,
     WALL_BLOCKS,
 )
-from dusttaichi.names import WALLS
+from dusttaichi.physics.geometry import WALLS
 
 # columns of a row of `planes`, what the device knows of a wall: unit normal, offset, speed along
 # the normal, strength of the springs, speed along x (of the top wall)

@@ -9,8 +9,8 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.numbers import WALL
 from dusttaichi.grains.kernels.store import FIRST_WALL
-from dusttaichi.names import WALLS
 from dusttaichi.physics.contact.kinematics import pair_motion, wall_motion
+from dusttaichi.physics.geometry import WALLS
 
 Walls = ti.types.struct(
     normal=ti.types.matrix(6, 3, ti.f64),  # unit normals, into the sample

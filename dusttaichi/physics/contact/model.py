@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.names import CHANNELS, SPRINGS
 from dusttaichi.physics.contact import kinematics
-from dusttaichi.physics.contact.numbers import History
+from dusttaichi.physics.contact.numbers import CHANNELS, SPRINGS, History
 
 COMMON = {
     "xi": History("m", "rolling displacement (S12 eq 8)", 3),

@@ -2,6 +2,11 @@
 
 from dataclasses import dataclass
 
+SPRINGS = ("normal", "rolling", "sliding", "twisting")
+CHANNELS = ("forming", "breaking", "damping", "rolling", "sliding", "twisting")
+"""Springs of every contact, and channels of the ledger."""
+EXTRA_CHANNELS = ("asperities",)  # of some scenes only
+
 
 @dataclass(frozen=True)
 class Constant:

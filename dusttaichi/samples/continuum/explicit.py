@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.errors import DustError
-from dusttaichi.names import AXES
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.continuum.dust import whole
 from dusttaichi.samples.continuum.particles import COMPONENTS, Particles
 from dusttaichi.samples.continuum.registry import DustBody, Edges, Matter, register

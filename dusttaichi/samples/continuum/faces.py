@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.names import AXES, WALLS
+from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.samples.continuum.particles import DUST, FIXED, Particles
 
 ORDER = ("top", "bottom", "x_min", "x_max", "y_min", "y_max")  # the dust of a corner is the first's

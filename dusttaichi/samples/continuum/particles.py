@@ -52,7 +52,7 @@ class Particles:
     [kg/m^3]. deviator (N, 6) [Pa], in the order of COMPONENTS. modulus (N,) [Pa], shear_ratio (N,):
     bulk modulus and shear modulus over it of elastic bodies, NaN for others. role (N,) int8: DUST
     ...; material (N,) int8: number of the material of dust in the scene; body (N,) int32: number in
-    `bodies`, -1 of a wall; face (N,) int8: number in names.WALLS of the face that moves the
+    `bodies`, -1 of a wall; face (N,) int8: number in geometry.WALLS of the face that moves the
     particle, or -1. room (3, 2) [m]: positions of its faces, NaN where there is none. info: plain
     numbers and texts that describe it.
     """

@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from dusttaichi.geometry import pairs_within
 from dusttaichi.physics.contact.constants import CLOSEST
+from dusttaichi.physics.geometry import pairs_within
 from dusttaichi.samples.formats.columns import IGNORED, is_complete, known
 from dusttaichi.samples.formats.text import Source, is_text, whole
 

@@ -1,7 +1,7 @@
 """Conditions that involve more than one block of a scene, by subject."""
 
 from dusttaichi import method
-from dusttaichi.names import AXES
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.boundary import bounded_axes
 from dusttaichi.scene.checks import drive, stop
 from dusttaichi.scene.fields import Faults

@@ -1,6 +1,6 @@
 """Conditions on the stages, and on the drive of walls and faces with the boundary."""
 
-from dusttaichi.names import AXES
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary, own_drive
 from dusttaichi.scene.drive import FACE_LAWS, LOADS, SHEARS, SPEEDS
 from dusttaichi.scene.fields import Faults

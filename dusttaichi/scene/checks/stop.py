@@ -1,6 +1,6 @@
 """Conditions of `stop`: each must be one that can be met."""
 
-from dusttaichi.names import AXES
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.boundary import (
     PeriodicBoundary,
     PlatesBoundary,

@@ -1,10 +1,14 @@
-"""Geometry of samples: projections, volumes, neighbours (NumPy and SciPy, pure functions).
+"""Geometry of samples: axes and walls, projections, volumes, neighbours (NumPy and SciPy).
 
 Lengths are in any common unit. Positions are (N, 3), in the order x, y, z.
 """
 
 import numpy as np
 import scipy
+
+AXES = ("x", "y", "z")
+WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
+LYING = "lying cylinder"  # shape of a sample between two plates
 
 
 def nearest_image(d, period, tilt=0.0):
