@@ -47,8 +47,8 @@ def _make(item):
 
 
 def pytest_collection_modifyitems(items):
-    """Tests of a file that need the same kernels stand together: a process keeps those that it has
-    compiled last."""
+    """Tests of a file that need the same kernels stand together: a process that has compiled them
+    stores them when it needs others, and loads them only once more."""
     places = {}
     for item in items:
         places.setdefault(_make(item), len(places))
@@ -78,20 +78,23 @@ _compiled = defaultdict(list)  # structures by their test
 
 def _note_structures():
     """Note each structure that a process compiles, or loads from the cache, for a test."""
-    from dusttaichi.compute.compiled import LastCompiled  # imports Taichi
+    from dusttaichi.compute.compiled import Structures  # imports Taichi
 
-    tables = LastCompiled.tables
+    of = Structures.of
 
-    def noted(self, compiled, rows):
-        if compiled is not self._compiled:
-            effects = getattr(getattr(compiled.layout, "model", None), "effects", ())
+    def noted(self, key, scene, threads, compile_for):
+        def compiled(key):
+            out = compile_for(key)
+            effects = getattr(getattr(out.layout, "model", None), "effects", ())
             laws = [getattr(law, "law", None) for _, law in effects]  # of damping
-            key = re.sub(r" at 0x\w+", "", repr((compiled.key, laws)))
-            short = hashlib.sha256(key.encode()).hexdigest()[:4]
+            text = re.sub(r" at 0x\w+", "", repr((key, laws)))
+            short = hashlib.sha256(text.encode()).hexdigest()[:4]
             _compiled[os.environ.get("PYTEST_CURRENT_TEST")].append(short)
-        return tables(self, compiled, rows)
+            return out
 
-    LastCompiled.tables = noted
+        return of(self, key, scene, threads, compiled)
+
+    Structures.of = noted
 
 
 @pytest.hookimpl(hookwrapper=True)
@@ -137,11 +140,6 @@ def pytest_collection_finish():
     gc.collect()
     gc.freeze()
     collect_seldom()
-
-
-def pytest_unconfigure():
-    """Taichi stores what it has compiled when its last program is collected."""
-    gc.unfreeze()
 
 
 @pytest.fixture(autouse=True)

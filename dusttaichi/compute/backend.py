@@ -10,6 +10,7 @@ from dusttaichi import compiler
 from dusttaichi.compute import cache, processor
 from dusttaichi.compute.affinity import POOL
 from dusttaichi.compute.engine import settings, ti
+from dusttaichi.compute.programs import PROGRAMS
 from dusttaichi.compute.taichi_patches import patch
 from dusttaichi.errors import DustError
 from dusttaichi.processes import usable_cores
@@ -99,7 +100,8 @@ def start_taichi(scene, threads):
     try:
         # Taichi prints where it starts; the output of a run belongs to the user
         with redirect_stdout(StringIO()), _shell(heard=debug), POOL.start(threads):
-            ti.init(
+            PROGRAMS.start(
+                lasts=scene.numerics.backend == "cpu" and not debug,
                 arch=arch,
                 cpu_max_num_threads=threads,
                 # type of literals in a kernel, which must not turn single into double precision

@@ -1,10 +1,15 @@
-"""Compiled fields and kernels of a scene, and the cache of the last ones of this process."""
+"""Compiled fields and kernels of scenes, several of them in one process."""
 
+import gc
 from dataclasses import dataclass
 from typing import Any
 
+from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import program
 from dusttaichi.compute.memory import FieldAccess, Table, arrays_of
+from dusttaichi.compute.programs import PROGRAMS
+
+LARGE = 2**25  # bytes of fields above which a structure ends when another one is used
 
 
 @dataclass(frozen=True)
@@ -13,7 +18,7 @@ class Compiled:
 
     key: all that they depend on; layout: the options that are compiled in. groups: Taichi fields by
     name, in a tuple of dicts, the state first. memory: arrays that share the memory of the fields,
-    by name; none where a device has its own.
+    by name; none where a device has its own. program: of the compiler.
     """
 
     key: tuple
@@ -21,6 +26,7 @@ class Compiled:
     kernels: Any
     groups: tuple
     memory: dict
+    program: Any
 
     @classmethod
     def of(cls, key, layout, kernels, groups):
@@ -28,24 +34,36 @@ class Compiled:
         together = {name: field for group in groups for name, field in group.items()}
         # a device has memory of its own; what emulates one has it too
         memory = arrays_of(together) if key[-1] == "workers" else {}
-        return cls(key, layout, kernels, groups, memory)
+        return cls(key, layout, kernels, groups, memory, program())
 
 
-class LastCompiled:
-    """The last Compiled of this process, reused if the next scene needs the same.
+class Structures:
+    """Every Compiled of this process that can be used again.
 
-    Taichi has one program at a time: a simulation is unusable once another one is built, whether
-    that compiles its own kernels or reuses the fields.
+    One simulation runs at a time: it is unusable once another one is built.
     """
 
     def __init__(self):
-        self._compiled, self._access, self._program = None, None, None
+        self._compiled, self._access = [], None
 
-    def of(self, key):
-        """The Compiled of that key; None if it has another key, or Taichi was restarted."""
-        if self._compiled is None or self._compiled.key != key:
-            return None
-        return self._compiled if program() is self._program else None
+    def of(self, key, scene, threads, compile_for):
+        """The Compiled of a key, and Taichi runs with its program.
+
+        It is the previous one of that key, or that of `compile_for(key)` after a start of Taichi
+        for the scene with that number of threads.
+        """
+        for other in self._compiled:
+            if other.key == key and PROGRAMS.resume(other.program):
+                return other
+        start_taichi(scene, threads)
+        living = [other for other in self._compiled if other.program in PROGRAMS]
+        if len(living) < len(self._compiled):
+            self._compiled = living
+            gc.collect()  # kernels refer to themselves: 23 MB of each program
+        compiled = compile_for(key)
+        self._compiled.append(compiled)
+        PROGRAMS.lasts &= sum(array.nbytes for array in compiled.memory.values()) < LARGE
+        return compiled
 
     def tables(self, compiled, rows):
         """A memory.Table of each field of a Compiled, in its groups; all state is zero.
@@ -54,8 +72,7 @@ class LastCompiled:
         """
         if self._access is not None:
             self._access.end()
-        self._compiled, self._access = compiled, FieldAccess()
-        self._program = program()
+        self._access = FieldAccess()
         memory, access = compiled.memory, self._access
         tables = [
             {n: Table(f, rows.get(n, f.shape[0]), memory.get(n), access) for n, f in group.items()}
@@ -64,3 +81,6 @@ class LastCompiled:
         for table in tables[0].values():
             table.fill(0)
         return tables
+
+
+STRUCTURES = Structures()

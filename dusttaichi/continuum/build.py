@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dusttaichi.compute.backend import loops_of, start_taichi, threads_of
-from dusttaichi.compute.compiled import LastCompiled
+from dusttaichi.compute.backend import loops_of, threads_of
+from dusttaichi.compute.compiled import STRUCTURES
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.continuum import time_step
 from dusttaichi.continuum.compiled import compiled_for
@@ -36,8 +36,6 @@ from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
 
 DEPTH = 1.0  # [m] of a scene in two dimensions: forces and energies are per metre
 
-_LAST = LastCompiled()
-
 
 def build(scene, particles, *, loops=None):
     """Simulation of a scene with its Particles at step 0, stresses and forces computed.
@@ -53,7 +51,7 @@ def build(scene, particles, *, loops=None):
     compiled = chosen_kernels(scene, particles, threads, kind)
     sim = Simulation(
         compiled,
-        _LAST.tables(compiled, {v.name: n for v in declare(compiled.layout) if not v.ghosts}),
+        STRUCTURES.tables(compiled, {v.name: n for v in declare(compiled.layout) if not v.ghosts}),
         n,
         numbers=numbers_of(scene, compiled.layout.dimension) | periods(scene, particles),
         materials=MaterialNumbers.together(scene.all_materials),
@@ -109,11 +107,8 @@ def chosen_kernels(scene, particles, threads, kind):
     crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
     capacity = room, entries, capacity_for(ghost_count(scene, particles)) if layout.ghosts else 0
-    key = (numerics.backend, numerics.debug, layout, capacity, threads, kind)
-    if (last := _LAST.of(key)) is not None:
-        return last
-    start_taichi(scene, threads)
-    return compiled_for(key, layout, capacity, kind)
+    key = ("continuum", numerics.backend, numerics.debug, layout, capacity, threads, kind)
+    return STRUCTURES.of(key, scene, threads, lambda key: compiled_for(key, layout, capacity))
 
 
 def ghost_count(scene, particles):

@@ -41,12 +41,12 @@ class Kernels:
     StepNumbers: Any
 
 
-def compiled_for(key, layout, capacity, kind):
-    """The Compiled of a layout; Taichi runs.
+def compiled_for(key, layout, capacity):
+    """The Compiled of a layout; Taichi runs. The last item of its key is the kind of the loops.
 
-    capacity: numbers of particles, list entries and ghosts (capacities). kind: of the loops
-    (backend.Loops).
+    capacity: numbers of particles, list entries and ghosts (capacities).
     """
+    kind = key[-1]
     fields, lists = store.place(layout, *capacity)
     if kind != "workers":
         lists |= place_search(fields, lists, layout)

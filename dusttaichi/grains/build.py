@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi import samples, units
-from dusttaichi.compute.backend import loops_of, start_taichi, threads_of
+from dusttaichi.compute.backend import loops_of, threads_of
 from dusttaichi.compute.blocks import on_device
-from dusttaichi.compute.compiled import Compiled, LastCompiled
+from dusttaichi.compute.compiled import STRUCTURES, Compiled
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.memory import COARSE, capacity_for
 from dusttaichi.domain.domain import lengths
@@ -44,7 +44,6 @@ from dusttaichi.physics.contact.registry import chosen_model
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.push import of_stages
 
-_LAST = LastCompiled()
 RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 
 
@@ -82,7 +81,7 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
     compiled = chosen_kernels(scene, layout, (loops.kind, len(order), threads))
     walls = box is not None
     rows = {var.name: var.shape[0] for var in declare(len(order), layout, walls)}
-    tables = _LAST.tables(compiled, rows)
+    tables = STRUCTURES.tables(compiled, rows)
     tables[0]["counts"].from_numpy(np.array(store.sizes(len(order), layout, walls)))
     on_pairs, on_walls, on_sphere, table = chosen_numbers(scene, model, own, contacts)
     if table is not None:
@@ -170,18 +169,21 @@ def has_few_wall_contacts(box, cell, grains, smallest):
 
 
 def chosen_kernels(scene, layout, running):
-    """The Compiled of a scene: the last one where nothing of it differs.
-
-    running: kind of the loops, number of grains and threads.
-    """
+    """The Compiled of a scene; running: kind of the loops, number of grains and threads."""
     kind, grains, threads = running
     walls, room = bool(scene.boundary.walls), capacity_for(grains)
     materials = len(scene.all_materials)
-    started = (scene.numerics.backend, scene.numerics.debug, threads)
+    started = ("grains", scene.numerics.backend, scene.numerics.debug, threads)
     key = (*started, room, layout, walls, materials, kind)
-    if (last := _LAST.of(key)) is not None:
-        return last
-    start_taichi(scene, threads)
+    return STRUCTURES.of(key, scene, threads, lambda key: compiled_for(key, scene, layout, room))
+
+
+def compiled_for(key, scene, layout, room):
+    """The Compiled of a layout for `room` grains, and the kind of loops that is last in its key.
+
+    Taichi runs.
+    """
+    walls, kind = bool(scene.boundary.walls), key[-1]
     fields = place(declare(room, layout, walls), by_columns=kind == "launches")
     scratch = search.place_search(room, layout, walls)
     sums = place_measure(room, layout, walls)

@@ -11,7 +11,7 @@ import pytest
 from compilers import taichi_alone
 
 from dusttaichi import analysis
-from dusttaichi.compute.compiled import LastCompiled
+from dusttaichi.compute.compiled import Structures
 from dusttaichi.compute.engine import ti
 from dusttaichi.errors import DustError
 from dusttaichi.grains import build
@@ -73,7 +73,7 @@ def passed(tmp_path_factory):
                 codes.add(getattr(getattr(frame.f_locals.get("self"), "func", None), "__code__", 0))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build, "_LAST", LastCompiled())  # nothing serves again uncalled
+        patch.setattr(build, "STRUCTURES", Structures())  # nothing serves again uncalled
         numbers_type.cache_clear()
         for run in (threading.setprofile, sys.setprofile):
             run(note)

@@ -1,0 +1,127 @@
+"""Several programs of the compiler in one process: fields, and kernels that are loaded once.
+
+Taichi counts its programs and refuses a second one, but all that it knows of one is in an object
+that it looks up in one place. A program is therefore set aside with that object, and continued
+later. All share one pool of memory, which the end of any of them empties, so that they end
+together.
+
+Loading the kernels of a scene of 60 grains takes 1.4 s of processor time, continuing them 1 ms.
+"""
+
+import atexit
+import ctypes
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from dusttaichi.compute.affinity import POOL
+from dusttaichi.compute.engine import program, tested, ti
+
+MOST = 20  # programs, with their fields 0.5 GB of small scenes
+# s in which a program has compiled, above which some of its kernels were not found on disk: Taichi
+# stores them there when it ends; finding those of a scene takes 0.1 s, compiling them 4 s
+COMPILED = 2.0
+_COUNT = "_ZN6taichi4lang7Program14num_instances_E"  # of programs, in Taichi's library
+
+
+@dataclass(frozen=True)
+class Aside:
+    """A program that was set aside: Taichi's runtime, kernels by function, threads."""
+
+    program: Any
+    runtime: Any
+    fields: Any
+    kernels: dict
+    threads: list
+
+    @classmethod
+    def of_current(cls):
+        """The current program."""
+        runtime = ti.lang.impl.pytaichi
+        kernels = {k: k.compiled_kernels for k in runtime.kernels if k.compiled_kernels}
+        POOL.serve(1)  # its threads, which wait from now on, are bound to no core
+        return cls(program(), runtime, ti.lang.impl._root_fb, kernels, POOL.threads)
+
+    def resume(self):
+        """Make it the current one again."""
+        ti.lang.impl.pytaichi, ti.lang.impl._root_fb = self.runtime, self.fields
+        for kernel in self.runtime.kernels:
+            kernel.runtime, kernel.compiled_kernels = self.runtime, self.kernels.get(kernel, {})
+        POOL.threads, POOL.apart = self.threads, False
+
+
+class Programs:
+    """The current program, and those of this process that are set aside, the latest last.
+
+    lasts: whether the current one may be set aside.
+    """
+
+    def __init__(self):
+        self._current, self._aside, self.lasts = None, [], False
+
+    def start(self, lasts, **settings):
+        """Start a new program, as ti.init does; lasts: whether it may be set aside later."""
+        if _count() is not None:
+            if lasts and self._may_stay() and len(self._aside) + 1 < MOST:
+                self._set_aside()
+            else:
+                self.end()
+            _count().value = 0
+        ti.init(**settings)
+        self._current, self.lasts = program(), lasts and _count() is not None
+
+    def resume(self, wanted):
+        """Make a program the current one; False where it has ended, or the current one must end."""
+        if program() is wanted:
+            return True
+        found = next((other for other in self._aside if other.program is wanted), None)
+        if found is None or not (self.lasts and self._is_ours()):
+            return False
+        self._aside.remove(found)
+        self._set_aside()
+        found.resume()
+        self._current = wanted
+        return True
+
+    def __contains__(self, wanted):
+        """True if a program has not ended."""
+        return any(wanted is known for known in (program(), *(p.program for p in self._aside)))
+
+    def end(self):
+        """Finish all: Taichi stores their new kernels on disk and frees their memory."""
+        if program() is None and not self._aside:
+            return
+        for other in self._aside:
+            other.program.finalize()
+        self._aside.clear()
+        ti.reset()
+        if _count() is not None:
+            _count().value = 0
+
+    def _is_ours(self):
+        """False after a start or an end of Taichi elsewhere, which has emptied the memory."""
+        return program() is not None and program() is self._current
+
+    def _may_stay(self):
+        own = program() if self.lasts and self._is_ours() else None
+        return own is not None and own.get_total_compilation_time() < COMPILED
+
+    def _set_aside(self):
+        self._aside.append(Aside.of_current())
+        ti.lang.impl.pytaichi = ti.lang.impl.PyTaichi(ti.lang.impl.pytaichi.kernels)
+
+
+@cache
+def _count():
+    """Taichi's number of programs; None where it cannot be set."""
+    if not tested():
+        return None
+    try:
+        library = ctypes.CDLL(ti.lang.impl._ti_core.__file__)
+        return ctypes.c_int.in_dll(library, _COUNT)
+    except (OSError, ValueError):
+        return None
+
+
+PROGRAMS = Programs()
+atexit.register(PROGRAMS.end)

@@ -1,0 +1,99 @@
+"""Structures that a process keeps: kernels are loaded once, and bits are those of a fresh start."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from bits import assert_same_bits
+from scenes import FAR, Probe, make_scene, sample_of
+
+from dusttaichi.compute import compiled, engine, programs
+from dusttaichi.compute.compiled import Compiled, Structures
+from dusttaichi.compute.engine import program, ti
+from dusttaichi.compute.programs import PROGRAMS
+
+X = np.array([[-0.6005, 0.0, 0.0], [0.6005, 0.01, 0.0]]) * 1e-6
+V = np.array([[0.3, 0.1, 0.0], [-0.3, 0.0, 0.0]])
+
+pytestmark = pytest.mark.skipif(not engine.tested(), reason="other compilers keep the last one")
+
+
+@pytest.fixture
+def small():
+    """`small(number)`: Compiled of a field and of a kernel that fills it with that number."""
+    PROGRAMS.end()
+    structures = Structures()
+
+    def compile_for(key):
+        field = ti.field(ti.f64, shape=4)
+
+        @ti.kernel
+        def fill():
+            for n in field:
+                field[n] = key[1]
+
+        return Compiled.of(key, None, SimpleNamespace(fill=fill), ({"field": field},))
+
+    yield lambda n, **own: structures.of(
+        ("test", n, "workers"), make_scene(numerics=own), 1, compile_for
+    )
+    PROGRAMS.end()
+
+
+def run(kind):
+    """State of a pair that has met, with damping of that kind, and the program of its kernels."""
+    probe = Probe(make_scene(damping=kind, boundary=FAR), sample_of(X, V))
+    probe.advance(100)
+    return probe.sim.arrays(), program()
+
+
+def test_a_structure_is_found_again_with_the_same_bits(monkeypatch):
+    monkeypatch.setattr(programs, "COMPILED", np.inf)
+    first = {kind: run(kind) for kind in ("none", "viscoelastic")}
+    for kind in (*first, *first):
+        arrays, own = run(kind)
+        assert own is first[kind][1]
+        assert_same_bits(first[kind][0], arrays)
+
+
+def test_each_program_has_its_own_fields_and_kernels(small):
+    """Also those that are launched first after another program has run."""
+    made = [small(n) for n in range(3)]
+    assert len({id(own.program) for own in made}) == 3
+    for n in (1, 0, 2, 1):
+        assert small(n) is made[n] and program() is made[n].program
+        made[n].kernels.fill()
+        assert set(made[n].memory["field"]) == {float(n)}
+
+
+def test_all_end_where_another_one_would_be_too_many(small, monkeypatch):
+    monkeypatch.setattr(programs, "MOST", 2)
+    first, second = small(1), small(2)
+    assert first.program in PROGRAMS and second.program in PROGRAMS
+    third = small(3)
+    assert [own.program in PROGRAMS for own in (first, second, third)] == [False, False, True]
+    assert small(1) is not first
+
+
+@pytest.mark.parametrize(("module", "limit"), [(compiled, "LARGE"), (programs, "COMPILED")])
+def test_large_fields_and_new_kernels_are_not_kept(small, module, limit, monkeypatch):
+    monkeypatch.setattr(module, limit, 0)
+    first = small(1)
+    small(2)
+    assert first.program not in PROGRAMS and small(1) is not first
+
+
+def test_debugging_keeps_nothing(small):
+    first, bare = small(1), small(2, debug=True)
+    assert first.program not in PROGRAMS
+    assert small(1) is not first and bare.program not in PROGRAMS
+
+
+def test_a_start_of_taichi_elsewhere_ends_all(small):
+    first, second = small(1), small(2)
+    ti.reset()
+    assert small(1) is not first
+    ti.init(arch=ti.cpu)
+    assert small(2) is not second
+    small(2).kernels.fill()
+    assert set(small(2).memory["field"]) == {2.0}
