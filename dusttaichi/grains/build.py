@@ -16,6 +16,7 @@ from dusttaichi.grains.compiled import Kernels
 from dusttaichi.grains.environment import environment, is_tilted
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
+    equal_properties,
     farthest_contacts,
     grain_properties,
     scaled,
@@ -34,7 +35,7 @@ from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_c
 from dusttaichi.grains.kernels.sphere import make_sphere_relist
 from dusttaichi.grains.order import grain_order
 from dusttaichi.grains.pushes import make_push
-from dusttaichi.grains.setup import ContactNumbers, Environment, EqualGrain, Grains, Numerics
+from dusttaichi.grains.setup import ContactNumbers, Environment, Grains, Numerics
 from dusttaichi.grains.simulation import Simulation
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
 from dusttaichi.grains.step import make_advance, make_evaluate
@@ -61,7 +62,8 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
     own = grain_properties(scene, sample)
     check_precision(scene, sample, contact_constants(scene)[0].rest_overlap)
     step = step or chosen_step(scene, sample, own)
-    radius = scene.material.radius / units.LENGTH if own is None else float(np.median(own.radius))
+    properties = equal_properties(scene.material) if own is None else own
+    radius = float(np.median(properties.radius)) / units.LENGTH
     order = grain_order(sample.positions / units.LENGTH, 4.0 * radius)
     kinds = {push.kind for push in of_stages(scene)}
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
@@ -69,7 +71,7 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     contacts = farthest_contacts(scene, own)
     box, cell = environment(scene, sample, own, contacts)
-    smallest = radius if own is None else own.radius.min()
+    smallest = np.min(properties.radius) / units.LENGTH
     loops = loops or loops_of(scene.numerics)
     layout = replace(
         chosen_layout(scene, model, loops, push, polydisperse=own is not None),
@@ -90,7 +92,7 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
         compiled,
         tables,
         sample,
-        grains=Grains(order, equal_grain(scene.material, radius), own),
+        grains=Grains(order, properties),
         contacts=ContactNumbers(on_pairs, on_walls, on_sphere, scene.numerics.stiffness_scaling),
         environment=Environment(
             box,
@@ -103,12 +105,6 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
         push=push,
         numerics=Numerics(step, chosen_skin(scene, smallest), threads),
     )
-
-
-def equal_grain(material, radius):
-    """The EqualGrain of a material; radius [um] of the grains of a scene."""
-    mass, inertia = constants.grain_mass(material), constants.moment_of_inertia(material)
-    return EqualGrain(radius, mass / units.MASS, inertia / units.INERTIA)
 
 
 def chosen_skin(scene, smallest):

@@ -23,9 +23,10 @@ def environment(scene, sample, own, contacts):
     that does not fit.
     """
     boundary, positions, (pair, wall) = scene.boundary, sample.positions / units.LENGTH, contacts
-    radius, overlap = scene.material.radius / units.LENGTH, wall.rest_overlap / units.LENGTH
+    radius, overlap = scene.material.radius, wall.rest_overlap
     if own is not None:
         radius, overlap = own.radius, wall_overlaps(scene, own)
+    radius, overlap = radius / units.LENGTH, overlap / units.LENGTH
     contact = 2.0 * radius - pair.rest_overlap / units.LENGTH
     axes = tuple(AXES.index(axis) for axis in boundary.periodic_axes)
     periodic = np.isin(np.arange(3), axes)

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.grains.state import GrainProperties
 from dusttaichi.physics.contact import constants
 
@@ -46,19 +45,20 @@ def grain_properties(scene, sample):
     number = np.zeros(len(sample), np.int32) if sample.materials is None else sample.materials
     radius = np.array([m.radius for m in kinds])[number] if sample.radii is None else sample.radii
     mass = constants.sphere_mass(radius, np.array([m.density for m in kinds])[number])
-    return GrainProperties(
-        radius / units.LENGTH,
-        mass / units.MASS,
-        0.4 * mass * radius**2 / units.INERTIA,
-        number.astype(np.int32),
-    )
+    return GrainProperties(radius, mass, 0.4 * mass * radius**2, number.astype(np.int32))
+
+
+def equal_properties(material):
+    """GrainProperties of equal grains of a material."""
+    mass, inertia = constants.grain_mass(material), constants.moment_of_inertia(material)
+    return GrainProperties(material.radius, mass, inertia)
 
 
 def size_ranges(scene, polydisperse):
     """(material, smallest, largest radius [m]) of every material that the grains have."""
-    radius, out = polydisperse.radius * units.LENGTH, []
+    out = []
     for number in np.unique(polydisperse.material):
-        own = radius[polydisperse.material == number]
+        own = polydisperse.radius[polydisperse.material == number]
         out.append((scene.all_materials[number], float(own.min()), float(own.max())))
     return out
 
@@ -83,23 +83,11 @@ def farthest_contacts(scene, polydisperse):
 
 
 def wall_overlaps(scene, polydisperse):
-    """Overlap of each grain in equilibrium with a wall [um], (N,)."""
+    """Overlap of each grain in equilibrium with a wall [m], (N,)."""
     scene = scaled(scene)
-    kinds = scene.all_materials
-    overlap = {
-        key: constants.wall_constants(
-            kinds[key[1]], scene.interaction, key[0] * units.LENGTH, scene.material
-        ).rest_overlap
-        / units.LENGTH
-        for key in set(
-            zip(polydisperse.radius.tolist(), polydisperse.material.tolist(), strict=True)
-        )
-    }
-    return np.array(
-        [
-            overlap[key]
-            for key in zip(
-                polydisperse.radius.tolist(), polydisperse.material.tolist(), strict=True
-            )
-        ]
-    )
+    kinds, out = scene.all_materials, {}
+    grains = list(zip(polydisperse.radius.tolist(), polydisperse.material.tolist(), strict=True))
+    for radius, number in set(grains):
+        wall = constants.wall_constants(kinds[number], scene.interaction, radius, scene.material)
+        out[radius, number] = wall.rest_overlap
+    return np.array([out[grain] for grain in grains])

@@ -153,8 +153,8 @@ class MovingGrains(SimpleSimulation):
         out = {"snapshots/radius": np.full(self.sim.grains, self.scene.material.radius)}
         if bodies is not None:
             out = {
-                "snapshots/radius": bodies.radius * units.LENGTH,
-                "snapshots/mass": bodies.mass * units.MASS,
+                "snapshots/radius": bodies.radius,
+                "snapshots/mass": bodies.mass,
                 "snapshots/material": bodies.material,
             }
         if self.bins is not None:
@@ -179,9 +179,9 @@ class MovingGrains(SimpleSimulation):
             "materials": " ".join([DEFAULT, *scene.materials]) if polydisperse else None,
             "sample": yaml_text(self.sample.info),
             "grains": sim.grains,
-            "sphere_radius": sim.sphere and sim.sphere.radius * units.LENGTH,
+            "sphere_radius": sim.sphere and sim.sphere.own.radius,
             "stiffness_scaling": None if sim.stiffness == 1.0 else sim.stiffness,
-            "sphere_mass": sim.sphere and sim.sphere.mass * units.MASS,
+            "sphere_mass": sim.sphere and sim.sphere.own.mass,
         }
 
 

@@ -20,7 +20,7 @@ def stable_step(sim, scene):
     """
     mass = np.broadcast_to(np.ravel(sim.mass), sim.grains) * units.MASS
     if sim.polydisperse is not None:
-        mass = sim.polydisperse.mass * units.MASS  # in the sample's order
+        mass = sim.polydisperse.mass  # in the sample's order
     return limit(contacts_of(sim, scene), mass)
 
 
@@ -96,10 +96,10 @@ def _kinds(sim, scene):
 
     def of(i, j):
         number, radius = bodies.material, bodies.radius
-        one = int(number[i]), float(radius[i]) * units.LENGTH
+        one = int(number[i]), float(radius[i])
         if j is None:
             return contact(*one, None, None)
-        return contact(*one, int(number[j]), float(radius[j]) * units.LENGTH)
+        return contact(*one, int(number[j]), float(radius[j]))
 
     return of
 

@@ -81,7 +81,7 @@ def _of_materials(scene, own):
     """(name -> ContactConstants of every two materials, and of each and a wall)."""
     kinds, names = scene.all_materials, [DEFAULT, *scene.materials]
     used = [int(n) for n in np.unique(own.material)]
-    radius = {n: float(np.median(own.radius[own.material == n])) * units.LENGTH for n in used}
+    radius = {n: float(np.median(own.radius[own.material == n])) for n in used}
 
     def named(n):
         return f"{names[n]} ({quantities.format(radius[n], 'length', digits=3)})"
@@ -116,11 +116,10 @@ def internals(scene):
 
 def _sphere(scene, placed, own):
     """Rows of a RigidSphere at the start."""
-    radii = scene.material.radius if own is None else own.radius * units.LENGTH
-    quantity = quantities.format
-    radius, mass = placed.radius * units.LENGTH, placed.mass * units.MASS
-    place = ", ".join(quantity(a, "length", digits=4) for a in placed.position * units.LENGTH)
-    speed = quantity(float(np.linalg.norm(placed.velocity)) * units.SPEED, "speed", digits=4)
+    radii = scene.material.radius if own is None else own.radius
+    quantity, radius, mass = quantities.format, placed.radius, placed.mass
+    place = ", ".join(quantity(a, "length", digits=4) for a in placed.position)
+    speed = quantity(float(np.linalg.norm(placed.velocity)), "speed", digits=4)
     density = mass / (4.0 / 3.0 * np.pi * radius**3)
     times = radius / np.median(radii)
     return [
@@ -167,8 +166,8 @@ def _step(step):
 def _domain(scene, sample, own, contacts, step):
     """Environment of the grains at the start of the simulation, a Domain."""
     box, cell = environment(scene, sample, own, contacts)
-    radii = np.full(len(sample), scene.material.radius / units.LENGTH)
-    radii = radii if own is None else own.radius
+    radii = np.full(len(sample), scene.material.radius) if own is None else own.radius
+    radii = radii / units.LENGTH
     volume, t_c = 4.0 / 3.0 * np.pi * (radii**3).sum(), constants.characteristic_time
     dt, t_c = step.dt / units.TIME, t_c(scene.material.unscaled) / units.TIME
     return Domain(dt, float(volume), float(radii.max()), box, cell, t_c, units=GRAINS)
@@ -182,7 +181,7 @@ def _state_memory(scene, sample, own, step, domain):
     order = np.arange(len(sample))
     push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
     layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
-    smallest = scene.material.radius / units.LENGTH if own is None else own.radius.min()
+    smallest = (scene.material.radius if own is None else own.radius.min()) / units.LENGTH
     few_wall_contacts = has_few_wall_contacts(domain.box, domain.cell, len(sample), smallest)
     layout, room = replace(layout, few_wall_contacts=few_wall_contacts), capacity_for(len(sample))
     size = sum(
@@ -225,11 +224,11 @@ def _sample(scene, sample):
     if bodies is not None:
         names = [DEFAULT, *scene.materials]
         made_of = [names[number] for number in np.unique(bodies.material)]
-        radii = bodies.radius * units.LENGTH
+        radii = bodies.radius
         ends = (quantities.format(r, "length", digits=5) for r in (radii.min(), radii.max()))
         rows.append(("radii", " to ".join(ends)))
         rows.append(("materials", ", ".join(made_of)))
-        masses = np.array([bodies.mass.min(), bodies.mass.max()]) * units.MASS
+        masses = (bodies.mass.min(), bodies.mass.max())
         mass = " to ".join(quantities.format(m, "mass", digits=5) for m in masses)
     extent = samples.sample.extent(sample, radii)
     rows += [

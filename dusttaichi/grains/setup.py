@@ -1,4 +1,4 @@
-"""Parts from which a simulation of grains is made. Internal units."""
+"""Parts from which a simulation of grains is made. Internal units, grains and sphere in SI."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,25 +14,11 @@ from dusttaichi.grains.time_step import TimeStep
 
 
 @dataclass(frozen=True)
-class EqualGrain:
-    """Radius [um], mass [pg] and moment of inertia [pg um^2] of equal grains."""
-
-    radius: float
-    mass: float
-    inertia: float
-
-
-@dataclass(frozen=True)
 class Grains:
-    """Grains of a sample.
-
-    order (N,): their numbers in the sample, in internal order. equal: EqualGrain, of polydisperse
-    grains a representative one. polydisperse: GrainProperties, or None of equal grains.
-    """
+    """Grains of a sample; order (N,): their numbers in the sample, in internal order."""
 
     order: np.ndarray
-    equal: EqualGrain
-    polydisperse: GrainProperties | None
+    properties: GrainProperties
 
 
 @dataclass(frozen=True)

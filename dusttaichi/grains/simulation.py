@@ -84,19 +84,15 @@ class Simulation:
 
     def _set_masses(self, grains):
         """Sizes and masses of the grains, of Grains."""
-        equal, own = grains.equal, grains.polydisperse
-        self.polydisperse = own
-        self.mass, self.inertia, self.radius = equal.mass, equal.inertia, equal.radius
+        own = grains.properties
+        self.polydisperse = None if own.material is None else own
+        self.mass, self.inertia = own.mass / units.MASS, own.inertia / units.INERTIA
         self.unit_mass, self.unit_inertia = self.mass, self.inertia
-        self.radii = self.smallest = self.radius
+        self.radii = self.radius = self.smallest = own.radius / units.LENGTH
         self.volume = self.grains * 4.0 / 3.0 * np.pi * self.radius**3
-        if own is not None:
-            self.mass, self.inertia = (
-                own.mass[self.order][:, None],
-                own.inertia[self.order][:, None],
-            )
+        if self.polydisperse is not None:
+            self.mass, self.inertia = (a[self.order][:, None] for a in (self.mass, self.inertia))
             self.unit_mass = self.unit_inertia = 1.0
-            self.radii = own.radius
             self.radius, self.smallest = float(self.radii.max()), float(self.radii.min())
             self.volume = float(np.sum(4.0 / 3.0 * np.pi * self.radii**3))
 
@@ -128,8 +124,9 @@ class Simulation:
         if self.gravity is not None:
             state["gravity"] = self.gravity.numbers
         if self.polydisperse is not None:
-            for name, values in vars(self.polydisperse).items():
-                state[name] = values[order]
+            state["material"] = self.polydisperse.material[order]
+            state["radius"] = self.radii[order]
+            state["mass"], state["inertia"] = self.mass[:, 0], self.inertia[:, 0]
         if self.sphere is not None:
             self.sphere.place()
         state.put_numbers(

@@ -21,8 +21,8 @@ from dusttaichi.scene.sphere import SMOOTH
 class RigidSphere:
     """A rigid sphere at the start.
 
-    Radius [um], mass [pg], moment of inertia [pg um^2], position [um], velocity [um/us] and spin
-    [rad/us]; speed [um/us], (3,), at which it is driven, or None.
+    Radius [m], mass [kg], moment of inertia [kg m^2], position [m], velocity [m/s] and spin
+    [rad/s]; speed [m/s], (3,), at which it is driven, or None.
     """
 
     radius: float
@@ -69,22 +69,16 @@ def placed_sphere(scene, sample, own, box):
     block = scene.sphere
     if block is None:
         return None
-    radii = scene.material.radius if own is None else own.radius * units.LENGTH
+    radii = scene.material.radius if own is None else own.radius
     mass = constants.sphere_mass(block.radius, surface_of(scene)[0].density)
     place = _place(block, sample.positions, radii)
     _check_free(block, place, sample.positions, radii)
     _check_cell(scene, sample, np.max(radii))
     _check_inside(block, place, box)
-    speed = None if block.speed is None else np.array(block.speed) / units.SPEED
-    return RigidSphere(
-        block.radius / units.LENGTH,
-        mass / units.MASS,
-        0.4 * mass * block.radius**2 / units.INERTIA,
-        place / units.LENGTH,
-        np.array(block.velocity) / units.SPEED if speed is None else speed,
-        np.array(block.spin) / units.SPIN,
-        speed,
-    )
+    speed = None if block.speed is None else np.array(block.speed)
+    velocity, spin = np.array(block.velocity) if speed is None else speed, np.array(block.spin)
+    inertia = 0.4 * mass * block.radius**2
+    return RigidSphere(block.radius, mass, inertia, place, velocity, spin, speed)
 
 
 def _place(block, positions, radii):
@@ -152,21 +146,24 @@ def _passed(box, place, radius, time):
 class MovingSphere:
     """The sphere of a Simulation `sim`: it moves in the kernels, and is read here.
 
-    speed: at which it is driven now, None where it moves by forces. contact: numbers of the contact
-    that reaches farthest.
+    own: the RigidSphere. radius, mass, inertia: internal units, as all below. speed: at which it is
+    driven now, None where it moves by forces. contact: numbers of the contact that reaches
+    farthest.
     """
 
     def __init__(self, sim, sphere, contact):
         self.sim, self.own, self.contact = sim, sphere, contact
-        self.radius, self.mass, self.inertia = sphere.radius, sphere.mass, sphere.inertia
-        self.speed, self.row = sphere.speed, sim.grains + SPHERE
+        self.radius, self.mass = sphere.radius / units.LENGTH, sphere.mass / units.MASS
+        self.inertia, self.row = sphere.inertia / units.INERTIA, sim.grains + SPHERE
+        self.speed = None if sphere.speed is None else sphere.speed / units.SPEED
 
     # -- start -----------------------------------------------------------------------------------
 
     def place(self):
         """Into the fields, before the first search."""
         own, state = self.own, self.sim.state
-        self._put(x=own.position, v=own.velocity, w=own.spin)
+        self._put(x=own.position / units.LENGTH, v=own.velocity / units.SPEED)
+        self._put(w=own.spin / units.SPIN)
         free = self.speed is None
         state["sphere_body"] = np.array([1.0 / self.mass, 1.0 / self.inertia]) * free
         if self.sim.polydisperse is not None:
@@ -186,11 +183,9 @@ class MovingSphere:
         """Drive it as a Drive says, if it is driven at all."""
         if self.own.speed is None:
             return
-        speed = self.own.speed
-        if drive.sphere_speed is not None:
-            speed = np.array(drive.sphere_speed) / units.SPEED
-        self.speed = speed
-        self._put(v=speed)
+        speed = self.own.speed if drive.sphere_speed is None else np.array(drive.sphere_speed)
+        self.speed = speed / units.SPEED
+        self._put(v=self.speed)
 
     def numbers(self):
         """Numbers for a checkpoint beside the fields."""

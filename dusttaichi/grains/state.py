@@ -32,15 +32,16 @@ FAR = 1e6  # of the grains that fill empty lanes [um]
 
 @dataclass(frozen=True)
 class GrainProperties:
-    """Radius [um], mass [pg], moment of inertia [pg um^2] and material of every grain.
+    """Radius [m], mass [kg], moment of inertia [kg m^2] and material of every grain.
 
-    Arrays are (N,), in the sample's order; the material is its number.
+    Arrays are (N,), in the sample's order; the material is its number. Of equal grains one number
+    each, and no material.
     """
 
     radius: np.ndarray
     mass: np.ndarray
     inertia: np.ndarray
-    material: np.ndarray
+    material: np.ndarray | None = None
 
 
 FORCES = ("wall_force", "impulse", "sphere_force", "sphere_impulse")  # that are arrays

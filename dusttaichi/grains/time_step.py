@@ -8,7 +8,6 @@ from math import inf, pi
 
 import numpy as np
 
-from dusttaichi import units
 from dusttaichi.domain.walls import wall_strengths
 from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_contacts import contact_constants, glued, scaled, size_ranges
@@ -50,7 +49,7 @@ def chosen_step(scene, sample, polydisperse=None):
 
     Raises DustError for a step that cannot be stable, or speeds that the contacts are not for.
     """
-    radii = scene.material.radius if polydisperse is None else polydisperse.radius * units.LENGTH
+    radii = scene.material.radius if polydisperse is None else polydisperse.radius
     motion = fastest(scene, sample, radii)
     impact = hardest_impact(contact_extremes(scene, polydisperse)[0], motion.thrown)
     check(impact)
