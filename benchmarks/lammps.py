@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from dusttaichi import processes
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
+from dusttaichi.samples.formats import lammps as program
 from dusttaichi.samples.sample import touching_pairs
 from dusttaichi.units import DAMPING, DENSITY, LENGTH, PRESSURE, SPEED, STIFFNESS, TIME
 
@@ -34,8 +34,8 @@ _LOOP = re.compile(r"^Loop time of (\S+) on \d+ procs for (\d+) steps", re.MULTI
 
 def lammps_version() -> str:
     """Version of the installed LAMMPS. Raises DustError without one, or if it does not start."""
-    processes.lammps_program("this comparison needs it")
-    help_text = processes.run_lammps(None, "-help")
+    program.lammps_program("this comparison needs it")
+    help_text = program.run_lammps(None, "-help")
     found = re.search(r"Simulator - (.+)|LAMMPS \((.+)\)", help_text)
     return next(filter(None, found.groups())).strip() if found else "unknown"
 
@@ -83,7 +83,7 @@ def run_lammps(
         contacts = [contact_style(material, modifiers, kappa, wall) for wall in (False, True)]
         lines = _script(contacts, walls, time_step_s, steps)
         (folder / "in.lammps").write_text("\n".join(lines) + "\n")
-        said = processes.run_lammps(folder, "-in", "in.lammps", threads=threads)
+        said = program.run_lammps(folder, "-in", "in.lammps", threads=threads)
         final = np.loadtxt(folder / "final.dump", skiprows=9, ndmin=2)
     loops = _LOOP.findall(said)  # the first is the warm-up
     if len(loops) != 2 or final.shape != positions.shape:

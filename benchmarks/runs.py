@@ -7,7 +7,7 @@ import time
 from statistics import median
 
 from benchmarks.table import Column, Table
-from dusttaichi.processes import usable_cores
+from dusttaichi.compute.processor import usable_cores
 from dusttaichi.studies.bench import Timed, machine
 
 SCENE = "omni_box"

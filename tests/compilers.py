@@ -1,10 +1,10 @@
-"""What differs between the compilers (dusttaichi/compiler.py) for tests, and the code of LLVM."""
+"""What differs between the compilers (compute/compiler.py) for tests, and the code of LLVM."""
 
 import re
 
 import pytest
 
-from dusttaichi import compiler
+from dusttaichi.compute import compiler
 
 taichi_alone = pytest.mark.skipif(compiler.name() != "taichi", reason="internals of Taichi")
 

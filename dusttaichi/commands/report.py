@@ -11,7 +11,7 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_written
-from dusttaichi.processes import python_command
+from dusttaichi.compute.processes import python_command
 
 
 def report(

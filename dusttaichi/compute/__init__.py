@@ -1,1 +1,1 @@
-"""Taichi for every method: its start, memory, workers and launches, sums and scans."""
+"""Taichi and the machine for every method: start, memory, workers, sums, processes."""

@@ -6,14 +6,13 @@ from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 
-from dusttaichi import compiler
-from dusttaichi.compute import cache, processor
+from dusttaichi.compute import cache, compiler, processor
 from dusttaichi.compute.affinity import POOL
 from dusttaichi.compute.engine import settings, ti
+from dusttaichi.compute.processor import usable_cores
 from dusttaichi.compute.programs import PROGRAMS
 from dusttaichi.compute.taichi_patches import patch
 from dusttaichi.errors import DustError
-from dusttaichi.processes import usable_cores
 
 THREAD_CLASSES = (32, 1024)  # numbers of threads that kernels are compiled for
 # of kernels on disk; Taichi's default is 100 MB, some hundred compile configurations

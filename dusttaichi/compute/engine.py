@@ -1,13 +1,13 @@
 """The compiler, in one place: every other module takes `ti` from here, and none imports it.
 
-It is Taichi, or Quadrants where DUST_COMPILER says so (see dusttaichi/compiler.py); its internals
+It is Taichi, or Quadrants where DUST_COMPILER says so (see compute/compiler.py); its internals
 are patched by compute/taichi_patches.py.
 """
 
 import warnings
 from importlib import import_module
 
-from dusttaichi import compiler
+from dusttaichi.compute import compiler
 
 VERSION = compiler.version()  # raises where it is not installed
 PATCHED = ("1.7.3", "1.7.4")  # versions of Taichi whose internals were tested

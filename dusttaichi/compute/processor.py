@@ -12,7 +12,7 @@ from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
-from dusttaichi import compiler
+from dusttaichi.compute import compiler
 from dusttaichi.compute.cache import cache_folder
 
 X86 = (("avx512f", 512), ("avx", 256), ("sse2", 128))  # features, and bits of their vectors
@@ -23,6 +23,11 @@ LOCKED = 60.0  # s after which such a lock is that of a process that was killed
 
 
 # -- the processor ---------------------------------------------------------------------------------
+
+
+def usable_cores():
+    """The number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
 
 
 @lru_cache(maxsize=1)

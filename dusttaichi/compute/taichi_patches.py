@@ -15,8 +15,7 @@ import textwrap
 from functools import cache, reduce, wraps
 from importlib import import_module
 
-from dusttaichi import compiler
-from dusttaichi.compute import engine
+from dusttaichi.compute import compiler, engine
 from dusttaichi.compute.engine import ti
 
 if engine.tested():

@@ -14,8 +14,8 @@ import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses
 from dusttaichi.export.lammps import boundary_styles, box_ends
-from dusttaichi.processes import lammps_program, run_lammps
 from dusttaichi.results.outputs import check
+from dusttaichi.samples.formats.lammps import lammps_program, run_lammps
 from dusttaichi.units import LENGTH, MASS, SPEED, SPIN, TIME
 
 MARK = "units micro, written by dusttaichi"

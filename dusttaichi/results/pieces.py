@@ -20,6 +20,7 @@ from typing import NamedTuple
 import netCDF4
 import numpy as np
 
+from dusttaichi.compute.processes import python_command
 from dusttaichi.errors import DustError
 from dusttaichi.files import (
     RunLock,
@@ -30,7 +31,6 @@ from dusttaichi.files import (
     replace_atomically,
     reserve,
 )
-from dusttaichi.processes import python_command
 from dusttaichi.results.integrity import DIGEST, check, damaged, opened
 from dusttaichi.results.layout import copy_records, define, describe, write_attributes
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from dusttaichi import __version__, compiler
-from dusttaichi.compute import processor
+from dusttaichi import __version__
+from dusttaichi.compute import compiler, processor
 
 
 def git_commit():

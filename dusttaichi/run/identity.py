@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import yaml
 
-from dusttaichi import compiler, method
+from dusttaichi import method
+from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.files import RESULT
 from dusttaichi.scene import extensions

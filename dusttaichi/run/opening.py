@@ -1,6 +1,7 @@
 """Start of a run: new, or resumed."""
 
-from dusttaichi import compiler, method
+from dusttaichi import method
+from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State

@@ -19,7 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dusttaichi import compiler, method
+from dusttaichi import method
+from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.files import refuse_unreadable
 from dusttaichi.physics.contact import registry as laws
@@ -29,8 +30,10 @@ from dusttaichi.scene.kinds import Kinds
 KEY = "extensions"
 MOST_BYTES = 10_000_000  # of a file: no law is as long
 MOVED = {
+    "dusttaichi.compiler": "dusttaichi.compute.compiler",
     "dusttaichi.geometry": "dusttaichi.physics.geometry",
     "dusttaichi.names": "dusttaichi.physics.geometry (axes, walls) and physics.contact.numbers",
+    "dusttaichi.processes": "dusttaichi.compute.processes and dusttaichi.samples.formats.lammps",
     "dusttaichi.samples.kinds": "dusttaichi.scene.kinds",
 }
 """Modules of earlier versions that an extension may import -> where their content is now."""

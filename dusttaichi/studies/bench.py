@@ -16,9 +16,9 @@ from functools import lru_cache
 from pathlib import Path
 from statistics import median
 
-from dusttaichi import compiler
+from dusttaichi.compute import compiler
+from dusttaichi.compute.processor import usable_cores
 from dusttaichi.errors import DustError
-from dusttaichi.processes import usable_cores
 from dusttaichi.studies.workers import LOST, Worker
 
 SCENES = ("omni_box", "guettler2009/bead")

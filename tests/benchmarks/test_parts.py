@@ -5,7 +5,7 @@ import pytest
 from scenes import CONFIGS, KERNELS
 
 from benchmarks import parts, sample
-from dusttaichi import compiler
+from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml, load
 

@@ -12,7 +12,8 @@ from scenes import KERNELS
 
 from benchmarks import sample, speed
 from benchmarks.table import Table
-from dusttaichi import compiler, samples
+from dusttaichi import samples
+from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.studies import bench
 

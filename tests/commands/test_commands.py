@@ -14,11 +14,11 @@ import synthetic
 from rich.console import Console
 from scenes import CONFIGS
 
-from dusttaichi import compiler
 from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli
 from dusttaichi.commands import completion, console, options, progress
 from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.scene import shipped
 from dusttaichi.studies.settings import with_common_settings

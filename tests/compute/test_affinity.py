@@ -7,7 +7,7 @@ from contextlib import suppress
 import pytest
 
 from dusttaichi.compute.affinity import POOL, TASKS, thread_ids
-from dusttaichi.processes import usable_cores
+from dusttaichi.compute.processor import usable_cores
 from dusttaichi.run.interface import simulate
 from tests.scenes import make_scene
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dusttaichi import compiler
+from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load
 

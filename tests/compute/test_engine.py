@@ -5,8 +5,7 @@ import pytest
 from compilers import taichi_alone
 from scenes import Probe, box, make_scene, sample_of
 
-from dusttaichi import compiler
-from dusttaichi.compute import engine, taichi_patches
+from dusttaichi.compute import compiler, engine, taichi_patches
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import settings, ti
 

@@ -5,8 +5,7 @@ import time
 
 import pytest
 
-from dusttaichi import compiler
-from dusttaichi.compute import processor
+from dusttaichi.compute import compiler, processor
 
 OTHER = ("AMD EPYC 9755", frozenset({"sse2", "avx", "avx512f"}))
 

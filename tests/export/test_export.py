@@ -14,7 +14,7 @@ from dusttaichi import analysis
 from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.export import export
-from dusttaichi.processes import run_lammps
+from dusttaichi.samples.formats.lammps import run_lammps
 
 R = np.array([0.6e-6, 0.5e-6, 0.7e-6, 0.6e-6, 0.6e-6])
 CELL = np.array([-1e-6, 9e-6, 0.0, 8e-6, 0.0, 7e-6])

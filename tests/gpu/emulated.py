@@ -8,7 +8,7 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from dusttaichi import compiler
+from dusttaichi.compute import compiler
 from dusttaichi.compute.cache import cache_folder
 
 HERE = Path(__file__).parent

@@ -7,8 +7,8 @@ import numpy as np
 from scenes import FAR, Probe, box, make_scene, sample_of
 from test_search import FREE, same_bits, state, stirred
 
-from dusttaichi import compiler, samples
-from dusttaichi.compute import backend
+from dusttaichi import samples
+from dusttaichi.compute import backend, compiler
 from dusttaichi.grains.measure import energies
 
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scenes import RADIUS, Probe, box, make_scene, sample_of
 
-from dusttaichi import compiler
-from dusttaichi.compute import memory
+from dusttaichi.compute import compiler, memory
 from dusttaichi.compute.engine import ti
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.walls import make_box

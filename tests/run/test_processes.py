@@ -7,7 +7,7 @@ import toy
 
 import benchmarks
 from dusttaichi.analysis import open_run
-from dusttaichi.processes import python_command
+from dusttaichi.compute.processes import python_command
 from dusttaichi.studies.workers import Worker
 
 NAMES = ("random", "json", "socket", "netCDF4", "numpy", "runpy", "dusttaichi", "benchmarks")

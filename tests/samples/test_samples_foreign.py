@@ -9,7 +9,7 @@ from test_formats import read
 from dusttaichi import analysis, samples
 from dusttaichi.errors import DustError
 from dusttaichi.export import export
-from dusttaichi.processes import lammps_program, run_lammps
+from dusttaichi.samples.formats.lammps import lammps_program, run_lammps
 
 R = 0.6e-6
 PLACES = np.array([[0.0, 0.0, 0.0], [1.2, 0.0, 0.0], [0.0, 1.2, 0.5]]) * 1e-6

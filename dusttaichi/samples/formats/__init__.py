@@ -15,8 +15,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from dusttaichi.errors import DustError
-from dusttaichi.processes import run_lammps
 from dusttaichi.samples.formats import data, dump, lists, xyz
+from dusttaichi.samples.formats.lammps import run_lammps
 from dusttaichi.samples.formats.text import SPACES, Source, decode, read_bytes
 
 RESTART = b"LammpS RestartT"

@@ -1,56 +1,12 @@
-"""Processes that this program starts: Python and LAMMPS.
+"""The program LAMMPS, which alone reads and writes its binary restart files."""
 
-Python imports nothing from the current directory; LAMMPS alone reads and writes its binary restart
-files.
-"""
-
-import json
 import os
 import shutil
 import subprocess
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 
 from dusttaichi.errors import DustError
-
-# `python -m` and `python -c` search the current directory before the standard library, and a
-# random.py there would run; -P, which prevents that, is an option since Python 3.11 only.
-# Packages are imported from their own files, whatever else is installed under their names.
-_START = """
-import sys
-sys.path[:] = [folder for folder in sys.path if folder]
-import importlib.util, json, runpy
-_, packages, module, *arguments = sys.argv
-for name, file in json.loads(packages).items():
-    spec = importlib.util.spec_from_file_location(name, file)
-    sys.modules[name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(sys.modules[name])
-sys.argv = [module, *arguments]
-runpy.run_module(module, run_name="__main__", alter_sys=True)
-"""
-
-
-def usable_cores():
-    """The number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-
-
-def python_command(module, *arguments, also=()):
-    """The command that runs a module of this program as `python -m` does, with these arguments.
-
-    also: names of modules that the process imports later; where their packages are known in this
-    process, it takes them from the same files.
-    """
-    names = dict.fromkeys(name.partition(".")[0] for name in ("dusttaichi", module, *also))
-    packages = {name: file for name in names if (file := _file_of_package(name)) is not None}
-    return [sys.executable, "-c", _START, json.dumps(packages), module, *map(str, arguments)]
-
-
-def _file_of_package(name):
-    package = sys.modules.get(name)
-    file = getattr(package, "__file__", None)
-    return str(Path(file).resolve()) if file and hasattr(package, "__path__") else None
 
 
 def lammps_program(purpose="its restart files need it (data files do not)"):
