@@ -11,14 +11,15 @@ from dusttaichi.continuum.build import build, domain_of
 from dusttaichi.continuum.kernels.store import CHANNELS
 from dusttaichi.continuum.pairing import Pairing
 from dusttaichi.continuum.variables import VARIABLES
+from dusttaichi.domain.walls import Box
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.physics.geometry import AXES, WALLS
+from dusttaichi.results.plain import of_plain, plain
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.continuum.particles import ARRAYS, COMPONENTS, Body, Particles
 
 BEFORE = "sample_"  # of the names of the arrays of the sample in a State
-BODY = ("centre", "velocity", "spin", "inertia")
 
 
 class MovingDust(SimpleSimulation):
@@ -117,22 +118,18 @@ class MovingDust(SimpleSimulation):
     # -- state -----------------------------------------------------------------------------------
 
     def state(self):
-        sample, box = self.sample, self.around.box
+        sample = self.sample
         arrays = {BEFORE + name: getattr(sample, name) for name in (*ARRAYS, "body", "room")}
-        bodies = [
-            vars(body) | {name: getattr(body, name).tolist() for name in BODY}
-            for body in sample.bodies
-        ]
         numbers = {
             "dt": self.dt,
             "step": self.step,
             "started": self.started.tolist(),
             "looked": self._pairing.looked,
-            "box": None if box is None else [box.offset.tolist(), box.speed.tolist()],
+            "box": plain(self.around.box),
             "sample": {
                 "spacing": sample.spacing,
                 "dimension": sample.dimension,
-                "bodies": bodies,
+                "bodies": plain(sample.bodies),
                 "info": sample.info,
             },
         }
@@ -142,10 +139,7 @@ class MovingDust(SimpleSimulation):
         self.sim.restore(state.arrays, state.numbers["step"])
         self.started = np.array(state.numbers["started"])
         self._pairing.looked = state.numbers["looked"]
-        if state.numbers["box"] is not None:
-            offset, speed = (np.array(row) for row in state.numbers["box"])
-            box = replace(self.around.box, offset=offset, speed=speed)
-            self.around = replace(self.around, box=box)
+        self.around = replace(self.around, box=of_plain(Box, state.numbers["box"]))
 
     # -- result ----------------------------------------------------------------------------------
 
@@ -187,12 +181,10 @@ def make(scene, sample):
 def reopen(scene, state):
     """MovingDust in a State of a continuum of that scene."""
     stored = state.numbers["sample"]
-    bodies = [
-        Body(**(body | {name: np.array(body[name]) for name in BODY})) for body in stored["bodies"]
-    ]
+    bodies = tuple(of_plain(Body, body) for body in stored["bodies"])
     arrays = {name: state.arrays[BEFORE + name] for name in (*ARRAYS, "body", "room")}
     others = {name: stored[name] for name in ("spacing", "dimension", "info")}
-    out = make(scene, Particles(**arrays, **others, bodies=tuple(bodies)))
+    out = make(scene, Particles(**arrays, **others, bodies=bodies))
     out.restore(state)
     return out
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from dusttaichi.physics.geometry import nearest_image
 
-MOVING = ("start", "rate", "growth", "tilt", "tilt_rate", "strain", "shear_rate")
-
 
 @dataclass(frozen=True, eq=False)
 class Cell:
@@ -122,12 +120,3 @@ class Cell:
         tilt = self.offset(time) - turns * self.edges(time)[0]
         rate = self.tilt_rate - faster
         return replace(self, tilt=float(tilt - rate * time), tilt_rate=float(rate))
-
-    def to_numbers(self):
-        """State that changes in a run, for JSON."""
-        return {name: np.asarray(getattr(self, name)).tolist() for name in MOVING}
-
-    def with_numbers(self, numbers):
-        """The cell in the state of `to_numbers`."""
-        own = {n: np.array(v) if isinstance(v, list) else v for n, v in numbers.items()}
-        return replace(self, **own)

@@ -19,7 +19,7 @@ share of the load that is there, while the error is large. Walls and faces are a
 begins to control a load.
 """
 
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -101,15 +101,6 @@ class Servo:
             due=self.due + self.every,
             before=np.array(integral, float),
         )
-
-    def to_numbers(self):
-        """State as JSON."""
-        return {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in asdict(self).items()}
-
-    @classmethod
-    def from_numbers(cls, numbers):
-        own = {f.name: np.array(numbers[f.name]) for f in fields(cls) if f.type is np.ndarray}
-        return cls(**(numbers | own | {"axes": tuple(numbers["axes"])}))
 
 
 def make_servo(drive, domain, step, integral):

@@ -8,7 +8,6 @@ from dusttaichi.physics.geometry import WALLS
 
 NORMALS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
 TOP = WALLS.index("top")
-MOVING = ("offset", "speed", "slid", "along")
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,14 +55,6 @@ class Box:
         offset = self.offset + (self.speed - speeds) * time
         slid = self.slid + (self.along - tangential) * time
         return replace(self, offset=offset, speed=speeds, slid=slid, along=tangential)
-
-    def to_numbers(self):
-        """State that changes in a run, for JSON."""
-        return {name: getattr(self, name).tolist() for name in MOVING}
-
-    def with_numbers(self, numbers):
-        """These walls in the state of `to_numbers`."""
-        return replace(self, **{name: np.array(numbers[name]) for name in MOVING})
 
 
 def wall_strengths(boundary):

@@ -15,6 +15,7 @@ from dusttaichi.domain.clock import NEVER
 from dusttaichi.grains.measure import contact_loads, grain_state, half_kicks
 from dusttaichi.grains.order import rank_of
 from dusttaichi.physics.geometry import rigid_rotation
+from dusttaichi.results.plain import of_plain, plain
 
 
 @dataclass(frozen=True)
@@ -86,21 +87,13 @@ class Push:
 
     def numbers(self):
         """State for a checkpoint, as JSON."""
-        starts = [None if f.start is None else f.start.tolist() for f in self.forces]
-        forces = [
-            [f.grains.tolist(), f.each.tolist(), f.end, start]
-            for f, start in zip(self.forces, starts, strict=True)
-        ]
-        speeds = list(zip(self.carried_grains.tolist(), self.velocity.tolist(), strict=True))
-        return {"forces": forces, "speeds": speeds, "first": self.first.tolist()}
+        speeds = list(zip(self.carried_grains, self.velocity, strict=True))
+        return plain({"forces": self.forces, "speeds": speeds, "first": self.first})
 
     def restored(self, numbers):
         """The Push of these numbers."""
         out = copy.copy(self)
-        out.forces = tuple(
-            Force(np.array(g, int), np.array(each), end, None if s is None else np.array(s))
-            for g, each, end, s in numbers["forces"]
-        )
+        out.forces = tuple(of_plain(Force, force) for force in numbers["forces"])
         out._carry({g: np.array(speed) for g, speed in numbers["speeds"]})
         out.first = np.array(numbers["first"]).reshape(-1, 3)
         return out

@@ -10,10 +10,11 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.compute.loops import DONE
+from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVEN, WALL, Servo
-from dusttaichi.domain.walls import TOP
+from dusttaichi.domain.walls import TOP, Box
 from dusttaichi.grains.compiled import NO_WALLS, step_numbers, walls_argument
 from dusttaichi.grains.contacts import distances
 from dusttaichi.grains.load_sums import load_sums
@@ -30,7 +31,10 @@ from dusttaichi.grains.pushes import push_anew
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
 from dusttaichi.grains.state import GrainState, LedgerSums
+from dusttaichi.results.plain import of_plain, plain
 from dusttaichi.units import GRAINS
+
+STORED = {"ledger_sums": LedgerSums, "box": Box, "cell": Cell, "servo": Servo}  # in a checkpoint
 
 
 class Simulation:
@@ -318,12 +322,9 @@ class Simulation:
         return {
             "step": self.step,
             "search": self.search.numbers(),
-            "ledger_sums": self.ledger_sums.to_numbers(),
-            "box": None if self.box is None else self.box.to_numbers(),
-            "cell": None if self.cell is None else self.cell.to_numbers(),
-            "servo": None if self.servo is None else self.servo.to_numbers(),
-            "sphere": None if self.sphere is None else self.sphere.numbers(),
+            "sphere": None if self.sphere is None else plain(self.sphere.speed),
             "push": self.push.numbers() if self.push.kinds else None,
+            **{name: plain(getattr(self, name)) for name in STORED},
         }
 
     def restore(self, arrays, numbers):
@@ -331,15 +332,9 @@ class Simulation:
         self.state.restore(arrays)
         self.step = numbers["step"]
         self.search.restore(numbers["search"])
-        self.ledger_sums = LedgerSums.from_numbers(numbers["ledger_sums"])
-        self.servo = None
-        if numbers["servo"] is not None:
-            self.servo = Servo.from_numbers(numbers["servo"])
-        if self.box is not None:
-            self.box = self.box.with_numbers(numbers["box"])
-        if self.cell is not None:
-            self.cell = self.cell.with_numbers(numbers["cell"])
+        for name, kind in STORED.items():
+            setattr(self, name, of_plain(kind, numbers[name]))
         if self.sphere is not None:
-            self.sphere.restore(numbers["sphere"])
+            self.sphere.speed = of_plain(np.ndarray, numbers["sphere"])
         if numbers["push"] is not None:
             self.push = self.push.restored(numbers["push"])

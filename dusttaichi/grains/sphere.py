@@ -187,14 +187,6 @@ class MovingSphere:
         self.speed = speed / units.SPEED
         self._put(v=self.speed)
 
-    def numbers(self):
-        """Numbers for a checkpoint beside the fields."""
-        return None if self.speed is None else self.speed.tolist()
-
-    def restore(self, speed):
-        """Go back to these numbers."""
-        self.speed = None if speed is None else np.array(speed)
-
     # -- looking ---------------------------------------------------------------------------------
 
     def load(self):

@@ -1,6 +1,6 @@
 """State of a simulation: the used part of its fields, and the ends of its sums over steps."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -44,9 +44,6 @@ class GrainProperties:
     material: np.ndarray | None = None
 
 
-FORCES = ("wall_force", "impulse", "sphere_force", "sphere_impulse")  # that are arrays
-
-
 @dataclass
 class LedgerSums:
     """Ends of the sums over steps: the force of a step acts half before and half after it.
@@ -69,15 +66,6 @@ class LedgerSums:
     face_power: float = 0.0
     face_jumps: float = 0.0
     pending: list = field(default_factory=lambda: [[0.0]] * 3)
-
-    def to_numbers(self):
-        """State as JSON."""
-        return asdict(self) | {name: getattr(self, name).tolist() for name in FORCES}
-
-    @classmethod
-    def from_numbers(cls, numbers):
-        arrays = {key: np.array(numbers[key]) for key in FORCES}
-        return cls(**(numbers | arrays))
 
 
 class WallLanes(NamedTuple):

@@ -6,7 +6,7 @@ by the SI units that its variables declare.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -98,9 +98,6 @@ class Start:
     def after(self, m: Measurement) -> Start:
         """This reference after a record of m."""
         return replace(self, exchanged=self.exchanged_by(m))
-
-    def to_numbers(self) -> dict[str, float]:
-        return asdict(self)
 
 
 class Scene(Protocol):

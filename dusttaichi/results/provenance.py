@@ -6,11 +6,11 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
-import numpy as np
 import yaml
 
 from dusttaichi import __version__
 from dusttaichi.compute import compiler, processor
+from dusttaichi.results.plain import plain
 
 
 def git_commit():
@@ -72,14 +72,3 @@ def of_study(scene, resolved=None, **numbers) -> dict:
 def yaml_text(value):
     """A value as YAML; see `plain`."""
     return yaml.safe_dump(plain(value), sort_keys=False)
-
-
-def plain(value):
-    """A value for YAML and JSON: without NumPy types, paths as texts."""
-    if isinstance(value, dict):
-        return {k: plain(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
-    if isinstance(value, Path):
-        return str(value)
-    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value

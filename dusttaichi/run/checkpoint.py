@@ -15,7 +15,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.files import explain, remove, replace_atomically
-from dusttaichi.results.provenance import plain
+from dusttaichi.results.plain import plain
 
 OLDER = b"dusttaichi checkpoint "
 MAGIC = b"dusttaichi checkpoint 4\n"

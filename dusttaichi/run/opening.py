@@ -7,6 +7,7 @@ from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State
 from dusttaichi.results import Writer, opened, provenance
 from dusttaichi.results.pieces import already_there
+from dusttaichi.results.plain import of_plain
 from dusttaichi.run import checkpoint
 from dusttaichi.run.identity import Origin, check_extensions, check_same, stage_stop
 from dusttaichi.run.loop import Run
@@ -98,7 +99,7 @@ class Opening:
                 f"{now:.6g} ns. Start again with --force."
             )
         writer = Writer.resume(self.directory / RESULT, saved.meta["counts"], lock=self.lock)
-        return self._run(sim, RunState.from_meta(saved.meta["run"]), writer)
+        return self._run(sim, of_plain(RunState, saved.meta["run"]), writer)
 
     def _check_code(self, saved):
         if saved.meta.get("code") != self.origin.code:

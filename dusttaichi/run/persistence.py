@@ -43,7 +43,7 @@ class RunFiles:
             "extensions": run.scene.imported_texts,
             "code": self.origin.code,
             "numbers": state.numbers,
-            "run": run.state.to_meta(),
+            "run": run.state,
             "counts": self.writer.counts(),
         }
         checkpoint.save(self.directory / CHECKPOINT, state.arrays, meta)

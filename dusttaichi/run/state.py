@@ -1,6 +1,6 @@
 """State of a run beside that of its simulation, part of every checkpoint; progress reports."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -68,24 +68,6 @@ class RunState:
         if sim.step > self.opened:
             return Window(self.sums, sim.sums(), (sim.step - self.opened) * sim.dt)
         return Window(self.last_sums, self.sums, self.last_span) if self.last_span > 0.0 else None
-
-    def to_meta(self):
-        """Its data for `checkpoint.save`."""
-        return asdict(self)
-
-    @classmethod
-    def from_meta(cls, meta):
-        own = {
-            "start": Start(**meta["start"]),
-            "tension": Tension(**meta["tension"]),
-            "sums": _arrays(meta["sums"]),
-            "last_sums": _arrays(meta["last_sums"]),
-        }
-        return cls(**(meta | own))
-
-
-def _arrays(sums):
-    return {name: np.array(values) for name, values in sums.items()}
 
 
 @dataclass

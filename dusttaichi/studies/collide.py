@@ -14,7 +14,8 @@ import numpy as np
 from dusttaichi.analysis.collisions import collisions_dataset
 from dusttaichi.analysis.thresholds import growth_bracket
 from dusttaichi.errors import DustError
-from dusttaichi.results.provenance import of_study, plain
+from dusttaichi.results.plain import plain
+from dusttaichi.results.provenance import of_study
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.studies.points import core_of
 from dusttaichi.studies.requests import Request, cores_of, key_of

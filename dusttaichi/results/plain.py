@@ -1,0 +1,40 @@
+"""Plain data of numbers, arrays and dataclasses, as YAML and JSON have them, and back."""
+
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from types import UnionType
+from typing import get_args, get_origin, get_type_hints
+
+import numpy as np
+
+
+def plain(value):
+    """A value for YAML and JSON: without NumPy types, paths as texts, dataclasses as dicts."""
+    if is_dataclass(value):
+        return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, dict):
+        return {k: plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, Path):
+        return str(value)
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value
+
+
+def of_plain(kind, value):
+    """Value of a type from what `plain` has made of it.
+
+    The type is that of an array, a tuple, a dict of such values, or a dataclass with them.
+    """
+    if value is None:
+        return None
+    if isinstance(kind, UnionType):  # with None
+        kind = get_args(kind)[0]
+    if is_dataclass(kind):
+        kinds = get_type_hints(kind)
+        return kind(**{name: of_plain(kinds[name], own) for name, own in value.items()})
+    if get_origin(kind) is dict:
+        return {name: of_plain(get_args(kind)[1], own) for name, own in value.items()}
+    if kind in (np.ndarray, tuple):
+        return np.array(value) if kind is np.ndarray else tuple(value)
+    return value
