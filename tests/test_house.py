@@ -20,7 +20,7 @@ LINES, FUNCTION, POSITIONAL, TOP = 350, 60, 5, 9
 
 # A room may import from the rooms named, from itself, and from the modules of the top level; a
 # name with a dot is one module of a room.
-SHARED = {"errors", "units", "files"}
+SHARED = {"errors", "units"}
 MAY_KNOW = {
     "physics": {"compute.engine"},
     "scene": {"physics", "method", "results", "compute.compiler"},

@@ -14,7 +14,7 @@ from dusttaichi.analysis.continuum_observations import QUANTITIES, curves, speed
 from dusttaichi.analysis.grain_tests import grain_test
 from dusttaichi.analysis.run import open_run
 from dusttaichi.errors import DustError
-from dusttaichi.files import RESULT
+from dusttaichi.results.files import RESULT
 from dusttaichi.scene.continuum_material import ContinuumMaterial
 
 DIGITS = 4

@@ -13,7 +13,7 @@ import xarray as xr
 from dusttaichi.analysis.numbers import families
 from dusttaichi.analysis.summary import PROBLEMS, summary
 from dusttaichi.errors import DustError
-from dusttaichi.files import explain, replace_atomically
+from dusttaichi.results.files import explain, replace_atomically
 from dusttaichi.results.outputs import NETCDF, check
 
 MOST = 10_000  # points of the common coordinate

@@ -63,10 +63,11 @@ def _show(data, speeds):
 
 def _write(data, speeds, file, figures):
     """Write the dataset, its tables and, where wanted, figures; returns their paths."""
-    from dusttaichi import files, plots
+    from dusttaichi import plots
     from dusttaichi.analysis.collisions import table_text
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.thresholds import threshold_text
+    from dusttaichi.results import files
 
     save_ensemble(data, file)
     tables = {file.with_suffix(".csv"): table_text(data)}

@@ -91,11 +91,11 @@ def write(fit, path):
 
     Raises DustError.
     """
-    from dusttaichi import files
     from dusttaichi.analysis import continuum_fit_tables as tables
     from dusttaichi.analysis.continuum_observations import curves
     from dusttaichi.plots import save
     from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
+    from dusttaichi.results import files
     from dusttaichi.results.outputs import check
 
     beside = path.with_name(f"{path.stem}_speeds")

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import explain
 from dusttaichi.plots.legends import legend, own_limits, within  # noqa: F401, as style.legend
+from dusttaichi.results.files import explain
 from dusttaichi.results.outputs import MARK, check
 
 # Okabe and Ito: distinguishable with any colour vision

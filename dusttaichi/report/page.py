@@ -10,9 +10,9 @@ from dusttaichi.analysis import summary, table
 from dusttaichi.analysis.numbers import reason
 from dusttaichi.analysis.plain import plain
 from dusttaichi.errors import DustError
-from dusttaichi.files import write_whole
 from dusttaichi.report.interactive import interactive
 from dusttaichi.report.particles import particles
+from dusttaichi.results.files import write_whole
 from dusttaichi.results.outputs import check
 
 NOT_DRAWN = "figure not drawn"

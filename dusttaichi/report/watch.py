@@ -11,8 +11,8 @@ from urllib.parse import parse_qs, urlparse
 from dusttaichi.analysis import open_run
 from dusttaichi.analysis.foreign import understood
 from dusttaichi.errors import DustError
-from dusttaichi.files import parts_folder
 from dusttaichi.report.page import as_json, html, report_data
+from dusttaichi.results.files import parts_folder
 
 HOST = "127.0.0.1"
 NAMES = (HOST, "localhost")

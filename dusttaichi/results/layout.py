@@ -7,7 +7,7 @@ import netCDF4
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import WorkFile
+from dusttaichi.results.files import WorkFile
 from dusttaichi.results.integrity import DIGEST, FILL, digest_of, opened, record_counts
 from dusttaichi.results.variables import Variable, record_dimension
 

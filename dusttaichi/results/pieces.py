@@ -22,7 +22,7 @@ import numpy as np
 
 from dusttaichi.compute.processes import python_command
 from dusttaichi.errors import DustError
-from dusttaichi.files import (
+from dusttaichi.results.files import (
     RunLock,
     clone,
     explain,

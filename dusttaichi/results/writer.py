@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import explain, parts_folder, write_whole
 from dusttaichi.results import pieces
+from dusttaichi.results.files import explain, parts_folder, write_whole
 from dusttaichi.results.layout import describe, image, ragged_groups, read_records, readable
 from dusttaichi.results.variables import LABELS
 

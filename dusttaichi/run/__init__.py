@@ -6,7 +6,7 @@ its scheduled actions; persistence.py are its files.
 
 from pathlib import Path
 
-from dusttaichi import files
+from dusttaichi.results import files
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
 from dusttaichi.run.state import Report

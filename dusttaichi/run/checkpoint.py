@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import explain, remove, replace_atomically
+from dusttaichi.results.files import explain, remove, replace_atomically
 from dusttaichi.results.plain import plain
 
 OLDER = b"dusttaichi checkpoint "

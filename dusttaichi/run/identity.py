@@ -11,7 +11,7 @@ import yaml
 from dusttaichi import method
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
-from dusttaichi.files import RESULT
+from dusttaichi.results.files import RESULT
 from dusttaichi.scene import extensions
 from dusttaichi.scene.extensions import KEY
 

@@ -9,9 +9,8 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from types import SimpleNamespace
 
-from dusttaichi import files
 from dusttaichi.errors import DustError
-from dusttaichi.results import Writer
+from dusttaichi.results import Writer, files
 from dusttaichi.run.activities import OwnRecords, records_now, series_record
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening

@@ -3,9 +3,9 @@
 from dusttaichi import method
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
-from dusttaichi.files import CHECKPOINT, RESULT
 from dusttaichi.method import Start, State
 from dusttaichi.results import Writer, opened, provenance
+from dusttaichi.results.files import CHECKPOINT, RESULT
 from dusttaichi.results.pieces import already_there
 from dusttaichi.results.plain import of_plain
 from dusttaichi.run import checkpoint

@@ -3,10 +3,9 @@
 import time as real_time
 from pathlib import Path
 
-from dusttaichi import files
 from dusttaichi.errors import DustError
-from dusttaichi.files import CHECKPOINT
-from dusttaichi.results import outputs
+from dusttaichi.results import files, outputs
+from dusttaichi.results.files import CHECKPOINT
 from dusttaichi.run import checkpoint
 from dusttaichi.run.identity import input_files
 

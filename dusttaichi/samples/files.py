@@ -6,11 +6,10 @@ from typing import Annotated
 from pydantic import AfterValidator, ValidationInfo
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import refuse_unreadable
 from dusttaichi.samples import formats
 from dusttaichi.samples.formats.text import Source
 from dusttaichi.samples.sample import memory
-from dusttaichi.scene.fields import needed
+from dusttaichi.scene.fields import needed, refuse_unreadable
 
 
 def read(path: Path, given: Source) -> dict:

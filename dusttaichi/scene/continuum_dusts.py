@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from dusttaichi.files import refuse_unreadable
 from dusttaichi.scene import yaml_text
-from dusttaichi.scene.fields import problems
+from dusttaichi.scene.fields import problems, refuse_unreadable
 
 _DUST = {
     "bulk_modulus": "300 kPa",

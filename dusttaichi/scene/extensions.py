@@ -22,15 +22,16 @@ from typing import Any
 from dusttaichi import method
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
-from dusttaichi.files import refuse_unreadable
 from dusttaichi.physics.contact import registry as laws
 from dusttaichi.scene import problems, shipped
+from dusttaichi.scene.fields import refuse_unreadable
 from dusttaichi.scene.kinds import Kinds
 
 KEY = "extensions"
 MOST_BYTES = 10_000_000  # of a file: no law is as long
 MOVED = {
     "dusttaichi.compiler": "dusttaichi.compute.compiler",
+    "dusttaichi.files": "dusttaichi.results.files",
     "dusttaichi.geometry": "dusttaichi.physics.geometry",
     "dusttaichi.names": "dusttaichi.physics.geometry (axes, walls) and physics.contact.numbers",
     "dusttaichi.processes": "dusttaichi.compute.processes and dusttaichi.samples.formats.lammps",

@@ -1,9 +1,11 @@
-"""Parts of all blocks of a scene: the frozen base class, plain numbers, on/off switches."""
+"""Parts of all blocks of a scene: the frozen base class, plain numbers, on/off switches, files."""
 
 import re
+import stat
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
@@ -260,3 +262,20 @@ class Switch:
 
 Count = Annotated[int, Number(whole=True, ge=1)]
 Seed = Annotated[int, Number(whole=True, ge=0, le=2**32 - 1)]
+
+
+def refuse_unreadable(path: str | Path, most: float | None = None) -> None:
+    """Raise ValueError if `path` is not a regular file of at most `most` bytes.
+
+    It is not opened, because a pipe may block. FileNotFoundError if it does not exist.
+    """
+    try:
+        found = Path(path).stat()
+    except FileNotFoundError:
+        raise
+    except OSError as error:  # a loop of links, a name that is too long
+        raise ValueError(f"it cannot be read ({error.strerror})") from None
+    if not stat.S_ISREG(found.st_mode):
+        raise ValueError(f"it is a {'directory' if Path(path).is_dir() else 'device or a pipe'}")
+    if most is not None and found.st_size > most:
+        raise ValueError(f"it has {found.st_size:,} bytes, {int(most):,} are allowed")

@@ -8,8 +8,8 @@ import yaml
 
 from dusttaichi import method
 from dusttaichi.errors import DustError
-from dusttaichi.files import refuse_unreadable
 from dusttaichi.scene import extensions, problems, shipped, yaml_text
+from dusttaichi.scene.fields import refuse_unreadable
 from dusttaichi.scene.readable_schema import by_key, readable
 from dusttaichi.scene.scene import Scene
 from dusttaichi.scene.yaml_text import MOST_CHARACTERS

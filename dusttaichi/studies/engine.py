@@ -17,8 +17,9 @@ from typing import Any, Protocol
 
 import xarray as xr
 
-from dusttaichi import analysis, files
+from dusttaichi import analysis
 from dusttaichi.compute.processor import usable_cores
+from dusttaichi.results import files
 from dusttaichi.results.pieces import already_there
 from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.scene import Scene

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from dusttaichi.errors import DustError
-from dusttaichi.files import run_files
+from dusttaichi.results.files import run_files
 from dusttaichi.studies.workers import STARTING, Answer, idle_workers, taken
 
 LEAST = 1.0  # core-seconds: the steps of shorter runs are repeated up to this total

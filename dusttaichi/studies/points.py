@@ -14,9 +14,9 @@ from typing import Any
 
 import yaml
 
-from dusttaichi import files
 from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.files import CHECKPOINT, RESULT, run_files
+from dusttaichi.results import files
+from dusttaichi.results.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.results.pieces import already_there
 from dusttaichi.results.reading import open_tree
 from dusttaichi.run import checkpoint

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dusttaichi import __version__, files
+from dusttaichi import __version__
 from dusttaichi.errors import DustError
+from dusttaichi.results import files
 from dusttaichi.results.pieces import already_there
 from dusttaichi.studies.jobs import Task
 from dusttaichi.studies.workers import INTERRUPTED, Answer

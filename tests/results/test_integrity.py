@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 import synthetic
 
-from dusttaichi import files
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
-from dusttaichi.results import Writer, integrity, pieces, writer
+from dusttaichi.results import Writer, files, integrity, pieces, writer
 
 GRAINS = 4
 

@@ -9,9 +9,8 @@ import pytest
 import synthetic
 from records import GRAINS, fill
 
-from dusttaichi import files
 from dusttaichi.errors import DustError
-from dusttaichi.results import Writer
+from dusttaichi.results import Writer, files
 
 
 def test_second_writer_is_refused(tmp_path):

@@ -8,9 +8,8 @@ import synthetic
 import xarray as xr
 from records import GRAINS, check, fill
 
-from dusttaichi import files
 from dusttaichi.errors import DustError
-from dusttaichi.results import Writer, pieces
+from dusttaichi.results import Writer, files, pieces
 from dusttaichi.results import writer as writing
 
 # records of the first 150 steps of `fill` with rows=1

@@ -15,9 +15,10 @@ import toy
 import xarray as xr
 from bits import assert_same_bits
 
-from dusttaichi import files, method
+from dusttaichi import method
 from dusttaichi.errors import DustError, Interrupted
-from dusttaichi.files import CHECKPOINT, RESULT
+from dusttaichi.results import files
+from dusttaichi.results.files import CHECKPOINT, RESULT
 from dusttaichi.run import execute, identity, loop
 from dusttaichi.scene import from_yaml, load
 

@@ -14,7 +14,7 @@ from scenes import law_of_the_docs
 
 import dusttaichi as dt
 from dusttaichi.errors import GuardStop
-from dusttaichi.files import RESULT
+from dusttaichi.results.files import RESULT
 from dusttaichi.run import execute
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"

@@ -13,7 +13,7 @@ import pytest
 from bits import assert_same_bits
 from scenes import extensions_forgotten
 
-from dusttaichi.files import RESULT
+from dusttaichi.results.files import RESULT
 from dusttaichi.run import execute
 from dusttaichi.scene import load
 from dusttaichi.studies import engine, pool

@@ -4,7 +4,6 @@ import errno
 import os
 import shutil
 import socket
-import stat
 import tempfile
 import time
 from contextlib import AbstractContextManager, suppress
@@ -36,23 +35,6 @@ def run_files(directory):
     parts = sorted(parts_folder(directory / RESULT).glob("[0-9]*.nc"))
     names = [RESULT, CHECKPOINT, *(str(part.relative_to(directory)) for part in parts)]
     return [name for name in names if (directory / name).exists()]
-
-
-def refuse_unreadable(path, most=None):
-    """Raise ValueError if `path` is not a regular file of at most `most` bytes.
-
-    It is not opened, because a pipe may block. FileNotFoundError if it does not exist.
-    """
-    try:
-        found = Path(path).stat()
-    except FileNotFoundError:
-        raise
-    except OSError as error:  # a loop of links, a name that is too long
-        raise ValueError(f"it cannot be read ({error.strerror})") from None
-    if not stat.S_ISREG(found.st_mode):
-        raise ValueError(f"it is a {'directory' if Path(path).is_dir() else 'device or a pipe'}")
-    if most is not None and found.st_size > most:
-        raise ValueError(f"it has {found.st_size:,} bytes, {int(most):,} are allowed")
 
 
 # --- files --------------------------------------------------------------------------------------
