@@ -1,1 +1,1 @@
-"""Environment of the particles: walls, periodic cell, gravity, external pushes, and motion."""
+"""Environment of the particles: walls, periodic cell, their motion and its control, and time."""

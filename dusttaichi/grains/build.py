@@ -10,7 +10,7 @@ from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.compiled import STRUCTURES, Compiled
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.memory import COARSE, capacity_for
-from dusttaichi.domain.domain import lengths
+from dusttaichi.domain.domain import Domain, lengths
 from dusttaichi.errors import DustError
 from dusttaichi.grains.compiled import Kernels
 from dusttaichi.grains.environment import environment, is_tilted
@@ -35,7 +35,7 @@ from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_c
 from dusttaichi.grains.kernels.sphere import make_sphere_relist
 from dusttaichi.grains.order import grain_order
 from dusttaichi.grains.pushes import make_push
-from dusttaichi.grains.setup import ContactNumbers, Environment, Grains, Numerics
+from dusttaichi.grains.setup import Prepared
 from dusttaichi.grains.simulation import Simulation
 from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
 from dusttaichi.grains.step import make_advance, make_evaluate
@@ -57,60 +57,60 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
     The simulation built before is of no more use: its fields and kernels may serve again.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
-    sample = samples.pushed(scene, sample)
-    scene = scaled(scene)
+    parts = prepared(scene, sample, loops=loops, ledger=ledger, step=step)
+    layout, grains, walls = parts.layout, len(parts.order), parts.domain.box is not None
+    compiled = chosen_kernels(parts.scene, layout, (parts.loops.kind, grains, parts.threads))
+    rows = {var.name: var.shape[0] for var in declare(grains, layout, walls)}
+    tables = STRUCTURES.tables(compiled, rows)
+    tables[0]["counts"].from_numpy(np.array(store.sizes(grains, layout, walls)))
+    *numbers, table = chosen_numbers(parts.scene, layout.model, parts.polydisperse, parts.contacts)
+    if table is not None:
+        tables[1]["interfaces"].from_numpy(table)
+    return Simulation(compiled, tables, parts, numbers)
+
+
+def prepared(scene, sample, *, loops=None, ledger=True, step=None):
+    """Prepared of a scene with a sample; nothing is compiled. Arguments, errors as of `build`."""
+    sample, scene = samples.pushed(scene, sample), scaled(scene)
     own = grain_properties(scene, sample)
     check_precision(scene, sample, contact_constants(scene)[0].rest_overlap)
     step = step or chosen_step(scene, sample, own)
     properties = equal_properties(scene.material) if own is None else own
-    radius = float(np.median(properties.radius)) / units.LENGTH
-    order = grain_order(sample.positions / units.LENGTH, 4.0 * radius)
-    kinds = {push.kind for push in of_stages(scene)}
-    push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
-    threads = threads_of(scene, len(order))
-    model = chosen_model(scene.interaction, scene.numerics.newton_steps)
+    radii, dt = properties.radius / units.LENGTH, step.dt / units.TIME
+    smallest, largest = float(np.min(radii)), float(np.max(radii))
+    order = grain_order(sample.positions / units.LENGTH, 4.0 * float(np.median(radii)))
+    push = make_push(scene.push, sample.info, order, dt, {push.kind for push in of_stages(scene)})
     contacts = farthest_contacts(scene, own)
     box, cell = environment(scene, sample, own, contacts)
-    smallest = np.min(properties.radius) / units.LENGTH
+    volume = len(order) * 4.0 / 3.0 * np.pi * radii**3
+    if own is not None:
+        volume = float(np.sum(4.0 / 3.0 * np.pi * radii**3))
+    t_c = constants.characteristic_time(scene.material.unscaled) / units.TIME
     loops = loops or loops_of(scene.numerics)
+    model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     layout = replace(
         chosen_layout(scene, model, loops, push, polydisperse=own is not None),
         ledger=ledger,
         tilted=is_tilted(scene, sample),
         few_wall_contacts=has_few_wall_contacts(box, cell, len(order), smallest),
     )
-    placed = placed_sphere(scene, sample, own, box)
-    compiled = chosen_kernels(scene, layout, (loops.kind, len(order), threads))
-    walls = box is not None
-    rows = {var.name: var.shape[0] for var in declare(len(order), layout, walls)}
-    tables = STRUCTURES.tables(compiled, rows)
-    tables[0]["counts"].from_numpy(np.array(store.sizes(len(order), layout, walls)))
-    on_pairs, on_walls, on_sphere, table = chosen_numbers(scene, model, own, contacts)
-    if table is not None:
-        tables[1]["interfaces"].from_numpy(table)
-    return Simulation(
-        compiled,
-        tables,
-        sample,
-        grains=Grains(order, properties),
-        contacts=ContactNumbers(on_pairs, on_walls, on_sphere, scene.numerics.stiffness_scaling),
-        environment=Environment(
-            box,
-            cell,
-            sphere=placed,
-            gravity=make_gravity(scene.gravity),
-            t_c=constants.characteristic_time(scene.material.unscaled) / units.TIME,
-        ),
-        drive=scene.stage_plans[0].drive,
-        push=push,
-        numerics=Numerics(step, chosen_skin(scene, smallest), threads),
-    )
-
-
-def chosen_skin(scene, smallest):
-    """The skin of the search [um], None where it chooses one; smallest: radius of a grain [um]."""
     skin = scene.numerics.skin
-    return None if skin == "auto" else skin * smallest
+    return Prepared(
+        scene,
+        sample,
+        properties,
+        order,
+        step,
+        domain=Domain(dt, volume, largest, box, cell, t_c, units=units.GRAINS),
+        sphere=placed_sphere(scene, sample, own, box),
+        gravity=make_gravity(scene.gravity),
+        push=push,
+        contacts=contacts,
+        skin=None if skin == "auto" else skin * smallest,
+        threads=threads_of(scene, len(order)),
+        loops=loops,
+        layout=layout,
+    )
 
 
 def chosen_numbers(scene, model, own, contacts):

@@ -1,50 +1,34 @@
 """Output of `dust check` for grains: sample, contacts, step, memory; what is compiled in."""
 
-from dataclasses import replace
-
 import numpy as np
 
-from dusttaichi import samples, units
-from dusttaichi.compute.backend import loops_of
+from dusttaichi import samples
 from dusttaichi.compute.memory import TYPES, capacity_for
-from dusttaichi.domain.domain import Domain
 from dusttaichi.grains import network
 from dusttaichi.grains.advice import advice
-from dusttaichi.grains.build import build, chosen_layout, has_few_wall_contacts
-from dusttaichi.grains.environment import environment
-from dusttaichi.grains.grain_contacts import (
-    contact_constants,
-    farthest_contacts,
-    glued,
-    grain_properties,
-    scaled,
-)
+from dusttaichi.grains.build import build, prepared
+from dusttaichi.grains.grain_contacts import contact_constants, glued
 from dusttaichi.grains.impacts import softened_remarks, softened_rows
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows
 from dusttaichi.grains.kernels.declare import declare
-from dusttaichi.grains.pushes import make_push
-from dusttaichi.grains.sphere import placed_sphere, sphere_contacts
-from dusttaichi.grains.time_step import chosen_step, short_loads
+from dusttaichi.grains.sphere import sphere_contacts
+from dusttaichi.grains.time_step import short_loads
 from dusttaichi.method import Preview
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model
 from dusttaichi.scene import quantities
 from dusttaichi.scene.material import DEFAULT
-from dusttaichi.scene.push import of_stages
-from dusttaichi.units import GRAINS
 
 
 def preview(scene):
     """The Preview of a scene (dusttaichi.method): its sample is made, nothing is compiled."""
     sample = samples.make(scene)
-    pushed, scene = samples.pushed(scene, sample), scaled(scene)
-    own = grain_properties(scene, sample)
-    step = chosen_step(scene, pushed, own)
-    contacts = contact_constants(scene)
-    domain = _domain(scene, sample, own, farthest_contacts(scene, own), step)
-    sections = [("Sample", _sample(scene, sample)), *_contacts(scene, own, contacts)]
-    if (placed := placed_sphere(scene, sample, own, domain.box)) is not None:
-        sections.append(("Sphere", _sphere(scene, placed, own)))
+    parts = prepared(scene, sample)
+    scene, own, step, domain = parts.scene, parts.polydisperse, parts.step, parts.domain
+    domain.driven(scene.stage_plans[0].drive, 0).check_start()
+    sections = [("Sample", _sample(scene, sample, own)), *_contacts(scene, own)]
+    if parts.sphere is not None:
+        sections.append(("Sphere", _sphere(parts.sphere, parts.properties.radius)))
         farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
         sections.append(("Contact of a grain and the sphere", _contact(farthest, scene)))
     if scene.gravity is not None:
@@ -57,18 +41,19 @@ def preview(scene):
         sections.append(("Controlled loads", [("remark", text) for text in texts]))
     if texts := advice(scene, sample):
         sections.append(("Defaults to change", [tuple(text.split(": ", 1)) for text in texts]))
-    sections.append(("Memory", [("state", _state_memory(scene, sample, own, step, domain))]))
+    sections.append(("Memory", [("state", _state_memory(parts))]))
     return Preview(sections, len(sample), step.dt, domain.planned(scene))
 
 
-def _contacts(scene, own, contacts):
+def _contacts(scene, own):
     """Sections of the contacts of the scene's material, and of it with a wall.
 
     Where grains differ, of every two materials that they have, at their median radii; each with a
     wall.
     """
     if own is None:
-        pairs, walls = {"two grains": contacts[0]}, {"a grain and a wall": contacts[1]}
+        pair, wall = contact_constants(scene)
+        pairs, walls = {"two grains": pair}, {"a grain and a wall": wall}
     else:
         pairs, walls = _of_materials(scene, own)
     sections = {f"Contact of {name}": c for name, c in pairs.items()}
@@ -114,9 +99,8 @@ def internals(scene):
     ]
 
 
-def _sphere(scene, placed, own):
-    """Rows of a RigidSphere at the start."""
-    radii = scene.material.radius if own is None else own.radius
+def _sphere(placed, radii):
+    """Rows of a RigidSphere at the start; radii [m]: of the grains."""
     quantity, radius, mass = quantities.format, placed.radius, placed.mass
     place = ", ".join(quantity(a, "length", digits=4) for a in placed.position)
     speed = quantity(float(np.linalg.norm(placed.velocity)), "speed", digits=4)
@@ -163,30 +147,12 @@ def _step(step):
     return [*out, ("time step", chosen)]
 
 
-def _domain(scene, sample, own, contacts, step):
-    """Environment of the grains at the start of the simulation, a Domain."""
-    box, cell = environment(scene, sample, own, contacts)
-    radii = np.full(len(sample), scene.material.radius) if own is None else own.radius
-    radii = radii / units.LENGTH
-    volume, t_c = 4.0 / 3.0 * np.pi * (radii**3).sum(), constants.characteristic_time
-    dt, t_c = step.dt / units.TIME, t_c(scene.material.unscaled) / units.TIME
-    return Domain(dt, float(volume), float(radii.max()), box, cell, t_c, units=GRAINS)
-
-
-def _state_memory(scene, sample, own, step, domain):
+def _state_memory(parts):
     """Memory of the state, without the scratch of the search."""
-    loops = loops_of(scene.numerics)
-    laws = chosen_model(scene.interaction, scene.numerics.newton_steps)
-    kinds = {push.kind for push in of_stages(scene)}
-    order = np.arange(len(sample))
-    push = make_push(scene.push, sample.info, order, step.dt / units.TIME, kinds)
-    layout = chosen_layout(scene, laws, loops, push, polydisperse=own is not None)
-    smallest = (scene.material.radius if own is None else own.radius.min()) / units.LENGTH
-    few_wall_contacts = has_few_wall_contacts(domain.box, domain.cell, len(sample), smallest)
-    layout, room = replace(layout, few_wall_contacts=few_wall_contacts), capacity_for(len(sample))
+    room = capacity_for(len(parts.order))
     size = sum(
         int(np.prod(v.shape)) * max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
-        for v in declare(room, layout, bool(scene.boundary.walls))
+        for v in declare(room, parts.layout, parts.domain.box is not None)
     )
     room = f"{room:,} grains, and up to a sixth beside it to search"
     return f"{size / 2**20:.3g} MiB with a capacity of {room}"
@@ -217,10 +183,10 @@ def _number(value, unit):
     return f"{value:.5g} {unit}".removesuffix(" 1")
 
 
-def _sample(scene, sample):
+def _sample(scene, sample, bodies):
     mass = quantities.format(constants.grain_mass(scene.material), "mass", digits=5)
     rows = [("grains", f"{len(sample.positions):,}")]
-    bodies, radii = grain_properties(scene, sample), scene.material.radius
+    radii = scene.material.radius
     if bodies is not None:
         names = [DEFAULT, *scene.materials]
         made_of = [names[number] for number in np.unique(bodies.material)]

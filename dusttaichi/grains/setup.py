@@ -1,58 +1,46 @@
-"""Parts from which a simulation of grains is made. Internal units, grains and sphere in SI."""
+"""A scene and its sample as they are known before anything is compiled."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from dusttaichi.domain.cell import Cell
-from dusttaichi.domain.walls import Box
+from dusttaichi.compute.backend import Loops
+from dusttaichi.domain.domain import Domain
 from dusttaichi.grains.gravity import Gravity
+from dusttaichi.grains.kernels.store import Layout
+from dusttaichi.grains.pushes import Push
 from dusttaichi.grains.sphere import RigidSphere
 from dusttaichi.grains.state import GrainProperties
 from dusttaichi.grains.time_step import TimeStep
 
 
 @dataclass(frozen=True)
-class Grains:
-    """Grains of a sample; order (N,): their numbers in the sample, in internal order."""
+class Prepared:
+    """All that a Simulation is made from beside its kernels and fields.
 
-    order: np.ndarray
+    scene: `grain_contacts.scaled`. sample: `samples.pushed`. order (N,): numbers of the grains in
+    the sample, in internal order. domain: at rest, internal units. contacts: ContactConstants of
+    two grains and of a grain and a wall that reach farthest. skin: of the search [um], None as it
+    suits.
+    """
+
+    scene: Any
+    sample: Any
     properties: GrainProperties
-
-
-@dataclass(frozen=True)
-class ContactNumbers:
-    """Numbers of a contact (kernels.numbers) of two grains, with a wall and with the sphere.
-
-    Where grains differ those of the contact that reaches farthest; sphere: None without one.
-    stiffness: of the contacts over that of the material (numerics.stiffness_scaling).
-    """
-
-    pair: Any
-    wall: Any
-    sphere: Any
-    stiffness: float
-
-
-@dataclass(frozen=True)
-class Environment:
-    """Box, cell, sphere and gravity around the grains, each None where there is none.
-
-    t_c [us]: characteristic time, see Domain.
-    """
-
-    box: Box | None
-    cell: Cell | None
+    order: np.ndarray
+    step: TimeStep
+    domain: Domain
     sphere: RigidSphere | None
     gravity: Gravity | None
-    t_c: float
-
-
-@dataclass(frozen=True)
-class Numerics:
-    """Time step, skin of the search [um], None as it suits, and number of threads."""
-
-    time_step: TimeStep
+    push: Push
+    contacts: tuple
     skin: float | None
     threads: int
+    loops: Loops
+    layout: Layout
+
+    @property
+    def polydisperse(self):
+        """GrainProperties of grains that differ, None of equal ones."""
+        return None if self.properties.material is None else self.properties

@@ -51,54 +51,40 @@ class Simulation:
 
     units = GRAINS
 
-    def __init__(
-        self,
-        compiled,
-        tables,
-        sample,
-        *,
-        grains,
-        contacts,
-        environment,
-        drive,
-        push,
-        numerics,
-    ):
+    def __init__(self, compiled, tables, parts, numbers):
         """compiled: Compiled; tables: its fields, scratch and sums as this scene uses them.
 
-        sample: Sample. grains: Grains. contacts: ContactNumbers. environment: Environment. drive:
-        the first. push: Push. numerics: Numerics.
+        parts: Prepared. numbers: of a contact (kernels.numbers) of two grains, with a wall and with
+        the sphere, None without one.
         """
         self.kernels, self.layout = compiled.kernels, compiled.layout
         self.fields, self.scratch, self.sums = tables
-        self.order, self.grains = grains.order, len(grains.order)
+        self.order, self.grains = parts.order, len(parts.order)
         self.state = GrainState(self.fields, self.layout, self.order)
-        self.pair, self.wall, self.stiffness = contacts.pair, contacts.wall, contacts.stiffness
-        self._set_masses(grains)
-        self.box, self.cell, self.t_c = environment.box, environment.cell, environment.t_c
-        self.gravity, self.push, self.sphere = environment.gravity, push, None
-        if environment.sphere is not None:
-            self.sphere = MovingSphere(self, environment.sphere, contacts.sphere)
-        self.chosen, self.threads = numerics.time_step, numerics.threads
-        self.dt, self.step = self.chosen.dt / units.TIME, 0
-        self.search = Search(self, numerics.skin)
-        self.ledger_sums, self.servo = LedgerSums(), None
-        self._move(drive)
-        self._start(sample)
+        self.pair, self.wall, on_sphere = numbers
+        self.stiffness = parts.scene.numerics.stiffness_scaling
+        self.polydisperse = parts.polydisperse
+        self._set_masses(parts.properties)
+        around = parts.domain
+        self.dt, self.step, self.volume, self.t_c = around.dt, 0, around.volume, around.t_c
+        self.box, self.cell, self.servo = around.box, around.cell, None
+        self.gravity, self.push, self.sphere = parts.gravity, parts.push, None
+        if parts.sphere is not None:
+            self.sphere = MovingSphere(self, parts.sphere, on_sphere)
+        self.chosen, self.threads = parts.step, parts.threads
+        self.search, self.ledger_sums = Search(self, parts.skin), LedgerSums()
+        self._move(parts.scene.stage_plans[0].drive)
+        self._start(parts.sample)
 
-    def _set_masses(self, grains):
-        """Sizes and masses of the grains, of Grains."""
-        own = grains.properties
-        self.polydisperse = None if own.material is None else own
+    def _set_masses(self, own):
+        """Sizes and masses of the grains, of GrainProperties."""
         self.mass, self.inertia = own.mass / units.MASS, own.inertia / units.INERTIA
         self.unit_mass, self.unit_inertia = self.mass, self.inertia
         self.radii = self.radius = self.smallest = own.radius / units.LENGTH
-        self.volume = self.grains * 4.0 / 3.0 * np.pi * self.radius**3
         if self.polydisperse is not None:
             self.mass, self.inertia = (a[self.order][:, None] for a in (self.mass, self.inertia))
             self.unit_mass = self.unit_inertia = 1.0
             self.radius, self.smallest = float(self.radii.max()), float(self.radii.min())
-            self.volume = float(np.sum(4.0 / 3.0 * np.pi * self.radii**3))
 
     @property
     def time(self):

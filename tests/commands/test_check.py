@@ -96,9 +96,13 @@ def test_a_step_that_does_not_resolve_how_bodies_meet_is_said():
 
 
 def test_what_the_sample_refuses_is_not_called_valid(tmp_path, capsys):
-    """Overlapping grains and bodies, and a body that is smaller than a particle."""
+    """Overlapping grains and bodies, a body that is smaller than a particle; what single precision
+    does not resolve, and a cell that cannot get lower, as the build says."""
     box = "material: silicate_s12\nstop: {time: 1 us}\nboundary: {kind: box}\n"
     near = "sample: {kind: explicit, positions: [[0 m, 0 m, 0 m], [0.5 um, 0 m, 0 m]]}\n"
+    far = near.replace("0.5 um", "900 um") + "numerics: {precision: f32}\n"
+    flat = "sample: {kind: lattice, structure: sc, cells: [4, 5, 2]}\nboundary: {kind: periodic, "
+    flat += "size: [fit, fit, 2.44 um], strain_rate: [0 s^-1, 0 s^-1, -1000 s^-1]}\n"
     sphere = "sphere: {radius: 50 um, density: 2000 kg/m^3, position: [0 um, 0 um, 0 um]}\n"
     coarse = (Path(__file__).parents[2] / "configs/guettler2009/bounce.yaml").read_text()
     coarse = re.sub(r"spacing: [^,}\n]*", "spacing: 5 mm", coarse)
@@ -106,6 +110,8 @@ def test_what_the_sample_refuses_is_not_called_valid(tmp_path, capsys):
         "diameters": f"name: a\n{box}{near}",
         "overlaps": f"name: b\n{box}sample: {{kind: rbd, grains: 20}}\n{sphere}",
         "smaller than one particle": coarse,
+        "single precision knows": f"name: c\n{box}{far}",
+        "two grains .* it cannot be compressed": f"name: d\n{box.partition('boundary')[0]}{flat}",
     }
     for why, text in refused.items():
         file = tmp_path / "scene.yaml"
