@@ -78,7 +78,9 @@ def folder(tmp_path):
     """The example of the docs, and the method of the tests as a file of the user's own."""
     shutil.copy(EXAMPLES / "rolling_with_speed.py", tmp_path)
     text = (HERE.parent / "run/spring.py").read_text() + "\n\nmethod.register(METHOD)\n"
-    (tmp_path / "spring.py").write_text(text.replace("import units", "import method, units"))
+    (tmp_path / "spring.py").write_text(
+        text.replace("from dusttaichi", "from dusttaichi import method\nfrom dusttaichi", 1)
+    )
     return tmp_path
 
 
