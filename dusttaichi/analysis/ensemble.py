@@ -70,14 +70,15 @@ def gather(runs, axes=None, labels=None, attrs=None) -> xr.Dataset:
     data["replica"].attrs["long_name"] = "number of the replica"
     for label, values in (labels or {}).items():
         data.coords[label] = (dims, np.array(values).reshape(shape))
+    series = {}
     for key, values in _series(parts, name, grid).items():
         shaped = values.values.reshape(*shape, *values.shape[1:])
-        data[key] = ((*dims, *values.dims[1:]), shaped, values.attrs)
+        series[key] = ((*dims, *values.dims[1:]), shaped, values.attrs)
+    data.update(series)  # at once: xarray aligns all variables with each one that comes
     for part in (one for one in parts if one is not None):
         data.coords.update({k: v for k, v in part.coords.items() if "time" not in v.dims})
     data.attrs["summary_numbers"] = _add_numbers(data, runs, dims, shape)
-    for variable in list(data.data_vars):
-        add_statistics(data, variable)
+    add_statistics(data, *data.data_vars)
     reach = [_reaches(c, name, grid) for c in parts]
     count = np.array(reach).reshape(*shape, len(grid)).sum(axis=len(dims) - 1)
     about = {"long_name": f"replicas that reach this {name.replace('_', ' ')}", "units": "1"}
@@ -217,16 +218,20 @@ def _number(name, recorded):
     return f"final_{name}" if name in recorded else name
 
 
-def add_statistics(data, name):
+def add_statistics(data, *names):
     """Add mean_NAME and std_NAME over the replicas, NaN for none, or fewer than two."""
-    values = data[name].where(np.isfinite(data[name]))
+    found = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of means without values
-        statistics = values.mean("replica"), values.std("replica", ddof=1)
-    methods = (("mean", "mean"), ("std", "standard_deviation"))
-    for (kind, method), result in zip(methods, statistics, strict=True):
-        attrs = data[name].attrs | {"cell_methods": f"replica: {method}"}
-        data[f"{kind}_{name}"] = (result.dims, result.values, attrs)
+        for name in names:
+            values = data[name].where(np.isfinite(data[name]))
+            for kind, method, result in (
+                ("mean", "mean", values.mean("replica")),
+                ("std", "standard_deviation", values.std("replica", ddof=1)),
+            ):
+                attrs = data[name].attrs | {"cell_methods": f"replica: {method}"}
+                found[f"{kind}_{name}"] = (result.dims, result.values, attrs)
+    data.update(found)
 
 
 def save_ensemble(data, path):

@@ -115,14 +115,16 @@ class Kind:
         """Relative growth of the filling factor from the start to the end."""
         if "filling_factor" not in self.series or not len(self.series.time):
             return 0.0
-        growth = float(self.series.filling_factor[-1] / self.start.filling_factor) - 1.0
+        phi = self.series.filling_factor.values
+        first = phi[0] if self._before is None else self._before.filling_factor.values
+        growth = float(phi[-1] / first) - 1.0
         return growth if np.isfinite(growth) else 0.0
 
     @property
     def has_top_pressure(self):
         """True where the pressure on a top wall is recorded."""
         known = "pressure" in self.series
-        return known and bool(np.isfinite(self.series.pressure.sel(wall="top")).any())
+        return known and bool(np.isfinite(self.series.pressure.sel(wall="top").values).any())
 
     @property
     def _evenly(self):

@@ -12,7 +12,7 @@ from dusttaichi.analysis import foreign
 from dusttaichi.analysis.kind import Kind, named
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS
-from dusttaichi.results.reading import open_tree
+from dusttaichi.results.reading import load_groups, open_tree
 from dusttaichi.scene import extensions
 from dusttaichi.scene.material import Material
 
@@ -259,13 +259,10 @@ def open_run(path):
     if not file.exists() or file.suffix in (".yaml", ".yml"):
         raise DustError(f"There is no result at {file}.")
     try:
-        with open_tree(file) as tree:
-            series = tree.to_dataset(inherit=False).load()
-            profiles = None
-            if "profiles" in tree.children:
-                profiles = tree["profiles"].to_dataset(inherit=False).load()
+        groups = load_groups(file, "series", "profiles")
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise DustError(f"{file} cannot be read as a result: {error}.") from error
+    series, profiles = groups["series"], groups.get("profiles")
     if "time" not in series.dims or "step" not in series:
         one = next(file.parent.rglob("result.nc"), None)
         beside = "" if one is None else f" The runs of a study are beside it, such as {one}."

@@ -53,34 +53,53 @@ def check(path):
     programs, are not verified. Raises OSError where it cannot be read; DustError where it is
     damaged.
     """
-    now, real = os.stat(path), os.path.realpath(path)
-    identity = now.st_dev, now.st_ino, now.st_size, now.st_mtime_ns
-    known, header = _checked.get(real, (None, None))
-    if known == identity:
-        return header
-    try:
-        with netCDF4.Dataset(path) as file:
-            header = Header({n: file.getncattr(n) for n in file.ncattrs()}, record_counts(file))
-            digest = header.attributes.get(DIGEST)
-            if isinstance(digest, str) and digest.startswith(_PREFIX):
-                if digest != digest_of(file):
-                    raise _changed(path)
-                if now.st_size <= LARGEST:
-                    _read_through(file, path)
-    except (OSError, RuntimeError, UnicodeDecodeError, AttributeError) as error:
-        if isinstance(error, OSError) and error.errno not in _REPORTED:
-            raise
-        raise damaged(path) from error
-    _checked[real] = identity, header
-    return header
+    real, identity = _identity(path)
+    if _checked.get(real, (None,))[0] != identity:
+        with opened(path):
+            pass
+    return _checked[real][1]
 
 
 @contextmanager
 def opened(path):
     """A verified result file that is open for reading. Raises as `check`."""
-    check(path)
-    with netCDF4.Dataset(path) as file:
+    real, identity = _identity(path)
+    with _damage(path):
+        file = netCDF4.Dataset(path)
+    with file:
+        if _checked.get(real, (None,))[0] != identity:
+            with _damage(path):
+                _checked[real] = identity, _verified(file, path)
         yield file
+
+
+def _identity(path):
+    """(path, identity of the file and of its content), keys of `_checked`. Raises OSError."""
+    now = os.stat(path)
+    return os.path.realpath(path), (now.st_dev, now.st_ino, now.st_size, now.st_mtime_ns)
+
+
+@contextmanager
+def _damage(path):
+    """Context in which errors of a file that mean its damage are the DustError `damaged`."""
+    try:
+        yield
+    except (OSError, RuntimeError, UnicodeDecodeError, AttributeError) as error:
+        if isinstance(error, OSError) and error.errno not in _REPORTED:
+            raise
+        raise damaged(path) from error
+
+
+def _verified(file, path):
+    """The Header of an open file. Raises DustError, or an error of `_damage`."""
+    header = Header({n: file.getncattr(n) for n in file.ncattrs()}, record_counts(file))
+    digest = header.attributes.get(DIGEST)
+    if isinstance(digest, str) and digest.startswith(_PREFIX):
+        if digest != digest_of(file):
+            raise _changed(path)
+        if os.stat(path).st_size <= LARGEST:
+            _read_through(file, path)
+    return header
 
 
 def digest_of(file):

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
-from xarray.backends import BackendArray
+from xarray.backends import BackendArray, NetCDF4DataStore
 from xarray.core import indexing
 
 from dusttaichi.results.integrity import opened
@@ -22,10 +22,10 @@ SMALL = 64  # largest number of entries of a record for which a variable is read
 
 
 def _ask_for_loaded_arrays_alone():
-    """Let xarray look for arrays of dask and pint only where these are imported.
+    """Let xarray look for arrays and schedulers of dask and pint only where these are imported.
 
     It would import both, where they are installed, to ask whether an array is one of theirs: half a
-    second of each command that opens a result.
+    second of each command that opens a result, and a second of one that writes a dataset.
     """
     from xarray.namedarray import pycompat, utils
 
@@ -35,6 +35,12 @@ def _ask_for_loaded_arrays_alone():
         nothing if name in ("dask", "pint") and name not in sys.modules else module(name)
     )
     utils.is_dask_collection = lambda array: "dask" in sys.modules and is_of_dask(array)
+    from xarray.backends import locks, writers  # last: older versions have other names
+
+    scheduler = locks.get_dask_scheduler
+    locks.get_dask_scheduler = writers.get_dask_scheduler = lambda: (
+        scheduler() if "dask" in sys.modules else None
+    )
 
 
 with suppress(ImportError, AttributeError):  # another version of xarray, which then imports them
@@ -46,13 +52,41 @@ def open_tree(path):
 
     Raises OSError, RuntimeError, ValueError or KeyError where it cannot be read.
     """
+    return _tried(_open, path)
+
+
+def load_groups(path, *names):
+    """The groups of the result at `path` that it has, by name ("series" is the root), in memory.
+
+    Raises as `open_tree`.
+    """
+    return _tried(_load, path, names)
+
+
+def _tried(read, path, *arguments):
+    """Read a result by a function, also where its parts are just being joined."""
     for _ in range(ATTEMPTS):
         try:
-            return _open(path)
+            return read(path, *arguments)
         except FileNotFoundError:
             if not Path(path).exists():
                 raise
-    return _open(path)
+    return read(path, *arguments)
+
+
+def _load(path, names):
+    """Groups of a result; FileNotFoundError where its parts have just been joined."""
+    with opened(path) as file:
+        if len(pieces_of(path)) == 1:
+            folders = {"series": file, **file.groups}
+            return {
+                name: xr.open_dataset(NetCDF4DataStore(folders[name])).load()
+                for name in names
+                if name in folders
+            }
+    with _open(path) as tree:
+        nodes = {"series": tree, **tree.children}
+        return {n: nodes[n].to_dataset(inherit=False).load() for n in names if n in nodes}
 
 
 def _open(path):
