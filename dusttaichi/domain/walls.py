@@ -62,8 +62,8 @@ def wall_strengths(boundary):
     if not boundary.walls:
         return None
     side = boundary.side_walls if boundary.kind == "box" else 1.0
-    factors = [side] * 4 + [1.0, 1.0]
-    return [f if name in boundary.walls else None for name, f in zip(WALLS, factors, strict=True)]
+    factors = zip(WALLS, [side] * 4 + [1.0, 1.0], strict=True)
+    return tuple(factor if name in boundary.walls else None for name, factor in factors)
 
 
 def make_box(boundary, low, high, size):

@@ -5,6 +5,7 @@ kinetic energy and what forming has released. There it is stiffest and its dampi
 contact is a physics.contact.constants.ContactConstants throughout, whatever its normal law.
 """
 
+from functools import lru_cache
 from math import inf, pi, sqrt
 
 import numpy as np
@@ -23,6 +24,7 @@ def energy(contact, overlap):
     return float(contact.curve(np.float64(overlap))[1])
 
 
+@lru_cache(maxsize=64)  # the runs of a study mostly have the same
 def overlap(contact, speed):
     """Largest overlap [m] of a head-on collision, speed [m/s]."""
     given = 0.5 * contact.mass * speed**2 + energy(contact, 0.0)

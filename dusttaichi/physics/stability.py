@@ -6,6 +6,7 @@ triangle, 27 for a close-packed 13. The largest eigenvalue of M^-1 K is computed
 densest cluster that the scene's grains can form, free and standing on a wall.
 """
 
+from functools import cache, lru_cache
 from itertools import combinations
 from math import inf, pi, sqrt
 
@@ -15,6 +16,7 @@ import scipy
 from dusttaichi.physics.contact.registry import law_of
 
 
+@cache
 def close_packed(n):
     """Unit-diameter centres of the n <= 13 most connected grains of a close-packed cluster."""
     height, side = sqrt(2.0 / 3.0), sqrt(1.0 / 3.0)
@@ -34,6 +36,7 @@ def close_packed(n):
     return sites[chosen]
 
 
+@cache
 def on_a_wall(n):
     """Unit-diameter centres of up to ten close-packed grains: a layer of seven, three above it.
 
@@ -159,6 +162,7 @@ def clusters(pair, wall, grains, strengths):
     return [*out, stiffness_matrix(corner, pair, walls)]
 
 
+@lru_cache(maxsize=64)  # the runs of a study mostly have the same
 def stiffest(mass, pair, wall, grains, strengths=None):
     """(shortest period [s], highest damping rate [1/s]) of `grains` grains that may pack densely.
 

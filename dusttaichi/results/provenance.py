@@ -3,6 +3,7 @@
 import os
 import platform
 import subprocess
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -13,8 +14,12 @@ from dusttaichi.compute import compiler, processor
 from dusttaichi.results.plain import plain
 
 
+@cache
 def git_commit():
-    """Commit of the source tree this package runs from, `-dirty` if changed; None outside one."""
+    """Commit of the source tree this package runs from, `-dirty` if changed; None outside one.
+
+    As it is at the first call of a process, whose code is that of its imports.
+    """
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None

@@ -167,12 +167,14 @@ class Run:
         return True
 
     def finish(self):
-        """Write the checkpoint, then the last frame and the status.
+        """Write the last frame, the status and the checkpoint.
 
-        In this order, so that a continuation with a later stop lacks the last frame.
+        A continuation with a later stop lacks the last frame.
         """
-        self.files.save(self)
         self.before_end = self.writer.counts(), self.state.last_snapshot
+        self.files.save(self, self._end)
+        self.writer.join()
+
+    def _end(self):
         self.snapshots.act()
         self.writer.set_status(f"finished: {self.end.reason}")
-        self.writer.join()

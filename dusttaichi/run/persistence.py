@@ -32,9 +32,11 @@ class RunFiles:
         self.cost = self.writer.flush()
         self.flushed = real_time.perf_counter()
 
-    def save(self, run):
-        """Write the result, then the checkpoint, which is never ahead of the result."""
-        self.flush()
+    def save(self, run, last=lambda: None):
+        """Write the result, then the checkpoint, which is never ahead of the result.
+
+        last: adds records that the result has and a continuation will not.
+        """
         state = run.sim.state()
         meta = {
             "scene": run.scene.to_yaml(),
@@ -45,6 +47,8 @@ class RunFiles:
             "run": run.state,
             "counts": self.writer.counts(),
         }
+        last()
+        self.flush()
         checkpoint.save(self.directory / CHECKPOINT, state.arrays, meta)
         self.saved = real_time.perf_counter()
 

@@ -7,7 +7,7 @@ import yaml
 from dusttaichi.errors import DustError
 
 
-class Dumper(yaml.SafeDumper):
+class Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
     """Dumper with one line for a list of plain values, and one for each key otherwise."""
 
     def represent_list(self, data: list) -> yaml.Node:

@@ -42,7 +42,7 @@ class Axis:
 
 def data_of(scene: Scene) -> dict[str, Any]:
     """The resolved scene as plain data, paths relative to the current directory."""
-    return read(scene.to_yaml()).data
+    return scene.plain
 
 
 def keys_of(block: dict, key: str, path: tuple = ()) -> Iterator[tuple[tuple[str, ...], dict]]:
