@@ -17,7 +17,7 @@ from dusttaichi.grains.impacts import softened_remarks
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.time_step import short_loads
 from dusttaichi.grains.variables import VARIABLES, variables_of
-from dusttaichi.method import SimpleSimulation, State
+from dusttaichi.method import SimpleSimulation, State, moment
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
@@ -95,7 +95,7 @@ class MovingGrains(SimpleSimulation):
         return measure.measurement(self.sim)
 
     def validate(self, measurement):
-        validity.validate(self.sim, measurement)
+        validity.validate(self.sim, measurement, moment(self))
 
     def sums(self):
         out = {"lengths": self.sim.lengths()}

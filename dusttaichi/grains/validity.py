@@ -5,16 +5,17 @@ import numpy as np
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.measure import grain_state, wall_distances
-from dusttaichi.method import moment
 from dusttaichi.physics.geometry import WALLS
 
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 
 
-def validate(sim, measurement):
-    """Raise GuardStop if the Measurement of a grain Simulation cannot be trusted."""
+def validate(sim, measurement, when):
+    """Raise GuardStop if the Measurement of a grain Simulation cannot be trusted.
+
+    when: method.moment of the run, for the message.
+    """
     m = measurement.parts
-    when = moment(sim)
     if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
             f"{when} the energy is not a number{_culprit(sim)}: the step is too long for what "
