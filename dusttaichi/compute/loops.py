@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
+from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.launching import LOOK, Launch, PassOnChange, Progress
 
@@ -55,6 +56,16 @@ class Steps:
     made: Callable
     Numbers: Any
     Outside: Any
+
+
+def advance_by(kind, own, by_threads):
+    """`advance` of Steps by "workers" (CPU), or by "launches" of kernels.
+
+    by_threads(): the Launches of a device.
+    """
+    if kind == "workers":
+        return by_workers(own)
+    return by_threads() if on_device() else by_launches(own)
 
 
 # -- workers ---------------------------------------------------------------------------------------

@@ -5,6 +5,8 @@ from types import SimpleNamespace
 from typing import Any
 
 from dusttaichi.compute.compiled import Compiled
+from dusttaichi.compute.loops import advance_by
+from dusttaichi.continuum.device import by_threads
 from dusttaichi.continuum.kernels import store
 from dusttaichi.continuum.kernels.attraction import Attraction, make_potential
 from dusttaichi.continuum.kernels.blocks import Blocks
@@ -21,7 +23,7 @@ from dusttaichi.continuum.kernels.rigid import Rigid
 from dusttaichi.continuum.kernels.search import make_search, place_search
 from dusttaichi.continuum.kernels.separation import Separation
 from dusttaichi.continuum.kernels.smoothing import KERNELS
-from dusttaichi.continuum.step import make_advance
+from dusttaichi.continuum.step import Phases, steps_of
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,9 @@ def compiled_for(key, layout, capacity):
     attraction = Attraction(f, scratch, n) if layout.self_gravity else None
     rigid, rates, forces = passes(f, scratch, layout, attraction)
     motion = Motion(f, scratch, layout, rigid=rigid, images=forces.images, attraction=attraction)
-    advance = make_advance(motion, rates, forces, StepNumbers, kind)
+    phases = Phases(motion, rates, forces)
+    own = steps_of(phases, StepNumbers)
+    advance = advance_by(kind, own, lambda: by_threads(phases, own))
     search = None if kind == "workers" else make_search(motion, advance.numbers)
     count, write = make_list(Lists(f, scratch, layout))
     measure = make_measure(f, scratch, rigid, StepNumbers) if layout.rigid else None

@@ -8,11 +8,9 @@ The step of the run is an output step of fixed length, which the method divides 
 that fit the present speed of sound; it is stuck where it would take too many of them.
 """
 
-from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.loops import DONE, DUE, Steps, by_launches, by_workers
+from dusttaichi.compute.loops import DONE, DUE, Steps
 from dusttaichi.compute.scan import first_of
-from dusttaichi.continuum.device import by_threads
 from dusttaichi.continuum.kernels.store import APART
 from dusttaichi.physics.continuum.kernels import MATERIAL
 
@@ -28,18 +26,6 @@ def steps_of(phases, StepNumbers):
         Numbers=StepNumbers,
         Outside=MATERIAL,
     )
-
-
-def make_advance(motion, rates, forces, StepNumbers, kind):
-    """`advance(output_steps, first, pending, workers, numbers, material)` of compute.loops.
-
-    By "workers" (CPU), or by "launches" of a kernel a phase (GPU).
-    """
-    phases = Phases(motion, rates, forces)
-    own = steps_of(phases, StepNumbers)
-    if kind == "workers":
-        return by_workers(own)
-    return by_threads(phases, own) if on_device() else by_launches(own)
 
 
 @ti.data_oriented

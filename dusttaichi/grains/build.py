@@ -6,13 +6,11 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.compute.backend import loops_of, threads_of
-from dusttaichi.compute.blocks import on_device
-from dusttaichi.compute.compiled import STRUCTURES, Compiled
-from dusttaichi.compute.engine import ti
+from dusttaichi.compute.compiled import STRUCTURES
 from dusttaichi.compute.memory import COARSE, capacity_for
 from dusttaichi.domain.domain import Domain, lengths
 from dusttaichi.errors import DustError
-from dusttaichi.grains.compiled import Kernels
+from dusttaichi.grains.compiled import compiled_for, interfaces
 from dusttaichi.grains.environment import environment, is_tilted
 from dusttaichi.grains.grain_contacts import (
     contact_constants,
@@ -22,23 +20,15 @@ from dusttaichi.grains.grain_contacts import (
     scaled,
 )
 from dusttaichi.grains.gravity import make_gravity
-from dusttaichi.grains.kernels import search, store
-from dusttaichi.grains.kernels.cell import make_wrap
-from dusttaichi.grains.kernels.declare import declare, place
-from dusttaichi.grains.kernels.grain_losses import make_add_grain_losses
-from dusttaichi.grains.kernels.load_sums import make_load_sums, place_load_sums
-from dusttaichi.grains.kernels.measure import make_measure, place_measure
-from dusttaichi.grains.kernels.neighbour_lists import make_neighbour_lists
+from dusttaichi.grains.kernels import store
+from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.kernels.numbers import internal_numbers
-from dusttaichi.grains.kernels.phases import Phases
-from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants, stored
-from dusttaichi.grains.kernels.sphere import make_sphere_relist
+from dusttaichi.grains.kernels.polydisperse import stored
 from dusttaichi.grains.order import grain_order
 from dusttaichi.grains.pushes import make_push
 from dusttaichi.grains.setup import Prepared
 from dusttaichi.grains.simulation import Simulation
-from dusttaichi.grains.sphere import placed_sphere, sphere_contacts, surface_of
-from dusttaichi.grains.step import make_advance, make_evaluate
+from dusttaichi.grains.sphere import placed_sphere, sphere_contacts
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model
@@ -172,46 +162,6 @@ def chosen_kernels(scene, layout, running):
     started = ("grains", scene.numerics.backend, scene.numerics.debug, threads)
     key = (*started, room, layout, walls, materials, kind)
     return STRUCTURES.of(key, scene, threads, lambda key: compiled_for(key, scene, layout, room))
-
-
-def compiled_for(key, scene, layout, room):
-    """The Compiled of a layout for `room` grains, and the kind of loops that is last in its key.
-
-    Taichi runs.
-    """
-    walls, kind = bool(scene.boundary.walls), key[-1]
-    fields = place(declare(room, layout, walls), by_columns=kind == "launches")
-    scratch = search.place_search(room, layout, walls)
-    sums = place_measure(room, layout, walls)
-    sums |= place_load_sums(room, layout, walls) if on_device() else {}
-    write = None
-    if layout.polydisperse:
-        shape = interfaces(scene, layout.model).shape
-        table = scratch["interfaces"] = ti.field(ti.f64, shape=shape)
-        write = make_write_constants(fields, table, scene, layout)
-    list_neighbours, list_entries = make_neighbour_lists(
-        fields, scratch, layout, walls=walls, write_constants=write
-    )
-    phases = Phases(fields, layout, walls)
-    kernels = Kernels(
-        advance=make_advance(phases, layout, kind),
-        evaluate=make_evaluate(phases),
-        bounds=search.make_bounds(fields, scratch),
-        list_neighbours=list_neighbours,
-        relist_sphere=make_sphere_relist(fields, scratch, layout, write) if layout.sphere else None,
-        list_entries=list_entries,
-        wrap=make_wrap(fields, layout) if layout.periodic else None,
-        load_sums=make_load_sums(fields, sums, layout, walls) if on_device() else None,
-        measure=make_measure(fields, sums, layout, phases),
-        add_grain_losses=make_add_grain_losses(fields, layout) if layout.grain_loss else None,
-    )
-    return Compiled.of(key, layout, kernels, (fields, scratch, sums))
-
-
-def interfaces(scene, model):
-    """Rows of the table of interfaces (kernels.polydisperse)."""
-    glue = scene.boundary.glue if scene.boundary.kind == "plates" else 1.0
-    return interface_table(scene, model, glue, surface_of(scene))
 
 
 def check_precision(scene, sample, delta0):

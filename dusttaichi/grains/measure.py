@@ -21,10 +21,9 @@ from dusttaichi.method import Measurement
 def energies(sim):
     """Energies [fJ], counts and extremes of the present moment, as a dict of numbers."""
     half = 0.5 * sim.dt
-    measure_grains, measure_pairs = sim.kernels.measure[:2]
     mass, inertia = sim.unit_mass, sim.unit_inertia
-    measure_grains(mass, inertia, half / mass, half / inertia)
-    measure_pairs(sim.step, sim.dt)
+    sim.kernels.measure_grains(mass, inertia, half / mass, half / inertia)
+    sim.kernels.measure_pairs(sim.step, sim.dt)
     grains, columns = sim.sums["grain_sum"].to_numpy(), Columns(sim.layout)
     pairs = _pair_sums(sim)
     none = np.zeros((0, columns.count))
@@ -149,7 +148,7 @@ def wall_forces(sim):
     """Force of each wall on the grains now [nN], (6, 3)."""
     if sim.box is None:
         return np.zeros((6, 3))
-    sim.kernels.measure[2](sim.walls_argument, sim.time, sim.dt)
+    sim.kernels.measure_walls(sim.walls_argument, sim.time, sim.dt)
     return sim.sums["wall_force"].to_numpy()
 
 

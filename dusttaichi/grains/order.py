@@ -1,6 +1,6 @@
 """The order of the grains in memory: what is near in space is near there, for caches and workers.
 
-A worker has a run of the grains and of their pairs (kernels.phases). What one computes and another
+A worker has a run of the grains and of their pairs (grains.step). What one computes and another
 needs goes from core to core, which takes as long as a hundred operations, several hundred where the
 cores share no cache. So the runs of two, four, eight workers are halves of the sample, halves of
 those and so on, each cut across its longest edge, and the grains at a cut stand together.

@@ -15,7 +15,6 @@ from dusttaichi.domain.clock import NEVER
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVEN, WALL, Servo
 from dusttaichi.domain.walls import TOP, Box
-from dusttaichi.grains.compiled import NO_WALLS, step_numbers, walls_argument
 from dusttaichi.grains.contacts import distances
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import (
@@ -31,6 +30,7 @@ from dusttaichi.grains.pushes import push_anew
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
 from dusttaichi.grains.state import GrainState, LedgerSums
+from dusttaichi.grains.step import step_numbers, walls_argument
 from dusttaichi.results.plain import of_plain, plain
 from dusttaichi.units import GRAINS
 
@@ -225,7 +225,7 @@ class Simulation:
     @property
     def walls_argument(self):
         """The walls as kernels take them."""
-        return NO_WALLS if self.box is None else walls_argument(self.box)
+        return walls_argument(self.box)
 
     # -- steps -----------------------------------------------------------------------------------
 

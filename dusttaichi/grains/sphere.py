@@ -192,7 +192,7 @@ class MovingSphere:
     def load(self):
         """Force [nN] and torque [nN um] of the grains on it now, (3,) each."""
         sim = self.sim
-        sim.kernels.measure[3](sim.step, sim.dt)
+        sim.kernels.measure_sphere(sim.step, sim.dt)
         found = sim.sums["sphere_load"].to_numpy()
         return found[:3], found[3:]
 

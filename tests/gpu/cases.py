@@ -12,10 +12,10 @@ import stored_states
 
 from dusttaichi import method
 from dusttaichi.continuum.kernels.store import COLUMN
-from dusttaichi.grains.compiled import step_numbers
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import energies, grain_state
+from dusttaichi.grains.step import step_numbers
 from dusttaichi.scene import from_yaml
 
 DUST = """

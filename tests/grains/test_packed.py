@@ -16,8 +16,8 @@ from dusttaichi.grains.build import chosen_layout
 from dusttaichi.grains.kernels.contacts import ContactPass
 from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.phases import Phases
 from dusttaichi.grains.pushes import make_push
+from dusttaichi.grains.step import Phases
 from dusttaichi.physics.contact.registry import chosen_model
 from dusttaichi.studies.bench import compiled_bits
 
