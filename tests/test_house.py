@@ -2,14 +2,13 @@
 
 import ast
 import re
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy
+from program import python
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "dusttaichi"
@@ -205,7 +204,7 @@ def test_rooms_without_taichi():
         "    importlib.import_module(f'dusttaichi.{room}')\n"
         "    assert not {'taichi', 'quadrants'} & set(sys.modules), room\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    done = python("-c", code)
     assert done.returncode == 0, done.stderr
 
 

@@ -2,10 +2,9 @@
 
 import pytest
 import synthetic
-from typer.testing import CliRunner
+from program import dust
 
 from dusttaichi import analysis
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 
 
@@ -18,13 +17,6 @@ def folder(tmp_path_factory):
     return folder
 
 
-def dust(*words):
-    result = CliRunner().invoke(
-        app, [str(word) for word in words], catch_exceptions=False, standalone_mode=False
-    )
-    return result.output
-
-
 def test_plot_one_and_several(folder, tmp_path):
     dust("plot", folder / "a", "--output", tmp_path / "one")
     assert (tmp_path / "one" / "tensile.png").exists()
@@ -33,7 +25,7 @@ def test_plot_one_and_several(folder, tmp_path):
     assert names == {"isotropic.png", "tensile.png", "strength.png"}
 
 
-def test_compare(folder, tmp_path, capsys):
+def test_compare(folder, tmp_path):
     dust("compare", folder / "a", folder / "b", "--output", tmp_path / "runs.csv")
     heading = (tmp_path / "runs.csv").read_text().splitlines()[0]
     assert "strength_law" in heading and "p_m" not in heading
@@ -44,12 +36,13 @@ def test_compare(folder, tmp_path, capsys):
         dust("compare", folder / "nothing")
 
 
-def test_errors_of_fits_are_not_taken_for_scatter(folder):
+def test_errors_of_fits_are_not_taken_for_scatter(folder, capsys):
     """One sample: the table of the run and that of several say what their ± is."""
     with analysis.open_run(folder / "box") as run:
         rows = dict(row[:2] for row in analysis.table(analysis.summary(run)))
     # both numbers are of the same contacts, and say so
     assert rows["contacts per grain"].endswith("each has two grains)")
     assert rows["± of the numbers above"].startswith("one sample: fit error only")
-    text = dust("compare", folder / "box", folder / "a")
+    dust("compare", folder / "box", folder / "a")
+    text = capsys.readouterr().out
     assert "± kPa" in text and "±: one sample each, fit error only" in text

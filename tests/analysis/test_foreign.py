@@ -3,11 +3,10 @@
 import netCDF4
 import pytest
 import synthetic
-from typer.testing import CliRunner
+from program import invoked
 
 from dusttaichi.analysis import open_run
 from dusttaichi.analysis.foreign import understood
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 
 ESCAPE = "\x1b]0;evil\x07\x1b[31mred"
@@ -60,8 +59,7 @@ def test_every_command_says_it_in_a_sentence(tmp_path, name):
     path = forged(tmp_path / "result.nc", CHANGES[name])
     for command, *options in COMMANDS:
         output = [] if command == "compare" else ["-o", tmp_path / f"{command}.png"]
-        words = [command, path, *options, *output]
-        done = CliRunner().invoke(app, [str(word) for word in words])
+        done = invoked(command, path, *options, *output)
         assert done.exception is None or isinstance(done.exception, (DustError, SystemExit)), (
             command,
             done.exception,

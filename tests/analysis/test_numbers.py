@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 import synthetic
+from program import dust
 from scenes import extensions_forgotten
-from typer.testing import CliRunner
 
 from dusttaichi import analysis, plots, report
 from dusttaichi.analysis import ensemble_tables as tables
@@ -15,7 +15,6 @@ from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.analysis.plain import plain_ensemble, plain_runs
 from dusttaichi.analysis.summary import columns
 from dusttaichi.commands import options
-from dusttaichi.commands.app import app
 from dusttaichi.report import page
 from dusttaichi.results import shown
 
@@ -60,12 +59,10 @@ def test_one_file_adds_a_number_with_its_figure(own, tmp_path, monkeypatch):
     assert plain_ensemble(data)["points"][0]["numbers"]["loss_per_grain"]["runs"] == 2
 
 
-def test_the_file_is_named_to_the_commands(own, tmp_path):
-    paths = [str(made(tmp_path / name / "result.nc", n)) for n, name in enumerate("ab")]
-    words = ["--json", "--extension", str(OWN)]
-    done = CliRunner().invoke(app, ["compare", *paths, *words])
-    assert done.exit_code == 0, done.output
-    data = json.loads(done.stdout)
+def test_the_file_is_named_to_the_commands(own, tmp_path, capsys):
+    paths = [made(tmp_path / name / "result.nc", n) for n, name in enumerate("ab")]
+    dust("compare", *paths, "--json", "--extension", OWN)
+    data = json.loads(capsys.readouterr().out)
     assert data["schema"] == 1 and [run["name"] for run in data["runs"]] == ["test", "test"]
     found = data["runs"][0]["numbers"]
     assert found["loss_per_grain"]["unit"] == "J"

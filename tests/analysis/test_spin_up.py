@@ -6,11 +6,10 @@
 import numpy as np
 import pytest
 import reference as ref
+from program import invoked
 from scenes import RADIUS, bundled, extensions_forgotten, make_scene
-from typer.testing import CliRunner
 
 from dusttaichi import analysis, plots
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.run import execute
 
@@ -80,9 +79,9 @@ def test_a_later_process_shows_them(spun, tmp_path):
     """The result names the bundled file by its content, and no option is needed."""
     run, _ = spun
     largest = f"{analysis.summary(run)['spin_rate']:.3g}"
-    for words in (["compare", str(run.path)], ["plot", str(run.path), "-o", str(tmp_path)]):
+    for words in (["compare", run.path], ["plot", run.path, "-o", tmp_path]):
         with extensions_forgotten():
-            done = CliRunner().invoke(app, words)
+            done = invoked(*words)
             assert done.exit_code == 0 and "--extension" not in done.output
             assert largest in done.stdout or (tmp_path / "spin_up.png").exists()
 

@@ -7,15 +7,14 @@ import pytest
 import scipy
 import synthetic
 import xarray as xr
+from program import dust
 from scenes import CONFIGS, EXAMPLES, bundled, extensions_forgotten
-from typer.testing import CliRunner
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis import numbers
 from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.analysis.plain import plain_ensemble
 from dusttaichi.commands import ensembles
-from dusttaichi.commands.app import app
 from dusttaichi.report import ensemble_data
 
 OWN = "kimura2020/weibull.py"
@@ -138,8 +137,8 @@ def test_a_file_of_replicas_brings_its_statistics(ensemble, capsys):
     data, folder = ensemble
     with extensions_forgotten():
         assert "weibull" not in plots.figures_of(data)
-        result = CliRunner().invoke(app, ["plot", str(folder)])
-        assert result.exit_code == 0 and (folder / "weibull.png").exists(), result.output
+        dust("plot", folder)
+        assert (folder / "weibull.png").exists()
         titles = [figure["title"] for figure in ensemble_data(data, folder)["figures"]]
         assert "Weibull statistics of the tensile strength" in titles
         ensembles._say_statistics(data)

@@ -3,16 +3,13 @@
 import dataclasses
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from program import dust, invoked, python
 
 from dusttaichi import method, simulate
-from dusttaichi.commands.app import app
 from dusttaichi.commands.check import _duration
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
@@ -21,7 +18,7 @@ from dusttaichi.studies import trial
 
 
 def said(*words):
-    result = CliRunner().invoke(app, ["check", *words])
+    result = invoked("check", *words)
     assert result.exit_code == 0, result.output
     return result.output
 
@@ -47,7 +44,7 @@ def test_as_json_it_has_numbers(tmp_path):
     assert found["run_time_s"]["likely"] > 0.0 and "Contact of two grains" in found["text"]
     bad = tmp_path / "bad.yaml"
     bad.write_text("name: bad\nmaterial: silicate_s12\nsample: {kind: rbd, grain: 5}\n")
-    result = CliRunner().invoke(app, ["check", str(bad), "--json"])
+    result = invoked("check", bad, "--json")
     refused = json.loads(result.stdout)
     assert isinstance(result.exception, DustError) and refused["valid"] is False
     assert any(text.startswith("sample.grain = 5: unknown key") for text in refused["problems"])
@@ -117,7 +114,7 @@ def test_what_the_sample_refuses_is_not_called_valid(tmp_path, capsys):
         file = tmp_path / "scene.yaml"
         file.write_text(text)
         with pytest.raises(DustError, match=why):
-            app(["check", str(file)], standalone_mode=False)
+            dust("check", file)
         assert "valid" not in capsys.readouterr().out
 
 
@@ -126,7 +123,7 @@ def test_it_compiles_nothing():
     code += "from dusttaichi.compute.engine import ti\n"
     code += "ti.init = None\n"  # which whatever compiles has to call
     code += "from dusttaichi.commands.app import main\nmain()"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    done = python("-c", code)
     assert done.returncode == 0 and "4,000" in done.stdout, done.stderr
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import synthetic
+from program import dust, python
 from rich.console import Console
 from scenes import CONFIGS
 
@@ -18,6 +19,7 @@ from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli
 from dusttaichi.commands import completion, console, options, progress
 from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.commands.removed import REMOVED
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.scene import shipped
@@ -25,10 +27,6 @@ from dusttaichi.studies.settings import with_common_settings
 from dusttaichi.studies.sweep import sweep
 
 SMOKE = CONFIGS / "smoke.yaml"
-
-
-def dust(*words):
-    cli.app([str(word) for word in words], standalone_mode=False)
 
 
 @pytest.fixture
@@ -83,12 +81,15 @@ def test_an_interrupt_that_an_import_turned_into_its_own_error(ended):
 
 
 def test_bad_options_have_the_exit_code_of_bad_input():
-    done = subprocess.run(
-        [sys.executable, "-m", "dusttaichi", "run", "--no-such-option"],
-        capture_output=True,
-        text=True,
-    )
+    done = python("-m", "dusttaichi", "run", "--no-such-option")
     assert done.returncode == 2 and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("words", REMOVED)
+def test_what_was_removed_says_what_to_use(words):
+    said = f"dust {re.escape(words)} was removed: {re.escape(REMOVED[words])}"
+    with pytest.raises(DustError, match=said):
+        dust(*words.split())
 
 
 # -- interruptions -------------------------------------------------------------------------------

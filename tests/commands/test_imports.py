@@ -2,11 +2,10 @@
 
 import json
 import os
-import subprocess
-import sys
 import time
 
 import pytest
+from program import python
 
 # Each takes 0.1 to 1.5 s to import.
 HEAVY = {
@@ -32,8 +31,7 @@ main()
 
 
 def _imported(words):
-    command = [sys.executable, "-c", SHOW, *words.split()]
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = python("-c", SHOW, *words.split())
     assert done.returncode == 0, done.stderr
     return json.loads(done.stderr.splitlines()[-1])
 
@@ -46,9 +44,8 @@ def test_a_command_imports_what_it_needs(words):
 def test_phases_of_a_run_add_up_to_its_time(tmp_path):
     """Its numbers, and their comparison, need no searches, fits, arrays of dask or figures."""
     words = f"run smoke --set stop.steps=40 -q -v --no-figures -o {tmp_path / 'out'}".split()
-    command = [sys.executable, "-c", SHOW, *words]
     began = time.monotonic()
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = python("-c", SHOW, *words)
     wall = time.monotonic() - began
     analysis = {"xarray", "pandas", "dusttaichi.analysis"}
     assert HEAVY & set(json.loads(done.stderr.splitlines()[-1])) == analysis | {"taichi"}
@@ -73,8 +70,7 @@ def test_bytecode_is_kept_where_python_may_not_write_it(module, tmp_path):
     )
     kept = {n: v for n, v in os.environ.items() if n != "PYTHONPYCACHEPREFIX"}
     environment = kept | {"PYTHONDONTWRITEBYTECODE": "1", "XDG_CACHE_HOME": str(tmp_path)}
-    command = [sys.executable, "-c", code]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    done = python("-c", code, env=environment)
     path = done.stdout.strip()
     assert path.startswith(str(tmp_path / "dusttaichi" / "bytecode")), done.stderr
     assert os.path.exists(path)

@@ -1,11 +1,10 @@
 """Where compiled kernels are kept where there is no home, and none that can be written."""
 
 import os
-import subprocess
-import sys
 import tempfile
 
 import pytest
+from program import python
 
 from dusttaichi.compute import cache
 
@@ -22,7 +21,7 @@ def test_taichi_starts_without_a_home(tmp_path, home):
     """As under cron, systemd and in containers: Taichi would end the process."""
     kept = {k: v for k, v in os.environ.items() if k not in ("HOME", "XDG_CACHE_HOME")}
     kept |= {"TMPDIR": str(tmp_path)} | ({} if home is None else {"HOME": home})
-    done = subprocess.run([sys.executable, "-c", CODE], env=kept, capture_output=True, text=True)
+    done = python("-c", CODE, env=kept)
     assert done.returncode == 0, done.stderr
     folder, remark = done.stdout.splitlines()
     assert folder == str(tmp_path / f"dusttaichi-{os.getuid()}" / "dusttaichi")

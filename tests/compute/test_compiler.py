@@ -2,12 +2,12 @@
 
 import importlib.util
 import os
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 import xarray as xr
+from program import python
 
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
@@ -83,9 +83,8 @@ def test_what_cannot_be_chosen(monkeypatch):
 
 def dust(folder, *arguments, name):
     """Output of `dust` with that compiler in a process of its own."""
-    command = [sys.executable, "-m", "dusttaichi", *arguments]
     own = {**os.environ, compiler.VARIABLE: name}
-    return subprocess.run(command, cwd=folder, env=own, capture_output=True, text=True)
+    return python("-m", "dusttaichi", *arguments, cwd=folder, env=own)
 
 
 @pytest.mark.skipif(importlib.util.find_spec("quadrants") is None, reason="there is no Quadrants")

@@ -1,9 +1,9 @@
 """The room of fields."""
 
-import subprocess
 import sys
 
 import pytest
+from program import python
 
 FIELDS = """
 import resource
@@ -23,5 +23,5 @@ except DustError as error:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a limit on the memory of a process is needed")
 def test_fields_that_a_process_cannot_have():
-    found = subprocess.run([sys.executable, "-c", FIELDS], capture_output=True, text=True)
+    found = python("-c", FIELDS)
     assert "need 8.59 GB in one piece" in found.stdout, found.stderr

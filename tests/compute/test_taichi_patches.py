@@ -1,11 +1,9 @@
 """Kernels are read quickly, and what they compute does not change."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from compilers import taichi_alone
+from program import python
 from scenes import make_scene
 
 from dusttaichi.compute import memory
@@ -169,7 +167,7 @@ def test_what_is_patched_is_what_it_was():
     """In a new version of Taichi this names the functions that differ: read those and their
     patches again before the version is added to engine.PATCHED. In a process of its own, in which
     nothing is patched yet."""
-    done = subprocess.run([sys.executable, "-c", NAMES], capture_output=True, text=True, check=True)
+    done = python("-c", NAMES, check=True)
     found = dict(line.split() for line in done.stdout.splitlines())
     assert found == SOURCES
 

@@ -4,12 +4,11 @@ import json
 import os
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 import typer
+from program import dust, python
 from scenes import extensions_forgotten
 
 from benchmarks.__main__ import app as benchmarks
@@ -191,7 +190,7 @@ def folder_with_a_run(tmp_path_factory):
     (folder / "configs").symlink_to(ROOT / "configs")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        app(["run", "short.yaml", "-o", "runs/omni_static", "-q"], standalone_mode=False)
+        dust("run", "short.yaml", "-o", "runs/omni_static", "-q")
     return folder
 
 
@@ -216,15 +215,9 @@ def ran(folder_with_a_run):
         page: "\n".join([*blocks("python", PAGES[page]), CHECKS.get(page, "")]) for page in RUN
     }
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
-    done = subprocess.run(
-        [sys.executable, "-c", PAGE_AFTER_PAGE],
-        cwd=folder_with_a_run,
-        env={**os.environ, "PYTHONPATH": path, "MPLBACKEND": "Agg"},
-        input=json.dumps(codes),
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
+    env = {**os.environ, "PYTHONPATH": path, "MPLBACKEND": "Agg"}
+    how = {"cwd": folder_with_a_run, "env": env, "timeout": 300}
+    done = python("-c", PAGE_AFTER_PAGE, input=json.dumps(codes), **how)
     assert done.returncode == 0, done.stdout + done.stderr
     found = (json.loads(line) for line in done.stdout.splitlines())
     return {page: (printed, error) for page, printed, error in found}

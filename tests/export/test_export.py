@@ -8,10 +8,9 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 import snapshots
-from typer.testing import CliRunner
+from program import dust
 
 from dusttaichi import analysis
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.export import export
 from dusttaichi.samples.formats.lammps import run_lammps
@@ -289,6 +288,5 @@ def test_refusals(made, tmp_path, monkeypatch):
 
 def test_command(made, tmp_path):
     run, _ = made
-    call = ["export", str(run.path), "--to", "lammps", "-o", str(tmp_path), "--snapshot", "1"]
-    assert CliRunner().invoke(app, call).exit_code == 0
+    dust("export", run.path, "--to", "lammps", "-o", tmp_path, "--snapshot", 1)
     assert len(tables(tmp_path / "grains.dump", "ATOMS")) == 1

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import snapshots
 from PIL import Image
+from program import dust
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.frame import read_frame
-from dusttaichi.commands import app as cli
 from dusttaichi.errors import DustError
 from dusttaichi.plots.frame_of_picture import cell_segments, nice_length
 from dusttaichi.plots.spheres import Camera, Lines, axes_of, picture
@@ -286,12 +286,9 @@ def test_mp4_without_ffmpeg(run, tmp_path, monkeypatch):
 
 
 def test_command(run, tmp_path):
-    from typer.testing import CliRunner
-
     path = tmp_path / "a.png"
-    call = ["render", str(run.path), "--snapshot", "0", "--color", "height", "--view", "1,-1,1"]
-    result = CliRunner().invoke(cli.app, [*call, "--dpi", "100", "-o", str(path)])
-    assert result.exit_code == 0, result.output
+    call = ["render", run.path, "--snapshot", 0, "--color", "height", "--view", "1,-1,1"]
+    dust(*call, "--dpi", 100, "-o", path)
     image = matplotlib.image.imread(path)
     assert image.shape[1] > 600  # some six inches
     assert image[..., :3].std() > 0.05  # not blank

@@ -1,14 +1,13 @@
 """The result file: what is appended is read back, and a run goes on with it."""
 
 import os
-import subprocess
-import sys
 
 import netCDF4
 import numpy as np
 import pytest
 import synthetic
 import xarray as xr
+from program import python
 from records import GRAINS, check, fill
 
 from dusttaichi.errors import DustError
@@ -135,4 +134,4 @@ def test_arrays_of_dask_and_pint_are_those_of_xarray():
         "own = xr.Variable('n', pint.UnitRegistry().Quantity(np.ones(2), 'm'))\n"
         "assert (own + own).to_numpy().tolist() == [2.0, 2.0]\n"
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
+    python("-c", code, check=True)

@@ -4,31 +4,39 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import pdist, squareform
 
+from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import pair_constants
+from dusttaichi.samples import make
 from dusttaichi.scene import Scene
 
 R = 0.6e-6
+SIZES = {"kind": "power", "exponent": -3.5, "smallest": "0.3 um", "largest": "1 um"}
+ICE = {"ice": "ice_t19"}
+MIXED = {"sizes": SIZES, "shares": {"default": 3, "ice": 1}, "seed": 4}
 
 
-def scene(**sample):
-    """A scene of S12's silicate with this sample block and nothing around it."""
-    return Scene.from_dict(
-        {
-            "name": "grains",
-            "material": "silicate_s12",
-            "sample": sample,
-            "boundary": {"kind": "open"},
-            "stop": {"steps": 1},
-        }
-    )
+def scene(materials=None, **sample):
+    """A scene of S12's silicate with this sample block and nothing around it.
+
+    materials: further ones by name (dict).
+    """
+    data = {"name": "grains", "material": "silicate_s12", "sample": sample}
+    data |= {"boundary": {"kind": "open"}, "stop": {"steps": 1}}
+    return Scene.from_dict(data | ({"materials": materials} if materials else {}))
 
 
-def _equilibrium_distance():
-    built = scene(kind="chain", grains=1)
-    return 2 * R - pair_constants(built.material, built.interaction).delta0
+def made(kind, **keys):
+    """The Sample of a scene with this sample block."""
+    return make(scene(kind=kind, **keys))
 
 
-D = _equilibrium_distance()
+def um(value):
+    """A length [m] in the YAML."""
+    return f"{1e6 * value:.17g} um"
+
+
+PLAIN = scene(kind="chain", grains=1)
+D = 2 * R - pair_constants(PLAIN.material, PLAIN.interaction).delta0
 # Positions are sums of a few numbers of up to 100 D and are turned some ten times; each operation
 # rounds by 1e-16 of that. Still 1e-7 of the overlap at equilibrium.
 ROUNDING = 1e-11 * D
@@ -67,9 +75,6 @@ def deposited_one_by_one(xy, period, grains):
 
 def refused(**sample):
     """The text of the error that a sample block is refused with, when read or when made."""
-    from dusttaichi.errors import DustError
-    from dusttaichi.samples import make
-
     try:
         make(scene(**sample))
     except DustError as error:

@@ -4,22 +4,14 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from bodies import D, R, pieces, scene
-from scenes import make_scene
-
-from dusttaichi import analysis
-from dusttaichi.run import execute
-from dusttaichi.samples import make
+import snapshots
+from bodies import D, R, made, pieces, refused, um
 
 LATTICE = {"kind": "lattice", "structure": "sc", "cells": [9, 9, 9]}
 
 
 def cutout(of=LATTICE, **keys):
-    return make(scene(kind="cutout", of=of, **{"fragments": "all", **keys}))
-
-
-def um(value):
-    return f"{1e6 * value:.17g} um"
+    return made("cutout", of=of, **{"fragments": "all", **keys})
 
 
 @pytest.mark.parametrize("axis", [None, "x", "y", "z"])
@@ -69,29 +61,33 @@ def test_what_the_cut_disconnects_is_left_out():
 
 @pytest.fixture(scope="module")
 def pressed(tmp_path_factory):
-    """A run of a lattice in a periodic cell, where grains touch across all faces."""
-    of = {"kind": "lattice", "structure": "sc", "cells": [5, 5, 5]}
-    folder = tmp_path_factory.mktemp("pressed") / "run"
-    boundary = {"kind": "periodic"}
-    execute(make_scene(damping="viscoelastic", sample=of, boundary=boundary), folder)
-    return folder
+    """A result with a lattice of 7^3 sites in a periodic cell: grains touch across all faces, each
+    contact with its own history, and move."""
+    sites = np.indices((7,) * 3).reshape(3, -1).T
+    i = np.repeat(np.arange(343), 3)
+    j = ((sites[:, None] + np.eye(3, dtype=int)) % 7 @ [49, 7, 1]).ravel()
+    still = np.zeros((343, 3))
+    frame = {"position": D * sites, "velocity": still + 1.0, "spin": still + 2.0}
+    frame |= {"pairs": np.column_stack([i, j]), "twist": 0.1 * np.arange(3 * 343)}
+    frame |= dict.fromkeys(("pointer_i", "pointer_j"), np.tile([0.0, 0.0, 1.0], (3 * 343, 1)))
+    box = D * np.array([-0.5, 6.5] * 3)
+    path = tmp_path_factory.mktemp("pressed") / "result.nc"
+    snapshots.write(path, [frame], R, box=box, periodic="x y z")
+    return {"kind": "explicit", "file": str(path)}
 
 
 def test_contacts_of_a_run_without_those_across_its_faces(pressed):
-    keys = {"kind": "cutout", "of": {"kind": "explicit", "file": str(pressed)}}
-    with analysis.open_run(pressed) as run:
-        assert len(run.contacts(-1).grain_i) == 3 * 125  # six neighbours each
-    sample = make(scene(**keys, diameter=um(2.3 * D), length=um(4.5 * D)))
-    # five layers of the middle site and its four neighbours
-    assert len(sample) == 25 and sample.contacts is not None
+    sample = made("cutout", of=pressed, diameter=um(2.3 * D), length=um(6.5 * D))
+    # all seven layers of the middle site and its four neighbours
+    assert len(sample) == 35 and sample.contacts is not None
     # of the five sites of a layer four touch the middle one; layers touch grain by grain
-    assert len(sample.contacts["i"]) == 5 * 4 + 4 * 5
+    assert len(sample.contacts["i"]) == 7 * 4 + 6 * 5
     i, j = sample.contacts["i"], sample.contacts["j"]
     apart = np.linalg.norm(sample.positions[i] - sample.positions[j], axis=1)
     np.testing.assert_allclose(apart, D, rtol=1e-3)
     touching = {
         pair
-        for pair in combinations(range(25), 2)
+        for pair in combinations(range(35), 2)
         if np.linalg.norm(np.subtract(*sample.positions[list(pair)])) < 1.01 * D
     }
     assert {tuple(sorted(pair)) for pair in zip(i.tolist(), j.tolist(), strict=True)} == touching
@@ -99,7 +95,7 @@ def test_contacts_of_a_run_without_those_across_its_faces(pressed):
 
 def test_it_is_a_body_of_a_collision():
     body = {"kind": "cutout", "of": {"kind": "space_filling", "grains": 400}, "diameter": "9 um"}
-    sample = make(scene(kind="collision", target=body, projectile=body, speed="1 m/s"))
+    sample = made("collision", target=body, projectile=body, speed="1 m/s")
     assert sample.info["target_grains"] == sample.info["projectile_grains"] > 20
 
 
@@ -110,15 +106,29 @@ def test_a_cut_that_is_not_full_has_a_remark():
 
 
 def test_a_sphere_of_grains_about_any_grain_of_a_periodic_cell(pressed):
-    """A lattice looks the same from each of its sites, across the faces as well."""
-    run = {"kind": "explicit", "file": str(pressed)}
-    for of in (run, {"kind": "lattice", "structure": "sc", "cells": [5, 5, 5]}):
-        first, second = (make(scene(kind="cutout", of=of, grains=19, seed=n)) for n in (1, 2))
-        assert len(first) == 19 and first.info["cut_from"] == 125
-        for body in (first, second):  # a site, its 6 neighbours and the 12 at sqrt(2)
-            far = np.sort(np.linalg.norm(body.positions, axis=1)) / D
-            np.testing.assert_allclose(far, [0] + [1] * 6 + [2**0.5] * 12, atol=1e-3)
-    # each of the 12 touches 2 of the 6
-    assert len(make(scene(kind="cutout", of=run, grains=19, seed=2)).contacts["i"]) == 6 + 2 * 12
-    middle = make(scene(kind="cutout", of=LATTICE, grains=7))
+    """A lattice looks the same from each of its sites, across the faces as well: 33 are within two
+    spacings of one of them, with 60 pairs at one."""
+    lattice = {"kind": "lattice", "structure": "sc", "cells": [7, 7, 7]}
+    far = np.sqrt(np.repeat([0, 1, 2, 3, 4], [1, 6, 12, 8, 6]))
+    for of in (pressed, lattice):
+        bodies = [made("cutout", of=of, grains=33, seed=seed) for seed in (1, 2, 1)]
+        for body in bodies:
+            assert len(body) == 33 and body.info["cut_from"] == 343
+            np.testing.assert_allclose(
+                np.sort(np.linalg.norm(body.positions, axis=1)) / D, far, atol=1e-9
+            )
+            assert not body.velocities.any() and not body.spins.any()
+            if of is pressed:
+                i, j = body.contacts["i"], body.contacts["j"]
+                apart = np.linalg.norm(body.positions[i] - body.positions[j], axis=1)
+                np.testing.assert_allclose(apart, D, rtol=1e-9)
+                assert len(set(map(frozenset, zip(i, j, strict=True)))) == len(i) == 60
+                assert len(np.unique(body.contacts["twist"])) == 60  # each with its own history
+        orders = [body.positions.tolist() for body in bodies]
+        assert orders[0] == orders[2] != orders[1]
+    middle = cutout(grains=7)
     assert len(middle) == 7 and middle.info["filling_factor_in"] == "bounding sphere"
+    # a sphere of 3 spacings, and a contact, reach the image of the sphere: 7 edges
+    for of in (pressed, lattice):
+        said = refused(kind="cutout", of=of, grains=123, seed=1)
+        assert "wider than the cell of sample.of; allowed: up to" in said

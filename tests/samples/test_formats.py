@@ -292,6 +292,38 @@ def test_materials_by_name(tmp_path):
     assert one.materials is None and "species (O, default)" in one.info["remarks"][0]
 
 
+SIDES = "ITEM: BOX BOUNDS pp ff sm\n0 10\n-1 9\n0 8\n"
+MOVING = ("2 1 0.5 0.5 0.5 1 2 3 0.6", "1 1 0.1 0.1 0.25 4 5 6 0.6")
+DUMP = dump("id type xs ys zs vx vy vz radius", *MOVING, bounds=SIDES)
+LATER = STEP.replace("\n0\n", "\n10\n")
+DUMP += dump("id type x y z", "1 1 3 4 5", "2 1 6 4 5", bounds=SIDES, head=LATER)
+DATA = lines(
+    *("2 1 1.2e-6 2650 2e-6 0 0 0 0 0", "1 1 1.2e-6 2650 0 0 0 0 0 0", "", "Velocities", ""),
+    *("1 0.5 0 0 0 0 7", "2 -0.5 0 0 0 0 0"),
+    head="LAMMPS data file via write_data, timestep = 0, units = si"
+    + HEAD[len("a title, units = micro") :].replace("10 ", "1e-5 ")
+    + "Atoms # sphere\n\n",
+)
+XYZ = "2\nmade by hand\nC 0 0 0\nC 0 0 1.2\n"
+
+
+@pytest.mark.parametrize(
+    "text, keys, places, speeds, spins",
+    [
+        (DUMP, {}, [[3, 4, 5], [6, 4, 5]], [0, 0], [0, 0]),
+        (DUMP, {"snapshot": 0}, [[1, 0, 2], [5, 4, 4]], [4, 1], [0, 0]),
+        (DATA, {}, [[0, 0, 0], [2, 0, 0]], [0.5, -0.5], [7, 0]),
+        (XYZ, {"units": "um"}, [[0, 0, 0], [0, 0, 1.2]], [0, 0], [0, 0]),
+    ],
+)
+def test_grains_and_their_motion(tmp_path, text, keys, places, speeds, spins):
+    """In the order of the ids, in the units of the file."""
+    sample = read(tmp_path, text, **keys)
+    np.testing.assert_allclose(sample.positions, np.array(places) * 1e-6, rtol=1e-12, atol=1e-20)
+    np.testing.assert_allclose(sample.velocities[:, 0], speeds)
+    np.testing.assert_allclose(sample.spins[:, 2], spins)
+
+
 # -- XYZ -----------------------------------------------------------------------------------------
 
 EXTENDED = (
@@ -310,80 +342,103 @@ def test_extended_xyz(tmp_path):
     assert found.info["remarks"][0].endswith("forces")
 
 
+def test_grains_that_do_not_touch_are_remarked(tmp_path):
+    far = read(tmp_path, XYZ, units="mm")
+    (text,) = far.info["remarks"]
+    assert "no two of its 2 grains touch" in text and "units" in text
+    assert "remarks" not in read(tmp_path, XYZ, units="um").info
+
+
 # -- what is refused ------------------------------------------------------------------------------
 
+REFUSED = [
+    # files of LAMMPS and XYZ
+    (SPHERES.replace("2 atoms", "3 atoms"), "announces 3 atoms, .* section Atoms is 2"),
+    (SPHERES.replace("2 atoms", "1 atoms"), "announces 1 atoms, .* section Atoms is 2"),
+    (
+        SPHERES + "\nVelocities\n\n1 0 0 0 0 0 0\n3 0 0 0 0 0 0\n",
+        "ids of its section Velocities",
+    ),
+    (SPHERES.replace("sphere", "full"), "not of the style full: the column type is not of"),
+    (SPHERES.replace("1 1 1.2", "1 dust 1.2"), "column type has texts"),
+    (SPHERES.replace("0 10 xlo", "20 10 xlo"), "line 6 .* the upper end is below"),
+    (
+        lines("1 1 1 1 1 5 5", head=f"{HEAD.replace('2 at', '1 at')}Atoms # body\n\n"),
+        "its grains are bodies; allowed: spheres",
+    ),
+    (
+        lines("1 1 1 1 1 5 5", head=f"{HEAD.replace('2 at', '1 at')}Atoms # ellipsoid\n\n")
+        + "\nEllipsoids\n\n1 1.2 1 1.2 1 0 0 0\n",
+        "ellipsoid of the diameters 1.2, 1, 1.2",
+    ),
+    (dump("id type x y z", "1 1 1 5 5"), "line 6 announces 2 .* below is 1"),
+    (dump("id type x y z", *["1 1 1 5 5"] * 3), "line 6 announces 2 .* below is 3"),
+    (dump("id type x y", *["1 1 1 5"] * 2), "it lacks z"),
+    (dump("id x y z r radius", "1 1 5 5 .6 .7", "2 3 5 5 .6 .7"), "both are its radius"),
+    (dump("id type x y z", "1 0 1 5 5", "2 1 3 5 5"), "its type 0 has no material"),
+    ("ITEM: TIMESTEP\n0\nITEM: ENTRIES a b\n1 2\n", "it is a dump local"),
+    ("3\n\nC 0 0 0\nC 1 0 0\n2\n\nC 0 0 0\nC 1 0 0\n", r"line 1 .* is 2, where line 5 \('2'\)"),
+    ("2\n\nC 0 0 0\nC 1 0 0\nend\n2\n\nC 0 0 0\nC 1 0 0\n", "line 5 .'end'. is one line more"),
+    ("2\n\nC 0 0 0 .6\nC 1.2 0 0 .6\n", r"have no names, .* columns: \[species, x, y, z, rad"),
+    ("2\nProperties=species:S:1:pos:R:3\nC 0 0 0 1\nC 2 0 0 1\n", "have 4 columns, and line 3"),
+    ("1\n0 0 0 .6\n1.2 0 0 .6\n", "can be the comment of an XYZ or a grain of a list"),
+    ("3\n\n1 0 0 .6\n2 9 0 .6\n9 9 9 .6\n", "can be x y z r or type x y z; sample.columns"),
+    (DUMP.replace("micro", "lj"), "its units are 'lj'; allowed: micro"),
+    (DUMP.replace("3 4 5", "3 4"), r"line 23 \('1 1 3 4'\) has 4 columns; allowed: 5"),
+    (DATA.replace("# sphere", "# bond"), "style bond have 6 columns, or 9 .* has 10"),
+    (XYZ.replace("2", "3", 1), "line 1 announces 3 grains, and the number of lines .* is 2"),
+    # lists
+    ("x,y\n0,0\n", "it lacks z"),
+    ("x,y,z,vx\n0,0,0,0\n", "it lacks vy, vz"),
+    ("a,b,c\n0,0,0\n", "header, line 1 .* of which a, b, c are not known"),
+    ("x,y,z,x\n0,0,0,1\n", "columns x and x both are its position, and differ"),
+    ("x,y,z\n0,1,5,3,0\n", "has the columns x, y, z, 3, and the lines below have 5"),
+    ("x [um],y,z\n0,0,0\n", "some lengths have a unit and others have none"),
+    ("x [kg],y,z\n0,0,0\n", "column x = '1 kg': a length is needed"),
+    ("x,y,z\n0,0,0\n\n1,1\n", r"line 4 \('1,1'\) has 2 columns; allowed: 3"),
+    ("x,y,z\n0,0,nought\n", "line 2: z is 'nought'; allowed: plain numbers"),
+    ("x,y,z\n0,0,0\n0,nan,0\n", "position of grain 1 .* allowed: finite"),
+    ("x,y,z,wx,wy,wz\n0,0,0,0,inf,0\n", "spin of grain 0 .* allowed: finite"),
+    ("x,y,z\n", "no grains"),
+    ("", "the file is empty"),
+    ("x,y,z\n0,0,0\n9,9,9\n0,0,1\n", r"grains 0 and 2 .* are 1 µm apart, 0.833 diameters"),
+    ("x,y,z\n0,0,0\n0,0,0\n", r"grains 0 and 1 .* are 0 µm apart"),
+    # Python reads these as numbers, other programs do not
+    *(
+        (f"x,y,z\n0,0,0\n{n},9,9\n", "line 3: .*plain numbers")
+        for n in ("1_0", "\u0663", "0x10", "1e")
+    ),
+    (
+        "0 0 0 .6 1\n3 0 0 .6 1\n",
+        {},
+        "line 1 .* has 5, whose order is not known; sample.columns",
+    ),
+    ("0 0 0 .6\n3 0 0 .6\n", {"columns": ["x", "y", "z"]}, "names 3 columns .* has 4"),
+    ("x y z\n0 0 0\n", {"style": "sphere"}, "is no data file of LAMMPS"),
+    ("x y z\n0 0 0\n", {"snapshot": 0}, "has no snapshots"),
+    ("0,1,2\n0.0,0.0,0.0\n", {}, "can be the numbers of the columns or a grain"),
+    ("hello\n", {}, r"line 1 \('hello'\) begins no list of grains; allowed"),
+    ("x y z\n0 0 0\n***** 0 0\n", {}, r"line 3: x is '\*\*\*\*\*'; allowed: plain numbers"),
+    ("# vtk DataFile Version 3.0\n", {}, "a VTK file; allowed: the CSV that ParaView saves"),
+    (gzip.compress(b"x,y,z\n" * 9, mtime=0)[:9], {}, "cannot be read .* allowed: a whole"),
+    ("x,y,z\n0,0,0\n".encode("utf-16"), {}, "zero bytes, as UTF-16"),
+    ("#format x_y_z_r_matId\n0 0 0 .6 5\n", {}, "its matId 5 has no material .* 0 default"),
+    (
+        "0 0 0\n",
+        {"columns": ["x", "rad1"]},
+        "'rad1' is no name of a column; allowed: x y z",
+    ),
+    ("0 0 0\n", {"columns": ["x", "y", "r"]}, "x, y and z are needed"),
+    ("0 0 0\n", {"style": "spheer"}, "an atom style of LAMMPS is needed: sphere"),
+    ("0 0 0\n", {"style": "sphere", "columns": ["x", "y", "z"]}, "one of both is needed"),
+]
 
-@pytest.mark.parametrize(
-    "text, message",
-    [
-        (SPHERES.replace("2 atoms", "3 atoms"), "announces 3 atoms, .* section Atoms is 2"),
-        (SPHERES.replace("2 atoms", "1 atoms"), "announces 1 atoms, .* section Atoms is 2"),
-        (
-            SPHERES + "\nVelocities\n\n1 0 0 0 0 0 0\n3 0 0 0 0 0 0\n",
-            "ids of its section Velocities",
-        ),
-        (SPHERES.replace("sphere", "full"), "not of the style full: the column type is not of"),
-        (SPHERES.replace("1 1 1.2", "1 dust 1.2"), "column type has texts"),
-        (SPHERES.replace("0 10 xlo", "20 10 xlo"), "line 6 .* the upper end is below"),
-        (
-            lines("1 1 1 1 1 5 5", head=f"{HEAD.replace('2 at', '1 at')}Atoms # body\n\n"),
-            "its grains are bodies; allowed: spheres",
-        ),
-        (
-            lines("1 1 1 1 1 5 5", head=f"{HEAD.replace('2 at', '1 at')}Atoms # ellipsoid\n\n")
-            + "\nEllipsoids\n\n1 1.2 1 1.2 1 0 0 0\n",
-            "ellipsoid of the diameters 1.2, 1, 1.2",
-        ),
-        (dump("id type x y z", "1 1 1 5 5"), "line 6 announces 2 .* below is 1"),
-        (dump("id type x y z", *["1 1 1 5 5"] * 3), "line 6 announces 2 .* below is 3"),
-        (dump("id type x y", *["1 1 1 5"] * 2), "it lacks z"),
-        (dump("id x y z r radius", "1 1 5 5 .6 .7", "2 3 5 5 .6 .7"), "both are its radius"),
-        (dump("id type x y z", "1 0 1 5 5", "2 1 3 5 5"), "its type 0 has no material"),
-        ("ITEM: TIMESTEP\n0\nITEM: ENTRIES a b\n1 2\n", "it is a dump local"),
-        ("3\n\nC 0 0 0\nC 1 0 0\n2\n\nC 0 0 0\nC 1 0 0\n", r"line 1 .* is 2, where line 5 \('2'\)"),
-        ("2\n\nC 0 0 0\nC 1 0 0\nend\n2\n\nC 0 0 0\nC 1 0 0\n", "line 5 .'end'. is one line more"),
-        ("2\n\nC 0 0 0 .6\nC 1.2 0 0 .6\n", r"have no names, .* columns: \[species, x, y, z, rad"),
-        ("2\nProperties=species:S:1:pos:R:3\nC 0 0 0 1\nC 2 0 0 1\n", "have 4 columns, and line 3"),
-        ("1\n0 0 0 .6\n1.2 0 0 .6\n", "can be the comment of an XYZ or a grain of a list"),
-        ("3\n\n1 0 0 .6\n2 9 0 .6\n9 9 9 .6\n", "can be x y z r or type x y z; sample.columns"),
-    ],
-)
-def test_files_that_are_refused(tmp_path, text, message):
-    with pytest.raises(DustError, match=message):
-        read(tmp_path, text, units="um")
 
-
-@pytest.mark.parametrize(
-    "text, keys, message",
-    [
-        (
-            "0 0 0 .6 1\n3 0 0 .6 1\n",
-            {},
-            "line 1 .* has 5, whose order is not known; sample.columns",
-        ),
-        ("0 0 0 .6\n3 0 0 .6\n", {"columns": ["x", "y", "z"]}, "names 3 columns .* has 4"),
-        ("x y z\n0 0 0\n", {"style": "sphere"}, "is no data file of LAMMPS"),
-        ("x y z\n0 0 0\n", {"snapshot": 0}, "has no snapshots"),
-        ("0,1,2\n0.0,0.0,0.0\n", {}, "can be the numbers of the columns or a grain"),
-        ("hello\n", {}, r"line 1 \('hello'\) begins no list of grains; allowed"),
-        ("x y z\n0 0 0\n***** 0 0\n", {}, r"line 3: x is '\*\*\*\*\*'; allowed: plain numbers"),
-        ("# vtk DataFile Version 3.0\n", {}, "a VTK file; allowed: the CSV that ParaView saves"),
-        (gzip.compress(b"x,y,z\n" * 9, mtime=0)[:9], {}, "cannot be read .* allowed: a whole"),
-        ("x,y,z\n0,0,0\n".encode("utf-16"), {}, "zero bytes, as UTF-16"),
-        ("#format x_y_z_r_matId\n0 0 0 .6 5\n", {}, "its matId 5 has no material .* 0 default"),
-        (
-            "0 0 0\n",
-            {"columns": ["x", "rad1"]},
-            "'rad1' is no name of a column; allowed: x y z",
-        ),
-        ("0 0 0\n", {"columns": ["x", "y", "r"]}, "x, y and z are needed"),
-        ("0 0 0\n", {"style": "spheer"}, "an atom style of LAMMPS is needed: sphere"),
-        ("0 0 0\n", {"style": "sphere", "columns": ["x", "y", "z"]}, "one of both is needed"),
-    ],
-)
-def test_texts_that_are_refused(tmp_path, text, keys, message):
-    with pytest.raises(DustError, match=message):
-        read(tmp_path, text, units="um", **keys)
+@pytest.mark.parametrize("text, keys, message", [(t, *(k or [{}]), m) for t, *k, m in REFUSED])
+def test_files_that_are_refused(tmp_path, text, keys, message):
+    where = r"sample\.(file = '.*grains\.txt'|columns = |style = ).*"
+    with pytest.raises(DustError, match=where + message):
+        read(tmp_path, text, **{"units": "um"} | keys)
 
 
 def test_guesses_are_remarked_of_bodies_too(tmp_path):

@@ -1,7 +1,7 @@
 """Blocks of samples that cannot be used: refused when read, or when made, with path and reason."""
 
 import pytest
-from bodies import refused
+from bodies import ICE, SIZES, refused
 
 BODY = {"kind": "pca", "grains": 120}
 # what the blocks of a kind have where a case does not say otherwise; None: without the key
@@ -15,6 +15,7 @@ REFUSED = {
         ({"grains": 0}, "a whole number of at least 1"),
         ({"grains": 64, "shape": "box"}, "unknown key"),
         ({"grains": 2**30}, "too many for bcca; allowed: at most 1048576"),
+        ({"grains": 9, "mass_ratio": 0.01, "sizes": SIZES}, "sample.mass_ratio = 0.01: a number"),
     ],
     "collision": [
         ({"speed": None}, "sample.speed"),
@@ -97,6 +98,21 @@ REFUSED = {
         ({"size": ["1 cm"] * 3}, "sample: the aggregate would have some"),
         ({"grains": 10**9}, "allowed: 2e+06"),
         ({"grains": 10, "shape": "box", "aspect": 1e-6}, "an aspect closer to 1"),
+        ({"grains": 9, "sizes": SIZES | {"smallest": "1 um"}}, "above smallest"),
+        ({"grains": 9, "sizes": {"kind": "list", "radii": ["1 um"], "shares": [1, 2]}}, "1 and no"),
+        ({"grains": 9, "sizes": {"kind": "normal"}}, 'sample.sizes.kind = "normal"'),
+        ({"grains": 9, "shape": "box", "cluster": 2, "sizes": SIZES}, "sample.cluster = 2: it is"),
+        (
+            {"grains": 9, "shares": {"iron": 1}, "materials": ICE},
+            "sample.shares.iron = 1: the scene does not have it; allowed: default, ice",
+        ),
+    ],
+    "rbd": [
+        ({"grains": 20, "aspect": 50.0, "periodic": True}, "narrower than two grains"),
+        ({"size": ["0.5 um", "20 um", "20 um"], "sizes": SIZES}, "0.5 x 20 x 20 µm is too small"),
+        ({"size": ["1.206 um"] * 3}, "contains no whole grain"),
+        ({"size": ["1 cm"] * 3}, "sample: the cake to cut from would have some 1.7e+11 grains; al"),
+        ({"grains": 10, "aspect": 1e-5}, "allowed: 2e+07"),
     ],
     "random_packing": [
         ({}, "exactly one of grains and size is needed"),

@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 
 import numpy as np
 import pytest
-from bodies import R, refused, scene
+from bodies import R, made, refused, scene
 from pydantic import Field
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import Sample, SampleBlock, make, register, registry
+from dusttaichi.samples import Sample, SampleBlock, register, registry
 from dusttaichi.scene import from_yaml, json_schema
 from dusttaichi.scene.fields import Count, Number
 from dusttaichi.scene.keys import rows
@@ -56,7 +56,7 @@ def test_the_example_of_the_docs():
 def test_a_registered_kind_is_known_everywhere():
     assert "RingSample" not in json_schema()["$defs"]
     register(RingSample)(ring)
-    sample = make(scene(kind="ring", grains=12))
+    sample = made("ring", grains=12)
     assert sample.info["coordination"] == 2 and sample.info["kind"] == "ring"
     assert "RingSample" in json_schema()["$defs"]
     assert {key.path for key in rows() if key.kinds == ("ring",)} >= {"sample.spread"}
@@ -69,7 +69,7 @@ def test_a_registered_kind_can_collide():
     register(RingSample)(ring)
     body = {"kind": "ring", "grains": 6}
     spec = {"kind": "collision", "projectile": {"kind": "chain", "grains": 2}, "speed": "1 m/s"}
-    sample = make(scene(**spec, target=body))
+    sample = made(**spec, target=body)
     assert len(sample) == 8 and sample.info["target"]["kind"] == "ring"
     assert "sample.target.grains" in refused(
         **{**spec, "target": {**body, "grains": 0}, "speed": "1 m/s"}
@@ -94,7 +94,7 @@ def test_what_does_not_go_with_other_blocks():
 def test_a_kind_can_be_registered_again():
     register(RingSample)(ring)
     register(RingSample)(lambda spec, materials: Sample.at_rest(np.zeros((1, 3))))
-    assert len(make(scene(kind="ring", grains=5))) == 1
+    assert len(made("ring", grains=5)) == 1
 
 
 def test_blocks_that_cannot_be_registered():

@@ -6,23 +6,18 @@ import netCDF4
 import numpy as np
 import pytest
 import snapshots
-from bodies import D, R, scene
+from bodies import D, R, made
 from scipy.spatial.distance import cdist
 
 from dusttaichi.results.integrity import DIGEST
-from dusttaichi.samples import make
 
 TARGET = {"kind": "pca", "grains": 120}
 PROJECTILE = {"kind": "bcca", "grains": 64, "seed": 3}
 
 
 def collision(**keys):
-    return make(
-        scene(
-            kind="collision",
-            **{"target": TARGET, "projectile": PROJECTILE, "speed": "2 m/s", **keys},
-        )
-    )
+    usual = {"target": TARGET, "projectile": PROJECTILE, "speed": "2 m/s"}
+    return made("collision", **usual | keys)
 
 
 def parts(sample):
@@ -95,7 +90,7 @@ def turned(positions):
 
 
 def test_orientation():
-    alone = make(scene(**TARGET)).positions
+    alone = made(**TARGET).positions
     given, _ = parts(collision(orientation="as given"))
     random, _ = parts(collision())
     other, _ = parts(collision(seed=2))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bodies import D, R, scene
+from bodies import D, R, made, scene
 
 from dusttaichi.samples import describe, fractal_dimension, make, radius_of_gyration
 from dusttaichi.samples.sample import Sample
@@ -32,7 +32,7 @@ def random_body(grains, inside, seed=0):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_is_described(kind):
-    sample = make(scene(kind=kind, **KINDS[kind]))
+    sample = made(kind, **KINDS[kind])
     info = sample.info
     assert info["kind"] == kind and info["grains"] == len(sample)
     assert 0 < info["filling_factor"] < 1
@@ -57,7 +57,7 @@ SEEDED = [
 
 @pytest.mark.parametrize("kind, keys", SEEDED)
 def test_same_seed_same_bits(kind, keys):
-    first, again, other = (make(scene(kind=kind, seed=seed, **keys)) for seed in (3, 3, 4))
+    first, again, other = (made(kind, seed=seed, **keys) for seed in (3, 3, 4))
     assert first.positions.tobytes() == again.positions.tobytes()
     assert first.info == again.info and first.info["seed"] == 3
     assert first.positions.tobytes() != other.positions.tobytes()
@@ -91,7 +91,7 @@ def test_fractal_dimension_of_bodies_without_structure(dimension, inside):
 
 def test_few_grains_have_no_fractal_dimension():
     assert np.isnan(fractal_dimension(random_body(99, lambda x: x[:, 0] < np.inf), R))
-    assert "fractal_dimension" not in make(scene(kind="bcca", grains=32)).info
+    assert "fractal_dimension" not in made("bcca", grains=32).info
 
 
 def test_contacts_brought_along_count_once():

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from bodies import R, scene
+from bodies import PLAIN, R, made
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import make
 from dusttaichi.scene import Scene
 
 N = 5
@@ -22,7 +21,7 @@ UNITS = {"position": "m", "velocity": "m/s", "spin": "rad/s"}
 def load(**keys):
     """The grains as they are in the block, or in its file."""
     keys |= {"file": str(keys["file"])} if "file" in keys else {}
-    return make(scene(kind="explicit", touch_within=0, **keys))
+    return made("explicit", touch_within=0, **keys)
 
 
 def written(quantity):
@@ -75,33 +74,6 @@ def test_csv_with_units(tmp_path):
         np.testing.assert_allclose(sample.velocities, STATE["velocity"], rtol=1e-15)
 
 
-CSV_ERRORS = [
-    ("x,y\n0,0\n", "it lacks z"),
-    ("x,y,z,vx\n0,0,0,0\n", "it lacks vy, vz"),
-    ("a,b,c\n0,0,0\n", "header, line 1 .* of which a, b, c are not known"),
-    ("x,y,z,x\n0,0,0,1\n", "columns x and x both are its position, and differ"),
-    ("x,y,z\n0,1,5,3,0\n", "has the columns x, y, z, 3, and the lines below have 5"),
-    ("x [um],y,z\n0,0,0\n", "some lengths have a unit and others have none"),
-    ("x [kg],y,z\n0,0,0\n", "column x = '1 kg': a length is needed"),
-    ("x,y,z\n0,0,0\n\n1,1\n", r"line 4 \('1,1'\) has 2 columns; allowed: 3"),
-    ("x,y,z\n0,0,nought\n", "line 2: z is 'nought'; allowed: plain numbers"),
-    ("x,y,z\n0,0,0\n0,nan,0\n", "position of grain 1 .* allowed: finite"),
-    ("x,y,z,wx,wy,wz\n0,0,0,0,inf,0\n", "spin of grain 0 .* allowed: finite"),
-    ("x,y,z\n", "no grains"),
-    ("", "the file is empty"),
-    ("x,y,z\n0,0,0\n9,9,9\n0,0,1e-6\n", r"grains 0 and 2 .* are 1 µm apart, 0.833 diameters"),
-    ("x,y,z\n0,0,0\n0,0,0\n", r"grains 0 and 1 .* are 0 µm apart"),
-]
-
-
-@pytest.mark.parametrize("text, message", CSV_ERRORS)
-def test_bad_csv_is_refused(tmp_path, text, message):
-    file = tmp_path / "grains.csv"
-    file.write_text(text)
-    with pytest.raises(DustError, match=r"sample\.file = '.*grains\.csv'.*" + message):
-        load(file=file)
-
-
 @pytest.mark.parametrize("name", ["absent.csv", "absent.nc", ""])
 def test_missing_file_is_refused(tmp_path, name):
     with pytest.raises(DustError, match=r"sample\.file = .*there is no .*allowed"):
@@ -117,8 +89,6 @@ def test_unreadable_file_is_refused(tmp_path, content):
 
 @pytest.mark.parametrize("check_files", [True, False])
 def test_a_path_that_no_system_takes(tmp_path, check_files):
-    data = scene(kind="chain", grains=1).given | {
-        "sample": {"kind": "explicit", "file": "x" * 5000}
-    }
+    data = PLAIN.given | {"sample": {"kind": "explicit", "file": "x" * 5000}}
     with pytest.raises(DustError, match="it cannot be a file: File name too long"):
         Scene.from_dict(data, tmp_path, check_files=check_files)

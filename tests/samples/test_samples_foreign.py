@@ -1,10 +1,9 @@
-"""Files that LAMMPS writes, of several snapshots, and those that it reads of this program."""
+"""Files that LAMMPS itself writes."""
 
 import numpy as np
 import pytest
 import snapshots
 from scenes import make_scene
-from test_formats import read
 
 from dusttaichi import analysis, samples
 from dusttaichi.errors import DustError
@@ -14,52 +13,6 @@ from dusttaichi.samples.formats.lammps import lammps_program, run_lammps
 R = 0.6e-6
 PLACES = np.array([[0.0, 0.0, 0.0], [1.2, 0.0, 0.0], [0.0, 1.2, 0.5]]) * 1e-6
 
-DUMP = """ITEM: UNITS
-micro
-ITEM: TIMESTEP
-0
-ITEM: NUMBER OF ATOMS
-2
-ITEM: BOX BOUNDS pp ff sm
-0 10
--1 9
-0 8
-ITEM: ATOMS id type xs ys zs vx vy vz radius
-2 1 0.5 0.5 0.5 1 2 3 0.6
-1 1 0.1 0.1 0.25 4 5 6 0.6
-ITEM: TIMESTEP
-10
-ITEM: NUMBER OF ATOMS
-2
-ITEM: BOX BOUNDS pp ff sm
-0 10
--1 9
-0 8
-ITEM: ATOMS id type x y z
-1 1 3 4 5
-2 1 6 4 5
-"""
-DATA = """LAMMPS data file via write_data, timestep = 0, units = si
-
-2 atoms
-1 atom types
-
-0 1e-5 xlo xhi
-0 1e-5 ylo yhi
-0 1e-5 zlo zhi
-
-Atoms # sphere
-
-2 1 1.2e-6 2650 2e-6 0 0 0 0 0
-1 1 1.2e-6 2650 0 0 0 0 0 0
-
-Velocities
-
-1 0.5 0 0 0 0 7
-2 -0.5 0 0 0 0 0
-"""
-XYZ = "2\nmade by hand\nC 0 0 0\nC 0 0 1.2\n"
-
 
 @pytest.fixture
 def lammps():
@@ -67,37 +20,6 @@ def lammps():
         lammps_program()
     except DustError:
         pytest.skip("LAMMPS itself writes and reads these")
-
-
-@pytest.mark.parametrize(
-    "text, keys, places, speeds, spins",
-    [
-        (DUMP, {}, [[3, 4, 5], [6, 4, 5]], [0, 0], [0, 0]),
-        (DUMP, {"snapshot": 0}, [[1, 0, 2], [5, 4, 4]], [4, 1], [0, 0]),
-        (DATA, {}, [[0, 0, 0], [2, 0, 0]], [0.5, -0.5], [7, 0]),
-        (XYZ, {"units": "um"}, [[0, 0, 0], [0, 0, 1.2]], [0, 0], [0, 0]),
-    ],
-)
-def test_grains_and_their_motion(tmp_path, text, keys, places, speeds, spins):
-    """In the order of the ids, in the units of the file."""
-    sample = read(tmp_path, text, **keys)
-    np.testing.assert_allclose(sample.positions, np.array(places) * 1e-6, rtol=1e-12, atol=1e-20)
-    np.testing.assert_allclose(sample.velocities[:, 0], speeds)
-    np.testing.assert_allclose(sample.spins[:, 2], spins)
-
-
-@pytest.mark.parametrize(
-    "text, said",
-    [
-        (DUMP.replace("micro", "lj"), "its units are 'lj'; allowed: micro"),
-        (DUMP.replace("3 4 5", "3 4"), r"line 23 \('1 1 3 4'\) has 4 columns; allowed: 5"),
-        (DATA.replace("# sphere", "# bond"), "style bond have 6 columns, or 9 .* has 10"),
-        (XYZ.replace("2", "3", 1), "line 1 announces 3 grains, and the number of lines .* is 2"),
-    ],
-)
-def test_what_cannot_be_used_is_said(tmp_path, text, said):
-    with pytest.raises(DustError, match=said):
-        read(tmp_path, text)
 
 
 def test_a_restart_file_is_read_again(tmp_path, lammps):
@@ -158,10 +80,3 @@ def test_files_that_lammps_writes(tmp_path, lammps, style):
             assert made.info["tilt"] == pytest.approx(-2e-6)
             room = np.array([-1, 9, 0, 10, 0, 10]) * 1e-6
             np.testing.assert_allclose(made.info["room"], room, rtol=1e-9, atol=1e-15)
-
-
-def test_grains_that_do_not_touch_are_remarked(tmp_path):
-    far = read(tmp_path, XYZ, units="mm")
-    (text,) = far.info["remarks"]
-    assert "no two of its 2 grains touch" in text and "units" in text
-    assert "remarks" not in read(tmp_path, XYZ, units="um").info

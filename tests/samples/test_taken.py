@@ -14,7 +14,7 @@ from dusttaichi.physics.geometry import WALLS, nearest_image
 from dusttaichi.results.integrity import DIGEST
 from dusttaichi.run import execute
 from dusttaichi.samples import Sample, make
-from dusttaichi.samples.taken import fragment, sphere
+from dusttaichi.samples.taken import fragment
 from dusttaichi.scene import Scene, from_yaml
 
 CAKE = """
@@ -170,39 +170,6 @@ def test_contacts_with_walls_that_cannot_be_are_refused(pressed, tmp_path):
         data["wall_contacts"]["wall"][-1] = 7
     with pytest.raises(DustError, match="names wall 7; allowed: 0 to 5"):
         make(onward(file, keep=["walls"]))
-
-
-def periodic_lattice(cells):
-    """A simple cubic lattice of spacing 1 in its cell, with contacts also through the faces."""
-    places = np.indices((cells,) * 3).reshape(3, -1).T
-    ahead = (places[:, None] + np.eye(3, dtype=int)) % cells
-    j = ahead @ [cells**2, cells, 1]
-    i = np.repeat(np.arange(len(places)), 3)
-    contacts = {"i": i, "j": j.ravel(), "twist": np.arange(len(i), dtype=float)}
-    still = np.zeros((len(places), 3))
-    return Sample(places.astype(float), still + 1.0, still + 2.0, contacts)
-
-
-def test_a_sphere_is_the_nearest_grains_and_their_contacts():
-    """33 sites of a cubic lattice are within 2 spacings of one of them, with 60 pairs at 1."""
-    lattice, period = periodic_lattice(7), np.full(3, 7.0)
-    how = {"period": period, "nearest": lambda d: nearest_image(d, period), "diameter": 1.0}
-    for seed in (1, 2):
-        body = sphere(lattice, 33, seed, **how)
-        distance = np.linalg.norm(body.positions, axis=1)
-        assert len(body) == 33 and distance.max() == 2.0 and distance.min() == 0.0
-        i, j = body.contacts["i"], body.contacts["j"]
-        apart = np.linalg.norm(body.positions[i] - body.positions[j], axis=1)
-        assert np.all(apart == 1.0) and len({*map(frozenset, zip(i, j, strict=True))}) == 60
-        assert len(np.unique(body.contacts["twist"])) == len(i) == 60  # each with its own history
-        assert not body.velocities.any() and not body.spins.any()
-    centres = [sphere(lattice, 33, seed, **how).contacts["twist"].tolist() for seed in (1, 2, 1)]
-    assert centres[0] == centres[2] != centres[1]
-    # a sphere of 3 spacings, and a contact, reach the image of the sphere: 7 edges
-    with pytest.raises(DustError, match="wider than the cell of sample.of; allowed: up to"):
-        sphere(lattice, 123, 1, **how)
-    with pytest.raises(DustError, match="has 343 grains; allowed: no more"):
-        sphere(lattice, 344, 1, **how)
 
 
 def test_a_sphere_of_a_run(pressed):

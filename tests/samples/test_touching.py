@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scenes import make_scene
+from test_formats import dump, read
 
 from dusttaichi import samples
 from dusttaichi.physics.geometry import pairs_within
@@ -88,11 +89,8 @@ def test_loops_keep_all_their_contacts(tmp_path, digits):
 
 def test_contacts_across_faces(tmp_path):
     """A zigzag across the faces of a cell, with its neighbours in the next images."""
-    text = "ITEM: UNITS\nmicro\nITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\n"
-    text += "ITEM: BOX BOUNDS pp pp pp\n0 10\n0 10\n0 10\nITEM: ATOMS id type x y z radius\n"
-    (tmp_path / "a.dump").write_text(text + "1 1 9.7 5 5 0.6\n2 1 0.9 5 5 0.6\n")
-    block = {"kind": "explicit", "file": str(tmp_path / "a.dump"), "keep": ["box"]}
-    sample = samples.make(make_scene(sample=block, boundary={"kind": "periodic"}))
+    text = dump("id type x y z radius", "1 1 9.7 5 5 0.6", "2 1 0.9 5 5 0.6")
+    sample = read(tmp_path, text, {"kind": "periodic"}, keep=["box"], touch_within="auto")
     assert sample.info["touching"]["contacts"] == 1
     apart = sample.positions[1, 0] + 10e-6 - sample.positions[0, 0]
     assert apart == pytest.approx(1.2e-6 - DELTA0 * 1e-6, rel=1e-6)

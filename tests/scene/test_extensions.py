@@ -9,12 +9,11 @@ import jsonschema
 import pytest
 import xarray as xr
 import yaml
+from program import dust, invoked
 from scenes import BASE, CONFIGS, extensions_forgotten
-from typer.testing import CliRunner
 
 from dusttaichi import method
 from dusttaichi.commands import options
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import registry as laws
 from dusttaichi.results import shown
@@ -82,10 +81,6 @@ def folder(tmp_path):
         text.replace("from dusttaichi", "from dusttaichi import method\nfrom dusttaichi", 1)
     )
     return tmp_path
-
-
-def dust(*words):
-    app(list(map(str, words)), standalone_mode=False)
 
 
 # -- errors --------------------------------------------------------------------------------------
@@ -331,7 +326,7 @@ def placed(tmp_path, monkeypatch):
         text = f"name: a\nextensions: [{name}]\nmaterial: silicate_s12\nstop: {{steps: 1}}\n"
         text += "sample: {kind: chain, grains: 3}\nboundary: {kind: open}\n"
         (tmp_path / "scene" / "a.yaml").write_text(text)
-        done = CliRunner().invoke(app, ["check", "scene/a.yaml", *words])
+        done = invoked("check", "scene/a.yaml", *words)
         return done.exception, (tmp_path / "ran").exists()
 
     return check

@@ -1,12 +1,11 @@
 """Quantities as text, to SI and back."""
 
-import subprocess
-import sys
 from decimal import Decimal
 from pathlib import Path
 from typing import Annotated
 
 import pytest
+from program import python
 from pydantic import BaseModel, ValidationError
 
 from dusttaichi import units
@@ -167,4 +166,4 @@ def test_usual_units_do_not_load_pint():
         "import sys; from dusttaichi.scene import load; "
         "load('configs/omni_static.yaml'); sys.exit('pint' in sys.modules)"
     )
-    assert subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT).returncode == 0
+    assert python("-c", code, cwd=ROOT).returncode == 0

@@ -4,11 +4,10 @@ import re
 from pathlib import Path
 
 import pytest
+from program import invoked
 from scenes import extensions_forgotten
-from typer.testing import CliRunner
 
 from dusttaichi import __version__
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load, shipped
 
@@ -16,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def dust(*words):
-    result = CliRunner().invoke(app, words)
+    result = invoked(*words)
     if isinstance(result.exception, DustError):
         raise result.exception
     assert result.exit_code == 0, result.output

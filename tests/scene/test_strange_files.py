@@ -120,15 +120,6 @@ def test_a_large_text_reads_as_a_small_one(text, parts):
         assert said[0] == said[1]
 
 
-def test_numbers_of_csv_files_are_plain(tmp_path):
-    """Python reads 1_0 and Arabic digits as numbers, other programs do not."""
-    for number in ("1_0", "\u0663", "0x10", "1e"):
-        (tmp_path / "a.csv").write_text(f"x,y,z\n0,0,0\n{number},9,9\n")
-        scene = from_yaml(f"{BASE}sample: {{kind: explicit, file: {tmp_path / 'a.csv'}}}")
-        with pytest.raises(DustError, match=r"line 3: .*plain numbers"):
-            make_sample(scene)
-
-
 def test_comments_and_empty_lines_of_csv_files(tmp_path):
     text = "# a comment\nx [um], y [um],z [um]\n\n0,0, 0\n# x\n 3 ,0,0\n\n"
     (tmp_path / "a.csv").write_text(text)

@@ -8,13 +8,12 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from scenes import extensions_forgotten
+from program import dust
+from scenes import EXAMPLES, extensions_forgotten
 
-from dusttaichi.commands.app import app
 from dusttaichi.commands.sweep import _part
 from dusttaichi.errors import DustError
 
-EXAMPLES = Path(__file__).parents[2] / "docs/examples"
 KEYS = ["--set", "stop.steps=50,60,70"]
 SPRING = Path(__file__).parents[1] / "run/spring.py"  # a method that compiles nothing
 TINY = """
@@ -60,8 +59,7 @@ def test_a_job_array_does_the_sweep_in_parts(folder):
     assert "when all are done" in done.stdout
     assert not (folder / "runs/tiny-sweep/sweep.nc").exists()
     before = steps(folder)
-    words = ["sweep", "tiny.yaml", *KEYS, "--resume", "-q", "--no-figures"]
-    app(words, standalone_mode=False)
+    dust("sweep", "tiny.yaml", *KEYS, "--resume", "-q", "--no-figures")
     assert steps(folder) == before  # gathered, and nothing computed again
     with xr.open_dataset(folder / "runs/tiny-sweep/sweep.nc") as data:
         assert set(data.status.values.ravel()) == {f"finished: {n} steps" for n in (50, 60, 70)}

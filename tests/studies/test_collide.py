@@ -6,13 +6,13 @@ from concurrent.futures import Future
 import numpy as np
 import pytest
 import xarray as xr
+from program import dust
 from scenes import make_scene
 from snapshots import collision_row
 
 from dusttaichi import analysis
 from dusttaichi.analysis.collisions import AXES
 from dusttaichi.analysis.thresholds import thresholds
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.grains.collisions import Rings
 from dusttaichi.run import execute
@@ -228,8 +228,8 @@ def done(tmp_path_factory):
     folder = tmp_path_factory.mktemp("collide")
     text = study_scene(phases=True).to_yaml()
     (folder / "study.yaml").write_text(text, encoding="utf-8")
-    words = ["collide", str(folder / "study.yaml"), "-o", str(folder / "out"), "-q"]
-    app(words, standalone_mode=False)
+    words = ["collide", folder / "study.yaml", "-o", folder / "out", "-q"]
+    dust(*words)
     return folder, words
 
 
@@ -259,7 +259,7 @@ def test_a_study_goes_on_where_it_ended(done, monkeypatch):
     path = folder / "out/collisions.jsonl"
     before = path.read_text(encoding="utf-8")
     with pytest.raises(DustError, match="exists already"):
-        app(words, standalone_mode=False)
+        dust(*words)
     asked = []
     do = engine._do
 
@@ -268,10 +268,10 @@ def test_a_study_goes_on_where_it_ended(done, monkeypatch):
         return do(left, *rest, **how)
 
     monkeypatch.setattr(engine, "_do", counted)
-    app([*words, "--resume"], standalone_mode=False)
+    dust(*words, "--resume")
     assert not asked
     path.write_text(before[: before.rindex('"outcome"')], encoding="utf-8")
-    app([*words, "--resume"], standalone_mode=False)
+    dust(*words, "--resume")
     assert [len(left) for left in asked] == [1]
     # bit for bit, whatever has been made before it in the process
     assert sorted(before.splitlines()) == sorted(path.read_text(encoding="utf-8").splitlines())
@@ -281,9 +281,8 @@ def test_a_study_goes_on_where_it_ended(done, monkeypatch):
 def test_a_study_on_a_dask_cluster(done, cluster):
     """Without a shared disk, bit for bit what this machine has made."""
     folder, _ = done
-    words = ["collide", str(folder / "study.yaml"), "-o", str(folder / "dask"), "-q"]
-    address = ["--scheduler", cluster.scheduler_address, "--no-figures"]
-    app([*words, *address], standalone_mode=False)
+    words = ["collide", folder / "study.yaml", "-o", folder / "dask", "-q", "--no-figures"]
+    dust(*words, "--scheduler", cluster.scheduler_address)
     rows = [(folder / name / "collisions.jsonl").read_text() for name in ("out", "dask")]
     assert sorted(rows[0].splitlines()) == sorted(rows[1].splitlines())
     assert (folder / "dask/collisions.csv").exists()
@@ -312,9 +311,8 @@ def test_collisions_at_a_time(options, workers, batch, tmp_path, monkeypatch):
     monkeypatch.setattr(engine, "usable_cores", lambda: 8)
     path = tmp_path / "study.yaml"
     path.write_text(study_scene(seeds=20).to_yaml(), encoding="utf-8")
-    words = ["collide", str(path), "-o", str(tmp_path / "out"), "-q", *map(str, options)]
     with pytest.raises(DustError, match="80 of 80 collisions failed.*--resume.*not made"):
-        app([*words, "--no-figures"], standalone_mode=False)
+        dust("collide", path, "-o", tmp_path / "out", "-q", "--no-figures", *options)
     assert sizes[0] == max(sizes) == batch
 
 

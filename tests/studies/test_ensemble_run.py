@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from bits import assert_same_bits
+from program import dust
 
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.run import execute
 from dusttaichi.scene import from_yaml
@@ -29,10 +29,6 @@ stop: {steps: 300}
 numerics: {time_step: 0.3 ns, threads: 1}
 output: {series: {steps: 50}, profiles: off, snapshots: off, checkpoint: 1000 s}
 """
-
-
-def dust(*words):
-    app(list(map(str, words)), standalone_mode=False)
 
 
 @pytest.fixture(scope="module")

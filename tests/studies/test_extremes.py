@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from program import dust
 
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.method import Measurement, Start
 from dusttaichi.run import ledger
@@ -201,13 +201,13 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(
     faulty, tmp_path, monkeypatch, capsys
 ):
     cells = [Cell("g", f"cell-{n}", {}, row="r", column=n) for n in range(4)]
-    command = ["extremes", "-q", "-o", str(tmp_path / "map"), "--jobs", "1"]
+    command = ["extremes", "-q", "-o", tmp_path / "map", "--jobs", 1]
     # what an interruption leaves
     monkeypatch.setattr(study, "GROUPS", {"g": lambda quick: cells[:2]})
-    app(command, standalone_mode=False)
+    dust(*command)
     monkeypatch.setattr(study, "GROUPS", {"g": lambda quick: cells})
     with pytest.raises(SystemExit) as end:
-        app(command, standalone_mode=False)
+        dust(*command)
     assert end.value.code == 1  # the last is WRONG
     assert faulty() == [cell.name for cell in cells]
     said = capsys.readouterr()
@@ -219,7 +219,7 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(
         counts = ["1"] * 4
         assert last == ["all", "4", *counts, "1.0e-03", "4", "1.100 to 1.100"]
     with pytest.raises(SystemExit):
-        app([*command, "--json"], standalone_mode=False)
+        dust(*command, "--json")
     said = xr.Dataset.from_dict(json.loads(capsys.readouterr().out))
     assert said.verdict.values.tolist() == list(VERDICTS) and said.dt.values.tolist() == [None] * 4
     assert faulty() == [cell.name for cell in cells]  # none again

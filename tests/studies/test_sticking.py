@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import reference as ref
 import xarray as xr
+from program import dust
 from scenes import RADIUS, box, make_scene
 
 from dusttaichi import method, plots
@@ -127,8 +128,7 @@ def test_map_is_written(tmp_path):
 
 def test_numbers_as_json(tmp_path, capsys):
     (tmp_path / "pair.yaml").write_text(pair().to_yaml())
-    words = ["sticking", str(tmp_path / "pair.yaml"), "--tolerance", "0.2", "--json", "-q"]
-    app(words, standalone_mode=False)
+    dust("sticking", tmp_path / "pair.yaml", "--tolerance", 0.2, "--json", "-q")
     found = json.loads(capsys.readouterr().out)
     assert found["low"] < 0.1101 < found["high"] and found["low"] < found["speed"] < found["high"]
     assert len(found["speeds"]) == len(found["bound"])
@@ -136,16 +136,16 @@ def test_numbers_as_json(tmp_path, capsys):
 
 def test_a_map_goes_on_where_it_ended(tmp_path, capsys):
     (tmp_path / "pair.yaml").write_text(pair().to_yaml())
-    words = ["sticking", str(tmp_path / "pair.yaml"), "--tolerance", "0.1", "-q", "--resume"]
+    words = ["sticking", tmp_path / "pair.yaml", "--tolerance", 0.1, "-q", "--resume"]
     with pytest.raises(DustError, match="--resume is for maps"):
-        app(words, standalone_mode=False)
-    words += ["--map", "0.05 m/s,0.5 m/s,3", "-o", str(tmp_path / "map")]
-    app(words, standalone_mode=False)
+        dust(*words)
+    words += ["--map", "0.05 m/s,0.5 m/s,3", "-o", tmp_path / "map"]
+    dust(*words)
     rows = tmp_path / "map/restitution.jsonl"
     before = rows.read_text().splitlines()
     assert len(before) == 3
     rows.write_text("\n".join([before[0], before[2], before[1][:30]]))
-    app(words, standalone_mode=False)
+    dust(*words)
     assert sorted(rows.read_text().splitlines()) == sorted(before)
     with xr.open_dataset(tmp_path / "map/restitution.nc") as data:
         assert data.bound.values.tolist() == [1, 0, 0]

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from program import dust
 from scenes import EXAMPLES
 
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.studies import engine, workers
 
@@ -15,8 +15,7 @@ TOY = (EXAMPLES / "best_rebound.py", EXAMPLES / "best_rebound.yaml")
 
 
 def study(folder, *words, toy=TOY[0]):
-    words = ["study", toy, TOY[1], "-o", folder, "-q", *words]
-    app(list(map(str, words)), standalone_mode=False)
+    dust("study", toy, TOY[1], "-o", folder, "-q", *words)
 
 
 @pytest.fixture(scope="module")

@@ -1,15 +1,16 @@
 """The trade between speed and accuracy as a study: its points, the command, real runs."""
 
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
 import xarray as xr
+from program import dust
 from scenes import PAIR_TEXT as PAIR
 
 from dusttaichi import analysis
 from dusttaichi.analysis.observables import Measured
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies import engine, points
@@ -113,19 +114,9 @@ def test_a_run_that_a_guard_has_stopped_is_a_result(tmp_path, monkeypatch):
 def counted(monkeypatch, tmp_path):
     monkeypatch.setattr(engine, "run", Counted())
     (tmp_path / "pair.yaml").write_text(PAIR)
-    words = [
-        "trade",
-        str(tmp_path / "pair.yaml"),
-        "-o",
-        str(tmp_path / "out"),
-        "--knobs",
-        "step_fraction,damping",
-        "--tolerance",
-        "2%",
-        "--jobs",
-        "1",
-    ]
-    return lambda *more: app([*words, *more], standalone_mode=False)
+    words = ["trade", tmp_path / "pair.yaml", "-o", tmp_path / "out", "--jobs", 1]
+    words += ["--knobs", "step_fraction,damping", "--tolerance", "2%"]
+    return partial(dust, *words)
 
 
 def test_command_writes_file_figure_table_and_advice(counted, tmp_path, capsys, monkeypatch):
@@ -146,7 +137,7 @@ def test_command_writes_file_figure_table_and_advice(counted, tmp_path, capsys, 
     assert (tmp_path / "out/trade.png").stat().st_size > 10_000
     # plotted again from the file alone
     monkeypatch.setitem(sys.modules, "taichi", None)
-    app(["plot", str(tmp_path / "out"), "-o", str(tmp_path)], standalone_mode=False)
+    dust("plot", tmp_path / "out", "-o", tmp_path)
     assert (tmp_path / "trade.png").exists()
 
 

@@ -1,0 +1,23 @@
+"""The command in this process, and Python in a process of its own."""
+
+import subprocess
+import sys
+
+from typer.testing import CliRunner
+
+from dusttaichi.commands.app import app
+
+
+def dust(*words):
+    """`dust` with these words; its errors are raised."""
+    app([str(word) for word in words], standalone_mode=False)
+
+
+def invoked(*words):
+    """The outcome of `dust` with these words: exit_code, output, stdout, exception."""
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def python(*words, **how):
+    """A process of this Python that has ended: returncode, stdout, stderr."""
+    return subprocess.run([sys.executable, *words], capture_output=True, text=True, **how)
