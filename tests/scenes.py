@@ -47,11 +47,14 @@ def edited(block: str, text: str) -> str:
     )
 
 
+def text_of(**blocks: str) -> str:
+    """BASE with these blocks in place of its own, and further ones."""
+    own = dict(line.split(": ", 1) for line in BASE.splitlines())
+    return "".join(f"{block}: {value}\n" for block, value in (own | blocks).items())
+
+
 def scene(**blocks: str) -> Scene:
-    text = BASE
-    for block, value in blocks.items():
-        text = text.replace(BASE.splitlines()[LINE[block] - 1], f"{block}: {value}")
-    return from_yaml(text)
+    return from_yaml(text_of(**blocks))
 
 
 PAIR_TEXT = """

@@ -59,14 +59,18 @@ def made(time=None, scene="", attrs=(), profiles=None, **variables):
 
     time: by default a microsecond for each step. A pressure may be that on the top wall alone.
     """
-    data = {name: (VARIABLES[name].dims, values) for name, values in variables.items()}
+    data = {}
+    for name, values in variables.items():
+        known = {"units": VARIABLES[name].units, "long_name": VARIABLES[name].long_name}
+        data[name] = (VARIABLES[name].dims, values, known)
     if np.ndim(variables.get("pressure")) == 1:
         walls = np.full((len(variables["pressure"]), len(LABELS["wall"])), np.nan)
         walls[:, -1] = variables["pressure"]
-        data["pressure"] = (("time", "wall"), walls)
+        data["pressure"] = (("time", "wall"), walls, data["pressure"][2])
     length = len(next(iter(variables.values())))
     data = {"step": ("time", np.arange(length))} | data
-    labels = {dim: list(LABELS[dim]) for dims, _ in data.values() for dim in dims if dim in LABELS}
+    dims = [dim for dims, *_ in data.values() for dim in dims]
+    labels = {dim: list(LABELS[dim]) for dim in dims if dim in LABELS}
     labels["time"] = 1e-6 * np.arange(length) if time is None else time
     attrs = {"scene_resolved": scene, "title": "made"} | dict(attrs)
     return Run("made/result.nc", xr.Dataset(data, labels, attrs), profiles)
@@ -85,6 +89,15 @@ def _nothing(features):
         "largest_overlap": 1e-10,
         "largest_speed": 0.05,
     }
+
+
+def _append_series(result, features, interval, **known):
+    """Records `interval` [s] and 1000 steps apart in which all but `known`, (time, ...), is 0."""
+    number = np.arange(len(known["filling_factor"]))
+    nothing = {
+        k: np.broadcast_to(v, (len(number), *np.shape(v))) for k, v in _nothing(features).items()
+    }
+    result.append("series", nothing | {"time": interval * number, "step": 1000 * number} | known)
 
 
 def snapshot_records(step, grains, rows, wall_rows=2):
@@ -147,35 +160,30 @@ def compression_run(path, law=S12_STATIC, noise=0.1, points=200, seed=1, grains=
     )
     bins = int(np.ceil(height[0] / (2 * RADIUS)))
     with writer(path, grains, bins, BOX) as result:
-        for i in range(points):
-            walls = np.full(6, 0.6 * pressure[i])
-            walls[5] = pressure[i]
-            force = np.zeros((6, 3))
-            force[5, 2] = -pressure[i] * area
-            result.append(
-                "series",
-                _nothing(BOX)
-                | {
-                    "time": i * 1e-6,
-                    "step": i * 1000,
-                    "height": height[i],
-                    "filling_factor": phi[i],
-                    "pressure": walls,
-                    "wall_force": force,
-                    "coordination_number": 2 * contacts[i] / grains,
-                    "contact_count": int(contacts[i]),
-                    "wall_contact_count": 20 + i,
-                    "kinetic_translation": 0.6 * kinetic[i],
-                    "kinetic_rotation": 0.4 * kinetic[i],
-                    "potential": potential[i] * np.eye(4)[0],
-                    "loss": 0.9 * lost[i] * SHARES,
-                    "loss_wall": 0.1 * lost[i] * SHARES,
-                    "wall_work": work[i],
-                    "energy_residual": residual[i],
-                    "energy_residual_relative": residual[i] / max(work[i], 1e-30),
-                    "wall_clock": 0.5 * i,
-                },
-            )
+        walls = np.outer(pressure, [0.6] * 5 + [1.0])
+        force = np.zeros((points, 6, 3))
+        force[:, 5, 2] = -pressure * area
+        _append_series(
+            result,
+            BOX,
+            1e-6,
+            height=height,
+            filling_factor=phi,
+            pressure=walls,
+            wall_force=force,
+            coordination_number=2 * contacts / grains,
+            contact_count=contacts.astype(int),
+            wall_contact_count=20 + np.arange(points),
+            kinetic_translation=0.6 * kinetic,
+            kinetic_rotation=0.4 * kinetic,
+            potential=np.outer(potential, np.eye(4)[0]),
+            loss=0.9 * np.outer(lost, SHARES),
+            loss_wall=0.1 * np.outer(lost, SHARES),
+            wall_work=work,
+            energy_residual=residual,
+            energy_residual_relative=residual / np.maximum(work, 1e-30),
+            wall_clock=0.5 * np.arange(points),
+        )
         for i in np.linspace(0, points - 1, 5).astype(int):
             result.append("profiles", _profile(i, phi[i], height[i], bins, rng))
         for i in (0, points - 1):
@@ -254,9 +262,9 @@ def cell_run(
     attrs = {"periodic_axes": "x y z", "grains": grains}
     attrs |= {"stages": " ".join(stages)} if staged else {}
     with writer(path, grains, 1, features, cell_scene(), attrs, ICE.radius) as result:
-        for record in _cell_series(phi, sizes, stress, grains):
-            own = {"stage": stage[record["step"] // 1000]} if staged else {}
-            result.append("series", _nothing(features) | record | own)
+        own = {"stage": stage} if staged else {}
+        known = _cell_series(phi, sizes, stress, grains)
+        _append_series(result, features, 1e-7, **known, **own)
         shape = rng.random((grains, 3))
         begin = points - 1 if staged else 0
         for i in np.unique([0, *np.linspace(begin, len(phi) - 1, 4).astype(int)]):
@@ -289,28 +297,24 @@ def _stretched(phi_init, volume, length, strength, noise, rng):
 
 
 def _cell_series(phi, sizes, stress, grains):
-    """What the series of a cell says of each point, beside its stage."""
+    """What the series of a cell says, beside its stages."""
     cube = sizes.prod(axis=1)
     contacts = laws.coordination_number(phi) / 2 * grains
     done = np.abs(np.diff(np.log(cube))) * cube[1:] * np.abs(stress[1:, 0, 0])
     work = np.concatenate([[0], np.cumsum(done)])
-    lost = 0.9 * np.maximum.accumulate(work)
-    for i in range(len(phi)):
-        yield {
-            "time": i * 1e-7,
-            "step": i * 1000,
-            "box_length": sizes[i],
-            "filling_factor": phi[i],
-            "stress": stress[i],
-            "coordination_number": 2 * contacts[i] / grains,
-            "contact_count": int(contacts[i]),
-            "kinetic_translation": 1e-20,
-            "kinetic_rotation": 1e-20,
-            "potential": 0.1 * work[i] * np.eye(4)[1],
-            "loss": lost[i] * SHARES,
-            "face_work": work[i],
-            "wall_clock": 0.1 * i,
-        }
+    return {
+        "box_length": sizes,
+        "filling_factor": phi,
+        "stress": stress,
+        "coordination_number": 2 * contacts / grains,
+        "contact_count": contacts.astype(int),
+        "kinetic_translation": np.full_like(phi, 1e-20),
+        "kinetic_rotation": np.full_like(phi, 1e-20),
+        "potential": 0.1 * np.outer(work, np.eye(4)[1]),
+        "loss": 0.9 * np.outer(np.maximum.accumulate(work), SHARES),
+        "face_work": work,
+        "wall_clock": 0.1 * np.arange(len(phi)),
+    }
 
 
 def _cell_snapshot(i, size, shape):
@@ -344,28 +348,24 @@ def plates_run(path, law=UNIDIRECTIONAL, noise=0.05, points=200, pull=None, grai
     height = grains * 4 / 3 * np.pi * RADIUS**3 / (shadow * phi)
     scene = "name: test\nmaterial: silica_pd08\nboundary: {kind: plates, wall_speed: 5 cm/s}\n"
     with writer(path, grains, 1, PLATES, scene, {"grains": grains}) as result:
-        for i in range(points):
-            walls = np.array([np.nan] * 4 + [0.9 * pressure[i], pressure[i]])
-            result.append(
-                "series",
-                _nothing(PLATES)
-                | {
-                    "time": i * 1e-6,
-                    "step": i * 1000,
-                    "height": height[i],
-                    "filling_factor": phi[i],
-                    "projected_area": shadow[i],
-                    "inner_filling_factor": 1.05 * phi[i],
-                    "outside_count": i // 10,
-                    "pressure": walls,
-                    "coordination_number": 2.5,
-                    "contact_count": grains,
-                    "wall_contact_count": 20,
-                    "kinetic_translation": 1e-20,
-                    "loss": i * 1e-18 * SHARES,
-                    "wall_work": i * 1e-18,
-                    "wall_clock": 0.1 * i,
-                },
-            )
+        number = np.arange(points)
+        _append_series(
+            result,
+            PLATES,
+            1e-6,
+            height=height,
+            filling_factor=phi,
+            projected_area=shadow,
+            inner_filling_factor=1.05 * phi,
+            outside_count=number // 10,
+            pressure=np.outer(pressure, [np.nan] * 4 + [0.9, 1.0]),
+            coordination_number=np.full(points, 2.5),
+            contact_count=np.full(points, grains),
+            wall_contact_count=np.full(points, 20),
+            kinetic_translation=np.full(points, 1e-20),
+            loss=1e-18 * np.outer(number, SHARES),
+            wall_work=1e-18 * number,
+            wall_clock=0.1 * number,
+        )
         result.set_status("finished")
     return path

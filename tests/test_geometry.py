@@ -39,18 +39,12 @@ def test_two_discs(s, turn):
     assert geometry.union_area(centres, 1.0) == pytest.approx(union, rel=1e-11)
 
 
-def test_three_discs():
-    """Centres at an equilateral triangle of side 1: the Reuleaux triangle is common to all."""
-    common = (np.pi - np.sqrt(3)) / 2
-    union = 3 * np.pi - 3 * lens(1.0) + common
-    assert geometry.union_area(polygon(3, 1.0), 1.0) == pytest.approx(union, rel=EXACT)
-
-
-def test_three_circles_through_one_point():
-    """No arc is left in the middle, and none is lost: side sqrt(3), the common part is a point."""
-    union = 3 * np.pi - 3 * lens(np.sqrt(3.0))
-    # the end points of the arcs agree to rounding only
-    assert geometry.union_area(polygon(3, np.sqrt(3.0)), 1.0) == pytest.approx(union, rel=EXACT)
+@pytest.mark.parametrize("side, common", [(1.0, (np.pi - 3**0.5) / 2), (3**0.5, 0.0)])
+def test_three_discs(side, common):
+    """Centres at an equilateral triangle: the Reuleaux triangle is common to all, or a point, where
+    the end points of arcs agree to rounding only, no arc is left, and none is lost."""
+    union = 3 * np.pi - 3 * lens(side) + common
+    assert geometry.union_area(polygon(3, side), 1.0) == pytest.approx(union, rel=EXACT)
 
 
 def test_coincident_discs_count_once():

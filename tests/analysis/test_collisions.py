@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from figures import legend
 from scenes import bundled
 from snapshots import collision_row as row
 
@@ -92,7 +93,7 @@ def test_thresholds_with_their_confidence():
     assert thresholds(growing([5.0, 8.0], [90.0, 95.0]))[1].speed == np.inf
     assert np.isnan(thresholds(growing([5.0, 80.0], [20.0]))[1].low)
     (axes,) = plots.threshold_speeds(data, found).axes
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == [r"$v_{\rm fragment}$"]
+    assert legend(axes) == [r"$v_{\rm fragment}$"]
     header, line = threshold_text(found).splitlines()
     cells = dict(zip(header.split(","), line.split(","), strict=True))
     assert float(cells["v_fragment_m_per_s"]) == pytest.approx(mean, rel=1e-3)

@@ -12,6 +12,9 @@ from dusttaichi.analysis.continuum import laboratory
 from dusttaichi.analysis.continuum.filling import denser_than
 from dusttaichi.analysis.continuum.pieces import pieces_of
 from dusttaichi.analysis.ledger import ledger
+from dusttaichi.errors import DustError
+from dusttaichi.export import export
+from dusttaichi.plots import animation, save_all
 
 A, G, SOLID = 1e-4, 9.81, 2000.0
 T, D = 3.1e-3, 1.2e-3
@@ -33,6 +36,21 @@ def bed(width=24, depth=20):
     return np.stack([x.ravel(), 0 * x.ravel(), z.ravel()], axis=1)
 
 
+ONE = 300.0 * A**2 * 3**0.5 / 2  # mass of a particle of dust [kg/m]
+
+
+def of_dust(folder, *snapshots, mass, momentum=None, kind="sphere", **static):
+    """The run of a body of dust at its start and at its end."""
+    path = write(
+        folder / "result.nc",
+        series={"momentum": np.zeros((2, 3)) if momentum is None else momentum},
+        snapshots=snapshots,
+        static={"mass": mass} | static,
+        sample={"kind": kind},
+    )
+    return open_run(path)
+
+
 @pytest.fixture(scope="module")
 def fallen(tmp_path_factory):
     """A bead on a sine with g t^2 / 2 on top; below it phi = 0.25 in 0.3 mm, 0.15 else."""
@@ -48,7 +66,7 @@ def fallen(tmp_path_factory):
     low = -0.5e-3 - 0.55e-3
     phi = np.where((dust[:, 2] < low) & (dust[:, 2] > low - 0.3e-3), 0.25, 0.15)
     density = np.append(SOLID * phi, 2540.0)
-    mass = np.append(300.0 * np.full(len(dust), A**2 * 3**0.5 / 2), BEAD["mass"])
+    mass = np.append(np.full(len(dust), ONE), BEAD["mass"])
     role = np.append(np.zeros(len(dust)), 1)
     path = write(
         tmp_path_factory.mktemp("fallen") / "result.nc",
@@ -161,19 +179,11 @@ def test_the_final_table_has_the_numbers(fallen):
 def test_a_body_that_spins_in_place_has_no_restitution(tmp_path):
     """Its particles move, its momentum is 0 up to rounding: nothing comes back of nothing."""
     x = bed(6, 6)
-    mass = np.full(len(x), 300.0 * A**2 * 3**0.5 / 2)
+    mass = np.full(len(x), ONE)
     about = x - x.mean(axis=0)
     spin = np.cross([0.0, 10.0, 0.0], about)
     spin -= np.average(spin, axis=0, weights=mass) - [0.0, 0.0, 1e-17]
-    momentum = np.zeros((2, 3))
-    path = write(
-        tmp_path / "result.nc",
-        series={"momentum": momentum},
-        snapshots=[frame(x, spin), frame(x, spin)],
-        static={"mass": mass},
-        sample={"kind": "sphere"},
-    )  # fmt: skip
-    with open_run(path) as run:
+    with of_dust(tmp_path, frame(x, spin), frame(x, spin), mass=mass) as run:
         numbers = summary(run)
     assert numbers["dust_restitution"] is None and numbers["largest_rebound"] is None
 
@@ -185,7 +195,7 @@ def test_pieces_fly_apart_and_stick(tmp_path):
     up = disc + [0, 0, 3e-3]
     x = np.concatenate([low, up])
     n = len(disc)
-    mass = np.full(2 * n, 300.0 * A**2 * 3**0.5 / 2)
+    mass = np.full(2 * n, ONE)
     mass[n:] *= 2
     velocity = np.zeros((2 * n, 3))
     start, end = velocity.copy(), velocity.copy()
@@ -193,14 +203,8 @@ def test_pieces_fly_apart_and_stick(tmp_path):
     momentum = np.zeros((2, 3))
     momentum[:, 2] = mass.sum() * np.array([-0.2, 0.03])
     density = np.append(np.full(n, 300.0), np.full(n, 600.0))
-    path = write(
-        tmp_path / "result.nc",
-        series={"momentum": momentum},
-        snapshots=[frame(x, start, density), frame(x, end, density)],
-        static={"mass": mass},
-        sample={"kind": "sphere"},
-    )  # fmt: skip
-    with open_run(path) as run:
+    frames = [frame(x, moving, density) for moving in (start, end)]
+    with of_dust(tmp_path, *frames, mass=mass, momentum=momentum) as run:
         back = of.bounce(run)
         parts = pieces_of(of.read_particles(run), [(2, 0.0)])
         numbers = summary(run)
@@ -238,14 +242,8 @@ def test_two_bodies_that_merge_or_break_up_have_no_restitution(
         end[-1, 2] = 0.1
     if "broken" in after:
         x[:n] += 1e-2 * np.arange(n)[:, None]
-    path = write(
-        tmp_path / "result.nc",
-        series={"momentum": np.zeros((2, 3))},
-        snapshots=[frame(before, start), frame(x, end)],
-        static={"mass": np.full(2 * n, 300.0 * A**2 * 3**0.5 / 2), "body": np.repeat([0, 1], n)},
-        sample={"kind": "several"},
-    )  # fmt: skip
-    with open_run(path) as run:
+    known = {"mass": np.full(2 * n, ONE), "body": np.repeat([0, 1], n), "kind": "several"}
+    with of_dust(tmp_path, frame(before, start), frame(x, end), **known) as run:
         numbers = summary(run)
         shown = {what: value for what, value, _ in table(numbers)}
     found = numbers["dust_restitution"]
@@ -254,8 +252,6 @@ def test_two_bodies_that_merge_or_break_up_have_no_restitution(
 
 
 def test_figures_film_and_table_of_a_run(fallen, tmp_path):
-    from dusttaichi.plots import animation, save_all
-
     names = {path.stem for path in save_all(fallen, tmp_path)}
     assert names == {"dust", "filling_factors", "impact", "bead_profile", "deceleration",
                      "compacted_volume"}  # fmt: skip
@@ -264,9 +260,6 @@ def test_figures_film_and_table_of_a_run(fallen, tmp_path):
 
 def test_export_to_vtk(fallen, tmp_path):
     import meshio
-
-    from dusttaichi.errors import DustError
-    from dusttaichi.export import export
 
     paths = export(fallen, "vtk", tmp_path, snapshot=-1)
     mesh = meshio.read(paths[1])
@@ -277,8 +270,6 @@ def test_export_to_vtk(fallen, tmp_path):
 
 
 def test_runs_of_beads_in_one_figure(fallen, tmp_path):
-    from dusttaichi.plots import save_all
-
     names = {path.stem for path in save_all([fallen, fallen], tmp_path)}
     assert names == {"bead_profile", "compacted_volume", "deceleration", "drops", "resolution"}
 

@@ -20,9 +20,18 @@ N = 40
 SCENE = "boundary: {kind: box, pressure: 5 kPa}"
 
 
-def run(scene="", **variables):
+def run(scene="", stages="", **variables):
     length = len(next(iter(variables.values())))
-    return made(np.linspace(0.0, 1e-5, length), scene, **variables)
+    attrs = {"stages": stages} if stages else {}
+    return made(np.linspace(0.0, 1e-5, length), scene, attrs, **variables)
+
+
+def triaxial_run(drive, stress, length):
+    """A stage `test` at a filling factor of 0.3, its edges (N,) alike along all axes."""
+    scene = f"stages: [{{name: test, drive: {{stress: [{drive}, {drive}, free]}}}}]"
+    box = np.broadcast_to(length[:, None], (N, 3))
+    variables = {"stress": stress, "box_length": box, "filling_factor": np.full(N, 0.3)}
+    return run(scene, "test", stage=np.zeros(N, int), **variables)
 
 
 HELD = "boundary: {kind: periodic, stress: [free, free, %s Pa]}"
@@ -50,12 +59,10 @@ def cyclic(drive=""):
         f"- {{name: {n}, drive: {{shear_rate: 1{own}}}}}\n"
         for n, own in zip("abc", drives, strict=True)
     )
-    one = run(
-        f"stages:\n{stages}", stress=stress, shear_strain=strain,
+    return run(
+        f"stages:\n{stages}", "a b c", stress=stress, shear_strain=strain,
         filling_factor=np.full(3 * N, 0.3), stage=np.repeat([0, 1, 2], N),
     )  # fmt: skip
-    one.attrs["stages"] = "a b c"
-    return one
 
 
 def test_a_line_of_friction_needs_a_prescribed_compressive_normal_stress():
@@ -138,14 +145,7 @@ def test_triaxial_test_and_the_circles_of_mohr():
     for load in confined:
         stress = -np.eye(3) * np.ones(N)[:, None, None] * load
         stress[:, 2, 2] -= 1e3 + 1.5 * load
-        length = np.ones((N, 3)) * np.exp(-np.linspace(0.0, 0.2, N))[:, None]
-        scene = f"""
-stages:
-  - {{name: test, drive: {{stress: [-{load} Pa, -{load} Pa, free]}}}}
-"""
-        one = run(scene, stress=stress, filling_factor=np.full(N, 0.3), stage=np.zeros(N, int))
-        one.series["box_length"] = (("time", "xyz"), length)
-        one.attrs["stages"] = "test"
+        one = triaxial_run(f"-{load} Pa", stress, np.exp(-np.linspace(0.0, 0.2, N)))
         (found,) = triaxials(one)
         assert found.axis == "z" and found.strain[-1] == pytest.approx(0.2)
         parts.append(found)
@@ -172,10 +172,7 @@ def test_a_strength_under_another_load_is_no_strength(found):
     """The deviator of a sample that is confined by more than was prescribed measures nothing."""
     stress = -np.eye(3) * np.ones(N)[:, None, None] * found
     stress[:, 2, 2] -= 2e3
-    scene = "stages: [{name: test, drive: {stress: [-5 kPa, -5 kPa, free]}}]"
-    one = run(scene, stress=stress, filling_factor=np.full(N, 0.3), stage=np.zeros(N, int))
-    one.series["box_length"] = (("time", "xyz"), np.exp(-np.outer(np.arange(N) / N, np.ones(3))))
-    one.attrs["stages"] = "test"
+    one = triaxial_run("-5 kPa", stress, np.exp(-np.arange(N) / N))
     (test,) = triaxials(one)
     assert test.missed and not test.has_friction
     numbers = summary(one)

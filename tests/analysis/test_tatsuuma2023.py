@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import synthetic
+from figures import legend, line
 from scenes import bundled
 
 from dusttaichi import analysis, plots
@@ -28,14 +29,12 @@ def cell(tmp_path_factory):
 
 
 def test_law(own):
-    ice = (ICE.surface_energy, ICE.radius, ICE.critical_rolling)
+    ice, silicate = ((m.surface_energy, m.radius, m.critical_rolling) for m in (ICE, SILICATE))
     thin = np.array([1e-5, 1e-4])
     # 1/0.74 beside 1/phi: 3 phi/0.74
-    np.testing.assert_allclose(
-        own.compressive_strength(thin, *ice), laws.isotropic_pressure(thin, *ice), rtol=5e-4
-    )
+    expected = laws.isotropic_pressure(thin, *ice)
+    np.testing.assert_allclose(own.compressive_strength(thin, *ice), expected, rtol=5e-4)
     assert np.all(np.isinf(own.compressive_strength([0.74, 0.8], *ice)))
-    silicate = (SILICATE.surface_energy, SILICATE.radius, SILICATE.critical_rolling)
     dense = laws.rolling_energy(*silicate) / SILICATE.radius**3 * (1 / 0.5 - 1 / 0.74) ** -3
     assert own.compressive_strength(0.5, *silicate) == pytest.approx(dense)
 
@@ -61,7 +60,7 @@ def test_numbers_of_a_dense_cell(own, tmp_path):
 
 def test_figure_has_both_laws(own, cell):
     (axes,) = plots.figures_of(cell)["isotropic"].axes
-    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    labels = legend(axes)
     assert sum("E_" in text for text in labels) == 2
     assert any("Tatsuuma" in text for text in labels)
 
@@ -75,7 +74,6 @@ def test_shares_of_the_channels(own, cell):
         wanted = synthetic.SHARES[list(cell.series.channel.values).index(name)]
         np.testing.assert_allclose(share, wanted / synthetic.SHARES.sum(), rtol=1e-9)
     (axes,) = plots.figures_of(cell)["loss_shares"].axes
-    lines = {line.get_label(): line.get_ydata() for line in axes.lines}
-    np.testing.assert_allclose(lines["rolling"], result.by_channel["rolling"])
+    np.testing.assert_allclose(line(axes, "rolling").get_ydata(), result.by_channel["rolling"])
     with pytest.raises(DustError, match="not compressed enough"):
         own.loss_shares(cell, decades=3.0)

@@ -7,6 +7,7 @@ import pytest
 import scipy
 import synthetic
 import xarray as xr
+from figures import legend
 from program import dust
 from scenes import CONFIGS, EXAMPLES, bundled, extensions_forgotten
 
@@ -107,7 +108,7 @@ def test_tables_and_figure_of_a_sweep():
     assert len(lines) == 2 and "weakest link" in lines[1]
     left, right = own.WEIBULL.draw(data).axes
     np.testing.assert_allclose(left.lines[0].get_xdata(), np.sort(values[0]) / 1e3)
-    texts = [text.get_text() for text in right.get_legend().get_texts()]
+    texts = legend(right)
     assert len(texts) == 2 and "fit" in texts[0] and "weakest link" in texts[1]
 
 

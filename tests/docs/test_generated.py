@@ -33,14 +33,11 @@ def included():
     return {line.split()[-1] for text in texts for line in text.split("\n") if "include}" in line}
 
 
-def test_every_key_is_in_a_table(generate):
+def test_every_key_is_in_a_table_of_a_page(generate):
     tables = "\n".join(generate.keys(block) for block in generate.blocks())
     for key in rows():
         assert f"| `{key.path}` |" in tables, key.path
         assert key.default in tables, key.path
-
-
-def test_every_table_of_keys_is_in_a_page(generate):
     assert {f"generated/keys_{block}.md" for block in generate.blocks()} <= included()
 
 
@@ -50,9 +47,7 @@ def test_every_variable_is_in_a_table(generate):
         assert row in generate.variables(variable.group, VARIABLES.values()), variable.key
     assert set(generate.GROUPS) == {variable.group for variable in VARIABLES.values()}
     assert {f"generated/variables_{group}.md" for group in generate.GROUPS} <= included()
-
-
-def test_features_that_variables_need_have_words(generate):
+    # the features that they need have words
     needed = set().union(*(variable.needs for variable in VARIABLES.values()))
     assert needed <= set(generate.FEATURES) | {"profiles", "snapshots", "contacts"}
 

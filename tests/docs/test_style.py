@@ -65,10 +65,6 @@ def faults(path):
     ]
 
 
-def faults_of(files):
-    return [fault for path in files for fault in faults(path)]
-
-
 def pages():
     built = {"_build", "generated"}
     below = (ROOT / "docs").rglob("*.md")
@@ -87,13 +83,8 @@ def code():
     return sorted(p for part in ("dusttaichi", "benchmarks") for p in (ROOT / part).rglob("*.py"))
 
 
-def test_pages_and_scenes_use_the_words_of_the_field():
-    found = faults_of([*pages(), *scenes()])
-    assert not found, "\n" + "\n".join(found)
-
-
-def test_messages_and_code_use_the_words_of_the_field():
-    found = faults_of(code())
+def test_pages_scenes_messages_and_code_use_the_words_of_the_field():
+    found = [fault for path in (*pages(), *scenes(), *code()) for fault in faults(path)]
     assert not found, "\n" + "\n".join(found)
 
 

@@ -4,6 +4,7 @@ import matplotlib
 import numpy as np
 import pytest
 import synthetic
+from figures import legend, line
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.profile import without_cut_bins
@@ -19,11 +20,6 @@ def runs(tmp_path_factory):
     fast = synthetic.compression_run(folder / "fast" / "result.nc", law=dynamic_law(2.0))
     with analysis.open_run(slow) as one, analysis.open_run(fast) as other:
         yield [one, other]
-
-
-def texts(axes):
-    legend = axes.get_legend() or axes.figure.legends[0]
-    return [text.get_text() for text in legend.get_texts()]
 
 
 def test_save_all(runs, tmp_path):
@@ -44,14 +40,13 @@ def test_save_all(runs, tmp_path):
 def test_compression_shows_runs_and_laboratory(runs):
     figure = plots.compression(runs, ["slow", "fast"], laws=[dynamic_law(2.0)])
     (axes,) = figure.axes
-    labels = texts(axes)
+    labels = legend(axes)
     assert {"slow", "fast", "S12 eq 33 at 2 m/s"} <= set(labels)
     assert any("S12 eq 31" in label for label in labels)
     assert any("G09" in label for label in labels)
     assert "kPa" in axes.get_xlabel() and axes.get_xscale() == "log"
     curve = analysis.compression_curve(runs[0])
-    line = next(line for line in axes.lines if line.get_label() == "slow")
-    np.testing.assert_allclose(line.get_xdata(), curve.pressure / 1e3)
+    np.testing.assert_allclose(line(axes, "slow").get_xdata(), curve.pressure / 1e3)
     assert not any("unidirectional" in label for label in labels)
     with pytest.raises(DustError, match="labels"):
         plots.compression(runs, ["one"])
@@ -60,9 +55,9 @@ def test_compression_shows_runs_and_laboratory(runs):
 def test_ledger_and_profile_have_units(runs):
     upper, lower = plots.ledger(runs[0]).axes
     assert "J)" in upper.get_ylabel() and lower.get_yscale() == "log"
-    assert "s)" in lower.get_xlabel() and len(texts(upper)) == 8
+    assert "s)" in lower.get_xlabel() and len(legend(upper)) == 8
     (axes,) = plots.profile(runs[0], most=3).axes
-    assert "µm" in axes.get_ylabel() and len(texts(axes)) == 4
+    assert "µm" in axes.get_ylabel() and len(legend(axes)) == 4
 
 
 def test_a_scene_without_walls_has_a_ledger_only(tmp_path):

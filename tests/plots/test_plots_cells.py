@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import synthetic
+from figures import legend, line
 from matplotlib.figure import Figure
 
 from dusttaichi import analysis, plots
@@ -25,26 +26,10 @@ def runs(tmp_path_factory):
         run.close()
 
 
-def texts(axes):
-    return [text.get_text() for text in (axes.get_legend() or axes.figure.legends[0]).get_texts()]
-
-
-def line(axes, label):
-    return next(line for line in axes.lines if line.get_label() == label)
-
-
 def test_what_each_run_has_figures_for(runs):
     cell, _, _, pressed, pulled = runs
     expected = {
-        cell: {
-            "ledger",
-            "isotropic",
-            "coordination",
-            "tensile",
-            "losses",
-            "fractal",
-            "stress",
-        },
+        cell: {"ledger", "isotropic", "coordination", "tensile", "losses", "fractal", "stress"},
         pressed: {"ledger", "compression", "coordination"},
         pulled: {"ledger", "tensile", "losses"},
     }
@@ -57,7 +42,7 @@ def test_tensile(runs):
     result = analysis.tensile(runs[0])
     np.testing.assert_allclose(line(axes, "test").get_ydata(), result.stress / 1e3)
     np.testing.assert_allclose(line(axes, "test").get_xdata(), result.filling_factor)
-    said = texts(axes)
+    said = legend(axes)
     assert any(f"{result.strength / 1e3:.3g} ±" in text for text in said)
     assert any("T19 eq 33" in text for text in said)
     assert "kPa" in axes.get_ylabel() and "along x" in axes.get_ylabel()
@@ -67,7 +52,7 @@ def test_tensile(runs):
 
 def test_several_tensile(runs):
     (axes,) = plots.tensile(runs[:3], ["a", "b", "c"]).axes
-    assert texts(axes) == ["a", "b", "c"] and axes.get_yscale() == "log"  # 12 times as strong
+    assert legend(axes) == ["a", "b", "c"] and axes.get_yscale() == "log"  # 12 times as strong
     (axes,) = plots.tensile([runs[0]] * 2, ["a", "b"]).axes
     assert axes.get_yscale() == "linear"
     with pytest.raises(DustError, match="labels"):
@@ -76,13 +61,13 @@ def test_several_tensile(runs):
 
 def test_strength(runs):
     (axes,) = plots.strength(runs[:3], ["a", "b", "c"]).axes
-    said = texts(axes)
+    said = legend(axes)
     assert {"a", "b", "c"} < set(said) and axes.get_xscale() == axes.get_yscale() == "log"
     fit = analysis.fit_strength([analysis.tensile(run) for run in runs[:3]])
     assert any(f"{fit.exponent:.2f}" in text and "fit" in text for text in said)
     # of one material there is one law; a fit over two would mean nothing
     assert sum("T19 eq 33" in text for text in said) == 1
-    both = texts(plots.strength([runs[0], runs[4]]).axes[0])
+    both = legend(plots.strength([runs[0], runs[4]]).axes[0])
     assert sum("T19 eq 33" in text for text in both) == 2
     assert not any("fit" in text for text in both)
 
@@ -92,25 +77,25 @@ def test_isotropic(runs):
     result = analysis.isotropic(runs[0])
     np.testing.assert_allclose(line(axes, "test").get_ydata(), result.pressure)
     assert axes.get_xscale() == axes.get_yscale() == "log" and "Pa" in axes.get_ylabel()
-    assert sum("E_" in text for text in texts(axes)) == 1
+    assert sum("E_" in text for text in legend(axes)) == 1
 
 
 def test_fractal_and_losses_and_stress(runs):
     upper, lower = plots.fractal(runs[0]).axes
-    assert len(texts(upper)) == 6 and "radius" in lower.get_xlabel()  # four snapshots, two slopes
+    assert len(legend(upper)) == 6 and "radius" in lower.get_xlabel()  # four snapshots, two slopes
     (axes,) = plots.losses(runs[0]).axes
-    assert "J)" in axes.get_ylabel() and "largest stress" in texts(axes)
-    assert "largest stress" not in texts(plots.losses(runs[0].stage("press")).axes[0])
+    assert "J)" in axes.get_ylabel() and "largest stress" in legend(axes)
+    assert "largest stress" not in legend(plots.losses(runs[0].stage("press")).axes[0])
     upper, lower = plots.stress(runs[0]).axes
     assert "in tension" in upper.get_ylabel() and "s)" in lower.get_xlabel()
-    assert len(texts(upper)) == len(texts(lower)) == 3
+    assert len(legend(upper)) == len(legend(lower)) == 3
     with pytest.raises(DustError, match="has no stress"):
         plots.stress(runs[3])
 
 
 def test_compression_between_plates(runs):
     (axes,) = plots.compression(runs[3]).axes
-    said = texts(axes)
+    said = legend(axes)
     assert "laboratory, unidirectional (G09)" in said and "inner cylinder" in said
     assert not any("S12" in text for text in said)
 

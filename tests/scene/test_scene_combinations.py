@@ -1,7 +1,7 @@
 """What a user is told whose blocks are right one by one, but not together."""
 
 import pytest
-from scenes import BASE, LINE, OPEN, POSITIONS, edited, scene
+from scenes import OPEN, POSITIONS, edited, scene
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml
@@ -90,6 +90,6 @@ def test_all_problems_at_once_in_the_order_of_the_file():
 
 @pytest.mark.parametrize("block", ["name", "material", "sample", "boundary", "stop"])
 def test_missing_block(block):
-    text = BASE.replace(BASE.splitlines()[LINE[block] - 1] + "\n", "")
+    text = edited(block, "# left out")
     with pytest.raises(DustError, match=f"  {block}: it is missing"):
         from_yaml(text)

@@ -5,7 +5,7 @@ from functools import cache
 import jsonschema
 import pytest
 import yaml
-from scenes import BASE, CONFIGS, FULL, LINE, edited
+from scenes import CONFIGS, FULL, edited, text_of
 
 from dusttaichi.scene import NAMED, from_yaml, json_schema, schema_text
 from dusttaichi.scene.yaml_text import read
@@ -88,9 +88,7 @@ SHORTHANDS = [
 @pytest.mark.parametrize("blocks", SHORTHANDS, ids=str)
 @pytest.mark.parametrize("reader", [lambda text: read(text).data, yaml.safe_load])
 def test_schema_accepts_what_loads(blocks, reader):
-    text = BASE
-    for block, value in blocks.items():
-        text = text.replace(BASE.splitlines()[LINE[block] - 1], f"{block}: {value}")
+    text = text_of(**blocks)
     from_yaml(text)
     if reader is yaml.safe_load:  # its YAML 1.1 reads 1e6 as a text, which an editor would not
         text = text.replace("1e6}", "1000000}")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import synthetic
 import xarray as xr
+from figures import legend
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.ensemble import common_coordinate, interpolate
@@ -20,44 +21,25 @@ from dusttaichi.analysis.ensemble_tables import (
     table_numbers,
 )
 from dusttaichi.errors import DustError
-from dusttaichi.results import COMMON
+from dusttaichi.physics.laws import S12_STATIC
 
 # -- gathering -----------------------------------------------------------------------------------
 
 
-class Made(analysis.Run):
-    """A Run whose series is made by hand."""
-
-    def __init__(self, series, **attrs):
-        loss = {"loss": (("time", "channel"), np.zeros((len(series["time"]), 1)))}
-        zero = {
-            "kinetic_translation",
-            "kinetic_rotation",
-            "energy_residual",
-            "energy_residual_relative",
-        }
-        spring = {"potential": (("time", "spring"), np.zeros((len(series["time"]), 1)))}
-        made = xr.Dataset(
-            {
-                k: v if isinstance(v, tuple) else ("time", v)
-                for k, v in series.items()
-                if k != "time"
-            }
-            | {name: ("time", np.zeros(len(series["time"]))) for name in zero}
-            | loss
-            | spring,
-            {"time": series["time"], "channel": ["forming"], "spring": ["normal"]},
-            {"title": "made", "status": "finished", "grains": 10, **attrs},
-        )
-        for name in made.variables.keys() & COMMON.keys():
-            made[name].attrs = {"units": COMMON[name].units, "long_name": COMMON[name].long_name}
-        super().__init__("made", made)
+def run_of(length, **series):
+    """A finished run of ten grains whose series has these variables, and a ledger that closes."""
+    zero = np.zeros(length)
+    closed = {"loss": np.zeros((length, 6)), "potential": np.zeros((length, 4))}
+    closed |= dict.fromkeys(("kinetic_translation", "kinetic_rotation"), zero)
+    closed |= dict.fromkeys(("energy_residual", "energy_residual_relative"), zero)
+    time = series.pop("time", np.arange(length) * 1.0)
+    return synthetic.made(time, attrs={"status": "finished", "grains": 10}, **closed | series)
 
 
 def made(first, last, slope=1.0, points=21):
     """Filling factor from first to last, height = slope * filling factor."""
     phi = np.linspace(first, last, points)
-    return Made({"time": np.arange(points) * 1.0, "filling_factor": phi, "height": slope * phi})
+    return run_of(points, filling_factor=phi, height=slope * phi)
 
 
 def test_mean_and_scatter_over_ragged_ranges():
@@ -97,12 +79,11 @@ def test_a_falling_filling_factor_is_a_coordinate_too():
 
 def test_time_is_the_coordinate_where_the_filling_factor_goes_both_ways():
     falling = [
-        Made(
-            {
-                "time": np.arange(n) * 0.1,
-                "filling_factor": 0.3 - 0.01 * np.arange(n) * (-1.0) ** np.arange(n),
-                "stage": np.zeros(n, int),
-            }
+        run_of(
+            n,
+            time=np.arange(n) * 0.1,
+            filling_factor=0.3 - 0.01 * np.arange(n) * (-1.0) ** np.arange(n),
+            stage=np.zeros(n, int),
         )
         for n in (5, 8)
     ]
@@ -117,7 +98,7 @@ def test_time_is_the_coordinate_where_the_filling_factor_goes_both_ways():
 def test_the_last_stage_is_the_one_that_counts():
     phi = np.concatenate([np.linspace(0.4, 0.2, 11), np.linspace(0.21, 0.3, 10)])
     stage = np.repeat([0, 1], [11, 10])
-    run = Made({"time": np.arange(21.0), "filling_factor": phi, "stage": stage, "height": phi})
+    run = run_of(21, filling_factor=phi, stage=stage, height=phi)
     data = analysis.gather([run])
     assert data.attrs["coordinate"] == "filling_factor"
     np.testing.assert_array_equal(data.filling_factor, phi[11:])
@@ -300,16 +281,13 @@ def test_band_of_compression_runs(compressions):
     data = analysis.gather(compressions)
     (band,) = analysis.bands(data, "pressure", wall="top")
     assert band.replicas == 4 and band.label == ""
-    from dusttaichi.physics.laws import S12_STATIC
-
     here = (band.x > 0.17) & (band.x < 0.5)
     ratio = band.mean[here] / S12_STATIC.pressure(band.x[here])
     # 0.1 dex of noise, medians of some five points, four runs: 3 % of scatter and 4 % of bias
     assert np.all(np.abs(ratio - 1) < 0.3) and abs(np.median(ratio) - 1) < 0.05
     figure = plots.ensemble(data)
     (axes,) = figure.axes
-    labels = [text.get_text() for text in (axes.get_legend() or axes.figure.legends[0]).get_texts()]
-    assert "mean ± standard deviation of 4 runs" in labels
+    assert "mean ± standard deviation of 4 runs" in legend(axes)
     assert axes.get_xscale() == "log" and "kPa" in axes.get_xlabel()
     assert {"p_m", "delta", "final_pressure"} <= set(table_numbers(data))
 
@@ -319,25 +297,18 @@ def test_figure_over_time_shows_stress_or_coordination():
     stress = np.zeros((20, 3, 3))
     stress[:, 2, 2], stress[:, 0, 0] = 5e3, -1e3
     base = {"time": time, "coordination_number": np.full(20, 3.0), "contact_count": np.full(20, 15)}
-    runs = []
-    for factor in (1.0, 2.0):
-        run = Made(base | {"stress": (("time", "xyz", "axis"), factor * stress)})
-        run.series = run.series.assign_coords(xyz=list("xyz"), axis=list("xyz"))
-        runs.append(run)
+    runs = [run_of(20, **base, stress=factor * stress) for factor in (1.0, 2.0)]
     (axes,) = plots.ensemble(analysis.gather(runs)).axes
     assert axes.get_ylabel() == "stress along z, positive in tension (kPa)"
     assert axes.get_xlabel() == "time (µs)"
     np.testing.assert_allclose(axes.lines[0].get_ydata(), 7.5)
-    (axes,) = plots.ensemble(analysis.gather([Made(base)])).axes
+    (axes,) = plots.ensemble(analysis.gather([run_of(20, **base)])).axes
     assert axes.get_ylabel() == "coordination number"
 
 
 def test_many_points_are_thinned_out():
     axes = {"sample.grains": xr.Variable("sample.grains", np.arange(30))}
-    runs = [
-        Made({"time": np.arange(5.0), "coordination_number": np.full(5, float(n))})
-        for n in range(30)
-    ]
+    runs = [run_of(5, coordination_number=np.full(5, float(n))) for n in range(30)]
     (drawn,) = plots.ensemble(analysis.gather(runs, axes)).axes
     assert len(drawn.lines) == 12
     assert (

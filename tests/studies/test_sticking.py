@@ -13,7 +13,6 @@ from scenes import RADIUS, box, make_scene
 
 from dusttaichi import method, plots
 from dusttaichi.analysis.ensemble import save_ensemble
-from dusttaichi.commands.app import app
 from dusttaichi.errors import DustError
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.measure import grain_state
@@ -170,7 +169,6 @@ def test_refused():
 )
 def test_configs(name, speed):
     assert closed_form(load(f"configs/{name}.yaml")) == pytest.approx(speed, abs=1e-4)
-    assert "sticking" in {command.callback.__name__ for command in app.registered_commands}
 
 
 def test_restitution_on_a_wall():
