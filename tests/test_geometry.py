@@ -39,45 +39,38 @@ def test_two_discs(s, turn):
     assert geometry.union_area(centres, 1.0) == pytest.approx(union, rel=1e-11)
 
 
-@pytest.mark.parametrize("side, common", [(1.0, (np.pi - 3**0.5) / 2), (3**0.5, 0.0)])
-def test_three_discs(side, common):
-    """Centres at an equilateral triangle: the Reuleaux triangle is common to all, or a point, where
-    the end points of arcs agree to rounding only, no arc is left, and none is lost."""
-    union = 3 * np.pi - 3 * lens(side) + common
-    assert geometry.union_area(polygon(3, side), 1.0) == pytest.approx(union, rel=EXACT)
+THREE, RING = polygon(3, 1.0), polygon(6, 1.8)
+NEARLY = np.repeat(THREE, 4, axis=0) + 1e-13 * np.random.default_rng(0).standard_normal((12, 2))
+GRID = 1.5 * np.indices((7, 7)).reshape(2, -1).T
+REULEAUX = 3 * np.pi - 3 * lens(1.0) + (np.pi - np.sqrt(3)) / 2
+UNIONS = {
+    "three of side 1, to all of which the Reuleaux triangle is common": (THREE, REULEAUX, EXACT),
+    # no arc is left in the middle, and none is lost; the end points of arcs agree to rounding only
+    "three through one point": (polygon(3, 3**0.5), 3 * np.pi - 3 * lens(3**0.5), EXACT),
+    "coincident discs count once": (np.repeat(THREE, 4, axis=0), REULEAUX, EXACT),
+    "also those that nearly are": (NEARLY, REULEAUX, 1e-11),  # moved by 1e-13
+    # neighbours overlap, diagonals do not: inclusion and exclusion end after pairs
+    "a grid": (GRID, 49 * np.pi - 84 * lens(1.5), EXACT),
+    "a hole does not count": (RING, 6 * np.pi - 6 * lens(1.8), EXACT),
+    # which a disc in the middle meets in a lens each
+    "filled": (np.vstack([RING, [0, 0]]), 7 * np.pi - 12 * lens(1.8), EXACT),
+}
 
 
-def test_coincident_discs_count_once():
-    centres = np.repeat(polygon(3, 1.0), 4, axis=0)
-    once = geometry.union_area(polygon(3, 1.0), 1.0)
-    assert geometry.union_area(centres, 1.0) == pytest.approx(once, rel=EXACT)
-    nearly = centres + 1e-13 * np.random.default_rng(0).standard_normal(centres.shape)
-    assert geometry.union_area(nearly, 1.0) == pytest.approx(once, rel=1e-11)  # moved by 1e-13
+@pytest.mark.parametrize("name", UNIONS)
+def test_unions_in_closed_form(name):
+    centres, union, rel = UNIONS[name]
+    assert geometry.union_area(centres, 1.0) == pytest.approx(union, rel=rel)
 
 
-def test_grid_of_discs():
-    """Neighbours overlap, diagonals do not: inclusion and exclusion end after pairs."""
-    n, s = 7, 1.5
-    x, y = np.meshgrid(np.arange(n) * s, np.arange(n) * s)
-    union = n * n * np.pi - 2 * n * (n - 1) * lens(s)
-    area = geometry.union_area(np.stack([x.ravel(), y.ravel()], axis=1), 1.0)
-    assert area == pytest.approx(union, rel=EXACT)
-
-
-def test_a_hole_does_not_count():
-    ring = polygon(6, 1.8)
-    union = 6 * np.pi - 6 * lens(1.8)
-    assert geometry.union_area(ring, 1.0) == pytest.approx(union, rel=EXACT)
-    # a disc in the middle meets the six of the ring in a lens each
-    filled = geometry.union_area(np.concatenate([ring, [[0, 0]]]), 1.0)
-    assert filled == pytest.approx(union + np.pi - 6 * lens(1.8), rel=EXACT)
-    # six of side 1.2 leave a hole that a disc in the middle closes: the hexagon of the centres
-    # less six sectors of 120 degrees, whose overlaps count twice
+def test_a_disc_closes_a_hole():
+    """Six of side 1.2 leave the hexagon of their centres less six sectors of 120 degrees, whose
+    overlaps count twice."""
     tight = polygon(6, 1.2)
     hole = 1.5 * np.sqrt(3) * 1.2**2 - 2 * np.pi + 3 * lens(1.2)
-    open_ = geometry.union_area(tight, 1.0)
-    closed = geometry.union_area(np.concatenate([tight, [[0, 0]]]), 1.0)
-    assert closed - open_ == pytest.approx(hole, rel=1e-10)  # a hundredth of either
+    closed = geometry.union_area(np.vstack([tight, [0, 0]]), 1.0)
+    # a hundredth of either
+    assert closed - geometry.union_area(tight, 1.0) == pytest.approx(hole, rel=1e-10)
 
 
 def test_union_turned_moved_and_scaled():

@@ -1,12 +1,11 @@
 """The registry of numbers: one file adds a number with its figure, and it is shown everywhere."""
 
 import json
-from pathlib import Path
 
 import pytest
 import synthetic
 from program import dust
-from scenes import extensions_forgotten
+from scenes import EXAMPLES, extensions_forgotten
 
 from dusttaichi import analysis, plots, report
 from dusttaichi.analysis import ensemble_tables as tables
@@ -18,7 +17,7 @@ from dusttaichi.commands import options
 from dusttaichi.report import page
 from dusttaichi.results import shown
 
-OWN = Path(__file__).parents[2] / "docs/examples/loss_per_grain.py"
+OWN = EXAMPLES / "loss_per_grain.py"
 
 
 @pytest.fixture

@@ -1,15 +1,13 @@
 """The table of defaults: its scenes are valid, and each of their settings has a row."""
 
 import csv
-from pathlib import Path
 
 import pytest
 import yaml
-from scenes import extensions_forgotten
+from scenes import ROOT, extensions_forgotten
 
 from dusttaichi.scene import Scene
 
-ROOT = Path(__file__).parents[2]
 CASES = yaml.safe_load((ROOT / "docs/defaults.yaml").read_text(encoding="utf-8"))
 
 
@@ -24,9 +22,5 @@ def test_each_setting_has_a_row():
         rows = list(csv.DictReader(file))
     names = [name for name, case in CASES.items() for _ in case["careful"]]
     assert [row["scene"] for row in rows] == names
-    assert {row["verdict"] for row in rows} <= {
-        "agrees",
-        "within the scatter",
-        "differs",
-        "no number",
-    }
+    known = {"agrees", "within the scatter", "differs", "no number"}
+    assert {row["verdict"] for row in rows} <= known

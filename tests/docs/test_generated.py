@@ -1,18 +1,17 @@
 """The parts of the pages that are made from the program have everything in them."""
 
 import sys
-from pathlib import Path
 
 import pytest
 import typer
-from scenes import extensions_forgotten
+from scenes import ROOT, extensions_forgotten
 
 from dusttaichi.commands.app import app
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.scene import NAMED, shipped
 from dusttaichi.scene.keys import rows
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = ROOT / "docs"
 
 
 @pytest.fixture(scope="module")

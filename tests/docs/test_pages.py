@@ -4,19 +4,17 @@ import json
 import os
 import re
 import shlex
-from pathlib import Path
 
 import pytest
 import typer
 from program import dust, python
-from scenes import extensions_forgotten
+from scenes import ROOT, extensions_forgotten
 
 from benchmarks.__main__ import app as benchmarks
 from dusttaichi.commands.app import app
 from dusttaichi.scene import Scene, from_yaml, load
 from dusttaichi.scene.yaml_text import read
 
-ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 BUILT = {"_build", "generated"}  # made by Sphinx, not written by anyone
 PAGES = {

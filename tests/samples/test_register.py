@@ -1,13 +1,13 @@
 """Kinds of samples that are not of this package: known to the YAML once they are registered."""
 
 import runpy
-from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 import pytest
 from bodies import R, made, refused, scene
 from pydantic import Field
+from scenes import EXAMPLES
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import Sample, SampleBlock, register, registry
@@ -15,7 +15,7 @@ from dusttaichi.scene import from_yaml, json_schema
 from dusttaichi.scene.fields import Count, Number
 from dusttaichi.scene.keys import rows
 
-EXAMPLE = Path(__file__).parents[2] / "docs/examples/hollow_sphere.py"
+EXAMPLE = EXAMPLES / "hollow_sphere.py"
 
 
 @pytest.fixture(autouse=True)

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 import yaml
 from program import dust, invoked
-from scenes import BASE, CONFIGS, extensions_forgotten
+from scenes import BASE, CONFIGS, EXAMPLES, extensions_forgotten
 
 from dusttaichi import method
 from dusttaichi.commands import options
@@ -27,7 +27,6 @@ from dusttaichi.studies.settings import input_files
 from dusttaichi.studies.sweep import replicas, sweep
 
 HERE = Path(__file__).parent
-EXAMPLES = HERE.parents[1] / "docs/examples"
 ROLLING = "{rolling: {law: speed_dependent, modifier: 8, speed: 1 cm/s}}"
 LAW = BASE.replace("{rolling: on}", ROLLING) + "extensions: [rolling_with_speed.py]\n"
 CHAIN = """

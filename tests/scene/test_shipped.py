@@ -5,13 +5,11 @@ from pathlib import Path
 
 import pytest
 from program import invoked
-from scenes import extensions_forgotten
+from scenes import ROOT, extensions_forgotten
 
 from dusttaichi import __version__
 from dusttaichi.errors import DustError
 from dusttaichi.scene import load, shipped
-
-ROOT = Path(__file__).parents[2]
 
 
 def dust(*words):

@@ -3,12 +3,12 @@
 import csv
 import json
 from dataclasses import asdict, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 from program import dust
+from scenes import ROOT
 
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.method import Measurement, Start
@@ -114,8 +114,7 @@ def test_grains_that_have_left_a_wall():
 
 def test_the_published_map_has_the_cells_of_the_program():
     """docs/redraw.py looks for the row and column of each cell by its name."""
-    path = Path(__file__).parents[2] / "docs/validation/extremes.csv"
-    with open(path, newline="", encoding="utf-8") as file:
+    with open(ROOT / "docs/validation/extremes.csv", newline="", encoding="utf-8") as file:
         published = [(row["group"], row["name"]) for row in csv.DictReader(file)]
     cells = [(c.group, c.name) for make in GROUPS.values() for c in make(False)]
     assert sorted(published) == sorted(cells)

@@ -19,9 +19,9 @@ import bits
 import toy
 from tally import forked
 
+from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
 from dusttaichi.results import pieces
-from dusttaichi.results.reading import open_tree
 
 JOINS = ("the run", "the joining", "both")
 
@@ -64,28 +64,25 @@ def _case(name, directory, aim, whole):
     status, text = forked(told, *alone)  # a DustError where the joining alone was killed
     if status == 0:
         return False, bits.difference(whole, directory / "result.nc")
-    if status == 1:
-        return True, text
-    try:
-        if (directory / "result.nc").exists():
-            open_tree(directory / "result.nc").close()
-        _resume(name, directory)
-    except DustError as error:
-        return True, str(error)
-    return True, bits.difference(whole, directory / "result.nc")
+    return True, text if status == 1 else onward(name, directory, whole)
 
 
-def _resume(name, directory):
-    """Go on; a joining that has outlived its run holds the lock for a moment."""
-    for _ in range(100):
+def onward(name, directory, whole):
+    """What is wrong with the result of a run that was ended, and that goes on; None."""
+    if (directory / "result.nc").exists():
+        try:
+            open_run(directory).close()
+        except DustError as error:
+            return f"not readable: {error}"
+    until = time.monotonic() + 10.0  # a joining that has outlived its run holds the lock so long
+    while True:
         try:
             toy.go(name, directory, resume=True)
-            return
+            return bits.difference(whole, directory / "result.nc")
         except DustError as error:
-            if "Another run is writing" not in str(error):
-                raise
+            if "Another run is writing" not in str(error) or time.monotonic() > until:
+                return f"resumed: {error}"
             time.sleep(0.1)
-    toy.go(name, directory, resume=True)
 
 
 def _at_rename(number, after):

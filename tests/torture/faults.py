@@ -92,11 +92,7 @@ def _run(shim, name, case, fault):
 
 def _case(shim, name, case, fault, whole):
     """What went wrong with a fault, or None."""
-    import bits
-    import toy
-
-    from dusttaichi.analysis import open_run
-    from dusttaichi.errors import DustError
+    from aimed import onward
 
     status, text = _run(shim, name, case, fault)
     shim.fault_set(b"", *map(ctypes.c_long, (0, 0)), 0)
@@ -106,16 +102,7 @@ def _case(shim, name, case, fault, whole):
         return text
     if status > 1 and len(text) < 30:
         return f"a message that says little: {text!r}"
-    if (case / "result.nc").exists():
-        try:
-            open_run(case).close()
-        except DustError as error:
-            return f"not readable: {error}"
-    try:
-        toy.go(name, case, resume=True)
-    except DustError as error:
-        return f"resumed: {error}"
-    return bits.difference(whole, case / "result.nc")
+    return onward(name, case, whole)
 
 
 if __name__ == "__main__":
