@@ -8,7 +8,7 @@ import pytest
 from bodies import ROUNDING, D, R, distances, made, pieces
 from scipy.spatial.transform import Rotation
 
-from dusttaichi.geometry import radius_of_gyration
+from dusttaichi.physics.geometry import radius_of_gyration
 from dusttaichi.samples import fractal_dimension
 from dusttaichi.samples.ballistic import first_hits, first_touch, random_directions
 from dusttaichi.samples.bcca import generations
