@@ -211,6 +211,15 @@ def bundled(name):
         yield extensions.module(name)
 
 
+def write_spring(folder, more="method.register(METHOD)\n"):
+    """Write the method of run/spring.py, which compiles nothing, as a user's own file spring.py.
+
+    more: what the file does at its end.
+    """
+    text = (ROOT / "tests/run/spring.py").read_text()
+    (folder / "spring.py").write_text(f"{text}\n\nfrom dusttaichi import method\n\n{more}")
+
+
 # Built.
 
 

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 import yaml
 from program import dust, invoked
-from scenes import BASE, CONFIGS, EXAMPLES, extensions_forgotten
+from scenes import BASE, CONFIGS, EXAMPLES, extensions_forgotten, write_spring
 
 from dusttaichi import method
 from dusttaichi.commands import options
@@ -26,7 +26,6 @@ from dusttaichi.studies.engine import Shelf
 from dusttaichi.studies.settings import input_files
 from dusttaichi.studies.sweep import replicas, sweep
 
-HERE = Path(__file__).parent
 ROLLING = "{rolling: {law: speed_dependent, modifier: 8, speed: 1 cm/s}}"
 LAW = BASE.replace("{rolling: on}", ROLLING) + "extensions: [rolling_with_speed.py]\n"
 CHAIN = """
@@ -75,10 +74,7 @@ def leave_nothing_behind():
 def folder(tmp_path):
     """The example of the docs, and the method of the tests as a file of the user's own."""
     shutil.copy(EXAMPLES / "rolling_with_speed.py", tmp_path)
-    text = (HERE.parent / "run/spring.py").read_text() + "\n\nmethod.register(METHOD)\n"
-    (tmp_path / "spring.py").write_text(
-        text.replace("from dusttaichi", "from dusttaichi import method\nfrom dusttaichi", 1)
-    )
+    write_spring(tmp_path)
     return tmp_path
 
 

@@ -9,13 +9,12 @@ from pathlib import Path
 import pytest
 import xarray as xr
 from program import dust
-from scenes import EXAMPLES, extensions_forgotten
+from scenes import EXAMPLES, extensions_forgotten, write_spring
 
 from dusttaichi.commands.sweep import _part
 from dusttaichi.errors import DustError
 
 KEYS = ["--set", "stop.steps=50,60,70"]
-SPRING = Path(__file__).parents[1] / "run/spring.py"  # a method that compiles nothing
 TINY = """
 name: tiny
 method: spring
@@ -30,8 +29,7 @@ numerics: {time_step: 10 ns}
 def folder(tmp_path, monkeypatch):
     """A folder with tiny.yaml and its method, `dust` of this Python on the PATH."""
     (tmp_path / "tiny.yaml").write_text(TINY)
-    own = "\n\nfrom dusttaichi import method\n\nmethod.register(METHOD)\n"
-    (tmp_path / "spring.py").write_text(SPRING.read_text() + own)
+    write_spring(tmp_path)
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     monkeypatch.setenv("PATH", path)
     monkeypatch.chdir(tmp_path)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from bits import assert_same_bits
-from scenes import extensions_forgotten
+from scenes import ROOT, extensions_forgotten, write_spring
 
 from dusttaichi.results.files import RESULT
 from dusttaichi.run import execute
@@ -19,11 +19,10 @@ from dusttaichi.scene import load
 from dusttaichi.studies import engine, pool
 from dusttaichi.studies.sweep import sweep
 
-TESTS = Path(__file__).parents[1]
 SCENE = """
 name: cluster
 method: spring
-extensions: [slow.py]
+extensions: [spring.py]
 boundary: {kind: open}
 stop: {steps: 1000}
 numerics: {time_step: 10 ns, threads: 1}
@@ -33,8 +32,6 @@ SLOW = """
 import time
 from dataclasses import replace
 
-from dusttaichi import method
-
 
 class Slow(Spring):
     def advance(self, steps):
@@ -43,7 +40,7 @@ class Slow(Spring):
 
 
 method.register(replace(METHOD, build=Slow))
-"""  # behind the toy's own text: an extension of a scene that takes its time
+"""  # an extension of a scene that takes its time
 PATIENCE = 120.0  # s until a sweep without its scheduler has to have ended
 
 
@@ -80,7 +77,7 @@ class Cluster:
 
     def _start(self, program, *how):
         command = [sys.executable, "-m", f"distributed.cli.{program}", "--no-dashboard"]
-        paths = [str(TESTS.parent), os.environ.get("PYTHONPATH", "")]
+        paths = [str(ROOT), os.environ.get("PYTHONPATH", "")]
         return subprocess.Popen(
             [*command, "--scheduler-file", str(self._file), *how],
             stdout=subprocess.DEVNULL,
@@ -102,7 +99,7 @@ class Cluster:
 def test_what_is_lost_is_computed_again(tmp_path, monkeypatch, cluster):
     """A worker alone; after the scheduler the sweep ends with a message and continues elsewhere."""
     monkeypatch.setattr(pool, "CONNECT", "3 s")
-    (tmp_path / "slow.py").write_text((TESTS / "run" / "spring.py").read_text() + SLOW)
+    write_spring(tmp_path, SLOW)
     (tmp_path / "scene.yaml").write_text(SCENE)
     with extensions_forgotten():
         plan = sweep(load(tmp_path / "scene.yaml"), ["start=0.5,1.0"], tmp_path / "sweep")
