@@ -5,8 +5,6 @@ expected goes to docs/validation/benchmarks_continuum.csv, the curves of the fin
 docs/figures/benchmark_NAME.png.
 """
 
-import sys
-import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,7 +26,6 @@ from dusttaichi.scene.continuum_material import ContinuumMaterial
 
 HERE = Path(__file__).parent
 CONFIGS = HERE.parent / "configs/continuum/benchmarks"
-TABLE, FIGURES = "benchmarks_continuum.csv", "figures"
 
 
 class Row(NamedTuple):
@@ -337,7 +334,7 @@ def rows_of(name, folder):
     (coarse, _, open_1), (fine, curves, open_2) = (
         carried_out(name, resolution, folder) for resolution in (0, 1)
     )
-    plots.save(figure_of(curves), HERE / FIGURES / f"benchmark_{name}.png")
+    plots.save(figure_of(curves), HERE / f"figures/benchmark_{name}.png")
     pairs = [*zip(coarse, fine, strict=True)]
     pairs.append((Row("ledger open by", "1", 0.0, open_1), Row("", "", 0.0, open_2)))
     ratio = np.divide(*(scene_of(name, k).numerics.spacing for k in (0, 1)))
@@ -369,14 +366,5 @@ def verdict(coarse, fine, ratio):
     return "converges" if abs(coarse) >= ratio * abs(fine) else "differs"
 
 
-def main(names):
-    """Entry point: rows of other benchmarks stay in the table as they are."""
-    with tempfile.TemporaryDirectory() as folder:
-        for name in names or BENCHMARKS:
-            found = rows_of(name, folder)
-            print(*(" | ".join(row) for row in found), sep="\n", flush=True)
-            update(TABLE, {name: found}, BENCHMARKS)
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    update("benchmarks_continuum.csv", BENCHMARKS, rows_of)

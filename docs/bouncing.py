@@ -12,12 +12,12 @@ of the profile likelihood, nan where it does not end within the table: a logisti
 P = 1/(1 + exp(-b (ln N - t - s ln v))), b >= 0.
 """
 
-import sys
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from tables import name_of, write
+from tables import main
 
 from dusttaichi.analysis.collisions import FAILED, MISS, mean_and_error
 from dusttaichi.scene import extensions
@@ -39,7 +39,7 @@ def rows(path):
             bounced = own.restitution.values[own.outcome.values == "bouncing"]
             apart = mean_and_error(bounced)
             yield {
-                "study": name_of(path),
+                "study": Path(path).name,
                 "level": str(body).rpartition("_")[0],
                 "grains_per_body": round(float(own.grains.mean()) / 2),
                 "filling_factor": f"{phi[0]:.4f}",
@@ -54,11 +54,6 @@ def rows(path):
                 "residual": f"{float(np.abs(own.residual).max()):.1e}",
                 "version": data.attrs.get("git_commit", ""),
             }
-
-
-def main(out, *paths):
-    """Write the table of these studies."""
-    write(out, [row for path in paths for row in rows(path)])
 
 
 def fit(path):
@@ -87,7 +82,4 @@ def fit(path):
 
 
 if __name__ == "__main__":
-    if sys.argv[1] == "fit":
-        fit(sys.argv[2])
-    else:
-        main(*sys.argv[1:])
+    main(rows, fit=fit)

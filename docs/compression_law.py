@@ -10,11 +10,11 @@ Runs that continue another one (`sample.file`) are rows of their own. The seed i
 last underscore of the name of the run.
 """
 
-import sys
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from tables import name_of, write
+from tables import main
 
 from dusttaichi import analysis
 from dusttaichi.physics import laws
@@ -38,9 +38,9 @@ def rows(path):
         shares = TATSUUMA_2023.loss_shares(run, decades=DECADES)
         drive = run.scene["stages"][0]["drive"] if run.scene.get("stages") else {}
         about = {
-            "run": name_of(path),
+            "run": Path(path).name,
             "grains": run.grains,
-            "seed": name_of(path).rpartition("_")[2],
+            "seed": Path(path).name.rpartition("_")[2],
             "compression_rate": drive.get("compression_rate", ""),
             "version": run.attrs.get("git_commit", ""),
         }
@@ -59,11 +59,6 @@ def rows(path):
             }
 
 
-def main(out, *paths):
-    """Write the table of these runs."""
-    write(out, [row for path in paths for row in rows(path)])
-
-
 def factors(path, base="base", low=0.05, high=0.13):
     """Print the geometric mean over the bins that two runs of a seed have in common from `low` to
     `high`: mean and standard deviation between the seeds, and their number."""
@@ -79,7 +74,4 @@ def factors(path, base="base", low=0.05, high=0.13):
 
 
 if __name__ == "__main__":
-    if sys.argv[1] == "factors":
-        factors(*sys.argv[2:])
-    else:
-        main(*sys.argv[1:])
+    main(rows, factors=factors)

@@ -5,8 +5,6 @@ Each is run as it is and with these; a row of each goes to docs/validation/defau
 """
 
 import json
-import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +20,7 @@ from dusttaichi.run import execute
 from dusttaichi.scene import Scene
 
 HERE = Path(__file__).parent
-SCENES = HERE / "defaults.yaml"
+CASES = yaml.safe_load((HERE / "defaults.yaml").read_text())
 TOP = WALLS.index("top")
 ALONE = {"numerics.threads": 1}
 
@@ -120,17 +118,12 @@ def words(settings):
     )
 
 
-def main(names):
-    """Entry point: rows of other scenes stay in the table as they are."""
-    cases = yaml.safe_load(SCENES.read_text())
-    with tempfile.TemporaryDirectory() as folder:
-        for name in names or cases:
-            case = cases[name]
-            plain = measured(case, {}, folder)
-            found = [row(name, case, s, plain, measured(case, s, folder)) for s in case["careful"]]
-            print(*(" | ".join(cells) for cells in found), sep="\n", flush=True)
-            update("defaults.csv", {name: found}, cases)
+def rows(name, folder):
+    """Rows of a case, one for each of its careful settings."""
+    case = CASES[name]
+    plain = measured(case, {}, folder)
+    return [row(name, case, s, plain, measured(case, s, folder)) for s in case["careful"]]
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    update("defaults.csv", CASES, rows)

@@ -15,11 +15,11 @@ single: share of the mass in single grains. loss_...: shares of the energy of th
 tangential: rolling, sliding and twisting.
 """
 
-import sys
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from tables import name_of, write
+from tables import main
 
 from dusttaichi.analysis.collisions import FAILED, MISS, fragment_slope, mean_and_error, spectrum
 from dusttaichi.analysis.thresholds import thresholds
@@ -41,7 +41,7 @@ def breaking_energy(scene):
 
 def open_study(path):
     """(name, dataset) of a directory."""
-    return name_of(path), xr.load_dataset(f"{path}/collisions.nc")
+    return Path(path).name, xr.load_dataset(f"{path}/collisions.nc")
 
 
 def tangential_loss(data):
@@ -103,11 +103,6 @@ def rows(path):
         }
 
 
-def main(out, *paths):
-    """Write the table of these studies."""
-    write(out, [row for path in paths for row in rows(path)])
-
-
 def pairs(first, *others):
     """Print differences of growth efficiencies and of tangential losses of the same pairs."""
     _, base = open_study(first)
@@ -123,7 +118,4 @@ def pairs(first, *others):
 
 
 if __name__ == "__main__":
-    if sys.argv[1] == "pairs":
-        pairs(*sys.argv[2:])
-    else:
-        main(*sys.argv[1:])
+    main(rows, pairs=pairs)

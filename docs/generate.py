@@ -6,16 +6,13 @@ their registry, those of a contact from the laws, and the pages of the interface
 So none of these tables can be out of date.
 """
 
-import csv
 import re
 from pathlib import Path
 
 import interface
 import sample_size
 import softening
-from tables import VALIDATION, head, row
-from tables import cell as _cell
-from tables import text as _text
+from tables import VALIDATION, markdown, read
 
 from dusttaichi.analysis.numbers import Family, families
 from dusttaichi.continuum.variables import VARIABLES as OF_CONTINUUM
@@ -73,7 +70,7 @@ def main():
         "variables_continuum_snapshots.md": variables("snapshots", OF_CONTINUUM),
         "commands.md": interface.commands(),
         "exit_codes.md": interface.exit_codes(),
-        **{f"{csv_file.stem}.md": csv_table(csv_file) for csv_file in _tables()},
+        **{f"{file.stem}.md": csv_table(file) for file in VALIDATION.glob("*.csv")},
         **softening.pages(),
         "sample_size_table.md": sample_size.page(),
         "api/index.md": interface.api_index(),
@@ -109,14 +106,17 @@ def keys(block):
 
 def keys_of(chosen):
     """The table of some keys, in Markdown."""
-    lines = head("key", "default", "meaning")
-    for key in chosen:
+
+    def row(key):
         of = f"of {', '.join(f'`{kind}`' for kind in key.kinds)}: " if key.kinds else ""
-        default = f"`{key.default}`" if key.default else "*needed*" if key.needed else ""
         example = f", as `{key.example}`" if key.example else ""
-        meaning = f"{of}{_cell(key.meaning)}<br>*{_cell(key.allowed)}{example}*"
-        lines.append(f"| `{key.path}` | {default} | {meaning} |")
-    return _text(lines)
+        return {
+            "key": f"`{key.path}`",
+            "default": f"`{key.default}`" if key.default else "*needed*" if key.needed else "",
+            "meaning": f"{of}{key.meaning}<br>*{key.allowed}{example}*",
+        }
+
+    return markdown(map(row, chosen))
 
 
 # Materials, variables, tables of numbers.
@@ -125,11 +125,11 @@ def keys_of(chosen):
 def materials():
     """The table of the named materials."""
     numbers = {name: _numbers(material) for name, material in NAMED.items()}
-    names = list(dict.fromkeys(key for known in numbers.values() for key in known))
-    lines = head("", *(f"`{name}`" for name in numbers))
-    for key in names:
-        lines.append(row(f"`{key}`", *(str(known.get(key, "")) for known in numbers.values())))
-    return _text(lines)
+    keys = dict.fromkeys(key for known in numbers.values() for key in known)
+    return markdown(
+        {"": f"`{key}`"} | {f"`{name}`": f"{own.get(key, '')}" for name, own in numbers.items()}
+        for key in keys
+    )
 
 
 def _numbers(material):
@@ -140,10 +140,10 @@ def _numbers(material):
 
 def contact_numbers():
     """The table of the numbers that a contact stores for each law."""
-    lines = head("effect", "law", "number", "unit", "meaning")
-    for effect, law, name, unit, meaning in table_of_numbers():
-        lines.append(row(effect, f"`{law}`", f"`{name}`", unit, _cell(meaning)))
-    return _text(lines)
+    return markdown(
+        {"effect": effect, "law": f"`{law}`", "number": f"`{name}`", "unit": unit, "meaning": text}
+        for effect, law, name, unit, text in table_of_numbers()
+    )
 
 
 def built_in():
@@ -163,49 +163,44 @@ def bundled():
 
 def numbers(chosen, files=None):
     """The table of the numbers of some families; files: family -> file that it is of."""
-    lines = head("number", "unit", "meaning", "where")
-    for family in chosen:
-        where = f"{_cell(family.title)}: `{files[family.name]}`" if files else _cell(family.title)
-        for own in family.numbers:
-            unit = own.unit or ("text" if own.unit == "" else "")
-            title = _cell(own.about or own.title.removeprefix("… "))
-            lines.append(row(f"`{own.name}`", unit, title, where))
-    return _text(lines)
+    return markdown(
+        {
+            "number": f"`{own.name}`",
+            "unit": own.unit or ("text" if own.unit == "" else ""),
+            "meaning": own.about or own.title.removeprefix("… "),
+            "where": f"{family.title}: `{files[family.name]}`" if files else family.title,
+        }
+        for family in chosen
+        for own in family.numbers
+    )
 
 
 def variables(group, declared):
     """The table of the variables of one group of the result file."""
-    lines = head("variable", "dimensions", "unit", "meaning", "source")
-    for variable in declared:
-        if variable.group != group:
-            continue
-        dims = ", ".join(f"`{name}`" for name in variable.dims)
+
+    def row(variable):
         needs = ", ".join(text for name, text in FEATURES.items() if name in variable.needs)
-        there = f"<br>*{needs}*" if needs else ""
-        meaning = f"{_cell(variable.long_name)}{there}"
-        cells = (f"`{variable.name}`", dims, variable.units, meaning, _cell(variable.source))
-        lines.append(row(*cells))
-    return _text(lines)
+        return {
+            "variable": f"`{variable.name}`",
+            "dimensions": ", ".join(f"`{name}`" for name in variable.dims),
+            "unit": variable.units,
+            "meaning": variable.long_name + (f"<br>*{needs}*" if needs else ""),
+            "source": variable.source,
+        }
 
-
-def _tables():
-    """The tables of numbers of the validation, small enough for a page."""
-    return sorted(VALIDATION.glob("*.csv"))
+    return markdown(row(variable) for variable in declared if variable.group == group)
 
 
 def csv_table(path, most=60):
     """A CSV file as a table; of a long one its first rows, and how many there are."""
-    with path.open(newline="", encoding="utf-8") as file:
-        text = file.read().splitlines()
-    notes = [line.removeprefix("#").strip() for line in text if line.startswith("#")]
-    names, *lines = csv.reader(line for line in text if not line.startswith("#"))
-    table = [*(note + "\n" for note in notes), ":::{div} numbers", ""]
-    table += head(*map(_cell, names))
-    table += [row(*(_cell(_short(one)) for one in cells)) for cells in lines[:most]]
-    table += ["", ":::"]
-    if len(lines) > most:
-        table += ["", f"The first {most} of {len(lines)} rows."]
-    return _text(table)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    notes = [line.removeprefix("#").strip() + "\n" for line in lines if line.startswith("#")]
+    table = read(path, dtype=str, keep_default_na=False)
+    shown = table.head(most).apply(lambda column: column.map(_short))
+    texts = [*notes, ":::{div} numbers\n", markdown(shown.to_dict("records")), ":::\n"]
+    if len(table) > most:
+        texts.append(f"The first {most} of {len(table)} rows.\n")
+    return "\n".join(texts)
 
 
 def _short(cell):

@@ -5,9 +5,8 @@ each run compared with that of the same seed: what the seeds have in common canc
 mean difference is known better than either mean.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
+import pandas as pd
 
 from dusttaichi.plots import style
 from dusttaichi.studies.suggest import AS_IT_IS
@@ -29,80 +28,58 @@ TEXTS = {
 }
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """One observable of a setting, over all its seeds.
-
-    cost: steps over those of the unchanged scene. value: mean (of a curve the mean filling factor).
-    shift: mean difference from the unchanged scene with the same seeds, over its mean (of a curve
-    the mean over its pressures). error: the same without its sign; of a curve the root mean square
-    over its pressures. uncertainty: standard error of it, from the scatter of the differences; not
-    a number for one seed. scatter: standard deviation between the seeds of the unchanged scene,
-    relative as well. seeds: number of finished runs. refused: why there is no result, or "".
-    """
-
-    scene: str
-    grains: int
-    settings: str
-    observable: str
-    cost: float
-    value: float
-    shift: float
-    error: float
-    uncertainty: float
-    scatter: float
-    seeds: int
-    refused: str = ""
-
-    @property
-    def hidden(self):
-        """True where the error is within the scatter of the seeds."""
-        return self.error <= self.scatter
-
-    @property
-    def resolved(self):
-        """True where the error is more than twice its uncertainty: a shift, not chance."""
-        return self.error > 2.0 * self.uncertainty
-
-
 def outcomes(table):
-    """The Outcomes of a table of runs, scene by scene, in the order of the settings."""
+    """Outcomes of a table of runs: a DataFrame, scene by scene, in the order of the settings.
+
+    A row is one observable of a setting, over all its seeds. cost: steps over those of the
+    unchanged scene. value: mean (of a curve the mean filling factor). shift: mean difference from
+    the unchanged scene with the same seeds, over its mean (of a curve the mean over its pressures).
+    error: the same without its sign; of a curve the root mean square over its pressures.
+    uncertainty: standard error of it, from the scatter of the differences; not a number for one
+    seed. scatter: standard deviation between the seeds of the unchanged scene, relative as well.
+    seeds: number of finished runs. refused: why there is no result, or "". hidden: whether the
+    error is within the scatter of the seeds; resolved: whether it is more than twice its
+    uncertainty, a shift and not chance.
+    """
     result = []
     for scene, grains in table[["scene", "grains"]].dropna().drop_duplicates().values.tolist():
         # a run that was refused has no number of grains
         rows = table[(table.scene == scene) & table.grains.isin([grains, np.nan])]
         base = _finished(rows[rows.settings == AS_IT_IS])
         for settings, own in rows.groupby("settings", sort=False) if len(base) else ():
-            result += _of_setting(own, base, scene=scene, grains=int(grains), settings=settings)
-    return result
+            about = {"scene": scene, "grains": int(grains), "settings": settings}
+            result += [about | found for found in _of_setting(own, base)]
+    found = pd.DataFrame(result)
+    found["hidden"] = found.error <= found.scatter
+    found["resolved"] = found.error > 2.0 * found.uncertainty
+    return found
 
 
 def _finished(rows):
     return rows[rows.status.str.startswith("finished")]
 
 
-def _of_setting(rows, base, **about):
+def _of_setting(rows, base):
     finished = _finished(rows)
-    about["seeds"] = len(finished)
+    about = {"seeds": len(finished), "refused": "" if len(finished) else rows.status.iloc[0]}
     if finished.empty:
-        nothing = dict.fromkeys(NUMBERS, np.nan)
-        return [Outcome(**about, **nothing, observable="", refused=rows.status.iloc[0])]
+        return [about | dict.fromkeys(NUMBERS, np.nan) | {"observable": ""}]
     seeds = set(finished.seed) & set(base.seed)
     both = [some[some.seed.isin(seeds)].set_index("seed") for some in (finished, base)]
-    cost = np.divide(*(some.steps.mean() for some in both))
+    about["cost"] = np.divide(*(some.steps.mean() for some in both))
     result = []
     for name, columns in _observables(base).items():
         mine, right = (some[columns] for some in both)
         paired = mine.notna() & right.notna()
         if known := [name for name in columns if paired[name].mean() > MOST]:
             mine, right = (some.where(paired)[known] for some in (mine, right))
-            numbers = _numbers(mine, right, base[known].std()) | {"cost": float(cost)}
-            result.append(Outcome(**about, **numbers, observable=name))
+            numbers = _numbers(mine, right, base[known].std())
+            result.append(about | numbers | {"observable": name})
     return result
 
 
 def _numbers(mine, right, spread):
-    """Numbers of an Outcome from tables (seed, pressure) of a setting and of the unchanged scene.
+    """Numbers of an outcome from tables (seed, pressure) of a setting and of the unchanged scene.
 
     Both are NaN where a pair of runs has no value. spread: standard deviation between seeds,
     (pressure,).
@@ -110,8 +87,7 @@ def _numbers(mine, right, spread):
     scale, change = abs(right.mean().mean()), mine - right
     rms = {"error": change.mean(), "uncertainty": change.sem(), "scatter": spread}
     numbers = {name: np.sqrt(np.mean(d.to_numpy() ** 2)) / scale for name, d in rms.items()}
-    numbers |= {"value": mine.mean().mean(), "shift": change.mean().mean() / scale}
-    return {name: float(v) for name, v in numbers.items()}
+    return numbers | {"value": mine.mean().mean(), "shift": change.mean().mean() / scale}
 
 
 def _observables(rows):
@@ -147,20 +123,19 @@ COLUMNS = 2
 
 @style.styled
 def figure(found, observables=()):
-    """The figure of several Outcomes: a panel for each scene.
+    """The figure of outcomes: a panel for each scene.
 
     A panel shows the first of `observables` that the scene has, else its first. Dashed: a fifth of
     the cost; bars: standard errors; open: of a single seed.
     """
-    panels = {}
-    for o in found:
-        if not o.refused and o.settings != AS_IT_IS:
-            panels.setdefault((o.scene, o.grains), {}).setdefault(o.observable, []).append(o)
+    shown = found[(found.refused == "") & (found.settings != AS_IT_IS)]
+    panels = list(shown.groupby(["scene", "grains"], sort=False))
     figure, axes = style.new_grid(len(panels), COLUMNS, height=2.3)
     handles = {}
-    for place, ((scene, grains), own) in zip(axes, panels.items(), strict=True):
-        name = next((n for n in observables if n in own), next(iter(own)))
-        _panel(place, own[name])
+    for place, ((scene, grains), own) in zip(axes, panels, strict=True):
+        names = own.observable.unique()
+        name = next((n for n in observables if n in names), names[0])
+        _panel(place, own[own.observable == name])
         title = f"{scene.removeprefix('trade_')}, {grains} grains:\n{text_of(name)}"
         place.set_title(title, fontsize=7)
         handles |= dict(zip(*reversed(place.get_legend_handles_labels()), strict=True))
@@ -169,11 +144,10 @@ def figure(found, observables=()):
 
 
 def _panel(axes, found):
-    scatter = found[0].scatter
-    errors = np.array([max(o.error, 1e-4) for o in found])
+    scatter, errors = found.scatter.iloc[0], found.error.clip(lower=1e-4)
     axes.axhspan(1e-5, scatter, color=style.GREY, alpha=0.18, linewidth=0, label="scatter of seeds")
     axes.axvline(0.2, **style.look(style.BLACK, 0.8, (0, (5, 2))))
-    for o, error in zip(found, errors, strict=True):
+    for o, error in zip(found.itertuples(), errors, strict=True):
         colour, marker, label = _look(o.settings)
         open_ = {"markerfacecolor": "white"} if o.seeds < 2 else {}
         bar = 0.0 if np.isnan(o.uncertainty) else o.uncertainty
@@ -183,7 +157,7 @@ def _panel(axes, found):
     axes.set(xscale="log", yscale="log")
     axes.set_xlabel("steps over those as it is", fontsize=7)
     axes.set_ylabel("error of the mean", fontsize=7)
-    axes.set_xlim(min(0.05, 0.8 * min(o.cost for o in found)), 1.2)
+    axes.set_xlim(min(0.05, 0.8 * found.cost.min()), 1.2)
     axes.tick_params(labelsize=7, which="both")
     style.few_ticks(axes.xaxis)
     axes.set_ylim(0.5 * min(errors.min(), scatter), 2.0 * max(errors.max(), scatter))

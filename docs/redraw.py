@@ -9,7 +9,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 from outcomes import figure as of_settings
 from outcomes import outcomes
@@ -70,12 +69,11 @@ def softening():
     """Cost against error of softened contacts; and the table that `--suggest` reads."""
     found = outcomes(read("softening.csv"))
     # collisions refuse softened contacts: nothing to suggest
-    own = [one for one in found if one.scene in SUGGESTED and not one.refused]
+    own = found[found.scene.isin(SUGGESTED) & (found.refused == "")]
     kinds = {name: kind_of(load(name.replace("trade_", "trade/"))) for name in SUGGESTED}
-    table = [vars(one) | {"kind": kinds[one.scene]} for one in own]
-    table = pd.DataFrame(table)[COLUMNS]
-    table.to_csv(TABLE, index=False, lineterminator="\n", float_format="%.4g", na_rep="nan")
-    shown = [own for own in found if own.scene.startswith("trade_")]
+    own = own.assign(kind=own.scene.map(kinds))[COLUMNS]
+    own.to_csv(TABLE, index=False, lineterminator="\n", float_format="%.4g", na_rep="nan")
+    shown = found[found.scene.str.startswith("trade_")]
     return of_settings(shown, observables=("phi(P)", "strength", "ratio"))
 
 

@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 import pandas as pd
-from tables import VALIDATION, head, read, row, text
+from tables import VALIDATION, markdown, read
 
 from dusttaichi import analysis
 from dusttaichi.analysis.compression_fit import fit_compression, rms_from_law
@@ -33,10 +33,6 @@ KINDS = {
     "omni_static-cell": "… periodic along z too",
 }
 MARKERS = "s^Dv<>"  # of rows with one number of grains
-COLUMNS = (
-    "sample", "grains", "seeds", "1e9 grain-steps", "largest distance in φ", "compared, kPa",
-    "rms, 1-100 kPa", "mean", "… of the inner part", "$p_m$, kPa", "Δ",
-)  # fmt: skip
 
 
 def cell(path):
@@ -77,23 +73,23 @@ def groups():
 
 def page():
     """The table in Markdown; of several seeds the mean, or the range where it says more."""
-    lines = head(*COLUMNS)
-    for (kind, grains), rows in groups().items():
-        cells = [
-            kind,
-            f"{grains}",
-            f"{len(rows)}",
-            f"{rows.cost.mean():.2f}",
-            _range(rows.largest, 3),
-            f"{rows.largest_p_low.max() / 1e3:.2f}-{rows.largest_p_high.min() / 1e3:.0f}",
-            f"{rows.rms.mean():.3f}",
-            f"{rows.rms_mean.mean():+.3f}",
-            f"{rows.inner_mean.mean():+.3f}".replace("+nan", "-"),
-            _range(rows.p_m / 1e3, 1),
-            f"{rows.delta.mean():.2f}",
-        ]
-        lines.append(row(*cells))
-    return text(lines)
+    return markdown(
+        {
+            "sample": kind,
+            "grains": f"{grains}",
+            "seeds": f"{len(rows)}",
+            "1e9 grain-steps": f"{rows.cost.mean():.2f}",
+            "largest distance in φ": _range(rows.largest, 3),
+            "compared, kPa": f"{rows.largest_p_low.max() / 1e3:.2f}"
+            f"-{rows.largest_p_high.min() / 1e3:.0f}",
+            "rms, 1-100 kPa": f"{rows.rms.mean():.3f}",
+            "mean": f"{rows.rms_mean.mean():+.3f}",
+            "… of the inner part": f"{rows.inner_mean.mean():+.3f}".replace("+nan", "-"),
+            "$p_m$, kPa": _range(rows.p_m / 1e3, 1),
+            "Δ": f"{rows.delta.mean():.2f}",
+        }
+        for (kind, grains), rows in groups().items()
+    )
 
 
 @style.styled

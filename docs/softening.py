@@ -4,10 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from outcomes import CURVE, PHI, outcomes
-from tables import head as _head
-from tables import read
-from tables import row as _row
-from tables import text as _text
+from tables import markdown, read
 
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.scene import load
@@ -41,23 +38,19 @@ def pages():
 
 def levels(found):
     """Cost and error of each scene and number at each level of stiffness."""
-    lines = _head("scene, grains", "number", "seeds, scatter", *LEVELS, "free down to")
-    rows = {(o.scene, o.grains, o.settings, o.observable): o for o in found}
-    for own in rows.values():
-        if own.settings != AS_IT_IS or not own.scene.startswith(CHOSEN):
-            continue
-        keys = [(own.scene, own.grains, f"{STIFFNESS} {s}", own.observable) for s in LEVELS]
-        some = [rows.get(key) for key in keys]
-        why = {o.settings: o.refused for o in found if o.scene == own.scene and o.refused}
-        if not any(some):
-            continue
-        cells = [
-            _cell(o, own.seeds) if o else _refused(why.get(f"{STIFFNESS} {s}"))
-            for s, o in zip(LEVELS, some, strict=True)
-        ]
-        scatter = f"{own.seeds}, {_percent(own.scatter)}"
-        lines.append(_row(_name(own), _number(own), scatter, *cells, _free(some)))
-    return _text(lines)
+    known = {(o.scene, o.grains, o.settings, o.observable): o for o in found.itertuples()}
+    rows = []
+    for own in found[(found.settings == AS_IT_IS) & _begins(found, CHOSEN)].itertuples():
+        some, cells = [], {}
+        for s in LEVELS:
+            here = own.scene, own.grains, f"{STIFFNESS} {s}"
+            some.append(known.get((*here, own.observable)))
+            cells[s] = _cell(some[-1], known.get((*here, "")), own.seeds)
+        if any(some):
+            scatter = f"{own.seeds}, {_percent(own.scatter)}"
+            about = {"scene, grains": _name(own), "number": _number(own), "seeds, scatter": scatter}
+            rows.append(about | cells | {"free down to": _free(some)})
+    return markdown(rows)
 
 
 def pressures(table):
@@ -80,16 +73,19 @@ def _softened(table, name):
 def _shifts(base, some):
     """Shifts of the mean filling factor at each pressure, over the seeds that both have."""
     names = [name for name in base if name.startswith(PHI)]
-    lines = _head(f"`{STIFFNESS}`", "seeds", *(f"φ at {name.removeprefix(PHI)}" for name in names))
     mean, spread = base[names].mean(), base[names].std()
-    cells = [f"{mean[n]:.3f}, scatter {_percent(spread[n] / mean[n])}" for n in names]
-    lines.append(_row("1", str(len(base)), *cells))
-    for what, rows in some.items():
-        change = (rows[names] - base[names]).dropna(how="all")
+    cells = {n: f"{mean[n]:.3f}, scatter {_percent(spread[n] / mean[n])}" for n in names}
+    rows = [(("1", len(base)), cells)]
+    for what, runs in some.items():
+        change = (runs[names] - base[names]).dropna(how="all")
         if len(change):
-            cells = [_signed(change[n].mean() / mean[n], change[n].sem() / mean[n]) for n in names]
-            lines.append(_row(what, str(len(change)), *cells))
-    return _text(lines)
+            shift, error = change.mean() / mean, change.sem() / mean
+            rows.append(((what, len(change)), {n: _signed(shift[n], error[n]) for n in names}))
+    return markdown(
+        {f"`{STIFFNESS}`": what, "seeds": f"{seeds}"}
+        | {f"φ at {name.removeprefix(PHI)}": cell for name, cell in cells.items()}
+        for (what, seeds), cells in rows
+    )
 
 
 def causes(table):
@@ -98,20 +94,24 @@ def causes(table):
     levels = {s: (s, rows) for s, rows in {"1": base, **some}.items()}
     for s, settings in (("1", AS_IT_IS), ("0.1", f"{STIFFNESS} 0.1")):
         levels[f"{s}, 5 cm/s"] = s, _runs(table, SLOW, settings).loc[base.index]
-    lines = _head(
-        f"`{STIFFNESS}`", "energy that binds a contact", "slides from", "contacts formed per grain",
-        "contacts per grain at the end", *(f"lost on {name}" for name in CHANNELS),
-    )  # fmt: skip
-    scene = load(SCENE)
-    for name, (s, rows) in levels.items():
+    scene, lines = load(SCENE), []
+    for name, (s, runs) in levels.items():
         pair = contact_constants(scene.with_value(f"numerics.{STIFFNESS}", float(s)))[0]
-        lost = rows[[f"lost {name} [J]" for name in CHANNELS]].fillna(0.0).mean()
+        lost = runs[[f"lost {name} [J]" for name in CHANNELS]].fillna(0.0).mean()
         touch = -float(pair.curve(np.array([0.0]))[1][0])
-        formed = lost["lost forming [J]"] / touch / rows.grains.iloc[0]
-        cells = (f"{pair.bound * 1e18:.3g} aJ", f"{pair.numbers['zeta_crit'] * 1e9:.2g} nm")
-        cells += (f"{formed:.1f}", f"{rows['contacts a grain'].mean():.2f}")
-        lines.append(_row(name, *cells, *(_percent(part) for part in lost / lost.sum())))
-    return _text(lines)
+        formed = lost["lost forming [J]"] / touch / runs.grains.iloc[0]
+        shares = zip(CHANNELS, lost / lost.sum(), strict=True)
+        lines.append(
+            {
+                f"`{STIFFNESS}`": name,
+                "energy that binds a contact": f"{pair.bound * 1e18:.3g} aJ",
+                "slides from": f"{pair.numbers['zeta_crit'] * 1e9:.2g} nm",
+                "contacts formed per grain": f"{formed:.1f}",
+                "contacts per grain at the end": f"{runs['contacts a grain'].mean():.2f}",
+                **{f"lost on {channel}": _percent(share) for channel, share in shares},
+            }
+        )
+    return markdown(lines)
 
 
 def _runs(table, name, settings=AS_IT_IS):
@@ -131,19 +131,27 @@ def _runs_of_scene(table):
 
 def drafts(found, prefix):
     """Drafts of the scenes whose names have a prefix."""
-    lines = _head("scene, grains", "number", "steps", "error of the mean", "scatter of seeds",
-                  "seeds", "verdict")  # fmt: skip
-    for o in found:
-        if o.settings != DRAFT or o.refused or not o.scene.startswith(prefix):
-            continue
-        error, scatter = _signed(_sign(o) * o.error, o.uncertainty), _percent(o.scatter)
-        numbers = (f"{o.cost:.3f}", error, scatter, str(o.seeds))
-        lines.append(_row(_name(o), _number(o), *numbers, verdict(o)))
-    return _text(lines)
+    own = found[(found.settings == DRAFT) & (found.refused == "") & _begins(found, prefix)]
+    return markdown(
+        {
+            "scene, grains": _name(o),
+            "number": _number(o),
+            "steps": f"{o.cost:.3f}",
+            "error of the mean": _signed(_sign(o) * o.error, o.uncertainty),
+            "scatter of seeds": _percent(o.scatter),
+            "seeds": f"{o.seeds}",
+            "verdict": verdict(o),
+        }
+        for o in own.itertuples()
+    )
+
+
+def _begins(found, prefix):
+    return found.scene.str.startswith(prefix)
 
 
 def verdict(o):
-    """Whether the error of an Outcome is within the scatter of its seeds."""
+    """Whether the error of an outcome is within the scatter of its seeds."""
     if o.seeds < 2:
         return "one seed"
     if o.hidden:
@@ -151,16 +159,15 @@ def verdict(o):
     return "open" if o.error - o.uncertainty <= o.scatter else "above"
 
 
-def _cell(o, seeds):
+def _cell(o, refused, seeds):
+    """Cost and error of an outcome, if any; else why there is none."""
+    if o is None and refused is None:
+        return "not run"
+    if o is None:
+        return "refused" if "cannot be used" in refused.refused else "stopped"
     text = f"{o.cost:.2f}: {_signed(_sign(o) * o.error, o.uncertainty)}"
     text += f" ({o.seeds} seed{'s' * (o.seeds > 1)})" if o.seeds < seeds else ""
     return text if o.hidden else f"**{text}**"
-
-
-def _refused(why):
-    if why is None:
-        return "not run"
-    return "refused" if "cannot be used" in why else "stopped"
 
 
 def _free(some):
