@@ -65,7 +65,8 @@ def say_abreast(keys, columns, title=None):
         ends = list(accumulate(width + GAP for width in widths))
         here = max(1, sum(end - GAP <= left for end in ends))
         shown, rest = rest[:here], rest[here:]
-        table = plain_table(
+        say_table(
+            zip(*(texts for _, texts in [*keys, *shown]), strict=True),
             *({"header": key[0], "width": n} for key, n in zip(keys, front, strict=True)),
             *(
                 {"header": head, "justify": "right", "width": n}
@@ -73,9 +74,6 @@ def say_abreast(keys, columns, title=None):
             ),
             title=title,
         )
-        for row in zip(*(texts for _, texts in [*keys, *shown]), strict=True):
-            table.add_row(*row)
-        say(table)
         title = None
         if rest:
             say()
@@ -86,11 +84,11 @@ def _width(words, texts):
     return max(len(word) for word in [*words, *texts])
 
 
-def plain_table(*headings, title=None):
-    """A rich Table without lines.
+def say_table(rows, *headings, title=None, wrap=False):
+    """Print rows of texts as a table without lines.
 
     headings: dicts of `header`, `justify`, `no_wrap` and `overflow`, or the headers alone,
-    right-justified but the first.
+    right-justified but the first. wrap: where the terminal is too narrow.
     """
     table = Table(title=title, title_justify="left", box=None, pad_edge=False)
     for n, heading in enumerate(headings):
@@ -98,12 +96,6 @@ def plain_table(*headings, title=None):
             heading = {"header": heading, "justify": "right" if n else "left"}
         # narrow columns fold digits instead of cutting them
         table.add_column(**({"overflow": "fold"} | heading))
-    return table
-
-
-def say_table(rows, *headings, title=None):
-    """Print a `plain_table` of these rows of texts."""
-    table = plain_table(*headings, title=title)
     for row in rows:
         table.add_row(*row)
-    say(table)
+    console.print(table, soft_wrap=not wrap)

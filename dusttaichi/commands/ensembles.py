@@ -3,12 +3,12 @@
 from contextlib import nullcontext
 
 from dusttaichi.commands.console import (
-    plain_table,
     remark,
     say,
     say_abreast,
     say_json,
     say_not_drawn,
+    say_table,
     say_written,
 )
 from dusttaichi.commands.options import again, resumable
@@ -119,7 +119,7 @@ def _say_table(data):
     from dusttaichi.analysis import ensemble_tables as tables
 
     if not tables.axes_of(data):
-        return say(_table_of_replicas(data, tables.table_numbers(data)))
+        return _say_replicas(data, tables.table_numbers(data))
     keys, columns, remark = tables.head_and_columns(data)
     say_abreast(keys, columns, data.attrs["title"])
     if remark:
@@ -139,16 +139,16 @@ def _say_statistics(data):
             say(line)
 
 
-def _table_of_replicas(data, names):
+def _say_replicas(data, names):
     from dusttaichi.analysis import ensemble_tables as tables
 
-    table = plain_table(
+    say_table(
+        (
+            (tables.title_of(name), *tables.number_texts(data, name), f"{int(data[name].count())}")
+            for name in names
+        ),
         {"header": " ", "no_wrap": True},
         {"header": "mean ± standard deviation", "no_wrap": True},
-        {"header": "runs", "justify": "right"},
+        "runs",
         title=data.attrs["title"],
     )
-    for name in names:
-        count = int(data[name].notnull().sum())
-        table.add_row(tables.title_of(name), *tables.number_texts(data, name), str(count))
-    return table

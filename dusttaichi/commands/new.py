@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import completion
-from dusttaichi.commands.console import console, plain_table, say, say_written
+from dusttaichi.commands.console import say, say_table, say_written
 from dusttaichi.commands.options import flag, output_to
 from dusttaichi.errors import DustError
 
@@ -58,11 +58,10 @@ def _show_names():
     from dusttaichi.scene import shipped
 
     names = shipped.names()
-    table = plain_table(
+    say_table(
+        ((name, shipped.about(shipped.folder() / f"{name}.yaml")) for name in names),
         {"header": "scene", "no_wrap": True, "min_width": max(map(len, names))},
-        {"header": "description", "overflow": "fold"},
+        {"header": "description"},
+        wrap=True,
     )
-    for name in names:
-        table.add_row(name, shipped.about(shipped.folder() / f"{name}.yaml"))
-    console.print(table)
     say("\ndust run NAME runs one; dust new NAME copies it to a file to edit.")

@@ -4,12 +4,11 @@ from time import monotonic
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import (
-    console,
-    plain_table,
     remark,
     say,
     say_json,
     say_not_drawn,
+    say_table,
     say_written,
 )
 from dusttaichi.commands.ensembles import run_sweep
@@ -166,10 +165,7 @@ def _say_table(name, rows):
         for heading in (" ", "run", "literature")
     ]
     shown = 3 if any(beside for _, _, beside in rows) else 2
-    table = plain_table(*headings[:shown], title=name)
-    for row in rows:
-        table.add_row(*row[:shown])
-    console.print(table)
+    say_table((row[:shown] for row in rows), *headings[:shown], title=name, wrap=True)
 
 
 def _say_next(directory, frames):

@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
-# Makes dusttaichi/report/assets anew: the page's code bundled with three.js, plotly.js, licences.
+# Makes the scripts and licences of dusttaichi/report/assets anew: the page's code bundled with
+# three.js, and plotly.js. Its style sheet is written by hand.
 # Needs node and npm; who only uses the program needs neither.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd -P)
 assets=$here/../assets
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-cp "$here"/*.js "$here"/*.css "$here"/package.json "$work"
+cp "$here"/*.js "$here"/package.json "$work"
 cd "$work"
 npm install --no-audit --no-fund --silent
 node_modules/.bin/esbuild page.js --bundle --minify --format=iife --target=es2022 \
     --legal-comments=none --outfile="$assets/report.js"
 cp node_modules/plotly.js-basic-dist-min/plotly-basic.min.js "$assets/plotly.js"
-cp report.css "$assets/report.css"
 version() { node -p "require('./node_modules/$1/package.json').version"; }
 {
     echo "Bundled in this folder, each under its own licence."
