@@ -7,7 +7,7 @@ import pandas as pd
 
 from dusttaichi.commands.console import say, say_abreast
 from dusttaichi.errors import DustError
-from dusttaichi.results.outputs import check
+from dusttaichi.results import outputs
 
 MARK = "; dusttaichi "  # in the line on the machine
 
@@ -68,7 +68,7 @@ class Table:
         table = pd.DataFrame(self.rows, columns=list(units)).rename(columns=units)
         lines = "".join(f"# {line}\n" for line in (self.machine, *self.notes))
         numbers = table.to_csv(index=False, float_format="%.6g", lineterminator="\n")
-        check(path, MARK).write_text(lines + numbers)
+        outputs.write(path, lines + numbers, MARK)
 
 
 def check_file(path) -> None:
@@ -76,6 +76,6 @@ def check_file(path) -> None:
     if path is None:
         return
     try:
-        check(path, MARK).open("a").close()
+        outputs.check(path, MARK).open("a").close()
     except OSError as error:
         raise DustError(f"{path} cannot be written: {error.strerror}") from error

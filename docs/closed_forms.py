@@ -4,6 +4,7 @@ Riemann problem of a piston, one point of dust, an imploding shell (Verney), a c
 (Timoshenko), a disc pressed between plates (Hertz, Hondros).
 """
 
+from bisect import bisect_left
 from typing import NamedTuple
 
 import numpy as np
@@ -44,11 +45,7 @@ def riemann(m, speed, states=4000):
         at = hull(end)
         return np.sqrt(np.diff(stress[at]) * -np.diff(volume[at])).sum()
 
-    low, high = 1, 2 * states
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if moved(middle) < speed else (low, middle)
-    at = hull(high)
+    at = hull(1 + bisect_left(range(1, 2 * states), speed, key=moved))
     flux = np.sqrt(np.diff(stress[at]) / -np.diff(volume[at]))
     return flux, stress[at[1:]], 1.0 / volume[at[1:]]
 

@@ -1,13 +1,13 @@
 """The numbers of a run by the rows of the registry, its table, and several runs side by side."""
 
 import csv
+import io
 import math
 from itertools import groupby
 
 from dusttaichi import method
 from dusttaichi.analysis.numbers import AUTO, GENERAL, families, in_order, is_known
-from dusttaichi.errors import DustError
-from dusttaichi.results.outputs import check
+from dusttaichi.results import outputs
 
 PROBLEMS = "problems"  #: Key of the numbers that an error prevented.
 ONE_SAMPLE = "one sample: fit error only; replicas show the scatter between samples"
@@ -106,15 +106,9 @@ def to_csv(rows, path):
     DustError
         The file cannot be written.
     """
-    check(path, ",".join(list(rows[0])[:5]))
-    try:
-        with open(path, "w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(rows[0])
-            for row in rows:
-                writer.writerow([text_of(value) for value in row.values()])
-    except OSError as error:
-        raise DustError(f"{path} cannot be written: {error.strerror}") from error
+    table = io.StringIO()
+    csv.writer(table).writerows([rows[0], *([text_of(v) for v in row.values()] for row in rows)])
+    outputs.write(path, table.getvalue(), ",".join(list(rows[0])[:5]))
 
 
 def text_of(value):

@@ -67,13 +67,13 @@ def _write(data, speeds, file, figures):
     from dusttaichi.analysis.collisions import table_text
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.thresholds import threshold_text
-    from dusttaichi.results import files
+    from dusttaichi.results import outputs
 
     save_ensemble(data, file)
     tables = {file.with_suffix(".csv"): table_text(data)}
     tables[file.with_name("thresholds.csv")] = threshold_text(speeds)
     for path, text in tables.items():
-        files.write_whole(path, text.encode())
+        outputs.write(path, text, "")
     if not figures:
         return [file, *tables]
     drawn = {"outcomes": plots.outcome_map(data)}

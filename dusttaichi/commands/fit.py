@@ -95,18 +95,14 @@ def write(fit, path):
     from dusttaichi.analysis.continuum_observations import curves
     from dusttaichi.plots import save
     from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
-    from dusttaichi.results import files
-    from dusttaichi.results.outputs import check
+    from dusttaichi.results import outputs
 
     beside = path.with_name(f"{path.stem}_speeds")
     texts = {path: tables.material_text(fit, path.stem)}
     texts[path.with_suffix(".csv")] = tables.observations_csv(fit)
     texts[beside.with_suffix(".csv")] = tables.curves_csv(fit)
     for file, text in texts.items():
-        try:
-            files.write_whole(check(file, text.partition("\n")[0]), text.encode())
-        except OSError as error:
-            raise DustError(f"{file} cannot be written: {files.explain(error, file)}") from error
+        outputs.write(file, text, text.partition("\n")[0])
     drawn = {path: continuum_fit(fit), beside: pressing_speeds(curves(fit.tests))}
     return [*texts, *(save(one, file.with_suffix(".png")) for file, one in drawn.items())]
 

@@ -9,12 +9,11 @@ from dusttaichi import __version__, plots
 from dusttaichi.analysis import summary, table
 from dusttaichi.analysis.numbers import reason
 from dusttaichi.analysis.plain import plain
-from dusttaichi.errors import DustError
 from dusttaichi.report.interactive import interactive
 from dusttaichi.report.particles import particles
-from dusttaichi.results.files import write_whole
-from dusttaichi.results.outputs import check
+from dusttaichi.results import outputs
 
+MARK = '<meta name="generator" content="dusttaichi'
 NOT_DRAWN = "figure not drawn"
 NOT_SHOWN = (
     *("scene", "scene_given", "scene_resolved", "sample", "history"),
@@ -119,7 +118,7 @@ def html(data):
             "<!DOCTYPE html>",
             '<html lang="en"><head><meta charset="utf-8">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f'<meta name="generator" content="dusttaichi {__version__}">',
+            f'{MARK} {__version__}">',
             '<link rel="icon" href="data:,">',
             f"<title>{escape(data['title'], quote=False)}</title>",
             f"<!--\n{licence}\n-->",
@@ -135,15 +134,9 @@ def html(data):
 
 def check_output(path):
     """The Path of a report, if it may be written. Raises DustError; see results.outputs."""
-    return check(path, '<meta name="generator" content="dusttaichi')
+    return outputs.check(path, MARK)
 
 
 def write(data, path):
     """Write the report to `path`; returns it. Raises DustError where it cannot be written."""
-    path = check_output(path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, html(data).encode())
-    except OSError as error:
-        raise DustError(f"{path} cannot be written: {error.strerror or error}.") from error
-    return path
+    return outputs.write(path, html(data), MARK)

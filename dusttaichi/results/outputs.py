@@ -9,6 +9,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from dusttaichi.errors import DustError
+from dusttaichi.results.files import explain, write_whole
 
 MARK = "written by dusttaichi"  # in the metadata of figures and films
 NETCDF = "dusttaichi"  # in the attribute `source` of data sets
@@ -48,6 +49,21 @@ def check(path, mark=MARK):
             f"{path} exists and was not written by dusttaichi. --force overwrites it, --output "
             "names another place."
         )
+    return path
+
+
+def write(path, text, mark):
+    """Write a text file, complete or not at all; returns its path.
+
+    mark: as of `check`; "" where any file may be replaced. Raises DustError, also where the file
+    cannot be written.
+    """
+    path = check(path, mark)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, text.encode())
+    except OSError as error:
+        raise DustError(f"{path} cannot be written: {explain(error, path)}.") from error
     return path
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi.errors import DustError
-from dusttaichi.results.outputs import check
+from dusttaichi.results import outputs
 from dusttaichi.studies import extremes_cells as cells
 from dusttaichi.studies.extremes_cells import CellResult
 from dusttaichi.studies.extremes_materials import continuum, materials, single_materials
@@ -108,10 +108,10 @@ def save(data, path):
     """Write a dataset to the file `path` and a table beside it; returns both paths."""
     paths = [path, path.with_suffix(".csv")]
     columns = ["group", "name", "verdict", "reason", *(name for name, _, _ in NUMBERS)]
-    check(paths[1], ",".join(columns[:4]))
-    data.to_netcdf(check(paths[0], "verdict"))
+    data.to_netcdf(outputs.check(paths[0], "verdict"))
     table = data.to_dataframe().astype({"steps": int})[columns]
-    table.to_csv(paths[1], index=False, float_format="%.6g")
+    text = table.to_csv(index=False, float_format="%.6g")
+    outputs.write(paths[1], text, ",".join(columns[:4]))
     return paths
 
 
