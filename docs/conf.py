@@ -38,7 +38,6 @@ exclude_patterns = ["_build", "generated/keys_*", "generated/variables_*", "gene
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4
-smartquotes_action = "qe"  # two hyphens begin an option
 # the footers of cards by their separator: the directives in its place need sphinx-design 0.8
 suppress_warnings = ["mystnb.unknown_mime_type", "design.card_legacy"]
 nb_execution_mode = "auto"
