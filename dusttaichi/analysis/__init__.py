@@ -49,8 +49,8 @@ from dusttaichi.analysis.structure import Structure, structure
 from dusttaichi.analysis.summary import compare, summary, table, to_csv
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
 
-__all__ = [
+__all__ = sorted(
     name
     for name, value in globals().items()
     if name[0] != "_" and getattr(value, "__module__", "").startswith(__name__)
-]
+)

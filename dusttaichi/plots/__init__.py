@@ -112,8 +112,8 @@ def figures_of(of, failed=None):
     return {name: drawing for name, drawing in drawings.items() if drawing is not None}
 
 
-__all__ = [
+__all__ = sorted(
     name
     for name, value in globals().items()
     if name[0] != "_" and getattr(value, "__module__", "").startswith(__name__)
-]
+)
