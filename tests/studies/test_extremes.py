@@ -143,6 +143,10 @@ def test_losses_that_make_energy_are_stopped():
         step_key = "numerics.time_step"
 
         @staticmethod
+        def units(unit):
+            return 1e-6
+
+        @staticmethod
         def validate(measurement):
             pass
 
