@@ -17,14 +17,14 @@ from dusttaichi.scene import extensions
 HERE = Path(__file__).parent
 # files that take longest: they come first, so that at the end no process waits for another
 LONG = (
-    "studies/test_ensemble_run.py", "studies/test_lost_workers.py",
-    "physics/test_contact_examples.py", "docs/test_pages.py", "studies/test_extremes.py",
-    "benchmarks/test_parts.py", "grains/test_pair.py", "continuum/test_options.py",
-    "continuum/test_motion.py", "grains/test_observers.py", "grains/test_periodic.py",
-    "continuum/test_contact.py", "grains/test_precision.py", "run/test_run.py",
-    "run/test_stages.py", "physics/test_effects.py", "grains/test_polydisperse.py",
-    "grains/test_sphere.py", "grains/test_rooms.py",
+    "run/test_run.py", "studies/test_ensemble_run.py", "continuum/test_contact.py",
+    "continuum/test_options.py", "continuum/test_motion.py", "studies/test_sticking.py",
+    "studies/test_collide.py", "studies/test_extremes.py", "docs/test_pages.py",
+    "report/test_browser.py", "analysis/test_foreign.py", "benchmarks/test_parts.py",
+    "run/test_stages.py",
 )  # fmt: skip
+# what is for one process, which keeps what it has compiled: scenes of grains that share structures
+TOGETHER = ("grains/", "physics/", "domain/", "test_brute_force.py")
 # files whose tests differ in nothing else that is compiled than these parameters tell
 ALIKE = ("grains/test_pair.py", "grains/test_wall.py", "grains/test_integrator.py")
 # parameters that decide what is compiled, and what a test without them has
@@ -33,10 +33,12 @@ MAKE = {"precision": "f64", "damping": "none"}
 
 @cache
 def _file(path):
-    """Place of a file in the order, and the file, or the first of those like it."""
+    """Place of a file in the order, and the file, or the first of those like it. What is for one
+    process comes first."""
     name = path.relative_to(HERE).as_posix() if HERE in path.parents else str(path)
     name = ALIKE[0] if name in ALIKE else name
-    return LONG.index(name) if name in LONG else len(LONG), name
+    place = LONG.index(name) if name in LONG else len(LONG)
+    return not name.startswith(TOGETHER), place, name
 
 
 def _make(item):
@@ -57,12 +59,12 @@ def pytest_collection_modifyitems(items):
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """A file goes to one process, and files that are alike to the same one."""
+    """A file goes to one process, and those of scenes of grains to the same one."""
     if config.getvalue("dist") != "loadfile":
         return None
     from scheduler import Files
 
-    return Files(config, log, ALIKE)
+    return Files(config, log, [f"{HERE.name}/{start}" for start in TOGETHER])
 
 
 def pytest_addoption(parser):

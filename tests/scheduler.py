@@ -4,18 +4,18 @@ from xdist.scheduler import LoadFileScheduling
 
 
 class Files(LoadFileScheduling):
-    """A file goes to one process, and files that are alike to the same one.
+    """A file goes to one process, and files that belong together to the same one.
 
-    alike: ends of the names of those files.
+    together: starts of the names of those files.
     """
 
-    def __init__(self, config, log, alike):
+    def __init__(self, config, log, together):
         super().__init__(config, log)
-        self._alike = alike
+        self._together = tuple(together)
 
     def _split_scope(self, nodeid):
         file = super()._split_scope(nodeid)
-        return self._alike[0] if file.endswith(self._alike) else file
+        return self._together[0] if file.startswith(self._together) else file
 
     def remove_node(self, node):
         """What a process that has crashed left undone is for others, without the test that it

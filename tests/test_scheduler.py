@@ -64,7 +64,7 @@ def test_a_process_that_crashes_is_replaced_and_every_other_test_runs_once(crash
     assert sorted(test for test, _ in ran) == sorted(set(TESTS) - set(crashing))
 
 
-def test_files_that_are_alike_go_to_one_process():
+def test_files_that_belong_together_go_to_one_process():
     ran, _ = _run(())
     assert len({process for test, process in ran if test[0] in "ac"}) == 1
     assert len({process for _, process in ran}) == 2
