@@ -5,6 +5,7 @@ Internal units; (N, ...) arrays of grains are in the sample's order unless said 
 
 import numpy as np
 
+from dusttaichi.compute.scan import CHUNK
 from dusttaichi.grains.kernels.measure import (
     ANGULAR,
     FASTEST,
@@ -24,7 +25,9 @@ def energies(sim):
     mass, inertia = sim.unit_mass, sim.unit_inertia
     sim.kernels.measure_grains(mass, inertia, half / mass, half / inertia)
     sim.kernels.measure_pairs(sim.step, sim.dt)
-    grains, columns = sim.sums["grain_sum"].to_numpy(), Columns(sim.layout)
+    # those of a larger scene, which the kernels have served before, may stand behind
+    grains = sim.sums["grain_sum"].to_numpy(-(-sim.grains // CHUNK))
+    columns = Columns(sim.layout)
     pairs = _pair_sums(sim)
     none = np.zeros((0, columns.count))
     out = {
