@@ -1,6 +1,7 @@
 """Files of a run: the result and its checkpoint, and the times at which they are written."""
 
 import time as real_time
+from dataclasses import replace
 from pathlib import Path
 
 from dusttaichi.errors import DustError
@@ -44,7 +45,7 @@ class RunFiles:
             "extensions": run.scene.imported_texts,
             "code": self.origin.code,
             "numbers": state.numbers,
-            "run": run.state,
+            "run": replace(run.state),  # as it is before `last`
             "counts": self.writer.counts(),
         }
         last()

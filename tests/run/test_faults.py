@@ -49,6 +49,9 @@ def test_a_last_frame_that_was_not_due_is_no_frame_of_a_longer_run(tmp_path):
     whole = execute(from_yaml(PLAIN), tmp_path / "whole")
     parts = execute(from_yaml(PLAIN.replace("2000", "600")), tmp_path / "parts")
     assert frames(parts) == [0, 250, 500, 600]
+    # finished again, it has that frame again
+    execute(from_yaml(PLAIN.replace("2000", "600")), parts, resume=True)
+    assert frames(parts) == [0, 250, 500, 600]
     execute(from_yaml(PLAIN), parts, resume=True)
     assert_same_bits(whole / RESULT, parts / RESULT)
 

@@ -108,7 +108,7 @@ def test_check_shows_it(kind):
 
     built = scene(kind=kind, **KINDS[kind])
     sample = make(built)
-    shown = dict(preview._sample(built, sample))
+    shown = dict(preview.preview(built).sections[0][1])
     of = sample.info["filling_factor_in"]
     assert float(shown[f"filling factor of the {of}"]) == pytest.approx(
         sample.info["filling_factor"], rel=1e-3
