@@ -13,17 +13,16 @@ _TYPES = {
     "normal_force": "f4", "force": "f4", "torque": "f4", "torque_i": "f4", "torque_j": "f4",
     "sliding_force": "f4", "rolling_moment": "f4", "twisting_moment": "f4",
 }  # fmt: skip
-_COUNTS = {
-    "contact_count": "contact",
-    "wall_contact_count": "wall_contact",
-    "sphere_contact_count": "sphere_contact",
-}
+_KINDS = {"contact": "", "wall_contact": "walls ", "sphere_contact": "sphere "}
+"""Features that contacts of each kind need, beside those of all kinds."""
+_COUNTS = {f"{row}_count": row for row in _KINDS}
 _S12, _PHYS = "S12 section 3.2", "docs, Physics"
 
 
-def _loads(row, needs, line="line of centres", grain="grain"):
+def _loads(row, line="line of centres", grain="grain"):
     """Rows of the loads in one kind of contacts. line: of its normal force; grain: on which."""
-    forces, requested = (f"{needs}snapshots contacts {own}" for own in ("forces", "requested"))
+    needs = f"{_KINDS[row]}snapshots contacts"
+    forces, requested = f"{needs} forces", f"{needs} requested"
     return [
         ("step", row, "1", "time steps done at the snapshot of this contact", "", forces),
         ("normal_force", row, "N", f"force along the {line}, positive where it pushes", _PHYS,
@@ -158,12 +157,8 @@ _TABLE = {
          _PHYS, "sphere snapshots"),
         ("tilt", "snapshot", "m", "how much further along x the image above the cell stands", "",
          "tilt snapshots"),
-        ("contact_count", "snapshot", "1", "rows of /contacts that belong to the snapshot", "",
-         "snapshots contacts"),
-        ("wall_contact_count", "snapshot", "1", "rows of /wall_contacts that belong to the "
-         "snapshot", "", "walls snapshots contacts"),
-        ("sphere_contact_count", "snapshot", "1", "rows of /sphere_contacts that belong to the "
-         "snapshot", "", "sphere snapshots contacts"),
+        *((f"{row}_count", "snapshot", "1", f"rows of /{row}s that belong to the snapshot", "",
+           f"{needs}snapshots contacts") for row, needs in _KINDS.items()),
         ("radius", "grain", "m", "radius of the grain", "", "snapshots"),
         ("mass", "grain", "kg", "mass of the grain", "", "polydisperse snapshots"),
         ("material", "grain", "1", "number of the grain's material, in the order of the global "
@@ -181,7 +176,7 @@ _TABLE = {
          "snapshots contacts"),
         ("overlap", "contact", "m", "sum of the radii less distance of the centres", _PHYS,
          "snapshots contacts"),
-        *_loads("contact", "", grain="first grain"),
+        *_loads("contact", grain="first grain"),
         ("torque_i", "contact xyz", "N m", "torque on the first grain", _PHYS,
          "snapshots contacts forces"),
         ("torque_j", "contact xyz", "N m", "torque on the second grain", _PHYS,
@@ -200,7 +195,7 @@ _TABLE = {
          "walls snapshots contacts"),
         ("overlap", "wall_contact", "m", "radius less distance of the centre from the wall",
          _PHYS, "walls snapshots contacts"),
-        *_loads("wall_contact", "walls ", line="normal of the wall"),
+        *_loads("wall_contact", line="normal of the wall"),
         ("torque", "wall_contact xyz", "N m", "torque on the grain", _PHYS,
          "walls snapshots contacts forces"),
     ],
@@ -208,7 +203,7 @@ _TABLE = {
         ("grain", "sphere_contact", "1", "grain", "", "sphere snapshots contacts"),
         ("overlap", "sphere_contact", "m", "sum of the radii less distance of the centres", _PHYS,
          "sphere snapshots contacts"),
-        *_loads("sphere_contact", "sphere "),
+        *_loads("sphere_contact"),
         ("torque", "sphere_contact xyz", "N m", "torque on the grain", _PHYS,
          "sphere snapshots contacts forces"),
     ],
@@ -220,17 +215,13 @@ VARIABLES = {v.key: v for v in declared(_TABLE, _TYPES, _COUNTS)}
 def variables_of(model):
     """Variables of the contact history that registered effects of a ContactModel declare."""
     own, out = own_history(model), ()
-    for group, needs in (
-        ("contacts", ""),
-        ("wall_contacts", "walls "),
-        ("sphere_contacts", "sphere "),
-    ):
-        row, features = group.removesuffix("s"), f"{needs}snapshots contacts"
+    for row, needs in _KINDS.items():
+        features = f"{needs}snapshots contacts"
         rows = [
             (h.result, f"{row} xyz" if h.components == 3 else row, h.unit, h.meaning, "", features)
             for h in own
         ]
-        out += tuple(replace(v, history=True) for v in declare(group, rows))
+        out += tuple(replace(v, history=True) for v in declare(f"{row}s", rows))
     return out
 
 
