@@ -33,7 +33,9 @@ def close_packed(n):
         rest = [k for k in range(13) if k not in chosen]
         links = [np.sum(np.linalg.norm(sites[chosen] - sites[k], axis=1) < 1.01) for k in rest]
         chosen.append(rest[int(np.argmax(links))])
-    return sites[chosen]
+    found = sites[chosen]
+    found.setflags(write=False)  # every later caller gets the same array
+    return found
 
 
 @cache
@@ -45,7 +47,9 @@ def on_a_wall(n):
     sites = close_packed(13)
     sites = sites[sites[:, 2] > -0.1]
     order = np.argsort(np.linalg.norm(sites, axis=1), kind="stable")
-    return sites[order[: min(n, 10)]]
+    found = sites[order[: min(n, 10)]]
+    found.setflags(write=False)
+    return found
 
 
 def stiffness_matrix(centres, pair, walls=()):
