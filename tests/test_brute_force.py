@@ -15,6 +15,7 @@ from dusttaichi.continuum.build import build as build_dust
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.build import build as build_grains
 from dusttaichi.grains.kernels.store import PAIRS
+from dusttaichi.particles.cells import lay_grid
 
 LAUNCHES = Loops(1, 1, "launches")
 
@@ -184,3 +185,23 @@ def test_what_is_wrong_with_dust_is_said():
     sim.put("x", x)
     with pytest.raises(GuardStop, match="2 particles have a position that is not a number"):
         sim.search.now()
+
+
+# -- cells -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("edges", [(0.0, 0.0), (0.0, 5.0), (7.0, 5.0)])
+def test_a_grid_covers_its_extent(edges):
+    """No cell is narrower than asked, and there are no more than allowed, however far it is.
+
+    Along axes that do not repeat there is an empty cell more on each side.
+    """
+    for extent in (edges, (3.2, 5.0), (1e9, 1e-3)):
+        extent = [edge or a for edge, a in zip(edges, extent, strict=True)]
+        numbers = lay_grid((0.0, 0.0), extent, (0.7, 0.7), 40, edges=edges, growth=1.1)
+        width, cells = 1.0 / np.array(numbers[2:4]), np.array(numbers[4:6])
+        assert np.prod(cells) == numbers[-1] <= 40 and width.min() >= 0.7 * (1.0 - 1e-12)
+        covered = (cells - 2 * (np.array(edges) == 0.0)) * width
+        assert (covered >= np.array(extent) * (1.0 - 1e-12)).all()
+        for edge, along in zip(edges, covered, strict=True):
+            assert edge == 0.0 or along == pytest.approx(edge, rel=1e-12)

@@ -7,7 +7,6 @@ from dusttaichi.compute.compiled import STRUCTURES
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.continuum import time_step
 from dusttaichi.continuum.compiled import compiled_for
-from dusttaichi.continuum.device_search import DeviceSearch
 from dusttaichi.continuum.kernels import smoothing
 from dusttaichi.continuum.kernels.separation import CLOSED
 from dusttaichi.continuum.kernels.store import (
@@ -63,9 +62,8 @@ def build(scene, particles, *, loops=None):
         sim.lists[name].fill(0)
     if compiled.layout.materials:
         sim.lists["materials"].from_numpy(np.stack(sim.materials.values(), axis=1))
-    made = DeviceSearch if compiled.kernels.search else Search
     bounds = *surfaces(scene, particles), rigid_rows(scene, moving)
-    sim.search = made(sim, scene.numerics.smoothing_length, *bounds)
+    sim.search = Search(sim, scene.numerics.smoothing_length, *bounds)
     put_particles(sim, particles, moving, getattr(scene.boundary, "mirrors", ()))
     put_options(sim, particles, scene)
     sim.search.now()

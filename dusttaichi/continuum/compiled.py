@@ -13,7 +13,7 @@ from dusttaichi.continuum.kernels.blocks import Blocks
 from dusttaichi.continuum.kernels.forces import Forces
 from dusttaichi.continuum.kernels.hourglass import Hourglass
 from dusttaichi.continuum.kernels.images import Images
-from dusttaichi.continuum.kernels.lists import Lists, make_list, make_measure
+from dusttaichi.continuum.kernels.lists import Neighbours
 from dusttaichi.continuum.kernels.motion import Motion
 from dusttaichi.continuum.kernels.numbers import numbers_type
 from dusttaichi.continuum.kernels.planes import Planes
@@ -28,17 +28,10 @@ from dusttaichi.continuum.step import Phases, steps_of
 
 @dataclass(frozen=True)
 class Kernels:
-    """The kernels of a scene, and the type of their arguments.
-
-    search: launches of a search on a device, None where the host searches with `count`, `write` and
-    `measure`.
-    """
+    """The kernels of a scene, and the type of their arguments."""
 
     advance: Any
     search: Any
-    count: Any
-    write: Any
-    measure: Any
     potential: Any
     StepNumbers: Any
 
@@ -50,8 +43,7 @@ def compiled_for(key, layout, capacity):
     """
     kind = key[-1]
     fields, lists = store.place(layout, *capacity)
-    if kind != "workers":
-        lists |= place_search(fields, lists, layout)
+    lists |= place_search(fields, layout, capacity[0])
     f, scratch = SimpleNamespace(**fields), SimpleNamespace(**lists)
     n, StepNumbers = layout.dimension, numbers_type(layout.dimension)
     attraction = Attraction(f, scratch, n) if layout.self_gravity else None
@@ -60,19 +52,17 @@ def compiled_for(key, layout, capacity):
     phases = Phases(motion, rates, forces)
     own = steps_of(phases, StepNumbers)
     advance = advance_by(kind, own, lambda: by_threads(phases, own))
-    search = None if kind == "workers" else make_search(motion, advance.numbers)
-    count, write = make_list(Lists(f, scratch, layout))
-    measure = make_measure(f, scratch, rigid, StepNumbers) if layout.rigid else None
+    search = make_search(motion, rates.blocks.near)
     potential = make_potential(attraction, StepNumbers) if layout.self_gravity else None
-    kernels = Kernels(advance, search, count, write, measure, potential, StepNumbers)
+    kernels = Kernels(advance, search, potential, StepNumbers)
     return Compiled.of(key, layout, kernels, (fields, lists))
 
 
 def passes(f, lists, layout, attraction=None):
     """(Rigid, Rates, Forces) of a layout over fields of state and lists."""
-    slope, rigid, contact = KERNELS[layout.kernel], Rigid(f, layout.dimension), None
+    slope, rigid, contact = KERNELS[layout.kernel], Rigid(f, layout), None
     images = planes = None
-    blocks = Blocks(f, lists, layout, Lists(f, lists, layout))
+    blocks = Blocks(f, lists, layout, Neighbours(f, lists, layout))
     if layout.rigid:
         images = Images(f, lists, blocks, layout, slope=slope, rigid=rigid)
     if layout.faces:

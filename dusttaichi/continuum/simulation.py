@@ -70,14 +70,8 @@ class Simulation:
         """Write a variable of all particles."""
         self.tables[name].from_numpy(values)
 
-    def put_ghosts(self, name, first, values):
-        """Write a variable of the ghosts, which begin at row `first`."""
-        self.tables[name].from_numpy(values, first)
-
     def reorder(self, order):
         """Put the particles in another order."""
-        if np.array_equal(order, np.arange(self.n)):
-            return
         for name in self.names:
             self.put(name, self.of_particles(name)[order])
 
@@ -126,10 +120,6 @@ class Simulation:
         if numbers != self._passed[0]:
             self._passed = numbers, self.kernels.StepNumbers(**numbers)
         return self._passed[1]
-
-    def pass_numbers(self):
-        """Pass the present numbers to the kernels of a device, for a search."""
-        self.kernels.advance.pass_numbers(self.step_numbers(), self.material_numbers)
 
     def _call(self, output_steps, pending):
         numbers = self.step_numbers()

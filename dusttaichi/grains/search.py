@@ -1,15 +1,15 @@
 """The search for neighbours: when it is due, how far it reaches, arguments of its kernels."""
 
 from contextlib import nullcontext
-from math import floor, hypot, isfinite, prod, sqrt
+from math import hypot, isfinite, sqrt
 
 import numpy as np
 
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.errors import GuardStop
-from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN, FASTEST, HIGHEST, LOST, LOWEST
+from dusttaichi.grains.kernels.search import CELLS_PER_GRAIN, FARTHEST, FURTHER_CELLS
+from dusttaichi.particles.cells import Bounds, lay_grid
 
-FARTHEST = 1e12  # um; beyond, the place of a grain does not count as a number
 LIGHT = 299792458.0  # um/us
 FARTHEST_WAY = 0.5  # of the smallest radius, that a grain may go in a step
 SKIN = (0.01, 0.4)  # least and most, of the radius
@@ -69,9 +69,8 @@ class Search:
         """
         sim = self.sim
         sim.kernels.bounds()
-        bounds = sim.scratch["bounds"].part(0, 1)[0]
-        speed = float(bounds[FASTEST])
-        if bounds[LOST] > 0 or not isfinite(speed):
+        low, high, lost, speed = Bounds.read(sim.scratch["bounds"])
+        if lost or not isfinite(speed):
             self._stop_not_a_number()
         walls, faces = sim.domain.fastest_wall, self._closing_speed()
         if sim.sphere is not None:
@@ -81,8 +80,7 @@ class Search:
             self.skin = self._best_skin(max(speed, 2.0 * walls, 2.0 * faces))
         # contacts hold beyond first touch
         touch = 2.0 * sim.radius + sim.pair.far
-        low, edges = -bounds[LOWEST : LOWEST + 3], np.zeros(3)
-        extent = bounds[HIGHEST : HIGHEST + 3] - low
+        extent, edges = high - low, np.zeros(3)
         if sim.cell is not None:
             edges = self._wrap(step, touch)
             low = np.where(edges > 0.0, sim.cell.low(step * sim.dt), low)
@@ -97,17 +95,15 @@ class Search:
         """Pairs within `reach` of their centres (of the largest grains), and grains near walls."""
         sim = self.sim
         tilt = 0.0 if sim.cell is None else sim.cell.offset(step * sim.dt)
-        cells, width = self._cells(extent, edges, reach, tilt)
         equal = sim.polydisperse is None
         # grains of their own radius are listed by the distance of their surfaces
         near = reach**2 if equal else reach - 2.0 * sim.radius
-        inverse = [1.0 / w for w in width]
-        numbers = [*low, *inverse, *cells, *edges, tilt, prod(cells), near]
+        numbers = self._grid(low, extent, edges, reach, tilt)
         walls = [NOWHERE] * 6
         if sim.box is not None:
             wall_reach = self.skin + sim.wall.far + (sim.radius if equal else 0.0)
             walls = np.where(sim.box.present, wall_reach, NOWHERE)
-        sim.scratch["search"].from_numpy(np.array([*numbers, step * sim.dt, *walls]))
+        sim.scratch["grid"].from_numpy(np.array([*numbers, near, step * sim.dt, *walls]))
         if sim.layout.grain_loss:
             sim.kernels.add_grain_losses()
         sim.kernels.list_neighbours(sim.walls_argument)
@@ -117,8 +113,8 @@ class Search:
             sim.kernels.relist_sphere(far + (sim.radius if equal else 0.0), edges.tolist())
             sim.kernels.list_entries()
 
-    def _cells(self, extent, edges, reach, tilt):
-        """Numbers and widths of the cells of the grid.
+    def _grid(self, low, extent, edges, reach, tilt):
+        """The numbers of the grid.
 
         No cell is narrower than `reach`, and whole numbers of them fill a periodic edge. Where
         cells are tilted, that is their width across. Raises GuardStop where no grid covers the
@@ -133,15 +129,8 @@ class Search:
             )
         width = [reach * 1.000001] * 3
         width[0] *= hypot(1.0, tilt / edges[2]) if tilt else 1.0
-        while True:
-            across = zip(extent, width, edges, strict=True)
-            cells = [floor(a / w) + (0 if edge > 0.0 else 1) for a, w, edge in across]
-            if prod(cells) <= CELLS_PER_GRAIN * self.sim.grains + 60:
-                break
-            width = [1.1 * w for w in width]
-        cells = [max(n, 1) for n in cells]
-        along = zip(edges, cells, width, strict=True)
-        return cells, [edge / n if edge > 0.0 else w for edge, n, w in along]
+        room = CELLS_PER_GRAIN * self.sim.grains + FURTHER_CELLS
+        return lay_grid(low, extent, width, room, edges=edges, growth=1.1, tilt=tilt)
 
     def _wrap(self, step, touch):
         """Grains back into the cell; returns its edges. No pair may meet across two faces."""

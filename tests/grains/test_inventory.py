@@ -21,7 +21,8 @@ FIELDS = set(
     "sync counts".split()
 )
 SCRATCH = set(
-    "cell_start cell_grain near near_count own_count old_start chunk_sum bounds search".split()
+    "cell_first in_cell cell_of placeless cell_chunk bounds grid near near_count own_count "
+    "old_start chunk_sum".split()
 )
 KERNELS = set("advance evaluate bounds list_neighbours measure_grains measure_pairs".split())
 WALL_FIELDS = set(

@@ -12,7 +12,7 @@ from dusttaichi.compute.engine import ti
 
 @ti.data_oriented
 class Blocks:
-    """fields, lists: see store.place; layout: store.Layout; near: lists.Lists."""
+    """fields, lists: see store.place; layout: store.Layout; near: lists.Neighbours."""
 
     def __init__(self, fields, lists, layout, near):
         self.f, self.lists, self.near = fields, lists, near

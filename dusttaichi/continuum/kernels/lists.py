@@ -1,43 +1,34 @@
-"""Neighbour lists: every pair within reach, from particles and ghosts sorted into cells.
+"""Lists of the continuum: neighbours of blocks, images of particles, the surfaces near them.
 
 Particles in memory one after another are a block, of `lanes` particles, with one list: all that is
 within reach of one of them.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import Scan, whole
+from dusttaichi.compute.scan import whole
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
-FARTHEST = 1e10  # m; beyond, the place of a particle does not count as a number
-MOST_CELLS, FURTHER_CELLS = 4.0, 16  # capacity in cells: for each particle, and in addition
+PARTICLES, SEEN = range(2)  # in `known`: particles, and with images
+REACH, TOUCH, H = range(3)  # in `reaches`: of lists, of surfaces, smoothing length [m]
+# columns of `axes`, a row for each: low end, length, one over that; planes that images are beyond
+LOW, PERIOD, INV_PERIOD, PLANES = range(4)
+ORDER, COUNT, LIST = range(3)  # in `phase` of a search (kernels.search.make_search)
 FAR = 1e100  # m, farther than any particle
-WIDER = 1.3  # of the cells where they would be more
 
 
 @ti.data_oriented
-class Lists:
-    """fields, lists: see store.place; layout: store.Layout."""
+class Neighbours:
+    """Lists of blocks (particles.lists). fields, lists: see store.place; layout: store.Layout."""
 
     def __init__(self, fields, lists, layout):
         self.f, self.lists, self.n = fields, lists, layout.dimension
-        self.lanes = layout.lanes
-        self.scan = Scan(lists.chunk_sum)
-        self.counts = lists.counts
+        self.lanes, self.first, self.room = layout.lanes, lists.first, lists.entry.shape[0]
 
     @ti.func
     def yields(self, i):
         """1 where particle i is of dust or an elastic body that moves by itself."""
         role = self.f.role[i]
         return ti.cast(role == DUST or role == ELASTIC, ti.i32)
-
-    @ti.func
-    def cell_of(self, x, inv_width):
-        """The cell of a place along each axis; what is outside is in the outermost."""
-        cell = ti.Vector.zero(ti.i32, self.n)
-        for a in ti.static(range(self.n)):
-            place = (x[a] - self.lists.grid_origin[a]) * inv_width
-            cell[a] = ti.max(0, ti.min(ti.floor(place, ti.i32), self.lists.grid_cells[a] - 1))
-        return cell
 
     @ti.func
     def place_lanes(self, block, n, x: ti.template()):
@@ -74,38 +65,29 @@ class Lists:
         return out
 
     @ti.func
-    def neighbours(self, block, n, reach2, inv_width, write: ti.template()):
-        """Number of neighbours of a block, of n particles in all; listed where `write` is set."""
-        x = ti.Vector.zero(ti.f64, ti.static(self.n * self.lanes))
-        low, high, lanes = self.place_lanes(block, n, x)
-        start, found = self.lists.first[block], 0
-        if lanes > 0:
-            begin, cells = self.cell_of(low, inv_width) - 1, self.cell_of(high, inv_width) + 2
-            visits = 1
-            for a in ti.static(range(self.n)):
-                begin[a] = ti.max(begin[a], 0)
-                cells[a] = ti.min(cells[a], self.lists.grid_cells[a]) - begin[a]
-                visits *= cells[a]
-            for visit in range(visits):
-                cell = self.cell_in_box(begin, cells, visit)
-                for k in range(self.lists.cell_first[cell], self.lists.cell_first[cell + 1]):
-                    j = self.lists.in_cell[k]
-                    if self.in_reach(x, j, reach2) > 0 and self.others(block, j):
-                        if ti.static(write):
-                            self.lists.entry[start + found] = j
-                        found += 1
-        return found
+    def count(self):
+        """Number of blocks."""
+        return whole(self.lists.known[PARTICLES], self.lanes)
 
     @ti.func
-    def cell_in_box(self, begin, cells, visit):
-        """Number of a cell of the grid; visit: its number among `cells` along each axis."""
-        rest, number, stride = visit, 0, 1
-        for b in ti.static(range(self.n)):
-            a = ti.static(self.n - 1 - b)
-            number += stride * (begin[a] + rest % cells[a])
-            rest //= cells[a]
-            stride *= self.lists.grid_cells[a]
-        return number
+    def entries(self, block, cells: ti.template(), grid: ti.template(), listing):
+        """Number of neighbours of a block; listed if `listing`. cells: particles.cells.Cells."""
+        x = ti.Vector.zero(ti.f64, ti.static(self.n * self.lanes))
+        low, high, lanes = self.place_lanes(block, self.lists.known[PARTICLES], x)
+        start, found, reach = self.first[block], 0, self.lists.reaches[REACH]
+        if lanes > 0:
+            begin = cells.of(low, grid) - 1
+            size = cells.of(high, grid) + 2 - begin
+            for cut in range(size[0]):
+                for run in range(cells.runs(size)):
+                    one, behind, _ = cells.run(begin, size, cut, run, grid)
+                    for k in range(self.lists.cell_first[one], self.lists.cell_first[behind]):
+                        j = self.lists.in_cell[k]
+                        if self.in_reach(x, j, reach * reach) > 0 and self.others(block, j):
+                            if listing:
+                                self.lists.entry[start + found] = j
+                            found += 1
+        return found
 
     @ti.func
     def others(self, block, j):
@@ -116,41 +98,103 @@ class Lists:
         return out
 
 
-def make_list(lists):
-    """Two kernels: `count(n, reach2, inv_width)` neighbours and starts of lists; `write` them.
+@ti.data_oriented
+class NearThings:
+    """Lists of the things near a particle, of a few in a table (particles.lists).
 
-    Of blocks of n particles. inv_width: one over the width of a cell of the grid [1/m].
-    """
-    lanes = lists.lanes
-
-    @ti.kernel
-    def count(n: ti.i32, reach2: ti.f64, inv_width: ti.f64):
-        blocks = whole(n, lanes)
-        for block in range(blocks):
-            lists.counts[block] = lists.neighbours(block, n, reach2, inv_width, False)
-        lists.scan.exclusive(lists.counts, lists.lists.first, blocks)
-        for _ in range(1):
-            last = blocks - 1
-            lists.lists.first[blocks] = lists.lists.first[last] + lists.counts[last]
-
-    @ti.kernel
-    def write(n: ti.i32, reach2: ti.f64, inv_width: ti.f64):
-        for block in range(whole(n, lanes)):
-            lists.neighbours(block, n, reach2, inv_width, True)
-
-    return count, write
-
-
-def make_measure(fields, lists, rigid, StepNumbers):
-    """Kernel `measure(row, numbers)`: distance of all particles from a surface [m].
-
-    It is that of a face or rigid body, and is written into `distance`.
+    near: Neighbours; first: first entries; room: capacity in entries.
     """
 
-    @ti.kernel
-    def measure(row: ti.i32, numbers: StepNumbers):
-        for i in range(numbers.count):
-            arm = rigid.arm(row, fields.x[i], numbers)
-            lists.distance[i] = rigid.surface(row, arm, numbers.h)[0]
+    def __init__(self, near, first, room):
+        self.f, self.lists, self.near, self.n = near.f, near.lists, near, near.n
+        self.first, self.room = first, room
 
-    return measure
+    @ti.func
+    def count(self):
+        return self.lists.known[PARTICLES]
+
+    @ti.func
+    def is_full(self):
+        return self.first[self.count()] > self.room
+
+    @ti.func
+    def entries(self, i, listing: ti.template()):
+        """Number of the things near particle i; listed if `listing`."""
+        found, m = 0, 0
+        # a compiler that knows the length of this loop makes it eight times as long
+        while self.is_there(m):
+            if self.is_near(i, m) and self.near.yields(i) == 1:
+                if ti.static(listing):
+                    if self.first[i] + found < self.room:
+                        self.put(i, m, self.first[i] + found)
+                found += 1
+            m += 1
+        return found
+
+
+@ti.data_oriented
+class Ghosts(NearThings):
+    """Images of particles beyond mirrors and periodic faces. motion: motion.Motion."""
+
+    def __init__(self, motion, near):
+        lists = motion.lists
+        super().__init__(near, lists.ghost_first, lists.ghost_sign.shape[0])
+        self.motion, self.sides = motion, motion.layout.sides
+
+    @ti.func
+    def is_there(self, m):
+        return self.lists.images[m, 0] != 0.0
+
+    @ti.func
+    def is_near(self, i, m):
+        """True if image number m of particle i is within reach of the space of the originals."""
+        out = ti.cast(True, ti.u1)
+        for a in ti.static(range(self.n)):
+            x = self.f.x[i][a] * self.lists.images[m, a] + self.lists.images[m, self.n + a]
+            reach = self.lists.reaches[REACH]
+            out &= self.lists.axes[a, PLANES] - x < reach
+            out &= x - self.lists.axes[a, PLANES + 1] < reach
+        return out
+
+    @ti.func
+    def put(self, i, m, g):
+        """Sign and shift of an image of particle i, and what neighbours read in the first pass."""
+        for a in ti.static(range(self.n)):
+            self.lists.ghost_sign[g, a] = self.lists.images[m, a]
+            self.lists.ghost_shift[g, a] = self.lists.images[m, self.n + a]
+        if ti.static(self.sides):
+            self.f.side[self.count() + g] = self.f.side[i]
+        self.motion.move_ghost(i, g, self.count() + g)
+
+
+@ti.data_oriented
+class Touches(NearThings):
+    """Pairs of particle and rigid surface that may touch before the next search.
+
+    rigid: kernels.rigid.Rigid.
+    """
+
+    def __init__(self, rigid, near):
+        lists = near.lists
+        super().__init__(near, lists.touch_first, lists.touch_row.shape[0])
+        self.rigid = rigid
+
+    @ti.func
+    def is_there(self, m):
+        return self.lists.surfaces[m, 0] != 0
+
+    @ti.func
+    def is_near(self, i, m):
+        n, axes = ti.static(self.n, self.lists.axes)
+        row = self.lists.surfaces[m, 1]
+        periods = ti.Struct(
+            period=ti.Vector([axes[a, PERIOD] for a in ti.static(range(n))]),
+            inv_period=ti.Vector([axes[a, INV_PERIOD] for a in ti.static(range(n))]),
+        )
+        arm = self.rigid.arm(row, self.f.x[i], periods)
+        distance = self.rigid.surface(row, arm, self.lists.reaches[H])[0]
+        return distance < self.lists.reaches[TOUCH]
+
+    @ti.func
+    def put(self, i, m, e):
+        self.lists.touch_row[e] = self.lists.surfaces[m, 1]

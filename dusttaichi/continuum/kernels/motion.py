@@ -77,12 +77,16 @@ class Motion:
         """Position, velocity and volume of the images of particle i."""
         if ti.static(self.layout.ghosts):
             for g in range(self.lists.ghost_first[i], self.lists.ghost_first[i + 1]):
-                image = numbers.count + g
-                for a in ti.static(range(self.n)):
-                    sign = self.lists.ghost_sign[g, a]
-                    self.f.x[image][a] = sign * self.f.x[i][a] + self.lists.ghost_shift[g, a]
-                    self.f.v[image][a] = sign * self.f.v[i][a]
-                self.f.volume[image] = self.f.volume[i]
+                self.move_ghost(i, g, numbers.count + g)
+
+    @ti.func
+    def move_ghost(self, i, g, image):
+        """The same of image number g alone, particle `image`."""
+        for a in ti.static(range(self.n)):
+            sign = self.lists.ghost_sign[g, a]
+            self.f.x[image][a] = sign * self.f.x[i][a] + self.lists.ghost_shift[g, a]
+            self.f.v[image][a] = sign * self.f.v[i][a]
+        self.f.volume[image] = self.f.volume[i]
 
     @ti.func
     def show_others(self, i, numbers: ti.template()):

@@ -13,10 +13,10 @@ TINY = 1e-30  # [m], keeps the middle of a body from being divided by
 
 @ti.data_oriented
 class Rigid:
-    """fields: see store.place; n: dimension."""
+    """fields: see store.place; layout: store.Layout."""
 
-    def __init__(self, fields, n):
-        self.f, self.n = fields, n
+    def __init__(self, fields, layout):
+        self.f, self.n, self.bodies = fields, layout.dimension, layout.bodies
 
     @ti.func
     def vector(self, row, begin: ti.template()):
@@ -85,12 +85,13 @@ class Rigid:
                 if row // 2 == a:
                     normal[a] = inward
                     distance = inward * arm[a]
-        elif self.f.rigid[row, COLUMN.half_height] == 0.0:
-            length = arm.norm() + TINY
-            distance, normal = length - self.f.rigid[row, COLUMN.radius], arm / length
-        else:
-            distance, own = self.cylinder(row, self.back(row, arm))
-            normal = self.rotated(row, own)
+        elif ti.static(self.bodies):
+            if self.f.rigid[row, COLUMN.half_height] == 0.0:
+                length = arm.norm() + TINY
+                distance, normal = length - self.f.rigid[row, COLUMN.radius], arm / length
+            else:
+                distance, own = self.cylinder(row, self.back(row, arm))
+                normal = self.rotated(row, own)
         return ti.Vector([ti.max(distance, LEAST * h), normal[0], normal[1], normal[2]])
 
     @ti.func

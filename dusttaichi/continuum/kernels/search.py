@@ -1,202 +1,175 @@
-"""The search on a device: kernels that write the lists of continuum.search without the host.
+"""The kernels of a search: particles in the order of blocks, images, lists.
 
-All counts are integers, and entries found by threads in any order are sorted, so that the lists are
-reproducible. Loops have the lengths of fields, known when they are compiled: else a launch
-of their own would find them first.
+On a CPU and on a device the same: all counts are integers, and particles of a cell are in order, so
+that the lists are reproducible.
 """
 
 from types import SimpleNamespace
 
+from dusttaichi.compute.blocks import is_idle, loop_length
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.launching import Launch
-from dusttaichi.compute.scan import Scan, scan_capacity
-from dusttaichi.continuum.kernels.device_lists import (
-    LOST,
-    REACH,
-    Cells,
+from dusttaichi.continuum.kernels.lists import (
+    COUNT,
+    LIST,
+    LOW,
+    ORDER,
+    PARTICLES,
+    PERIOD,
+    PLANES,
+    SEEN,
     Ghosts,
-    Grid,
     Touches,
 )
-from dusttaichi.continuum.kernels.lists import Lists
 from dusttaichi.continuum.kernels.store import BODIES, COLUMN, FACES, declare
+from dusttaichi.particles.cells import Bounds, Cells, Sort, place_cells
+from dusttaichi.particles.lists import Lists
 
+FARTHEST = 1e10  # m; beyond, the place of a particle does not count as a number
+MOST_CELLS, FURTHER_CELLS = 4, 252  # capacity in cells: for each particle, and in addition
 MOST_IMAGES = 26  # of a particle: along each axis there are the particle and two others
 ROWS = FACES + BODIES
 
 
-def place_search(fields, lists, layout):
-    """Further lists of a search on a device, by name: scratch, and what it knows of the scene."""
-    n, room, cells = layout.dimension, fields["mass"].shape[0], lists["cell_first"].shape[0]
-    columns = {"f64": 0, "i32": 0}
-    for variable in declare(layout):
-        kind, length = variable.element
-        columns[kind] += max(1, length)
+def place_search(fields, layout, room):
+    """Lists of a search beside those of store.place: scratch, and what it knows of the scene."""
+    n, seen = layout.dimension, fields["x"].shape[0]
     shapes = {
-        # what each particle has of something before it is summed, and 0 behind the last one
-        "number": (ti.i32, (room + 1,)),
-        # what a cell has that has no place in its list yet; 0 between two sorts
-        "placeless": (ti.i32, (cells,)),
-        "cell_chunk": (ti.i32, (scan_capacity(cells),)),
-        # largest places, and smallest ones with the opposite sign: of all, of chunks of particles,
-        # of groups of chunks
-        "bounds": (ti.f64, (scan_capacity(room) + 1, 2 * n)),
-        "inv_width": (ti.f64, (1,)),
-        "spare_f64": (ti.f64, (columns["f64"], room)),
-        "spare_i32": (ti.i32, (columns["i32"], room)),
-        "found": (ti.i32, (3,)),
-        "reaches": (ti.f64, (2,)),
-        # low and high end of axes that repeat, 0 of others; planes that images are beyond
-        "edges": (ti.f64, (n, 2)),
-        "planes": (ti.f64, (n, 2)),
-        "images": (ti.f64, (MOST_IMAGES, 2 * n)),  # signs, shifts
-        "surfaces": (ti.i32, (ROWS,)),
+        "tally": (ti.i32, (room + 1,)),
+        "known": (ti.i32, (2,)),
+        "reaches": (ti.f64, (3,)),
+        "axes": (ti.f64, (n, PLANES + 2)),
+        "images": (ti.f64, (MOST_IMAGES + 1, 2 * n)),  # signs, shifts
+        "surfaces": (ti.i32, (ROWS + 1, 2)),  # 1, row
     }
-    return {name: ti.field(kind, shape=shape) for name, (kind, shape) in shapes.items()}
+    if layout.lanes == 1:  # all variables in the new order
+        for kind in ("f64", "i32"):
+            columns = sum(max(1, v.element[1]) for v in declare(layout) if v.element[0] == kind)
+            shapes[f"spare_{kind}"] = getattr(ti, kind), (columns, room)
+    own = {name: ti.field(kind, shape=shape) for name, (kind, shape) in shapes.items()}
+    return own | place_cells(n, seen, MOST_CELLS * seen + FURTHER_CELLS, own=1)
 
 
-def make_search(motion, numbers):
+def make_search(motion, near):
     """Launches of a search, in order.
 
-    `wrap()` particles into the periodic cell; `lay_grid()` of cells around them; `reorder()` them
-    by cell; `write_lists()`; `place_ghosts()`; `outcome()`: 0, or not where particles are lost or
-    lists too long. numbers: field of the StepNumbers.
+    `find_bounds()` of the particles, which it puts back into the periodic cell; where a block is
+    one particle, `sort()` all into the grid, and `reorder()` them by cell, else the host has done
+    so; `look_around()`: images and surfaces near particles; `sort()` those that have neighbours and
+    the images; `visit()` blocks, which counts neighbours and returns 0, or not where lists are too
+    long, and `visit()` again, which lists them. What takes long to compile is one kernel for two
+    uses: the phase, the last number of `grid`, says which. near: lists.Neighbours.
     """
-    layout, near = motion.layout, Lists(motion.f, motion.lists, motion.layout)
-    known = motion, near, numbers
-    ghosts = Ghosts(*known) if layout.ghosts else None
-    touches = Touches(*known) if layout.rigid else None
-    cells = Cells(*known, ghosts)
-    wrap, lay_grid = make_grid(motion, numbers)
-    kernels = {"wrap": wrap, "lay_grid": lay_grid, "reorder": make_reorder(motion, numbers, cells)}
-    kernels["write_lists"] = make_write(cells, ghosts, touches)
-    kernels["outcome"] = make_outcome(motion.lists, numbers, ghosts, touches)
-    if layout.ghosts:
-        kernels["place_ghosts"] = make_place_ghosts(numbers, ghosts)
-    return SimpleNamespace(**{name: Launch(kernel) for name, kernel in kernels.items()})
+    layout, f, lists, n = motion.layout, motion.f, motion.lists, motion.n
+    cells, last = Cells(lists.grid, n), lists.grid.shape[0] - 1
+    ghosts = Ghosts(motion, near) if layout.ghosts else None
+    touches = Touches(motion.rigid, near) if layout.rigid else None
+    marked = [things for things in (ghosts, touches) if things is not None]
+    listings = [Lists(things, lists.tally, lists.chunk_sum) for things in marked]
+    blocks = Lists(near, lists.tally, lists.chunk_sum)
 
+    @ti.func
+    def count():
+        return lists.known[PARTICLES]
 
-def make_grid(motion, numbers):
-    """Kernels `wrap()` and `lay_grid()` of make_search."""
-    lists, x, grid = motion.lists, motion.f.x, Grid(motion, numbers)
-    n, room, edges = motion.n, motion.f.mass.shape[0], lists.edges
+    @ti.func
+    def put_back(i):
+        """Particle i back into the periodic cell."""
+        for a in ti.static(range(n)):
+            low, length = lists.axes[a, LOW], lists.axes[a, PERIOD]
+            if length > 0.0:
+                f.x[i][a] -= ti.floor((f.x[i][a] - low) / length) * length
+
+    @ti.func
+    def seen():
+        return lists.known[SEEN]
+
+    @ti.func
+    def cell(k, grid: ti.template()):
+        """The cell of a particle or image.
+
+        Rigid and fixed particles are no neighbours: their body or face acts by its surface.
+        """
+        taken = 1
+        if k < count() and lists.grid[last] != ORDER:
+            taken = near.yields(k)
+        return ti.select(taken == 1, cells.number(cells.of(f.x[k], grid), grid), -1)
+
+    sort_seen = Sort(lists, seen, cells.total, cell, ordered=True)
+    before = (put_back,) if layout.ghosts else ()
+    bounds = Bounds(f.x, lists.bounds, count, FARTHEST, before=before)
 
     @ti.kernel
-    def wrap():
-        for i in range(room):
-            if i < numbers[None].count:
-                for a in ti.static(range(n)):
-                    length = edges[a, 1] - edges[a, 0]
-                    if length > 0.0:
-                        x[i][a] -= ti.floor((x[i][a] - edges[a, 0]) / length) * length
+    def find_bounds():
+        bounds.find()
+        lists.known[SEEN] = count()
 
     @ti.kernel
-    def lay_grid():
-        for _ in range(1):
-            lists.found[LOST] = 0
-        for chunk in range(grid.chunks):
-            grid.contain(chunk)
-        grid.largest.find(grid.chunks)
-        for _ in range(1):
-            grid.divide()
+    def look_around():
+        for listing in ti.static(listings):
+            listing.fill()
+        if ti.static(layout.ghosts):
+            if not ghosts.is_full():
+                lists.known[SEEN] = count() + ghosts.first[count()]
 
-    return wrap, lay_grid
+    @ti.kernel
+    def sort():
+        grid = cells.grid()
+        sort_seen.sort(grid)
+
+    @ti.kernel
+    def visit() -> ti.i32:
+        grid = cells.grid()
+        for b in range(loop_length(near.count(), f.mass.shape[0])):
+            if is_idle(b, near.count()):
+                continue
+            lists.tally[b] = near.entries(b, cells, grid, lists.grid[last] == LIST)
+        blocks.sum_up()
+        wrong = ti.cast(near.first[near.count()] > near.room, ti.i32)
+        for things in ti.static(marked):
+            wrong += ti.cast(things.is_full(), ti.i32)
+        lists.grid[last] = LIST
+        return wrong
+
+    kernels = [find_bounds, sort, visit, *([look_around] if marked else [])]
+    if layout.lanes == 1:
+        kernels.append(make_reorder(motion, count))
+    return SimpleNamespace(**{kernel.__name__: Launch(kernel) for kernel in kernels})
 
 
-def make_reorder(motion, numbers, cells):
-    """Kernel `reorder()` of make_search; the places of this search are written down."""
-    f, in_cell, room = motion.f, motion.lists.in_cell, motion.f.mass.shape[0]
+def make_reorder(motion, count):
+    """Kernel `reorder()` of make_search."""
+    f, lists, columns, used = motion.f, motion.lists, [], {"f64": 0, "i32": 0}
+    for variable in declare(motion.layout):
+        kind, length = variable.element
+        spare = getattr(lists, f"spare_{kind}")
+        columns.append((getattr(f, variable.name), spare, used[kind], length))
+        used[kind] += max(1, length)
+    room, last = f.mass.shape[0], lists.grid.shape[0] - 1
 
     @ti.kernel
     def reorder():
-        cells.sort(False)
         for i in range(room):
-            if i < numbers[None].count:
-                cells.copy_aside(i, in_cell[i])
+            if i < count():
+                source = lists.in_cell[i]
+                for field, spare, column, length in ti.static(columns):
+                    if ti.static(length == 0):
+                        spare[column, i] = field[source]
+                    else:
+                        for k in ti.static(range(length)):
+                            spare[column + k, i] = field[source][k]
         for i in range(room):
-            if i < numbers[None].count:
-                cells.copy_back(i)
+            if i < count():
+                for field, spare, column, length in ti.static(columns):
+                    if ti.static(length == 0):
+                        field[i] = spare[column, i]
+                    else:
+                        for k in ti.static(range(length)):
+                            field[i][k] = spare[column + k, i]
                 f.x_search[i] = f.x[i]
         for b in range(ROWS):
             for a in ti.static(range(3)):
                 f.rigid[b, COLUMN.searched + a] = f.rigid[b, COLUMN.centre + a]
+        lists.grid[last] = COUNT
 
     return reorder
-
-
-def make_write(cells, ghosts, touches):
-    """Kernel `write_lists()` of make_search."""
-    lists, near, numbers = cells.lists, cells.near, cells.numbers
-    number, room = lists.number, lists.counts.shape[0]
-    scan, entries = Scan(lists.chunk_sum), lists.entry.shape[0]
-    has_ghosts, has_touches = bool(ghosts), bool(touches)
-
-    @ti.func
-    def sum_up(things: ti.template()):
-        """Sum up the counts: first entry of each particle."""
-        for i in range(room + 1):
-            number[i] = 0
-            if i < numbers[None].count:
-                number[i] = things.count(i)
-        scan.exclusive(number, things.first, room + 1)
-
-    @ti.func
-    def visit(i, write: ti.template()):
-        reach = lists.reaches[REACH]
-        count = numbers[None].count
-        return near.neighbours(i, count, reach * reach, lists.inv_width[0], write)
-
-    @ti.kernel
-    def write_lists():
-        if ti.static(has_ghosts):
-            sum_up(ghosts)
-            for i in range(room):
-                if i < numbers[None].count and ghosts.total() > 0:
-                    ghosts.write(i)
-                    ghosts.place(i)
-        cells.sort(True)
-        for i in range(room + 1):
-            number[i] = 0
-            if i < numbers[None].count:
-                number[i] = visit(i, False)
-        scan.exclusive(number, lists.first, room + 1)
-        for i in range(room):
-            if i < numbers[None].count and lists.first[numbers[None].count] <= entries:
-                visit(i, True)
-        if ti.static(has_touches):
-            sum_up(touches)
-            for i in range(room):
-                if i < numbers[None].count and touches.total() > 0:
-                    touches.write(i)
-
-    return write_lists
-
-
-def make_outcome(lists, numbers, ghosts, touches):
-    """Kernel `outcome()` of make_search."""
-    entries, has_ghosts, has_touches = lists.entry.shape[0], bool(ghosts), bool(touches)
-
-    @ti.kernel
-    def outcome() -> ti.i32:
-        n = numbers[None].count
-        wrong = lists.found[LOST] + ti.cast(lists.first[n] > entries, ti.i32)
-        if ti.static(has_ghosts):
-            wrong += ti.cast(ghosts.first[n] > ghosts.room, ti.i32)
-        if ti.static(has_touches):
-            wrong += ti.cast(touches.first[n] > touches.room, ti.i32)
-        return wrong
-
-    return outcome
-
-
-def make_place_ghosts(numbers, ghosts):
-    """Kernel `place_ghosts()` of make_search."""
-    room = ghosts.f.mass.shape[0]
-
-    @ti.kernel
-    def place_ghosts():
-        for i in range(room):
-            if i < numbers[None].count:
-                ghosts.place(i)
-
-    return place_ghosts

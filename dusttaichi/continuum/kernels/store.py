@@ -216,16 +216,10 @@ def place(layout, room, entries, ghosts=0):
         fields[name] = ti.field(ELEMENTS[kind], shape=shape)
     lists = {
         "first": (ti.i32, (room + 1,)),
-        "counts": (ti.i32, (room,)),
         "entry": (ti.i32, (entries,)),
         # of the list of each block what is within reach of the kernel in this step, and how many
         "near": (ti.i32, (entries,)),
         "near_counts": (ti.i32, (room,)),
-        # the grid of cells: its lowest corner [m], cells along each axis
-        "grid_origin": (ti.f64, (layout.dimension,)),
-        "grid_cells": (ti.i32, (layout.dimension,)),
-        "cell_first": (ti.i32, (4 * seen + 64,)),
-        "in_cell": (ti.i32, (seen,)),
         "chunk_sum": (ti.i32, (scan_capacity(room + 1),)),
         "sync": (ti.i32, (SYNC,)),
         "most": (ti.f64, (MOST_WORKERS * APART,)),
@@ -236,7 +230,6 @@ def place(layout, room, entries, ghosts=0):
             "touch_first": (ti.i32, (room + 1,)),
             "touch_row": (ti.i32, (TOUCHES * room,)),
             "touch": (ti.f64, (TOUCHES * room, PARTS)),
-            "distance": (ti.f64, (room,)),
         }
     if layout.self_gravity:
         # places, one axis behind the other, and masses of all that attracts; energies of each

@@ -3,8 +3,9 @@
 from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.relist import make_relist
-from dusttaichi.grains.kernels.search import make_find, make_grid
+from dusttaichi.grains.kernels.search import make_find
 from dusttaichi.grains.kernels.wall_search import make_wall_relist
+from dusttaichi.particles.cells import Cells
 
 
 def make_neighbour_lists(fields, scratch, layout, *, walls, write_constants):
@@ -15,13 +16,14 @@ def make_neighbour_lists(fields, scratch, layout, *, walls, write_constants):
     counts[OVERFLOW] is set meanwhile, the lists are void. walls: true if there are any.
     write_constants: `make_write_constants` of kernels.polydisperse, or None of equal grains.
     """
-    grid_of, find = make_grid(scratch), make_find(fields, scratch, layout)
+    cells = Cells(scratch["grid"], 3, periodic=layout.periodic, tilted=layout.tilted)
+    find = make_find(fields, scratch, layout, cells)
     relist, write_entries = make_relist(fields, scratch, layout, write_constants)
     relist_walls = make_wall_relist(fields, scratch, layout, write_constants) if walls else None
 
     @ti.kernel
     def list_neighbours(box: Walls):
-        grid = grid_of()
+        grid = cells.grid()
         find(grid)
         relist(grid)
         if ti.static(walls):

@@ -5,7 +5,7 @@ Pairs with their history, carried over exactly, and the contacts of every grain.
 
 from dusttaichi.compute.blocks import is_idle, loop_length, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import Scan, is_short, whole
+from dusttaichi.compute.scan import is_short, whole
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
     FIRST_WALL,
@@ -14,6 +14,7 @@ from dusttaichi.grains.kernels.store import (
     OVERFLOW,
     PAIRS,
 )
+from dusttaichi.particles.lists import Lists
 
 
 @ti.data_oriented
@@ -67,7 +68,7 @@ class PairLists:
         self.x, self.counts = fields["x"], fields["counts"]
         self.pair_i, self.pair_j = fields["pair_i"], fields["pair_j"]
         self.pair_start, self.shift = fields["pair_start"], fields.get("shift")
-        self.entry, self.entry_start = fields["entry"], fields["entry_start"]
+        self.entry, self.first = fields["entry"], fields["entry_start"]
         self.near, self.near_start = scratch["near"], scratch.get("near_start")
         self.near_count, self.old_start = scratch["near_count"], scratch["old_start"]
         self.wall_slot, self.walls = fields.get("wall_slot"), "wall_slot" in fields
@@ -146,42 +147,43 @@ class PairLists:
         return found
 
     @ti.func
-    def entries_of(self, g):
-        """Length of the list of a grain's contacts, with the numbers that end its parts."""
-        n = 1
-        for k in range(self.near_count[g]):
-            n += ti.cast(self.neighbour(g, k) < g, ti.i32)
-        if ti.static(self.walls or self.sphere):
-            n += 1
+    def count(self):
+        """Number of grains."""
+        return self.counts[GRAINS]
+
+    @ti.func
+    def entries(self, g, listing: ti.template()):
+        """Length of the list of a grain's contacts, with the numbers that end its parts.
+
+        It is written if `listing` (particles.lists).
+        """
+        n = 0
+        for k in range(self.near_count[g] * ti.cast(self.counts[OVERFLOW] == 0, ti.i32)):
+            j = self.neighbour(g, k)
+            if j < g:
+                if ti.static(listing):
+                    self.entry[self.first[g] + n] = self.contact_of(j, g)
+                n += 1
+        n += self.put(g, n, -1, listing)
         if ti.static(self.walls):
             for k in range(6):
-                n += ti.cast(self.wall_slot[g][k] >= 0, ti.i32)
+                if self.wall_slot[g][k] >= 0:
+                    slot = self.counts[FIRST_WALL] * self.width + self.wall_slot[g][k]
+                    n += self.put(g, n, slot, listing)
         if ti.static(self.sphere):
-            n += ti.cast(self.sphere_slot[g] >= 0, ti.i32)
+            if self.sphere_slot[g] >= 0:
+                slot = self.counts[FIRST_SPHERE] * self.width + self.sphere_slot[g]
+                n += self.put(g, n, slot, listing)
+        if ti.static(self.walls or self.sphere):
+            n += self.put(g, n, -1, listing)
         return n
 
     @ti.func
-    def write_entries(self, g):
-        e = self.entry_start[g]
-        for k in range(self.near_count[g]):
-            j = self.neighbour(g, k)
-            if j < g:
-                self.entry[e] = self.contact_of(j, g)
-                e += 1
-        self.entry[e] = -1
-        if ti.static(self.walls or self.sphere):
-            e += 1
-        if ti.static(self.walls):
-            for n in range(6):
-                if self.wall_slot[g][n] >= 0:
-                    self.entry[e] = self.counts[FIRST_WALL] * self.width + self.wall_slot[g][n]
-                    e += 1
-        if ti.static(self.sphere):
-            if self.sphere_slot[g] >= 0:
-                self.entry[e] = self.counts[FIRST_SPHERE] * self.width + self.sphere_slot[g]
-                e += 1
-        if ti.static(self.walls or self.sphere):
-            self.entry[e] = -1
+    def put(self, g, n, value, listing: ti.template()):
+        """Write number n of the list of a grain if `listing`; returns 1."""
+        if ti.static(listing):
+            self.entry[self.first[g] + n] = value
+        return 1
 
 
 def make_relist(fields, scratch, layout, write_constants=None):
@@ -189,11 +191,11 @@ def make_relist(fields, scratch, layout, write_constants=None):
 
     To be called outside of the loops of a kernel. write_constants: see PairLists.
     """
-    W, counts, entry_start = layout.width, fields["counts"], fields["entry_start"]
-    own_count, old_start = scratch["own_count"], scratch["old_start"]
-    pair_start, scan = fields["pair_start"], Scan(scratch["chunk_sum"])
+    W, counts = layout.width, fields["counts"]
+    old_start, pair_start = scratch["old_start"], fields["pair_start"]
     lists = PairLists(fields, scratch, layout, write_constants)
-    room, blocks = scratch["cell_grain"].shape[0], fields["pair_i"].shape[0]
+    entries = Lists(lists, scratch["own_count"], scratch["chunk_sum"])
+    room, blocks = scratch["in_cell"].shape[0], fields["pair_i"].shape[0]
     light, in_order = is_short(fields["x"].shape[0]), not on_device()
 
     @ti.func
@@ -224,16 +226,6 @@ def make_relist(fields, scratch, layout, write_constants=None):
 
     @ti.func
     def list_entries():
-        ti.loop_config(serialize=light)
-        for g in range(loop_length(counts[GRAINS], room)):
-            if is_idle(g, counts[GRAINS]):
-                continue
-            own_count[g] = lists.entries_of(g)
-        scan.exclusive(own_count, entry_start, loop_length(counts[GRAINS] + 1, room + 1))
-        ti.loop_config(serialize=light)
-        for g in range(loop_length(counts[GRAINS], room)):
-            if is_idle(g, counts[GRAINS]) or counts[OVERFLOW] > 0:
-                continue
-            lists.write_entries(g)
+        entries.fill()
 
     return relist, list_entries

@@ -4,7 +4,7 @@ from dusttaichi.compute.blocks import THREADS, BlockSums, is_idle, loop_length, 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, first_of, is_short, whole
 from dusttaichi.grains.kernels.relist import HistoryRows
-from dusttaichi.grains.kernels.search import SEARCH
+from dusttaichi.grains.kernels.search import TIME, WALL_REACH
 from dusttaichi.grains.kernels.store import (
     FIRST_WALL,
     GRAINS,
@@ -33,7 +33,7 @@ class WallLists:
             setattr(self, name, fields[name])
         # of each wall and chunk of grains: contacts, then the first of them
         self.wall_chunk, self.scan = scratch["wall_chunk"], Scan(scratch["chunk_sum"])
-        self.chunk_room = -(-scratch["cell_grain"].shape[0] // CHUNK)
+        self.chunk_room = -(-scratch["in_cell"].shape[0] // CHUNK)
         self.radius = fields.get("radius")
         self.write_wall_constants = getattr(write_constants, "wall", None)
         self.write_empty = getattr(write_constants, "empty", None)
@@ -215,13 +215,13 @@ def make_fold(fields, lists):
 def make_wall_relist(fields, scratch, layout, write_constants=None):
     """Function `relist_walls(box)`, to be called outside of the loops of a kernel.
 
-    wall_reach, a number of the search, is the distance of centre and wall within which a grain
+    WALL_REACH, numbers of the search, is the distance of centre and wall within which a grain
     is listed, of polydisperse grains that of their surfaces; far below zero where there is no wall.
     write_constants: see WallLists.
     """
     counts, wall_slot = fields["counts"], fields["wall_slot"]
     lists = WallLists(fields, scratch, layout, write_constants)
-    numbers, first_reach = scratch["search"], SEARCH.index("wall_reach_0")
+    numbers = scratch["grid"]
     light, fold = is_short(fields["x"].shape[0]), make_fold(fields, lists)
     wall_chunk, blocks = lists.wall_chunk, fields["wall_of"].shape[0]
 
@@ -230,8 +230,8 @@ def make_wall_relist(fields, scratch, layout, write_constants=None):
         """Counts or writes the contacts of a chunk of grains with a wall, number q of both."""
         n, chunk = q // lists.chunks(), q % lists.chunks()
         entry = n * lists.chunk_room + chunk
-        normal, place = lists.plane(n, box, numbers[ti.static(SEARCH.index("time"))])
-        reach, c = numbers[first_reach + n], 0
+        normal, place = lists.plane(n, box, numbers[TIME])
+        reach, c = numbers[WALL_REACH + n], 0
         if ti.static(write):
             c = wall_chunk[entry]
         for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):

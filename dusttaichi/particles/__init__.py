@@ -1,0 +1,1 @@
+"""Search for the particles near each other, for every method."""
