@@ -1,10 +1,9 @@
 """Particles sorted into the cells of a grid, and the cells around a place.
 
-The search of every method, on a CPU and on a device: the host finds the extent of the particles
-(Bounds) and lays a grid over it (lay_grid), kernels sort the particles into its
-cells (Sort) and examine for each particle or block those in the cells around it (Cells.run). What
-is listed, and in which layout, is a matter of the method. The widths of cells must be no less than
-the reach of its lists.
+The search of every method, on a CPU and on a device: kernels find the extent of the particles
+(Bounds), the host lays a grid over it (lay_grid), kernels sort the particles into its cells (Sort)
+and examine for each particle or block those in the cells around it (Cells.run). What is listed, and
+in which layout, is a matter of the method. Cells must be no narrower than the reach of its lists.
 """
 
 from math import floor, prod
@@ -65,8 +64,7 @@ class Bounds:
 
     Largest coordinates, largest ones with the opposite sign, 1 if the place of any is `farthest`
     away or not a number, largest speed (0 without v). x, v: fields; table: see place_cells;
-    count(): function, number of particles. before: functions called
-    of each particle before.
+    count(): function, number of particles. before: functions called of each particle before.
     """
 
     def __init__(self, x, table, count, farthest, *, v=None, before=()):
