@@ -10,10 +10,9 @@ from math import floor, prod
 
 from dusttaichi.compute.blocks import is_idle, loop_length
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan, is_short, scan_capacity, whole
+from dusttaichi.compute.scan import CHUNK, Largest, Scan, is_short, scan_capacity, whole
 
 NOWHERE = 1e300  # farther than any place
-SHARES = 512  # of the particles, for their bounds
 
 
 def grid_length(dimension):
@@ -33,7 +32,7 @@ def place_cells(dimension, room, cells, own=0):
         # what a cell has that has no place in its list yet; 0 between two sorts
         "placeless": (ti.i32, (cells + 1,)),
         "cell_chunk": (ti.i32, (scan_capacity(cells + 1),)),
-        "bounds": (ti.f64, (1 + SHARES, 2 * dimension + 2)),
+        "bounds": (ti.f64, (1 + scan_capacity(room), 2 * dimension + 2)),
         "grid": (ti.f64, (grid_length(dimension) + own,)),
     }
     return {name: ti.field(kind, shape=shape) for name, (kind, shape) in shapes.items()}
@@ -64,13 +63,15 @@ class Bounds:
 
     Largest coordinates, largest ones with the opposite sign, 1 if the place of any is `farthest`
     away or not a number, largest speed (0 without v). x, v: fields; table: see place_cells;
-    count(): function, number of particles. before: functions called of each particle before.
+    count(): function, number of particles, at most `room`. before: functions called first, of each
+    particle.
     """
 
-    def __init__(self, x, table, count, farthest, *, v=None, before=()):
+    def __init__(self, x, table, count, farthest, *, room, v=None, before=()):
         self.x, self.v, self.moves, self.before = x, v, v is not None, before
         self.table, self.count, self.farthest = table, count, farthest
-        self.n, self.light = x.n, is_short(x.shape[0])
+        self.n, self.light, self.chunks = x.n, is_short(x.shape[0]), -(-room // CHUNK)
+        self.largest = Largest(table, self.chunks)
 
     @staticmethod
     def read(table):
@@ -80,11 +81,6 @@ class Bounds:
         return -row[n : 2 * n], row[:n], row[2 * n] > 0.0, float(row[2 * n + 1])
 
     @ti.func
-    def shares(self):
-        """Number of shares of the particles that a loop passes."""
-        return loop_length(ti.min(whole(self.count(), CHUNK), SHARES), SHARES)
-
-    @ti.func
     def find(self):
         """Find the extent of the particles. To be called outside of the loops of a kernel."""
         if ti.static(self.light):
@@ -92,16 +88,10 @@ class Bounds:
             for _ in range(1):
                 self.of_part(0, self.count(), 0)
         else:
-            for share in range(self.shares()):
-                size = whole(self.count(), self.shares())
-                end = ti.min((share + 1) * size, self.count())
-                self.of_part(share * size, end, share + 1)
-            ti.loop_config(serialize=True)
-            for k in range(2 * self.n + 2):
-                most = self.table[1, k]
-                for share in range(1, self.shares()):
-                    most = ti.max(most, self.table[share + 1, k])
-                self.table[0, k] = most
+            for chunk in range(loop_length(whole(self.count(), CHUNK), self.chunks)):
+                end = ti.min((chunk + 1) * CHUNK, self.count())
+                self.of_part(chunk * CHUNK, end, chunk + 1)
+            self.largest.find(whole(self.count(), CHUNK))
 
     @ti.func
     def of_part(self, begin, end, row):

@@ -97,7 +97,8 @@ def make_search(motion, near):
 
     sort_seen = Sort(lists, seen, cells.total, cell, ordered=True)
     before = (put_back,) if layout.ghosts else ()
-    bounds = Bounds(f.x, lists.bounds, count, FARTHEST, before=before)
+    room = lists.in_cell.shape[0]
+    bounds = Bounds(f.x, lists.bounds, count, FARTHEST, room=room, before=before)
 
     @ti.kernel
     def find_bounds():

@@ -54,7 +54,8 @@ def place_search(grains, layout, walls):
 
 def make_bounds(fields, scratch):
     """Kernel `find_bounds()` of all grains, and of their speeds (particles.cells.Bounds)."""
-    bounds = Bounds(fields["x"], scratch["bounds"], counter(fields), FARTHEST, v=fields["v"])
+    x, v, room = fields["x"], fields["v"], scratch["in_cell"].shape[0]
+    bounds = Bounds(x, scratch["bounds"], counter(fields), FARTHEST, room=room, v=v)
 
     @ti.kernel
     def find_bounds():
