@@ -28,9 +28,14 @@ class Units:
     """
 
     def __init__(self, symbols=None):
-        self.symbols = symbols
+        self.symbols, self._known = symbols, {}
 
     def __call__(self, unit):
+        if unit not in self._known:
+            self._known[unit] = self._value(unit)
+        return self._known[unit]
+
+    def _value(self, unit):
         value = 1.0
         for n, part in enumerate(unit.split("/") if self.symbols else ()):
             for factor in part.split():

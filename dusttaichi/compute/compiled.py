@@ -6,6 +6,7 @@ from typing import Any
 
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import program
+from dusttaichi.compute.launching import Launch
 from dusttaichi.compute.memory import FieldAccess, Table, arrays_of
 from dusttaichi.compute.programs import PROGRAMS
 
@@ -30,11 +31,15 @@ class Compiled:
 
     @classmethod
     def of(cls, key, layout, kernels, groups):
-        """Compiled of the loops of a key, whose last item is their kind (backend.Loops)."""
+        """Compiled of the loops of a key, whose last item is their kind (backend.Loops).
+
+        Taichi's kernels are called by a Launch.
+        """
+        quick = {n: Launch(k) if hasattr(k, "_primal") else k for n, k in vars(kernels).items()}
         together = {name: field for group in groups for name, field in group.items()}
         # a device has memory of its own; what emulates one has it too
         memory = arrays_of(together) if key[-1] == "workers" else {}
-        return cls(key, layout, kernels, groups, memory, program())
+        return cls(key, layout, type(kernels)(**quick), groups, memory, program())
 
 
 class Structures:

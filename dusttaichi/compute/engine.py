@@ -6,6 +6,7 @@ are patched by compute/taichi_patches.py.
 
 import warnings
 from importlib import import_module
+from operator import attrgetter
 
 from dusttaichi.compute import compiler
 
@@ -14,6 +15,8 @@ PATCHED = ("1.7.3", "1.7.4")  # versions of Taichi whose internals were tested
 ti = import_module(compiler.name())
 # of Quadrants, about lists as arguments: it examines their types at every call
 warnings.filterwarnings("ignore", ".*Template mapper caching disabled")
+
+_PROGRAM = attrgetter("prog" if compiler.name() == "taichi" else "_prog")
 
 __all__ = ["PATCHED", "VERSION", "program", "settings", "tested", "ti"]
 
@@ -25,8 +28,7 @@ def tested():
 
 def program():
     """The current program of the compiler, a new one after each start; None without one."""
-    runtime = ti.lang.impl.get_runtime()
-    return runtime._prog if hasattr(runtime, "_prog") else runtime.prog  # Quadrants, Taichi
+    return _PROGRAM(ti.lang.impl.get_runtime())
 
 
 def settings():

@@ -1,8 +1,7 @@
 """Patches of Taichi's internals that halve the processor time of a first step.
 
 Taichi reads the sources of kernels at every start, even if the compiled kernels are in its cache;
-the patches omit work for its error messages and work repeated at every call of a function. It also
-checks and converts structs of numbers member by member at every call of a kernel.
+the patches omit work for its error messages and work repeated at every call of a function.
 
 Only versions that were tested are patched (engine.PATCHED), never with `numerics.debug`, and never
 Quadrants. tests/compute/test_taichi_patches.py names what another version has changed.
@@ -23,7 +22,7 @@ if engine.tested():
     impl, kernel_impl, snode, Struct = ti.lang.impl, ti.lang.kernel_impl, ti.lang.snode, ti.Struct
     matrix_ops, make_matrix = import_module("taichi.lang.matrix_ops"), ti.lang.matrix.make_matrix
     ast_utils, core = ti.lang.ast.ast_transformer_utils, ti.lang.impl._ti_core
-    ASTTransformerContext, StructType = ast_utils.ASTTransformerContext, ti.lang.struct.StructType
+    ASTTransformerContext = ast_utils.ASTTransformerContext
 
 
 def patch(debug):
@@ -42,13 +41,11 @@ def patches():
     without a tokenizer, and parsed once, not at every call; for that the pass over a node leaves no
     note in it. Places where fields were declared are not recorded. Structs with the same members
     share one class. Products of vectors are expressions at once, not functions whose sources are
-    read at every call; without it kernels are other code. Structs of arguments are converted once,
-    and must not be changed after their first call: a millisecond, hundreds of small steps.
+    read at every call; without it kernels are other code.
     """
     if not engine.tested():
         return []
     transform, constant = kernel_impl.transform_tree, expr.make_constant_expr
-    checked, passed = StructType.__instancecheck__, StructType.set_kernel_struct_args
     found = [
         (ASTTransformerContext, "get_pos_info", _position),  # 0.50 s
         (kernel_impl, "_get_tree_and_ctx", _tree_and_context),  # 0.27 s with the next two
@@ -59,8 +56,6 @@ def patches():
         (snode, "get_traceback", _nowhere),
         (Struct, "_register_members", _register_members),  # 0.04 to 0.28 s
         *((matrix_ops, name, _at_once(name, ours)) for name, ours in _OPERATIONS),  # 0.05 s
-        (StructType, "__instancecheck__", _check_once(checked)),  # 1 ms a call with the next
-        (StructType, "set_kernel_struct_args", _set_recorded(passed)),
     ]
     return [(holder, name, getattr(holder, name), ours) for holder, name, ours in found]
 
@@ -295,55 +290,3 @@ def _nowhere(stacklevel=1):
 def _position(context, node):
     line = node.lineno + context.lineno_offset
     return f'File "{context.file}", line {line}, in {context.func.func.__name__}:\n'
-
-
-# -- structs as arguments of kernels ---------------------------------------------------------------
-
-
-def _check_once(own):
-    """StructType.__instancecheck__, which remembers the types of a struct."""
-
-    def is_of(self, instance):
-        known = getattr(instance, "__dict__", {}).get("_known_types", ())
-        if any(kind is self for kind in known):
-            return True
-        if not own(self, instance):
-            return False
-        object.__setattr__(instance, "_known_types", (*known, self))
-        return True
-
-    return is_of
-
-
-def _set_recorded(own):
-    """StructType.set_kernel_struct_args, which records the members of a struct once."""
-
-    def set_all(self, struct, launch_ctx, ret_index=()):
-        if len(ret_index) != 1:
-            own(self, struct, launch_ctx, ret_index)
-            return
-        recorded = struct.__dict__.setdefault("_recorded", {})
-        if ret_index not in recorded:
-            members = _Recorded()
-            own(self, struct, members, ret_index)
-            recorded[ret_index] = members
-        for setter, index, value in recorded[ret_index].members:
-            getattr(launch_ctx, setter)(index, value)
-
-    return set_all
-
-
-class _Recorded:
-    """Stand-in of the context of a launch, which records the members of a struct."""
-
-    def __init__(self):
-        self.members = []
-
-    def set_struct_arg_float(self, index, value):
-        self.members.append(("set_struct_arg_float", index, float(value)))
-
-    def set_struct_arg_int(self, index, value):
-        self.members.append(("set_struct_arg_int", index, int(value)))
-
-    def set_struct_arg_uint(self, index, value):
-        self.members.append(("set_struct_arg_uint", index, int(value)))

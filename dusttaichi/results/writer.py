@@ -37,6 +37,7 @@ class Writer(AbstractContextManager):
         self._layout, self._dimensions, self._static = layout, sizes, static
         self._sizes = {d: n if isinstance(n, int) else len(n) for d, n in sizes.items()}
         self._attributes, self._records = attributes, records
+        self._note_entries()
         self._buffer = {group: [] for group in records}
         # the current piece: its number (0 is the result itself), its first records
         self._number, self._starts, self._identity = 0, dict.fromkeys(records, 0), ""
@@ -154,13 +155,12 @@ class Writer(AbstractContextManager):
         ValueError
             The record lacks a variable of the group.
         """
-        expected = {v.name: v for v in self._layout.values() if v.group == group and v.grows}
-        if set(record) != set(expected):
+        expected = self._entries.get(group, {})
+        if record.keys() != expected.keys():
             raise ValueError(f"{group} takes {sorted(expected)}, not {sorted(record)}")
         block, lengths = {}, set()
-        for name, variable in expected.items():
-            tail = tuple(self._sizes[d] for d in variable.dims[1:])
-            data = np.array(record[name], dtype=variable.dtype)
+        for name, (kind, tail) in expected.items():
+            data = np.array(record[name], dtype=kind)
             data = data[np.newaxis] if data.ndim == len(tail) else data
             if data.shape[1:] != tail:
                 raise ValueError(f"{group}/{name} has shape {data.shape[1:]}, not {tail}")
@@ -191,6 +191,7 @@ class Writer(AbstractContextManager):
         self._sizes |= dict(sizes)
         for group in dict.fromkeys(v.group for v in variables):
             self._records[group], self._starts[group], self._buffer[group] = 0, 0, []
+        self._note_entries()
         self._changed = True
 
     def set_status(self, status):
@@ -274,6 +275,13 @@ class Writer(AbstractContextManager):
 
     def __exit__(self, *_):
         self.close()
+
+    def _note_entries(self):
+        """Set group -> name -> (type, shape of an entry) of all variables that grow."""
+        self._entries = {}
+        for v in (v for v in self._layout.values() if v.grows):
+            own = v.dtype, tuple(self._sizes[d] for d in v.dims[1:])
+            self._entries.setdefault(v.group, {})[v.name] = own
 
     def _rows_waiting(self, group):
         return sum(len(next(iter(block.values()))) for block in self._buffer[group])

@@ -1,0 +1,38 @@
+"""Kernels that are called with little work of Python receive what they are given."""
+
+from scenes import make_scene
+
+from dusttaichi.compute.backend import start_taichi
+from dusttaichi.compute.engine import ti
+from dusttaichi.compute.launching import Launch
+
+
+def test_arguments_reach_a_kernel_whatever_their_place_and_however_often():
+    start_taichi(make_scene(), 1)
+    Numbers = ti.types.struct(a=ti.f64, n=ti.i32, m=ti.types.matrix(2, 2, ti.f64))
+
+    @ti.kernel
+    def read(first: Numbers, more: ti.i64, second: Numbers, most: ti.f64) -> ti.i32:
+        own = first.a + 10.0 * first.n + 100.0 * first.m[1, 0]
+        other = second.a + 10.0 * second.n + 100.0 * second.m[1, 0]
+        return int(own + 1000.0 * other + 1e6 * more + 1e7 * most)
+
+    launch = Launch(read)
+    one = Numbers(a=1.0, n=2, m=[[0.0, 0.0], [3.0, 0.0]])
+    other = Numbers(a=4.0, n=5, m=[[0.0, 0.0], [6.0, 0.0]])
+    # whole numbers in double precision: exact
+    for k in range(3):
+        assert launch(one, k, other, 2.0) == 20_654_321 + k * 1_000_000
+        assert launch(other, 7, one, k) == 7_321_654 + k * 10_000_000
+        assert launch(one, 7, one, k) == 7_321_321 + k * 10_000_000
+
+
+def test_a_kernel_is_found_again_after_a_start():
+    @ti.kernel
+    def add(n: ti.i32, m: ti.i32) -> ti.i32:
+        return n + m
+
+    launch = Launch(add)
+    for k in range(2):
+        start_taichi(make_scene(), 1)
+        assert [launch(k, 10), launch(k, 10), launch(k, 20)] == [10 + k, 10 + k, 20 + k]
