@@ -156,6 +156,15 @@ def registries_as_before():
 
 
 @pytest.fixture
+def launches(monkeypatch):
+    """Loops of the kind "launches" are those of launches.py, which the CPU can make."""
+    from launches import advance_by
+
+    for room in ("continuum", "grains"):
+        monkeypatch.setattr(f"dusttaichi.{room}.compiled.advance_by", advance_by)
+
+
+@pytest.fixture
 def toys(monkeypatch):
     """What preparing the toy's method changes (run/toy.py) holds for this test alone."""
     from dusttaichi import method

@@ -7,41 +7,6 @@ launch. That takes 30 to 100 us, as long as many steps of a small scene.
 from dusttaichi.compute.engine import program, settings, tested, ti
 
 LOOK = 16  # steps that are launched before the host reads the progress of the device
-REASONS = 4  # reasons why no further step may begin are numbers from 1 to below this
-
-
-class Progress:
-    """Progress of a device.
-
-    (number in place `done` of the field `sync`, reason in place `stop`, 0 if a further step may
-    begin).
-    """
-
-    def __init__(self, sync, done, stop):
-        @ti.kernel
-        def read() -> ti.i32:
-            return REASONS * sync[done] + sync[stop]
-
-        self._launch = Launch(read)
-
-    def __call__(self):
-        return divmod(self._launch(), REASONS)
-
-
-class PassOnChange:
-    """A kernel that writes its arguments to fields.
-
-    It is launched if they are not the same objects as in the previous call.
-    """
-
-    def __init__(self, kernel):
-        self.kernel, self._last = kernel, ()
-
-    def __call__(self, *arguments):
-        same = len(self._last) == len(arguments)
-        if not (same and all(a is b for a, b in zip(self._last, arguments, strict=True))):
-            self.kernel(*arguments)
-            self._last = arguments
 
 
 class Launch:

@@ -18,15 +18,13 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
-from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import LOOK, Launch, PassOnChange, Progress
+from dusttaichi.compute.launching import LOOK, Launch
 
 # A parallel loop is cut into runs of at least 512 iterations: one of each run works.
 STRIDE = 512
 PATIENCE = 20_000_000  # tries (some 0.1-0.4 s) before the first worker continues alone
 CLOSED = 1_000_000
-SHARES = 8  # of a phase where the cores of a CPU are launched
 
 # places in the `sync` field, each in a line of the cache that the next is not fetched with: what
 # workers wait at must not share one with what others read meanwhile
@@ -37,6 +35,7 @@ MEET, MET, PRESENT = 0, _APART, 2 * _APART
 DUE, DONE, STUCK, STOP, REQUESTED, BEGUN = range(3 * _APART, 3 * _APART + 6)
 SYNC = 4 * _APART  # length of the field
 HALT, ENDLESS = 1, 2  # in STOP: search due or all done; STUCK
+REASONS = 3  # numbers in STOP are below this
 
 
 @dataclass(frozen=True)
@@ -59,13 +58,8 @@ class Steps:
 
 
 def advance_by(kind, own, by_threads):
-    """`advance` of Steps by "workers" (CPU), or by "launches" of kernels.
-
-    by_threads(): the Launches of a device.
-    """
-    if kind == "workers":
-        return by_workers(own)
-    return by_threads() if on_device() else by_launches(own)
+    """`advance` of Steps by "workers" (CPU), or by "launches" of kernels: by_threads()."""
+    return by_workers(own) if kind == "workers" else by_threads()
 
 
 # -- workers ---------------------------------------------------------------------------------------
@@ -187,7 +181,13 @@ class Arguments:
             if ti.static(derives):
                 note(others)
 
-        self.begin, self.pass_numbers = begin, PassOnChange(pass_numbers)
+        self.begin, self._pass, self._passed = begin, pass_numbers, (None, None)
+
+    def pass_numbers(self, *arguments):
+        """Write numbers and outside to their fields, but for the objects of the last call."""
+        if any(a is not b for a, b in zip(arguments, self._passed, strict=True)):
+            self._pass(*arguments)
+            self._passed = arguments
 
 
 class Launches:
@@ -202,8 +202,13 @@ class Launches:
         self._begin, self.pass_numbers = arguments.begin, arguments.pass_numbers
         self._prepare = None if prepare is None else Launch(prepare)
         self._before, self._after = ([Launch(k) for k in kernels] for kernels in (before, after))
-        self._progress = Progress(arguments.sync, DONE, STOP)
-        self._launches_per_step = 1.0
+        self._launches_per_step, sync = 1.0, arguments.sync
+
+        @ti.kernel
+        def progress() -> ti.i32:
+            return REASONS * sync[DONE] + sync[STOP]
+
+        self._progress = Launch(progress)
 
     def __call__(self, steps, first, pending, _workers, *arguments):
         self.pass_numbers(*arguments)
@@ -226,7 +231,7 @@ class Launches:
             for kernel in self._after if pending else (*self._before, *self._after):
                 kernel()
             pending = 0
-        return self._progress()
+        return divmod(self._progress(), REASONS)
 
 
 @ti.func
@@ -236,38 +241,3 @@ def conclude(sync: ti.template()):
         sync[STOP] = ENDLESS
     elif sync[DONE] >= sync[REQUESTED]:
         sync[STOP] = HALT
-
-
-def by_launches(own):
-    """Launches of Steps on the cores of a CPU, to test them: a share of a phase at a time."""
-    known = Arguments(own)
-    sync, numbers, outside, first = known.sync, known.numbers, known.outside, known.first
-    is_due, made = own.is_due, own.made
-
-    def kernel_of(run, may_wait):
-        @ti.kernel
-        def launch():
-            for share in range(SHARES):
-                step = first[None] + sync[DONE] + 1
-                if sync[STOP] == 0:
-                    if ti.static(may_wait):
-                        if not is_due(step, numbers[None]):
-                            run(share, SHARES, step, numbers[None], outside[None])
-                    else:
-                        run(share, SHARES, step, numbers[None], outside[None])
-
-        return launch
-
-    @ti.kernel
-    def end():
-        for _ in range(1):
-            if sync[STOP] == 0:
-                if is_due(first[None] + sync[DONE] + 1, numbers[None]):
-                    sync[STOP] = HALT
-                else:
-                    sync[DONE] = made(sync[DONE])
-                    conclude(sync)
-
-    before = [kernel_of(run, False) for runs in _runs(own.before) for run in runs]
-    after = [kernel_of(run, True) for runs in _runs(own.after) for run in runs]
-    return Launches(known, before, [*after, end], divided=True)

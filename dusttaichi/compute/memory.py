@@ -122,12 +122,11 @@ def arrays_of(fields):
 
 
 def _offset(field):
-    """Bytes from the beginning of all fields to this one, and from one row to the next."""
+    """Bytes from the beginning of all fields to this one, and from one element to the next."""
     leaf = field.snode
     dense = leaf.parent()
     offset = leaf._offset_bytes_in_parent_cell + dense._offset_bytes_in_parent_cell
-    inner = int(np.prod(field.shape[1:], dtype=np.int64))
-    return offset, inner * dense._cell_size_bytes
+    return offset, dense._cell_size_bytes
 
 
 def _base(field):
@@ -154,12 +153,9 @@ def _base(field):
 def _memory(field, base):
     """Array of a field (rows, ..., elements) that shares its memory."""
     dtype, lanes = np.dtype(type_of(field)), lanes_of(field)
-    offset, row = _offset(field)
-    strides, size = [dtype.itemsize] * len(lanes), row
-    for length in reversed(field.shape[1:]):
-        size //= length
-    for length in reversed(field.shape):
-        strides.insert(0, size)
-        size *= length
-    whole = (ctypes.c_char * (row * field.shape[0])).from_address(base + offset)
-    return np.ndarray((*field.shape, *lanes), dtype, buffer=whole, strides=strides)
+    offset, size = _offset(field)
+    elements = int(np.prod(field.shape, dtype=np.int64))
+    whole = (ctypes.c_char * (size * elements)).from_address(base + offset)
+    strides = (size, *[dtype.itemsize] * len(lanes))
+    rows = np.ndarray((elements, *lanes), dtype, buffer=whole, strides=strides)
+    return rows.reshape(*field.shape, *lanes)  # a view of the same memory

@@ -135,12 +135,8 @@ def remove_old_locks(folder):
 
 
 def _remove_unused(root):
-    """Remove unused folders, and kernels that earlier versions have left in the root."""
+    """Remove folders of kernels that have not been used for long."""
     old = time.time() - UNUSED
-    files = [path for path in root.iterdir() if path.is_file()]
     for folder in (path for path in root.iterdir() if path.is_dir()):
         if folder.stat().st_mtime < old:
             shutil.rmtree(folder)
-    if files and max(path.stat().st_mtime for path in files) < old:
-        for path in files:
-            path.unlink(missing_ok=True)

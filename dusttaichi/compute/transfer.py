@@ -9,7 +9,7 @@ import numpy as np
 from dusttaichi.compute.engine import ti
 
 TYPES = {"f64": np.float64, "f32": np.float32, "i32": np.int32, "i64": np.int64}
-_ROWS = {n: ti.types.ndarray(ndim=n) for n in (1, 2, 3)}
+_ROWS = ti.types.ndarray()
 
 
 def type_of(field):
@@ -22,67 +22,48 @@ def lanes_of(field):
     return (field.n,) if hasattr(field, "n") else ()
 
 
-# -- kernels: of scalars with one, two and three axes, and of vectors ---------------------------
+# -- kernels: of scalars with any number of axes, and of vectors ---------------------------------
 
 
 @ti.kernel
-def _read_1(field: ti.template(), first: ti.i32, second: ti.i32, out: _ROWS[1]):
-    for i in out:
-        out[i] = field[first + i]
+def _read(field: ti.template(), first: ti.i32, second: ti.i32, out: _ROWS):
+    for at in ti.grouped(out):
+        out[at] = field[_place(at, first, second)]
 
 
 @ti.kernel
-def _read_2(field: ti.template(), first: ti.i32, second: ti.i32, out: _ROWS[2]):
-    for i, j in out:
-        out[i, j] = field[first + i, second + j]
+def _write(field: ti.template(), first: ti.i32, values: _ROWS):
+    for at in ti.grouped(values):
+        field[_place(at, first, 0)] = values[at]
+
+
+@ti.func
+def _place(index, first, second):
+    """Index of an element of a field; first, second: where its rows and their slices begin."""
+    index[0] += first
+    if ti.static(index.n > 1):
+        index[1] += second
+    return index
 
 
 @ti.kernel
-def _read_3(field: ti.template(), first: ti.i32, second: ti.i32, out: _ROWS[3]):
-    for i, j, k in out:
-        out[i, j, k] = field[first + i, second + j, k]
-
-
-@ti.kernel
-def _read_vectors(field: ti.template(), first: ti.i32, second: ti.i32, out: _ROWS[2]):
+def _read_vectors(field: ti.template(), first: ti.i32, second: ti.i32, out: _ROWS):
     for i in range(out.shape[0]):
         for k in ti.static(range(field.n)):
             out[i, k] = field[first + i][k]
 
 
 @ti.kernel
-def _write_1(field: ti.template(), first: ti.i32, values: _ROWS[1]):
-    for i in values:
-        field[first + i] = values[i]
-
-
-@ti.kernel
-def _write_2(field: ti.template(), first: ti.i32, values: _ROWS[2]):
-    for i, j in values:
-        field[first + i, j] = values[i, j]
-
-
-@ti.kernel
-def _write_3(field: ti.template(), first: ti.i32, values: _ROWS[3]):
-    for i, j, k in values:
-        field[first + i, j, k] = values[i, j, k]
-
-
-@ti.kernel
-def _write_vectors(field: ti.template(), first: ti.i32, values: _ROWS[2]):
+def _write_vectors(field: ti.template(), first: ti.i32, values: _ROWS):
     for i in range(values.shape[0]):
         for k in ti.static(range(field.n)):
             field[first + i][k] = values[i, k]
 
 
 @ti.kernel
-def _take_3(field: ti.template(), index: _ROWS[2], out: _ROWS[1]):
+def _take_3(field: ti.template(), index: _ROWS, out: _ROWS):
     for n in out:
         out[n] = field[index[0, n], index[1, n], index[2, n]]
-
-
-_READ = {1: _read_1, 2: _read_2, 3: _read_3}
-_WRITE = {1: _write_1, 2: _write_2, 3: _write_3}
 
 
 # -- functions of tables ------------------------------------------------------------------------
@@ -97,7 +78,7 @@ def read(field, first, end, *rest):
         shape[1] = last - second
     out = np.empty((*shape, *lanes_of(field)), type_of(field))
     if out.size:
-        kernel = _read_vectors if lanes_of(field) else _READ[len(field.shape)]
+        kernel = _read_vectors if lanes_of(field) else _read
         kernel(field, first, second, out)
     return out
 
@@ -106,7 +87,7 @@ def write(field, first, values):
     """Rows from `first` on."""
     values = np.ascontiguousarray(values, type_of(field))
     if values.size:
-        kernel = _write_vectors if lanes_of(field) else _WRITE[len(field.shape)]
+        kernel = _write_vectors if lanes_of(field) else _write
         kernel(field, first, values)
 
 

@@ -30,13 +30,10 @@ class WorkerChoice:
         self.sim, self.clock = sim, clock
         self.ladder = ladder(sim.threads)
         self.fixed = fixed or len(self.ladder) == 1
-        self.own = sim.threads  # the number chosen
-        self.rate = None  # steps a second, with that number
-        self.other = None  # the number on trial; None: there is no trial
-        self.rates = None  # of the pieces of a trial, the other number first; None before these
-        self.tried, self.wait = clock(), 0.0  # the first trial comes as soon as a rate is known
-        self.rises = False  # whether the last trial was of a larger number
-        self._begin(None)
+        # the piece that is timed, made in one or several calls; its steps, None as long as no rate
+        # is known
+        self.pieces, self.made, self.seconds = self._choose(), 0, 0.0
+        self.planned = next(self.pieces)
 
     def advance(self, steps):
         """Make that many steps."""
@@ -49,14 +46,8 @@ class WorkerChoice:
             if not self.fixed:
                 self.made, self.seconds = self.made + piece, self.seconds + self.clock() - began
                 if self._is_over():
-                    self._decide(self.made / max(self.seconds, 1e-9))
-
-    # -- the piece that is timed, made in one or several calls ------------------------------------
-
-    def _begin(self, seconds):
-        """Time as many steps as take that long at the known rate; None: no rate is known."""
-        self.planned = None if seconds is None else max(1, int(seconds * self.rate))
-        self.made, self.seconds = 0, 0.0
+                    self.planned = self.pieces.send(self.made / max(self.seconds, 1e-9))
+                    self.made, self.seconds = 0, 0.0
 
     def _to_make(self):
         return max(16, self.made) if self.planned is None else self.planned - self.made
@@ -64,54 +55,48 @@ class WorkerChoice:
     def _is_over(self):
         return self.seconds >= PIECE if self.planned is None else self.made >= self.planned
 
-    # -- decisions --------------------------------------------------------------------
+    # -- decisions: generators of the steps of each piece, to which its rate is sent [1/s] ---------
 
-    def _decide(self, rate):
-        if self.other is None:
-            self._look(rate)
-        elif self.rates is None:
-            if rate < HOPELESS * self.rate:
-                self._end_trial(rate / self.rate)
-            else:
-                self.rates = []
-                self._begin(PIECE)
-        else:
-            self.rates.append(rate)
-            ratios = [a / b for a, b in zip(self.rates[::2], self.rates[1::2], strict=False)]
+    def _choose(self):
+        """Set the number of workers, after a trial of another one whenever one is due."""
+        own, tried, wait, rises = self.sim.threads, self.clock(), 0.0, False
+        rate = yield None
+        while True:
+            if self.clock() - tried >= wait:
+                # up and down the ladder in turn
+                here = self.ladder.index(own)
+                rises = here == 0 or (here + 1 < len(self.ladder) and not rises)
+                other = self.ladder[here + 1 if rises else here - 1]
+                ratio, its_rate = yield from self._try(own, other, rate)
+                if ratio > GAIN:
+                    own, rate, wait = other, its_rate, EVERY
+                else:
+                    most = SELDOM if ratio < HOPELESS else OFTEN
+                    wait = min(2.0 * wait, most) if wait else EVERY
+                self.sim.threads, tried = own, self.clock()
+            before, rate = rate, (yield _steps(SEGMENT, rate))
+            if rate < FALLEN * before:
+                wait = 0.0  # the machine has other work now
+
+    def _try(self, own, other, rate):
+        """A trial; rate: of the own number. Returns that of the other over it, and itself."""
+        self.sim.threads = other
+        first = yield _steps(FIRST_PIECE, rate)
+        if first < HOPELESS * rate:
+            return first / rate, first
+        rates = []  # the other number first
+        while True:
+            rates.append((yield _steps(PIECE, rate)))
+            ratios = [a / b for a, b in zip(rates[::2], rates[1::2], strict=False)]
             faster = sum(ratio > GAIN for ratio in ratios)
             if max(faster, len(ratios) - faster) > PAIRS // 2:
-                self._end_trial(median(ratios))
-            else:
-                self.sim.threads = self.own if len(self.rates) % 2 else self.other
-                self._begin(PIECE)
+                return median(ratios), median(rates[::2])
+            self.sim.threads = own if len(rates) % 2 else other
 
-    def _look(self, rate):
-        """Note the rate of the chosen number; begin a trial if one is due."""
-        if self.rate is not None and rate < FALLEN * self.rate:
-            self.wait = 0.0  # the machine has other work now
-        self.rate = rate
-        if self.clock() - self.tried < self.wait:
-            self._begin(SEGMENT)
-            return
-        self.sim.threads = self.other = self._next()
-        self._begin(FIRST_PIECE)
 
-    def _end_trial(self, ratio):
-        """The other number is `ratio` times as fast as the chosen one."""
-        if ratio > GAIN:
-            self.own, self.rate, self.wait = self.other, median(self.rates[::2]), EVERY
-        else:
-            most = SELDOM if ratio < HOPELESS else OFTEN
-            self.wait = min(2.0 * self.wait, most) if self.wait else EVERY
-        self.sim.threads, self.tried = self.own, self.clock()
-        self.other = self.rates = None
-        self._begin(SEGMENT)
-
-    def _next(self):
-        """Number of the next trial: up and down the ladder in turn."""
-        here = self.ladder.index(self.own)
-        self.rises = here == 0 or (here + 1 < len(self.ladder) and not self.rises)
-        return self.ladder[here + 1 if self.rises else here - 1]
+def _steps(seconds, rate):
+    """Steps that take that long."""
+    return max(1, int(seconds * rate))
 
 
 def ladder(most):

@@ -10,7 +10,7 @@ from dusttaichi.continuum.kernels.store import COLUMN
 LAUNCHES = Loops(1, 1, "launches")
 
 
-def test_a_kernel_a_phase_gives_the_same_motion():
+def test_a_kernel_a_phase_gives_the_same_motion(launches):
     """The layout of a GPU, run on the CPU: walls that move, images, a search on the way."""
     scene, sample = dust.pressed(8, 1.0)
     ends, speeds = [], np.zeros((6, 3))

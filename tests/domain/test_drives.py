@@ -36,7 +36,7 @@ def usual():
 @pytest.mark.parametrize(
     "loops", [Loops(1, 1, "launches"), pytest.param(Loops(4, 2, "workers"), marks=pytest.mark.long)]
 )
-def test_another_layout_gives_the_same_motion(loops, usual):
+def test_another_layout_gives_the_same_motion(loops, usual, launches):
     state, m = moved(loops)
     # compilers may fuse a multiply and an add here and not there: rounding, grown over 600 steps
     np.testing.assert_allclose(state[0], usual[0][0], rtol=0, atol=1e-12)
