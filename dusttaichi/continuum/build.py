@@ -19,7 +19,6 @@ from dusttaichi.continuum.kernels.store import (
     LONGEST_LIST,
     WANT,
     Layout,
-    declare,
 )
 from dusttaichi.continuum.search import SKIN, SUPPORT, Search
 from dusttaichi.continuum.simulation import Simulation, body_row
@@ -48,11 +47,12 @@ def build(scene, particles, *, loops=None):
     threads, n = threads_of(scene, len(particles)), len(particles)
     kind = (loops or loops_of(scene.numerics)).kind
     compiled = chosen_kernels(scene, particles, threads, kind)
+    mirrors, edges = surfaces(scene, particles)
     sim = Simulation(
         compiled,
-        STRUCTURES.tables(compiled, {v.name: n for v in declare(compiled.layout) if not v.ghosts}),
+        STRUCTURES.tables(compiled, {}),
         n,
-        numbers=numbers_of(scene, compiled.layout.dimension) | periods(scene, particles),
+        numbers=numbers_of(scene, compiled.layout.dimension) | periods(edges, scene.dimension),
         materials=MaterialNumbers.together(scene.all_materials),
         output_step=1.0,
         threads=threads,
@@ -62,9 +62,10 @@ def build(scene, particles, *, loops=None):
         sim.lists[name].fill(0)
     if compiled.layout.materials:
         sim.lists["materials"].from_numpy(np.stack(sim.materials.values(), axis=1))
-    bounds = *surfaces(scene, particles), rigid_rows(scene, moving)
-    sim.search = Search(sim, scene.numerics.smoothing_length, *bounds)
-    put_particles(sim, particles, moving, getattr(scene.boundary, "mirrors", ()))
+    # rows of `rigid` that have a surface
+    rigid = *stiff_faces(scene.boundary), *range(FACES, FACES + len(moving))
+    sim.search = Search(sim, scene.numerics.smoothing_length, mirrors, edges, rigid)
+    put_particles(sim, particles, moving, faces_of(scene.boundary, "mirrors"))
     put_options(sim, particles, scene)
     sim.search.now()
     sim.load_once()
@@ -78,7 +79,7 @@ def layout_of(scene, kind="workers"):
     return Layout(
         dimension=scene.dimension,
         kernel=numerics.kernel,
-        ghosts=bool(boundary.periodic_axes or getattr(boundary, "mirrors", ())),
+        ghosts=bool(boundary.periodic_axes or faces_of(boundary, "mirrors")),
         faces=bool(stiff_faces(boundary)),
         bodies=scene.sample.has_rigid,
         separate=numerics.contact == "separate",
@@ -117,7 +118,7 @@ def ghost_count(scene, particles):
     h = scene.numerics.smoothing_length
     reach, boundary = (SUPPORT + SKIN[scene.dimension]) * h, scene.boundary
     x, share = particles.position, 1.0
-    mirrors = [WALLS.index(wall) // 2 for wall in getattr(boundary, "mirrors", ())]
+    mirrors = [face // 2 for face in faces_of(boundary, "mirrors")]
     repeating = [AXES.index(name) for name in boundary.periodic_axes]
     for axis in (*mirrors, *repeating):
         extent = np.ptp(x[:, axis]) + particles.spacing
@@ -161,45 +162,40 @@ def surfaces(scene, particles):
     In the axes of the kernels [m].
     """
     axes, boundary = list(particles.axes), scene.boundary
-    numbers = [WALLS.index(wall) for wall in getattr(boundary, "mirrors", ())]
-    mirrors = [(axes.index(k // 2), k % 2, float(particles.room[k // 2, k % 2])) for k in numbers]
+    faces = faces_of(boundary, "mirrors")
+    mirrors = [(axes.index(k // 2), k % 2, float(particles.room[k // 2, k % 2])) for k in faces]
     periodic = [AXES.index(axis) for axis in boundary.periodic_axes]
     return mirrors, [(axes.index(k), *map(float, particles.room[k])) for k in periodic]
 
 
-def periods(scene, particles):
+def periods(edges, dimension):
     """Lengths of the axes of the kernels that repeat [m], and one over them; 0 of the others."""
-    lengths = np.zeros(3)
-    for axis in (AXES.index(name) for name in scene.boundary.periodic_axes):
-        lengths[axis] = np.ptp(particles.room[axis])
-    lengths = lengths[list(particles.axes)]
-    inverse = np.divide(1.0, lengths, out=np.zeros(len(lengths)), where=lengths > 0.0)
-    return {"period": lengths.tolist(), "inv_period": inverse.tolist()}
+    lengths, inverse = [0.0] * dimension, [0.0] * dimension
+    for axis, low, high in edges:
+        lengths[axis], inverse[axis] = high - low, 1.0 / (high - low)
+    return {"period": lengths, "inv_period": inverse}
 
 
-def rigid_rows(scene, moving):
-    """Rows of `rigid` that have a surface: rigid faces, layers, and all rigid bodies."""
-    faces = [WALLS.index(wall) for wall in stiff_faces(scene.boundary)]
-    return [*faces, *range(FACES, FACES + len(moving))]
+def faces_of(boundary, *conditions):
+    """Numbers of the faces with one of these conditions: "mirrors", "rigid", "layers"."""
+    return [WALLS.index(wall) for name in conditions for wall in getattr(boundary, name, ())]
 
 
 def stiff_faces(boundary):
-    """Names of the faces at which dust ends as at a rigid plane."""
-    return (*getattr(boundary, "rigid", ()), *getattr(boundary, "layers", ()))
+    """Numbers of the faces at which dust ends as at a rigid plane."""
+    return faces_of(boundary, "rigid", "layers")
 
 
 def cut_by_mirrors(body, particles, mirrors):
     """Axes of the mirrors that go through the centre of a rigid body: of it a half is there."""
-    axes = [WALLS.index(wall) // 2 for wall in mirrors]
-    planes = [particles.room.ravel()[WALLS.index(wall)] for wall in mirrors]
-    near = 1e-3 * particles.spacing
-    return [a for a, at in zip(axes, planes, strict=True) if abs(body.centre[a] - at) < near]
+    planes, near = particles.room.ravel(), 1e-3 * particles.spacing
+    return [k // 2 for k in mirrors if abs(body.centre[k // 2] - planes[k]) < near]
 
 
 def put_particles(sim, particles, moving, mirrors):
     """Put the particles and rigid bodies of a sample into the fields of a Simulation.
 
-    mirrors: names of the faces that are.
+    mirrors: numbers of the faces that are.
     """
     axes, n = sim.axes, len(particles)
     role = particles.role.astype(np.int32)

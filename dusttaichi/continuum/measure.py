@@ -27,7 +27,7 @@ def energies(sim):
     at = np.concatenate([sim.of_particles("x")[free], sim.rigid("centre")[FACES:, sim.axes]])
     gravity = -np.concatenate([mass[free], own]) @ (at @ sim.numbers["gravity"])
     gravity += attraction_energy(sim)
-    elastic = elastic_energies(sim, gives)
+    elastic = elastic_of_particles(sim, gives).sum(axis=0)
     work, loss = sim.of_particles("work").sum(axis=0), sim.of_particles("loss").sum(axis=0)
     loss = loss + sim.rigid("loss").sum(axis=0) - half_step(sim, v, speed, spin)
     return {
@@ -65,18 +65,12 @@ def attraction_energy(sim):
     return 0.5 * sim.lists["potential"].to_numpy(sim.n).sum()
 
 
-def elastic_energies(sim, gives):
-    """Elastic energy of pressure in compression and in tension, and of the deviator [J], (3,).
-
-    The energy of the path (physics.continuum.elasticity) and S:S/4mu per volume.
-    """
-    return elastic_of_particles(sim, gives).sum(axis=0)
-
-
 def elastic_of_particles(sim, gives):
-    """The energies of `elastic_energies` by deformable particle [J], (n, 3), in internal order.
+    """Elastic energy of pressure in compression and in tension, and of the deviator [J].
 
-    In damaged dust the undamaged share stores tension and deviator.
+    By deformable particle, (n, 3), in internal order: the energy of the path
+    (physics.continuum.elasticity) and S:S/4mu per volume. In damaged dust the undamaged share
+    stores tension and deviator.
     """
     density, reference = (sim.of_particles(name)[gives] for name in ("density", "reference"))
     volume = sim.of_particles("mass")[gives] / density

@@ -15,8 +15,9 @@ class Blocks:
     """fields, lists: see store.place; layout: store.Layout; near: lists.Neighbours."""
 
     def __init__(self, fields, lists, layout, near):
-        self.f, self.lists, self.near = fields, lists, near
+        self.f, self.lists, self.layout, self.near = fields, lists, layout, near
         self.n, self.lanes = layout.dimension, layout.lanes
+        self.resisting = (fields.alpha, fields.beta, fields.impedance, fields.density)
 
     @ti.func
     def count(self, numbers: ti.template()):
@@ -38,6 +39,41 @@ class Blocks:
         return (
             ti.static(self.lanes) if ti.static(self.n == 3) else ti.min(self.lanes, numbers.count)
         )
+
+    @ti.func
+    def opened(self, i):
+        """1 where the contact of particle i is open."""
+        out = 0.0
+        if ti.static(self.layout.separate):
+            out = ti.select(self.f.gap[i] >= 0.0, 1.0, 0.0)
+        return out
+
+    @ti.func
+    def place_lanes(self, block, numbers: ti.template()):
+        """Variables of the particles of a block that their pairs need, lane by lane.
+
+        motion: place and velocity; resisting: see `Forces.resist`; side: to which body it belongs;
+        opened: 1 of open contacts; face: see planes.place_lanes.
+        """
+        n, lanes = ti.static(self.n, self.lanes)
+        own = ti.Struct(
+            motion=ti.Vector.zero(ti.f64, ti.static(2 * n * lanes)),
+            resisting=ti.Vector.zero(ti.f64, ti.static(4 * lanes)),
+            side=ti.Vector.zero(ti.i32, lanes),
+            opened=ti.Vector.zero(ti.f64, lanes),
+            face=ti.Vector.zero(ti.f64, ti.static(2 * lanes)),
+        )
+        for lane in range(lanes):
+            i = self.particle(block, lane, numbers)
+            for a in ti.static(range(n)):
+                own.motion[a * lanes + lane] = self.f.x[i][a]
+                own.motion[(n + a) * lanes + lane] = self.f.v[i][a]
+            if ti.static(self.layout.viscous):
+                for c, values in ti.static(enumerate(self.resisting)):
+                    own.resisting[c * lanes + lane] = values[i]
+            if ti.static(self.layout.separate or self.layout.viscous):
+                own.side[lane], own.opened[lane] = self.f.side[i], self.opened(i)
+        return own
 
     @ti.func
     def apart(self, lane, motion: ti.template(), x, v):

@@ -40,7 +40,6 @@ class Forces:
         self.attraction, self.hourglass = attraction, hourglass
         self.slope, self.shape = KERNELS[layout.kernel], SHAPES[layout.kernel]
         self.n, self.lanes = layout.dimension, layout.lanes
-        self.resisting = (fields.alpha, fields.beta, fields.impedance, fields.density)
 
     @ti.func
     def pass_over(self, block, numbers: ti.template()):
@@ -77,42 +76,10 @@ class Forces:
         return out
 
     @ti.func
-    def place_lanes(self, block, numbers: ti.template()):
-        """Variables of the particles of a block that their pairs need, lane by lane.
-
-        motion: place and velocity; resisting: see `resist`; side: to which body it belongs;
-        opened: 1 of open contacts; face: see planes.place_lanes.
-        """
-        n, lanes = ti.static(self.n, self.lanes)
-        own = ti.Struct(
-            motion=ti.Vector.zero(ti.f64, ti.static(2 * n * lanes)),
-            resisting=ti.Vector.zero(ti.f64, ti.static(4 * lanes)),
-            side=ti.Vector.zero(ti.i32, lanes),
-            opened=ti.Vector.zero(ti.f64, lanes),
-            face=ti.Vector.zero(ti.f64, ti.static(2 * lanes)),
-        )
-        for lane in range(lanes):
-            i = self.blocks.particle(block, lane, numbers)
-            for a in ti.static(range(n)):
-                own.motion[a * lanes + lane] = self.f.x[i][a]
-                own.motion[(n + a) * lanes + lane] = self.f.v[i][a]
-            if ti.static(self.layout.viscous):
-                for c, values in ti.static(enumerate(self.resisting)):
-                    own.resisting[c * lanes + lane] = values[i]
-            if ti.static(self.layout.separate):
-                own.side[lane], own.opened[lane] = self.f.side[i], self.opened(i)
-        return own
-
-    @ti.func
-    def opened(self, i):
-        """1 where the contact of particle i is open."""
-        return ti.select(self.f.gap[i] >= 0.0, 1.0, 0.0)
-
-    @ti.func
     def add_pairs(self, block, sums: ti.template(), numbers: ti.template()):
         """Add up the forces of all neighbours of a block over scale and own volume."""
         n, lanes = ti.static(self.n, self.lanes)
-        own = self.place_lanes(block, numbers)
+        own = self.blocks.place_lanes(block, numbers)
         first, inv_h = block * lanes, numbers.inv_h  # loaded once, not for each lane
         for k in range(self.blocks.begin(first), self.blocks.end(first)):
             j = self.lists.near[k]
@@ -120,7 +87,7 @@ class Forces:
             load, damping = self.f.load[j], self.f.damping[j]
             side_j, open_j = 0, 0.0
             if ti.static(self.layout.separate):
-                side_j, open_j = self.f.side[j], self.opened(j)
+                side_j, open_j = self.f.side[j], self.blocks.opened(j)
             for lane in range(self.blocks.width(numbers)):
                 d, u = self.blocks.apart(lane, own.motion, x, v)
                 weight = volume * self.slope(d.norm_sqr(), inv_h, 1.0)
@@ -154,7 +121,7 @@ class Forces:
         neighbour (`its`; see images). Adds to FORCE, VISCOUS, NOISE and POWER of `out`.
         """
         n, lanes = ti.static(self.n, self.lanes)
-        own, first = self.place_lanes(block, numbers), block * lanes
+        own, first = self.blocks.place_lanes(block, numbers), block * lanes
         for row in range(FACES):
             plane = self.planes.plane(row, numbers)
             nearest = self.planes.place_lanes(block, plane, own, numbers)
@@ -163,8 +130,8 @@ class Forces:
                 its=ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes)),
             )
             if nearest < 2.0 * numbers.h:
-                for k in range(self.blocks.begin(first), self.planes.last(first)):
-                    j = self.planes.neighbour(k, first)
+                for k in range(self.blocks.begin(first), self.blocks.end(first)):
+                    j = self.lists.near[k]
                     image = self.planes.image(j, plane, numbers)
                     if nearest + image.distance < 2.0 * numbers.h:
                         self.add_image(block, j, image, plane, own, sums, numbers)

@@ -22,6 +22,7 @@ faces are those of planes (planes), and computed there.
 """
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import CLOSE
 from dusttaichi.continuum.kernels.store import COLUMN, FACES, PARTS
 
@@ -180,7 +181,7 @@ class Images:
         closing = numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
         mu, mu_k = ti.min(u.dot(d), 0.0) * closing, ti.min(u_k.dot(d_k), 0.0) * closing
         middle = 2.0 * arm - self.rigid.raised(self.f.x[i] - self.f.x[k]) - between
-        stress += own * self.of_rows(self.f.flux[i], d)
+        stress += own * (tensors.matrix(self.f.flux[i], self.n) @ d)
         viscous += own * self.resistance(i, k, mu) * d
         grid += own * self.noise(i, u, d, numbers)
         if ti.static(self.layout.heat):
@@ -188,7 +189,7 @@ class Images:
         # twice on the body, at the place of k and at that of its image: the mean of both arms
         for part, force in ti.static(enumerate((stress, viscous, grid))):
             self.note(e, part, self.rigid.raised(force), middle)
-        stress += its * self.of_rows(self.f.flux[k], d_k)
+        stress += its * (tensors.matrix(self.f.flux[k], self.n) @ d_k)
         of_pairs = its * self.resistance(i, k, mu_k) * d_k
         of_noise = its * self.noise(k, u_k, d_k, numbers)
         if ti.static(self.layout.heat):
@@ -206,17 +207,9 @@ class Images:
         return out
 
     @ti.func
-    def of_rows(self, rows: ti.template(), d):
-        """Q d of a tensor in memory."""
-        out = ti.Vector.zero(ti.f64, self.n)
-        for a, b in ti.static(ti.ndrange(self.n, self.n)):
-            out[a] += rows[self.n * a + b] * d[b]
-        return out
-
-    @ti.func
     def noise(self, i, u, d, numbers: ti.template()):
         """Force on grid noise per weight (forces), the share of particle i."""
-        shear = self.f.impedance[i] * u - self.of_rows(self.f.drag[i], d)
+        shear = self.f.impedance[i] * u - tensors.matrix(self.f.drag[i], self.n) @ d
         return numbers.grid * numbers.h * shear
 
     @ti.func

@@ -83,19 +83,11 @@ class Neighbours:
                     one, behind, _ = cells.run(begin, size, cut, run, grid)
                     for k in range(self.lists.cell_first[one], self.lists.cell_first[behind]):
                         j = self.lists.in_cell[k]
-                        if self.in_reach(x, j, reach * reach) > 0 and self.others(block, j):
+                        if self.in_reach(x, j, reach * reach) > 0:
                             if listing:
                                 self.lists.entry[start + found] = j
                             found += 1
         return found
-
-    @ti.func
-    def others(self, block, j):
-        """False where particle j is all of the block, and no neighbour of itself."""
-        out = ti.cast(True, ti.u1)
-        if ti.static(self.lanes == 1):
-            out = j != block
-        return out
 
 
 @ti.data_oriented

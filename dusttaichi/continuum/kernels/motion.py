@@ -17,6 +17,7 @@ from dusttaichi.continuum.kernels.store import (
     PARTS,
     SUBSTEPS,
     WANT,
+    declare,
 )
 from dusttaichi.samples.continuum.particles import DUST, ELASTIC
 
@@ -38,6 +39,8 @@ class Motion:
         self.images = images
         self.attraction = attraction
         self.n = layout.dimension
+        own = (v for v in declare(layout) if v.answers)
+        self.answers = [(getattr(fields, v.name), v.element[1]) for v in own]
 
     # -- particles -------------------------------------------------------------------------------
 
@@ -55,7 +58,7 @@ class Motion:
             new = self.rigid.flat(self.rigid.vector(group, COLUMN.speed))
             x += dt * new
         else:
-            arm = self.rigid.rotated(group, self.rigid.raised(self.f.arm[i]))
+            arm = self.rigid.rotated(group, self.rigid.raised(self.f.arm[i]), 1.0)
             x = self.rigid.flat(self.rigid.vector(group, COLUMN.centre) + arm)
             new = self.rigid.motion(group, arm)
         mean = (0.5 * half) * (v + new)
@@ -91,35 +94,24 @@ class Motion:
     @ti.func
     def show_others(self, i, numbers: ti.template()):
         """Publish the variables of particle i that others read in the second pass."""
-        self.answer_ghosts(i, numbers)
+        if ti.static(self.layout.ghosts):
+            for g in range(self.lists.ghost_first[i], self.lists.ghost_first[i + 1]):
+                self.answer_ghost(i, g, numbers.count + g)
         if ti.static(self.layout.self_gravity):
             self.attraction.note(i)
 
     @ti.func
-    def answer_ghosts(self, i, numbers: ti.template()):
-        """Copy the results of the first pass to the images of particle i."""
-        if ti.static(self.layout.ghosts):
-            for g in range(self.lists.ghost_first[i], self.lists.ghost_first[i + 1]):
-                image = numbers.count + g
-                for a, b in ti.static(ti.ndrange(self.n, self.n)):
-                    sign = self.lists.ghost_sign[g, a] * self.lists.ghost_sign[g, b]
-                    k = ti.static(self.n * a + b)
-                    self.f.load[image][k] = sign * self.f.load[i][k]
-                    if ti.static(self.layout.rigid):
-                        self.f.flux[image][k] = sign * self.f.flux[i][k]
-                        self.f.drag[image][k] = sign * self.f.drag[i][k]
-                    if ti.static(self.layout.artificial_stress):
-                        self.f.tension[image][k] = sign * self.f.tension[i][k]
-                    if ti.static(self.layout.hourglass and b == 0):
-                        along = self.lists.ghost_sign[g, a] * self.f.hourglass[i][a]
-                        self.f.hourglass[image][a] = along
-                self.f.impedance[image] = self.f.impedance[i]
-                self.f.damping[image] = self.f.damping[i]
-                if ti.static(self.layout.viscous):
-                    self.f.alpha[image], self.f.beta[image] = self.f.alpha[i], self.f.beta[i]
-                    self.f.density[image] = self.f.density[i]
-                if ti.static(self.layout.separate):
-                    self.f.gap[image] = self.f.gap[i]
+    def answer_ghost(self, i, g, image):
+        """Copy the results of the first pass to image number g of particle i, particle `image`."""
+        n, sign = ti.static(self.n, self.lists.ghost_sign)
+        for field, length in ti.static(self.answers):
+            if ti.static(length == 0):
+                field[image] = field[i]
+            for k in ti.static(range(length)):
+                if ti.static(length == n):
+                    field[image][k] = sign[g, k] * field[i][k]
+                else:
+                    field[image][k] = sign[g, k // n] * sign[g, k % n] * field[i][k]
 
     # -- faces and rigid bodies ------------------------------------------------------------------
 
@@ -173,24 +165,22 @@ class Motion:
     @ti.func
     def spin(self, b, momentum):
         """R I^-1 R^T L of body b, with the inverse of its inertia in its own frame."""
-        own = self.rigid.back(b, momentum)
+        own = self.rigid.rotated(b, momentum, -1.0)
         out = ti.Vector.zero(ti.f64, 3)
         for a, c in ti.static(ti.ndrange(3, 3)):
             out[a] += self.f.rigid[b, COLUMN.inertia + 3 * a + c] * own[c]
-        return self.rigid.rotated(b, out)
+        return self.rigid.rotated(b, out, 1.0)
 
     @ti.func
     def turn(self, b, angle):
         """Turn body b by a small vector: q <- (1, angle/2) q, made a unit again."""
-        q = ti.Vector([self.f.rigid[b, COLUMN.turn + k] for k in ti.static(range(4))])
         axis = 0.5 * angle
-        w, u = q[0], ti.Vector([q[1], q[2], q[3]])
+        w, u = self.f.rigid[b, COLUMN.turn], self.rigid.vector(b, COLUMN.turn + 1)
         real = w - axis.dot(u)
         rest = u + w * axis + axis.cross(u)
         length = ti.sqrt(real * real + rest.norm_sqr())
         self.f.rigid[b, COLUMN.turn] = real / length
-        for a in ti.static(range(3)):
-            self.f.rigid[b, COLUMN.turn + 1 + a] = rest[a] / length
+        self.rigid.put(b, COLUMN.turn + 1, rest / length)
 
     # -- the end of a step -----------------------------------------------------------------------
 

@@ -71,20 +71,6 @@ class Planes:
         return nearest
 
     @ti.func
-    def last(self, first):
-        """The entry behind the last one for `neighbour`."""
-        # on a device a particle is no neighbour of itself, but it has an image
-        return self.blocks.end(first) + ti.static(1 if self.lanes == 1 else 0)
-
-    @ti.func
-    def neighbour(self, k, first):
-        """The particle of an entry of the list of a block, which may have an image."""
-        j = first
-        if ti.static(self.lanes > 1) or k < self.blocks.end(first):
-            j = self.lists.near[k]
-        return j
-
-    @ti.func
     def image(self, j, plane, numbers: ti.template()):
         """Distance and height of particle j from a face, place x and velocity v of its image."""
         height = plane.normal.dot(self.f.x[j] - plane.place)

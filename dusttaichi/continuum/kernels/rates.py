@@ -88,30 +88,19 @@ class Rates:
     @ti.func
     def add_pairs(self, block, sums: ti.template(), numbers: ti.template()):
         """Add up the pairs of a block."""
-        n, lanes = ti.static(self.n, self.lanes)
-        x = ti.Vector.zero(ti.f64, ti.static(n * lanes))
-        v = ti.Vector.zero(ti.f64, ti.static(n * lanes))
-        side, opened = ti.Vector.zero(ti.i32, lanes), ti.Vector.zero(ti.f64, lanes)
-        for lane in range(lanes):
-            i = self.blocks.particle(block, lane, numbers)
-            for a in ti.static(range(n)):
-                x[a * lanes + lane], v[a * lanes + lane] = self.f.x[i][a], self.f.v[i][a]
-            if ti.static(self.layout.separate or self.layout.viscous):
-                side[lane], opened[lane] = self.f.side[i], self.opened(i)
-        first = block * lanes
+        own, first = self.blocks.place_lanes(block, numbers), block * self.lanes
         for k in range(self.blocks.begin(first), self.blocks.end(first)):
             j = self.lists.near[k]
-            x_j, v_j, volume, side_j = self.f.x[j], self.f.v[j], self.f.volume[j], 0
+            x, v, volume, side_j = self.f.x[j], self.f.v[j], self.f.volume[j], 0
             if ti.static(self.layout.separate or self.layout.viscous):
                 side_j = self.f.side[j]
-            for lane in range(lanes):
-                d = ti.Vector([x[a * lanes + lane] - x_j[a] for a in ti.static(range(n))])
-                u = ti.Vector([v[a * lanes + lane] - v_j[a] for a in ti.static(range(n))])
+            for lane in range(self.lanes):
+                d, u = self.blocks.apart(lane, own.motion, x, v)
                 weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
                 if ti.static(self.layout.separate or self.layout.viscous):
-                    foreign = ti.select(side_j != side[lane], weight, 0.0)
+                    foreign = ti.select(side_j != own.side[lane], weight, 0.0)
                     sums.foreign[lane] += foreign
-                    weight -= opened[lane] * foreign
+                    weight -= own.opened[lane] * foreign
                 sums.squares[lane] += weight * u.norm_sqr()
                 self.add_pair(lane, d, u, weight, sums)
 
@@ -129,18 +118,13 @@ class Rates:
     @ti.func
     def add_images(self, block, sums: ti.template(), numbers: ti.template()):
         """Add images behind faces to A and G of those particles whose contact is closed."""
-        n, lanes = ti.static(self.n, self.lanes)
-        own = ti.Struct(
-            motion=ti.Vector.zero(ti.f64, ti.static(2 * n * lanes)),
-            face=ti.Vector.zero(ti.f64, ti.static(2 * lanes)),
-        )
-        first = block * lanes
+        own, first = self.blocks.place_lanes(block, numbers), block * self.lanes
         for row in range(FACES):
             plane = self.planes.plane(row, numbers)
             nearest = self.planes.place_lanes(block, plane, own, numbers)
             if nearest < 2.0 * numbers.h:
-                for k in range(self.blocks.begin(first), self.planes.last(first)):
-                    j = self.planes.neighbour(k, first)
+                for k in range(self.blocks.begin(first), self.blocks.end(first)):
+                    j = self.lists.near[k]
                     image = self.planes.image(j, plane, numbers)
                     if nearest + image.distance < 2.0 * numbers.h:
                         volume = self.f.volume[j]
@@ -161,7 +145,7 @@ class Rates:
 
         They are its own; of_pairs: G without images.
         """
-        opened, near = self.opened(i), sums.foreign
+        opened, near = self.blocks.opened(i), sums.foreign
         if ti.static(self.layout.rigid):
             for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
                 row = self.lists.touch_row[e]
@@ -224,11 +208,3 @@ class Rates:
             share = volume / (volume + numbers.limiter * curl + STILL)
             self.f.alpha[i] = ti.select(touches, numbers.contact, share * numbers.bulk)
             self.f.beta[i] = share * numbers.quadratic
-
-    @ti.func
-    def opened(self, i):
-        """1 where the contact of particle i is open."""
-        out = 0.0
-        if ti.static(self.layout.separate):
-            out = ti.select(self.f.gap[i] >= 0.0, 1.0, 0.0)
-        return out

@@ -47,18 +47,9 @@ class Rigid:
         return out
 
     @ti.func
-    def rotated(self, b, r):
-        """A vector of the frame of body b in that of the scene."""
-        w = self.f.rigid[b, COLUMN.turn]
-        u = ti.Vector([self.f.rigid[b, COLUMN.turn + 1 + a] for a in ti.static(range(3))])
-        t = 2.0 * u.cross(r)
-        return r + w * t + u.cross(t)
-
-    @ti.func
-    def back(self, b, r):
-        """The reverse of `rotated`."""
-        w = self.f.rigid[b, COLUMN.turn]
-        u = -ti.Vector([self.f.rigid[b, COLUMN.turn + 1 + a] for a in ti.static(range(3))])
+    def rotated(self, b, r, sense):
+        """A vector of the frame of body b in that of the scene; sense: 1, or -1 for the reverse."""
+        w, u = self.f.rigid[b, COLUMN.turn], sense * self.vector(b, COLUMN.turn + 1)
         t = 2.0 * u.cross(r)
         return r + w * t + u.cross(t)
 
@@ -90,8 +81,8 @@ class Rigid:
                 length = arm.norm() + TINY
                 distance, normal = length - self.f.rigid[row, COLUMN.radius], arm / length
             else:
-                distance, own = self.cylinder(row, self.back(row, arm))
-                normal = self.rotated(row, own)
+                distance, own = self.cylinder(row, self.rotated(row, arm, -1.0))
+                normal = self.rotated(row, own, 1.0)
         return ti.Vector([ti.max(distance, LEAST * h), normal[0], normal[1], normal[2]])
 
     @ti.func

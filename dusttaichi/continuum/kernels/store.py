@@ -84,11 +84,11 @@ class ParticleVariable(StateVariable):
     """A variable of a particle (units: SI) and its block in memory.
 
     Tensors are rows one after another. place: variables of one place are adjacent in memory for
-    each particle. ghosts: ghosts have it too.
+    each particle. answers: it is a result of the first pass, which ghosts get after that.
     """
 
     place: str
-    ghosts: bool = False
+    answers: bool = False
 
 
 class Layout(NamedTuple):
@@ -134,17 +134,17 @@ class Layout(NamedTuple):
 def declare(layout):
     """The variables of a particle, a list of ParticleVariable."""
     vector, tensor = ("f64", layout.dimension), ("f64", layout.dimension**2)
-    one, count = ("f64", 0), ("i32", 0)
+    one, count, viscous = ("f64", 0), ("i32", 0), layout.viscous
     rows = [
-        ("x", "place", "m", vector, "seen", True),
-        ("v", "velocity half a step back", "m/s", vector, "seen", True),
-        ("volume", "volume, 0 of rigid and fixed particles", "m^3", one, "seen", True),
+        ("x", "place", "m", vector, "seen"),
+        ("v", "velocity half a step back", "m/s", vector, "seen"),
+        ("volume", "volume, 0 of rigid and fixed particles", "m^3", one, "seen"),
         ("load", "stress times correction, and grid viscosity", "Pa", tensor, "felt", True),
         ("damping", "viscosity on grid noise", "Pa s", one, "felt", True),
         ("impedance", "density times sound", "Pa s/m", one, "felt", True),
-        ("alpha", "linear viscosity of its pairs", "1", one, "felt", True),
-        ("beta", "quadratic viscosity of its pairs", "1", one, "felt", True),
-        ("density", "density", "kg/m^3", one, "felt", True),
+        ("alpha", "linear viscosity of its pairs", "1", one, "felt", viscous),
+        ("beta", "quadratic viscosity of its pairs", "1", one, "felt", viscous),
+        ("density", "density", "kg/m^3", one, "felt", viscous),
         ("force", "force of the neighbours and gravity", "N", vector, "own"),
         ("viscous", "viscous part of it", "N", vector, "own"),
         ("grid_force", "part of it by images that acts on grid noise", "N", vector, "own"),
@@ -171,7 +171,7 @@ def declare(layout):
         rows.append(("flux", meaning, "Pa", tensor, "image", True))
         rows.append(("drag", "velocity gradient times impedance", "Pa/m", tensor, "image", True))
     if layout.sides:
-        rows.append(("side", "dust 0, rigid 1, elastic bodies from 2", "1", count, "kind", True))
+        rows.append(("side", "dust 0, rigid 1, elastic bodies from 2", "1", count, "kind"))
     if layout.separate:
         rows.append(("gap", "gap at which its contact opened, -1 closed", "m", one, "felt", True))
     if layout.artificial_stress:
