@@ -146,8 +146,8 @@ def check_lists(sim):
         pytest.param(dust.pressed, None, id="pressed-workers"),
         pytest.param(dust.mirrored, None, id="mirrored-workers"),
         pytest.param(in_the_open, LAUNCHES, id="in_the_open-launches", marks=pytest.mark.long),
-        pytest.param(dust.pressed, LAUNCHES, id="pressed-launches"),
-        pytest.param(dust.mirrored, LAUNCHES, id="mirrored-launches"),
+        pytest.param(dust.pressed, LAUNCHES, id="pressed-launches", marks=pytest.mark.long),
+        pytest.param(dust.mirrored, LAUNCHES, id="mirrored-launches", marks=pytest.mark.long),
     ],
 )
 def test_neighbours_of_dust(make, loops, launches):

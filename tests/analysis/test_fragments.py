@@ -169,7 +169,7 @@ def wave(tmp_path, speed, push=1e-9, walls=None):
     return opened(tmp_path, frames, dt=dt, box=walls and box)
 
 
-@pytest.mark.parametrize("speed", [300.0, 513.8])
+@pytest.mark.parametrize("speed", [pytest.param(300.0, marks=pytest.mark.long), 513.8])
 @pytest.mark.parametrize("threshold", [{"fraction": 0.25}, {"threshold": 0.4e-9}])
 def test_sound_speed_of_a_wave(tmp_path, speed, threshold):
     with wave(tmp_path, speed) as run:

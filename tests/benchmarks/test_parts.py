@@ -57,6 +57,7 @@ def table(tmp_path_factory):
     return result, pd.read_csv(file, comment="#")
 
 
+@pytest.mark.long
 def test_parts_are_timed_in_pairs(table):
     (row,) = table[0].rows
     assert row["part"] == "twisting" and min(row["has"], row["lacks"], row["ratio"]) > 0
@@ -64,6 +65,7 @@ def test_parts_are_timed_in_pairs(table):
     assert any("refused" in note and "time_step" in note for note in table[0].notes)
 
 
+@pytest.mark.long
 def test_parts_as_text_and_csv(table, capsys):
     table[0].show()
     text = capsys.readouterr().out

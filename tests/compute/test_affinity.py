@@ -30,6 +30,7 @@ def _of_living(read, threads):
     return found
 
 
+@pytest.mark.long
 def test_workers_have_cores_of_their_own():
     """Two workers that are woken on one core wait for each other in turns of the scheduler."""
     free = os.sched_getaffinity(0)

@@ -1,6 +1,7 @@
 """Loops of a device, run on the CPU: the motion of workers."""
 
 import numpy as np
+import pytest
 from continuum import dust
 
 from dusttaichi.compute.backend import Loops
@@ -10,6 +11,7 @@ from dusttaichi.continuum.kernels.store import COLUMN
 LAUNCHES = Loops(1, 1, "launches")
 
 
+@pytest.mark.long  # loops of a device: of grains, test_drives
 def test_a_kernel_a_phase_gives_the_same_motion(launches):
     """The layout of a GPU, run on the CPU: walls that move, images, a search on the way."""
     scene, sample = dust.pressed(8, 1.0)

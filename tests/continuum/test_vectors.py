@@ -31,8 +31,13 @@ WALL = {"boundary": {"kind": "faces", "bottom": "rigid"}}
 
 
 OPTIONS = {"plain": {}, "separate, viscous": MORE, "rigid": WALL}
-CASES = [*((name, 2) for name in OPTIONS), ("plain", 3)]
-CASES += [pytest.param(name, 3, marks=pytest.mark.long) for name in OPTIONS if name != "plain"]
+CASES = [("plain", 2), ("plain", 3)]
+CASES += [
+    pytest.param(name, dimension, marks=pytest.mark.long)
+    for name in OPTIONS
+    for dimension in (2, 3)
+    if name != "plain"
+]
 
 
 @pytest.mark.parametrize("option, dimension", CASES)

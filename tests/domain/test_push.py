@@ -300,6 +300,7 @@ def test_sound_in_a_chain(tmp_path):
             assert found.distance[0] == 0.0 and not found.reached[0]
 
 
+@pytest.mark.long  # a stronger push stands above
 def test_sound_at_small_amplitude(tmp_path):
     """The first grain is displaced and held: a step. It is twice as high at the free end, so that
     half of its height has come where the last grain has moved by the push: at 503.5 m/s (PD08

@@ -103,7 +103,8 @@ def test_another_observer_sees_the_same(unequal):
     assert_equal([(x - shift - way) @ Q, (v - boost) @ Q, -w @ Q], expected)
 
 
-@pytest.mark.parametrize("unequal", [pytest.param(False, marks=pytest.mark.long), True])
+@pytest.mark.long  # another observer, above, needs the same kernels
+@pytest.mark.parametrize("unequal", [False, True])
 def test_units_do_not_matter(unequal):
     """Lengths doubled, times tripled, masses five times as large; between walls, one of which
     moves."""

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from scenes import RADIUS, Probe, box, make_scene, residual, sample_of
 from test_periodic import REST, SCENE, cake, cell, lattice
 
@@ -79,6 +80,7 @@ def test_sticking_walls_hold_what_crosses_a_face():
     assert abs(residual(start, m)) < 2e-3 * start["kinetic_translation"]
 
 
+@pytest.mark.long  # virial and stress of a lattice: test_periodic
 def test_wall_pressure_and_virial_agree():
     """Exactly, by the virial theorem: the time integral of sum m v v + branch x force is the change
     of sum m x v less what the walls at their planes have given."""

@@ -10,7 +10,11 @@ from PIL import Image
 
 from dusttaichi import report
 
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="there is no browser")
+# what a page holds: test_report
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(BROWSER is None, reason="there is no browser"),
+]
 READY = "window.dust && window.dust.ready"
 DRAWN = "document.querySelectorAll('.js-plotly-plot .main-svg').length > 0"
 
@@ -114,7 +118,6 @@ def shot(view):
 WIDTHS = (1400, 400)
 
 
-@pytest.mark.long  # pictures of four pages
 def test_light_and_dark_pages_show_the_same(opened, written):
     """Screenshots compared by what is where and by the colours of grains, not by pixels: the same
     grains in the same colours, the same lines of the figure, on white and on black."""
@@ -142,7 +145,6 @@ def test_light_and_dark_pages_show_the_same(opened, written):
             assert view.evaluate("document.documentElement.scrollWidth") == width
 
 
-@pytest.mark.long  # pictures of four sizes
 def test_every_snapshot_is_in_the_picture(opened, written):
     """At any width, whichever is shown first: nothing is at the edge but the paper."""
     for width, height in product(WIDTHS, (500, 1000)):

@@ -156,6 +156,7 @@ def test_forces_add_up(pressed):
     assert np.abs(of_walls).max() > 1.0
 
 
+@pytest.mark.long  # of unlike grains: test_polydisperse
 def test_momenta_of_an_open_scene(tmp_path):
     """Two grains of different size that meet obliquely and spin: neither momentum changes, to
     rounding, and both are what the sample begins with."""

@@ -88,6 +88,7 @@ def grown_one_by_one(grains, seed):
     return x
 
 
+@pytest.mark.long  # each shot: the test above
 def test_aggregates_are_as_large_as_those_of_one_shot_at_a_time():
     one = [radius_of_gyration(grown_one_by_one(160, seed)) for seed in range(16)]
     batch = []
@@ -101,6 +102,7 @@ def test_aggregates_are_as_large_as_those_of_one_shot_at_a_time():
     assert abs(np.mean(batch) - np.mean(one)) < 3 * error
 
 
+@pytest.mark.long
 def test_shots_come_evenly_from_all_sides():
     # Pairs show the direction of the flight: the second moments of 4000 unit vectors are 1/3
     # within 3 sqrt(4/45/4000).

@@ -46,6 +46,7 @@ def steps(folder):
     return found
 
 
+@pytest.mark.long  # four starts of the program
 def test_a_job_array_does_the_sweep_in_parts(folder):
     array = {**os.environ, "SLURM_ARRAY_TASK_COUNT": "2"}
     script = ["bash", str(EXAMPLES / "sweep_array.sh"), "tiny.yaml", *KEYS]
