@@ -103,7 +103,7 @@ class Search:
         if sim.box is not None:
             wall_reach = self.skin + sim.wall.far + (sim.radius if equal else 0.0)
             walls = np.where(sim.box.present, wall_reach, NOWHERE)
-        sim.scratch["grid"].from_numpy(np.array([*numbers, near, step * sim.dt, *walls]))
+        sim.scratch["grid"].from_numpy(np.array([*numbers, near, step * sim.dt, *walls, 3.0]))
         if sim.layout.grain_loss:
             sim.kernels.add_grain_losses()
         sim.kernels.list_neighbours(sim.walls_argument)

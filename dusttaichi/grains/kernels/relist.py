@@ -112,11 +112,10 @@ class PairLists:
             self.shift[b, n, k] = turns
             if ti.static(self.tilted and a == 2):
                 shifted = turns * tilt
-        old = -1
-        for o in range(self.old_start[g], self.old_start[g + 1]):
-            if self.entry[o] == j:
-                old = o
-        self.history.carry(b, k, old)
+        old, end = self.old_start[g], self.old_start[g + 1]
+        while old < end and self.entry[old] != j:
+            old += 1
+        self.history.carry(b, k, ti.select(old < end, old, -1))
 
     @ti.func
     def write_pairs(self, g, edges, tilt):
@@ -139,12 +138,11 @@ class PairLists:
     @ti.func
     def contact_of(self, g, j):
         """Number of the pair g < j."""
-        c, found = self.pair_start[g], -1
-        for k in range(self.near_count[g]):
-            if self.neighbour(g, k) == j:
-                found = c
+        c, k = self.pair_start[g], 0
+        while k < self.near_count[g] and self.neighbour(g, k) != j:
             c += ti.cast(self.neighbour(g, k) > g, ti.i32)
-        return found
+            k += 1
+        return ti.select(k < self.near_count[g], c, -1)
 
     @ti.func
     def count(self):

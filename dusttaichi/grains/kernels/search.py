@@ -24,9 +24,11 @@ FARTHEST = 1e12  # um; beyond, the place of a grain does not count as a number
 # numbers of a search in the field `grid`, behind those of the cells: a kernel reads them from
 # there, for Python passes them more slowly than it searches. REACH: of two centres, squared, where
 # grains have radii of their own the margin between their surfaces; TIME, WALL_REACH (of six walls):
-# see `make_wall_relist`
+# see `make_wall_relist`. AROUND: cells along x and y around a grain. If LLVM knew their number, it
+# would write their loops out nine times, as it writes out a loop with a single end eight times
 REACH, TIME, WALL_REACH = range(grid_length(3), grid_length(3) + 3)
-OWN_NUMBERS = 8
+AROUND = WALL_REACH + 6
+OWN_NUMBERS = 9
 
 
 def place_search(grains, layout, walls):
@@ -85,7 +87,8 @@ class Neighbours:
 
     def __init__(self, fields, scratch, layout, cells):
         self.cells, self.polydisperse = cells, layout.polydisperse
-        self.x, self.counts = fields["x"], fields["counts"]
+        self.x, self.counts, self.numbers = fields["x"], fields["counts"], scratch["grid"]
+        self.most = scratch["near"].shape[0] if layout.polydisperse else NEIGHBOURS
         self.first, self.member = scratch["cell_first"], scratch["in_cell"]
         self.near, self.near_count = scratch["near"], scratch["near_count"]
         self.own_count, self.capacity = scratch["own_count"], scratch["in_cell"].shape[0]
@@ -116,6 +119,7 @@ class Neighbours:
             self.insert(g, other, g * NEIGHBOURS, found)
         else:
             self.counts[OVERFLOW] = 1
+            found[0] += 1
 
     @ti.func
     def reach2(self, g, other, reach):
@@ -129,16 +133,18 @@ class Neighbours:
     @ti.func
     def visit(self, g, grid, reach, counting: ti.template()):
         """Counts or lists the neighbours of g: what is near in the cells around its own."""
-        here, found, around = self.x[g], ti.Vector([0, 0]), ti.Vector([3, 3, 3])
-        begin = self.cells.of(here, grid) - 1
+        here, found, side = self.x[g], ti.Vector([0, 0]), ti.cast(self.numbers[AROUND], ti.i32)
+        begin, around = self.cells.of(here, grid) - 1, ti.Vector([side, side, 3])
         for cut in range(around[0]):
             for run in range(self.cells.runs(around)):
                 one, behind, image = self.cells.run(begin, around, cut, run, grid)
-                for k in range(self.first[one], self.first[behind]):
+                k, end = self.first[one], self.first[behind]
+                while k < end and found[0] <= self.most:
                     other = self.member[k]
                     d = self.x[other] + image - here
                     if d.dot(d) < self.reach2(g, other, reach) and other != g:
                         self.add(g, other, found, counting)
+                    k += 1
         self.near_count[g], self.own_count[g] = found[0], found[1]
 
     @ti.func
