@@ -23,6 +23,7 @@ class Launch:
         self.kernel, self._returns = kernel, bool(own.return_type)
         self._passes = [_passing(n, own.annotation) for n, own in enumerate(own.arguments)]
         self._program, self._own, self._compiled, self._context, self._last = (None,) * 5
+        self._renews = False
 
     def __call__(self, *arguments):
         running = program()
@@ -31,8 +32,8 @@ class Launch:
             if tested() and None not in self._passes and not settings().debug:
                 self._remember(running)
             return out
-        # a launch redirects the result of its context to the device: each needs a new one
-        if self._returns:
+        # a launch redirects result and arguments of its context to the device: each needs a new one
+        if self._renews:
             self._renew()
         for put, new, old in zip(self._passes, arguments, self._last, strict=True):
             if new is not old:
@@ -48,6 +49,7 @@ class Launch:
         (self._own,) = self.kernel._primal.compiled_kernels.values()
         config, device = running.config(), running.get_device_caps()
         self._program, self._compiled = running, running.compile_kernel(config, device, self._own)
+        self._renews = self._returns or (bool(self._passes) and settings().arch != ti.cpu)
         self._renew()
 
     def _renew(self):
