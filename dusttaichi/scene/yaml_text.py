@@ -14,7 +14,7 @@ Path = tuple[str | int, ...]
 MOST_REPEATED = 100_000  # values that aliases may repeat: a nest of them grows without bound
 MOST_NESTED = 50  # blocks and lists in each other
 MOST_CHARACTERS = 10_000_000  # of a file: a hundred thousand positions have 3
-LARGE = 100_000  # characters from which a text is scanned by libyaml, which is ten times faster
+LARGE = 100_000  # characters from which a text is scanned by libyaml alone: Python takes seconds
 
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
 # what looks like a space or like nothing, as word processors and web pages insert it
@@ -59,11 +59,11 @@ class _Loader(_Composer, yaml.SafeLoader):
 for _name, (_pattern, _first) in _SCALARS.items():
     _Loader.add_implicit_resolver(_TAG + _name, re.compile(_pattern), _first)
 
-_LargeLoader: type = _Loader
+_QuickLoader: type = _Loader
 if yaml.__with_libyaml__:
 
-    class _LargeLoader(_Composer, yaml.cyaml.CParser, yaml.resolver.Resolver):  # noqa: F811
-        """_Loader on the events of libyaml, for large texts, which take seconds in Python."""
+    class _QuickLoader(_Composer, yaml.cyaml.CParser, yaml.resolver.Resolver):  # noqa: F811
+        """_Loader on the events of libyaml, which is four to ten times faster."""
 
         yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers
 
@@ -107,7 +107,7 @@ def read(text: str) -> Document:
     if len(text) > MOST_CHARACTERS:
         raise yaml.YAMLError(f"it has {len(text)} characters, {MOST_CHARACTERS} are allowed")
     try:
-        node = yaml.compose(text, _Loader if len(text) < LARGE else _LargeLoader)
+        node = _composed(text)
     except yaml.reader.ReaderError as error:
         before, character = text[: error.position], error.character
         if isinstance(character, int):  # of libyaml, whose position counts bytes
@@ -123,6 +123,16 @@ def read(text: str) -> Document:
     if node is not None:
         reader.document.data = reader.build(node, (), ())
     return reader.document
+
+
+def _composed(text: str) -> yaml.Node | None:
+    """The root node of a text. Python's own scanner explains what libyaml refuses."""
+    if len(text) < LARGE:
+        try:
+            return yaml.compose(text, _QuickLoader)
+        except yaml.YAMLError:
+            return yaml.compose(text, _Loader)
+    return yaml.compose(text, _QuickLoader)
 
 
 class _Reader:
@@ -193,11 +203,11 @@ def _merged(node: yaml.MappingNode, above: tuple) -> list[tuple[yaml.Node, yaml.
 
 
 def _is_merge(key: yaml.Node) -> bool:
-    return isinstance(key, yaml.ScalarNode) and key.value == _MERGE and key.style is None
+    return isinstance(key, yaml.ScalarNode) and key.value == _MERGE and not key.style
 
 
 def _is_empty(node: yaml.Node) -> bool:
-    return isinstance(node, yaml.ScalarNode) and node.value == "" and node.style is None
+    return isinstance(node, yaml.ScalarNode) and node.value == "" and not node.style
 
 
 def _decimal_comma(before: tuple | None, key: str, value: yaml.Node) -> str | None:
@@ -218,7 +228,7 @@ def _scalar(node: yaml.ScalarNode) -> Any:
     name = node.tag.removeprefix(_TAG)
     if name == "str":
         text = _text(node)
-        return _SPACES.sub(" ", text).strip() if node.style is None else text
+        return _SPACES.sub(" ", text).strip() if not node.style else text
     if name not in _SCALARS or not re.match(_SCALARS[name][0], node.value):
         raise _refused(f"{node.value!r} cannot be read as {node.tag.replace(_TAG, '!!')}", node)
     try:
@@ -238,7 +248,7 @@ def _text(node: yaml.ScalarNode) -> str:
 def _key(node: yaml.ScalarNode) -> str:
     """The text of a key; refuses what only looks like a space, which makes it another key."""
     found = _SPACES.search(node.value)
-    if found and node.style is None:
+    if found and not node.style:
         name = unicodedata.name(found[0], "").lower()
         raise _refused(
             f"the character U+{ord(found[0]):04X} ({name}) is in {node.value!r}; type an ordinary "

@@ -105,6 +105,8 @@ def large(text):
         ("zz: &a [*a]", ["an anchor refers to itself"]),
         ("zz: 1\nzz: 2", ["the key is given twice, in lines 6 and 7"]),
         ("zz: !!int 1.5", ["'1.5' cannot be read as !!int"]),
+        ("replicas:", ["nothing is written here"]),
+        ("zz\u00a0z: 1", ["the character U+00A0 (no-break space) is in"]),
     ],
 )
 def test_a_large_text_reads_as_a_small_one(text, parts):
