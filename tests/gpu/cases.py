@@ -15,7 +15,6 @@ from dusttaichi.continuum.kernels.store import COLUMN
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import energies, grain_state
-from dusttaichi.grains.step import step_numbers
 from dusttaichi.scene import from_yaml
 
 DUST = """
@@ -208,12 +207,6 @@ def _changes(sim):
 
 def _since(before):
     return {key: n - before[key] for key, n in counts().items()}
-
-
-def step_arguments(sim):
-    """Numbers of a step as an argument of its kernels."""
-    masses = sim.unit_mass, sim.unit_inertia
-    return step_numbers(sim.dt, masses, sim.search.wall_due, sim.search.reach2)
 
 
 def _steps(sim):

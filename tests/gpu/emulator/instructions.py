@@ -1,5 +1,5 @@
 """Translation of PTX instructions to C, statement by statement. The functions that they call are in
-threads.h; registers become variables, and addresses are those of the host.
+threads.h; a register becomes a union of all types, and addresses are those of the host.
 """
 
 import re
@@ -10,16 +10,6 @@ C_TYPES = {
     "f32": "float",
     "f64": "double",
     "pred": "uint8_t",
-}
-# C types of registers, by the beginning of their names
-HOLDERS = {
-    "p": "uint8_t",
-    "rc": "uint8_t",
-    "rs": "uint16_t",
-    "r": "uint32_t",
-    "rd": "uint64_t",
-    "f": "float",
-    "fd": "double",
 }
 SPECIAL = {"%laneid": "(T->tid & 31)"} | {
     f"%{name}.{axis}": f"T->{name}" if axis == "x" else "0" if name in ("tid", "ctaid") else "1"
@@ -113,17 +103,10 @@ class Body:
     """The body of one function: its statements in C."""
 
     def __init__(self):
-        self.named, self.lines, self.meets = {}, [], False
+        self.lines, self.meets = [], False
         self.label, self.targets = None, {}  # the last label, the targets of a table of jumps
 
     # -- operands --------------------------------------------------------------------------------
-
-    def register_class(self, register):
-        """Class of a register."""
-        if register in self.named:
-            return self.named[register]
-        match = re.match(r"%(rs|rd|fd|p|r|f)\d+$", register)
-        return match.group(1) if match else {"%SP": "rd", "%SPL": "rd"}.get(register, "r")
 
     def value(self, text, kind):
         """An operand read as that type."""
@@ -131,7 +114,7 @@ class Body:
         if text in SPECIAL:
             return f"(({c_type}){SPECIAL[text]})"
         if text.startswith("%"):
-            return self._register(text, kind)
+            return f"{variable(text)}.{kind}"
         if text[:2] in ("0d", "0f"):
             bits = f"0x{text[2:]}ull"
             return f"as_{'f64' if text[1] == 'd' else 'f32'}({bits})" if is_float(kind) else bits
@@ -144,30 +127,13 @@ class Body:
         match = re.match(r"([\w$.]+)\+(\d+)$", text)
         return f"((uint64_t){match[1]} + {match[2]})" if match else f"((uint64_t){text})"
 
-    def _register(self, name, kind):
-        reg_class, own = self.register_class(name), variable(name)
-        if kind == "pred" or (is_float(kind) and reg_class in ("f", "fd")):
-            return own
-        if is_float(kind):
-            return f"as_{kind}({own})"
-        if reg_class in ("f", "fd"):
-            own = f"as_u{'64' if reg_class == 'fd' else '32'}({own})"
-        return f"(({C_TYPES[kind]}){own})"
-
     def assign(self, name, kind, value):
         """Writes a value of that type to a register, which may be wider."""
         if name == "_":
             return ""
-        reg_class, own = self.register_class(name), variable(name)
-        if kind == "pred":
-            return f"{own} = {value};"
-        if is_float(kind):
-            wrap = {"rd": "as_u64({})", "r": "as_u32({})"}.get(reg_class, "{}")
-            return f"{own} = {wrap.format(value)};"
-        if reg_class in ("f", "fd"):
-            to = "as_f64((uint64_t)" if reg_class == "fd" else "as_f32((uint32_t)"
-            return f"{own} = {to}({value}));"
-        return f"{own} = ({HOLDERS[reg_class]})({value});"
+        whole = kind if is_float(kind) else "s64" if kind[0] == "s" else "u64"
+        cast = "" if is_float(kind) else "!!" if kind == "pred" else f"({C_TYPES[kind]})"
+        return f"{variable(name)}.{whole} = {cast}({value});"
 
     def address(self, text):
         base, offset = re.match(r"(.+?)([+-]-?\d+)?$", text.strip()[1:-1]).groups()
@@ -381,19 +347,14 @@ class Body:
             self._guarded(s)
 
     def _registers(self, s):
-        kind, name, count = re.match(r"\.reg \.(\w+)\s+(%?\w+)(?:<(\d+)>)?$", s).groups()
-        c_type = C_TYPES[kind]
-        if count:
-            return f"{c_type} " + ", ".join(f"v_{name[1:]}{n} = 0" for n in range(int(count))) + ";"
-        by_kind = {"f32": "f", "f64": "fd", "pred": "p"}
-        by_size = {8: "rc", 16: "rs", 32: "r", 64: "rd"}
-        self.named[name] = by_kind.get(kind) or by_size[int(kind[1:])]
-        return f"{c_type} {variable(name)} = 0;"
+        name, count = re.match(r"\.reg \.\w+\s+(%?\w+)(?:<(\d+)>)?$", s).groups()
+        names = [f"{name}{n}" for n in range(int(count))] if count else [name]
+        return "Register " + ", ".join(f"{variable(n)} = {{0}}" for n in names) + ";"
 
     def _guarded(self, s):
         guard = ""
         if match := re.match(r"@(!?)(%\w+) (.*)$", s):
-            guard, s = f"if ({match[1]}{variable(match[2])}) ", match[3]
+            guard, s = f"if ({match[1]}{variable(match[2])}.pred) ", match[3]
         if s.startswith("call"):
             out = self._call(s)
         else:
@@ -407,7 +368,7 @@ class Body:
         names = ["T", *(x.strip() for x in listed.split(",") if x.strip())]
         if callee.startswith("%"):
             kinds = ", ".join(["Thread *", *["uint8_t *"] * (len(names) - 1)])
-            callee = f"((void (*)({kinds})){variable(callee)})"
+            callee = f"((void (*)({kinds})){variable(callee)}.u64)"
         return f"{callee}({', '.join(names)});"
 
 

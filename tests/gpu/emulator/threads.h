@@ -23,6 +23,11 @@ typedef struct {
   const char *name; /* of the kernel */
 } Thread;
 typedef void (*Kernel)(Thread *, void **);
+/* a register as whatever type an instruction takes it for */
+typedef union {
+  uint8_t pred, b8, u8; uint16_t b16, u16; uint32_t b32, u32; uint64_t b64, u64;
+  int8_t s8; int16_t s16; int32_t s32; int64_t s64; float f32; double f64;
+} Register;
 
 static void emu_stop(const char *why) {
   fprintf(stderr, "emulator: %s\n", why);
@@ -41,7 +46,6 @@ static inline void emu_aligned(Thread *T, uint64_t a, unsigned n) {
 static inline double as_f64(uint64_t a) { double d; memcpy(&d, &a, 8); return d; }
 static inline uint64_t as_u64(double a) { uint64_t d; memcpy(&d, &a, 8); return d; }
 static inline float as_f32(uint32_t a) { float d; memcpy(&d, &a, 4); return d; }
-static inline uint32_t as_u32(float a) { uint32_t d; memcpy(&d, &a, 4); return d; }
 /* numbers below the normal ones are zero with .ftz */
 static inline float ftz(float a) { return fabsf(a) < FLT_MIN ? copysignf(0.0f, a) : a; }
 #define unordered(a, b) ((a) != (a) || (b) != (b))
