@@ -6,13 +6,18 @@ import xarray as xr
 
 def tree(path):
     """All numbers of a result file by name, without the wall clock."""
-    with xr.open_datatree(path, engine="netcdf4") as t:
-        return {
-            f"{group.path}/{name}": values.to_numpy()
-            for group in t.subtree
-            for name, values in group.to_dataset().variables.items()
-            if name != "wall_clock"
-        }
+    with xr.open_datatree(path, engine="netcdf4") as opened:
+        return numbers(opened)
+
+
+def numbers(opened):
+    """Those of an open one."""
+    return {
+        f"{group.path}/{name}": values.to_numpy()
+        for group in opened.subtree
+        for name, values in group.to_dataset().variables.items()
+        if name != "wall_clock"
+    }
 
 
 def assert_same_bits(a, b):

@@ -1,16 +1,23 @@
-"""Damage of a result file is found as it is opened."""
+"""Results that are damaged, whose writer is killed at any moment, or finds no room."""
 
+import multiprocessing
+import os
 import random
 import shutil
+import time
 
 import netCDF4
 import numpy as np
 import pytest
 import synthetic
+from records import GRAINS as MANY
+from records import check, fill
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
 from dusttaichi.results import Writer, files, integrity, pieces, writer
+from dusttaichi.results import writer as writing
+from dusttaichi.run import checkpoint
 
 GRAINS = 4
 
@@ -88,6 +95,14 @@ def test_a_text_that_changes_is_missed(run):
         with pytest.raises(DustError, match="damaged, or another program has changed it"):
             open_run(run)
         part.write_bytes(raw)
+    shutil.rmtree(files.parts_folder(run / "result.nc"))
+    with netCDF4.Dataset(run / "result.nc", "a") as file:
+        file.comment = "mine"
+    with pytest.raises(DustError, match="another program has changed it.*remove its attribute"):
+        open_run(run)
+    with netCDF4.Dataset(run / "result.nc", "a") as file:
+        file.delncattr(integrity.DIGEST)
+    assert open_run(run).attrs["comment"] == "mine"
 
 
 @pytest.mark.parametrize("name", ["largest_speed", "step"])
@@ -105,29 +120,15 @@ def test_records_that_the_index_has_lost_are_missed(tmp_path, name):
         open_run(path)
 
 
-def test_a_part_that_is_gone_is_missed(run):
+def test_a_part_that_is_damaged_or_gone_is_named(run):
     parts(run)[1].unlink()
     with pytest.raises(DustError, match=r"missing between .*000001\.nc and .*000003\.nc"):
         open_run(run)
-
-
-def test_a_run_does_not_go_on_from_what_is_damaged(run):
     counts = dict.fromkeys(("series",), 200)
     change(parts(run)[0], 3000, b"xyz")
     with pytest.raises(DustError, match=r"000001\.nc is damaged"):
         Writer.resume(run / "result.nc", counts)
     assert not (run / ".lock").exists()
-
-
-def test_a_file_changed_by_another_program_says_so(run):
-    shutil.rmtree(files.parts_folder(run / "result.nc"))
-    with netCDF4.Dataset(run / "result.nc", "a") as file:
-        file.comment = "mine"
-    with pytest.raises(DustError, match="another program has changed it.*remove its attribute"):
-        open_run(run)
-    with netCDF4.Dataset(run / "result.nc", "a") as file:
-        file.delncattr(integrity.DIGEST)
-    assert open_run(run).attrs["comment"] == "mine"
 
 
 @pytest.mark.parametrize("digest", ["SHA-256 of the file, at its end", "0" * 64])
@@ -160,3 +161,95 @@ def test_a_flush_looks_at_no_other_part(made, tmp_path, monkeypatch):
             writing.append("series", synthetic.series_record(step, set()))
             writing.flush()
             assert len(seen) == 1  # as the file was made
+
+
+@pytest.fixture(scope="module")
+def processes():
+    """Processes that fork from one which has imported what they need."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["dusttaichi.results", "dusttaichi.run.checkpoint", "records"])
+    return context
+
+
+def write_for_ever(path, saved, piece, ready):
+    """Do nothing but write, from the last checkpoint on."""
+    writing.PIECE = piece
+    if os.path.exists(saved):
+        state = checkpoint.load(saved)
+        step, writer = int(state.arrays["step"]), Writer.resume(path, state.meta["counts"])
+    else:
+        # killed before its first checkpoint: the run starts anew
+        step, writer = 0, synthetic.writer(path, MANY, force=True)
+    ready.send(step)
+    while True:
+        fill(writer, step, step + 7)
+        step += 7
+        writer.flush()
+        checkpoint.save(saved, {"step": step}, {"counts": writer.counts()})
+        fill(writer, step, step + 4)  # past the checkpoint
+        step += 4
+        writer.flush()
+
+
+@pytest.mark.parametrize("piece", [10**9, pytest.param(100_000, marks=pytest.mark.long)])
+def test_kill_at_any_moment(tmp_path, processes, piece):
+    """kill -9 of a process that does nothing but write; what it left opens, and goes on."""
+    path, saved = tmp_path / "run" / "result.nc", tmp_path / "run" / "checkpoint"
+    least, count = 0, 0
+    delays = random.sample(range(20, 400), 3)  # ms; a flush takes some 10 ms
+    while delays or count <= 20:  # until the runs got somewhere
+        delay = delays.pop() if delays else 500
+        heard, ready = processes.Pipe(duplex=False)
+        child = processes.Process(target=write_for_ever, args=(path, saved, piece, ready))
+        child.start()
+        ready.close()
+        heard.recv()
+        time.sleep(delay / 1e3)
+        child.kill()
+        child.join()
+        if checkpoint.exists(saved):  # else killed before the first one
+            least = int(checkpoint.load(saved).arrays["step"])
+        count = check(path, least)
+    state = checkpoint.load(saved)
+    with Writer.resume(path, state.meta["counts"]) as writer:  # the lock died with its holder
+        fill(writer, least, least + 30)
+    assert check(path) == least + 30
+
+
+def find_no_room(path, piece, said):
+    """Write until a limit is reached, look at what is there, and go on without it."""
+    import resource  # not everywhere
+
+    writing.PIECE = piece
+    writer = synthetic.writer(path, MANY)
+    fill(writer, 0, 30)
+    writer.flush()
+    limit = os.path.getsize(path) + 300_000
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
+    fill(writer, 30, LAST)
+    messages = []
+    for _ in range(2):
+        try:
+            writer.flush()
+        except DustError as error:
+            messages.append(str(error))
+    kept = check(path)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    writer.close()
+    said.send((messages, kept, check(path)))
+
+
+LAST = 1000  # steps, of 10 MB
+
+
+@pytest.mark.parametrize("piece", [10**9, 200_000])
+def test_no_room_left(tmp_path, processes, piece):
+    """A file size limit stands for a full disk: the same calls fail at the same places."""
+    heard, said = processes.Pipe(duplex=False)
+    child = processes.Process(target=find_no_room, args=(tmp_path / "result.nc", piece, said))
+    child.start()
+    said.close()
+    messages, kept, finally_there = heard.recv()
+    child.join()
+    assert len(messages) == 2 and all("is readable (up to t = 29 s)" in m for m in messages)
+    assert kept == 30 and finally_there == LAST

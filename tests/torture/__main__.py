@@ -4,7 +4,6 @@ kills: SIGKILL, SIGTERM, SIGINT at random moments. faults: writes that fail, at 
 scenes with faults. damage: damaged files. aimed: kills at every rename, and while parts are joined.
 extreme: numbers at the ends of what may be. places: disks that are full or read-only. --write puts
 the figures into the docs.
-With --journal FILE each case is noted there, and a torture that was stopped goes on.
 """
 
 import argparse
@@ -25,7 +24,6 @@ def main():
     parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", help="kills: of these runs alone, by commas")
-    parser.add_argument("--journal", type=Path, help="where to note the cases, and to go on from")
     parser.add_argument("--write", action="store_true", help="put the figures into the docs")
     given = parser.parse_args()
     sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "run"), str(HERE.parents[1])]
@@ -36,8 +34,7 @@ def main():
     module = importlib.import_module(given.kind)
     if given.only:
         module.SHARES = dict.fromkeys(given.only.split(","), 1 / len(given.only.split(",")))
-    tally = Tally.of(given.journal)
-    module.run(count, given.seed, tally)
+    module.run(count, given.seed, tally := Tally())
     print(tally.text(given.kind, began))
     if given.write:
         options = f" --count {count} --seed {given.seed}" if count else ""

@@ -37,23 +37,18 @@ def run(count, seed, tally):
                 number = 0
                 while True:
                     number += 1
-                    what = f"{name}, {'after' if after else 'before'} rename {number}"
-                    if what in tally.known:
-                        continue
                     place = Path(folder) / "renames" / "run"
                     killed, problem = _case(name, place, _at_rename(number, after), whole)
                     if not killed:
                         break
-                    tally.case("renames", problem, what)
+                    when = "after" if after else "before"
+                    tally.case("renames", problem, f"{name}, {when} rename {number}")
             for case in range(count // len(toy.SCENES)):
                 rng = random.Random(f"{seed} {name} {case}")
                 who, delay = JOINS[case % 3], rng.uniform(0.0, 1.5)
-                what = f"{name}, join {case}, {who} after {delay:.2f} s"
-                if what in tally.known:
-                    continue
                 place = Path(folder) / "joins" / "run"
                 _, problem = _case(name, place, _at_join(who, delay), whole)
-                tally.case("joins", problem, what)
+                tally.case("joins", problem, f"{name}, join {case}, {who} after {delay:.2f} s")
 
 
 def _case(name, directory, aim, whole):

@@ -1,4 +1,4 @@
-"""Kills at random moments of the runs in killed.py. Each goes on by --resume until it ends, with
+"""Kills at random moments of the runs below. Each goes on by --resume until it ends, with
 the same bits as a whole.
 
 A run is a process that forks from this one, so that what it imports is there already; a kill is
@@ -15,7 +15,6 @@ from pathlib import Path
 
 import toy
 from bits import assert_same_bits
-from killed import SCENES, SHARES, SOURCE
 from tally import fork, forked
 
 from dusttaichi.analysis import open_run
@@ -61,11 +60,9 @@ def _chains(name, kills, folder, seed, tally):
     if status:
         raise RuntimeError(f"the whole run of {name} fails: {said}")
     lasts = time.monotonic() - began
-    left, chain = kills - tally.kinds.get(name, 0), 0
+    left, chain = kills, 0
     while left > 0:
         chain += 1
-        if f"{name}, chain {chain}, kill 1" in tally.known:
-            continue
         rng = random.Random(f"{seed} {name} {chain}")
         found, problem = _chain(name, whole, folder, most=left, lasts=lasts, rng=rng)
         for kill in range(1, found + 1):
@@ -130,3 +127,85 @@ def _unreadable(directory):
 def _compare(whole, directory, name):
     for result in sorted(whole.rglob("result.nc")):
         assert_same_bits(result, directory / result.relative_to(whole))
+
+
+GRAINS = """
+name: grains
+material: silicate_s12
+interaction: {rolling: on}
+sample: {kind: bcca, grains: 64, seed: 2}
+boundary: {kind: open}
+stop: {steps: 40000}
+numerics: {threads: 1}
+output: {series: {steps: 500}, snapshots: {steps: 2000}, checkpoint: 0.1 s}
+"""
+PLAIN = toy.plain(steps=4000, series=50, checkpoint="20 ms")
+STAGES = PLAIN.replace(
+    "stop: {steps: 4000}",
+    """stages:
+  - {name: swing, stop: {time: 15 us}}
+  - {name: on, stop: {steps: 1250}, output: {series: {time: 1 us}}}
+  - {name: rest, stop: {steps: 1250}}""",
+)
+CONTINUUM = """
+name: continuum
+method: continuum
+dimension: 2
+material: dust_g09
+sample:
+  kind: impact
+  target: {kind: block, size: [2 mm, 1 mm]}
+  projectile: {kind: rigid, shape: sphere, diameter: 0.6 mm, density: 2540 kg/m^3}
+  speed: 0.65 m/s
+gravity: 9.81 m/s^2
+boundary:
+  kind: faces
+  bottom: {layer: 0.45 mm}
+  x_min: {layer: 0.56 mm}
+  x_max: {layer: 0.56 mm}
+numerics: {spacing: 0.1 mm, threads: 1}
+stop: {steps: 1000}
+output: {series: {steps: 50}, snapshots: {steps: 250}, checkpoint: 0.1 s}
+"""
+# a rigid sphere, with all that a snapshot may hold, in single precision
+SPHERE = """
+name: sphere
+material: silicate_s12
+interaction: {rolling: {modifier: 8}, sliding: {modifier: 2.5}, damping: viscoelastic}
+sample: {kind: rbd, grains: 60, seed: 3}
+sphere: {radius: 3 um, gap: 10 nm, velocity: [0 m/s, 0 m/s, -1 m/s]}
+gravity: {acceleration: [0 m/s^2, 0 m/s^2, -1000 m/s^2]}
+boundary: {kind: box, omit: [top]}
+stop: {steps: 12000}
+numerics: {time_step: 0.3 ns, threads: 1, precision: f64}
+output:
+  series: {steps: 150}
+  snapshots: {steps: 600}
+  variables: [orientation, loss, grain_loss, sliding_force, rolling_moment, twisting_moment, -spin]
+  precision: f32
+  checkpoint: 0.1 s
+"""
+CAKE = """
+name: cake
+material: silicate_s12
+interaction: {rolling: {modifier: 8}, sliding: {modifier: 2.5}, damping: viscoelastic}
+sample: {kind: rbd, grains: 60, seed: 3}
+boundary: {kind: BOUNDARY}
+stop: {steps: 12000}
+numerics: {time_step: 0.2 ns, threads: 1}
+output: {series: {steps: 150}, snapshots: {steps: 600}, checkpoint: 0.1 s}
+"""
+# a cell that leans, two of whose axes are held under a stress
+LEANING = CAKE.replace(
+    "BOUNDARY",
+    "periodic, stress: [-20 kPa, -20 kPa, free], strain_rate: [3e4 s^-1, 3e4 s^-1, -5e4 s^-1], "
+    "shear_rate: 1e5 s^-1",
+)
+SOURCE = CAKE.replace("BOUNDARY", "box, wall_speed: 1 m/s").replace("12000", "1200")
+# goes on with another run: its walls and their load, its box and its time
+KEPT = CAKE.replace("BOUNDARY", "box, pressure: 50 kPa, wall_speed: 1 m/s").replace(
+    "{kind: rbd, grains: 60, seed: 3}", "{kind: explicit, file: FILE, keep: [walls, box, time]}"
+)
+SCENES = {"plain": PLAIN, "stages": STAGES, "replicas": GRAINS + "replicas: 2\n", "grains": GRAINS}
+SCENES |= {"continuum": CONTINUUM, "sphere": SPHERE, "leaning cell": LEANING, "kept sample": KEPT}
+SHARES = dict.fromkeys(SCENES, 0.1) | {"plain": 0.2, "stages": 0.3}

@@ -1,7 +1,6 @@
 """What the tortures share: how a count is stored, and how it is reported."""
 
 import csv
-import json
 import os
 import subprocess
 import time
@@ -23,35 +22,14 @@ class Tally:
     tried: int = 0
     failures: list[str] = field(default_factory=list)
     kinds: dict[str, int] = field(default_factory=dict)  # of what happened, for the reader
-    journal: Path | None = None  # file with a line for each case
-    known: set[str] = field(default_factory=set)  # names of the cases that are there already
-
-    @classmethod
-    def of(cls, journal):
-        """A Tally that goes on from a journal, where there is one."""
-        tally = cls()
-        if journal is not None and journal.exists():
-            for line in journal.read_text(encoding="utf-8").splitlines():
-                name, kind, problem = json.loads(line)
-                tally.case(kind, problem, name)
-        tally.journal = journal
-        return tally
-
-    def left(self, names):
-        """Those of the cases that are not in the journal."""
-        return [name for name in names if str(name) not in self.known]
 
     def case(self, kind, problem=None, name=""):
-        """One more case. problem: what went wrong in it, or None. name: of it, in the journal."""
+        """One more case. problem: what went wrong in it, or None."""
         self.tried += 1
         self.kinds[kind] = self.kinds.get(kind, 0) + 1
-        self.known.add(str(name))
         if problem:
             self.failures.append(f"{name}: {problem}")
             print(f"  FAILED {name}: {problem}", flush=True)
-        if self.journal is not None:
-            with self.journal.open("a", encoding="utf-8") as file:
-                file.write(json.dumps([str(name), kind, problem]) + "\n")
 
     def text(self, name, began):
         """A line for the terminal."""
