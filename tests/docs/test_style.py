@@ -44,7 +44,7 @@ STANDARD = {
     r"of one core": "on one core",
     r"(?:scene|run) as it is": "default, unchanged",
     r"(?-i:Of (?:the|a|an|all|each|both|two|several|others))": "the subject first",
-    r'(?<=""")(?-i:Of|What|Such|Those)': "a noun or a verb phrase",
+    r'(?<=""")(?-i:Of|Such|Those|What|How|Where|Which|Why|Whether|When)': "a noun or verb phrase",
     r"neighbor\w*|(?<!Compression )behavior\w*|analyz\w+": "British spelling",
 }
 REFUSED = re.compile(r"\b(?:" + "|".join(f"({word})" for word in STANDARD) + r")\b", re.IGNORECASE)
