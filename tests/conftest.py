@@ -17,7 +17,7 @@ from dusttaichi.scene import extensions
 HERE = Path(__file__).parent
 # files that take longest: they come first, so that at the end no process waits for another
 LONG = (
-    "run/test_run.py", "studies/test_ensemble_run.py", "continuum/test_contact.py",
+    "run/test_run.py", "studies/test_ensemble.py", "continuum/test_contact.py",
     "continuum/test_options.py", "continuum/test_motion.py", "studies/test_sticking.py",
     "studies/test_collide.py", "studies/test_extremes.py", "docs/test_pages.py",
     "report/test_browser.py", "analysis/test_foreign.py", "benchmarks/test_parts.py",

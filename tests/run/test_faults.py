@@ -33,25 +33,16 @@ def frames(directory):
 # -- the last frame ------------------------------------------------------------------------------
 
 
-def test_a_last_frame_that_was_due_anyway_is_written_once(tmp_path):
-    """However often the run is finished again, and where a later stop makes it longer."""
-    scene = from_yaml(PLAIN)
-    whole = execute(scene, tmp_path / "whole")
-    parts = execute(from_yaml(PLAIN.replace("2000", "1000")), tmp_path / "parts")
-    for _ in range(2):
-        execute(from_yaml(PLAIN.replace("2000", "1000")), parts, resume=True)
-        assert frames(parts) == [0, 250, 500, 750, 1000]
-    execute(scene, parts, resume=True)
-    assert_same_bits(whole / RESULT, parts / RESULT)
-
-
-def test_a_last_frame_that_was_not_due_is_no_frame_of_a_longer_run(tmp_path):
+@pytest.mark.parametrize("steps, written", [(1000, [0, 250, 500, 750]), (600, [0, 250, 500])])
+def test_a_last_frame_is_one_of_a_longer_run_where_it_was_due_anyway(tmp_path, steps, written):
+    """However often the run is finished again."""
     whole = execute(from_yaml(PLAIN), tmp_path / "whole")
-    parts = execute(from_yaml(PLAIN.replace("2000", "600")), tmp_path / "parts")
-    assert frames(parts) == [0, 250, 500, 600]
-    # finished again, it has that frame again
-    execute(from_yaml(PLAIN.replace("2000", "600")), parts, resume=True)
-    assert frames(parts) == [0, 250, 500, 600]
+    short = from_yaml(PLAIN.replace("2000", str(steps)))
+    parts = execute(short, tmp_path / "parts")
+    for _ in range(2):
+        assert frames(parts) == [*written, steps]
+        execute(short, parts, resume=True)
+    assert frames(parts) == [*written, steps]
     execute(from_yaml(PLAIN), parts, resume=True)
     assert_same_bits(whole / RESULT, parts / RESULT)
 
@@ -108,6 +99,11 @@ def test_resume_with_nothing_there_begins_and_says_so(tmp_path):
     assert len(log) == 1 and "starting from the beginning" in log[0]
     whole = execute(scene, tmp_path / "whole")
     assert_same_bits(whole / RESULT, directory / RESULT)
+    directory = execute(from_yaml(PLAIN), tmp_path / "run")
+    for file in directory.glob(f"{CHECKPOINT}*"):
+        file.unlink()
+    with pytest.raises(DustError, match="is finished, and its checkpoint is missing"):
+        execute(from_yaml(PLAIN), directory, resume=True)
 
 
 @pytest.mark.parametrize("moment", ["before", "in"])
@@ -125,14 +121,6 @@ def test_resume_of_a_run_that_was_killed_around_its_first_checkpoint(tmp_path, m
         (killed / f"{CHECKPOINT}.tmp").write_bytes(half)
     execute(scene, killed, resume=True)
     assert_same_bits(whole / RESULT, killed / RESULT)
-
-
-def test_a_finished_result_whose_checkpoint_is_gone_is_not_overwritten(tmp_path):
-    directory = execute(from_yaml(PLAIN), tmp_path / "run")
-    for file in directory.glob(f"{CHECKPOINT}*"):
-        file.unlink()
-    with pytest.raises(DustError, match="is finished, and its checkpoint is missing"):
-        execute(from_yaml(PLAIN), directory, resume=True)
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])

@@ -49,9 +49,6 @@ def test_a_sample_of_ones_own():
     names = runpy.run_path(str(EXAMPLES / "grains.py"))
     assert names["simulation"].measure is not None
     assert names["positions"].shape == (12, 3)
-
-
-def test_a_method_without_contacts_has_no_forces():
     with (
         dt.simulate(dt.from_yaml(PLAIN)) as simulation,
         pytest.raises(dt.DustError, match="another method"),

@@ -104,14 +104,11 @@ def test_figures_are_drawn_again(tmp_path, suffix):
     assert is_ours(path)
 
 
-def test_pages_and_tables_are_written_again(tmp_path, run):
+def test_figures_films_pages_and_tables(tmp_path, run):
     with open_run(run) as result:
         for _ in range(2):
             report.write(report.report_data([result]), tmp_path / "page.html")
             to_csv(compare([result]), tmp_path / "table.csv")
-
-
-def test_films_and_tables_have_the_mark(tmp_path):
     from dusttaichi.plots.animation import _gif
 
     images = [np.full((8, 8, 3), level, np.uint8) for level in (0, 200)]

@@ -1,6 +1,5 @@
 """Runs from YAML to NetCDF: cadence, interruption, guards, refusals. One compiled scene."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -15,9 +14,8 @@ from bits import assert_same_bits
 
 from dusttaichi.analysis import open_run, summary, table
 from dusttaichi.commands.app import app, main
-from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.run import execute, interrupts
-from dusttaichi.run import loop as running
 from dusttaichi.scene import from_yaml, load
 
 BOX = """
@@ -82,9 +80,6 @@ def test_series_and_snapshots_stand_at_the_steps_asked_for(finished):
         mean = np.nansum(profile * heights) / heights.sum()
         # less the caps that overlap the walls by a fraction of a nanometre
         assert mean == pytest.approx(phi[0], rel=1e-6)
-
-
-def test_the_ledger_closes(finished):
     with xr.open_dataset(finished / "result.nc") as series:
         # leapfrog at 0.2 of the stiffest period: some 1e-3 of the energy that went through;
         # a channel booked wrongly would show as several per cent
@@ -99,35 +94,6 @@ def test_window_of_some_steps_only(finished, tmp_path):
             # the same motion, another average of the force
             np.testing.assert_array_equal(windowed.wall_work, whole.wall_work)
             assert not np.array_equal(windowed.pressure, whole.pressure)
-
-
-ENDS = box(stop="{steps: 1200}", series="{steps: 30}")
-
-
-@pytest.fixture(scope="module")
-def uninterrupted(tmp_path_factory):
-    return execute(from_yaml(ENDS), tmp_path_factory.mktemp("uninterrupted") / "whole")
-
-
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
-def test_a_signal_leaves_a_result_and_resume_ends_with_the_same_bits(
-    name, tmp_path, monkeypatch, uninterrupted
-):
-    monkeypatch.setattr(running, "BURST_SECONDS", 0.001)
-    seen = []
-
-    def interrupt(progress):
-        seen.append(progress.step)
-        if len(seen) == 5:
-            os.kill(os.getpid(), getattr(signal, name))
-
-    with pytest.raises(Interrupted):
-        execute(from_yaml(ENDS), tmp_path / "parts", report=interrupt)
-    with xr.open_dataset(tmp_path / "parts/result.nc") as series:
-        assert series.attrs["status"] == "interrupted"
-        assert 0 < series.step[-1] < 1200
-    execute(from_yaml(ENDS), tmp_path / "parts", resume=True)
-    assert_same_bits(uninterrupted / "result.nc", tmp_path / "parts/result.nc")
 
 
 def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path, monkeypatch):
@@ -168,16 +134,16 @@ def test_resume_of_a_finished_run_with_a_later_stop_is_one_longer_run(finished, 
     assert_same_bits(whole / "result.nc", tmp_path / "grown/result.nc")
 
 
-def test_resume_refuses_another_scene(finished):
+def test_another_scene_a_result_and_a_place_that_cannot_be_are_refused(finished, tmp_path):
     with pytest.raises(DustError, match=r"boundary\.wall_speed"):
         execute(from_yaml(box(speed="2 m/s")), finished, resume=True)
-
-
-def test_a_result_is_not_overwritten_without_force(finished):
     before = (finished / "result.nc").stat().st_mtime_ns
     with pytest.raises(DustError, match="--force"):
         execute(from_yaml(box()), finished)
     assert (finished / "result.nc").stat().st_mtime_ns == before
+    (tmp_path / "file").write_text("not a directory")
+    with pytest.raises(DustError, match="Cannot write"):
+        execute(from_yaml(box()), Path(tmp_path / "file" / "run"))
 
 
 def test_a_runaway_stops_with_one_sentence_and_keeps_the_result(tmp_path):
@@ -245,12 +211,6 @@ def test_bad_input_is_a_sentence_without_traceback(tmp_path, monkeypatch, capsys
         said = capsys.readouterr().err
         assert end.value.code == 2 and "Traceback" not in said
         assert all(word in said for word in (*words, file))
-
-
-def test_unwritable_directory_is_a_sentence(tmp_path):
-    (tmp_path / "file").write_text("not a directory")
-    with pytest.raises(DustError, match="Cannot write"):
-        execute(from_yaml(box()), Path(tmp_path / "file" / "run"))
 
 
 def test_a_run_that_does_not_come_to_a_pause_is_ended_by_a_further_signal(monkeypatch):

@@ -72,16 +72,19 @@ def test_resume_across_stages_ends_with_the_same_bits(whole, tmp_path, monkeypat
         ends = [int(series.step[series.stage == k][-1]) for k in range(3)]
     directory = tmp_path / "parts"
     begun = {}
-    for after in (ends[0] - 300, ends[0] + 200, ends[1] + 600):
+    moments = ends[0] - 300, ends[0] + 200, ends[1] + 600
+    for after, number in zip(moments, (signal.SIGINT, signal.SIGTERM, signal.SIGINT), strict=True):
         done = []
 
-        def interrupt(progress, after=after, done=done):
+        def interrupt(progress, after=after, done=done, number=number):
             if progress.step > after and not done:
                 done.append(True)
-                os.kill(os.getpid(), signal.SIGINT)
+                os.kill(os.getpid(), number)
 
         with pytest.raises(Interrupted):
             execute(cell(), directory, report=interrupt, **begun)
+        with xr.open_dataset(directory / "result.nc") as series:
+            assert series.attrs["status"] == "interrupted" and 0 < series.step[-1] < ends[2]
         begun = {"resume": True}
     execute(cell(), directory, resume=True)
     assert_same_bits(whole / "result.nc", directory / "result.nc")
@@ -99,6 +102,7 @@ def test_resume_with_other_stages_to_come(whole, tmp_path):
             # the record at the earlier end is one more
             assert grown.attrs["status"] == series.attrs["status"]
             np.testing.assert_array_equal(grown.kinetic_rotation[-1], series.kinetic_rotation[-1])
+    check_same({"scene": cell(name="other").to_yaml(), "inputs": []}, cell(), [], 0)
 
 
 PLATES = """
@@ -143,15 +147,8 @@ def test_plates_measure_the_shadow_of_the_grains(plates):
         assert int(series.outside_count[0]) == 0 and int(series.outside_count[pressed]) > 3
         assert float(series.projected_area[pressed]) > 1.02 * float(series.projected_area[0])
         assert np.isfinite(frames.position.values).all()
-
-
-def test_plates_pulled_apart_are_under_tension(plates):
     with xr.open_dataset(plates / "result.nc") as series:
         assert "tension has fallen by 90%" in series.attrs["status"]
         pulled = series.pressure.sel(wall="top").values[series.stage.values == 2]
         assert pulled.min() < -1e3  # some pull-off forces of 57 nN on the shadow of 120 grains
         assert float(abs(series.energy_residual_relative).max()) < 1e-2  # 2 m/s
-
-
-def test_a_run_of_another_name_goes_on_with_resume():
-    check_same({"scene": cell(name="other").to_yaml(), "inputs": []}, cell(), [], 0)

@@ -1,17 +1,22 @@
-"""What ends a stage: pressures and stresses from either side, rest, a plateau."""
+"""What ends a stage, and snapshots that a scene leaves to the run."""
 
 import numpy as np
 import pytest
 import reference as ref
+import spring
+import toy
+import xarray as xr
 
-from dusttaichi import analysis, plots, samples
-from dusttaichi.errors import DustError
+from dusttaichi import analysis, method, plots, samples
+from dusttaichi.domain.clock import NEVER, Clock
 from dusttaichi.grains.build import build
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.measure import contact_loads, wall_forces
-from dusttaichi.run import execute
+from dusttaichi.run import execute, schedule
 from dusttaichi.run.stop import AVERAGED, component, plateau
 from dusttaichi.scene import from_yaml
+from dusttaichi.scene.boundary import Drive
+from dusttaichi.scene.stage import StagePlan
 from dusttaichi.scene.stop import Bounds, Stop
 
 CYCLE = """
@@ -69,14 +74,11 @@ def test_the_modulus_of_letting_go_is_that_of_the_contacts(pressed):
     assert unloading.recovered == pytest.approx(back, abs=7.5e-6)
 
 
-def test_a_stage_ends_by_a_pressure_from_either_side(cycle):
+def test_a_stage_ends_by_a_pressure_from_either_side_and_at_rest(cycle):
     ends = [cycle.sel(time=cycle.stage == n).pressure.sel(wall="top").values for n in range(3)]
     assert ends[0][-1] >= 10e3 and np.all(ends[0][:-1] < 10e3)
     assert ends[1][-1] <= 2e3 and np.all(ends[1][:-1] > 2e3) and len(ends[1]) > 3
-
-
-def test_a_stage_ends_when_all_has_come_to_rest(cycle):
-    """Kinetic energy over 1.2 F_c delta0 a contact; those with walls hold more, by 2^(4/3)."""
+    # kinetic energy over 1.2 F_c delta0 a contact; those with walls hold more, by 2^(4/3)
     assert "at rest" in cycle.attrs["status"]
     kinetic = (cycle.kinetic_translation + cycle.kinetic_rotation).values
     pair = 1.2 * 56.549e-9 * 0.16627e-9
@@ -86,39 +88,18 @@ def test_a_stage_ends_when_all_has_come_to_rest(cycle):
     assert moving[-1] < 1.001e-5 and np.all(moving[resting][:-1] > 0.999e-5)
 
 
-def test_bounds():
+def test_bounds_and_a_plateau():
     assert Bounds(below="-5 kPa").crossed(-5e3) == "no more than -5 kPa"
     assert Bounds(above="5 kPa", below="1 kPa").crossed(2e3) == ""
     stop = Stop(pressure="5 kPa")
     assert stop.pressure_bounds.crossed(5e3) == "5 kPa" and not stop.falling
     stress = np.array([[1.0, 2.0, 0.0], [4.0, 5.0, 0.0], [0.0, 0.0, 6.0]])
     assert component(stress, "xy") == 3.0 and component(stress, "zz") == 6.0
-
-
-def test_a_plateau_is_ten_points_like_the_ten_before():
     last = []
     rising = [plateau(last, p, 0.02) for p in np.linspace(1.0, 2.0, 3 * AVERAGED)]
     assert not any(rising) and len(last) == 2 * AVERAGED
     level = [plateau(last, 2.0, 0.02) for _ in range(2 * AVERAGED)]
     assert level[-1] and not level[0]
-
-
-@pytest.mark.parametrize(
-    "stop, words",
-    [
-        ("{pressure: {}}", ["stop.pressure", "above, below or both"]),
-        ("{pressure: {under: 1 kPa}}", ["stop.pressure.under", "unknown key", "below"]),
-        ("{pressure: {below: 1}}", ["stop.pressure.below", "it has no unit"]),
-        ("{pressure: -1 kPa}", ["stop.pressure", "a pressure above 0"]),
-        ("{rest: 1e-6}", ["stop.rest", "add a time or steps"]),
-        ("{stress: {zz: {below: -1 kPa}}, time: 1 us}", ["stop.stress", "output.stress: true"]),
-    ],
-)
-def test_what_cannot_be_met_is_refused(stop, words):
-    text = "name: x\nmaterial: silicate_s12\nsample: {kind: rbd, grains: 60}\n"
-    with pytest.raises(DustError) as error:
-        from_yaml(f"{text}boundary: {{kind: box, wall_speed: 1 cm/s}}\nstop: {stop}\n")
-    assert all(word in str(error.value) for word in words), str(error.value)
 
 
 def test_contacts_carry_their_forces(pressed):
@@ -180,3 +161,33 @@ output: {series: {steps: 100}}
     expected = np.broadcast_to(turning, series.angular_momentum.shape)
     np.testing.assert_allclose(series.angular_momentum, expected, atol=1e-11 * abs(turning).max())
     assert float(series.loss.sum("channel")[-1]) > 0.0
+
+
+def plan(snapshots="auto", **stop):
+    return StagePlan("", Drive(), Stop(**stop), None, None, snapshots)
+
+
+def test_some_thirty_within_a_size_or_by_the_strain():
+    one, clock = plan(steps=3000), Clock(dt=1e-4)
+    assert schedule.steps_apart([one], clock, one, 1000) == 100
+    # of two stages fifteen each; a stage with an interval of its own has no share
+    assert schedule.steps_apart([one, one], clock, one, 1000) == 200
+    assert schedule.steps_apart([one, plan(None, steps=5)], clock, one, 1000) == 100
+    # ten fit into the size, and of what is larger than half of it none
+    assert schedule.steps_apart([one], clock, one, schedule.LARGEST / 10) == 300
+    assert schedule.steps_apart([one], clock, one, 0.6 * schedule.LARGEST) == 0
+    one = plan(pressure="1 kPa")
+    assert schedule.steps_apart([one], Clock(dt=1e-4), one, 1000) == 0  # nothing moves
+    grows = Clock(dt=1.0, start=(1.0, 1.0, 1.0), rate=(0.0, 0.0, 1e-3), volume=0.1)
+    assert grows.last_step(one.stop)[0] == NEVER
+    assert schedule.steps_apart([one], grows, one, 1000) == pytest.approx(1000 / 30, abs=1)
+
+
+def test_a_run_keeps_them(tmp_path, toys):
+    """Evenly, from the first to the last; the same bits when it is interrupted and resumed are a
+    matter of the state, which has the interval."""
+    method.register(spring.METHOD)
+    text = toy.plain(steps=600, snapshots=250).replace("snapshots: {steps: 250}", "snapshots: auto")
+    execute(from_yaml(text), tmp_path / "run")
+    with xr.open_datatree(tmp_path / "run/result.nc") as tree:
+        assert tree["snapshots"].step.values.tolist() == list(range(0, 601, 20))

@@ -212,14 +212,21 @@ def test_a_bed_carries_its_weight():
 
 
 def test_particles_from_a_file(tmp_path):
-    rows = "x,z,mass,density,vx\n0,0,1e-6,300,1\n100,0,2e-6,310,0\n"
-    (tmp_path / "p.csv").write_text(rows)
-    sample = made(2, kind="explicit", file=str(tmp_path / "p.csv"), units="um")
+    """A file may have a cell: a triangular lattice repeats after a whole number of spacings."""
+    path = tmp_path / "p.csv"
+    path.write_text("x,z,mass,density,vx\n0,0,1e-6,300,1\n100,0,2e-6,310,0\n")
+    sample = made(2, kind="explicit", file=str(path), units="um")
     assert sample.position[1] == pytest.approx([1e-4, 0, 0]) and sample.velocity[0, 0] == 1.0
     assert sample.density.tolist() == [300.0, 310.0]
-    (tmp_path / "p.csv").write_text("x,z,mass\n0,0,1e-6\n0,0,1e-6\n")
+    path.write_text("x,z,mass\n0,0,1e-6\n0,0,1e-6\n")
     with pytest.raises(DustError, match="same position"):
-        made(2, kind="explicit", file=str(tmp_path / "p.csv"))
+        made(2, kind="explicit", file=str(path))
+    places = [((i + 0.25 + 0.5 * (k % 2)) * 1e-4, k * 0.87e-4) for i in range(8) for k in (0, 1)]
+    path.write_text("x,z,mass\n" + "\n".join(f"{x},{z},1e-6" for x, z in places))
+    placed = made(2, kind="explicit", file=str(path), size=["0.8 mm", "0.2 mm"])
+    assert np.ptp(placed.room[0]) == pytest.approx(8e-4)
+    with pytest.raises(DustError, match="sample.size: .* use a larger size"):
+        made(2, kind="explicit", file=str(path), size=["0.5 mm", "0.2 mm"])
 
 
 @pytest.mark.parametrize(
@@ -264,11 +271,16 @@ def test_what_does_not_go_with_the_dimension():
     assert [path for path, _ in boundary.conflicts(2)] == ["y_min"]
 
 
-def test_a_scene_without_faces_is_one():
+def test_a_scene_needs_neither_faces_nor_dust_nor_a_material_of_no_dust():
     particles = continuum.make(scene(BALL))
     assert np.isnan(particles.room).all() and (particles.role == DUST).all()
     with pytest.raises(DustError, match="y_min.*no such face"):
         scene(BALL, boundary={"kind": "faces", "y_min": "mirror"})
+    ring = {"kind": "elastic", "diameter": "1 mm", "density": "1 g/cm^3"}
+    ring |= {"young_modulus": "1 MPa", "poisson_ratio": 0.4}
+    assert scene(ring, material=None).material.name == "dust_g09"
+    with pytest.raises(DustError, match="material"):
+        scene(BALL, material=None)
 
 
 def test_a_mirror_that_should_move_is_refused():
@@ -279,30 +291,7 @@ def test_a_mirror_that_should_move_is_refused():
     stage = {"name": "down", "drive": {"wall_speed": "1 m/s"}, "stop": {"steps": 1}}
     with pytest.raises(DustError, match="top.*a mirror does not move"):
         scene(BALL, boundary=faces, stages=[stage], stop=None)
-
-
-def test_a_periodic_edge_is_no_shorter_than_particles_reach():
     strip = {"kind": "faces", "bottom": "rigid", "periodic": ["x"]}
     block = {"kind": "block", "size": ["0.2 mm", "1 mm"]}
     with pytest.raises(DustError, match=r"boundary.periodic: .* 200 µm wide along x.* 338 µm"):
         continuum.make(scene(block, boundary=strip))
-
-
-def test_particles_of_a_file_may_have_a_cell(tmp_path):
-    """A triangular lattice repeats after a whole number of spacings, not after its extent."""
-    path = tmp_path / "rows.csv"
-    places = [((i + 0.25 + 0.5 * (k % 2)) * 1e-4, k * 0.87e-4) for i in range(8) for k in (0, 1)]
-    rows = [f"{x},{z},1e-6" for x, z in places]
-    path.write_text("x,z,mass\n" + "\n".join(rows))
-    placed = made(2, kind="explicit", file=str(path), size=["0.8 mm", "0.2 mm"])
-    assert np.ptp(placed.room[0]) == pytest.approx(8e-4)
-    with pytest.raises(DustError, match="sample.size: .* use a larger size"):
-        made(2, kind="explicit", file=str(path), size=["0.5 mm", "0.2 mm"])
-
-
-def test_a_scene_without_dust_needs_no_material():
-    ring = {"kind": "elastic", "diameter": "1 mm", "density": "1 g/cm^3"}
-    ring |= {"young_modulus": "1 MPa", "poisson_ratio": 0.4}
-    assert scene(ring, material=None).material.name == "dust_g09"
-    with pytest.raises(DustError, match="material"):
-        scene(BALL, material=None)

@@ -180,15 +180,11 @@ def test_atom_styles(tmp_path, row, flags):
 def test_comments_of_the_section_atoms(tmp_path, comment):
     found = read(tmp_path, SPHERES.replace("# sphere", f"# {comment}"))
     np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
-    with pytest.raises(DustError, match="atom style is 'hybrid'"):
-        read(tmp_path, SPHERES.replace("# sphere", "# hybrid sphere bond"))
-
-
-def test_columns_instead_of_a_style(tmp_path):
-    rows = lines("1 1 1 5 5 1.4 2.65", "2 1 2.4 5 5 1.4 2.65", head=f"{HEAD}Atoms # hybrid\n\n")
+    hybrid = SPHERES.replace("# sphere", "# hybrid sphere bond")
     with pytest.raises(DustError, match="atom style is 'hybrid'; allowed: .*sample.columns"):
-        read(tmp_path, rows)
-    found = read(tmp_path, rows, columns=["id", "type", "x", "y", "z", "diameter", "density"])
+        read(tmp_path, hybrid)
+    larger = hybrid.replace("1.2 2.65 2.2", "1.4 2.65 2.4").replace("1.2 2.65 1", "1.4 2.65 1")
+    found = read(tmp_path, larger, columns=["id", "type", "diameter", "density", "x", "y", "z"])
     np.testing.assert_allclose(found.radii, 0.7e-6)
 
 
@@ -305,6 +301,12 @@ DATA = lines(
     + "Atoms # sphere\n\n",
 )
 XYZ = "2\nmade by hand\nC 0 0 0\nC 0 0 1.2\n"
+# all columns, in any order
+CSV = lines(
+    "wz [rad/us], wy [rad/us], wx [rad/us], vz [cm/s],vy [cm/s],vx [cm/s],z [um],y [um],x [um]",
+    "7,0,0,0,0,50,0,0,0",
+    "0,0,0,0,0,-50,0,0,2",
+)
 
 
 @pytest.mark.parametrize(
@@ -314,6 +316,8 @@ XYZ = "2\nmade by hand\nC 0 0 0\nC 0 0 1.2\n"
         (DUMP, {"snapshot": 0}, [[1, 0, 2], [5, 4, 4]], [4, 1], [0, 0]),
         (DATA, {}, [[0, 0, 0], [2, 0, 0]], [0.5, -0.5], [7, 0]),
         (XYZ, {"units": "um"}, [[0, 0, 0], [0, 0, 1.2]], [0, 0], [0, 0]),
+        (CSV, {}, [[0, 0, 0], [2, 0, 0]], [0.5, -0.5], [7e6, 0]),
+        (CSV.replace(" [um]", ""), {"units": "um"}, [[0, 0, 0], [2, 0, 0]], [0.5, -0.5], [7e6, 0]),
     ],
 )
 def test_grains_and_their_motion(tmp_path, text, keys, places, speeds, spins):
@@ -347,6 +351,14 @@ def test_grains_that_do_not_touch_are_remarked(tmp_path):
     (text,) = far.info["remarks"]
     assert "no two of its 2 grains touch" in text and "units" in text
     assert "remarks" not in read(tmp_path, XYZ, units="um").info
+    # a cutout or a collision of grains of a file says how the file was read, once
+    (tmp_path / "grains.txt").write_text(LISTS["with radii"])
+    body = {"kind": "explicit", "file": str(tmp_path / "grains.txt"), "units": "um"}
+    cut = {"kind": "cutout", "of": body, "diameter": "9 um"}
+    flying = {"kind": "collision", "target": body, "projectile": cut, "speed": "1 m/s"}
+    for block in (cut, flying):
+        said = samples.make(make_scene(sample=block)).info["remarks"]
+        assert ["are read as x y z r" in text for text in said].count(True) == 1
 
 
 # -- what is refused ------------------------------------------------------------------------------
@@ -439,14 +451,3 @@ def test_files_that_are_refused(tmp_path, text, keys, message):
     where = r"sample\.(file = '.*grains\.txt'|columns = |style = ).*"
     with pytest.raises(DustError, match=where + message):
         read(tmp_path, text, **{"units": "um"} | keys)
-
-
-def test_guesses_are_remarked_of_bodies_too(tmp_path):
-    """A cutout or a collision of grains of a file says how the file was read, once."""
-    (tmp_path / "grains.txt").write_text(LISTS["with radii"])
-    body = {"kind": "explicit", "file": str(tmp_path / "grains.txt"), "units": "um"}
-    cut = {"kind": "cutout", "of": body, "diameter": "9 um"}
-    flying = {"kind": "collision", "target": body, "projectile": cut, "speed": "1 m/s"}
-    for block in (cut, flying):
-        said = samples.make(make_scene(sample=block)).info["remarks"]
-        assert ["are read as x y z r" in text for text in said].count(True) == 1

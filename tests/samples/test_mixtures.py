@@ -1,5 +1,7 @@
 """Samples of grains of several sizes and materials: drawn as asked, touching as each pair does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bodies import ICE, MIXED, distances, made, scene
@@ -72,10 +74,7 @@ def test_an_impact_parameter_makes_aggregates_open():
         for b in (0.0, 0.9)
     )  # fmt: skip
     assert graze > 1.15 * head
-
-
-def test_partners_of_unequal_mass():
-    """Quasi-BCCA of 100 grains at 0.25: a cluster of 20 meets one of 80 in the end."""
+    # quasi-BCCA of 100 grains at 0.25: a cluster of 20 meets one of 80 in the end
     d = distances(made("bcca", grains=100, mass_ratio=0.25, seed=3).positions)
     touch = np.abs(d - d.min()) < 1e-12
     assert touch[:80, :80].sum() == 2 * 79 and touch[80:, 80:].sum() == 2 * 19
@@ -102,9 +101,16 @@ def test_dust_of_a_wished_filling_factor():
         mixed("space_filling", grains=30, filling_factor=0.4)
 
 
-def test_a_deposit_rests_on_exact_contacts():
-    scene, sample = mixed("rbd", grains=80)
-    gap = gaps(scene, sample)
+@pytest.mark.parametrize("mixture", [MIXED, {"seed": 2}])
+def test_a_deposit_rests_on_exact_contacts(mixture):
+    built = scene(ICE, kind="rbd", grains=80, **mixture)
+    sample = make(built)
+    radii, materials = np.full(80, built.material.radius), np.zeros(80, int)
+    if sample.radii is None:
+        delta0 = mixed_constants(*2 * (built.material, radii[0]), built.interaction).delta0
+        assert sample.info["equilibrium_distance"] == 2 * radii[0] - delta0
+        sample = replace(sample, radii=radii, materials=materials)
+    gap = gaps(built, sample)
     assert gap.min() > -1e-15 and len(sample) == 80
     on_floor = np.isclose(sample.positions[:, 2], sample.radii, rtol=1e-12)
     # all but those on the floor, and those whose support is outside of the cut, touch one below

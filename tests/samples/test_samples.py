@@ -6,18 +6,15 @@ import numpy as np
 import pytest
 from bodies import ICE, MIXED, deposited_one_by_one, made, scene
 
-from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.samples import (
     Materials,
     bulk_filling_factor,
     coordination,
     filling_factor,
-    make,
     rbd,
 )
 from dusttaichi.samples.mixture import Crowd, Grains, Touch
 from dusttaichi.samples.sample import Sample, touching_pairs
-from dusttaichi.samples.values import CylinderSize
 
 R = 0.6e-6
 D = 2 * R - 0.16627e-9  # equilibrium distance of S12's silicate
@@ -118,7 +115,7 @@ def test_cut_has_exactly_the_grains_and_the_aspect(shape, grains, aspect):
         assert info["height"] == pytest.approx(aspect * info["width"], abs=3 * R * max(1, aspect))
 
 
-def test_box_by_size_is_filled_and_kept():
+def test_sizes_are_filled_and_kept():
     size = (30e-6, 20e-6, 12e-6)
     sample = cake(size=size)
     half = np.array(size[:2]) / 2 - R
@@ -127,14 +124,9 @@ def test_box_by_size_is_filled_and_kept():
     # Hundreds of grains within r of each face: the outermost is within r/10 of it.
     edges = np.array([sample.info[key] for key in ("width", "depth", "height")])
     assert (edges <= size).all() and (edges > np.array(size) - 0.2 * R).all()
-
-
-def test_cylinder_stays_inside_its_radius():
-    size = CylinderSize(diameter="13.2 um", height="13.2 um")
-    sample = cake(size=size, shape="cylinder")
-    off_axis = np.hypot(*sample.positions[:, :2].T)
-    assert off_axis.max() <= size.diameter / 2 - R
-    assert sample.positions[:, 2].max() <= size.height - R
+    sample = made("rbd", shape="cylinder", size={"diameter": "13.2 um", "height": "13.2 um"})
+    assert np.hypot(*sample.positions[:, :2].T).max() <= 6.6e-6 - R
+    assert sample.positions[:, 2].max() <= 13.2e-6 - R
     # PD08's cake of this size has 291 grains; the number of grains in so small a cut scatters
     # by some 10 % from seed to seed.
     assert len(sample) == pytest.approx(291, rel=0.3)
@@ -157,9 +149,6 @@ def test_small_samples_are_less_filled_by_their_bounding_box():
     # S12 section 3.1: 0.12-0.14 for small samples. Scatter of one sample 0.01, so 0.002 here.
     found = [filling_factor(cake(grains=150, seed=seed), R) for seed in range(30)]
     assert 0.12 < np.mean(found) < 0.14
-
-
-def test_deposit_with_its_fluffy_top_is_less_filled():
     # The other half of S12's reason: with the rough top left on, 0.12-0.14 as well.
     period, found = 40 * R, []
     for seed in range(20):
@@ -178,6 +167,10 @@ def test_first_layers_are_denser():
     ]
     # 0.20 against 0.155 in S12's measure; counts of 1e3 scatter by 3 %.
     assert per_radius[0] > 1.2 * per_radius[1]
+    # the scatter of one sample is 0.007; S12's bulk has 0.15
+    found = [cake(grains=2000, periodic=True, base=50 * R, seed=s).info for s in range(6)]
+    phi = [info["bulk_filling_factor"] for info in found]
+    assert abs(np.mean(phi) - 0.15) < 0.012
 
 
 def test_loose_fragments_are_counted():
@@ -236,13 +229,6 @@ def test_a_sample_from_above_the_first_layers(spec, periodic):
         np.testing.assert_allclose(x, above, atol=1e-6 * R)
 
 
-def test_above_the_first_layers_a_deposit_is_as_its_bulk():
-    # the scatter of one sample is 0.007; S12's bulk has 0.15
-    found = [cake(grains=2000, periodic=True, base=50 * R, seed=s).info for s in range(6)]
-    phi = [info["bulk_filling_factor"] for info in found]
-    assert abs(np.mean(phi) - 0.15) < 0.012
-
-
 def test_bulk_filling_factor_of_a_known_lattice():
     edge = np.arange(40) * 2 * R
     lattice = np.stack(np.meshgrid(edge, edge, edge), -1).reshape(-1, 3)
@@ -252,26 +238,3 @@ def test_bulk_filling_factor_of_a_known_lattice():
     found = bulk_filling_factor(sample, R, side=3, bottom=3, top=3)
     assert found == pytest.approx(np.pi / 6, rel=0.02)
     assert np.isnan(bulk_filling_factor(Sample.at_rest(lattice[:3]), R))
-
-
-# --- from a scene ----------------------------------------------------------------------------
-
-
-def test_make_deposits_at_the_equilibrium_distance_of_the_material():
-    built = scene(kind="rbd", grains=300, seed=2)
-    sample = make(built)
-    delta0 = pair_constants(built.material, built.interaction).delta0
-    assert sample.info["equilibrium_distance"] == 2 * R - delta0
-    # A force-free contact: far more precise than delta0 = 1.4e-4 of a diameter.
-    pairs = touching_pairs(sample.positions, 2 * R - 0.999 * delta0)
-    apart = sample.positions[pairs[:, 0]] - sample.positions[pairs[:, 1]]
-    overlap = 2 * R - np.sqrt((apart**2).sum(axis=1))
-    assert len(pairs) > 200
-    # Distances carry the rounding of coordinates of 1e-5 m: 1e-21 m, 1e-11 of delta0.
-    np.testing.assert_allclose(overlap, delta0, rtol=1e-9)
-
-
-def test_make_cuts_by_size():
-    assert 9e-6 < made("rbd", size=["20 um", "15 um", "10 um"]).info["height"] <= 10e-6
-    sample = made("rbd", shape="cylinder", size={"diameter": "13.2 um", "height": "20 um"})
-    assert np.hypot(*sample.positions[:, :2].T).max() <= 6.6e-6 - R

@@ -197,9 +197,6 @@ def test_radius_of_gyration_grows_as_known(grown):
     assert np.sqrt(covariance[0, 0]) < 0.005
     assert exponent == pytest.approx(0.531, abs=0.011)
     assert 1 / exponent == pytest.approx(1.9, abs=0.1)
-
-
-def test_fractal_dimension_of_the_core(grown):
     # 1.9 (T19). About the centre, where the last two clusters overlap, it is higher by 0.1; of
     # one aggregate it scatters by 0.13, so 0.03 of this mean.
     found = [fractal_dimension(Sample.at_rest(cluster), R) for cluster in grown[1024][:16]]

@@ -1,10 +1,13 @@
-"""What is said of a sample, against bodies that are known; and what `dust check` shows of it."""
+"""What is said of a sample, against bodies that are known; neighbours are those of scipy's tree."""
 
 import numpy as np
 import pytest
 from bodies import D, R, made, scene
+from scipy.spatial import cKDTree
 
+from dusttaichi.grains.preview import preview
 from dusttaichi.samples import describe, fractal_dimension, make, radius_of_gyration
+from dusttaichi.samples.near import near
 from dusttaichi.samples.sample import Sample
 
 KINDS = {
@@ -31,8 +34,10 @@ def random_body(grains, inside, seed=0):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_is_described(kind):
-    sample = made(kind, **KINDS[kind])
+def test_every_kind_is_described_and_shown(kind):
+    """In its information, and by `dust check`."""
+    built = scene(kind=kind, **KINDS[kind])
+    sample = make(built)
     info = sample.info
     assert info["kind"] == kind and info["grains"] == len(sample)
     assert 0 < info["filling_factor"] < 1
@@ -41,6 +46,12 @@ def test_every_kind_is_described(kind):
     apart = np.linalg.norm(sample.positions[:, None] - sample.positions, axis=-1)
     np.fill_diagonal(apart, np.inf)
     assert info["coordination"] == np.count_nonzero(apart <= 2 * R) / len(sample)
+    shown = dict(preview(built).sections[0][1])
+    filling = float(shown[f"filling factor of the {info['filling_factor_in']}"])
+    assert filling == pytest.approx(info["filling_factor"], rel=1e-3)
+    assert shown["radius of gyration"] == f"{radius_of_gyration(sample, R) * 1e6:.4g} µm"
+    assert ("repeats itself after" in shown) == (kind in ("lattice", "random_packing"))
+    assert ("impact parameter" in shown) == (kind == "collision")
 
 
 SEEDED = [
@@ -92,9 +103,6 @@ def test_fractal_dimension_of_bodies_without_structure(dimension, inside):
 def test_few_grains_have_no_fractal_dimension():
     assert np.isnan(fractal_dimension(random_body(99, lambda x: x[:, 0] < np.inf), R))
     assert "fractal_dimension" not in made("bcca", grains=32).info
-
-
-def test_contacts_brought_along_count_once():
     x = np.array([[0, 0, 0], [D, 0, 0], [2 * D + 1e-9, 0, 0]])
     still = np.zeros((3, 3))
     brought = {"i": np.array([1, 2]), "j": np.array([0, 1])}  # the second one is stretched
@@ -102,18 +110,26 @@ def test_contacts_brought_along_count_once():
     assert info["coordination"] == pytest.approx(4 / 3)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_check_shows_it(kind):
-    from dusttaichi.grains import preview
+@pytest.mark.parametrize("edges", [None, [1.0, 0.7], [1.0, 0.7, 0.3], [1.0, 0.11]])
+@pytest.mark.parametrize("reach", [0.02, 0.05, 0.2])
+def test_pairs_are_those_of_a_tree(edges, reach):
+    rng = np.random.default_rng(1)
+    size = np.array(edges or [1.0, 0.7, 0.3])
+    a, b = (rng.random((n, len(size))) * size for n in (300, 200))
+    b[:50] = a[:50]  # at no distance
+    period = edges and size
+    trees = [cKDTree(points, boxsize=period) for points in (a, b)]
+    expected = trees[0].sparse_distance_matrix(trees[1], reach, output_type="ndarray")
+    i, j, distance = near(a, b, reach, period)
+    order, other = np.lexsort((j, i)), np.lexsort((expected["j"], expected["i"]))
+    np.testing.assert_array_equal(i[order], expected["i"][other])
+    np.testing.assert_array_equal(j[order], expected["j"][other])
+    np.testing.assert_array_equal(distance[order], expected["v"][other])
+    assert len(i) >= 50
 
-    built = scene(kind=kind, **KINDS[kind])
-    sample = make(built)
-    shown = dict(preview.preview(built).sections[0][1])
-    of = sample.info["filling_factor_in"]
-    assert float(shown[f"filling factor of the {of}"]) == pytest.approx(
-        sample.info["filling_factor"], rel=1e-3
-    )
-    gyration = f"{radius_of_gyration(sample, R) * 1e6:.4g} µm"
-    assert shown["radius of gyration"] == gyration
-    assert ("repeats itself after" in shown) == (kind in ("lattice", "random_packing"))
-    assert ("impact parameter" in shown) == (kind == "collision")
+
+def test_points_of_a_line_a_single_point_and_none():
+    line = np.arange(10.0)[:, None] * [0.0, 0.0, 1.0]
+    assert len(near(line, line, 1.0)[0]) == 10 + 2 * 9
+    assert len(near(line, line[:1], 1.0)[0]) == 2
+    assert len(near(line, line[:0], 1.0)[0]) == len(near(line[:0], line, 1.0)[0]) == 0

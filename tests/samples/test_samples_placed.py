@@ -14,11 +14,14 @@ packing = partial(made, "random_packing")
 # Pairs and chains.
 
 
-def test_default_is_equilibrium_contact_at_rest():
+def test_default_is_equilibrium_contact_at_rest_and_chains_are_along_z():
     sample = pair()
     np.testing.assert_allclose(sample.positions, [[-D / 2, 0, 0], [D / 2, 0, 0]], rtol=1e-15)
     assert not sample.velocities.any() and not sample.spins.any()
     assert sample.info["coordination"] == 1
+    sample = pair(spins=[["1e5 rad/s", "0 rad/s", "0 rad/s"], ["0 rad/s", "0 rad/s", "-2 rad/us"]])
+    assert sample.spins.tolist() == [[1e5, 0, 0], [0, 0, -2e6]]
+    assert made("chain", grains=2).positions[1, 2] == pytest.approx(D)
 
 
 @pytest.mark.parametrize(
@@ -58,11 +61,6 @@ def test_impact_parameter_is_that_of_the_lines_of_flight(keys, impact):
     np.testing.assert_allclose(sample.positions.sum(axis=0), 0, atol=1e-21)
 
 
-def test_spins():
-    sample = pair(spins=[["1e5 rad/s", "0 rad/s", "0 rad/s"], ["0 rad/s", "0 rad/s", "-2 rad/us"]])
-    assert sample.spins.tolist() == [[1e5, 0, 0], [0, 0, -2e6]]
-
-
 @pytest.mark.parametrize("axis", "xyz")
 def test_chain_is_straight_and_in_contact(axis):
     sample = made("chain", grains=50, axis=axis)
@@ -75,10 +73,6 @@ def test_chain_is_straight_and_in_contact(axis):
     # Rods: R_g^2 = (n^2 - 1) D^2/12 + (3/5) r^2.
     expected = np.sqrt((50**2 - 1) * D**2 / 12 + 0.6 * R**2)
     assert sample.info["radius_of_gyration"] == pytest.approx(expected, rel=1e-12)
-
-
-def test_chain_is_along_z_by_default():
-    assert made("chain", grains=2).positions[1, 2] == pytest.approx(D)
 
 
 # Lattices.
@@ -110,11 +104,6 @@ def test_every_grain_has_its_neighbours_across_the_period(structure):
     assert sample.info["filling_factor_in"] == "periodic cell"
 
 
-def test_coordination_in_info_is_of_the_grains_as_they_stand():
-    info = lattice(structure="sc", cells=[10, 10, 10]).info
-    assert info["coordination"] == pytest.approx(2 * 3 * 9 * 100 / 1000)
-
-
 def test_ccp_is_fcc_with_close_packed_layers_across_z():
     x = lattice(structure="ccp", cells=[4, 2, 2]).positions
     layers, count = np.unique(np.round(x[:, 2] / (D * np.sqrt(2 / 3)), 9), return_counts=True)
@@ -126,12 +115,16 @@ def test_ccp_is_fcc_with_close_packed_layers_across_z():
     assert sideways.min() == pytest.approx(D / np.sqrt(3), rel=1e-9)
 
 
-def test_cells_make_the_grains():
+def test_cells_make_the_grains_and_exact_sizes_hold_them():
     for structure, basis in (("sc", 1), ("bcc", 2), ("fcc", 4), ("ccp", 6)):
         sample = lattice(structure=structure, cells=[2, 3, 4])
         assert len(sample) == sample.info["grains"] == 24 * basis
         assert sample.info["cells"] == [2, 3, 4]
         assert not sample.velocities.any() and not sample.spins.any()
+    edge = f"{(9 * D + 2 * R) * 1e6!r} um"
+    assert lattice(structure="sc", size=[edge] * 3).info["cells"] == [10, 10, 10]
+    info = lattice(structure="sc", cells=[10, 10, 10]).info
+    assert info["coordination"] == pytest.approx(2 * 3 * 9 * 100 / 1000)
 
 
 @pytest.mark.parametrize("structure", KNOWN)
@@ -154,11 +147,6 @@ def test_size_is_filled_and_kept(structure):
     extent = np.ptp(sample.positions, axis=0) + 2 * R
     assert (extent <= size * (1 + 1e-12)).all()
     assert (extent + np.array(info["period"]) / info["cells"] > size).all()
-
-
-def test_exact_size_holds_its_cells():
-    edge = f"{(9 * D + 2 * R) * 1e6!r} um"
-    assert lattice(structure="sc", size=[edge] * 3).info["cells"] == [10, 10, 10]
 
 
 def test_vacancies_are_sites_without_a_grain():
@@ -200,9 +188,6 @@ def test_dense_packing_is_in_contact_and_random():
     # No crystal: fcc would have nothing between D and 1.41 D, a random packing has a third there.
     between = np.count_nonzero((apart > 1.1 * D) & (apart < 1.35 * D), axis=1).mean()
     assert between > 2
-
-
-def test_size_is_the_cell():
     sample = packing(size=["10 um", "12 um", "8 um"], filling_factor=0.5)
     period = np.array(sample.info["period"])
     np.testing.assert_allclose(period, [10e-6, 12e-6, 8e-6], rtol=1e-15)

@@ -14,7 +14,7 @@ def read(data, folder=None):
     return ContinuumMaterial.model_validate(data, context={"folder": folder})
 
 
-def test_named_materials():
+def test_named_materials_and_some_numbers_changed():
     dust = read("dust_g09")
     assert (dust.name, dust.compressive.p_m, read("dust_static").compressive.p_m) == (
         "dust_g09", 1300.0, 13e3,
@@ -22,9 +22,6 @@ def test_named_materials():
     assert dust.filling_factor == 0.15 and abs(dust.poisson_ratio - 2 / 7) < 1e-15
     m = MaterialNumbers.of(dust)
     assert (m.phi_floor, m.C, m.a, m.K_0) == (0.125, 1.0, 0.5, 300e3)
-
-
-def test_some_numbers_changed():
     dust = read({"base": "dust_g09", "compressive": {"p_m": "3.9 kPa"}, "shear": "tensile"})
     assert dust.name == "dust_g09, changed"
     assert (dust.compressive.p_m, dust.compressive.phi_2, dust.shear.exponent) == (3900, 0.58, 0)

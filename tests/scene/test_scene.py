@@ -60,9 +60,6 @@ def test_values_are_si_and_defaults_as_documented():
     assert cake.numerics.time_step == "auto" and cake.numerics.step_fraction == 0.2
     assert cake.output.directory == Path("runs/cake")
     assert cake.output.window == "interval" and cake.output.checkpoint == 60.0
-
-
-def test_default_intervals_follow_the_boundary():
     box = scene().output
     assert box.series.filling_factor == 0.002 and box.profiles.filling_factor == 0.05
     assert box.snapshots is None  # off in the scene
@@ -124,14 +121,11 @@ def test_effect_forms(effect, text, modifier):
     assert (value.modifier if value else None) == modifier
 
 
-def test_plain_data_as_other_yaml_readers_give_it():
+def test_plain_data_and_numbers_of_python():
     data = yaml.safe_load(BASE.replace("rolling: on", "rolling: off, sliding: {modifier: 1e-3}"))
     assert data["interaction"] == {"rolling": False, "sliding": {"modifier": "1e-3"}}
     interaction = Scene.from_dict(data).interaction
     assert interaction.rolling is None and interaction.sliding.modifier == 1e-3
-
-
-def test_numbers_as_python_has_them():
     data = yaml.safe_load(BASE)
     data["sample"]["grains"] = np.int64(50)
     data["interaction"]["rolling"] = {"modifier": np.float32(0.5)}
@@ -140,16 +134,17 @@ def test_numbers_as_python_has_them():
     assert type(read.sample.grains) is int
 
 
-def test_walls_are_kept_in_their_order():
-    box = scene(boundary="{kind: box, omit: [top, x_min, top]}", stop="{steps: 5}").boundary
-    assert box.omit == ("x_min", "top")
-
-
-def test_explicit_sample():
+def test_explicit_sample_cylinder_and_walls():
     text = f"{{kind: explicit, {POSITIONS}, spins: [[0 rad/s, 0 rad/s, 1 rad/us], [0 rad/s, "
     sample = scene(sample=text + "0 rad/s, 0 rad/s]]}", **OPEN).sample
     assert sample.positions == ((0, 0, 0), (1.2e-6, 0, 0))
     assert sample.spins[0] == (0, 0, 1e6) and sample.velocities is None
+    size = scene(
+        sample="{kind: rbd, shape: cylinder, size: {diameter: 13.2 um, height: 20 um}}"
+    ).sample.size
+    assert (size.diameter, size.height) == (13.2e-6, 20e-6)
+    box = scene(boundary="{kind: box, omit: [top, x_min, top]}", stop="{steps: 5}").boundary
+    assert box.omit == ("x_min", "top")
 
 
 @pytest.mark.parametrize("unit, value", [("um", 1e-6), ("nm", 1e-9), ("m", 1.0), ("10 nm", 1e-8)])
@@ -165,13 +160,6 @@ def test_sample_file_is_relative_to_the_yaml_file(tmp_path):
     assert from_yaml(load(file).to_yaml()) == load(file)
 
 
-def test_cylinder():
-    size = scene(
-        sample="{kind: rbd, shape: cylinder, size: {diameter: 13.2 um, height: 20 um}}"
-    ).sample.size
-    assert (size.diameter, size.height) == (13.2e-6, 20e-6)
-
-
 @pytest.mark.parametrize(
     "target", [("", "name"), ("material", "radius"), ("boundary", "wall_speed"), ("stop", "time")]
 )
@@ -182,17 +170,14 @@ def test_frozen(target):
         setattr(getattr(cake, block) if block else cake, key, 1.0)
 
 
-def test_scenes_that_differ_are_not_equal():
-    assert scene() == scene()
-    assert scene() != scene(sample="{kind: rbd, grains: 101}")
-    assert scene() != "cake"
-
-
-def test_round_trip_of_everything():
+def test_round_trip_of_everything_and_equality():
     full = scene(**FULL)
     again = from_yaml(full.to_yaml())
     assert again == full
     assert yaml.safe_load(full.to_yaml()) == read(full.to_yaml()).data
+    assert scene() == scene()
+    assert scene() != scene(sample="{kind: rbd, grains: 101}")
+    assert scene() != "cake"
 
 
 # Sweeps.
@@ -224,12 +209,9 @@ def test_with_value(path, value, get):
     assert before.to_yaml() == text
 
 
-def test_with_value_twice_and_in_lists():
+def test_with_value_twice_in_lists_and_dependent_defaults():
     box = scene().with_value("boundary.size", ["40 um"] * 3).with_value("boundary.size.2", "50 um")
     assert box.boundary.size == (40e-6, 40e-6, 50e-6)
-
-
-def test_with_value_keeps_dependent_defaults_in_step():
     still = scene(stop="{steps: 10}").with_value("boundary.wall_speed", "0 m/s")
     assert still.output.series.steps == 1000 and still.output.profiles is None
 

@@ -121,6 +121,15 @@ REFUSED = [
     ("stop: {pressure: 5 N}", ['stop.pressure = "5 N"', "a pressure above 0", '"120 kPa"']),
     ("stop: {time: 0 s}", ['stop.time = "0 s"', "a time above 0"]),
     ("stop: {steps: 1 s}", ['stop.steps = "1 s"', "a whole number"]),
+    ("stop: {pressure: {}}", ["stop.pressure", "above, below or both"]),
+    ("stop: {pressure: {under: 1 kPa}}", ["stop.pressure.under", "unknown key", "below"]),
+    ("stop: {pressure: {below: 1}}", ["stop.pressure.below", "it has no unit"]),
+    ("stop: {pressure: -1 kPa}", ["stop.pressure", "a pressure above 0"]),
+    ("stop: {rest: 1e-6}", ["stop.rest", "add a time or steps"]),
+    (
+        "stop: {stress: {zz: {below: -1 kPa}}, time: 1 us}",
+        ["stop.stress", "output.stress: true"],
+    ),
     ("numerics: {time_step: 1}", ["numerics.time_step = 1", '"auto" or a time', '"0.3 ns"']),
     ("numerics: {step_fraction: 0.5}", ["step_fraction = 0.5", "at most 0.31"]),
     ("numerics: {precision: f16}", ["numerics.precision", '"f64", "mixed" or "f32" is needed']),
@@ -204,13 +213,10 @@ def test_a_nest_of_aliases_takes_no_time():
         from_yaml("\n".join(lines))
 
 
-def test_aliases_stand_for_what_they_name():
+def test_aliases_and_merge_keys():
     size = "{kind: box, wall_speed: 1 m/s, size: [&edge 40 um, *edge, *edge]}"
     assert from_yaml(edited("boundary", f"boundary: {size}")).boundary.size == (40e-6,) * 3
-
-
-def test_merge_keys_give_what_a_block_does_not_say_itself():
-    """YAML 1.1: what is written beside << comes first, then the blocks in their order."""
+    # YAML 1.1: what is written beside << comes first, then the blocks in their order
     text = (
         "{kind: collision, target: &t {kind: bcca, grains: 16, seed: 1}, speed: 1 m/s, projectile: "
     )
@@ -226,14 +232,18 @@ def test_a_no_break_space_in_a_value_is_a_space():
     assert stop.time == 1e-9
 
 
-def test_file_missing_or_a_directory(tmp_path):
+def test_files_that_are_missing_a_directory_or_may_not_be_read(tmp_path, monkeypatch):
     with pytest.raises(DustError, match=r"a\.yaml: there is no such file"):
         load(tmp_path / "a.yaml")
     with pytest.raises(DustError, match="is a directory; a YAML file is needed"):
         load(tmp_path)
+    file = tmp_path / "a.yaml"
+    file.write_text(edited("sample", "sample: {kind: explicit, file: none.csv}"))
+    with pytest.raises(DustError) as error:
+        load(file)
+    assert 'sample.file = "none.csv": there is no such file' in str(error.value)
+    assert "(line 4)" in str(error.value)
 
-
-def test_file_that_may_not_be_read(tmp_path, monkeypatch):
     # The test may run as root, who may read everything.
     def refuse(*args, **kwargs):
         raise PermissionError(13, "Permission denied")
@@ -242,15 +252,6 @@ def test_file_that_may_not_be_read(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "read_text", refuse)
     with pytest.raises(DustError, match="cannot be read: permission denied"):
         load(tmp_path / "a.yaml")
-
-
-def test_missing_sample_file(tmp_path):
-    file = tmp_path / "a.yaml"
-    file.write_text(edited("sample", "sample: {kind: explicit, file: none.csv}"))
-    with pytest.raises(DustError) as error:
-        load(file)
-    assert 'sample.file = "none.csv": there is no such file' in str(error.value)
-    assert "(line 4)" in str(error.value)
 
 
 @pytest.mark.parametrize(
@@ -282,9 +283,6 @@ def test_a_key_that_is_known_elsewhere_is_not_sent_where_it_stands():
         scene(**OPEN, sample=sample)
     assert "radii" in str(error.value) and "unknown key" in str(error.value)
     assert "did you mean sample.target.radii" not in str(error.value)
-
-
-def test_a_collision_of_the_continuum_names_what_does_it():
     text = "name: a\nmethod: continuum\nmaterial: dust_g09\nsample: {kind: collision}\n"
     with pytest.raises(DustError, match='use "impact" or "several" here'):
         from_yaml(text)

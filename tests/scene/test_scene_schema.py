@@ -1,13 +1,14 @@
-"""The JSON Schema: an editor accepts and refuses what the loader does."""
+"""The JSON Schema and the table of keys say what the loader does."""
 
 from functools import cache
 
 import jsonschema
 import pytest
 import yaml
-from scenes import CONFIGS, FULL, edited, text_of
+from scenes import BASE, CONFIGS, FULL, edited, text_of
 
-from dusttaichi.scene import NAMED, from_yaml, json_schema, schema_text
+from dusttaichi.scene import NAMED, Scene, from_yaml, json_schema, schema_text
+from dusttaichi.scene.keys import rows
 from dusttaichi.scene.yaml_text import read
 
 
@@ -16,22 +17,17 @@ def validator():
     return jsonschema.Draft202012Validator(json_schema())
 
 
-def test_schema_file_is_in_step():
+def test_schema_is_in_step_valid_and_describes_every_key():
     assert (CONFIGS / "scene.schema.json").read_text(encoding="utf-8") == schema_text()
-
-
-def test_schema_is_valid_and_names_its_draft():
     schema = json_schema()
     jsonschema.Draft202012Validator.check_schema(schema)
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
-
-
-def test_schema_describes_every_key_and_gives_an_example_of_every_quantity():
     for block in [json_schema(), *json_schema()["$defs"].values()]:
         for name, field in block.get("properties", {}).items():
             assert "description" in field or name in ("kind", "model"), name
             if "pattern" in field and name != "name":
                 assert field["examples"], name
+    assert not list(_described(json_schema()))
 
 
 def _described(node, where=""):
@@ -46,10 +42,6 @@ def _described(node, where=""):
     elif isinstance(node, list):
         for part in node:
             yield from _described(part, where)
-
-
-def test_every_key_says_what_it_is():
-    assert not list(_described(json_schema()))
 
 
 @pytest.mark.parametrize(
@@ -115,3 +107,87 @@ BY_SCHEMA = [
 def test_schema_refuses(text):
     data = read(edited(text.split(":")[0], text)).data
     assert not validator().is_valid(data)
+
+
+ROWS = rows()
+DEFAULTS = [key for key in ROWS if key.default and not key.default.startswith("true for")]
+PAIR = {"kind": "pair"}
+# Blocks of a kind, with what they need.
+KINDS = {
+    ("sample", "rbd"): {"grains": 9},
+    ("sample", "pca"): {"grains": 9},
+    ("sample", "bcca"): {"grains": 8},
+    ("sample", "random_packing"): {"grains": 9},
+    ("sample", "space_filling"): {"grains": 9},
+    ("sample", "chain"): {"grains": 9},
+    ("sample", "collision"): {"target": PAIR, "projectile": PAIR, "speed": "1 m/s"},
+    ("sample", "lattice"): {"structure": "sc", "grains": 9},
+    ("sample", "explicit"): {"file": "grains.csv"},
+    ("sample", "cutout"): {"of": PAIR, "diameter": "3 um"},
+}
+# Blocks that a scene may do without, with what they need.
+MORE = {
+    "sphere": {"radius": "6 um", "gap": "1 nm"},
+    "gravity": {"central": {"mass": "1 kg"}},
+    "collisions": {"speed": ["1 m/s"], "impact_parameter": {"rings": 2}},
+}
+STAGES = {"stages": [{"name": "a", "stop": {"steps": 1}}], "stop": None}
+
+
+def scene_with(key, kind):
+    """A scene in which the key has its place."""
+    data = read(BASE).data | {"stop": {"steps": 10}}
+    block, *below = key.path.split(".")
+    if block == "stages" and below:
+        data |= STAGES | {"boundary": {"kind": "box"}}
+    elif kind and block == "interaction":
+        data["interaction"] = {"damping": kind}
+    elif kind:
+        data[block] = {"kind": kind, **KINDS.get((block, kind), {})}
+    elif below[:1] == ["asperities"] and below[1:]:
+        data |= {"material": "silica_pd08", "interaction": {"asperities": "on"}}
+    elif below == ["name"]:
+        data["material"] = {**from_yaml(BASE).model_dump(mode="json")["material"]}
+        del data["material"]["name"], data["material"]["asperity_volume"]
+    elif block in MORE and below:
+        data[block] = MORE[block]
+        if block == "collisions":
+            body = {"kind": "collision", **KINDS["sample", "collision"]}
+            data |= {"sample": body, "boundary": {"kind": "open"}, "stop": {"time": "1 us"}}
+    data["output"] = {}
+    data = {name: value for name, value in data.items() if value is not None}
+    return Scene.from_dict(data)
+
+
+def test_every_key_of_the_schema_is_there_once_with_its_meaning():
+    schema = json_schema()
+    both = [*ROWS, *rows("continuum")]
+    named = {part for key in both for part in key.path.split(".")}
+    for block in [schema, *schema["$defs"].values()]:
+        assert set(block.get("properties", {})) <= named
+    for key in both:
+        assert key.meaning and key.allowed, key.path
+        assert not (key.needed and key.default), key.path
+    single = [(key.path, kind) for key in ROWS for kind in key.kinds or ("",)]
+    assert len(single) == len(set(single))
+
+
+@pytest.mark.parametrize("key", DEFAULTS, ids=lambda key: f"{key.path} {key.kinds}")
+def test_default_is_what_the_table_says(key):
+    value = read("value: " + key.default.replace("<name>", "cake")).data["value"]
+    for kind in key.kinds or ("",):
+        scene = scene_with(key, kind)
+        assert scene.with_value(key.path.replace("stages.", "stages.0."), value) == scene
+
+
+def test_what_is_allowed_of_which_kinds():
+    keys = {key.path: key for key in ROWS if not key.kinds}
+    radius = keys["material.radius"]
+    assert radius.needed and radius.example == "0.6 um"
+    assert radius.allowed == "a length above 0 and at most 1 mm"
+    assert keys["numerics.skin"].allowed == '"auto" or a number above 0 and at most 10'
+    assert keys["push.grains"].allowed == "a list, for each entry a whole number of at least 0"
+    assert "silicate_s12" in keys["material"].allowed
+    kinds = {key.kinds: key for key in ROWS if key.path == "boundary.wall_speed"}
+    assert set(kinds) == {("box",), ("plates", "periodic")}
+    assert kinds["box",].allowed == "a speed of at least 0"

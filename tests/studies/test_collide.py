@@ -104,6 +104,14 @@ def test_bodies_with_seeds_at_any_depth_are_two(tmp_path):
     study = Collisions(study_scene(bodies={"cut": body}, seeds=2), tmp_path)
     seeds = {c[n]["of"]["seed"] for c in samples_of(study) for n in ("target", "projectile")}
     assert seeds == {3, 4, 1_000_003, 1_000_004}
+    # each pair has two spheres of the run, by their seeds
+    whole = {"kind": "explicit", "file": str(tmp_path / "run")}
+    body = {"kind": "cutout", "of": whole, "grains": 12}
+    study = Collisions(study_scene(bodies={"a": {**body, "seed": 4}}, mass_ratio=[3]), tmp_path)
+    sample = samples_of(study)[0]
+    assert sample["target"]["seed"] == 4 and sample["projectile"]["seed"] > 1000
+    assert (sample["target"]["grains"], sample["projectile"]["grains"]) == (12, 4)
+    assert samples_of(Collisions(study_scene(bodies={"a": whole}), tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -126,17 +134,6 @@ def test_what_cannot_be_a_study(keys, words):
     with pytest.raises(DustError) as error:
         study_scene(**keys)
     assert words in str(error.value)
-
-
-def test_bodies_cut_from_a_run_differ(tmp_path):
-    """Each pair has two spheres of the run, by their seeds."""
-    whole = {"kind": "explicit", "file": str(tmp_path / "run")}
-    body = {"kind": "cutout", "of": whole, "grains": 12}
-    study = Collisions(study_scene(bodies={"a": {**body, "seed": 4}}, mass_ratio=[3]), tmp_path)
-    sample = samples_of(study)[0]
-    assert sample["target"]["seed"] == 4 and sample["projectile"]["seed"] > 1000
-    assert (sample["target"]["grains"], sample["projectile"]["grains"]) == (12, 4)
-    assert samples_of(Collisions(study_scene(bodies={"a": whole}), tmp_path))
 
 
 def test_a_scene_that_is_no_study(tmp_path):
@@ -251,28 +248,6 @@ def test_files_of_a_study(done):
     assert float(rows[2]["growth_efficiency"]) < -0.5 and rows[2]["growth_efficiency_error"] == ""
     names = {path.name for path in (folder / "out").glob("*.png")}
     assert names == {"outcomes.png", "growth.png", "spectrum.png", "phases.png"}
-
-
-def test_a_study_goes_on_where_it_ended(done, monkeypatch):
-    """Nothing that is there is made again; a line that was cut off, and what is new, is."""
-    folder, words = done
-    path = folder / "out/collisions.jsonl"
-    before = path.read_text(encoding="utf-8")
-    asked = []
-    do = engine._do
-
-    def counted(left, *rest, **how):
-        asked.append(left)
-        return do(left, *rest, **how)
-
-    monkeypatch.setattr(engine, "_do", counted)
-    dust(*words, "--resume")
-    assert not asked
-    path.write_text(before[: before.rindex('"outcome"')], encoding="utf-8")
-    dust(*words, "--resume")
-    assert [len(left) for left in asked] == [1]
-    # bit for bit, whatever has been made before it in the process
-    assert sorted(before.splitlines()) == sorted(path.read_text(encoding="utf-8").splitlines())
 
 
 @pytest.mark.long  # runs of an ensemble go there in every suite

@@ -48,10 +48,16 @@ def pairs():
     )
 
 
-def test_no_cell_of_two_grains_is_wrong(pairs):
+def test_no_cell_of_two_grains_is_wrong_and_refusals_have_a_reason(pairs):
     assert {o.verdict for o in pairs.values()} == {"stable", "refused", "stopped"}
     for name, outcome in pairs.items():
         assert outcome.verdict == "stable" or outcome.reason, name
+    assert "no period" in pairs["one grain, auto"].reason
+    assert "apart" in pairs["nearly coinciding"].reason
+    corners = tried(cells_of("one number", "nu 0, viscoelastic", "pair, E 1e6"))
+    assert "nu^2" in corners["nu 0, viscoelastic"].reason
+    assert "JKR" in corners["pair, E 1e6 Pa"].reason
+    assert {o.verdict for o in corners.values()} == {"refused"}
 
 
 def test_auto_closes_the_ledger_at_all_speeds_and_spins(pairs):
@@ -60,10 +66,7 @@ def test_auto_closes_the_ledger_at_all_speeds_and_spins(pairs):
     assert len(found) == 20
     for name, outcome in found.items():
         assert outcome.verdict == "stable" and outcome.residual < 0.01, (name, outcome)
-
-
-def test_steps_beyond_the_limit_are_stopped_at_the_first_look(pairs):
-    """1/pi = 0.318 of the period is the limit."""
+    # 1/pi = 0.318 of the period is the limit
     for fraction in (0.01, 0.2, 0.3, 0.31):
         assert pairs[f"pair, damping none, {fraction:g}"].verdict == "stable"
     for fraction in (0.36, 0.5, 1.2):
@@ -71,15 +74,6 @@ def test_steps_beyond_the_limit_are_stopped_at_the_first_look(pairs):
         assert outcome.verdict == "stopped" and outcome.steps == ledger.FIRST[0]
         assert outcome.residual < 0.01  # of what a look before has seen
     assert pairs["pair, damping none, 0.01"].ratio == pytest.approx(1.0, abs=0.02)
-
-
-def test_what_cannot_be_is_refused_with_a_reason(pairs):
-    assert "no period" in pairs["one grain, auto"].reason
-    assert "apart" in pairs["nearly coinciding"].reason
-    corners = tried(cells_of("one number", "nu 0, viscoelastic", "pair, E 1e6"))
-    assert "nu^2" in corners["nu 0, viscoelastic"].reason
-    assert "JKR" in corners["pair, E 1e6 Pa"].reason
-    assert {o.verdict for o in corners.values()} == {"refused"}
 
 
 @pytest.fixture(scope="module")
@@ -118,6 +112,12 @@ def test_the_published_map_has_the_cells_of_the_program():
         published = [(row["group"], row["name"]) for row in csv.DictReader(file)]
     cells = [(c.group, c.name) for make in GROUPS.values() for c in make(False)]
     assert sorted(published) == sorted(cells)
+    for make in GROUPS.values():
+        for quick in (True, False):
+            cells = make(quick)
+            assert cells and len({c.name for c in cells}) == len(cells)
+            for cell in cells:
+                assert Cell(**json.loads(json.dumps(asdict(cell)))) == cell
 
 
 def test_checks_are_fixed_by_the_scene():
@@ -230,15 +230,6 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(
     assert (tmp_path / "map" / "extremes.png").stat().st_size > 1e4
     with pytest.raises(DustError, match="unknown group; allowed: g"):
         study.ExtremesMap(tmp_path / "map", only=["h"])
-
-
-def test_every_group_has_cells_that_go_to_another_process():
-    for make in GROUPS.values():
-        for quick in (True, False):
-            cells = make(quick)
-            assert cells and len({c.name for c in cells}) == len(cells)
-            for cell in cells:
-                assert Cell(**json.loads(json.dumps(asdict(cell)))) == cell
 
 
 def test_threads_are_those_of_each_cell(tmp_path):

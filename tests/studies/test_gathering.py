@@ -9,17 +9,8 @@ import xarray as xr
 from figures import legend
 
 from dusttaichi import analysis, plots
+from dusttaichi.analysis import ensemble_tables as tables
 from dusttaichi.analysis.ensemble import common_coordinate, interpolate
-from dusttaichi.analysis.ensemble_tables import (
-    against,
-    columns,
-    head_and_columns,
-    missing,
-    number_texts,
-    point_labels,
-    quantity_text,
-    table_numbers,
-)
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC
 
@@ -75,6 +66,8 @@ def test_a_falling_filling_factor_is_a_coordinate_too():
     assert phi[0] == pytest.approx(0.1, abs=0.01) and phi[-1] == pytest.approx(0.3, abs=0.01)
     both = phi < 0.2 + 1e-9
     np.testing.assert_allclose(data.mean_height[both], 2 * phi[both], rtol=1e-12)  # linear
+    with pytest.raises(DustError, match="nothing to gather"):
+        analysis.gather([None, None])
 
 
 def test_time_is_the_coordinate_where_the_filling_factor_goes_both_ways():
@@ -123,9 +116,10 @@ def test_grid_of_a_sweep_has_its_dimensions():
         "interaction.damping": 3,
         "filling_factor": 21,
     }
-    assert point_labels(data)[4] == "wall_speed = 5 cm/s, damping = b"
+    assert tables.point_labels(data)[4] == "wall_speed = 5 cm/s, damping = b"
     assert (
-        "final_height" not in table_numbers(data) and len(number_texts(data, "final_height")) == 6
+        "final_height" not in tables.table_numbers(data)
+        and len(tables.number_texts(data, "final_height")) == 6
     )
 
 
@@ -135,19 +129,14 @@ def test_a_mean_says_how_many_runs_it_is_of_and_why_others_have_none():
     runs = [made(0.1, 0.2, 1.0), made(0.1, 0.2, 3.0), None, *(made(0.1, 0.2, 2.0),) * 3]
     why = ["", "too rough", "", "", "too short", "too short"]
     data = analysis.gather(runs, axes, {"fit_problem": why}, {"title": "t"})
-    texts = number_texts(data, "final_height")
+    texts = tables.number_texts(data, "final_height")
     assert texts[0].endswith("(2 of 3)") and "of" not in texts[1]
-    assert point_labels(data) == ["wall_speed = 1 cm/s", "wall_speed = 5 cm/s"]
-    assert missing(data) == [
+    assert tables.point_labels(data) == ["wall_speed = 1 cm/s", "wall_speed = 5 cm/s"]
+    assert tables.missing(data) == [
         ("fit", "wall_speed = 1 cm/s", "1 of 3 runs", "too rough"),
         ("fit", "wall_speed = 5 cm/s", "2 of 3 runs", "too short"),
     ]
     assert data.sel(boundary_wall_speed=0.05).mean_height.notnull().all()
-
-
-def test_nothing_to_gather():
-    with pytest.raises(DustError, match="nothing to gather"):
-        analysis.gather([None, None])
 
 
 def test_common_coordinate_meets_the_points_of_series_written_every_so_often():
@@ -159,9 +148,6 @@ def test_common_coordinate_meets_the_points_of_series_written_every_so_often():
     np.testing.assert_allclose(grid, np.arange(60, 150) * 0.002, rtol=1e-12)
     assert common_coordinate([np.array([0.5]), np.array([0.7])]).tolist() == [0.5, 0.7]
     assert common_coordinate([np.array([0.5])]).tolist() == [0.5]
-
-
-def test_interpolation_is_that_of_each_column_and_never_outside():
     x, grid = np.array([0.0, 1.0, 3.0]), np.linspace(-1, 4, 51)
     y = np.arange(12.0).reshape(3, 2, 2) ** 2
     found = interpolate(x, y, grid)
@@ -203,13 +189,13 @@ def test_file_keeps_everything_and_is_whole(tmp_path):
     ],
 )
 def test_numbers_are_told_as_far_as_their_scatter(arguments, text):
-    assert quantity_text(*arguments) == text
+    assert tables.quantity_text(*arguments) == text
 
 
 def test_columns_have_a_unit_where_one_fits_all_points_and_tell_which_are_the_same():
     axes = {"boundary.wall_speed": [0.01, 0.05]}
     data = analysis.gather([made(0.1, 0.2, slope) for slope in (1.0, 3.0)], axes, attrs={})
-    found = {column.name: column for column in columns(data)}
+    found = {column.name: column for column in tables.columns(data)}
     same = found["final filling factor"]
     assert same.same and same.texts == ["0.2", "0.2"] and same.head == "final filling factor"
     for strengths, unit, texts in (
@@ -222,20 +208,20 @@ def test_columns_have_a_unit_where_one_fits_all_points_and_tell_which_are_the_sa
             dims = ("boundary.wall_speed", "replica")[: 2 if name == "strength" else 1]
             shaped = values.reshape(2, *(1,) * (len(dims) - 1))
             several[name] = xr.Variable(dims, shaped, {"units": "Pa"})
-        (column,) = columns(several)
+        (column,) = tables.columns(several)
         assert (column.unit, column.texts, column.same) == (unit, texts, False)
 
 
 def test_what_is_the_same_at_every_point_is_told_once():
     axes = {"sample.seed": [1, 4], "boundary.wall_speed": [0.01]}
     data = analysis.gather([made(0.1, end, 1.0) for end in (0.2, 0.3)], axes, attrs={})
-    keys, shown, remark = head_and_columns(data)
+    keys, shown, remark = tables.head_and_columns(data)
     assert keys == [("seed", ("1", "4"))]
     assert shown == [("final filling factor", ["0.2", "0.3"])]
     assert remark.startswith("the same everywhere: wall_speed 0.01")
     assert remark.endswith("the scatter between samples is unknown (replicas: 3)")
     # of two seeds none is the larger: they are names, also where they are drawn
-    seeds = against(data, "final_filling_factor")
+    seeds = tables.against(data, "final_filling_factor")
     assert seeds.ticks == ["1", "4"] and seeds.varies
 
 
@@ -289,7 +275,7 @@ def test_band_of_compression_runs(compressions):
     (axes,) = figure.axes
     assert "mean ± standard deviation of 4 runs" in legend(axes)
     assert axes.get_xscale() == "log" and "kPa" in axes.get_xlabel()
-    assert {"p_m", "delta", "final_pressure"} <= set(table_numbers(data))
+    assert {"p_m", "delta", "final_pressure"} <= set(tables.table_numbers(data))
 
 
 def test_figure_over_time_shows_stress_or_coordination():
@@ -304,9 +290,6 @@ def test_figure_over_time_shows_stress_or_coordination():
     np.testing.assert_allclose(axes.lines[0].get_ydata(), 7.5)
     (axes,) = plots.ensemble(analysis.gather([run_of(20, **base)])).axes
     assert axes.get_ylabel() == "coordination number"
-
-
-def test_many_points_are_thinned_out():
     axes = {"sample.grains": xr.Variable("sample.grains", np.arange(30))}
     runs = [run_of(5, coordination_number=np.full(5, float(n))) for n in range(30)]
     (drawn,) = plots.ensemble(analysis.gather(runs, axes)).axes

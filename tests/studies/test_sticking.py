@@ -81,18 +81,23 @@ def compare(scene, tolerance):
     np.testing.assert_allclose(data.restitution, np.sqrt(1 - FACTORS**-2), rtol=1e-3)
 
 
-def test_restitution_of_a_pair():
+def test_restitution_of_a_pair_and_on_a_wall():
     """From the very first touch on, so that the steps only tell at the end."""
     compare(pair("-1e-7 nm"), 3e-4)
+    assert closed_form(below_a_wall()) == pytest.approx(0.124, abs=0.5e-3)
+    compare(below_a_wall(), 4e-5)
 
 
-def test_sticking_speed():
+def test_sticking_speed_from_any_bracket():
     found = sticking(pair(), 1e-3, low=0.05, high=0.33)
     assert found.speed == pytest.approx(0.1101, rel=1e-3)
     assert found.closed == pytest.approx(0.1101, abs=0.5e-4)
     assert found.low < found.high <= 1.001 * found.low and not len(found.again)
     assert np.array_equal(found.bound, found.speeds <= found.low)
     assert dict(rows(found))["sticking speed"].startswith("0.110")
+    # tolerance 20 %: only the search itself is looked at
+    found = sticking(pair(), 0.2, 0.5, 2.0)
+    assert found.low < 0.1101 < found.high and found.high < 1.2 * found.low
 
 
 def test_a_pair_starts_apart_or_it_is_said():
@@ -102,12 +107,6 @@ def test_a_pair_starts_apart_or_it_is_said():
     assert np.ptp(apart.sample.positions[:, 0]) == pytest.approx(2.002 * RADIUS, rel=1e-9)
     assert "1.2 nm apart" in apart.start and not Collision(pair(), 0.2).start
     assert "escape" in Collision(pair("-0.1 nm"), 0.2).start
-
-
-def test_a_bracket_that_lies_wrong_is_moved():
-    """Tolerance 20 %: only the search itself is looked at."""
-    found = sticking(pair(), 0.2, 0.5, 2.0)
-    assert found.low < 0.1101 < found.high and found.high < 1.2 * found.low
 
 
 def test_map_is_written(tmp_path):
@@ -131,10 +130,7 @@ def test_numbers_as_json(tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)
     assert found["low"] < 0.1101 < found["high"] and found["low"] < found["speed"] < found["high"]
     assert len(found["speeds"]) == len(found["bound"])
-
-
-def test_a_map_on_the_command_line(tmp_path):
-    """That it goes on where it ended is the engine's: test_workers."""
+    # that it goes on where it ended is the engine's: test_workers
     (tmp_path / "pair.yaml").write_text(pair().to_yaml())
     words = ["sticking", tmp_path / "pair.yaml", "--tolerance", 0.1, "-q", "--resume"]
     with pytest.raises(DustError, match="--resume is for maps"):
@@ -164,11 +160,6 @@ def test_refused():
 )
 def test_configs(name, speed):
     assert closed_form(load(f"configs/{name}.yaml")) == pytest.approx(speed, abs=1e-4)
-
-
-def test_restitution_on_a_wall():
-    assert closed_form(below_a_wall()) == pytest.approx(0.124, abs=0.5e-3)
-    compare(below_a_wall(), 4e-5)
 
 
 def test_map_over_speed_and_angle_has_the_single_maps():

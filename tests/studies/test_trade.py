@@ -1,8 +1,9 @@
-"""The trade between speed and accuracy: errors of observables, levels of parameters."""
+"""The trade between speed and accuracy: errors, levels of parameters, settings to suggest."""
 
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from scenes import CONFIGS, edited
 from scenes import PAIR_TEXT as PAIR
@@ -14,6 +15,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains import trade as grains
 from dusttaichi.method.trade import KINDS, changed
 from dusttaichi.scene import from_yaml, load
+from dusttaichi.studies import suggest
 from dusttaichi.studies import trade_points as points_of
 
 TRADED = ("omni", "tensile", "collision", "sound")
@@ -28,16 +30,13 @@ def line(slope, shift=0.0, low=3.0, high=5.0):
     return decades, 0.1 + slope * (decades - 3.0) + shift
 
 
-def test_errors_of_numbers_are_relative():
+def test_errors_of_numbers_and_curves_and_their_scatter():
     reference = Measured({"strength": -4.0, "restitution": 0.0, "lost": 0.0})
     found = differences(Measured({"strength": -5.0, "restitution": 0.2, "lost": 1e-20}), reference)
     assert found["strength"] == (-5.0, 0.25)
     assert found["restitution"] == (0.2, 0.2)  # without a unit: absolute
     assert found["lost"] == (1e-20, math.inf)
     assert math.isnan(differences(Measured({}), reference)["strength"][1])
-
-
-def test_error_of_a_curve_is_the_rms_over_the_mean_where_both_are():
     # straight lines in lg P are interpolated exactly; the range in common is 10 to 30 kPa
     reference = Measured({}, line(0.1, high=4.5))
     value, error = differences(Measured({}, line(0.1, shift=0.02, low=4.0)), reference)[CURVE]
@@ -45,9 +44,6 @@ def test_error_of_a_curve_is_the_rms_over_the_mean_where_both_are():
     assert error == pytest.approx(0.02 / (0.1 + 0.1 * 1.25), rel=1e-12)
     apart = differences(Measured({}, line(0.1, low=4.6)), reference)[CURVE]
     assert np.isnan(apart).all()
-
-
-def test_scatter_is_the_standard_deviation_between_seeds():
     runs = [Measured({"p_m": v}, line(0.1, shift=s)) for v, s in ((9, -0.01), (11, 0.01))]
     found = scatter(runs, Measured({"p_m": 10.0}, line(0.1)))
     assert found["p_m"] == pytest.approx(math.sqrt(2.0) / 10.0)
@@ -198,3 +194,63 @@ def test_parameters_of_a_continuum():
     reference = changed(space, points_of.parameters_of(space).presets(space)[-1].changes)
     assert reference.numerics.spacing == pytest.approx(0.5 * space.numerics.spacing)
     assert "spacing = 0.5" not in {p.label for p in points_of.ladder(space)[0]}
+
+
+BOX = "compression in a box"
+
+
+def row(settings, cost, error, *, scatter=0.03, grains=400, observable="phi(P)"):
+    numbers = cost, error, 0.01, scatter, 4
+    return BOX, "trade_omni", grains, settings, observable, *numbers
+
+
+@pytest.fixture
+def table(monkeypatch):
+    rows = [
+        row("as it is", 1.0, 0.0),
+        row("cheap", 0.1, 0.2),  # errs by more than both
+        row("soft", 0.2, 0.04),
+        row("worse", 0.3, 0.045),  # beaten
+        row("fast", 0.5, 0.01),
+    ]
+    columns = suggest.COLUMNS
+    monkeypatch.setattr(suggest, "measured", lambda: pd.DataFrame(rows, columns=columns))
+    return rows
+
+
+def suggested(name="omni", **how):
+    return suggest.suggestions(load(CONFIGS / f"trade/{name}.yaml"), **how)
+
+
+def test_the_cheapest_come_first(table):
+    found = suggested()
+    assert [settings for settings, _ in found] == ["soft", "fast"]
+    assert found[0][1] == "cost 0.20, error 4 % ± 1 % (phi(P); scatter of seeds 3 %)"
+    assert suggested(tolerance=0.5)[0][0] == "cheap"
+    table.append(row("soft", 0.2, 0.3, observable="ratio"))
+    assert [settings for settings, _ in suggested()] == ["worse", "fast"]
+
+
+def test_a_draft_has_the_errors_that_were_measured(table):
+    omni = load(CONFIGS / "trade/omni.yaml")
+    draft = omni.with_value("numerics", {"accuracy": "draft"})
+    assert suggest.draft_rows(omni) == []
+    assert suggest.draft_rows(draft) == [("error", "not measured for this kind of scene")]
+    table.append(row("accuracy draft", 0.2, 0.02))
+    text = "2 % ± 1 % (phi(P); within the scatter of seeds, 3 %)"
+    where = "error in trade_omni (compression in a box, 400 grains)"
+    assert suggest.draft_rows(draft) == [(where, text)]
+
+
+def test_kinds_of_scenes_also_without_measurements(table):
+    kinds = {
+        "omni": BOX, "uni": "compression between plates", "tensile": "tension", "shear": "shear",
+        "isotropic": "compression from all sides", "collision": "collision", "sound": None,
+        "bead": None,
+    }  # fmt: skip
+    for name, kind in kinds.items():
+        assert suggest.kind_of(load(CONFIGS / f"trade/{name}.yaml")) == kind, name
+    with pytest.raises(DustError, match="no measurements for this kind of scene"):
+        suggested("sound")
+    text = edited("boundary", "boundary: {kind: box, pressure: 1 kPa}")
+    assert suggest.kind_of(from_yaml(text)) == BOX

@@ -1,5 +1,4 @@
-"""Worker processes of studies: answers, progress, stopping, and all ways to die; requests to them
-and their rows in a file."""
+"""The engine of studies: worker processes and all ways to die, requests, a study in a file."""
 
 import json
 import os
@@ -8,9 +7,13 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
+import xarray as xr
+from program import dust
+from scenes import EXAMPLES
 
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.studies import engine, jobs, workers
 from dusttaichi.studies.requests import Request
 from dusttaichi.studies.workers import INTERRUPTED, LOST, Worker
@@ -127,16 +130,13 @@ def test_a_crash_tells_the_last_words(tasks):
         assert "No module named 'no_such_module'" in worker.ask({}).text
 
 
-def test_a_process_that_is_killed(tasks, tmp_path):
+def test_a_process_that_is_killed_or_hangs(tasks, tmp_path):
     with Worker(tasks) as worker:
         process = worker.ask({"do": "count"}).found["process"]
         request = {"do": "run", "path": str(tmp_path / "c")}
         answer = worker.ask(request, report=lambda share: os.kill(process, signal.SIGKILL))
     assert answer.code == LOST and "status -9" in answer.text
     assert answer.found == {"share": 0.25}
-
-
-def test_a_process_that_hangs_is_killed_in_time(tasks, tmp_path):
     with Worker(tasks) as worker:
         process = worker.ask({"do": "count"}).found["process"]
         answer = worker.ask({"do": "run", "path": str(tmp_path / "never")}, 0.5)
@@ -275,3 +275,77 @@ def test_a_signal_keeps_what_is_done(tasks, tmp_path, monkeypatch):
     assert set(lines(study.rows)) == {"a"} and (tmp_path / "c").read_text() == "checkpoint"
     study.own[1] = study.request("b", tasks, do="count")
     assert engine.run(study, jobs=1, resume=True)["c"].measured["calls"] == 2
+
+
+TOY = (EXAMPLES / "best_rebound.py", EXAMPLES / "best_rebound.yaml")
+
+
+def study(folder, *words, toy=TOY[0]):
+    dust("study", toy, TOY[1], "-o", folder, "-q", *words)
+
+
+@pytest.fixture(scope="module")
+def rebound(tmp_path_factory):
+    """Folder of the toy study, made by one process, and how many were started."""
+    folder, started = tmp_path_factory.mktemp("toy") / "study", []
+
+    class Counted(workers.Worker):
+        def __init__(self, task, **how):
+            started.append(task)
+            super().__init__(task, **how)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(workers, "Worker", Counted)
+        study(folder, "--jobs", 1, "--threads", 1)
+    return folder, len(started)
+
+
+def test_a_study_asks_again_until_it_wants_no_more(rebound):
+    """Golden section: two speeds at first, then one a time, towards the largest restitution."""
+    folder, started = rebound
+    with xr.open_dataset(folder / "study.nc") as data:
+        speeds = data.label.values.astype(float)
+        # in the ends of a bracket of 100 times, 0.618 of it (in its logarithm) stays each time
+        rounds = np.log(np.log(100.0) / np.log(1.5)) / -np.log((5**0.5 - 1) / 2)
+        assert len(speeds) == 1 + np.ceil(rounds)
+        best = speeds[int(data.restitution.values.argmax())]
+        assert np.all(np.isfinite(data.restitution)) and set(data.status.values) == {"finished"}
+        # every other speed is on the way down from it
+        order = np.argsort(speeds)
+        rises = np.diff(data.restitution.values[order]) > 0.0
+        assert np.array_equal(rises, speeds[order][1:] <= best)
+    assert started == 1  # one process makes the runs of all rounds
+    assert len(list(folder.glob("*/result.nc"))) == len(speeds)
+
+
+def test_what_is_finished_is_not_computed_again(rebound, capsys, monkeypatch):
+    folder, _ = rebound
+    with pytest.raises(DustError, match="study.nc exists already.*--resume"):
+        study(folder)
+
+    def none(*_, **__):
+        raise AssertionError("a run that is finished is computed again")
+
+    monkeypatch.setattr(engine, "_do", none)
+    study(folder, "--threads", 1, "--resume", "--json")
+    said = json.loads(capsys.readouterr().out)
+    with xr.open_dataset(folder / "study.nc") as data:
+        xr.testing.assert_equal(xr.Dataset.from_dict(said), data)
+
+
+def test_an_interruption_says_how_to_go_on(tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(engine, "_do", interrupted)
+    monkeypatch.setattr("sys.argv", ["dust", "study", "a.py", "b.yaml", "--force"])
+    with pytest.raises(Interrupted, match="Continue with: dust study a.py b.yaml --resume"):
+        study(tmp_path / "out", "--force")
+
+
+def test_a_file_that_is_no_study(tmp_path):
+    with pytest.raises(DustError, match="no such file"):
+        study(tmp_path / "out", toy=tmp_path / "nowhere.py")
+    (tmp_path / "empty.py").write_text("Study = 3\n")
+    with pytest.raises(DustError, match="has no class Study"):
+        study(tmp_path / "out", toy=tmp_path / "empty.py")
