@@ -54,6 +54,8 @@ def test_fit_of_all_four_numbers():
         assert abs(getattr(fit.law, name) - getattr(law, name)) < 5 * fit.sigma[name]
     held = analysis.fit_compression(curve, phi1=0.13, phi2=0.6)
     assert held.sigma["phi1"] == 0 and held.p_m_sigma < fit.p_m_sigma
+    with pytest.raises(DustError, match="too few"):
+        analysis.fit_compression(curve_of(S12_STATIC, 0, points=3))
 
 
 def test_misfit_widens_the_uncertainty():
@@ -64,28 +66,17 @@ def test_misfit_widens_the_uncertainty():
     assert analysis.fit_compression(bent).p_m_sigma > 20 * analysis.fit_compression(exact).p_m_sigma
 
 
-def test_too_few_points_to_fit():
-    with pytest.raises(DustError, match="too few"):
-        analysis.fit_compression(curve_of(S12_STATIC, 0, points=3))
-
-
-def test_law_is_no_distance_from_itself():
+def test_distance_from_a_law():
     deviation = analysis.rms_from_law(curve_of(S12_STATIC, 0.0), S12_STATIC)
     # linear interpolation between bins 0.01 apart, and the median of a bin for its mean
     assert deviation.rms < 3e-4 and deviation.largest < 1e-3 and deviation.complete
     assert (deviation.p_low, deviation.p_high) == pytest.approx((1e3, 1e5))
-
-
-def test_known_distance():
-    """A law shifted by 0.02 in filling factor is 0.02 away, with its sign."""
+    # a law shifted by 0.02 in filling factor is 0.02 away, with its sign
     phi = np.linspace(0.17, 0.55, 800)
     curve = curve_through(phi, S12_STATIC.pressure(phi - 0.02))
     deviation = analysis.rms_from_law(curve, S12_STATIC)
     assert deviation.rms == pytest.approx(0.02, abs=3e-4)
     assert deviation.mean == pytest.approx(0.02, abs=3e-4)
-
-
-def test_a_short_curve_is_not_extrapolated():
     last = float(S12_STATIC.filling_factor(1e4))
     deviation = analysis.rms_from_law(curve_of(S12_STATIC, 0.0, last=last), S12_STATIC)
     assert not deviation.complete and deviation.rms < 1e-3
@@ -128,12 +119,8 @@ def test_ledger(run):
     assert sum(books.shares.values()) == pytest.approx(1)
     expected = dict(zip(books.losses, synthetic.SHARES, strict=True))
     assert books.shares == pytest.approx(expected)
-
-
-def test_a_broken_ledger_is_the_worst(run):
     broken = run.series.copy(deep=True)
     broken.energy_residual[3] = np.nan
-
     assert analysis.ledger(analysis.Run("run", broken)).worst == np.inf
 
 
@@ -165,11 +152,9 @@ def test_summary_of_a_run_without_compression(tmp_path):
             analysis.compression_curve(run)
         with pytest.raises(DustError, match="no profiles"):
             analysis.profile(run)
-
-
-def test_summary_of_a_run_just_begun(tmp_path):
-    synthetic.writer(tmp_path / "result.nc").close()
-    with analysis.open_run(tmp_path) as run:
+    # and one just begun
+    synthetic.writer(tmp_path / "begun" / "result.nc").close()
+    with analysis.open_run(tmp_path / "begun") as run:
         numbers = analysis.summary(run)
         assert numbers["steps"] is None and numbers["p_m"] is None
         assert analysis.table(numbers)[0][:2] == ("status", "running")
@@ -257,24 +242,21 @@ def test_plot_one_and_several(folder, tmp_path):
     assert names == {"isotropic.png", "tensile.png", "strength.png"}
 
 
-def test_compare_on_the_command_line(folder, tmp_path):
+def test_compare_on_the_command_line(folder, tmp_path, capsys):
+    """Errors of fits are not taken for scatter: of one sample each the tables say what ± is."""
     dust("compare", folder / "a", folder / "b", "--output", tmp_path / "runs.csv")
     heading = (tmp_path / "runs.csv").read_text().splitlines()[0]
     assert "strength_law" in heading and "p_m" not in heading
+    capsys.readouterr()
     dust("compare", folder / "box", folder / "a", "--output", tmp_path / "all.csv")
     heading, box, cell = (tmp_path / "all.csv").read_text().splitlines()
     assert "strength_law" in heading and "p_m_sigma" in heading
-    with pytest.raises(DustError, match="no result"):
-        dust("compare", folder / "nothing")
-
-
-def test_errors_of_fits_are_not_taken_for_scatter(folder, capsys):
-    """One sample: the table of the run and that of several say what their ± is."""
+    text = capsys.readouterr().out
+    assert "± kPa" in text and "±: one sample each, fit error only" in text
     with analysis.open_run(folder / "box") as run:
         rows = dict(row[:2] for row in analysis.table(analysis.summary(run)))
     # both numbers are of the same contacts, and say so
     assert rows["contacts per grain"].endswith("each has two grains)")
     assert rows["± of the numbers above"].startswith("one sample: fit error only")
-    dust("compare", folder / "box", folder / "a")
-    text = capsys.readouterr().out
-    assert "± kPa" in text and "±: one sample each, fit error only" in text
+    with pytest.raises(DustError, match="no result"):
+        dust("compare", folder / "nothing")

@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 import synthetic
 import xarray as xr
+from figures import legend, line
+from scenes import bundled
 from test_tensile import ICE, T19, stretch
 
-from dusttaichi import analysis
+from dusttaichi import analysis, plots
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
+from dusttaichi.scene.material import NAMED, Material
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +34,7 @@ def plates(tmp_path_factory):
 # Stages.
 
 
-def test_stages(cell):
+def test_stages_and_their_snapshots(cell):
     assert cell.stages == ("press", "stretch")
     press, pull = cell.stage("press"), cell.stage(1)
     assert press.series.sizes["time"] + pull.series.sizes["time"] == cell.series.sizes["time"]
@@ -42,10 +45,7 @@ def test_stages(cell):
     assert pull.stage("press").series.identical(press.series)
     assert cell.shrinks and cell.stretches and not cell.compresses
     assert press.shrinks and not press.stretches and pull.stretches and not pull.shrinks
-
-
-def test_snapshots_of_a_stage(cell):
-    """Those at its start and its end are among them."""
+    # those at its start and its end are among them
     pull = cell.stage("stretch")
     steps = pull.snapshots.step.values
     assert cell.snapshots.sizes["snapshot"] == 5 and len(steps) == 4
@@ -163,7 +163,7 @@ def test_onset():
 # Losses and structure.
 
 
-def test_losses(cell):
+def test_losses_and_the_ledger_that_counts_the_faces(cell):
     t = analysis.losses_against_filling_factor(cell)
     whole = analysis.ledger(cell)
     end = sum(whole.losses.values())
@@ -176,15 +176,12 @@ def test_losses(cell):
         analysis.losses_against_filling_factor(
             analysis.Run("run", cell.series.drop_vars("filling_factor"))
         )
-
-
-def test_ledger_counts_the_faces(cell):
     books = analysis.ledger(cell)
     np.testing.assert_allclose(books.work, cell.series.face_work)
     assert analysis.ledger(cell.stage("stretch")).worst == books.worst
 
 
-def test_fractal(cell):
+def test_fractal(cell, plates):
     """Grains at random: N = (4/3) pi r^3 n, also beyond half the cell, and the slope is 3."""
     edge = cell.stage("stretch").period(0)[0]
     radii = np.array([0.4, 0.5, 0.6, 0.8, 1.1]) * edge
@@ -197,6 +194,8 @@ def test_fractal(cell):
     assert np.isnan(t.dimension[0])  # more than twenty grains everywhere
     default = analysis.fractal(cell)
     assert default.number.shape == (4, 30) and np.all(np.diff(default.filling_factor) < 0)
+    with pytest.raises(DustError, match="no snapshots"):
+        analysis.fractal(stretch())
 
 
 def test_fractal_dimension_of_a_rod_and_a_plane():
@@ -221,11 +220,6 @@ def test_fractal_dimension_of_a_rod_and_a_plane():
         # N steps up as a circle grows over a lattice, and edges of the sheet are near
         assert t.dimension[0] == pytest.approx(dimension, abs=0.25)
         assert np.isnan(t.filling_factor[0])
-
-
-def test_no_snapshots(plates):
-    with pytest.raises(DustError, match="no snapshots"):
-        analysis.fractal(stretch())
 
 
 # Summary and comparison.
@@ -261,3 +255,61 @@ def test_compare(cell, plates, tmp_path):
     analysis.to_csv([one, two], tmp_path / "runs.csv")
     text = (tmp_path / "runs.csv").read_text().splitlines()
     assert len(text) == 3 and text[0].startswith("name,damping,m_r")
+
+
+# Dense packing: the law of Tatsuuma et al. 2023, its numbers and figure.
+
+
+@pytest.fixture(scope="module")
+def own():
+    with bundled("tatsuuma2023/compressive_strength.py") as module:
+        yield module
+
+
+def test_law(own):
+    silicate = Material(**NAMED["silicate_s12"])
+    ice, silicate = ((m.surface_energy, m.radius, m.critical_rolling) for m in (ICE, silicate))
+    thin = np.array([1e-5, 1e-4])
+    # 1/0.74 beside 1/phi: 3 phi/0.74
+    expected = laws.isotropic_pressure(thin, *ice)
+    np.testing.assert_allclose(own.compressive_strength(thin, *ice), expected, rtol=5e-4)
+    assert np.all(np.isinf(own.compressive_strength([0.74, 0.8], *ice)))
+    dense = laws.rolling_energy(*silicate) / silicate[1] ** 3 * (1 / 0.5 - 1 / 0.74) ** -3
+    assert own.compressive_strength(0.5, *silicate) == pytest.approx(dense)
+
+
+def test_ratio_and_figure_with_both_laws(own, cell):
+    """The law of 2023 is phi^3 over (1 - phi/0.74)^3; the pressure is 1.3 of phi^3."""
+    thin = own.dense_ratio(cell, 0.02, 0.05)
+    assert thin.value == pytest.approx(1.3 * (1 - 0.033 / 0.74) ** 3, rel=0.05)
+    assert np.isnan(own.dense_ratio(cell).value)  # pressed to 0.1 only
+    assert analysis.summary(cell)["dense_ratio"] is None
+    (axes,) = plots.figures_of(cell)["isotropic"].axes
+    labels = legend(axes)
+    assert sum("E_" in text for text in labels) == 2
+    assert any("Tatsuuma" in text for text in labels)
+
+
+def test_numbers_of_a_dense_cell(own, tmp_path):
+    path = synthetic.cell_run(tmp_path / "result.nc", phi_init=0.3)
+    with analysis.open_run(path) as run:
+        numbers, ratio = analysis.summary(run), own.dense_ratio(run)
+        assert numbers["dense_ratio"] == ratio.value
+        assert numbers["dense_ratio_low"] == ratio.low >= own.DENSE
+        assert numbers["dense_ratio_scatter"] == ratio.scatter
+        rows = {row[0]: row for row in analysis.table(numbers)}
+        assert rows["… over (E_roll/r^3)(1/phi - 1/0.74)^-3"][2] == "1 (Tatsuuma et al. 2023)"
+
+
+def test_shares_of_the_channels(own, cell):
+    """Of synthetic losses every channel has the same share at all filling factors."""
+    result = own.loss_shares(cell)
+    np.testing.assert_allclose(sum(result.by_channel.values()), 1.0)
+    assert len(result.filling_factor) >= 8 and np.all(np.diff(result.filling_factor) > 0)
+    for name, share in result.by_channel.items():
+        wanted = synthetic.SHARES[list(cell.series.channel.values).index(name)]
+        np.testing.assert_allclose(share, wanted / synthetic.SHARES.sum(), rtol=1e-9)
+    (axes,) = plots.figures_of(cell)["loss_shares"].axes
+    np.testing.assert_allclose(line(axes, "rolling").get_ydata(), result.by_channel["rolling"])
+    with pytest.raises(DustError, match="not compressed enough"):
+        own.loss_shares(cell, decades=3.0)

@@ -53,16 +53,6 @@ def test_means_and_errors_over_seeds():
     assert len(text) == 3 and ",nan," not in "".join(text)
 
 
-def test_the_slope_of_a_known_law():
-    """10 000 fragments drawn from n(N) ~ N^-2.5 up to 500 grains: within three standard errors."""
-    sizes = np.arange(1, 501)
-    weights = sizes**-2.5
-    rng = np.random.default_rng(1)
-    tau, error = fragment_slope(rng.choice(sizes, 10_000, p=weights / weights.sum()), 500)
-    assert 0.005 < error < 0.05 and abs(tau - 2.5) < 3 * error
-    assert np.isnan(fragment_slope([1, 2, 3], 10)[0]) and np.isnan(fragment_slope([1] * 20, 10)[0])
-
-
 def growing(speeds, limits, bounces=False):
     """A dataset in which pair n grows by ln(limits[n] / speed): its threshold is limits[n]."""
     rows = [
@@ -108,6 +98,13 @@ def test_remnants_are_no_fragments_of_the_spectrum():
     )
     grains, collisions = spectrum(data, np.ones(data.outcome.shape, bool))
     assert sorted(grains) == [1, 1, 2] and collisions == 3
+    # 10 000 fragments drawn from n(N) ~ N^-2.5 up to 500 grains: within three standard errors
+    sizes = np.arange(1, 501)
+    weights = sizes**-2.5
+    rng = np.random.default_rng(1)
+    tau, error = fragment_slope(rng.choice(sizes, 10_000, p=weights / weights.sum()), 500)
+    assert 0.005 < error < 0.05 and abs(tau - 2.5) < 3 * error
+    assert np.isnan(fragment_slope([1, 2, 3], 10)[0]) and np.isnan(fragment_slope([1] * 20, 10)[0])
 
 
 def test_figures_of_few_and_of_failed_collisions():

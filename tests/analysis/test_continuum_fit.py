@@ -82,11 +82,6 @@ def test_what_is_missing_is_named(tests, kind, said):
         fit(less)
 
 
-def test_one_seed_has_no_spread(tests):
-    with pytest.raises(DustError, match="at least two seeds"):
-        fit(tests[:3])
-
-
 def test_files_of_a_fit(found, tmp_path):
     """The block is read again as a material, and says where each number comes from."""
     paths = write(found, tmp_path / "made_up.yaml")
@@ -110,11 +105,13 @@ def test_files_of_a_fit(found, tmp_path):
     assert [row["grains"] for row in numbers["speeds"]] == [4000]
 
 
-def test_without_runs():
+def test_without_runs_and_with_one_seed(tests):
     with pytest.raises(DustError, match="needs grain runs"):
         tables.result_files([])
     with pytest.raises(DustError, match=r"neither result\.nc"):
         tables.result_files(["nowhere"])
+    with pytest.raises(DustError, match="at least two seeds"):
+        fit(tests[:3])
 
 
 # -- grain runs as tests --------------------------------------------------------------------------

@@ -1,21 +1,27 @@
 """The registry of numbers: one file adds a number with its figure, and it is shown everywhere."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 import synthetic
+from matplotlib.figure import Figure
 from program import dust
-from scenes import EXAMPLES, extensions_forgotten
+from scenes import EXAMPLES, edited, extensions_forgotten
 
 from dusttaichi import analysis, plots, report
 from dusttaichi.analysis import ensemble_tables as tables
 from dusttaichi.analysis import numbers
+from dusttaichi.analysis.kind import draft_of, mixture, named
 from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.analysis.plain import plain_ensemble, plain_runs
 from dusttaichi.analysis.summary import columns
 from dusttaichi.commands import options
+from dusttaichi.plots.registry import marked
 from dusttaichi.report import page
 from dusttaichi.results import shown
+from dusttaichi.scene import from_yaml
+from dusttaichi.scene.numerics import PRESETS
 
 OWN = EXAMPLES / "loss_per_grain.py"
 
@@ -105,18 +111,44 @@ def test_why_there_is_none(tmp_path):
     assert tables.missing(data) == [("fit", "", "1 of 1 runs", found["p_m"]["why"])]
 
 
-def test_names_are_unique():
+def test_names_are_unique_and_what_rows_refer_to_is_there():
     names = [number.name for family in numbers.families() for number in family.numbers]
     assert len(names) == len(set(names))
     with pytest.raises(ValueError, match="there is a number p_m"):
         numbers.register(
             Family(name="x", title="x", place=1, numbers=(Observable(name="p_m", title="x"),))
         )
-
-
-def test_what_rows_refer_to_is_there():
     known, figures = numbers.known(), {row.name for row in plots.figures()}
     for number in known.values():
         assert {number.error, number.why} - {""} <= known.keys(), number.name
         assert not number.figure or number.figure in figures, number.name
         assert number.sweeps in ("tables", "ensembles", "file")
+
+
+def run(name, **numerics):
+    return SimpleNamespace(name=name, scene={"numerics": numerics})
+
+
+DRAFT = {"accuracy": "draft", "stiffness_scaling": 0.1}
+
+
+def test_names_figures_and_runs_side_by_side_say_that_they_are_drafts():
+    assert named("omni", {"numerics": DRAFT}) == "omni (draft)"
+    assert named("omni", {"numerics": {"stiffness_scaling": 0.3}}) == "omni (softened, 0.3)"
+    for scene in ({}, {"numerics": {"accuracy": "fast", "stiffness_scaling": 1.0}}):
+        assert named("omni", scene) == "omni" and draft_of(scene) == ""
+    text = mixture([run("one", **DRAFT), run("two", accuracy="balanced")])
+    assert "drafts beside others: one." in text
+    assert mixture([run("one", **DRAFT), run("two", **DRAFT)]) == ""
+    assert mixture([run("one"), run("two")]) == ""
+    drawn = marked(Figure(), run("one", **DRAFT))
+    assert [text.get_text() for text in drawn.texts] == ["draft"]
+    assert marked(None, run("one", **DRAFT)) is None
+    assert not marked(Figure(), run("one")).texts
+
+
+def test_a_draft_has_the_numbers_of_its_preset():
+    numerics = from_yaml(edited("numerics", "numerics: {accuracy: draft}")).numerics
+    assert {key: getattr(numerics, key) for key in PRESETS["draft"]} == PRESETS["draft"]
+    own = from_yaml(edited("numerics", "numerics: {accuracy: draft, mass_scaling: 1}")).numerics
+    assert own.mass_scaling == 1.0 and own.stiffness_scaling == 0.1

@@ -50,7 +50,7 @@ def test_strength(noise):
         assert t.strength_strain == pytest.approx(0.1 / t.strength_phi - 1, rel=0.01)
 
 
-def test_windows():
+def test_windows_and_a_maximum_not_yet_passed():
     fine = analysis.tensile(stretch(0.0))
     rough = analysis.tensile(stretch(0.5))
     assert len(fine.stress) > 5 * len(rough.stress)
@@ -61,6 +61,10 @@ def test_windows():
     raw = chosen.raw_filling_factor
     assert chosen.window == pytest.approx(1 - (raw.min() / raw.max()) ** 0.25)
     assert np.all(np.diff(chosen.filling_factor) < 0)
+    t = analysis.tensile(stretch(last=0.07))
+    assert not t.passed and t.strength < 1e3
+    t = analysis.tensile(stretch(edges=False), axis="y")
+    assert t.strength_strain == pytest.approx(0.1 / t.strength_phi - 1)
 
 
 def test_records_count_by_their_duration():
@@ -89,11 +93,6 @@ def test_correlated_noise_is_less_certain():
     assert 1.5 < sigma[1] / sigma[0] < 5
 
 
-def test_a_maximum_not_yet_passed():
-    t = analysis.tensile(stretch(last=0.07))
-    assert not t.passed and t.strength < 1e3
-
-
 def test_plates_pulled_apart(tmp_path):
     path = synthetic.plates_run(tmp_path / "result.nc", pull=2e3)
     with analysis.open_run(path) as run:
@@ -105,11 +104,6 @@ def test_plates_pulled_apart(tmp_path):
         assert t.law == pytest.approx(float(laws.tensile_strength(0.2, 0.025, 0.6e-6)))
         with pytest.raises(DustError, match="no stress along x"):
             analysis.tensile(run, axis="x")
-
-
-def test_strain_without_the_edges():
-    t = analysis.tensile(stretch(edges=False), axis="y")
-    assert t.strength_strain == pytest.approx(0.1 / t.strength_phi - 1)
 
 
 def test_fit_of_several_strengths():

@@ -54,10 +54,15 @@ def test_intervals_contain_the_truth_as_often_as_they_say(count):
     assert one.share_failed(one.scale) == pytest.approx(1 - np.exp(-1)) and one.count == count
 
 
-def test_what_has_no_modulus():
+def test_too_few_have_no_modulus_no_effect_of_their_size_and_no_table():
     assert weibull([1.0, 2.0, 3.0, 4.0]) is None  # too few
     assert weibull([1.0, 2.0, 3.0, 4.0, -1.0]) is None
     assert weibull([2.0] * 8) is None
+    assert size_effect(groups(0.0, sizes=(256,))) is None
+    assert size_effect(groups(0.0, count=1)) is None
+    data = sweep(np.array([[1e3, 2e3, 3e3]]), (256,))
+    assert strength_tables(strengths_of(data)) == ([], []) and own.WEIBULL.draw(data) is None
+    assert strengths_of(data.drop_vars("strength")) == []
 
 
 def groups(exponent, sizes=(256, 1024, 4096), count=10):
@@ -79,11 +84,6 @@ def test_a_weakest_link_and_no_effect_of_the_size(exponent):
     spread = np.sqrt(600) * np.log(4.0)
     by_hand = np.pi / np.sqrt(6.0) / M / spread
     assert effect.exponent_sigma == pytest.approx(by_hand, rel=0.1)
-
-
-def test_no_effect_of_a_single_size():
-    assert size_effect(groups(0.0, sizes=(256,))) is None
-    assert size_effect(groups(0.0, count=1)) is None
 
 
 def sweep(values, sizes):
@@ -110,12 +110,6 @@ def test_tables_and_figure_of_a_sweep():
     np.testing.assert_allclose(left.lines[0].get_xdata(), np.sort(values[0]) / 1e3)
     texts = legend(right)
     assert len(texts) == 2 and "fit" in texts[0] and "weakest link" in texts[1]
-
-
-def test_few_samples_have_no_table():
-    data = sweep(np.array([[1e3, 2e3, 3e3]]), (256,))
-    assert strength_tables(strengths_of(data)) == ([], []) and own.WEIBULL.draw(data) is None
-    assert strengths_of(data.drop_vars("strength")) == []
 
 
 # -- of an ensemble and its file -----------------------------------------------------------------

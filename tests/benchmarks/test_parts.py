@@ -36,10 +36,6 @@ def test_a_pair_of_scenes_differs_in_one_way(part):
     assert len(blocks) + written + (built != built_otherwise) == 1
 
 
-def test_the_last_pair_is_no_pair():
-    assert parts.PARTS[-1].has == parts.PARTS[-1].lacks  # its ratio is that of the noise
-
-
 @pytest.fixture(scope="module")
 def table(tmp_path_factory):
     """Two parts on sixty grains; the second is one that the build refuses."""
@@ -58,15 +54,11 @@ def table(tmp_path_factory):
 
 
 @pytest.mark.long
-def test_parts_are_timed_in_pairs(table):
+def test_parts_are_timed_in_pairs_and_shown(table, capsys):
     (row,) = table[0].rows
     assert row["part"] == "twisting" and min(row["has"], row["lacks"], row["ratio"]) > 0
     assert row["scatter"] >= 0 and row["share"] == pytest.approx(100 * (1 - row["ratio"]))
     assert any("refused" in note and "time_step" in note for note in table[0].notes)
-
-
-@pytest.mark.long
-def test_parts_as_text_and_csv(table, capsys):
     table[0].show()
     text = capsys.readouterr().out
     assert "twisting" in text and "What each part costs" in text and "time step against" in text
@@ -87,6 +79,9 @@ def test_the_parts_of_a_scene():
     assert pairs["walls"][1].boundary.kind == "open"
     tensile = {part.name for part in parts.parts_of(load(CONFIGS / "tensile_ice.yaml"))[1]}
     assert {"periodic faces and stress", "stress", "damping"} <= tensile
+    assert parts.PARTS[-1].has == parts.PARTS[-1].lacks  # its ratio is that of the noise
+    with pytest.raises(DustError, match="method continuum.*benchmarks continuum"):
+        parts.main(load(CONFIGS / "guettler2009/bead.yaml"))
 
 
 def test_every_part_of_a_scene_has_a_row_or_a_note(monkeypatch, capsys):
@@ -106,8 +101,3 @@ def test_every_part_of_a_scene_has_a_row_or_a_note(monkeypatch, capsys):
     (row,) = [line for line in text.splitlines() if line.startswith("rolling")]
     assert row.split() == "rolling 2.0 1.5 0.750 0.010 25.0".split() and "ns a" in text
     assert "walls: refused: no room here" in table.notes
-
-
-def test_parts_of_other_methods_are_not_known():
-    with pytest.raises(DustError, match="method continuum.*benchmarks continuum"):
-        parts.main(load(CONFIGS / "guettler2009/bead.yaml"))

@@ -1,4 +1,4 @@
-"""The benchmark: its table has what was asked for, its samples are what they should be.
+"""The benchmarks: their tables have what was asked for, their samples are what they should be.
 
 Nothing is said about how fast anything is: the machine that runs the tests may be busy.
 """
@@ -8,14 +8,15 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from scenes import KERNELS
+from scenes import CONFIGS, KERNELS
 
-from benchmarks import sample, speed
+from benchmarks import continuum, sample, speed
 from benchmarks.table import Table
 from dusttaichi import samples
-from dusttaichi.compute import compiler
+from dusttaichi.compute import compiler, processor
 from dusttaichi.errors import DustError
 from dusttaichi.studies import bench
+from dusttaichi.studies.workers import Answer
 
 GRAINS = 60
 RADIUS = 0.6e-6
@@ -55,10 +56,6 @@ def test_every_configuration_is_measured(measured):
         assert "lammps_ratio" not in row
     else:
         assert row["lammps_ns_per_contact"] > 0 and row["lammps_ratio"] > 0
-
-
-@pytest.mark.long
-def test_start_and_memory(measured):
     start, _ = measured
     assert start["cold"] > 0 and start["warm"] > 0
     assert start["peak"] > 50  # Python with NumPy and Taichi is 87 MB before it does anything
@@ -100,9 +97,6 @@ def test_text(capsys):
     assert "1000 0.148 f64 1 6.8".split() in map(str.split, lines)
     # once for both numbers of threads, without a growth, which is not known
     assert [line.split() for line in lines].count("1000 f64 12.0 3.0 200 900".split()) == 1
-
-
-def test_columns_of_lammps_only_with_lammps(capsys):
     Table("a machine", [ROW], BLOCKS).show()
     assert "LAMMPS" not in capsys.readouterr().out
 
@@ -177,3 +171,112 @@ def test_tiles_only_touch():
 def test_a_file_that_cannot_be_written_is_refused_before_the_measurements(tmp_path):
     with pytest.raises(DustError, match="cannot be written"):
         speed.main([100], out=tmp_path / "none" / "bench.csv")
+
+
+@pytest.mark.long
+def test_a_worker_times_the_scene_of_the_benchmark():
+    scene = continuum.scene_of(2, 900, 1).to_yaml()
+    built = continuum.answer(None, do="build", scene=scene)
+    assert 900 <= built["particles"] < 1400  # with the bead
+    # 18 or 24 of a triangular lattice are within 2.6 spacings, fewer at edges
+    assert 14 < built["neighbours"] < 25
+    assert built["search"] > 0.0
+    found = continuum.answer(None, do="timed", steps=10)
+    assert found["used"] > 0.0 and found["real"] > 0.0
+
+
+def test_the_table_tells_a_size_a_line(tmp_path, capsys):
+    numbers = (2, 5836, 17.5, 0.65, 37.2, 5.2, 1.8, 3.0)
+    names = [column.name for column in (*continuum.FRONT, *continuum.COLUMNS)]
+    row = dict(zip(names, numbers, strict=True))
+    blocks = [("Speed", continuum.FRONT, continuum.COLUMNS)]
+    table = Table("a machine", [row], blocks, ("a note",))
+    table.show()
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "5836" in line]
+    assert line.split() == "2 5836 17.5 0.65 37.2 5.20 1.80 3".split()
+    table.to_csv(tmp_path / "speed.csv")
+    lines = (tmp_path / "speed.csv").read_text().splitlines()
+    assert lines[:2] == ["# a machine", "# a note"] and lines[3].startswith("2,5836,17.5,0.65")
+
+
+def test_scenes_of_three_dimensions_have_all_their_faces():
+    scene = continuum.scene_of(3, 20_000, 2)
+    assert scene.dimension == 3 and set(scene.boundary.layers) == {
+        "bottom", "x_min", "x_max", "y_min", "y_max"
+    }  # fmt: skip
+    assert scene.numerics.threads == 2
+    assert scene.numerics.spacing == pytest.approx(126e-6, rel=0.01)
+
+
+class Here:
+    """A Worker that answers in this process, where kernels have been compiled already."""
+
+    def __init__(self, task, *, kernels):
+        assert task == "dusttaichi.studies.bench:answer" and kernels is None
+
+    def ask(self, request):
+        return Answer(0, found=bench.answer(None, **request))
+
+    def close(self):
+        bench._state.clear()
+
+
+def test_a_scene_is_timed(monkeypatch):
+    monkeypatch.setattr(bench, "usable_cores", lambda: 1)
+    monkeypatch.setattr(bench, "Worker", Here)
+    (one,) = bench.main([CONFIGS / "smoke.yaml"], rounds=2, seconds=0.01)
+    assert (one.size, one.threads, one.speed_up) == (60, 1, 1.0)
+    assert 30 < one.contacts < 180 and one.seconds > 0.0 and one.spread >= 0.0
+    assert 0.0 < abs(one.residual) < bench.LEDGER
+
+
+def _timing(**changes):
+    own = {"scene": "a", "size": 100, "contacts": 80, "threads": 1, "seconds": 4e-6}
+    return bench.Timing(**{**own, "speed_up": 1.0, "spread": 1.0, "residual": 3e-5, **changes})
+
+
+def test_text_of_dust_bench(monkeypatch):
+    monkeypatch.setattr(bench, "machine", lambda: "a machine; vectors of 256 bits")
+    monkeypatch.setattr(bench, "vector_bits", lambda: 512)
+    rows = [
+        _timing(),
+        _timing(threads=2, seconds=2e-6, speed_up=2.0),
+        _timing(scene="b", contacts=None),
+    ]
+    lines = bench.text(rows).splitlines()
+    assert lines == [
+        "a machine; vectors of 256 bits",
+        "",
+        "a: 100 particles, 80 contacts",
+        "  energy ledger open by 0.003 %",
+        "  1 thread     250,000 steps/s     50.0 ns per contact and step",
+        "  2 threads    500,000 steps/s     25.0 ns per contact and step   2.00 times one thread",
+        "",
+        "b: 100 particles",
+        "  energy ledger open by 0.003 %",
+        "  1 thread     250,000 steps/s     40.0 ns per particle and step",
+    ]
+    assert "differ by up to 40 %" in bench.text([*rows, _timing(spread=40.0)])
+    assert "open by 2 %: WRONG RESULTS" in bench.text([*rows, _timing(residual=-0.02)])
+
+
+def test_a_process_that_fails_is_an_error():
+    with bench.Timed("dusttaichi.studies.bench:answer") as process:
+        with pytest.raises(DustError, match="process of the benchmark ended.*no_such_command"):
+            process.ask("no_such_command")
+
+
+@pytest.mark.parametrize("bits, own", [(128, 512), (256, 512), (512, 512), (128, None)])
+def test_narrow_vectors_are_remarked(bits, own, monkeypatch):
+    monkeypatch.setattr(bench, "machine", lambda: "a machine")
+    monkeypatch.setattr(bench, "vector_bits", lambda: bits)
+    monkeypatch.setattr(processor, "own_bits", lambda: own)
+    said = "vectors of 128 bits where this processor has 512" in bench.text([_timing()])
+    assert said == (bits == 128 and own is not None)
+    assert not said or bench.text([_timing()]).endswith("chooses a newer one.")
+
+
+def test_the_width_of_vectors_is_read_from_code():
+    bits, own = bench.vector_bits(), processor.own_bits()
+    assert bits in (128, 256, 512) and (own is None or bits <= own)
+    assert f"vectors of {bits} bits" in bench.machine()

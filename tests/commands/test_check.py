@@ -10,10 +10,11 @@ from program import dust, invoked, python
 from scenes import CONFIGS
 
 from dusttaichi import method, simulate
+from dusttaichi.analysis.numbers.general import END
 from dusttaichi.commands.check import _duration
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
-from dusttaichi.scene import load, quantities
+from dusttaichi.scene import Scene, load, quantities
 from dusttaichi.studies import trial
 
 
@@ -58,6 +59,8 @@ def test_of_a_continuum_it_says_particles_material_and_step():
         "steps at most                              353",
     ):
         assert line in text
+    text = said(CONFIGS / "guettler2009/bead.yaml", "--forces")
+    assert "the method of this scene has no forces without a step" in text
 
 
 def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss():
@@ -165,12 +168,7 @@ def test_the_forces_of_the_start_are_those_of_the_law(tmp_path):
     assert torque.shape == (2, 3) and not torque.any()
 
 
-def test_a_method_without_forces_says_so():
-    text = said(CONFIGS / "guettler2009/bead.yaml", "--forces")
-    assert "the method of this scene has no forces without a step" in text
-
-
-def test_without_a_measurement_the_run_time_is_an_order_of_magnitude():
+def test_without_a_measurement_the_run_time_is_an_order_of_magnitude(monkeypatch):
     text = said("smoke")
     assert "steps/s, an order of magnitude; --time measures it" in text
     scene = load("smoke")
@@ -178,9 +176,6 @@ def test_without_a_measurement_the_run_time_is_an_order_of_magnitude():
     assert least < seconds < most
     found = json.loads(said("smoke", "--json"))["run_time_s"]
     assert found == {"least": 4000 * least, "likely": 4000 * seconds, "most": 4000 * most}
-
-
-def test_what_is_measured_now_is_what_is_told(monkeypatch):
     monkeypatch.setattr(trial, "measured", lambda scene, plan: (0.8e-5, 1e-5, 2e-2))
     text = said("smoke", "--time")
     assert "100,000 steps/s, measured now" in text
@@ -212,3 +207,67 @@ def test_the_first_steps_of_a_scene_tell_its_speed(monkeypatch):
 def test_durations_are_said_as_people_do():
     times = [0.2, 47, 400, 20000, 1e6]
     assert [_duration(t) for t in times] == ["1 s", "47 s", "6.7 min", "5.6 h", "12 days"]
+
+
+GRAINS = {
+    "name": "plain",
+    "material": "silicate_s12",
+    "sample": {"kind": "lattice", "structure": "sc", "grains": 64},
+    "boundary": {"kind": "box", "wall_speed": "5 cm/s"},
+    "stop": {"steps": 10},
+}
+DUST = {
+    "name": "plain",
+    "method": "continuum",
+    "material": "dust_g09",
+    "sample": {"kind": "sphere", "diameter": "1 mm", "velocity": ["0 m/s", "-3 m/s"]},
+    "boundary": {"kind": "faces", "bottom": "rigid"},
+    "numerics": {"spacing": "100 um"},
+    "stop": {"steps": 1},
+}
+BEAD = {"kind": "elastic", "diameter": "1.1 mm", "density": "2540 kg/m^3", "bulk_modulus": "10 MPa"}
+COARSE = {"spacing": "150 um", "contact": "separate"}
+IMPACT = {
+    "kind": "impact",
+    "target": {"kind": "block", "size": ["3 mm", "2 mm"]},
+    "projectile": BEAD | {"shear_ratio": 0.6},
+    "speed": "0.5 m/s",
+}
+PULLED = {"kind": "plates", "wall_speed": "-5 cm/s"}
+PRESSED = {"kind": "plates", "wall_speed": "5 cm/s"}
+PACKING = {"kind": "random_packing", "size": ["6 um"] * 3, "filling_factor": 0.3}
+DISC = {"kind": "cutout", "of": PACKING, "diameter": "5 um", "length": "5 um"}
+PAIR = {"kind": "pair", "gap": "1 nm", "speed": "1 m/s"}
+CASES = [
+    (GRAINS, {}, ["interaction.damping"]),
+    (GRAINS, {"interaction": {"damping": "viscous"}}, []),
+    (GRAINS, {"boundary": PULLED}, ["output.series"]),
+    (GRAINS, {"boundary": PULLED, "output": {"series": {"strain": 1e-3}}}, []),
+    (
+        GRAINS,
+        {"boundary": PRESSED, "sample": DISC, "interaction": {"damping": "viscous"}},
+        ["output.series"],
+    ),
+    (GRAINS, {"sample": PAIR, "boundary": {"kind": "open"}}, ["numerics.accuracy"]),
+    (DUST, {}, ["numerics.viscosity", "numerics.contact"]),
+    (DUST, {"numerics": {"spacing": "100 um", "viscosity": "impact", "contact": "separate"}}, []),
+    (DUST, {"sample": IMPACT, "numerics": COARSE}, ["numerics.spacing"]),
+    (DUST, {"sample": IMPACT, "numerics": COARSE | {"spacing": "90 um"}}, []),
+]
+
+
+@pytest.mark.parametrize(("base", "changes", "keys"), CASES)
+def test_defaults_to_change_are_named(base, changes, keys):
+    scene = Scene.from_dict(base | changes)
+    sections = dict(method.of(scene).preview(scene).sections)
+    assert [key for key, _ in sections.get("Defaults to change", [])] == keys
+
+
+def test_the_table_of_a_run_has_them():
+    (row,) = (number for number in END.numbers if number.name == "advice")
+    texts = "numerics.viscosity: impact. Dense: 8 %\nnumerics.contact: separate"
+    found = row.table_rows({"advice": texts})
+    assert found == [
+        ("set numerics.viscosity", "impact. Dense: 8 %", ""),
+        ("set numerics.contact", "separate", ""),
+    ]

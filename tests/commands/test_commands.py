@@ -113,12 +113,9 @@ def interrupted(monkeypatch, tmp_path):
     return run
 
 
-def test_an_interruption_before_the_first_step_says_so(interrupted):
+def test_an_interruption_says_how_to_go_on_where_anything_was_computed(interrupted, tmp_path):
     text = interrupted(Interrupted("nothing was computed", resumable=False))
     assert text == "nothing was computed"
-
-
-def test_an_interruption_on_the_way_says_how_to_go_on(interrupted, tmp_path):
     text = interrupted(Interrupted("interrupted; all is there"), "--set", "stop.steps=9", "--force")
     onward = f"dust run {SMOKE} -q -o {tmp_path} --set stop.steps=9 --resume"
     assert text == f"interrupted; all is there. Continue with: {onward}"

@@ -31,8 +31,12 @@ def blocks(language, text):
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
-def test_the_readme_is_short():
+def test_the_readme_is_short_and_has_the_two_commands():
     assert len(README.splitlines()) <= 150
+    assert blocks("sh", README)[0].splitlines() == [
+        "pip install -e . && dust run configs/omni_static.yaml",
+        "pip install -e '.[test]' && pytest",
+    ]
 
 
 # Commands.
@@ -43,13 +47,6 @@ LINES = [
 LINES += re.findall(r"^!(dust .+)$", EVERYTHING, re.MULTILINE)  # cells of the tutorial
 PARTS = {part.split("#")[0].strip() for line in LINES for part in line.split("&&")}
 DUST = sorted(part for part in PARTS if part.startswith("dust "))
-
-
-def test_the_two_commands_are_there():
-    assert blocks("sh", README)[0].splitlines() == [
-        "pip install -e . && dust run configs/omni_static.yaml",
-        "pip install -e '.[test]' && pytest",
-    ]
 
 
 @pytest.mark.parametrize("command", DUST)

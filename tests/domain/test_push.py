@@ -77,7 +77,7 @@ def test_refused(push, named):
         scene(push)
 
 
-def test_refused_with_the_sample():
+def test_refused_with_the_sample_or_in_a_stage():
     with pytest.raises(DustError, match=r"push\[0\].grains: there is no grain 7"):
         samples.pushed(scene({"grains": [7], "velocity": ["1 m/s"] * 3}), sample_of([[0, 0, 0]]))
     both = [{"grains": [0], "speed": ["1 m/s"] * 3}, {"grains": [0], "force": ["1 nN"] * 3}]
@@ -88,6 +88,11 @@ def test_refused_with_the_sample():
             {"grains": [0], "force": ["1 nN"] * 3},
             boundary={"kind": "periodic", "size": ["9 um"] * 3},
         )
+    with pytest.raises(DustError, match="it is for the start of the run"):
+        staged([{"grains": [0], "displacement": ["1 nm"] * 3}])
+    first = {"drive": {"push": [{"grains": [0], "velocity": ["1 m/s"] * 3}]}}
+    with pytest.raises(DustError, match="write it as the scene's push"):
+        make_scene(stages=[first | {"name": "a", "stop": {"steps": 1}}], stop=None)
 
 
 # Spinning.
@@ -170,28 +175,16 @@ def course():
     return x, v, probe.dt, frames
 
 
-def test_free_grain_under_a_constant_force(course):
-    """x = v t + F t^2/2m: the leapfrog has it exactly. 1e-12: rounding of 400 sums and of x."""
+def test_grains_that_are_pushed_and_carried(course):
+    """x = v t + F t^2/2m while a force acts, F t_end/m after its end as if it had ended at that
+    very moment: the leapfrog has both exactly. 1e-12: rounding of 400 sums and of x. The way of a
+    carried grain is its speed times the time; those before it are driven on."""
     x, v, dt, frames = course
-    t = STEPS * dt
-    way = v[0] * t + FORCE * t**2 / (2 * MASS)
-    np.testing.assert_allclose(frames[-1][0][0] - x[0], way, rtol=1e-11, atol=1e-18)
-    np.testing.assert_allclose(frames[-1][1][0], v[0] + FORCE * t / MASS, rtol=1e-12)
-
-
-def test_force_that_ends(course):
-    """Constant velocity F t_end/m from then on, as if the force had ended at that very moment."""
-    x, _, dt, frames = course
-    on, rest = END * dt, (STEPS - END) * dt
-    np.testing.assert_allclose(frames[-1][1][1], FORCE * on / MASS, rtol=1e-12)
-    way = FORCE / MASS * on * (on / 2 + rest)
-    np.testing.assert_allclose(frames[-1][0][1] - x[1], way, rtol=1e-11, atol=1e-18)
-
-
-def test_carried_grain(course):
-    """Its way is v t, to rounding of 400 sums; the grains before it are driven on."""
-    x, _, dt, frames = course
-    np.testing.assert_allclose(frames[-1][0][2] - x[2], SPEED * STEPS * dt, rtol=1e-11, atol=1e-18)
+    t, on, rest = STEPS * dt, END * dt, (STEPS - END) * dt
+    ways = [v[0] * t + FORCE * t**2 / (2 * MASS), FORCE / MASS * on * (on / 2 + rest), SPEED * t]
+    np.testing.assert_allclose(frames[-1][0][:3] - x[:3], ways, rtol=1e-11, atol=1e-18)
+    speeds = [v[0] + FORCE * t / MASS, FORCE * on / MASS]
+    np.testing.assert_allclose(frames[-1][1][:2], speeds, rtol=1e-12)
     assert np.array_equal(frames[-1][1][2], SPEED)
     assert frames[-1][1][3:, 0].mean() > 0.01
 
@@ -258,22 +251,6 @@ def test_pushes_of_a_stage():
     assert after["push_work"] == pytest.approx(gained, rel=1e-10) and before["push_work"] == 0.0
 
 
-def test_refused_in_a_stage():
-    with pytest.raises(DustError, match="it is for the start of the run"):
-        staged([{"grains": [0], "displacement": ["1 nm"] * 3}])
-    first = {"drive": {"push": [{"grains": [0], "velocity": ["1 m/s"] * 3}]}}
-    with pytest.raises(DustError, match="write it as the scene's push"):
-        make_scene(stages=[first | {"name": "a", "stop": {"steps": 1}}], stop=None)
-
-
-def test_work_on_a_free_grain_is_its_kinetic_energy():
-    pushes = [{"grains": [0], "force": newton(FORCE)}, {"grains": [1], "speed": ["0 m/s"] * 3}]
-    probe = Probe(make_scene(push=pushes), sample_of([[0, 0, 0], [0, 5e-6, 0]]))
-    probe.advance(100)
-    m = energies(probe.sim)
-    assert m["push_work"] == pytest.approx(m["kinetic_translation"], rel=1e-11)
-
-
 # Runs.
 
 CHAIN = {
@@ -309,7 +286,7 @@ def test_sound_at_small_amplitude(tmp_path):
     small = [
         {"grains": [0], "displacement_delta0": [0.005, 0, 0]},
         {"grains": [0], "speed": ["0 m/s"] * 3},
-        {"grains": [1], "force": ["0 N"] * 3},  # the structure of the next test
+        {"grains": [1], "force": ["0 N"] * 3},  # the structure of the runs above
     ]
     execute(Scene.from_dict({**CHAIN, "push": small}), tmp_path)
     with analysis.open_run(tmp_path) as run:

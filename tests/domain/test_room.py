@@ -1,15 +1,19 @@
-"""Rooms that a scene gives in part, exactly as they would fit, or too low to be pressed."""
+"""Rooms that a scene gives in part, exactly as they would fit or too low; edges at a rate."""
 
 import numpy as np
 import pytest
+from scenes import RADIUS, Probe, make_scene, residual, sample_of
 
 from dusttaichi import samples
+from dusttaichi.domain.clock import NEVER, Clock
 from dusttaichi.domain.domain import Domain
 from dusttaichi.errors import DustError
 from dusttaichi.grains.environment import environment
 from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.grains.measure import energies
 from dusttaichi.scene import from_yaml, quantities
 from dusttaichi.scene.boundary import own_drive
+from dusttaichi.scene.stop import Stop
 from dusttaichi.units import GRAINS
 
 TEXT = """
@@ -21,25 +25,27 @@ stop: {steps: 10}
 """
 
 
-def domain(boundary):
-    scene = from_yaml(TEXT.replace("BOUNDARY", boundary))
+def domain(boundary, cells="4, 5, 3"):
+    """The domain of that room at the start of its drive, and its scene."""
+    text = TEXT.replace("4, 5, 3", cells).replace("BOUNDARY", boundary)
+    scene = from_yaml(text)
     room = environment(scene, samples.make(scene), None, contact_constants(scene))
-    made = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS)
-    return made.driven(own_drive(scene.boundary), 0)
+    made = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(own_drive(scene.boundary), 0)
+    return made, scene
 
 
 @pytest.mark.parametrize("kind", ["kind: box", "kind: periodic"])
 def test_what_fit_makes_may_be_written_out(kind):
-    fit = domain(f"{{{kind}}}").lengths(0)
+    fit = domain(f"{{{kind}}}")[0].lengths(0)
     edges = [quantities.format(edge * 1e-6, "length") for edge in fit]
-    again = domain(f"{{{kind}, size: [{', '.join(edges)}]}}").lengths(0)
+    again = domain(f"{{{kind}, size: [{', '.join(edges)}]}}")[0].lengths(0)
     np.testing.assert_allclose(again, fit, rtol=1e-12)
-    part = domain(f"{{{kind}, size: [fit, 9 um, fit]}}").lengths(0)
+    part = domain(f"{{{kind}, size: [fit, 9 um, fit]}}")[0].lengths(0)
     np.testing.assert_allclose(part, [fit[0], 9.0, fit[2]], rtol=1e-12)
 
 
 def test_walls_stand_where_the_scene_says():
-    made = domain("{kind: box, size: [fit, 9 um, fit], at: {z: [-1 um, 40 um]}}")
+    made, _ = domain("{kind: box, size: [fit, 9 um, fit], at: {z: [-1 um, 40 um]}}")
     np.testing.assert_allclose(made.room(0)[4:], [-1.0, 40.0], rtol=1e-12)
     assert made.lengths(0)[1] == pytest.approx(9.0)
     with pytest.raises(DustError, match="boundary.at.x: the sample does not fit: it reaches from"):
@@ -52,19 +58,41 @@ def test_walls_stand_where_the_scene_says():
 
 def test_a_room_of_two_grains_is_pressed_by_walls_but_not_by_faces():
     """The search needs the distance of faces; at walls the guard of the overlap ends the run."""
-    flat = domain("{kind: box, size: [fit, fit, 40 um], wall_speed: 1 m/s}")
+    flat, _ = domain("{kind: box, size: [fit, fit, 40 um], wall_speed: 1 m/s}")
     flat.check_start()
-    text = TEXT.replace("cells: [4, 5, 3]", "cells: [4, 5, 2]")
-    scene = from_yaml(text.replace("BOUNDARY", "{kind: box, wall_speed: 1 m/s}"))
-    room = environment(scene, samples.make(scene), None, contact_constants(scene))
-    low = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(own_drive(scene.boundary), 0)
+    low, scene = domain("{kind: box, wall_speed: 1 m/s}", "4, 5, 2")
     low.check_start()
     assert low.clock().last_step(scene.stop) == (10, "10 steps")
-    periodic = (
-        "{kind: periodic, size: [fit, fit, 2.44 um], strain_rate: [0 s^-1, 0 s^-1, -1000 s^-1]}"
-    )
-    scene = from_yaml(text.replace("BOUNDARY", periodic))
-    room = environment(scene, samples.make(scene), None, contact_constants(scene))
-    low = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(own_drive(scene.boundary), 0)
+    rate = "strain_rate: [0 s^-1, 0 s^-1, -1000 s^-1]"
+    low, _ = domain(f"{{kind: periodic, size: [fit, fit, 2.44 um], {rate}}}", "4, 5, 2")
     with pytest.raises(DustError, match="µm high, no more than two grains .* it cannot be"):
         low.check_start()
+
+
+@pytest.mark.parametrize("rate", ["1e5 s^-1", ["2e5 s^-1", "-1e5 s^-1", "0 s^-1"]])
+def test_edges_go_as_the_rate_says(rate):
+    """L = L_0 exp(rate t) along each axis; a growing edge ends nothing (it ended the program)."""
+    d = 2 * RADIUS * 0.9999
+    edges = [f"{4 * d:.17g} m"] * 3
+    boundary = {"kind": "periodic", "size": edges, "strain_rate": rate}
+    scene = make_scene(boundary=boundary, damping="viscoelastic", stop={"strain": 0.001})
+    lattice = d * np.array(np.meshgrid(*[np.arange(4)] * 3)).reshape(3, -1).T
+    sim = Probe(scene, sample_of(lattice)).sim
+    end, why = sim.domain.clock().last_step(scene.stop)
+    rates = np.array(scene.boundary.strain_rate)
+    assert why == "strain 0.001"
+    assert end == np.ceil(np.log1p(0.001) / (max(rates) * 1e-6 * sim.dt))
+    before, start = energies(sim), sim.lengths()
+    sim.advance(end)
+    np.testing.assert_allclose(sim.lengths(), start * np.exp(rates * 1e-6 * sim.time), rtol=1e-12)
+    m = energies(sim)
+    # the leapfrog's own error of the faces' work, second order in the step
+    assert abs(residual(before, m)) < 5e-3 * abs(m["face_work"])
+
+
+def test_a_room_that_only_grows_never_gets_narrow():
+    clock = Clock(1e-4, 1.0, (5.0, 5.0, 5.0), growth=(1.0, 0.0, 0.0), least=(2.0, 2.0, 2.0))
+    assert clock.step_of_length(2.0, 0) == clock.step_of_length(2.0, 1) == NEVER
+    # nor does a room end a stage that is as narrow already, and stays so or grows
+    assert clock.step_of_length(5.0, 0) == clock.step_of_length(5.0, 1) == NEVER
+    assert clock.last_step(Stop(filling_factor=0.004))[0] == np.ceil(np.log(2.0) / 1e-4)

@@ -258,11 +258,14 @@ def test_lammps_data(made, tmp_path):
     np.testing.assert_allclose(moves[:, 4:], frames[1]["spin"] * 1e-6, rtol=1e-14)
 
 
-def test_one_snapshot(made, tmp_path):
+def test_one_snapshot_also_by_the_command(made, tmp_path):
     run, _ = made
     assert export(run, "vtk", tmp_path, snapshot=-2)[1].name == "grains_0001.vtu"
     with pytest.raises(DustError, match="no snapshot 3; allowed: 0 to 2"):
         export(run, "vtk", tmp_path, snapshot=3)
+    run, _ = made
+    dust("export", run.path, "--to", "lammps", "-o", tmp_path, "--snapshot", 1)
+    assert len(tables(tmp_path / "grains.dump", "ATOMS")) == 1
 
 
 def test_refusals(made, tmp_path, monkeypatch):
@@ -284,9 +287,3 @@ def test_refusals(made, tmp_path, monkeypatch):
         monkeypatch.delitem(sys.modules, f"dusttaichi.export.{to}", raising=False)
         with pytest.raises(DustError, match=rf"{library}.*dusttaichi\[export\]"):
             export(run, to, tmp_path)
-
-
-def test_command(made, tmp_path):
-    run, _ = made
-    dust("export", run.path, "--to", "lammps", "-o", tmp_path, "--snapshot", 1)
-    assert len(tables(tmp_path / "grains.dump", "ATOMS")) == 1

@@ -1,4 +1,4 @@
-"""Asperities at first touch: the energy of PD08's formulas, taken by an impulse and booked."""
+"""Asperities at first touch: the energy of PD08's formulas, taken by an impulse; their fit."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,8 @@ from dusttaichi.grains.measure import energies
 from dusttaichi.physics.contact import asperities, constants
 from dusttaichi.samples import Sample
 from dusttaichi.studies import asperity_fit
+from dusttaichi.studies.asperity_fit import POPPE, AsperityFit, lines, sticking_speed_balance
+from dusttaichi.studies.engine import Found
 
 MASS, INERTIA = ref.mass_and_inertia()
 YIELD, VOLUME = 11e9, 0.01e-9
@@ -85,7 +87,7 @@ def course(request):
     return probe, steps, pairs, walls
 
 
-def test_energy_of_every_touch_is_that_of_the_paper(course):
+def test_energy_of_every_touch_is_that_of_the_paper_and_never_more_than_there_is(course):
     """All touches together. 1e-3: the third grain behind the last oblique pair pulls within the
     step, and an oblique touch is found up to one step late, when n_c has turned by that much."""
     probe, steps, pairs, walls = course
@@ -93,10 +95,7 @@ def test_energy_of_every_touch_is_that_of_the_paper(course):
     pair, wall = eq_8_and_9(SPEEDS).sum() * 2, eq_8_and_9(SPEEDS, wall=True).sum()
     assert m["loss"][6] * 1e-15 == pytest.approx(pair, rel=1e-3)
     assert m["loss_wall"][6] * 1e-15 == pytest.approx(wall, rel=1e-3)
-
-
-def test_never_more_than_there_is(course):
-    """The slowest lose their whole energy along n_c, the fastest less than half of it."""
+    # the slowest lose their whole energy along n_c, the fastest less than half of it
     energy = 0.5 * MASS / 2 * SPEEDS**2
     assert eq_8_and_9(SPEEDS)[0] == energy[0] and eq_8_and_9(SPEEDS)[-1] < 0.5 * energy[-1]
     probe, steps, pairs, _ = course
@@ -182,21 +181,18 @@ def test_a_touch_that_loses_all_ends_at_rest():
     assert m["loss"][6] * 1e-15 == pytest.approx(0.25 * MASS * 0.3**2, rel=3e-3)
 
 
-def test_off_is_absent():
+def test_off_is_absent_and_on_needs_a_volume():
     """No slot of state, no channel; the written result has the six channels (test_results)."""
     on = Probe(scene(), sample_of([[0, 0, 0], [1.3e-6, 0, 0]]))
     assert on.sim.layout.channels[6:] == ("asperities",) and len(energies(on.sim)["loss"]) == 7
     probe = Probe(scene(on=False), sample_of([[0, 0, 0], [1.3e-6, 0, 0]]))
     assert "touch_speed" not in probe.sim.layout.rows and len(energies(probe.sim)["loss"]) == 6
     assert on.sim.layout.state_rows == probe.sim.layout.state_rows + 2
-
-
-def test_volume_is_needed():
     with pytest.raises(DustError, match=r"interaction\.asperities\.volume"):
         make_scene().with_value("interaction.asperities", "on")
-    scene = make_scene(material="silica_pd08").with_value("interaction.asperities", "on")
-    assert scene.material.asperity_volume == pytest.approx(3.36e-11)
-    assert scene.interaction.asperities.yield_strength == 11e9
+    silica = make_scene(material="silica_pd08").with_value("interaction.asperities", "on")
+    assert silica.material.asperity_volume == pytest.approx(3.36e-11)
+    assert silica.interaction.asperities.yield_strength == 11e9
 
 
 # The fit.
@@ -249,3 +245,46 @@ def test_unlike_grains_lose_what_their_contact_says():
     expected = p.crush_energy * asperities.area(energy, p.crush_force)
     # the force of the contact in the step of the touch: first order in the step
     assert energies(probe.sim)["loss"][6] * 1e-15 == pytest.approx(expected, rel=2e-3)
+
+
+def answered(study, answer):
+    """label -> Found of all that the study asks for, as the engine collects them."""
+    found, rounds = {}, []
+    while points := [point for point in study.points(found) if point.label not in found]:
+        rounds.append([point.arguments for point in points])
+        for point in points:
+            found[point.label] = answer(point)
+    return found, rounds
+
+
+def test_it_asks_until_the_speed_is_that_wanted():
+    """Simulations that are 1 % slower than the balance: the volume grows by some 1.2 %."""
+
+    def answer(point):
+        speed = 0.99 * sticking_speed_balance(**point.arguments)
+        return Found(point, measured={"speed": speed, "sigma": 1e-4})
+
+    study = AsperityFit()
+    found, rounds = answered(study, answer)
+    # the fit, one simulation at a time; then the other radius of Poppe
+    assert len(rounds) > 2 and {len(some) for some in rounds} == {1}
+    assert [some[0]["radius"] for some in rounds] == [None] * (len(rounds) - 1) + [0.25e-6]
+    numbers = study.result(found)
+    assert numbers["speed"] == pytest.approx(1.2, rel=2e-4)  # CLOSE is as much
+    assert numbers["asperity_volume"] > rounds[0][0]["volume"] * 1.01
+    assert [one["radius"] for one in numbers["grains"]] == list(POPPE)
+    # the grain of the material is that of the fit
+    assert numbers["grains"][0]["speed"] == numbers["speed"]
+    assert len(list(lines(numbers))) == 1 + len(POPPE)
+
+
+@pytest.mark.parametrize(
+    "answer, said",
+    [
+        ({"code": 1, "text": "the process ended (status -9)"}, "the process ended"),
+        ({"measured": {"speed": 1.0, "sigma": 1e-4}}, "has not converged"),
+    ],
+)
+def test_what_fails_or_does_not_converge_ends_the_fit(answer, said):
+    with pytest.raises(DustError, match=said):
+        answered(AsperityFit(), lambda point: Found(point, **answer))

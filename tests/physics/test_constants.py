@@ -1,4 +1,4 @@
-"""Derived constants of silicate S12 against the papers, derived by hand where they print none.
+"""Derived constants of silicate S12, laws of the papers and JKR.
 
 Tolerances: half a unit of the last digit that the source gives, unless said otherwise.
 """
@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 import reference as ref
 from scenes import make_scene
+from scipy.optimize import brentq
 
-from dusttaichi.physics import stability
+from dusttaichi.compute.engine import ti
+from dusttaichi.physics import laws, stability
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact import jkr as normal
+from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
+from dusttaichi.scene.material import NAMED, Material
 
 
 def of(**keys):
@@ -34,21 +38,19 @@ def mass():
     return constants.grain_mass(of()[0])
 
 
-def test_lengths_force_mass(pair, mass):
+def test_lengths_force_mass_stiffnesses_and_period(pair, mass):
     assert pair.a0 == pytest.approx(12.233e-9, abs=0.5e-12)
     assert pair.delta0 == pytest.approx(0.16627e-9, abs=0.5e-14)
     assert pair.delta_c == pytest.approx(0.13725e-9, abs=0.5e-14)
     assert pair.F_c == pytest.approx(56.549e-9, abs=0.5e-12)
     assert mass == pytest.approx(2.3977e-15, abs=0.5e-19)
-
-
-def test_stiffnesses(pair):
     assert pair.k_n == pytest.approx(408.1, abs=0.05)
     assert pair.k_r == pytest.approx(0.7540, abs=0.5e-4)
     assert pair.k_s == pytest.approx(617.0, abs=0.05)
     material, interaction = of()
     printed = interaction.model_copy(update={"shear_modulus": "printed"})
     assert constants.pair_constants(material, printed).k_s == pytest.approx(572.9, abs=0.05)
+    assert period(2 * pair.k_n, mass) == pytest.approx(10.77e-9, abs=0.005e-9)
 
 
 @pytest.mark.parametrize(
@@ -65,10 +67,6 @@ def test_sliding_period(rule, m_s, nanoseconds, mass):
     interaction = interaction.model_copy(update={"shear_modulus": rule})
     k_s = constants.pair_constants(material, interaction).k_s
     assert period(k_s, mass) == pytest.approx(nanoseconds * 1e-9, abs=0.005e-9)
-
-
-def test_normal_period(pair, mass):
-    assert period(2 * pair.k_n, mass) == pytest.approx(10.77e-9, abs=0.005e-9)
 
 
 def contacts(material, interaction):
@@ -154,3 +152,173 @@ def test_damping_of_the_sources():
     assert viscous.kappa / critical == pytest.approx(0.0007, abs=0.5e-4)
     viscoelastic = constants.pair_constants(*of(damping="viscoelastic"))
     assert viscoelastic.kappa / viscous.kappa == pytest.approx(290, abs=10)  # "some 290"
+
+
+ALL = [laws.S12_STATIC, laws.G09_OMNIDIRECTIONAL, laws.UNIDIRECTIONAL, laws.dynamic_law(2.0)]
+
+
+@pytest.mark.parametrize("law", ALL, ids=lambda law: law.name)
+def test_inverse(law):
+    pressure = np.logspace(1, 6, 101)
+    phi = law.filling_factor(pressure)
+    # 1 - tanh loses digits where phi is near phi1 or phi2
+    np.testing.assert_allclose(law.pressure(phi), pressure, rtol=1e-8)
+    assert np.all(np.diff(phi) > 0)
+
+
+@pytest.mark.parametrize("law", ALL, ids=lambda law: law.name)
+def test_limits(law):
+    assert law.filling_factor(law.p_m) == pytest.approx((law.phi1 + law.phi2) / 2)
+    np.testing.assert_allclose(law.filling_factor([-5.0, 0.0]), law.phi1)
+    assert law.filling_factor(1e300) == pytest.approx(law.phi2)
+    assert law.pressure(law.phi1) == 0 and np.isinf(law.pressure(law.phi2))
+    assert np.all(np.isnan(law.pressure([law.phi1 - 0.01, law.phi2 + 0.01])))
+
+
+def test_as_printed():
+    """S12 eq 31 as it stands in the paper, and G09 eq 10."""
+    phi1, phi2, p_m, delta = 0.15, 0.58, 16.667e3, 0.562
+    pressure = np.array([1e2, 1e3, 1e4, 1e5])
+    printed = phi2 - (phi2 - phi1) / (np.exp((np.log10(pressure) - np.log10(p_m)) / delta) + 1)
+    np.testing.assert_allclose(laws.S12_STATIC.filling_factor(pressure), printed, rtol=1e-13)
+    inverse = p_m * ((phi2 - phi1) / (phi2 - printed) - 1) ** (delta * np.log(10))
+    np.testing.assert_allclose(laws.S12_STATIC.pressure(printed), inverse, rtol=1e-12)
+
+
+def test_speed_laws():
+    static = laws.S12_STATIC
+    assert laws.p_m_slow(0.0) == pytest.approx(static.p_m)
+    assert laws.delta_dynamic(0.0) == pytest.approx(static.delta, abs=1e-3)  # to what is printed
+    assert laws.p_m_fast(2.0) == pytest.approx(1340 * 2**1.93 + 307)
+    # two fits of the same points: 1.647 kPa at 1 m/s both, and nowhere more than a tenth apart
+    speeds = np.linspace(1, 25, 25)
+    square = (1.087 * speeds**2 + 0.560) * 1e3  # S12 eq 34
+    assert laws.p_m_fast(1.0) == pytest.approx(1647) == square[0]
+    np.testing.assert_allclose(square, laws.p_m_fast(speeds), rtol=0.1)
+    assert laws.dynamic_law(0.5).p_m == laws.p_m_slow(0.5)
+    assert laws.dynamic_law(5.0).delta == laws.delta_dynamic(5.0)
+    for law, speed in ((laws.p_m_slow, 1.1), (laws.p_m_fast, 0.9), (laws.delta_dynamic, 30)):
+        with pytest.raises(ValueError, match="m/s"):
+            law(speed)
+
+
+ICE, SILICATE = (Material(**NAMED[name]) for name in ("ice_t19", "silicate_s12"))
+
+
+def test_tensile_strength_and_coordination_number():
+    """T19 eq 33: 0.12 F_c/r^2 with the F_c of eq 3, and 6e5 Pa to the digit printed."""
+    F_c = 3 * np.pi * 0.1 * 0.05e-6
+    factor = laws.tensile_strength(1.0, ICE.surface_energy, ICE.radius)
+    assert factor == pytest.approx(0.12 * F_c / 1e-14, rel=1e-12)
+    assert factor == pytest.approx(6e5, rel=0.06)  # 0.12 and 6e5 are rounded, and C is +-8 %
+    phi = np.array([0.1, 0.2])
+    strength = laws.tensile_strength(phi, ICE.surface_energy, ICE.radius)
+    assert strength[1] / strength[0] == pytest.approx(2**1.8)
+    half = laws.tensile_strength(phi, 0.5 * ICE.surface_energy, 2 * ICE.radius)
+    np.testing.assert_allclose(half, strength / 4)
+    # section 4.3: 3 to 200 Pa at phi = 0.2 and 20 mJ/m^2 means radii of 220 to 3.3 um
+    for strength, radius in ((3.0, 220e-6), (200.0, 3.3e-6)):
+        assert laws.tensile_strength(0.2, 0.02, radius) == pytest.approx(strength, rel=0.08)
+    assert laws.tensile_strength_laboratory(0.0) == pytest.approx(10**2.8)
+    assert np.log10(laws.tensile_strength_laboratory(0.5)) == pytest.approx(2.8 + 0.74)
+    assert laws.coordination_number(0.0) == 2
+    assert laws.coordination_number(0.5) == pytest.approx(2 + 9.38 * 0.5**1.62)
+
+
+def test_isotropic_compression():
+    ice = (ICE.surface_energy, ICE.radius, ICE.critical_rolling)
+    assert laws.rolling_energy(*ice) == pytest.approx(4.7e-16, rel=0.01)  # T19 eq 1, as printed
+    assert laws.isotropic_pressure(0.1, *ice) == pytest.approx(4.7e5 * 1e-3, rel=0.01)
+    # sound speed of eq 10, sqrt(P/rho): 22 m/s phi
+    sound = np.sqrt(laws.isotropic_pressure(0.1, *ice) / (0.1 * ICE.density))
+    assert sound == pytest.approx(22 * 0.1, rel=0.02)
+
+
+# scaled overlaps from a hair above pull-off to a tenth of the radius and beyond
+OVERLAPS = np.concatenate(
+    [-PULL_OFF + np.logspace(-9, -1, 30), np.linspace(-0.7, 2.0, 50), np.logspace(0.4, 5, 30)]
+)
+
+
+def solved(d):
+    return brentq(
+        lambda s: 3 * s**4 - 2 * s - d, S_PULL_OFF, 5.0 + abs(d) ** 0.25, xtol=1e-15, rtol=8.9e-16
+    )
+
+
+def radius_after(steps):
+    """The kernel's own s(d) after so many Newton steps, as a function of a NumPy array."""
+    ti.init(arch=ti.cpu, default_fp=ti.f64, fast_math=True, log_level=ti.ERROR)
+    contact_radius = normal.contact_radius(steps)
+
+    @ti.kernel
+    def evaluate(d: ti.types.ndarray(ti.f64, 1), s: ti.types.ndarray(ti.f64, 1)):
+        for k in d:
+            s[k] = contact_radius(d[k])
+
+    def of(d):
+        d = np.atleast_1d(np.asarray(d, float))
+        s = np.empty_like(d)
+        evaluate(d, s)
+        return s
+
+    return of
+
+
+@pytest.fixture(scope="module")
+def radius():
+    return radius_after(2)
+
+
+def test_contact_radius(radius):
+    """A Newton step squares the error of the start, 8e-5 -> 1e-8 -> 1e-13 (as normal.py states).
+
+    Close to pull-off ds/dd ~ 1/sqrt(d + PULL_OFF) magnifies rounding of d, for brentq as for
+    Newton, and within 1e-7 of it the slope is held back: what is left is the start's t^2.
+    """
+    exact = np.array([solved(d) for d in OVERLAPS])
+    depth = OVERLAPS + PULL_OFF
+    allowed = 1e-13 + 4e-16 / np.sqrt(depth) + np.where(depth < 1e-6, depth, 0.0)
+    assert np.all(np.abs(radius(OVERLAPS) / exact - 1) < allowed)
+
+
+@pytest.mark.parametrize("steps, least, most", [(0, 1e-7, 1e-3), (1, 1e-13, 1e-7), (2, 0, 1e-12)])
+def test_fewer_newton_steps_are_less_exact(steps, least, most):
+    """The fit alone is 8e-5 off in s, and forces 6 s^5 - 3 s^2 = 3 times that of 4 F_c at rest; one
+    Newton step squares it to below 1e-7. From touch to four times the overlap at rest."""
+    overlaps = np.linspace(0.0, 4.0, 200)
+    exact = np.array([solved(d) for d in overlaps])
+    found = normal.force(radius_after(steps)(overlaps))
+    worst = np.abs(found - normal.force(exact)).max()
+    assert least <= worst < most
+
+
+def test_far_apart_is_a_number(radius):
+    """Empty lanes are 1e9 um and more apart; zero times their energy must be zero."""
+    energy = normal.energy(radius(-np.logspace(0, 14, 15)))
+    assert np.all(np.isfinite(energy)) and np.all(0.0 * energy == 0.0)
+
+
+def test_start_value_holds_its_promise():
+    """8e-5 on s is what normal.py states."""
+    exact = np.array([solved(d) for d in OVERLAPS])
+    assert np.max(np.abs(np.sqrt(normal.start(np.sqrt(OVERLAPS + PULL_OFF))) / exact - 1)) < 8.5e-5
+
+
+def test_force_is_the_derivative_of_the_energy():
+    """dU/ddelta by a complex step through s(delta): no cancellation, so rounding only."""
+    for d in OVERLAPS[OVERLAPS > -PULL_OFF + 1e-3]:
+        s = solved(d)
+        ds = 1e-30 / (12 * s**3 - 2)  # implicit derivative of 3 s^4 - 2 s = d
+        slope = normal.energy(s + 1j * ds).imag / 1e-30
+        # U/(4 F_c delta0) over d gives F/(4 F_c), up to rounding of the terms that cancel
+        assert slope == pytest.approx(normal.force(s), rel=1e-12, abs=1e-13)
+
+
+def test_values_on_the_branch():
+    assert 4 * normal.force(S_PULL_OFF) == pytest.approx(-5 / 9, rel=1e-14)
+    assert 4 * normal.force((2 / 3) ** (1 / 3)) == pytest.approx(-8 / 9, rel=1e-14)
+    assert normal.force(1.0) == 0.0
+    smallest = min(4 * normal.force(np.linspace(S_PULL_OFF, 1, 10001)))
+    assert smallest == pytest.approx(-1.0, rel=1e-8)  # -F_c; the grid misses s^3 = 1/2 by 3e-5
+    assert normal.energy(0.0) == 0.0

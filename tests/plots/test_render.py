@@ -181,6 +181,9 @@ def test_continuous_colours_have_units(run):
     own = plots.grains(run, color=np.arange(6.0), label="number", dpi=60).axes[-1]
     assert own.get_ylabel() == "number"
     assert len(plots.grains(run, color="uniform", dpi=60).axes) == 2  # picture and scale bar
+    before = dict(matplotlib.rcParams)
+    plots.grains(run, dpi=40)
+    assert dict(matplotlib.rcParams) == before
 
 
 def test_nothing_is_clipped(run):
@@ -254,31 +257,19 @@ def test_refusals(run):
         plots.grains(run, color=[1.0, 2.0], dpi=40)
 
 
-def test_settings_of_matplotlib_stay(run):
-    before = dict(matplotlib.rcParams)
-    plots.grains(run, dpi=40)
-    assert dict(matplotlib.rcParams) == before
-
-
-def test_gif(run, tmp_path):
+def test_films(run, tmp_path, monkeypatch):
     path = plots.animation(run, tmp_path / "a.gif", dpi=50)
     with Image.open(path) as images:
         assert images.n_frames == 3 and images.info["loop"] == 0
         first = np.asarray(images.convert("RGB"), float)
         images.seek(2)
         assert np.abs(np.asarray(images.convert("RGB"), float) - first).max() > 100  # it moves
-
-
-def test_mp4(run, tmp_path):
     path = plots.animation(run, tmp_path / "a.mp4", color="fragment", dpi=50)
     assert path.read_bytes()[4:8] == b"ftyp"
     with pytest.raises(DustError, match=r"allowed: \.gif and \.mp4"):
         plots.animation(run, tmp_path / "a.avi")
     with pytest.raises(DustError, match="ffmpeg could not write"):
         plots.animation(run, tmp_path / "missing" / "a.mp4", dpi=50)
-
-
-def test_mp4_without_ffmpeg(run, tmp_path, monkeypatch):
     monkeypatch.setattr(film.shutil, "which", lambda name: None)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(DustError, match=r"allowed: \.gif.*dusttaichi\[export\]"):

@@ -163,6 +163,9 @@ def test_a_cut_grain_has_its_own_colour(opened, written):
     flat = flat_share(shot(view))
     view.get_by_label("cut across").select_option("y")
     assert flat_share(shot(view)) > flat + 0.05
+    view = opened(written.as_uri())
+    view.get_by_role("button", name="light / dark").click()
+    assert shot(view)[0, 0].max() < 60
 
 
 def test_what_is_shown_is_explained(opened, written):
@@ -200,12 +203,6 @@ def test_a_view_is_kept_as_picture_and_as_address(opened, written):
     assert "colour=height" in view.url and "snapshot=1" in view.url
     again = opened(view.url)
     assert np.mean(np.abs(shot(again).astype(int) - seen)) < 1.0
-
-
-def test_the_reader_may_choose_light_or_dark(opened, written):
-    view = opened(written.as_uri())
-    view.get_by_role("button", name="light / dark").click()
-    assert shot(view)[0, 0].max() < 60
 
 
 def inked(picture, least=40):

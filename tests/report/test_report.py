@@ -110,15 +110,12 @@ def test_pages_of_many_particles_keep_fewer_snapshots():
     frames = xr.Dataset({"position": (("snapshot", "grain", "xyz"), np.zeros((50, 40_000, 1)))})
     numbers = chosen(frames)
     assert len(numbers) == 15 and numbers[0] == 0 and numbers[-1] == 49
-
-
-def test_what_is_sheared_is_known():
     series = xr.Dataset({"shear_strain": ("time", [0.0, 0.1])})
     assert Run("run", series, None, None).sheared
     assert not Run("run", xr.Dataset(), None, None).sheared
 
 
-def test_a_run_has_its_figures_and_numbers(tmp_path, monkeypatch):
+def test_runs_have_their_figures_and_numbers_one_alone_or_side_by_side(tmp_path, monkeypatch):
     monkeypatch.setattr(page, "particles", lambda run: None)
     synthetic.compression_run(tmp_path / "result.nc")
     with open_run(tmp_path) as run:
@@ -126,6 +123,16 @@ def test_a_run_has_its_figures_and_numbers(tmp_path, monkeypatch):
     (one,) = data["runs"]
     assert {"compression", "ledger", "profile"} <= {f["name"] for f in one["figures"]}
     assert dict((row[0], row[1]) for row in one["table"])["grains"] == "1,000"
+    monkeypatch.setattr(page, "particles", lambda run: None)
+    monkeypatch.setattr(page.plots, "drawn", lambda run: [])
+    paths = [tmp_path / name / "result.nc" for name in "ab"]
+    for seed, path in enumerate(paths):
+        path.parent.mkdir()
+        synthetic.compression_run(path, seed=seed)
+    runs = [open_run(path) for path in paths]
+    data = report.report_data(runs)
+    assert len(data["runs"]) == 2 and len(data["table"][0]) == 3
+    assert [f["name"] for f in data["figures"]] == ["compression"]
 
 
 def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeypatch):
@@ -143,19 +150,6 @@ def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeyp
     assert {f["name"] for f in one["figures"]} == {"compression", "ledger", "profile"}
     failed = [row for row in one["table"] if row[0] == "figure not drawn"]
     assert failed == [["figure not drawn", "Contacts: IndexError: index 3 is out of bounds", ""]]
-
-
-def test_several_runs_stand_side_by_side(tmp_path, monkeypatch):
-    monkeypatch.setattr(page, "particles", lambda run: None)
-    monkeypatch.setattr(page.plots, "drawn", lambda run: [])
-    paths = [tmp_path / name / "result.nc" for name in "ab"]
-    for seed, path in enumerate(paths):
-        path.parent.mkdir()
-        synthetic.compression_run(path, seed=seed)
-    runs = [open_run(path) for path in paths]
-    data = report.report_data(runs)
-    assert len(data["runs"]) == 2 and len(data["table"][0]) == 3
-    assert [f["name"] for f in data["figures"]] == ["compression"]
 
 
 def test_figures_become_interactive():
@@ -192,6 +186,13 @@ def test_histograms_keep_all_their_steps():
     (trace,) = interactive(figure, "one", "One")["data"]
     heights = {y for y in trace["y"] if y is not None}
     assert heights == {float(f"{share:.5g}") for share in shares}
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([0, 1], [2.0, 3.0])
+    axes.set_xticks([0, 1], ["none", "viscous"])
+    layout = interactive(figure, "one", "One")["layout"]
+    assert layout["xaxis"]["ticktext"] == ["none", "viscous"]
+    assert layout["xaxis"]["tickvals"] == [0.0, 1.0] and "tickvals" not in layout["yaxis"]
 
 
 def test_pictures_stay_pictures():
@@ -201,16 +202,6 @@ def test_pictures_stay_pictures():
         figure.subplots().imshow(np.zeros((2, 2)))
         shown = json.loads(page.as_json(interactive(figure, "one", "One")))
         assert shown["image"].startswith("data:image/png") and shown["wide"] is wide
-
-
-def test_axes_of_names_keep_their_names():
-    figure = Figure()
-    axes = figure.subplots()
-    axes.plot([0, 1], [2.0, 3.0])
-    axes.set_xticks([0, 1], ["none", "viscous"])
-    layout = interactive(figure, "one", "One")["layout"]
-    assert layout["xaxis"]["ticktext"] == ["none", "viscous"]
-    assert layout["xaxis"]["tickvals"] == [0.0, 1.0] and "tickvals" not in layout["yaxis"]
 
 
 def test_a_sweep_has_its_curves_its_numbers_and_its_runs(sweep, tmp_path):
