@@ -220,7 +220,7 @@ def test_a_wall_that_pushes(tmp_path):
             analysis.arrival(run, "top")
         with pytest.raises(DustError, match="no grain 40; allowed: 0 to 39"):
             analysis.arrival(run, 40)
-    with opened(tmp_path, [{"position": np.eye(3) * 1e-5}] * 3) as run:
+    with opened(tmp_path / "still", [{"position": np.eye(3) * 1e-5}] * 3) as run:
         with pytest.raises(DustError, match="is not displaced"):
             analysis.arrival(run, 0)
         arrivals = analysis.arrival(run, 0, threshold=1e-10)

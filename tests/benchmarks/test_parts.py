@@ -1,10 +1,16 @@
-"""What the parts of a scene cost: pairs of scenes, timed in turn."""
+"""Costs of the parts of a scene: pairs of scenes, timed in turn; instructions of a process."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pandas as pd
 import pytest
 from scenes import CONFIGS, KERNELS
 
 from benchmarks import parts, sample
+from benchmarks.instructions import Stepper
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.scene import from_yaml, load
@@ -101,3 +107,47 @@ def test_every_part_of_a_scene_has_a_row_or_a_note(monkeypatch, capsys):
     (row,) = [line for line in text.splitlines() if line.startswith("rolling")]
     assert row.split() == "rolling 2.0 1.5 0.750 0.010 25.0".split() and "ns a" in text
     assert "walls: refused: no room here" in table.notes
+
+
+CHILD = """
+import sys, threading
+from benchmarks.instructions import mark
+rounds, go, done = [50, 100], threading.Semaphore(0), threading.Semaphore(0)
+def work():
+    for n in rounds:
+        go.acquire()
+        for _ in range(n):
+            pass
+        done.release()
+threading.Thread(target=work).start()
+print("ready", flush=True)
+sys.stdin.readline()
+for _ in rounds:
+    mark()
+    go.release()
+    done.acquire()
+    mark()
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="not Linux")
+def test_twice_the_work_takes_more_instructions():
+    with subprocess.Popen(
+        [sys.executable, "-c", CHILD],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+    ) as child:
+        child.stdout.readline()
+        try:
+            with Stepper(child.pid) as stepper:
+                child.stdin.write("go\n")
+                child.stdin.flush()
+                once, twice = stepper.instructions(), stepper.instructions()
+        except DustError as error:
+            child.kill()
+            pytest.skip(str(error))
+    # an iteration of nothing takes Python ten instructions at least
+    assert once > 50 * 10
+    assert twice > once + 50 * 10

@@ -1,11 +1,16 @@
-"""Neighbour search against brute force, while grains move."""
+"""Neighbour search against brute force, while grains move; their order; bits and threads."""
+
+import os
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scenes import FAR, RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi import samples
+from dusttaichi.compute import backend, compiler
 from dusttaichi.grains.measure import energies
+from dusttaichi.grains.order import PART, grain_order
 
 GRAINS = 300
 FREE = {"boundary": FAR, "dt": "0.1 ns"}
@@ -157,3 +162,92 @@ def test_wall_contacts_against_brute_force():
         assert not walls & beyond(-overlap, 0.3459e-9)
         touched = max(touched, len(walls))
     assert touched > 5
+
+
+def gas(threads):
+    scene = make_scene(dt="0.1 ns", damping="viscoelastic", boundary=FAR, threads=threads)
+    return Probe(scene, sample_of(*stirred()))
+
+
+def pressed(threads):
+    scene = make_scene(
+        damping="viscoelastic",
+        threads=threads,
+        boundary=box(wall_speed=1.0, side_walls=1e-3),
+        sample={"kind": "rbd", "grains": 420, "seed": 3},
+    )
+    return Probe(scene, samples.make(scene))
+
+
+def numbers(probe):
+    m = energies(probe.sim)
+    return np.concatenate([np.atleast_1d(m[name]).astype(float) for name in sorted(m)])
+
+
+def test_threads_change_no_bit():
+    """More threads than cores as well: the first worker goes on alone if the others do not come."""
+    expected = {}
+    for threads in (1, 2, 3):
+        for make in (gas, pressed):
+            probe = make(threads)
+            probe.advance(150)
+            found = state(probe), numbers(probe)
+            first = expected.setdefault(make, found)
+            same_bits(first[0], found[0])
+            assert np.array_equal(first[1], found[1])
+
+
+def test_settings_of_taichi_in_the_shell_change_nothing(monkeypatch):
+    seen = []
+    monkeypatch.setattr(backend.ti, "init", lambda **how: seen.append(dict(os.environ)))
+    monkeypatch.setattr(backend, "settings", SimpleNamespace)
+    foreign = {compiler.variable("ARCH"): "vulkan", compiler.variable("DEBUG"): "1"}
+    folder = compiler.variable(compiler.KERNEL_FOLDER)
+    for name, value in foreign.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setenv(folder, "/here")
+    backend.start_taichi(make_scene(**FREE), 1)
+    assert not foreign.keys() & set(seen[0])
+    assert seen[0][folder] == "/here" and foreign.items() <= os.environ.items()
+
+
+SIDE = 16  # grains along an edge of a cube of them, a diameter of 2 apart
+
+
+def cube():
+    place = np.arange(SIDE, dtype=float)
+    grid = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1)
+    return 2.0 * np.random.default_rng(1).permutation(grid.reshape(-1, 3))
+
+
+@pytest.mark.parametrize("workers", [2, 4, 8])
+def test_workers_have_blocks_of_the_sample(workers):
+    """Each has a box of the cube, so that no more than its faces are another's neighbours: of a
+    cube of n^3 grains one, two and three planes of n^2 pairs part 2, 4 and 8 workers."""
+    x = cube()
+    order = grain_order(x, 4.0)
+    assert np.array_equal(np.sort(order), np.arange(len(x)))
+    owner = np.empty(len(x), int)
+    owner[order] = np.arange(len(x)) * workers // len(x)
+    at = {tuple(place): own for place, own in zip(x, owner, strict=True)}
+    parted = sum(
+        at[place] != at[beyond]
+        for place in at
+        for beyond in [(place[0] + 2.0, *place[1:]), (place[0], place[1] + 2.0, place[2]),
+                       (*place[:2], place[2] + 2.0)]
+        if beyond in at
+    )  # fmt: skip
+    assert parted == {2: 1, 4: 2, 8: 3}[workers] * SIDE**2
+
+
+def test_grains_at_the_first_cut_stand_together():
+    """Last in each part, so that those of a half are as many runs as it has parts."""
+    x = cube()
+    order = grain_order(x, 4.0)
+    half = x[order[: len(x) // 2]]
+    axis = int(np.argmin(np.ptp(half, axis=0)))
+    at_cut = half[:, axis] == half[:, axis].max()
+    if half[:, axis].min() > 0.0:  # the upper half
+        at_cut = half[:, axis] == half[:, axis].min()
+    runs = np.count_nonzero(np.diff(at_cut.astype(int)) == 1)
+    assert at_cut.sum() == SIDE**2 and runs <= len(half) // PART

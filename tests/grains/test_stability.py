@@ -1,19 +1,21 @@
-"""The largest stable step: predicted, measured, and enforced."""
+"""The largest stable step: predicted, measured, enforced; loads for which there are too few."""
 
 import numpy as np
 import pytest
-from scenes import FAR, RADIUS, Probe, box, make_scene, sample_of, two_materials
+from scenes import CONFIGS, FAR, RADIUS, Probe, box, make_scene, sample_of, two_materials
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains import network
 from dusttaichi.grains.build import build
 from dusttaichi.grains.grain_contacts import grain_properties
 from dusttaichi.grains.measure import energies
-from dusttaichi.grains.time_step import fastest, step_of_motion, time_step
+from dusttaichi.grains.preview import preview
+from dusttaichi.grains.time_step import fastest, short_loads, step_of_motion, time_step
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics import network as springs
 from dusttaichi.physics.contact import constants, jkr_curve
 from dusttaichi.samples import Sample
+from dusttaichi.scene import load
 from dusttaichi.studies.extremes_task import measured_limit
 
 D = 2 * RADIUS - 0.16627e-9
@@ -209,3 +211,22 @@ def test_spins_and_unlike_grains_are_resolved():
     motion = fastest(scene, mixture, mixture.radii)
     own = step_of_motion(scene, None, motion)
     assert step_of_motion(scene, bodies, motion) < 0.2 * own  # the small grain's contacts ring so
+
+
+def test_a_draft_has_too_few_steps_for_a_load_of_the_same_time():
+    """12 us are 39,786 steps of 0.30 ns, and 7,878 of a draft."""
+    scene = load(CONFIGS / "trade/unseen/load_steps.yaml")
+    draft = scene.with_value("numerics.accuracy", "draft")
+    assert "Controlled loads" not in dict(preview(scene).sections)
+    found = [text for _, text in dict(preview(draft).sections)["Controlled loads"]]
+    assert [text.split(" controls")[0] for text in found] == ["stage hold_5", "stage hold_20"]
+    assert "for 7,878 steps" in found[0] and "stop.time at least 23 µs" in found[0]
+
+
+def test_only_stages_that_nothing_else_ends_have_a_remark():
+    scene = load(CONFIGS / "trade/unseen/load_steps.yaml")
+    settling = scene.with_value("stages.1.stop", {"creep": "200 s^-1", "time": "12 us"})
+    counted = settling.with_value("stages.3.stop", {"steps": 20_000})
+    assert len(short_loads(scene, 2e-9)) == 2
+    assert len(short_loads(settling, 2e-9)) == 1
+    assert short_loads(counted, 2e-9) == []

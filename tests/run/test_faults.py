@@ -99,11 +99,10 @@ def test_resume_with_nothing_there_begins_and_says_so(tmp_path):
     assert len(log) == 1 and "starting from the beginning" in log[0]
     whole = execute(scene, tmp_path / "whole")
     assert_same_bits(whole / RESULT, directory / RESULT)
-    directory = execute(from_yaml(PLAIN), tmp_path / "run")
-    for file in directory.glob(f"{CHECKPOINT}*"):
+    for file in whole.glob(f"{CHECKPOINT}*"):
         file.unlink()
     with pytest.raises(DustError, match="is finished, and its checkpoint is missing"):
-        execute(from_yaml(PLAIN), directory, resume=True)
+        execute(scene, whole, resume=True)
 
 
 @pytest.mark.parametrize("moment", ["before", "in"])
