@@ -10,6 +10,8 @@ C_TYPES = {
     "f32": "float",
     "f64": "double",
     "pred": "uint8_t",
+    "s128": "__int128",
+    "u128": "unsigned __int128",
 }
 SPECIAL = {"%laneid": "(T->tid & 31)"} | {
     f"%{name}.{axis}": f"T->{name}" if axis == "x" else "0" if name in ("tid", "ctaid") else "1"
@@ -20,14 +22,31 @@ COMPARE = {"eq": "==", "ne": "!=", "lt": "<", "le": "<=", "gt": ">", "ge": ">="}
 COMPARE |= {"lo": "<", "ls": "<=", "hi": ">", "hs": ">="}
 ROUNDING = {"rni": "rint", "rzi": "trunc", "rmi": "floor", "rpi": "ceil"}
 LOGIC = {"and": "&", "or": "|", "xor": "^"}
-# C of what an instruction makes of its operands after the first, all read as its type; "add.f" is
-# of floats. {kind}: the type, {u}: the unsigned integer of its width, {f}: f of single precision.
+SIGNS = LOGIC | {"add.f": "+", "sub.f": "-", "mul.f": "*", "div": "/", "rem": "%"}
+SIGNS |= {f"setp.{name}": sign for name, sign in COMPARE.items()}
+# C of what an instruction makes of its operands after the first, read as its type if none is named;
+# "add.f" is of floats. {kind}: the type, {bits}: of it, {u}: the unsigned integer of its width,
+# {c2}: the integer of twice its width, {f}: f of single precision.
 FORMS = {
-    **{
-        name: f"({{u}})({{0}}) {sign} ({{u}})({{1}})" for name, sign in (("add", "+"), ("sub", "-"))
-    },
-    **{f"{name}.f": f"{{0}} {sign} {{1}}" for name, sign in (("add", "+"), ("sub", "-"))},
-    **{name: f"{{0}} {sign} {{1}}" for name, sign in (*LOGIC.items(), ("div", "/"), ("rem", "%"))},
+    **{name: f"{{0}} {sign} {{1}}" for name, sign in SIGNS.items()},
+    **{f"setp.{x}u": f"unordered({{0}}, {{1}}) || {{0}} {s} {{1}}" for x, s in COMPARE.items()},
+    "add": "({u})({0}) + ({u})({1})",
+    "sub": "({u})({0}) - ({u})({1})",
+    "setp.ne.f": "!unordered({0}, {1}) && {0} != {1}",
+    "setp.num": "!unordered({0}, {1})",
+    "setp.nan": "unordered({0}, {1})",
+    "selp": "{2:pred} ? {0} : {1}",
+    "mul.lo": "({u})({0}) * ({u})({1})",
+    "mul.wide": "({c2}){0} * ({c2}){1}",
+    "mul.hi": "(({c2}){0} * ({c2}){1}) >> {bits}",
+    "mad.lo": "({u})({0}) * ({u})({1}) + {2}",
+    "mad.wide": "({c2}){0} * ({c2}){1} + {2:wide}",
+    "mad.hi": "((({c2}){0} * ({c2}){1}) >> {bits}) + {2}",
+    "shl": "{1:u32} >= {bits} ? 0 : {0} << {1:u32}",
+    "shr": "{1:u32} >= {bits} ? 0 : {0} >> {1:u32}",
+    "shr.s": "{0} >> ({1:u32} < {bits} ? {1:u32} : {bits} - 1)",
+    "bfe": "bfe_{kind}({0}, {1:u32}, {2:u32})",
+    "cvta": "{0}",
     "min": "{0} < {1} ? {0} : {1}",
     "max": "{0} > {1} ? {0} : {1}",
     "abs": "({0} < 0 ? -{0} : {0})",
@@ -50,7 +69,7 @@ FORMS = {
     "min.f": "__builtin_fmin{f}({0}, {1})",
     "max.f": "__builtin_fmax{f}({0}, {1})",
 }
-COUNTS = ("popc", "clz")  # their result has 32 bits
+RESULTS = {"setp": "pred", "popc": "u32", "clz": "u32"}  # of another type than the operands
 STOP = 'emu_stop("a kernel has stopped: trap");'
 # C of an instruction without a result
 PLAIN = {"ret": "return;", "trap": STOP, "exit": STOP, "membar": ";", "fence": ";"}
@@ -99,6 +118,36 @@ def operands(text):
     return out + [here.strip()] if here.strip() else out
 
 
+def read(text, kind):
+    """An operand read as that type."""
+    c_type = C_TYPES[kind]
+    if text in SPECIAL:
+        return f"(({c_type}){SPECIAL[text]})"
+    if text.startswith("%"):
+        return f"{variable(text)}.{kind}"
+    if text[:2] in ("0d", "0f"):
+        bits = f"0x{text[2:]}ull"
+        return f"as_{'f64' if text[1] == 'd' else 'f32'}({bits})" if is_float(kind) else bits
+    if re.match(r"-?\d+$", text):
+        if is_float(kind):
+            return f"as_{kind}({text}ull)"
+        if text == "-9223372036854775808":
+            return f"(({c_type})INT64_MIN)"
+        return f"(({c_type}){text}{'ll' if '-' in text else 'ull'})"
+    match = re.match(r"([\w$.]+)\+(\d+)$", text)
+    return f"((uint64_t){match[1]} + {match[2]})" if match else f"((uint64_t){text})"
+
+
+class Operand:
+    """An operand of a form, which is read as the type that the form names, or its instruction."""
+
+    def __init__(self, text, kind, wide):
+        self.text, self.kinds = text, {"": kind, "wide": wide}
+
+    def __format__(self, named):
+        return read(self.text, self.kinds.get(named, named))
+
+
 class Body:
     """The body of one function: its statements in C."""
 
@@ -107,25 +156,6 @@ class Body:
         self.label, self.targets = None, {}  # the last label, the targets of a table of jumps
 
     # -- operands --------------------------------------------------------------------------------
-
-    def value(self, text, kind):
-        """An operand read as that type."""
-        c_type = C_TYPES[kind]
-        if text in SPECIAL:
-            return f"(({c_type}){SPECIAL[text]})"
-        if text.startswith("%"):
-            return f"{variable(text)}.{kind}"
-        if text[:2] in ("0d", "0f"):
-            bits = f"0x{text[2:]}ull"
-            return f"as_{'f64' if text[1] == 'd' else 'f32'}({bits})" if is_float(kind) else bits
-        if re.match(r"-?\d+$", text):
-            if is_float(kind):
-                return f"as_{kind}({text}ull)"
-            if text == "-9223372036854775808":
-                return f"(({c_type})INT64_MIN)"
-            return f"(({c_type}){text}{'ll' if '-' in text else 'ull'})"
-        match = re.match(r"([\w$.]+)\+(\d+)$", text)
-        return f"((uint64_t){match[1]} + {match[2]})" if match else f"((uint64_t){text})"
 
     def assign(self, name, kind, value):
         """Writes a value of that type to a register, which may be wider."""
@@ -137,7 +167,7 @@ class Body:
 
     def address(self, text):
         base, offset = re.match(r"(.+?)([+-]-?\d+)?$", text.strip()[1:-1]).groups()
-        return f"({self.value(base, 'u64')} {(offset or '').replace('+-', '-')})"
+        return f"({read(base, 'u64')} {(offset or '').replace('+-', '-')})"
 
     # -- instructions ----------------------------------------------------------------------------
 
@@ -147,8 +177,9 @@ class Body:
         kind, a = mods[-1] if mods else "", operands(text)
         if name in PLAIN:
             return PLAIN[name]
-        for known in (f"{name}.{kind}", f"{name}.{kind[:1]}", name):
-            if known in FORMS:
+        ways = [f"{mod}.{kind[:1]}" for mod in mods]
+        for known in (*(f"{name}.{way}" for way in (*ways, *mods, kind[:1])), name):
+            if known in FORMS and not (name == "setp" and LOGIC.keys() & set(mods)):
                 return self._formed(FORMS[known], name, mods, a)
         found = getattr(self, f"do_{name}", None)
         if found is None:
@@ -156,11 +187,14 @@ class Body:
         return found(mods, kind, a)
 
     def _formed(self, form, name, mods, a):
-        kind, values = mods[-1], [self.value(x, mods[-1]) for x in a[1:]]
-        words = {"kind": kind, "u": C_TYPES.get("u" + kind[1:]), "f": "f" if kind == "f32" else ""}
+        kind, bits = mods[-1], 8 * size_of(mods[-1])
+        wide = f"{kind[0]}{2 * bits}"
+        to = wide if "wide" in mods else RESULTS.get(name, kind)
+        words = {"kind": kind, "bits": bits, "f": "f" if kind == "f32" else ""}
+        words |= {"u": C_TYPES.get(f"u{bits}"), "c2": C_TYPES.get(wide)}
         words["exact"] = "exact" if "rn" in mods else "approx"
-        value = self._flushed(kind, mods, form.format(*values, **words))
-        return self.assign(a[0], "u32" if name in COUNTS else kind, value)
+        values = [Operand(x, kind, wide) for x in a[1:]]
+        return self.assign(a[0], to, self._flushed(to, mods, form.format(*values, **words)))
 
     def do_bra(self, mods, kind, a):
         return f"goto {a[0].replace('$', '_S_')};"
@@ -168,7 +202,7 @@ class Body:
     def do_brx(self, mods, kind, a):
         jumps = enumerate(self.targets[a[1]])
         cases = " ".join(f"case {n}: goto {to.replace('$', '_S_')};" for n, to in jumps)
-        return f"switch ({self.value(a[0], 'u32')}) {{ {cases} }}"
+        return f"switch ({read(a[0], 'u32')}) {{ {cases} }}"
 
     def do_bar(self, mods, kind, a):
         if mods[0] not in ("sync", "warp"):
@@ -188,18 +222,13 @@ class Body:
                 self.assign(p, f"b{w}", f"(uint{w}_t)(whole >> {w * n})")
                 for n, p in enumerate(parts)
             )
-            return f"{{ uint64_t whole = {self.value(a[1], kind)}; {' '.join(pieces)} }}"
+            return f"{{ uint64_t whole = {read(a[1], kind)}; {' '.join(pieces)} }}"
         if a[1].startswith("{"):
             parts = operands(a[1][1:-1])
             w = int(kind[1:]) // len(parts)
-            values = [
-                f"((uint64_t){self.value(p, f'b{w}')} << {w * n})" for n, p in enumerate(parts)
-            ]
+            values = [f"((uint64_t){read(p, f'b{w}')} << {w * n})" for n, p in enumerate(parts)]
             return self.assign(a[0], kind, f"({C_TYPES[kind]})({' | '.join(values)})")
-        return self.assign(a[0], kind, self.value(a[1], kind))
-
-    def do_cvta(self, mods, kind, a):
-        return self.assign(a[0], "u64", self.value(a[1], "u64"))
+        return self.assign(a[0], kind, read(a[1], kind))
 
     @staticmethod
     def _space(mods):
@@ -228,7 +257,7 @@ class Body:
         if space:
             out += f"emu_aligned(T, a, {len(registers)} * sizeof({c_type})); "
         for n, register in enumerate(registers):
-            value, place = self.value(register, kind), f"(({c_type} *)a)[{n}]"
+            value, place = read(register, kind), f"(({c_type} *)a)[{n}]"
             if space:
                 same = f"!memcmp(&new, (void *)(a + {n} * sizeof new), sizeof new)"
                 out += f"{{ {c_type} new = {value}; "
@@ -240,7 +269,7 @@ class Body:
 
     def do_atom(self, mods, kind, a, first=1):
         which, c_type = next(m for m in mods if m in ATOMIC), C_TYPES[kind]
-        new = ATOMIC[which].format(*(self.value(x, kind) for x in a[first + 1 :]))
+        new = ATOMIC[which].format(*(read(x, kind) for x in a[first + 1 :]))
         out = f"{{ {c_type} *a = ({c_type} *){self.address(a[first])}; "
         is_sum = int(which == "add" and is_float(kind))
         out += "emu_aligned(T, (uint64_t)a, sizeof *a); "
@@ -252,7 +281,7 @@ class Body:
 
     def do_cvt(self, mods, kind, a):
         to, source = mods[-2], mods[-1]
-        x = self._flushed(source, mods, self.value(a[1], source))
+        x = self._flushed(source, mods, read(a[1], source))
         rounding = next((ROUNDING[m] for m in mods if m in ROUNDING), "")
         if is_float(source) and not is_float(to):
             return self.assign(a[0], to, f"sat_{to}({rounding}((double){x}))")
@@ -264,61 +293,6 @@ class Body:
     @staticmethod
     def _flushed(kind, mods, value):
         return f"ftz({value})" if kind == "f32" and "ftz" in mods else value
-
-    def do_setp(self, mods, kind, a):
-        if any(m in LOGIC for m in mods):
-            raise Untranslated("setp." + ".".join(mods))
-        how, x, y = mods[0], self.value(a[1], kind), self.value(a[2], kind)
-        if is_float(kind) and how in ("num", "nan"):
-            value = f"({'!' if how == 'nan' else ''}({x} == {x} && {y} == {y}))"
-        elif is_float(kind) and how.endswith("u") and how[:-1] in COMPARE:
-            value = f"(unordered({x}, {y}) || {x} {COMPARE[how[:-1]]} {y})"
-        elif is_float(kind) and how == "ne":
-            value = f"(!unordered({x}, {y}) && {x} != {y})"
-        else:
-            value = f"({x} {COMPARE[how]} {y})"
-        return self.assign(a[0].split("|")[0], "pred", value)
-
-    def do_selp(self, mods, kind, a):
-        x, y = self.value(a[1], kind), self.value(a[2], kind)
-        return self.assign(a[0], kind, f"{self.value(a[3], 'pred')} ? {x} : {y}")
-
-    def do_mul(self, mods, kind, a):
-        return self._product(mods, kind, a, None)
-
-    def do_mad(self, mods, kind, a):
-        return self._product(mods, kind, a, a[3])
-
-    def _product(self, mods, kind, a, more):
-        x, y, to = self.value(a[1], kind), self.value(a[2], kind), kind
-        if is_float(kind):
-            return self.assign(a[0], kind, self._flushed(kind, mods, f"{x} * {y}"))
-        bits = int(kind[1:])
-        if "wide" in mods:
-            to = kind[0] + str(2 * bits)
-            value = f"({C_TYPES[to]}){x} * ({C_TYPES[to]}){y}"
-        elif "hi" in mods:
-            wide = "__int128" if kind[0] == "s" else "unsigned __int128"
-            value = f"({C_TYPES[kind]})((({wide}){x} * ({wide}){y}) >> {bits})"
-        else:
-            c_type = C_TYPES["u" + kind[1:]]
-            value = f"({c_type})(({c_type}){x} * ({c_type}){y})"
-        return self.assign(a[0], to, f"({value}) + {self.value(more, to)}" if more else value)
-
-    def _shift(self, kind, a, sign, beyond):
-        x, by, c_type = self.value(a[1], kind), self.value(a[2], "u32"), C_TYPES[kind]
-        out = f"{by} >= {kind[1:]} ? ({c_type}){beyond.format(x)} : ({c_type})({x} {sign} {by})"
-        return self.assign(a[0], kind, out)
-
-    def do_shl(self, mods, kind, a):
-        return self._shift(kind, a, "<<", "0")
-
-    def do_shr(self, mods, kind, a):
-        return self._shift(kind, a, ">>", "({} < 0 ? -1 : 0)" if kind[0] == "s" else "0")
-
-    def do_bfe(self, mods, kind, a):
-        rest = ", ".join(self.value(x, "u32") for x in a[2:])
-        return self.assign(a[0], kind, f"bfe_{kind}({self.value(a[1], kind)}, {rest})")
 
     # -- statements ------------------------------------------------------------------------------
 
