@@ -107,8 +107,6 @@ def test_lanes_hold_the_constants(damping):
 
 # Motion.
 
-DAMPED = pytest.mark.parametrize("damping", ["viscoelastic"])
-
 
 def scattered(rng, radii, gap, n_pairs, spacing):
     """Pairs along y, partners along x with their surfaces `gap` (pairs,) apart."""
@@ -133,15 +131,14 @@ def oblique(slipping):
     return x, v, scale * 2.5e4 * rng.normal(size=(12, 3)), radii, kinds
 
 
-@DAMPED
-def test_ledger_closes(damping):
+def test_ledger_closes():
     """Second order in dt: a step three times as short leaves a ninth of the residual, or rounding;
     collisions with the floor and each other, everything slips, everything damped."""
     sample = bumped(1.0, 1e7)
     sample.velocities[:, 2] -= 1.0
     residuals = []
     for dt, steps in (("0.03 ns", 700), ("0.01 ns", 2100)):
-        scene = two_materials(dt=dt, damping=damping, boundary=box("bottom"))
+        scene = two_materials(dt=dt, damping="viscoelastic", boundary=box("bottom"))
         probe = Probe(scene, sample)
         start = measurement(probe.sim)
         probe.advance(steps)
@@ -153,14 +150,13 @@ def test_ledger_closes(damping):
     assert residuals[1] < 3e-4
 
 
-@DAMPED
 @pytest.mark.parametrize("slipping", [False, True], ids=["elastic", "slipping"])
-def test_against_reference(slipping, damping):
+def test_against_reference(slipping):
     """Tolerances as for equal pairs (test_pair): rounding of positions without slip, and 3e-4 with
     it, where pointers of the small grains turn three times as far."""
     x, v, w, radii, kinds = oblique(slipping)
     probe = Probe(
-        two_materials(dt="0.02 ns", damping=damping, boundary=FAR),
+        two_materials(dt="0.02 ns", damping="viscoelastic", boundary=FAR),
         polydisperse(x, radii, kinds, v, w),
     )
     reference = ref.Reference(
@@ -168,7 +164,7 @@ def test_against_reference(slipping, damping):
         v,
         w,
         probe.dt,
-        lambda i, j: probe.pair(i, j, damping=damping),
+        lambda i, j: probe.pair(i, j, damping="viscoelastic"),
         masses=masses_of(radii, kinds),
         radii=radii,
     )
@@ -312,8 +308,7 @@ def test_loads_are_minus_the_gradient():
             assert by_angle == pytest.approx(torque[n, axis], abs=1e-9 * np.abs(torque).max())
 
 
-@DAMPED
-def test_equal_grains_by_the_long_way(damping):
+def test_equal_grains_by_the_long_way():
     """The motion of a scene of equal grains, to rounding (grown as in test_effects), with walls,
     damping and slip."""
     d = 2 * 0.6e-6 - 0.1e-9
@@ -322,8 +317,8 @@ def test_equal_grains_by_the_long_way(damping):
     rng = np.random.default_rng(6)
     v = np.array([[0.3, 0.1, 0.0]] * 6 + [[-0.3, 0.0, 0.0]] * 6) + 0.1 * rng.normal(size=(12, 3))
     w = 1e6 * rng.normal(size=(12, 3))
-    scene = two_materials(damping=damping, boundary=box())
-    alike = Probe(make_scene(damping=damping, boundary=box()), Sample(x, v, w))
+    scene = two_materials(damping="viscoelastic", boundary=box())
+    alike = Probe(make_scene(damping="viscoelastic", boundary=box()), Sample(x, v, w))
     alike.advance(300)
     expected, m = (alike.x, alike.v, alike.w), energies(alike.sim)
     probe = Probe(scene, polydisperse(x, np.full(12, 0.6e-6), None, v, w))

@@ -82,33 +82,31 @@ def test_against_reference(damping, slipping):
     assert (energies(probe.sim)["loss_wall"][3:5].sum() > 0) == slipping
 
 
-@pytest.mark.parametrize("damping", ["viscoelastic"])
 @pytest.mark.parametrize("lid", [0.0, 0.02], ids=["along", "along and down"])
-def test_a_layer_between_walls_that_are_driven(lid, damping):
+def test_a_layer_between_walls_that_are_driven(lid):
     """A layer one grain high between a floor and a lid that moves along itself, and down as well:
     lower than two grains, and rolling past its limit on both walls. Tolerance as above."""
     x = np.zeros((6, 3))
     x[:, 0] = np.arange(6) * SPACING
     size = (5 * SPACING + 4 * RADIUS, 4 * RADIUS, 2 * RADIUS - 2 * WALL.delta0)
     boundary = box("bottom", "top", size=size, wall_speed=lid) | {"shear_speed": "0.5 m/s"}
-    scene = make_scene(boundary=boundary, dt="0.1 ns", damping=damping)
+    scene = make_scene(boundary=boundary, dt="0.1 ns", damping="viscoelastic")
     w = 1e4 * np.random.default_rng(4).normal(size=(6, 3))
     probe = Probe(scene, sample_of(x, np.zeros((6, 3)), w))
     floor, plane = probe.sim.box.offset[4:] * 1e-6
     lids = ref.Wall(-DOWN, floor), ref.Wall(DOWN, plane, lid, along=np.array([0.5, 0.0, 0.0]))
     far = [ref.Wall(-DOWN, -1.0)] * 4
-    numbers = (ref.numbers(wall=wall, damping=damping) for wall in (False, True))
+    numbers = (ref.numbers(wall=wall, damping="viscoelastic") for wall in (False, True))
     reference = ref.Reference(x, np.zeros((6, 3)), w, probe.dt, *numbers, [*far, *lids])
     compare(probe, reference, 1e-4, 300, 60)
     assert len(probe.contacts()) == 12
     assert energies(probe.sim)["loss_wall"][3:5].sum() > 0
 
 
-@pytest.mark.parametrize("damping", ["viscoelastic"])
-def test_rolling_displacement_stays_at_its_limit(damping):
+def test_rolling_displacement_stays_at_its_limit():
     v = np.array([0.5, 0.0, 0.0])
     w = np.cross(DOWN, v) / RADIUS
-    probe, *_ = under_a_wall(0.4671e-9, v - 0.05 * DOWN, w, dt="0.05 ns", damping=damping)
+    probe, *_ = under_a_wall(0.4671e-9, v - 0.05 * DOWN, w, dt="0.05 ns", damping="viscoelastic")
     probe.advance(400)
     contacts = probe.contacts()
     assert len(contacts) == 6
