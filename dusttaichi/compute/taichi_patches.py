@@ -1,4 +1,4 @@
-"""Patches of Taichi's internals that halve the processor time of a first step.
+"""Patches of Taichi's internals that nearly halve the processor time of a first step.
 
 Taichi reads the sources of kernels at every start, even if the compiled kernels are in its cache;
 the patches omit work for its error messages and work repeated at every call of a function.
@@ -8,7 +8,6 @@ Quadrants. tests/compute/test_taichi_patches.py names what another version has c
 """
 
 import ast
-import linecache
 import operator
 import textwrap
 from functools import cache, reduce, wraps
@@ -18,10 +17,10 @@ from dusttaichi.compute import compiler, engine
 from dusttaichi.compute.engine import ti
 
 if engine.tested():
-    expr, Expr = ti.lang.expr, ti.lang.expr.Expr
-    impl, kernel_impl, snode, Struct = ti.lang.impl, ti.lang.kernel_impl, ti.lang.snode, ti.Struct
+    Expr, Struct = ti.lang.expr.Expr, ti.Struct
+    impl, kernel_impl = ti.lang.impl, ti.lang.kernel_impl
     matrix_ops, make_matrix = import_module("taichi.lang.matrix_ops"), ti.lang.matrix.make_matrix
-    ast_utils, core = ti.lang.ast.ast_transformer_utils, ti.lang.impl._ti_core
+    ast_utils = ti.lang.ast.ast_transformer_utils
     ASTTransformerContext = ast_utils.ASTTransformerContext
 
 
@@ -36,24 +35,19 @@ def patches():
     """Rows (module or class, name in it, Taichi's own object, replacement); none if not tested.
 
     Each has its gain in the first step, kernels cached: processor time of `configs/smoke.yaml` on
-    an AMD EPYC, median of nine pairs in turn with and without it; all together 1.4 of 2.8 s. Errors
-    name the line of the source without marks under its words. The lines of a function are found
-    without a tokenizer, and parsed once, not at every call; for that the pass over a node leaves no
-    note in it. Places where fields were declared are not recorded. Structs with the same members
+    an AMD EPYC, median of nine pairs in turn with and without it. Errors name the line of the
+    source without marks under its words. The lines of a function are read and parsed once, not at
+    every call; for that the pass over a node leaves no note in it. Structs with the same members
     share one class. Products of vectors are expressions at once, not functions whose sources are
     read at every call; without it kernels are other code.
     """
     if not engine.tested():
         return []
-    transform, constant = kernel_impl.transform_tree, expr.make_constant_expr
     found = [
         (ASTTransformerContext, "get_pos_info", _position),  # 0.50 s
-        (kernel_impl, "_get_tree_and_ctx", _tree_and_context),  # 0.27 s with the next two
-        (kernel_impl, "transform_tree", _transform(transform)),
+        (kernel_impl, "_get_tree_and_ctx", _tree_and_context),  # 0.23 s with the next two
+        (kernel_impl, "transform_tree", _transform(kernel_impl.transform_tree)),
         (ast_utils.Builder, "__call__", _build),
-        (expr, "make_constant_expr", _quick_constant(constant)),  # 0.06 to 0.11 s
-        (impl, "get_traceback", _nowhere),  # 0.06 to 0.10 s with the next
-        (snode, "get_traceback", _nowhere),
         (Struct, "_register_members", _register_members),  # 0.04 to 0.28 s
         *((matrix_ops, name, _at_once(name, ours)) for name, ours in _OPERATIONS),  # 0.05 s
     ]
@@ -85,13 +79,8 @@ class _Source:
 
     def __init__(self, function):
         self.file = kernel_impl.getsourcefile(function)
-        try:
-            self._read(*_lines_of(function))
-        except SyntaxError:  # more follows without an instruction, as the body of a docstring alone
-            self._read(*kernel_impl.getsourcelines(function))
-
-    def _read(self, lines, first):
-        self.lines, self.first = [line.rstrip() for line in lines], first
+        lines, self.first = kernel_impl.getsourcelines(function)
+        self.lines = [line.rstrip() for line in lines]
         self._text = textwrap.dedent("\n".join(self.lines))
         self._free = [self._parse()]
 
@@ -119,32 +108,6 @@ def _source_of(function):
     if key not in _SOURCES:
         _SOURCES[key] = _Source(function)
     return _SOURCES[key]
-
-
-def _lines_of(function):
-    """Lines of a function, and the number of the first, as of inspect.getsourcelines.
-
-    It ends where a line after its last statement is indented no more than its first.
-    """
-    code = function.__code__
-    lines = linecache.getlines(code.co_filename, function.__globals__)
-    if not lines:
-        return kernel_impl.getsourcelines(function)
-    first, end = code.co_firstlineno, _last_line(code)
-    edge = _indent(lines[first - 1])
-    while end < len(lines) and (not lines[end].strip() or _indent(lines[end]) > edge):
-        end += 1
-    return lines[first - 1 : end], first
-
-
-def _indent(line):
-    return len(line) - len(line.lstrip())
-
-
-def _last_line(code):
-    """The last line with an instruction of a code or of one within it."""
-    inner = [_last_line(other) for other in code.co_consts if hasattr(other, "co_lines")]
-    return max(inner + [line for *_, line in code.co_lines() if line is not None])
 
 
 _CONTEXT = {  # defaults of Taichi's own function
@@ -214,18 +177,6 @@ def _build(builder, context, node):
             node.func.__dict__.pop("caller", None)
 
 
-def _quick_constant(own):
-    """expr.make_constant_expr, first of an integer."""
-
-    def make_constant_expr(value, dtype):
-        usual = type(value) is int and dtype is None and impl.get_runtime().default_ip is ti.i32
-        if not usual or not -(2**31) <= value < 2**31:
-            return own(value, dtype)
-        return Expr(core.make_const_expr_int(ti.i32, value))
-
-    return make_constant_expr
-
-
 def _register_members(struct):
     struct.__class__ = _class_with(type(struct), tuple(struct.keys))
 
@@ -281,10 +232,6 @@ def _cross(a, b):
 
 
 _OPERATIONS = (("sum", _sum), ("dot", _dot), ("norm_sqr", _norm_sqr), ("cross", _cross))
-
-
-def _nowhere(stacklevel=1):
-    return ""
 
 
 def _position(context, node):
