@@ -13,7 +13,13 @@ from dusttaichi.grains.build import chosen_numbers
 from dusttaichi.grains.contacts import distances, edges_between
 from dusttaichi.grains.grain_contacts import farthest_contacts, scaled
 from dusttaichi.grains.load_sums import load_sums
-from dusttaichi.grains.measure import half_kicks, measurement, wall_forces, wall_work
+from dusttaichi.grains.measure import (
+    half_kicks,
+    measurement,
+    set_back,
+    wall_forces,
+    wall_work,
+)
 from dusttaichi.grains.pointers import touching, unit
 from dusttaichi.grains.time_step import chosen_step
 
@@ -29,7 +35,7 @@ def contact_pairs(sim):
     rows = np.arange(len(i))
     if sim.sphere is not None:
         own, grain, sphere = sim.state.on_sphere()
-        rows = np.concatenate([rows, np.arange(own.start, own.stop)])
+        rows = np.concatenate([rows, own])
         i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), sphere)])
     return rows, i, j, distances(sim, rows, i, j)
 
@@ -122,11 +128,10 @@ def change_stiffness(sim, scene, dt):
     sim.step = int(-(-time // dt))
     sim.dt = time / sim.step
     pairs, walls = contact_pairs(sim), state.wall_lanes()
-    _put(sim, v, w)
+    state["v"], state["w"] = v, w
     set_speeds(sim, pairs, walls, state["v"], 0.0)
     _pass_in_no_time(sim)
-    kick, turn = half_kicks(sim)
-    _put(sim, v - kick, w - turn)
+    set_back(sim, v, w)
     set_speeds(sim, pairs, walls, state["v"], sim.dt)
 
     sums.wall_force, sums.impulse = wall_forces(sim), ends[1]
@@ -139,15 +144,6 @@ def change_stiffness(sim, scene, dt):
 def _residual(m):
     """Energy of a Measurement that its work and losses do not account for (run.ledger) [fJ]."""
     return m.energy - m.kick - m.work + m.lost
-
-
-def _put(sim, v, w):
-    """Velocities and spins of the grains; those of a sphere stay."""
-    n = sim.grains
-    for name, values in (("v", v), ("w", w)):
-        table = sim.state[name]
-        table[:n] = values
-        sim.state[name] = table
 
 
 def _pass_in_no_time(sim):

@@ -13,29 +13,31 @@ def contact_state(sim):
     (physics.contact.parts).
     """
     i, j = sim.state.pairs()
-    state = sim.state.rows("history")[: len(i)]
-    on = touching(sim.layout, state)
-    i, j, state = i[on], j[on], state[on]
-    d = distances(sim, np.flatnonzero(on), i, j)
-    distance = np.linalg.norm(d, axis=1)
-    load = sim.state.rows("load")[: len(on)][on].astype(float)
-    load, normal = (load[:, :3], load[:, 3:6], load[:, 6:9]), d / distance[:, None]
-    i, j = sim.order[i], sim.order[j]
-    radii = np.broadcast_to(sim.radii, sim.grains)
+    radii = np.broadcast_to(sim.radii, sim.grains)[sim.order]
+    on, state, normal, found = touching_pairs(sim, np.arange(len(i)), (i, j), (radii[i], radii[j]))
+    i, j = i[on], j[on]
     own = radii[i][:, None], radii[j][:, None]
     first, second = pair_pointers(sim.layout, state, normal, own)
-    return {
-        "grain_i": i,
-        "grain_j": j,
-        "pointer_i": first,
-        "pointer_j": second,
-        "overlap": touch(sim, i, j) - distance,
-        "force": load[0],
-        "torque_i": load[1],
-        "torque_j": load[2],
-        **pair_parts(normal, load, (radii[i], radii[j])),
-        **history_of(sim, state),
-    }
+    found |= {"grain_i": sim.order[i], "grain_j": sim.order[j]}
+    return found | {"pointer_i": first, "pointer_j": second}
+
+
+def touching_pairs(sim, rows, bodies, radii):
+    """(which of the pairs in these rows of `lanes` touch, their histories, normals, a dict).
+
+    bodies: numbers of the first and the second body of each pair; radii [um]: of both. In the dict
+    are the overlap, the loads and their parts, and what of the history the result has.
+    """
+    state = sim.state.rows("history")[rows]
+    on = touching(sim.layout, state)
+    rows, state, (r1, r2) = rows[on], state[on], (r[on] for r in radii)
+    d = distances(sim, rows, *(body[on] for body in bodies))
+    distance = np.linalg.norm(d, axis=1)
+    load = sim.state.rows("load")[rows].astype(float)
+    load, normal = (load[:, :3], load[:, 3:6], load[:, 6:9]), d / distance[:, None]
+    found = {"overlap": r1 + r2 - distance, "force": load[0]}
+    found |= {"torque_i": load[1], "torque_j": load[2]}
+    return on, state, normal, found | pair_parts(normal, load, (r1, r2)) | history_of(sim, state)
 
 
 def wall_contact_state(sim):
@@ -81,9 +83,8 @@ def edges_between(sim, rows):
 
 def touch(sim, i, j):
     """Distance of the centres of these grains (the sample's numbers) at first touch [um]."""
-    if sim.polydisperse is None:
-        return 2.0 * sim.radius
-    return sim.radii[i] + sim.radii[j]
+    radii = np.broadcast_to(sim.radii, sim.grains)
+    return radii[i] + radii[j]
 
 
 def history_of(sim, history):

@@ -24,11 +24,8 @@ def scaled(scene):
 
 
 def contact_constants(scene):
-    """ContactConstants of two grains and of a grain and a wall of the scene."""
-    scene = scaled(scene)
-    pair = constants.pair_constants(scene.material, scene.interaction)
-    wall = constants.wall_constants(scene.material, scene.interaction)
-    return pair, glued(wall, scene.boundary)
+    """ContactConstants of two grains and of a grain and a wall of the scene's material."""
+    return farthest_contacts(scene, None)
 
 
 def glued(wall, boundary):
@@ -55,7 +52,12 @@ def equal_properties(material):
 
 
 def size_ranges(scene, polydisperse):
-    """(material, smallest, largest radius [m]) of every material that the grains have."""
+    """(material, smallest, largest radius [m]) of every material that the grains have.
+
+    polydisperse: GrainProperties, None of equal grains.
+    """
+    if polydisperse is None:
+        return [(scene.material, scene.material.radius, scene.material.radius)]
     out = []
     for number in np.unique(polydisperse.material):
         own = polydisperse.radius[polydisperse.material == number]
@@ -63,13 +65,17 @@ def size_ranges(scene, polydisperse):
     return out
 
 
+def radius_ends(scene, polydisperse):
+    """(material, radius [m]) of the ends of the radii of every material."""
+    ranges = size_ranges(scene, polydisperse)
+    return [(material, r) for material, *radii in ranges for r in sorted(set(radii))]
+
+
 def farthest_contacts(scene, polydisperse):
     """ContactConstants of two grains and of a grain and a wall that hold on farthest.
 
     polydisperse: GrainProperties, or None of equal grains.
     """
-    if polydisperse is None:
-        return contact_constants(scene)
     scene = scaled(scene)
     kinds, interaction = size_ranges(scene, polydisperse), scene.interaction
     pairs = [

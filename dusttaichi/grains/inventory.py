@@ -53,7 +53,7 @@ def compiled_rows(scene, sim):
         ("written", ", ".join(_written(scene))),
         ("contacts an iteration (lanes)", f"{layout.width}"),
         ("history of a contact", f"{layout.state_rows} numbers: {_history(layout)}"),
-        ("kernels", ", ".join(sim.kernels.names)),
+        ("kernels", ", ".join(vars(sim.kernels))),
         (
             "backend, precision, threads",
             f"{scene.numerics.backend}, {scene.numerics.precision}, {sim.threads}",

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from dusttaichi.grains.kernels.load_sums import places
+from dusttaichi.grains.kernels.load_sums import COLUMNS, ON_WALLS
 from dusttaichi.grains.kernels.store import FIRST_WALL
 
 
 def load_sums(sim):
     """The LoadSums of a Simulation now: of no use once something has moved."""
-    return (LoadSums if sim.kernels.load_sums is None else DeviceLoadSums)(sim)
+    return (DeviceLoadSums if hasattr(sim.kernels, "load_sums") else LoadSums)(sim)
 
 
 class LoadSums:
@@ -75,18 +75,17 @@ class DeviceLoadSums(LoadSums):
     def __init__(self, sim):
         super().__init__(sim)
         sim.kernels.load_sums()
-        found = sim.sums["load_sums"].to_numpy()
-        parts = places(self.layout, sim.box is not None)
-        self.parts = {name: found[part] for name, part in parts.items()}
+        self.found = sim.sums["load_sums"].to_numpy()
+        self.on_walls = self.found[ON_WALLS].reshape(6, 6)
 
     def wall_force(self):
-        return self.parts.get("wall_force", np.zeros(18)).reshape(6, 3)
+        return self.on_walls[:, :3]
 
     def impulses(self):
-        return self.parts.get("impulse", np.zeros(18)).reshape(6, 3)
+        return self.on_walls[:, 3:]
 
     def across_faces(self):
-        return self.parts["across"].reshape(3, 3)
+        return self.column_sums("across").reshape(3, 3)
 
     def column_sums(self, name):
-        return self.parts[name]
+        return self.found[COLUMNS[name]]

@@ -24,12 +24,11 @@ def energies(sim):
     half = 0.5 * sim.dt
     mass, inertia = sim.unit_mass, sim.unit_inertia
     sim.kernels.measure_grains(mass, inertia, half / mass, half / inertia)
-    sim.kernels.measure_pairs(sim.step, sim.dt)
+    sim.kernels.measure_pairs(sim.step, sim.dt, sim.walls_argument)
     # those of a larger scene, which the kernels have served before, may stand behind
     grains = sim.sums["grain_sum"].to_numpy(-(-sim.grains // CHUNK))
     columns = Columns(sim.layout)
-    pairs = _pair_sums(sim)
-    none = np.zeros((0, columns.count))
+    pairs = _contact_sums(sim, "pair_sum", sim.state.pair_count)
     out = {
         "kinetic_translation": grains[:, LINEAR].sum(),
         "kinetic_rotation": grains[:, ANGULAR].sum(),
@@ -50,13 +49,12 @@ def energies(sim):
         out["face_work"] = float(work + sim.state["wrap_work"].sum() + moved)
     out |= _of_sphere(sim)
     out["kinetic_kick"] += out["sphere_kick"]
-    walls, on_sphere = none, none
+    walls = on_sphere = np.zeros((0, columns.count))
     if sim.box is not None:
-        force = wall_forces(sim)
-        walls = sim.sums["wall_sum"].to_numpy(-(-sim.state.wall_blocks // sim.layout.tile))
-        out["wall_work"] = wall_work(sim, force, load_sums(sim).impulses())
+        out["wall_work"] = wall_work(sim, wall_forces(sim), load_sums(sim).impulses())
+        walls = _contact_sums(sim, "wall_sum", sim.state.wall_blocks * sim.layout.width)
     if sim.sphere is not None:
-        on_sphere = _sphere_sums(sim)
+        on_sphere = _contact_sums(sim, "sphere_sum", int(sim.state["counts"][ON_SPHERE]))
     kinds = (("", "", pairs), ("wall_", "_wall", walls), ("sphere_", "_sphere", on_sphere))
     for n, (before, behind, sums) in enumerate(kinds):
         out[f"{before}contacts"] = int(round(sums[:, columns.contacts].sum()))
@@ -133,6 +131,18 @@ def half_kicks(sim):
     return half / sim.mass * force, half / sim.inertia * torque
 
 
+def velocities(sim):
+    """Velocities and spins now, (N, 3) each, in internal order."""
+    kick, turn = half_kicks(sim)
+    return sim.state.of_grains("v") + kick, sim.state.of_grains("w") + turn
+
+
+def set_back(sim, v, w):
+    """Put velocities and spins of now into memory."""
+    kick, turn = half_kicks(sim)
+    sim.state["v"], sim.state["w"] = v - kick, w - turn
+
+
 def contact_loads(sim):
     """Force [nN] and torque [nN um] of the contacts alone on every grain, (2, N, 3)."""
     owner, contact, second = sim.state.listed_contacts()
@@ -151,7 +161,7 @@ def wall_forces(sim):
     """Force of each wall on the grains now [nN], (6, 3)."""
     if sim.box is None:
         return np.zeros((6, 3))
-    sim.kernels.measure_walls(sim.walls_argument, sim.time, sim.dt)
+    sim.kernels.measure_walls(sim.step, sim.dt, sim.walls_argument)
     return sim.sums["wall_force"].to_numpy()
 
 
@@ -195,16 +205,9 @@ def _of_sphere(sim):
     }
 
 
-def _sphere_sums(sim):
-    """Sums over the contacts with the sphere that the last measurement has filled."""
-    on, per_tile = int(sim.state["counts"][ON_SPHERE]), sim.layout.width * sim.layout.tile
-    return sim.sums["sphere_sum"].to_numpy(-(-on // per_tile))
-
-
-def _pair_sums(sim):
-    """Sums over the pairs that the last measurement has filled, (tiles, columns)."""
-    tiles = -(-sim.state.pair_count // (sim.layout.width * sim.layout.tile))
-    return sim.sums["pair_sum"].to_numpy(tiles)
+def _contact_sums(sim, name, contacts):
+    """Sums over so many contacts that the last measurement has filled, (tiles, columns)."""
+    return sim.sums[name].to_numpy(-(-contacts // (sim.layout.width * sim.layout.tile)))
 
 
 def _losses(sim, kind, pending):
@@ -230,7 +233,7 @@ def _energy_of_images(sim):
     if not sim.cell.speeds(sim.time).any() and not sim.cell.tilt_rate:
         return 0.0
     # positions and velocities of the followed images
-    x, v = sim.state.of_grains("x"), sim.state.of_grains("v") + half_kicks(sim)[0]
+    x, (v, _) = sim.state.of_grains("x"), velocities(sim)
     shift = sim.cell.speeds_across(sim.cell.outside(x, sim.time), sim.time)
     return float(np.sum(0.5 * sim.mass * (shift - 2.0 * v) * shift))
 
@@ -240,9 +243,7 @@ def grain_state(sim):
 
     In a cell those of the image inside, which moves with the edges.
     """
-    kick, turn = half_kicks(sim)
-    x = sim.state.of_grains("x")
-    v, w = sim.state.of_grains("v") + kick, sim.state.of_grains("w") + turn
+    x, (v, w) = sim.state.of_grains("x"), velocities(sim)
     if sim.cell is not None:
         out_of = sim.cell.outside(x, sim.time)
         x = x - sim.cell.across(out_of, sim.time)

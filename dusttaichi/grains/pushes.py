@@ -12,7 +12,7 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.domain.clock import NEVER
-from dusttaichi.grains.measure import contact_loads, grain_state, half_kicks
+from dusttaichi.grains.measure import contact_loads, grain_state, set_back, velocities
 from dusttaichi.grains.order import rank_of
 from dusttaichi.physics.geometry import rigid_rotation
 from dusttaichi.results.plain import of_plain, plain
@@ -199,8 +199,7 @@ def push_anew(sim, entries):
     pushes up to now, and the kinetic energy that the change itself gives or takes, go into the
     ledger sums.
     """
-    state, (kick, turn) = sim.state, half_kicks(sim)
-    v, w = state.of_grains("v") + kick, state.of_grains("w") + turn
+    state, (v, w) = sim.state, velocities(sim)
     before = _kinetic(sim, v, w)
     contact, x = contact_loads(sim)[0], state["x"]
     impulse = state["carried_impulse"] if "carried_impulse" in state else None
@@ -222,8 +221,7 @@ def push_anew(sim, entries):
             w[grains] += spin
     v[sim.push.carried_grains], w[sim.push.carried_grains] = sim.push.velocity, 0.0
 
-    kick, turn = half_kicks(sim)
-    state["v"], state["w"] = v - kick, w - turn
+    set_back(sim, v, w)
     sim.ledger_sums.push_work += work + _kinetic(sim, v, w) - before
 
 

@@ -99,19 +99,19 @@ class Search:
         # grains of their own radius are listed by the distance of their surfaces
         near = reach**2 if equal else reach - 2.0 * sim.radius
         numbers = self._grid(low, extent, edges, reach, tilt)
-        walls = [NOWHERE] * 6
+        walls, on_sphere = [NOWHERE] * 6, 0.0
         if sim.box is not None:
             wall_reach = self.skin + sim.wall.far + (sim.radius if equal else 0.0)
             walls = np.where(sim.box.present, wall_reach, NOWHERE)
-        sim.scratch["grid"].from_numpy(np.array([*numbers, near, step * sim.dt, *walls, 3.0]))
+        if sim.sphere is not None:
+            on_sphere = sim.sphere.radius + self.skin + sim.sphere.contact.far
+            on_sphere += sim.radius if equal else 0.0
+        own = near, step * sim.dt, on_sphere, 3.0, *walls
+        sim.scratch["grid"].from_numpy(np.array([*numbers, *own]))
         if sim.layout.grain_loss:
             sim.kernels.add_grain_losses()
         sim.kernels.list_neighbours(sim.walls_argument)
         self._check_room()
-        if sim.sphere is not None:
-            far = sim.sphere.radius + self.skin + sim.sphere.contact.far
-            sim.kernels.relist_sphere(far + (sim.radius if equal else 0.0), edges.tolist())
-            sim.kernels.list_entries()
 
     def _grid(self, low, extent, edges, reach, tilt):
         """The numbers of the grid.

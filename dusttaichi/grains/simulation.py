@@ -22,7 +22,7 @@ from dusttaichi.grains.measure import (
     energies,
     face_power,
     gravity_potential,
-    half_kicks,
+    set_back,
     wall_forces,
     wall_work,
 )
@@ -127,7 +127,9 @@ class Simulation:
         self._load_contacts()
         state.clear_sums()
         self.push.begin(state["x"], contact_loads(self)[0])
-        self._set_back_velocities()
+        set_back(self, state.of_grains("v"), state.of_grains("w"))
+        if self.sphere is not None:
+            self.sphere.set_back()
         self._begin_ledger()
 
     def _restore_contacts(self, sample):
@@ -139,13 +141,6 @@ class Simulation:
         if sample.wall_contacts is not None:
             state.take_wall_contacts(sample.wall_contacts, radii, self.box.normal)
         state.stiffen(sample.info.get("stiffness_scaling", 1.0) / self.stiffness)
-
-    def _set_back_velocities(self):
-        """Velocities and spins half a step back, by the loads of time 0."""
-        state, (kick, turn) = self.state, half_kicks(self)
-        state["v"], state["w"] = state.of_grains("v") - kick, state.of_grains("w") - turn
-        if self.sphere is not None:
-            self.sphere.set_back()
 
     def _begin_ledger(self):
         """Forces, potentials and pending losses at the start; velocities are half a step back."""

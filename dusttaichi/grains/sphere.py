@@ -6,13 +6,10 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.errors import DustError
-from dusttaichi.grains.contacts import distances, history_of
-from dusttaichi.grains.grain_contacts import scaled, size_ranges
+from dusttaichi.grains.contacts import touching_pairs
+from dusttaichi.grains.grain_contacts import radius_ends, scaled
 from dusttaichi.grains.kernels.store import SPHERE
-from dusttaichi.grains.pointers import touching
-from dusttaichi.grains.variables import own_history
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.parts import pair_parts
 from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.scene.sphere import SMOOTH
 
@@ -54,10 +51,7 @@ def sphere_contact(scene, material, radius):
 def sphere_contacts(scene, polydisperse=None):
     """ContactConstants of the sphere with grains: of the two ends of the radii of each material."""
     scene = scaled(scene)
-    if polydisperse is None:
-        return [sphere_contact(scene, scene.material, scene.material.radius)]
-    ends = [(m, r) for m, *radii in size_ranges(scene, polydisperse) for r in sorted(set(radii))]
-    return [sphere_contact(scene, material, radius) for material, radius in ends]
+    return [sphere_contact(scene, *end) for end in radius_ends(scene, polydisperse)]
 
 
 def placed_sphere(scene, sample, own, box):
@@ -192,7 +186,7 @@ class MovingSphere:
     def load(self):
         """Force [nN] and torque [nN um] of the grains on it now, (3,) each."""
         sim = self.sim
-        sim.kernels.measure_sphere(sim.step, sim.dt)
+        sim.kernels.measure_sphere(sim.step, sim.dt, sim.walls_argument)
         found = sim.sums["sphere_load"].to_numpy()
         return found[:3], found[3:]
 
@@ -204,22 +198,11 @@ class MovingSphere:
         is followed.
         """
         sim = self.sim
-        rows, grain, _ = sim.state.on_sphere()
-        state = sim.state.rows("history")[rows]
-        on = np.flatnonzero(touching(sim.layout, state))
-        grain, load = grain[on], sim.state.rows("load")[rows][on].astype(float)
-        d = distances(sim, rows.start + on, grain, np.full(len(on), self.row))
-        distance = np.linalg.norm(d, axis=1)
-        number = sim.order[grain]
-        radius = np.broadcast_to(sim.radii, sim.grains)[number]
-        load = load[:, :3], load[:, 3:6], load[:, 6:9]
-        found = {"grain": number, "overlap": radius + self.radius - distance}
-        found |= pair_parts(d / distance[:, None], load, (radius, self.radius))
-        contact = history_of(sim, state[on])
-        found |= {h.result: contact[h.result] for h in own_history(sim.layout.model)}
-        if sim.layout.contact_loss:
-            found["loss"] = contact["loss"]
-        return found | {"force": load[0], "torque": load[1]}
+        rows, grain, sphere = sim.state.on_sphere()
+        number, second = sim.order[grain], np.full(len(grain), sphere)
+        radii = np.broadcast_to(sim.radii, sim.grains)[number], np.full(len(grain), self.radius)
+        on, _, _, found = touching_pairs(sim, rows, (grain, second), radii)
+        return found | {"grain": number[on], "torque": found["torque_i"]}
 
     def impulses(self):
         """Time integrals of both since the start, (6,)."""

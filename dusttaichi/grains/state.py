@@ -165,7 +165,7 @@ class GrainState:
         """(rows in `lanes`, grain, number of the sphere) of the listed contacts with the sphere."""
         counts, width = self["counts"], self.layout.width
         first, contacts = int(counts[FIRST_SPHERE]) * width, int(counts[ON_SPHERE])
-        rows = slice(first, first + contacts)
+        rows = np.arange(first, first + contacts)
         return rows, self["pair_i"].reshape(-1)[rows], self.grains + SPHERE
 
     def wall_lanes(self):

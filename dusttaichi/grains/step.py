@@ -12,38 +12,24 @@ from functools import lru_cache
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DUE, Steps
 from dusttaichi.compute.scan import CHUNK, first_of, whole
-from dusttaichi.domain.walls import TOP
-from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.contacts import ContactPass
 from dusttaichi.grains.kernels.gather import PairGatherer, WallGatherer, Walls
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
 from dusttaichi.grains.kernels.numbers import ON_BALL, PAIR
 from dusttaichi.grains.kernels.polydisperse import make_numbers
 from dusttaichi.grains.kernels.sphere import make_sphere
-from dusttaichi.grains.kernels.store import (
-    FIRST_SPHERE,
-    FIRST_WALL,
-    GRAINS,
-    ON_SPHERE,
-    PAIRS,
-    WALL_BLOCKS,
-)
+from dusttaichi.grains.kernels.store import GRAINS
 from dusttaichi.physics.contact.model import Mechanics
 
 
 def steps_of(phases):
     """The Steps of Phases: motion of grains and sphere, search, contacts of each kind."""
-    motion, contacts = [phases.kick_and_drift], [phases.pass_pairs]
-    if phases.has_sphere:
-        motion.append(phases.move_sphere)
-        contacts.append(phases.pass_sphere)
-    if phases.has_walls:
-        contacts.append(phases.pass_walls)
+    motion = [phases.kick_and_drift] + [phases.move_sphere] * phases.has_sphere
     return Steps(
         phases.sync,
         before=(tuple(motion),),
         is_due=phases.search_is_due,
-        after=(tuple(contacts),),
+        after=(tuple(contacts.run for contacts in phases.contacts),),
         made=phases.made,
         Numbers=StepNumbers,
         Outside=Walls,
@@ -69,7 +55,7 @@ def walls_argument(box):
         offset=box.offset.tolist(),
         speed=box.speed.tolist(),
         strength=box.strength.tolist(),
-        along=float(box.along[TOP, 0]),
+        along=box.along[:, 0].tolist(),
     )
 
 
@@ -80,59 +66,33 @@ def step_numbers(dt, masses, wall_due, reach2):
     return StepNumbers(dt=dt, kick=dt / mass, turn=dt / inertia, reach2=reach2, wall_due=wall_due)
 
 
-class Passes:
-    """The ContactPass of each kind of contact that a scene has: pairs, walls and sphere, or None.
-
-    Empty lanes are computed as well: their grains are far away.
-    """
-
-    def __init__(self, fields, layout, walls):
-        mechanics, numbers = Mechanics(layout.model, layout.law), make_numbers(fields, layout)
-
-        def of_pairs(kind):
-            gatherer = PairGatherer(fields, layout, mechanics, numbers, kind)
-            return ContactPass(fields, layout, mechanics, gatherer)
-
-        self.pairs = of_pairs(PAIR)
-        self.sphere = of_pairs(ON_BALL) if layout.sphere else None
-        self.walls = None
-        if walls:
-            gatherer = WallGatherer(fields, layout, mechanics, numbers)
-            self.walls = ContactPass(fields, layout, mechanics, gatherer, "wall_")
-
-
 @ti.data_oriented
 class Phases:
-    """Phases of a step on a part of the grains, and on a tile of contacts of each kind."""
+    """Phases of a step on a part of the grains, and the contacts of each kind.
 
-    def __init__(self, fields, layout, walls):
+    pairs, on_sphere, walls: Pass (ContactPass, on a device ContactThreads) of them, None where the
+    scene has none. contacts: all that it has.
+    """
+
+    def __init__(self, fields, layout, walls, Pass=ContactPass):
         self.fields, self.counts, self.sync = fields, fields["counts"], fields["sync"]
-        self.width, self.tile, self.stress = layout.width, layout.tile, layout.stress
-        self.move, self.frame = make_grain_pass(fields, layout), make_cell(fields, layout)[0]
-        self.pair_i = fields["pair_i"]
+        self.tile, self.stress = layout.tile, layout.stress
+        self.move, self.pair_i = make_grain_pass(fields, layout), fields["pair_i"]
         self.flux = make_flux(fields, layout) if layout.stress else None
         # a stress is summed by chunks of grains, so that its bits do not depend on the workers
         self.part_size = CHUNK if layout.stress else 1
-        passes = Passes(fields, layout, walls)
-        self.pairs, self.walls, self.on_sphere = passes.pairs, passes.walls, passes.sphere
-        self.has_walls, self.has_sphere = walls, layout.sphere
-        self.sphere = make_sphere(fields, layout)
+        common = Mechanics(layout.model, layout.law), make_numbers(fields, layout)
 
-    # -- how much there is -----------------------------------------------------------------------
+        def of(Gatherer, *kind):
+            gatherer = Gatherer(fields, layout, *common, *kind)
+            return Pass(fields, layout, common[0], gatherer)
 
-    @ti.func
-    def parts(self):
-        return whole(self.counts[GRAINS], self.part_size)
-
-    @ti.func
-    def pair_tiles(self):
-        return whole(self.counts[PAIRS], self.width * self.tile)
-
-    @ti.func
-    def wall_tiles(self):
-        return whole(self.counts[WALL_BLOCKS], self.tile)
-
-    # -- parts and tiles -------------------------------------------------------------------------
+        self.pairs = of(PairGatherer, PAIR)
+        self.on_sphere = of(PairGatherer, ON_BALL) if layout.sphere else None
+        self.walls = of(WallGatherer) if walls else None
+        every = self.pairs, self.on_sphere, self.walls
+        self.contacts = [contacts for contacts in every if contacts is not None]
+        self.has_sphere, self.sphere = layout.sphere, make_sphere(fields, layout)
 
     @ti.func
     def move_part(self, part, step, numbers):
@@ -148,47 +108,13 @@ class Phases:
         return due
 
     @ti.func
-    def blocks_of_pairs(self, tile):
-        """First block of a tile of pairs and the one behind its last."""
-        blocks = whole(self.counts[PAIRS], self.width)
-        return tile * self.tile, ti.min((tile + 1) * self.tile, blocks)
-
-    @ti.func
-    def blocks_of_sphere(self, tile):
-        """First block of a tile of contacts with the sphere and the one behind its last."""
-        first, blocks = self.counts[FIRST_SPHERE], whole(self.counts[ON_SPHERE], self.width)
-        return first + tile * self.tile, first + ti.min((tile + 1) * self.tile, blocks)
-
-    @ti.func
-    def touch_pairs(self, tile, dt, frame):
-        """Update the contacts of a tile of pairs and compute their loads."""
-        first, last = self.blocks_of_pairs(tile)
-        self.pairs.tile(tile, first, last, dt, frame, 0.0)
-
-    @ti.func
-    def touch_sphere(self, tile, dt, frame):
-        """Update a tile of contacts with the sphere, which are behind those of the pairs."""
-        first, last = self.blocks_of_sphere(tile)
-        tile += self.counts[FIRST_SPHERE] // self.tile
-        self.on_sphere.tile(tile, first, last, dt, frame, 0.0)
-
-    @ti.func
-    def touch_walls(self, tile, step, dt, box):
-        """Update a tile of wall contacts; the force of a wall is summed over time by its blocks."""
-        first = self.counts[FIRST_WALL]
-        last = first + ti.min((tile + 1) * self.tile, self.counts[WALL_BLOCKS])
-        self.walls.tile(tile, first + tile * self.tile, last, dt, box, dt * step)
-
-    # -- shares of all ---------------------------------------------------------------------------
-
-    @ti.func
     def first_part(self, me, workers):
         """First grain of a worker: that of the first of its pairs, whose loads its grains gather.
 
         Few lines of the cache then go from core to core. It is near an even share at least, where
         some grains have many pairs and others few.
         """
-        n, tiles = self.parts(), self.pair_tiles()
+        n, tiles = whole(self.counts[GRAINS], self.part_size), self.pairs.tiles()
         even, most = first_of(me, workers, n), n // (8 * workers)
         part = even
         if 0 < me < workers and tiles >= workers:
@@ -218,27 +144,6 @@ class Phases:
         return self.sync[DUE] == 1 or step >= numbers.wall_due
 
     @ti.func
-    def pass_pairs(self, me, workers, step, numbers, box: ti.template()):
-        """Contacts of two grains of a share: current history, loads, losses."""
-        n, here = self.pair_tiles(), self.frame(step, numbers.dt)
-        for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
-            self.touch_pairs(tile, numbers.dt, here)
-
-    @ti.func
-    def pass_sphere(self, me, workers, step, numbers, box: ti.template()):
-        """Contacts with the sphere of a share."""
-        n, here = self.sphere.tiles(), self.frame(step, numbers.dt)
-        for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
-            self.touch_sphere(tile, numbers.dt, here)
-
-    @ti.func
-    def pass_walls(self, me, workers, step, numbers, box):
-        """Contacts with the walls of a share."""
-        n = self.wall_tiles()
-        for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
-            self.touch_walls(tile, step, numbers.dt, box)
-
-    @ti.func
     def made(self, done):
         """Steps done at the end of one."""
         return done + 1
@@ -252,18 +157,10 @@ def make_evaluate(phases):
 
     @ti.kernel
     def evaluate(step: ti.i64, dt: ti.f64, box: Walls):
-        for tile in range(phases.pair_tiles()):
-            first, last = phases.blocks_of_pairs(tile)
-            for block in range(first, last):
-                phases.pairs.evaluate(block, phases.frame(step, dt))
-        if ti.static(phases.has_sphere):
-            for tile in range(phases.sphere.tiles()):
-                first, last = phases.blocks_of_sphere(tile)
-                for block in range(first, last):
-                    phases.on_sphere.evaluate(block, phases.frame(step, dt))
-        if ti.static(phases.has_walls):
-            for c in range(phases.counts[WALL_BLOCKS]):
-                plane = phases.walls.gatherer.plane(c, box, dt * step)
-                phases.walls.evaluate(phases.counts[FIRST_WALL] + c, plane)
+        for contacts in ti.static(phases.contacts):
+            for k in range(contacts.blocks()):
+                block = contacts.first() + k
+                outside = contacts.gatherer.outside(step, dt, box)
+                contacts.evaluate(block, contacts.gatherer.place(block, outside, dt * step))
 
     return evaluate

@@ -10,7 +10,7 @@ import numpy as np
 
 from dusttaichi.domain.walls import wall_strengths
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import contact_constants, glued, scaled, size_ranges
+from dusttaichi.grains.grain_contacts import glued, radius_ends, scaled, size_ranges
 from dusttaichi.grains.impacts import Impact, check, hardest_impact
 from dusttaichi.grains.sphere import sphere_contact, sphere_contacts
 from dusttaichi.physics import encounter, stability
@@ -113,12 +113,6 @@ def arrangements(scene, polydisperse):
     """
     scene = scaled(scene)
     strengths = wall_strengths(scene.boundary)
-    if polydisperse is None:
-        mass, (pair, wall) = constants.grain_mass(scene.material), contact_constants(scene)
-        found = [(mass, pair, wall, strengths)]
-        if scene.sphere is not None:
-            found.append((mass, pair, sphere_contact(scene, scene.material, pair.r), FLOOR))
-        return found
     found, kinds = [], size_ranges(scene, polydisperse)
     for a, small, _ in kinds:
         wall = constants.wall_constants(a, scene.interaction, small, scene.material)
@@ -136,11 +130,8 @@ def contact_extremes(scene, polydisperse):
 
     The ends of the radii of every two materials.
     """
-    if polydisperse is None:
-        pair, wall = contact_constants(scene)
-        return [pair], [wall]
     scene = scaled(scene)
-    ends = [(m, r) for m, *radii in size_ranges(scene, polydisperse) for r in sorted(set(radii))]
+    ends = radius_ends(scene, polydisperse)
     pairs = [
         constants.mixed_constants(a, r1, b, r2, scene.interaction)
         for a, r1 in ends

@@ -25,7 +25,7 @@ EVERY = [
     pytest.param(n, marks=pytest.mark.long if n == QUICK else pytest.mark.very_long)
     for n in cases.NAMES
 ]
-SEARCH = ("find_bounds", "wrap", "list_neighbours", "relist_sphere", "list_entries")
+SEARCH = ("find_bounds", "wrap", "list_neighbours")
 SEARCH += ("sort", "reorder", "write_ghosts", "visit", "sum_up", "place_ghosts")
 LOOK = 16  # steps between two readings of the progress by the host
 

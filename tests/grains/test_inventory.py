@@ -95,7 +95,7 @@ def unstarted(monkeypatch):
 
 def place(scene, sample, **how):
     sim = build(scene, sample, **how)
-    return sim, set(sim.fields) | set(sim.scratch) | set(sim.sums), set(sim.kernels.names)
+    return sim, set(sim.fields) | set(sim.scratch) | set(sim.sums), set(vars(sim.kernels))
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -51,15 +51,12 @@ def operations(scene, walls, folder, monkeypatch):
     settings().print_kernel_llvm_ir_optimized = True
     settings().offline_cache = False  # what comes from the cache is not printed
     phases = Phases(place(declare(64, layout, walls)), layout, walls)
+    contacts = phases.walls if walls else phases.pairs
 
     @ti.kernel
     def pass_over_contacts(dt: ti.f64, surfaces: Walls):
-        if ti.static(walls):
-            for tile in range(phases.wall_tiles()):
-                phases.touch_walls(tile, 1, dt, surfaces)
-        else:
-            for tile in range(phases.pair_tiles()):
-                phases.touch_pairs(tile, dt, phases.frame(1, dt))
+        for tile in range(contacts.tiles()):
+            contacts.tile(tile, dt, contacts.gatherer.outside(1, dt, surfaces), dt)
 
     pass_over_contacts(0.0, Walls())
     found = Counter()

@@ -12,9 +12,21 @@ nine of the stress are values; there is no branch.
 """
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.compute.scan import first_of, whole
+from dusttaichi.grains.kernels.numbers import ON_BALL, PAIR, WALL
+from dusttaichi.grains.kernels.store import (
+    FIRST_SPHERE,
+    FIRST_WALL,
+    ON_SPHERE,
+    PAIRS,
+    WALL_BLOCKS,
+)
 from dusttaichi.physics.contact.kinematics import point_as_kept
 
 FORMING, BREAKING = range(2)  # channels of the ledger that no effect has to itself
+# places in `counts` of how many contacts of a kind there are (of walls: blocks), and of their first
+# block
+PLACES = {PAIR: (PAIRS, None), ON_BALL: (ON_SPHERE, FIRST_SPHERE), WALL: (WALL_BLOCKS, FIRST_WALL)}
 
 
 def _masks(law):
@@ -96,15 +108,18 @@ class Rows:
 
 @ti.data_oriented
 class ContactPass:
-    """`tile(tile, first, last, dt, outside, time)` for the contacts of one gatherer.
+    """The contacts of one gatherer: how many there are, and what a step does with them.
 
-    where: beginning of the names of its tables of sums by tile, "wall_" of walls.
+    Empty lanes are computed as well: their grains are far away.
     """
 
-    def __init__(self, fields, layout, mechanics, gatherer, where=""):
+    def __init__(self, fields, layout, mechanics, gatherer):
         self.rows, self.mechanics, self.gatherer = Rows(fields, layout), mechanics, gatherer
+        where = "wall_" if gatherer.flat else ""  # beginning of the names of its sums by tile
         self.numbers, self.kind, self.flat = gatherer.numbers, gatherer.kind, gatherer.flat
         self.width, self.mask, self.real = layout.width, layout.mask, layout.law
+        self.counts, (self.number, self.begin) = fields["counts"], PLACES[gatherer.kind]
+        self.per_tile, self.per_block = layout.tile, 1 if gatherer.flat else layout.width
         self.ledger, self.stress = layout.ledger, layout.stress
         self.faces = bool(layout.periodic) and not gatherer.flat
         self.loss, self.virial = fields[where + "loss"], fields.get(where + "virial")
@@ -121,15 +136,60 @@ class ContactPass:
         # first rows of the losses that each contact keeps
         self.followed = tuple(row for row in (rows.lost, rows.recent) if row >= 0)
 
+    # -- how much there is -----------------------------------------------------------------------
+
+    @ti.func
+    def first(self):
+        """The first block; pairs begin with block 0."""
+        out = 0
+        if ti.static(self.kind != PAIR):
+            out = self.counts[self.begin]
+        return out
+
+    @ti.func
+    def blocks(self):
+        """Number of blocks."""
+        out = self.counts[self.number]
+        if ti.static(not self.flat):
+            out = whole(out, self.width)
+        return out
+
+    @ti.func
+    def tiles(self):
+        """Number of tiles."""
+        return whole(self.counts[self.number], ti.static(self.per_block * self.per_tile))
+
+    @ti.func
+    def span(self, tile):
+        """First block of a tile and the one behind its last."""
+        first, end = tile * self.per_tile, ti.min((tile + 1) * self.per_tile, self.blocks())
+        if ti.static(self.kind != PAIR):
+            first, end = self.first() + first, self.first() + end
+        return first, end
+
+    @ti.func
+    def row(self, tile):
+        """Row of a tile in the tables of sums, of which pairs and the sphere have the same."""
+        out = tile
+        if ti.static(self.kind == ON_BALL):
+            out += self.first() // self.per_tile
+        return out
+
     # -- a tile of contacts ----------------------------------------------------------------------
 
     @ti.func
-    def tile(self, tile, first, last, dt_wide, outside: ti.template(), time):
-        """The blocks from `first` to before `last`, all of them of one tile of a table of sums.
+    def run(self, me, workers, step, numbers, box: ti.template()):
+        """The contacts of a share: current history, loads, losses."""
+        n, dt = self.tiles(), numbers.dt
+        outside = self.gatherer.outside(step, dt, box)
+        for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
+            self.tile(tile, dt, outside, dt * step)
 
-        outside: the frame of a periodic cell (kernels.cell) for pairs; Walls, which are at `time`,
-        for walls.
-        """
+    @ti.func
+    def tile(self, number, dt_wide, outside: ti.template(), time):
+        """Update the contacts of a tile and compute their loads; outside: see the gatherers."""
+        first, last = self.span(number)
+        tile = self.row(number)
         sums = [ti.Vector.zero(self.real, self.width) for _ in ti.static(range(self.CHANGES + 1))]
         virial = ti.Vector.zero(self.real, 9)
         p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)

@@ -10,17 +10,14 @@ from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.numbers import WALL
 from dusttaichi.grains.kernels.store import FIRST_WALL
 from dusttaichi.physics.contact.kinematics import pair_motion, wall_motion
-from dusttaichi.physics.geometry import WALLS
 
 Walls = ti.types.struct(
     normal=ti.types.matrix(6, 3, ti.f64),  # unit normals, into the sample
     offset=ti.types.vector(6, ti.f64),  # plane: x.n = offset + speed t
     speed=ti.types.vector(6, ti.f64),  # along the normal
     strength=ti.types.vector(6, ti.f64),  # of rolling, sliding, twisting
-    along=ti.f64,  # speed of the top wall along x
+    along=ti.types.vector(6, ti.f64),  # speed along x
 )
-
-TOP = WALLS.index("top")
 
 
 @ti.data_oriented
@@ -58,8 +55,13 @@ class PairGatherer(Gatherer):
         self.kind, self.pair_i, self.pair_j = kind, fields["pair_i"], fields["pair_j"]
         self.axes = layout.periodic
         self.shift = fields.get("shift")
-        _, self.across_faces, self.power = make_cell(fields, layout)
+        self.frame, self.across_faces, self.power = make_cell(fields, layout)
         self.columns = 13 + len(layout.periodic)
+
+    @ti.func
+    def outside(self, step, dt, box: ti.template()):
+        """Frame of the cell at a step, common to all blocks."""
+        return self.frame(step, dt)
 
     @ti.func
     def place(self, block, frame: ti.template(), time):
@@ -106,7 +108,7 @@ class PairGatherer(Gatherer):
 
 @ti.data_oriented
 class WallGatherer(Gatherer):
-    """Relative motion of a grain and a wall. place: the Plane of the wall of a block."""
+    """Relative motion of a grain and a wall. place: of a block, see `place`."""
 
     flat, kind, columns = True, WALL, 10
 
@@ -122,19 +124,20 @@ class WallGatherer(Gatherer):
         return block - self.counts[FIRST_WALL]
 
     @ti.func
-    def place(self, block, box: ti.template(), time):
-        return self.plane(self.wall_block(block), box, time)
+    def outside(self, step, dt, box: ti.template()):
+        """Walls, common to all blocks."""
+        return box
 
     @ti.func
-    def plane(self, c, box: ti.template(), time):
-        """Wall of block c: unit normal, offset at `time`, velocity, strength."""
-        k = self.of[c]
+    def place(self, block, box: ti.template(), time):
+        """Wall of a block: unit normal, offset at `time`, velocity, strength.
+
+        box: Walls, or fields of the same names and shapes.
+        """
+        k = self.of[self.wall_block(block)]
         normal = self.place3(box.normal[k, 0], box.normal[k, 1], box.normal[k, 2])
-        along = ti.cast(0.0, self.geometry)
-        if k == TOP:
-            along = ti.cast(box.along, self.geometry)
         velocity = normal * ti.cast(box.speed[k], self.geometry)
-        velocity[0] += along
+        velocity[0] += ti.cast(box.along[k], self.geometry)
         return ti.Struct(
             normal=normal, offset=box.offset[k] + box.speed[k] * time, velocity=velocity,
             strength=ti.cast(box.strength[k], self.real),

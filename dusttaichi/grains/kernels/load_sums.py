@@ -1,32 +1,21 @@
 """Sums that the loads on walls and faces are measured by, formed on a device in one launch."""
 
-from itertools import accumulate
-
 from dusttaichi.compute.blocks import THREADS, BlockSums
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.launching import Launch
 from dusttaichi.grains.kernels.store import PAIRS, capacity
-from dusttaichi.grains.kernels.wall_search import force_sums, impulse_sums
+from dusttaichi.grains.kernels.wall_search import WallSums
 
+# slices of the field `load_sums`: of the columns of tables, and of walls, (6, 6): force, impulse
+COLUMNS = {"flux": slice(0, 6), "virial": slice(6, 15), "wall_virial": slice(15, 24)}
+COLUMNS["across"] = slice(24, 33)
+ON_WALLS = slice(33, 69)
 FACES = 9  # sums over pairs: force along x, y, z, each times the edges between along x, y, z
-
-
-def places(layout, walls):
-    """Name -> slice of the field `load_sums`."""
-    stress, cell = layout.stress, bool(layout.periodic)
-    lengths = {"flux": 6 * stress, "virial": 9 * stress, "wall_virial": 9 * (stress and walls)}
-    lengths |= {"across": FACES * cell, "wall_force": 18 * walls, "impulse": 18 * walls}
-    ends = accumulate(lengths.values())
-    return {
-        name: slice(end - n, end) for (name, n), end in zip(lengths.items(), ends, strict=True) if n
-    }
 
 
 def place_load_sums(grains, layout, walls):
     """The field of the sums; where there is a cell, those of each tile of pairs."""
-    found = places(layout, walls)
-    length = max((part.stop for part in found.values()), default=1)
-    out = {"load_sums": ti.field(ti.f64, shape=length)}
+    out = {"load_sums": ti.field(ti.f64, shape=ON_WALLS.stop)}
     if layout.periodic:
         tiles = capacity(grains, layout, walls)[0] // layout.tile
         out["across"] = ti.field(ti.f64, shape=(tiles, FACES))
@@ -51,38 +40,17 @@ def make_across_faces(fields, layout):
     return across_faces
 
 
-def make_wall_loads(fields, layout, found, out):
-    """Function `wall_loads(wall, thread)`, for all threads of a block: force and impulse of a wall.
-
-    found: `places` of the sums in `out`."""
-    total, impulses = fields["impulse_total"], impulse_sums(fields)
-    forces = force_sums(fields, layout)
-    first_force, first_impulse = found["wall_force"].start, found["impulse"].start
-
-    @ti.func
-    def wall_loads(wall, thread):
-        force, impulse = forces.of_wall(wall, thread), impulses.of_wall(wall, thread)
-        for a in ti.static(range(3)):
-            if thread == a:
-                out[first_force + 3 * wall + a] = force
-                out[first_impulse + 3 * wall + a] = total[wall][a] + impulse
-
-    return wall_loads
-
-
 def make_load_sums(fields, sums, layout, walls):
     """Launch `load_sums()`, which fills that field."""
-    found, out = places(layout, walls), sums["load_sums"]
+    out, every, one = sums["load_sums"], fields | sums, BlockSums(1)
     tables = [
-        (sums[name] if name == "across" else fields[name], part.start, part.stop)
-        for name, part in found.items()
-        if not name.startswith(("wall_force", "impulse"))
+        (every[name], part.start, part.stop) for name, part in COLUMNS.items() if name in every
     ]
-    columns, one = max((end for _, _, end in tables), default=0), BlockSums(1)
+    columns = max((end for _, _, end in tables), default=0)
     across, of_tile = sums.get("across"), BlockSums(FACES)
     pairs = across.shape[0] * THREADS if layout.periodic else 0
     across_faces = make_across_faces(fields, layout)
-    wall_loads = make_wall_loads(fields, layout, found, out) if walls else None
+    wall_sums, before = WallSums(fields) if walls else None, fields.get("impulse_total")
 
     @ti.func
     def column_sum(column, thread):
@@ -111,6 +79,12 @@ def make_load_sums(fields, sums, layout, walls):
         if ti.static(walls):
             ti.loop_config(block_dim=THREADS)
             for t in range(6 * THREADS):
-                wall_loads(t // THREADS, t % THREADS)
+                wall, thread = t // THREADS, t % THREADS
+                total = wall_sums.of_wall(wall, thread)
+                for a in ti.static(range(3)):
+                    if thread == 3 + a:
+                        total += before[wall][a]
+                if thread < 6:
+                    out[ON_WALLS.start + 6 * wall + thread] = total
 
     return Launch(load_sums)

@@ -10,15 +10,13 @@ from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.grains import make_gather, make_gravity, make_push
 from dusttaichi.grains.kernels.store import (
-    FIRST_SPHERE,
     FIRST_WALL,
     GRAINS,
-    PAIRS,
     WALL_BLOCKS,
     capacity,
     sphere_capacity,
 )
-from dusttaichi.grains.kernels.wall_search import force_sums
+from dusttaichi.grains.kernels.wall_search import WallSums
 
 # columns of a grain sum; kinetic energies of v, w at the time of the positions; what they exceed
 # m v(n-1/2).v(n+1/2)/2 by, the kinetic energy whose change in a step is the work of the mean force
@@ -111,16 +109,23 @@ class ContactSums:
 
 
 def make_measure(fields, sums, layout, phases):
-    """Kernels that fill `sums`: grains, pairs, walls and sphere.
+    """Kernels that fill `sums`, by name: of the grains and of each kind of contact that there is.
 
-    grains(mass, inertia, kick, turn), pairs(step, dt), and, or None, walls(box, time, dt) and
-    sphere(step, dt). Where grains have masses of their own (layout.polydisperse) mass and inertia
-    are units of them.
+    measure_grains(mass, inertia, kick, turn): where grains have masses of their own
+    (layout.polydisperse) mass and inertia are units of them. measure_pairs, measure_walls and
+    measure_sphere(step, dt, box): the last two with the loads on these bodies.
     """
-    measure_walls = make_measure_walls(fields, sums, layout, phases) if phases.walls else None
-    measure_pairs, measure_sphere = make_measure_pairs(fields, sums, layout, phases)
-    measure_grains = make_measure_grains(fields, sums, layout)
-    return measure_grains, measure_pairs, measure_walls, measure_sphere
+    out = {"measure_grains": make_measure_grains(fields, sums, layout)}
+    out["measure_pairs"] = make_measure_contacts(phases.pairs, layout, sums["pair_sum"])
+    if phases.walls is not None:
+        loads = make_wall_forces(fields, sums, layout)
+        walls = make_measure_contacts(phases.walls, layout, sums["wall_sum"], loads)
+        out["measure_walls"] = walls
+    if phases.on_sphere is not None:
+        loads = make_sphere_load(phases.sphere, sums)
+        on_sphere = make_measure_contacts(phases.on_sphere, layout, sums["sphere_sum"], loads)
+        out["measure_sphere"] = on_sphere
+    return out
 
 
 def make_measure_grains(fields, sums, layout):
@@ -168,40 +173,35 @@ def make_measure_grains(fields, sums, layout):
     return measure_grains
 
 
-def make_measure_pairs(fields, sums, layout, phases):
-    """Kernels of the sums over contacts between grains, and over those with the sphere (or None).
-
-    The latter with the loads on it.
-    """
-    W, T = layout.width, layout.tile
-    counts, frame = fields["counts"], phases.frame
-    pairs = ContactSums(phases.pairs, layout, sums["pair_sum"])
+def make_measure_contacts(contacts, layout, table, loads=None):
+    """Kernel of the sums over contacts of a kind. loads(): function called behind the loop."""
+    sums, gatherer = ContactSums(contacts, layout, table), contacts.gatherer
+    has_loads = loads is not None
 
     @ti.kernel
-    def measure_pairs(step: ti.i64, dt: ti.f64):
-        for tile in range(whole(counts[PAIRS], W * T)):
-            pairs.clear(tile)
-            here = frame(step, dt)
-            for block in range(tile * T, (tile + 1) * T):
-                pairs.add_block(tile, block, dt, here)
+    def measure_contacts(step: ti.i64, dt: ti.f64, box: Walls):
+        for tile in range(contacts.tiles()):
+            sums.clear(tile)
+            outside = gatherer.outside(step, dt, box)
+            first, last = contacts.span(tile)
+            for block in range(first, last):
+                sums.add_block(tile, block, dt, gatherer.place(block, outside, dt * step))
+        if ti.static(has_loads):
+            loads()
 
-    if not layout.sphere:
-        return measure_pairs, None
-    sphere, sphere_load = phases.sphere, sums["sphere_load"]
-    on_sphere = ContactSums(phases.on_sphere, layout, sums["sphere_sum"])
-    load_sums = BlockSums(6)
+    return measure_contacts
 
-    @ti.kernel
-    def measure_sphere(step: ti.i64, dt: ti.f64):
-        for tile in range(sphere.tiles()):
-            on_sphere.clear(tile)
-            here, first = frame(step, dt), counts[FIRST_SPHERE]
-            for block in range(first + tile * T, first + (tile + 1) * T):
-                on_sphere.add_block(tile, block, dt, here)
+
+def make_sphere_load(sphere, sums):
+    """Function that writes the load on the sphere."""
+    sphere_load, block_sums = sums["sphere_load"], BlockSums(6)
+
+    @ti.func
+    def write_load():
         if ti.static(on_device()):
             ti.loop_config(block_dim=THREADS)
             for t in range(THREADS):
-                total = load_sums.total(sphere.share(t, THREADS), t)
+                total = block_sums.total(sphere.share(t, THREADS), t)
                 if t < 6:
                     sphere_load[t] = total
         else:
@@ -210,23 +210,16 @@ def make_measure_pairs(fields, sums, layout, phases):
                 for k in ti.static(range(3)):
                     sphere_load[k], sphere_load[3 + k] = force[k], torque[k]
 
-    return measure_pairs, measure_sphere
+    return write_load
 
 
-def make_measure_walls(fields, sums, layout, phases):
-    """Kernel of the sums over contacts with walls, and of the force of each wall."""
-    W, T, load = layout.width, layout.tile, fields["load"]
-    counts, wall_force = fields["counts"], sums["wall_force"]
-    wall_of, walls = fields["wall_of"], ContactSums(phases.walls, layout, sums["wall_sum"])
-    forces = force_sums(fields, layout)
+def make_wall_forces(fields, sums, layout):
+    """Function that writes the force of each wall."""
+    W, load, counts = layout.width, fields["load"], fields["counts"]
+    wall_of, wall_force, forces = fields["wall_of"], sums["wall_force"], WallSums(fields)
 
-    @ti.kernel
-    def measure_walls(box: Walls, time: ti.f64, dt: ti.f64):
-        for tile in range(whole(counts[WALL_BLOCKS], T)):
-            walls.clear(tile)
-            for c in range(tile * T, ti.min((tile + 1) * T, counts[WALL_BLOCKS])):
-                plane = walls.own.gatherer.plane(c, box, time)
-                walls.add_block(tile, counts[FIRST_WALL] + c, dt, plane)
+    @ti.func
+    def write_forces():
         if ti.static(on_device()):
             ti.loop_config(block_dim=THREADS)
             for t in range(6 * THREADS):
@@ -243,4 +236,4 @@ def make_measure_walls(fields, sums, layout, phases):
                             force += ti.cast(load[counts[FIRST_WALL] + c, a, k], ti.f64)
                 wall_force[n, a] = force
 
-    return measure_walls
+    return write_forces

@@ -2,24 +2,26 @@
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.relist import make_relist
+from dusttaichi.grains.kernels.relist import make_body_relist, make_relist
 from dusttaichi.grains.kernels.search import make_find
-from dusttaichi.grains.kernels.wall_search import make_wall_relist
+from dusttaichi.grains.kernels.sphere import SphereLists
+from dusttaichi.grains.kernels.wall_search import WallLists, make_fold
 from dusttaichi.particles.cells import Cells
 
 
 def make_neighbour_lists(fields, scratch, layout, *, walls, write_constants):
-    """Kernels `list_neighbours(box)` and `list_entries()`.
+    """Kernel `list_neighbours(box)`: pairs, contacts with walls and sphere, those of every grain.
 
-    The first lists pairs, contacts with walls, and, in scenes without a sphere, the contacts of
-    every grain; the second these where the sphere's come before, else it is None. Where
-    counts[OVERFLOW] is set meanwhile, the lists are void. walls: true if there are any.
+    Where counts[OVERFLOW] is set meanwhile, the lists are void. walls: true if there are any.
     write_constants: `make_write_constants` of kernels.polydisperse, or None of equal grains.
     """
     cells = Cells(scratch["grid"], 3, periodic=layout.periodic, tilted=layout.tilted)
     find = make_find(fields, scratch, layout, cells)
-    relist, write_entries = make_relist(fields, scratch, layout, write_constants)
-    relist_walls = make_wall_relist(fields, scratch, layout, write_constants) if walls else None
+    kinds = [WallLists] * walls + [SphereLists] * layout.sphere
+    others = [Lists(fields, scratch, layout, write_constants) for Lists in kinds]
+    relist, write_entries = make_relist(fields, scratch, layout, write_constants, others)
+    fold = make_fold(fields) if walls else None
+    relist_others = [make_body_relist(fields, scratch, layout, lists) for lists in others]
 
     @ti.kernel
     def list_neighbours(box: Walls):
@@ -27,12 +29,9 @@ def make_neighbour_lists(fields, scratch, layout, *, walls, write_constants):
         find(grid)
         relist(grid)
         if ti.static(walls):
-            relist_walls(box)
-        if ti.static(not layout.sphere):
-            write_entries()
-
-    @ti.kernel
-    def list_entries():
+            fold()
+        for relist_other in ti.static(relist_others):
+            relist_other(box, grid)
         write_entries()
 
-    return list_neighbours, list_entries if layout.sphere else None
+    return list_neighbours

@@ -7,11 +7,12 @@ The search looks at every grain: a grid with cells as wide as the sphere would b
 
 from types import SimpleNamespace
 
-from dusttaichi.compute.blocks import is_idle, loop_length, on_device
+from dusttaichi.compute.blocks import loop_length, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan, is_short, whole
+from dusttaichi.compute.scan import CHUNK, Scan, whole
 from dusttaichi.grains.kernels.grains import make_gravity
-from dusttaichi.grains.kernels.relist import HistoryRows
+from dusttaichi.grains.kernels.relist import PairLanes
+from dusttaichi.grains.kernels.search import SPHERE_REACH
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
 
 
@@ -51,9 +52,9 @@ def make_loads(fields, layout):
 
 
 def make_sphere(fields, layout):
-    """Functions for the rigid sphere: `tiles`, `loads` and `move`. None in a scene without one.
+    """Functions for the rigid sphere: `loads` and `move`. None in a scene without one.
 
-    `tiles()`: number of tiles of contacts; `loads()`: force and torque of the grains on the sphere,
+    `loads()`: force and torque of the grains on the sphere,
     summed in the order of the lanes; `move(dt, reach2)`: kick and drift, 1 if a new search is due.
     For a block of threads: `share(thread, threads)`: force and torque of the contacts of one of
     them on the sphere; `put_load(k, total)`: number k of the sum over the block; `move_by_load(dt,
@@ -61,15 +62,11 @@ def make_sphere(fields, layout):
     """
     if not layout.sphere:
         return None
-    W, counts, (loads, share) = layout.width, fields["counts"], make_loads(fields, layout)
+    counts, (loads, share) = fields["counts"], make_loads(fields, layout)
     x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
     body, impulse = fields["sphere_body"], fields["sphere_impulse"]
     real, falls = layout.geometry, make_gravity(fields, layout)
     load = ti.field(ti.f64, shape=6) if on_device() else None
-
-    @ti.func
-    def tiles():
-        return whole(counts[ON_SPHERE], W * layout.tile)
 
     @ti.func
     def put_load(k, total):
@@ -102,121 +99,79 @@ def make_sphere(fields, layout):
         return ti.select(way.dot(way) <= reach2, 0, 1)
 
     of_block = {"share": share, "put_load": put_load, "move_by_load": move_by_load}
-    return SimpleNamespace(tiles=tiles, loads=loads, move=move, **of_block)
+    return SimpleNamespace(loads=loads, move=move, **of_block)
 
 
 @ti.data_oriented
 class SphereLists:
-    """Functions that find the grains near the sphere and write their lanes.
+    """Functions that find the grains near the sphere and write their lanes (make_body_relist).
 
     write_constants: `make_write_constants` of kernels.polydisperse, or None of equal grains.
     """
 
-    def __init__(self, fields, layout, write_constants):
-        self.width, self.axes = layout.width, layout.periodic
-        self.polydisperse, self.history = layout.polydisperse, HistoryRows(fields, layout)
-        self.x, self.counts, self.slot = fields["x"], fields["counts"], fields["sphere_slot"]
-        self.pair_i, self.pair_j = fields["pair_i"], fields["pair_j"]
-        self.shift, self.radius = fields.get("shift"), fields.get("radius")
-        self.write = write_constants
+    bodies, begin = 1, FIRST_SPHERE
+
+    def __init__(self, fields, scratch, layout, write_constants):
+        own = (getattr(write_constants, name, None) for name in ("sphere", "empty"))
+        self.lanes, self.axes = PairLanes(fields, layout, *own), layout.periodic
+        self.width, self.full = layout.width, layout.width * layout.tile
+        self.x, self.counts, self.of = fields["x"], fields["counts"], fields["sphere_slot"]
+        self.x_search, self.radius = fields["x_search"], fields.get("radius")
+        self.polydisperse, self.numbers = layout.polydisperse, scratch["grid"]
+        self.chunk_first, self.scan = scratch["sphere_chunk"], Scan(scratch["chunk_sum"])
+        self.in_order = not on_device()
 
     @ti.func
-    def edges_between(self, g, s, edges, a: ti.template()):
-        """Edges of the periodic cell between a grain and the sphere along an axis."""
-        return ti.floor((self.x[g][a] - self.x[s][a]) / edges[a] + 0.5)
+    def blocks(self):
+        """Number of blocks of the lists before."""
+        return whole(self.counts[ON_SPHERE], self.width)
 
     @ti.func
-    def is_near(self, g, s, edges, reach):
-        d = self.x[g] - self.x[s]
+    def body(self, n, box: ti.template(), grid: ti.template()):
+        """Place of the sphere, edges of the cell, distance of the centres of a grain that is near.
+
+        Of polydisperse grains less their radius.
+        """
+        place = self.x[self.counts[GRAINS] + SPHERE]
+        return ti.Struct(place=place, edges=grid.edges, reach=self.numbers[SPHERE_REACH])
+
+    @ti.func
+    def is_near(self, g, sphere):
+        d = self.x[g] - sphere.place
         for a in ti.static(self.axes):
-            d[a] -= self.edges_between(g, s, edges, a) * edges[a]
-        far = reach
+            d[a] -= ti.floor(d[a] / sphere.edges[a] + 0.5) * sphere.edges[a]
+        far = sphere.reach
         if ti.static(self.polydisperse):
             far += self.radius[g]
         return d.dot(d) < far * far
 
     @ti.func
-    def write_contact(self, g, s, c, edges):
-        b, k = self.counts[FIRST_SPHERE] + c // self.width, c % self.width
-        self.pair_i[b, k], self.pair_j[b, k] = g, s
-        if ti.static(self.polydisperse):
-            self.write.sphere(b, k, g, s)
-        for n in ti.static(range(len(self.axes))):
-            self.shift[b, n, k] = self.edges_between(g, s, edges, ti.static(self.axes[n]))
-        old = self.slot[g]
-        if old >= 0:
-            old += self.counts[FIRST_SPHERE] * self.width
-        self.history.carry(b, k, old)
+    def slot(self, g, n):
+        return self.of[g]
 
     @ti.func
-    def clear_lane(self, c):
-        b, k = self.counts[FIRST_SPHERE] + c // self.width, c % self.width
-        self.pair_i[b, k], self.pair_j[b, k] = self.counts[GRAINS], self.counts[GRAINS] + 1
-        if ti.static(self.polydisperse):
-            self.write.empty(b, k)
-        self.history.clear(b, k)
-        for n in ti.static(range(len(self.axes))):
-            self.shift[b, n, k] = 0.0
-
-
-def make_sphere_relist(fields, scratch, layout, write_constants=None):
-    """Kernel `relist_sphere(reach, edges)`: the grains near the sphere, in order, with history.
-
-    reach: distance of the centres within which a grain is listed, of polydisperse grains less their
-    radius. edges: of the periodic cell.
-    """
-    W, full = layout.width, layout.width * layout.tile
-    counts, slot = fields["counts"], fields["sphere_slot"]
-    x, x_search, chunk_first = fields["x"], fields["x_search"], scratch["sphere_chunk"]
-    lists, scan = SphereLists(fields, layout, write_constants), Scan(scratch["chunk_sum"])
-    chunk_room, blocks = chunk_first.shape[0] - 1, fields["pair_i"].shape[0]
-    light, in_order = is_short(x.shape[0]), not on_device()
+    def put_slot(self, g, n, c):
+        self.of[g] = c
 
     @ti.func
-    def chunks():
-        return loop_length(whole(counts[GRAINS], CHUNK), chunk_room)
+    def write(self, b, k, g, n, grid: ti.template()):
+        self.lanes.write(b, k, g, self.counts[GRAINS] + SPHERE, grid)
 
     @ti.func
-    def old_blocks():
-        return whole(counts[ON_SPHERE], W)
+    def lay_out(self):
+        """Find the first lane of each chunk, and clear those behind the last one.
 
-    @ti.func
-    def near_sphere(chunk, reach, edges, write: ti.template()):
-        """Counts or writes the contacts of a chunk of grains."""
-        s, c = counts[GRAINS] + SPHERE, 0
-        if ti.static(write):
-            c = chunk_first[chunk]
-        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
-            near = lists.is_near(g, s, edges, reach)
-            if ti.static(write):
-                if near:
-                    lists.write_contact(g, s, c, edges)
-                slot[g] = ti.select(near, c, -1)
-            c += ti.cast(near, ti.i32)
-        if ti.static(not write):
-            chunk_first[chunk] = c
-
-    @ti.kernel
-    def relist_sphere(reach: ti.f64, edges: ti.types.vector(3, ti.f64)):
-        ti.loop_config(serialize=light)
-        for b in range(loop_length(old_blocks(), blocks)):
-            if is_idle(b, old_blocks()):
-                continue
-            lists.history.put_aside(counts[FIRST_SPHERE] + b)
-        ti.loop_config(serialize=light)
-        for chunk in range(chunks()):
-            near_sphere(chunk, reach, edges, False)
-        scan.exclusive(chunk_first, chunk_first, chunks() + 1)
-        ti.loop_config(serialize=in_order)
-        for k in range(full):
-            lanes = chunk_first[whole(counts[GRAINS], CHUNK)]
+        To be called outside of the loops of a kernel.
+        """
+        entries = ti.static(self.chunk_first.shape[0] - 1)
+        end = loop_length(whole(self.counts[GRAINS], CHUNK), entries)
+        self.scan.exclusive(self.chunk_first, self.chunk_first, end + 1)
+        ti.loop_config(serialize=self.in_order)
+        for k in range(self.full):
+            contacts = self.chunk_first[whole(self.counts[GRAINS], CHUNK)]
             if k == 0:
-                x_search[counts[GRAINS] + SPHERE] = x[counts[GRAINS] + SPHERE]
-                counts[ON_SPHERE] = lanes
-            if lanes + k < whole(lanes, full) * full:
-                lists.clear_lane(lanes + k)
-        ti.loop_config(serialize=light)
-        for chunk in range(chunks()):
-            near_sphere(chunk, reach, edges, True)
-
-    return relist_sphere
+                s = self.counts[GRAINS] + SPHERE
+                self.x_search[s], self.counts[ON_SPHERE] = self.x[s], contacts
+            if contacts + k < whole(contacts, self.full) * self.full:
+                c = self.counts[FIRST_SPHERE] * self.width + contacts + k
+                self.lanes.clear(c // self.width, c % self.width)
