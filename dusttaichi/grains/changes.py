@@ -13,13 +13,7 @@ from dusttaichi.grains.build import chosen_numbers
 from dusttaichi.grains.contacts import distances, edges_between
 from dusttaichi.grains.grain_contacts import farthest_contacts, scaled
 from dusttaichi.grains.load_sums import load_sums
-from dusttaichi.grains.measure import (
-    half_kicks,
-    measurement,
-    set_back,
-    wall_forces,
-    wall_work,
-)
+from dusttaichi.grains.measure import half_kicks, measurement, set_back, wall_work
 from dusttaichi.grains.pointers import touching, unit
 from dusttaichi.grains.time_step import chosen_step
 
@@ -112,9 +106,9 @@ def change_stiffness(sim, scene, dt):
     scale = scene.numerics.stiffness_scaling
     before = measurement(sim)
     kick, turn = half_kicks(sim)
-    ends = wall_forces(sim), load_sums(sim).impulses()
-    sums = sim.ledger_sums
-    sums.wall_work = wall_work(sim, *ends)
+    sums, loads = sim.ledger_sums, load_sums(sim)
+    impulse = loads.impulses()
+    sums.wall_work, sums.impulse = wall_work(sim, loads.wall_force(), impulse), impulse
     if sim.sphere is not None:
         load, impulse = sim.sphere.load()[0], sim.sphere.impulses()[:3]
         sums.sphere_work, sums.sphere_impulse = sim.sphere.work(load, impulse), impulse
@@ -134,7 +128,7 @@ def change_stiffness(sim, scene, dt):
     set_back(sim, v, w)
     set_speeds(sim, pairs, walls, state["v"], sim.dt)
 
-    sums.wall_force, sums.impulse = wall_forces(sim), ends[1]
+    sums.wall_force = load_sums(sim).wall_force()
     if sim.sphere is not None:
         sums.sphere_force = sim.sphere.load()[0]
     sums.face_jumps += before.parts["face_work"] - measurement(sim).parts["face_work"]

@@ -8,7 +8,8 @@ import numpy as np
 from dusttaichi import samples, units
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measure import energies, wall_forces
+from dusttaichi.grains.load_sums import load_sums
+from dusttaichi.grains.measure import energies
 from dusttaichi.physics.contact.registry import EFFECTS, law_name
 from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.scene import quantities
@@ -176,7 +177,7 @@ def _grain_rows(force):
 
 def _wall_rows(sim):
     """The force of the grains on each wall, and on all of them together."""
-    on_walls, rows = -wall_forces(sim), []
+    on_walls, rows = -load_sums(sim).wall_force(), []
     for n in np.flatnonzero(sim.box.present):
         along = float(on_walls[n] @ sim.box.normal[n])
         text = "none" if along == 0.0 else f"{_force(abs(along))}, {_sense(along)}"

@@ -14,7 +14,7 @@ def load_sums(sim):
 class LoadSums:
     """The sums of a Simulation as it is now, each computed where it is needed.
 
-    They are added up here: sooner than by kernels, and in another order than these.
+    They are added up here: sooner than by kernels.
     """
 
     def __init__(self, sim):
@@ -22,14 +22,13 @@ class LoadSums:
         self.layout = sim.layout
 
     def wall_force(self):
-        """Force of each wall on the grains [nN], (6, 3)."""
-        out = np.zeros((6, 3))
-        if self.sim.box is not None:
-            rows, first = self.state.wall_blocks, int(self.state["counts"][FIRST_WALL])
-            load = self.fields["load"].part(first, first + rows, slice(0, 3))
-            of = self.fields["wall_of"].to_numpy(rows)
-            np.add.at(out, of, load.sum(axis=2, dtype=float))
-        return out
+        """Force of each wall on the grains [nN], (6, 3), summed in the order of the lanes."""
+        if self.sim.box is None:
+            return np.zeros((6, 3))
+        lanes, first = self.state.wall_lanes(), int(self.state["counts"][FIRST_WALL])
+        load = self.fields["load"].part(first, first + self.state.wall_blocks, slice(0, 3))
+        along = (np.bincount(lanes.wall, load[:, n].ravel(), minlength=6) for n in range(3))
+        return np.stack(list(along), axis=1)
 
     def impulses(self):
         """Time integral of the wall forces since the start [nN us], (6, 3)."""

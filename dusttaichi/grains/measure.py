@@ -51,7 +51,9 @@ def energies(sim):
     out["kinetic_kick"] += out["sphere_kick"]
     walls = on_sphere = np.zeros((0, columns.count))
     if sim.box is not None:
-        out["wall_work"] = wall_work(sim, wall_forces(sim), load_sums(sim).impulses())
+        sim.kernels.measure_walls(sim.step, sim.dt, sim.walls_argument)
+        loads = load_sums(sim)
+        out["wall_work"] = wall_work(sim, loads.wall_force(), loads.impulses())
         walls = _contact_sums(sim, "wall_sum", sim.state.wall_blocks * sim.layout.width)
     if sim.sphere is not None:
         on_sphere = _contact_sums(sim, "sphere_sum", int(sim.state["counts"][ON_SPHERE]))
@@ -155,14 +157,6 @@ def contact_loads(sim):
         for part, own in enumerate((force, torque)):
             out[part, :, n] = np.bincount(owner, weights=own, minlength=sim.grains)
     return out
-
-
-def wall_forces(sim):
-    """Force of each wall on the grains now [nN], (6, 3)."""
-    if sim.box is None:
-        return np.zeros((6, 3))
-    sim.kernels.measure_walls(sim.step, sim.dt, sim.walls_argument)
-    return sim.sums["wall_force"].to_numpy()
 
 
 def wall_work(sim, force, impulse):

@@ -23,7 +23,6 @@ from dusttaichi.grains.measure import (
     face_power,
     gravity_potential,
     set_back,
-    wall_forces,
     wall_work,
 )
 from dusttaichi.grains.pushes import push_anew
@@ -145,7 +144,7 @@ class Simulation:
     def _begin_ledger(self):
         """Forces, potentials and pending losses at the start; velocities are half a step back."""
         self.potential_of_start = gravity_potential(self)
-        self.ledger_sums.wall_force = wall_forces(self)
+        self.ledger_sums.wall_force = load_sums(self).wall_force()
         if self.sphere is not None:
             self.ledger_sums.sphere_force = self.sphere.load()[0]
         self.ledger_sums.pending = [[0.0] * len(self.layout.channels)] * 3
@@ -162,22 +161,22 @@ class Simulation:
             force, impulse = self.sphere.load()[0], self.sphere.impulses()[:3]
             self.ledger_sums.sphere_work = self.sphere.work(force, impulse)
             self.ledger_sums.sphere_force, self.ledger_sums.sphere_impulse = force, impulse
-        with self._booked(wall_forces(self), load_sums(self)):
+        with self._booked(load_sums(self)):
             self._move(drive)
             if drive.push or self.push.of_stage:
                 push_anew(self, drive.push)
         self.search.ask()
 
     @contextmanager
-    def _booked(self, force, loads):
+    def _booked(self, loads):
         """Context in which walls and faces get other speeds; the ledger continues.
 
-        force: of the walls, and LoadSums, now.
+        loads: LoadSums now.
         """
-        before, impulse, sums = self.cell, loads.impulses(), self.ledger_sums
+        before, force, impulse = self.cell, loads.wall_force(), loads.impulses()
         across = None if before is None else loads.across_faces()
-        sums.wall_work = wall_work(self, force, impulse)
-        sums.wall_force, sums.impulse = force, impulse
+        sums, work = self.ledger_sums, wall_work(self, force, impulse)
+        sums.wall_work, sums.wall_force, sums.impulse = work, force, impulse
         yield
         if before is not None:
             power = self.cell.power(across, self.time) - before.power(across, self.time)
@@ -191,7 +190,7 @@ class Simulation:
     def _steer(self):
         """Load control changes the speeds, within those that the search allows for."""
         loads = load_sums(self)
-        with self._booked(loads.wall_force(), loads):
+        with self._booked(loads):
             self._surround(self.domain.steered(self._load_integral(self.servo, loads)))
 
     def _load_integral(self, servo, loads=None):

@@ -15,7 +15,7 @@ from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.grains.load_sums import load_sums
-from dusttaichi.grains.measure import energies, grain_state, wall_forces
+from dusttaichi.grains.measure import energies, grain_state
 from dusttaichi.method import State, of
 from dusttaichi.physics.contact import jkr as normal
 from dusttaichi.run import execute
@@ -146,9 +146,11 @@ def test_wall_that_moves_along_itself():
     boundary = plates(shear_speed="2 cm/s")
     scene = make_scene(damping="viscoelastic", boundary=boundary)
     sim = Probe(scene, sample_of(COLUMN)).sim
-    start, before, first = energies(sim), load_sums(sim).impulses(), wall_forces(sim)
+    start, sums = energies(sim), load_sums(sim)
+    before, first = sums.impulses(), sums.wall_force()
     sim.advance(4000)
-    impulse = load_sums(sim).impulses() - before + 0.5 * sim.dt * (first - wall_forces(sim))
+    sums = load_sums(sim)
+    impulse = sums.impulses() - before + 0.5 * sim.dt * (first - sums.wall_force())
     m = energies(sim)
     assert m["wall_work"] == pytest.approx(0.02 * impulse[5, 0], rel=1e-9) and m["wall_work"] > 0.0
     assert abs(residual(start, m)) < 1e-4 * m["wall_work"]

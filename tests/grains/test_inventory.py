@@ -26,8 +26,8 @@ SCRATCH = set(
 )
 KERNELS = set("advance evaluate bounds list_neighbours measure_grains measure_pairs".split())
 WALL_FIELDS = set(
-    "wall_grain wall_gap wall_of wall_slot wall_loss impulse impulse_total wall_chunk wall_sum "
-    "wall_force".split()
+    "wall_grain wall_gap wall_of wall_slot wall_loss impulse impulse_total wall_chunk "
+    "wall_sum".split()
 )
 WALL_KERNELS = {"measure_walls"}
 CELL_FIELDS = {"shift", "wraps", "cell", "face_work", "wrap_work"}

@@ -11,7 +11,8 @@ from dusttaichi import analysis, method, plots, samples
 from dusttaichi.domain.clock import NEVER, Clock
 from dusttaichi.grains.build import build
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
-from dusttaichi.grains.measure import contact_loads, wall_forces
+from dusttaichi.grains.load_sums import load_sums
+from dusttaichi.grains.measure import contact_loads
 from dusttaichi.run import execute, schedule
 from dusttaichi.run.stop import AVERAGED, component, plateau
 from dusttaichi.scene import from_yaml
@@ -133,7 +134,7 @@ def test_forces_add_up(pressed):
     np.testing.assert_allclose(total, moving, rtol=0, atol=1e-9)
     of_walls = np.zeros((6, 3))
     np.add.at(of_walls, walls["wall"], walls["force"])
-    np.testing.assert_allclose(of_walls, wall_forces(sim), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(of_walls, load_sums(sim).wall_force(), rtol=0, atol=1e-9)
     assert np.abs(of_walls).max() > 1.0
 
 

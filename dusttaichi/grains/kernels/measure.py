@@ -9,14 +9,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, whole
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.grains import make_gather, make_gravity, make_push
-from dusttaichi.grains.kernels.store import (
-    FIRST_WALL,
-    GRAINS,
-    WALL_BLOCKS,
-    capacity,
-    sphere_capacity,
-)
-from dusttaichi.grains.kernels.wall_search import WallSums
+from dusttaichi.grains.kernels.store import GRAINS, capacity, sphere_capacity
 
 # columns of a grain sum; kinetic energies of v, w at the time of the positions; what they exceed
 # m v(n-1/2).v(n+1/2)/2 by, the kinetic energy whose change in a step is the work of the mean force
@@ -48,7 +41,6 @@ def place_measure(grains, layout, walls):
     }
     if walls:
         sums["wall_sum"] = ti.field(ti.f64, shape=(wall_blocks // layout.tile, columns))
-        sums["wall_force"] = ti.field(ti.f64, shape=(6, 3))
     if layout.sphere:
         tiles = sphere_capacity(grains, layout) // layout.tile
         sums["sphere_sum"] = ti.field(ti.f64, shape=(tiles, columns))
@@ -113,14 +105,12 @@ def make_measure(fields, sums, layout, phases):
 
     measure_grains(mass, inertia, kick, turn): where grains have masses of their own
     (layout.polydisperse) mass and inertia are units of them. measure_pairs, measure_walls and
-    measure_sphere(step, dt, box): the last two with the loads on these bodies.
+    measure_sphere(step, dt, box): the last one with the load on the sphere.
     """
     out = {"measure_grains": make_measure_grains(fields, sums, layout)}
     out["measure_pairs"] = make_measure_contacts(phases.pairs, layout, sums["pair_sum"])
     if phases.walls is not None:
-        loads = make_wall_forces(fields, sums, layout)
-        walls = make_measure_contacts(phases.walls, layout, sums["wall_sum"], loads)
-        out["measure_walls"] = walls
+        out["measure_walls"] = make_measure_contacts(phases.walls, layout, sums["wall_sum"])
     if phases.on_sphere is not None:
         loads = make_sphere_load(phases.sphere, sums)
         on_sphere = make_measure_contacts(phases.on_sphere, layout, sums["sphere_sum"], loads)
@@ -211,29 +201,3 @@ def make_sphere_load(sphere, sums):
                     sphere_load[k], sphere_load[3 + k] = force[k], torque[k]
 
     return write_load
-
-
-def make_wall_forces(fields, sums, layout):
-    """Function that writes the force of each wall."""
-    W, load, counts = layout.width, fields["load"], fields["counts"]
-    wall_of, wall_force, forces = fields["wall_of"], sums["wall_force"], WallSums(fields)
-
-    @ti.func
-    def write_forces():
-        if ti.static(on_device()):
-            ti.loop_config(block_dim=THREADS)
-            for t in range(6 * THREADS):
-                wall, thread = t // THREADS, t % THREADS
-                total = forces.of_wall(wall, thread)
-                if thread < 3:
-                    wall_force[wall, thread] = total
-        else:
-            for n, a in ti.ndrange(6, 3):
-                force = ti.cast(0.0, ti.f64)
-                for c in range(counts[WALL_BLOCKS]):
-                    if wall_of[c] == n:
-                        for k in range(W):
-                            force += ti.cast(load[counts[FIRST_WALL] + c, a, k], ti.f64)
-                wall_force[n, a] = force
-
-    return write_forces
