@@ -24,7 +24,8 @@ def energies(sim):
     half = 0.5 * sim.dt
     mass, inertia = sim.unit_mass, sim.unit_inertia
     sim.kernels.measure_grains(mass, inertia, half / mass, half / inertia)
-    sim.kernels.measure_pairs(sim.step, sim.dt, sim.walls_argument)
+    now = sim.step, sim.dt, sim.walls_argument
+    sim.kernels.measure_pairs(*now)
     # those of a larger scene, which the kernels have served before, may stand behind
     grains = sim.sums["grain_sum"].to_numpy(-(-sim.grains // CHUNK))
     columns = Columns(sim.layout)
@@ -51,7 +52,7 @@ def energies(sim):
     out["kinetic_kick"] += out["sphere_kick"]
     walls = on_sphere = np.zeros((0, columns.count))
     if sim.box is not None:
-        sim.kernels.measure_walls(sim.step, sim.dt, sim.walls_argument)
+        sim.kernels.measure_walls(*now)
         loads = load_sums(sim)
         out["wall_work"] = wall_work(sim, loads.wall_force(), loads.impulses())
         walls = _contact_sums(sim, "wall_sum", sim.state.wall_blocks * sim.layout.width)
@@ -140,7 +141,7 @@ def velocities(sim):
 
 
 def set_back(sim, v, w):
-    """Put velocities and spins of now into memory."""
+    """Put current velocities and spins into memory."""
     kick, turn = half_kicks(sim)
     sim.state["v"], sim.state["w"] = v - kick, w - turn
 
@@ -200,7 +201,7 @@ def _of_sphere(sim):
 
 
 def _contact_sums(sim, name, contacts):
-    """Sums over so many contacts that the last measurement has filled, (tiles, columns)."""
+    """Sums over that many contacts, which the last measurement has filled, (tiles, columns)."""
     return sim.sums[name].to_numpy(-(-contacts // (sim.layout.width * sim.layout.tile)))
 
 

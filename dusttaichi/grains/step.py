@@ -160,7 +160,6 @@ def make_evaluate(phases):
         for contacts in ti.static(phases.contacts):
             for k in range(contacts.blocks()):
                 block = contacts.first() + k
-                outside = contacts.gatherer.outside(step, dt, box)
-                contacts.evaluate(block, contacts.gatherer.place(block, outside, dt * step))
+                contacts.evaluate(block, contacts.gatherer.now(block, step, dt, box))
 
     return evaluate

@@ -69,6 +69,11 @@ class PairGatherer(Gatherer):
         return frame
 
     @ti.func
+    def now(self, block, step, dt, box: ti.template()):
+        """`place` at a step, for loops of a device: what they copy from `box` is misaligned."""
+        return self.frame(step, dt)
+
+    @ti.func
     def gather(self, g: ti.template(), b, lane, place):
         i, j = self.pair_i[b, lane], self.pair_j[b, lane]
         d, dv = self.x[i] - self.x[j], self.v[i] - self.v[j]
@@ -142,6 +147,11 @@ class WallGatherer(Gatherer):
             normal=normal, offset=box.offset[k] + box.speed[k] * time, velocity=velocity,
             strength=ti.cast(box.strength[k], self.real),
         )  # fmt: skip
+
+    @ti.func
+    def now(self, block, step, dt, box: ti.template()):
+        """`place` at a step, without a copy of `box`."""
+        return self.place(block, box, dt * step)
 
     @ti.func
     def gather(self, g: ti.template(), b, lane, place):

@@ -172,10 +172,9 @@ def make_measure_contacts(contacts, layout, table, loads=None):
     def measure_contacts(step: ti.i64, dt: ti.f64, box: Walls):
         for tile in range(contacts.tiles()):
             sums.clear(tile)
-            outside = gatherer.outside(step, dt, box)
             first, last = contacts.span(tile)
             for block in range(first, last):
-                sums.add_block(tile, block, dt, gatherer.place(block, outside, dt * step))
+                sums.add_block(tile, block, dt, gatherer.now(block, step, dt, box))
         if ti.static(has_loads):
             loads()
 

@@ -24,9 +24,9 @@ FARTHEST = 1e12  # um; beyond, the place of a grain does not count as a number
 # numbers of a search in the field `grid`, behind those of the cells: a kernel reads them from
 # there, for Python passes them more slowly than it searches. REACH: of two centres, squared, where
 # grains have radii of their own the margin between their surfaces; TIME, WALL_REACH (of six walls):
-# see WallLists.body; SPHERE_REACH: see SphereLists.body. AROUND: cells along x and y around a grain.
-# If LLVM knew their number, it would write their loops out nine times, as it writes out a loop with
-# a single end eight times
+# see WallLists.body; SPHERE_REACH: see SphereLists.body. AROUND: cells along x and y around one. If
+# LLVM knew their number, it would write their loops out nine times, as it writes out a loop with a
+# single end eight times
 REACH, TIME, SPHERE_REACH, AROUND, WALL_REACH = range(grid_length(3), grid_length(3) + 5)
 OWN_NUMBERS = 10
 
