@@ -174,7 +174,7 @@ def test_neighbours_of_dust(make, loops, launches):
 
 def test_what_is_wrong_with_dust_is_said():
     """Particles that are nowhere, and more neighbours than the capacity."""
-    sim = build_dust(*dust.pressed(70, 1.0), loops=LAUNCHES)
+    sim = build_dust(*dust.pressed(300, 1.0))
     x = sim.of_particles("x")
     sim.put("x", 1e-3 * x)
     with pytest.raises(GuardStop, match="have come together without limit"):
