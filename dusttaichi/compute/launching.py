@@ -19,17 +19,15 @@ class Launch:
     """
 
     def __init__(self, kernel):
-        own = kernel._primal
-        self.kernel, self._returns = kernel, bool(own.return_type)
-        self._passes = [_passing(n, own.annotation) for n, own in enumerate(own.arguments)]
+        self.kernel, self._returns = kernel, bool(kernel._primal.return_type)
         self._program, self._own, self._compiled, self._context, self._last = (None,) * 5
-        self._renews = False
+        self._passes, self._renews = None, False
 
     def __call__(self, *arguments):
         running = program()
         if self._own is None or running is not self._program:
             out = self.kernel(*arguments)
-            if tested() and None not in self._passes and not settings().debug:
+            if tested() and not settings().debug:
                 self._remember(running)
             return out
         # a launch redirects result and arguments of its context to the device: each needs a new one
@@ -46,7 +44,12 @@ class Launch:
         return self._context.get_struct_ret_int((0,))
 
     def _remember(self, running):
-        (self._own,) = self.kernel._primal.compiled_kernels.values()
+        own = self.kernel._primal
+        if self._passes is None:
+            self._passes = [_passing(n, one.annotation) for n, one in enumerate(own.arguments)]
+        if None in self._passes:
+            return
+        (self._own,) = own.compiled_kernels.values()
         config, device = running.config(), running.get_device_caps()
         self._program, self._compiled = running, running.compile_kernel(config, device, self._own)
         self._renews = self._returns or (bool(self._passes) and settings().arch != ti.cpu)

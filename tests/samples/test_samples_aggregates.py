@@ -150,6 +150,7 @@ def test_cut_has_exactly_the_grains_and_fills_its_shape(shape, aspect):
     assert info["height"] / info["width"] == pytest.approx(aspect, rel=0.1)
 
 
+@pytest.mark.long  # the counts of a cut stand above
 def test_corners_of_a_cut_are_filled():
     # The eight corners beyond half way are an eighth of a box. Grains cluster, so the count
     # scatters by some 6 %, and the aggregate is by some 5 % looser out there.
