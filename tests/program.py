@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import time
 
 from typer.testing import CliRunner
 
@@ -21,3 +22,11 @@ def invoked(*words):
 def python(*words, **how):
     """A process of this Python that has ended: returncode, stdout, stderr."""
     return subprocess.run([sys.executable, *words], capture_output=True, text=True, **how)
+
+
+def wait_for(path, process):
+    """Until a process has made a file or has ended, 300 s at most."""
+    for _ in range(6000):
+        if path.exists() or process.poll() is not None:
+            return
+        time.sleep(0.05)

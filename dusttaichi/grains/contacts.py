@@ -13,7 +13,7 @@ def contact_state(sim):
     (physics.contact.parts).
     """
     i, j = sim.state.pairs()
-    radii = np.broadcast_to(sim.radii, sim.grains)[sim.order]
+    radii = sim.grain_radii[sim.order]
     on, state, normal, found = touching_pairs(sim, np.arange(len(i)), (i, j), (radii[i], radii[j]))
     i, j = i[on], j[on]
     own = radii[i][:, None], radii[j][:, None]
@@ -51,7 +51,7 @@ def wall_contact_state(sim):
     grain, wall, state = grain[on], wall[on], state[on]
     load = sim.state.rows("load")[rows][on].astype(float)
     x, normal = sim.state["x"][grain], sim.box.normal[wall]
-    radius = np.broadcast_to(sim.radii, sim.grains)[sim.order[grain]]
+    radius = sim.grain_radii[sim.order[grain]]
     # foot points are those on the wall, wherever it has gone along itself
     way = sim.box.tangential_displacements(sim.time)[wall]
     pointer, foot = wall_pointers(sim.layout, state, (x - way, radius[:, None], normal))
@@ -83,7 +83,7 @@ def edges_between(sim, rows):
 
 def touch(sim, i, j):
     """Distance of the centres of these grains (the sample's numbers) at first touch [um]."""
-    radii = np.broadcast_to(sim.radii, sim.grains)
+    radii = sim.grain_radii
     return radii[i] + radii[j]
 
 

@@ -90,6 +90,11 @@ class Simulation:
         return self.step * self.dt
 
     @property
+    def grain_radii(self):
+        """Radii of the grains by the sample's numbers [um], (N,)."""
+        return np.broadcast_to(self.radii, self.grains)
+
+    @property
     def domain(self):
         """Environment of the grains and its motion, a Domain."""
         around = self.box, self.cell, self.t_c, self.servo, self.units
@@ -133,7 +138,7 @@ class Simulation:
 
     def _restore_contacts(self, sample):
         """Histories of the contacts that a Sample has; the search has found their pairs."""
-        state, radii = self.state, np.broadcast_to(self.radii, self.grains)
+        state, radii = self.state, self.grain_radii
         if sample.contacts is not None:
             i, j = state.pairs()
             state.take_contacts(sample.contacts, distances(self, np.arange(len(i)), i, j), radii)

@@ -200,7 +200,7 @@ class MovingSphere:
         sim = self.sim
         rows, grain, sphere = sim.state.on_sphere()
         number, second = sim.order[grain], np.full(len(grain), sphere)
-        radii = np.broadcast_to(sim.radii, sim.grains)[number], np.full(len(grain), self.radius)
+        radii = sim.grain_radii[number], np.full(len(grain), self.radius)
         on, _, _, found = touching_pairs(sim, rows, (grain, second), radii)
         return found | {"grain": number[on], "torque": found["torque_i"]}
 

@@ -41,7 +41,7 @@ def _deepest(sim):
     pairs = contact_state(sim)
     if len(pairs["overlap"]) == 0:
         return " with a wall"
-    radii = np.broadcast_to(sim.radii, sim.grains)
+    radii = sim.grain_radii
     k = int(
         np.argmax(pairs["overlap"] / np.minimum(radii[pairs["grain_i"]], radii[pairs["grain_j"]]))
     )

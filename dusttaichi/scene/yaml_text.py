@@ -127,12 +127,12 @@ def read(text: str) -> Document:
 
 def _composed(text: str) -> yaml.Node | None:
     """The root node of a text. Python's own scanner explains what libyaml refuses."""
-    if len(text) < LARGE:
-        try:
-            return yaml.compose(text, _QuickLoader)
-        except yaml.YAMLError:
-            return yaml.compose(text, _Loader)
-    return yaml.compose(text, _QuickLoader)
+    try:
+        return yaml.compose(text, _QuickLoader)
+    except yaml.YAMLError:
+        if len(text) >= LARGE:
+            raise
+        return yaml.compose(text, _Loader)
 
 
 class _Reader:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from bits import assert_same_bits
+from program import wait_for
 
 from dusttaichi.analysis import open_run, summary, table
 from dusttaichi.commands.app import app, main
@@ -107,10 +108,7 @@ def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path, mon
     )
     process = dust("run", "a.yaml", "-q", "-o", "parts", cwd=tmp_path)
     checkpoint = tmp_path / "parts/checkpoint.bin"
-    for _ in range(3000):
-        if checkpoint.exists() or process.poll() is not None:
-            break
-        time.sleep(0.05)
+    wait_for(checkpoint, process)
     time.sleep(0.1)
     process.kill()
     process.communicate()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from bits import assert_same_bits
-from program import dust
+from program import dust, wait_for
 from scenes import scene
 
 from dusttaichi.commands.ensembles import failure
@@ -311,10 +311,7 @@ def test_an_interruption_reaches_the_runs(tmp_path):
         text=True,
     )
     first = tmp_path / "runs/tiny/replica_0/result.nc"
-    for _ in range(3000):
-        if first.exists() or process.poll() is not None:
-            break
-        time.sleep(0.1)
+    wait_for(first, process)
     time.sleep(0.5)
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=300)

@@ -84,7 +84,7 @@ class Motion:
 
     @ti.func
     def move_ghost(self, i, g, image):
-        """The same of image number g alone, particle `image`."""
+        """Position, velocity and volume of image number g of particle i, particle `image`."""
         for a in ti.static(range(self.n)):
             sign = self.lists.ghost_sign[g, a]
             self.f.x[image][a] = sign * self.f.x[i][a] + self.lists.ghost_shift[g, a]
