@@ -1,9 +1,13 @@
 """Elastic moduli from Young's modulus and Poisson's ratio, in place of K and mu/K."""
 
-from dusttaichi.errors import DustError
-from dusttaichi.scene import quantities
-from dusttaichi.scene.fields import problems
+from typing import Annotated
 
+from pydantic import TypeAdapter, ValidationError
+
+from dusttaichi.scene.fields import problems
+from dusttaichi.scene.quantities import Quantity
+
+YOUNG_MODULUS = TypeAdapter(Annotated[float, Quantity("pressure", gt=0, example="300 kPa")])
 KEYS = ("poisson_ratio", "young_modulus")
 SCHEMA = {
     "poisson_ratio": {"type": "number", "description": "Poisson's ratio"},
@@ -32,11 +36,8 @@ def with_moduli(data: dict) -> dict:
         if not isinstance(ratio, (int, float)) or isinstance(ratio, bool) or not ratio > 0:
             raise problems([("young_modulus", "it needs a poisson_ratio, or a shear_ratio")])
         try:
-            young = quantities.parse(data["young_modulus"], "pressure")
-        except DustError:
-            young = 0.0
-        if not young > 0:
-            text = 'a pressure above 0 is needed, for example "300 kPa"'
-            raise problems([("young_modulus", text)])
+            young = YOUNG_MODULUS.validate_python(data["young_modulus"])
+        except ValidationError as error:
+            raise problems([("young_modulus", error.errors()[0]["msg"])]) from None
         out["bulk_modulus"] = f"{young * (3.0 + ratio) / (9.0 * ratio)!r} Pa"
     return out

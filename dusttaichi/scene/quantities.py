@@ -70,6 +70,9 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _UNIT = r"[A-Za-zµμΩÅ°].*"
 _PER = r"(?:(?:(?<=\s)1\s*)?/\s*)?"  # 20 1/s and 20/s are 20 s^-1, 201/s is not 20 1/s
 _INVERSE = re.compile(r"^1?\s*/\s*([A-Za-zµμΩÅ°]+)")
+# factors with their powers, and what stands between them; all else is refused
+_POWER = r"\s*(?:\^|\*\*)\s*(?:\(\s*[+-]?\d+\s*\)|[+-]?\d+)|[+-]?\d+|[⁺⁻]?[⁰¹²³⁴-⁹]+"
+_UNIT_TOKENS = re.compile(rf"[A-Za-zµμΩÅ°_Δ]+(?:{_POWER})?(?!\w|\.\d)|[*·⋅/()]|(?<!\S)1\s*(?=/)")
 _QUANTITY = re.compile(
     rf"({_NUMBER}|[+-]?(?:nan|inf|infinity)\b)\s*({_PER}{_UNIT})?", re.IGNORECASE
 )
@@ -84,28 +87,51 @@ def _registry():
 
 
 @lru_cache(maxsize=1024)
-def _root(unit: str) -> tuple[Decimal, str]:
-    """Factor to pint's root units, and these. Raises ValueError if `unit` is not a unit."""
-    spelled = re.sub(r"([A-Za-zµμ])(-?\d)", r"\1^\2", unit)  # kg/m3 and m s-1
+def _parsed(unit: str):
+    """pint's unit of a text. Raises ValueError if `unit` is not a unit, and nothing besides."""
+    fault = f'"{unit}" is not a unit'
+    if foreign := _UNIT_TOKENS.sub(" ", unit).split():  # pint drops some of them in silence
+        raise ValueError(f'{fault} ("{foreign[0]}" does not belong in it)')
     registry = _registry()
     try:
-        factor, root = registry.get_root_units(registry.parse_units(spelled))
+        parsed = registry.parse_units(re.sub(r"([A-Za-zµμ])(-?\d)", r"\1^\2", unit))  # kg/m3, m s-1
+        numbers = [
+            name
+            for name in registry.parse_units_as_container(str(parsed))
+            if registry.get_root_units(name)[1] == registry.Unit("")
+        ]
     except Exception as error:  # pint raises many types for what is not a unit
-        raise ValueError(f'"{unit}" is not a unit') from error
-    return Decimal(factor), str(root)
+        raise ValueError(fault) from error
+    if numbers:
+        raise ValueError(f'{fault} ("{numbers[0]}" is a number)')
+    return parsed
 
 
 @lru_cache(maxsize=1024)
-def _factor(unit: str, dimension: str) -> Decimal:
-    """Factor from this unit to SI. Raises ValueError as `_convert`."""
+def _root(unit: str) -> tuple[Decimal, str]:
+    """Factor to pint's root units, and these. Raises ValueError if `unit` is not a unit."""
+    factor, root = _registry().get_root_units(_parsed(unit))
+    return Decimal(factor), str(root)
+
+
+def _zero(unit: str) -> Decimal:
+    """Value of 0 `unit` in pint's root units: 273.15 of degC, 0 of units without an offset."""
+    if str(_parsed(unit)).startswith("delta_"):
+        raise ValueError(f'"{unit}" is a unit of differences')
+    return Decimal(_registry().Quantity(Decimal(0), _parsed(unit)).to_root_units().magnitude)
+
+
+@lru_cache(maxsize=1024)
+def _scale(unit: str, dimension: str) -> tuple[Decimal, Decimal]:
+    """Factor from this unit to SI, and the SI value of its 0. Raises ValueError as `_convert`."""
     kind, unit = DIMENSIONS[dimension], re.sub("[µμ](?=[A-Za-z])", "u", unit)
     if unit in kind.powers:  # most units: without waiting for pint
-        return Decimal(1).scaleb(kind.powers[unit])
+        return Decimal(1).scaleb(kind.powers[unit]), Decimal(0)
     factor, root = _root(unit)
     reference, reference_root = _root(kind.unit)
     if root != reference_root:
         raise ValueError("")
-    return factor / reference
+    return factor / reference, _zero(unit) / reference
 
 
 def _convert(value: Any, dimension: str) -> float:
@@ -124,9 +150,9 @@ def _convert(value: Any, dimension: str) -> float:
     number, unit = match.groups()
     if unit is None:
         raise ValueError("it has no unit")
-    factor = _factor(_INVERSE.sub(r"\1^-1", unit.strip()), dimension)
+    factor, zero = _scale(_INVERSE.sub(r"\1^-1", unit.strip()), dimension)
     try:
-        si = float(Decimal(number) * factor)
+        si = float(Decimal(number) * factor + zero)
     except DecimalException:  # an exponent beyond what decimal numbers have
         si = math.inf
     if not math.isfinite(si):

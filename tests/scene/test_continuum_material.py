@@ -113,6 +113,7 @@ def test_young_modulus_gives_the_bulk_modulus():
         assert found.shear_ratio * found.bulk_modulus == pytest.approx(2.1e6 / 2.6)
     for wrong, text in (
         ({"young_modulus": "2 m", "poisson_ratio": 0.3}, "pressure above 0"),
+        ({"young_modulus": "2 MPa %", "poisson_ratio": 0.3}, '"MPa %" is not a unit'),
         ({"young_modulus": "2 MPa"}, "needs a poisson_ratio"),
         (given | {"bulk_modulus": "1 MPa"}, "not allowed together"),
     ):
