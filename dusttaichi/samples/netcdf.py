@@ -13,7 +13,7 @@ import numpy as np
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.results.reading import open_tree
-from dusttaichi.samples.formats.columns import COMPONENTS, unit_factor
+from dusttaichi.samples.formats.names import COMPONENTS, unit_factor
 from dusttaichi.samples.sample import check_grains
 
 _BOTH = {"twist": "twist", "approach": "approach"}

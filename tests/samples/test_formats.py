@@ -10,7 +10,7 @@ from scenes import make_scene
 
 from dusttaichi import samples
 from dusttaichi.errors import DustError
-from dusttaichi.samples.formats.columns import heading, known
+from dusttaichi.samples.formats.names import heading, known
 from dusttaichi.samples.formats.text import Source
 
 PAIR = [[0, 0, 0], [1.2, 0, 0]]  # um

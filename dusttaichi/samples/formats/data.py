@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dusttaichi.samples.formats.cell import cell, edges_of
-from dusttaichi.samples.formats.columns import Table, known, lammps_units, named, named_in, state
+from dusttaichi.samples.formats.columns import Table, lammps_units, named, named_in, state
+from dusttaichi.samples.formats.names import known
 from dusttaichi.samples.formats.styles import columns_of
 from dusttaichi.samples.formats.text import Source, is_text, parse
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dusttaichi.samples.formats.cell import cell, edges_of
-from dusttaichi.samples.formats.columns import OTHER, check_width, lammps_units, named, state
+from dusttaichi.samples.formats.columns import check_width, lammps_units, named, state
+from dusttaichi.samples.formats.names import OTHER
 from dusttaichi.samples.formats.text import SPACES, Source, is_text, parse, whole
 
 # names of positions by what they are: scaled with the cell or not, in the order of preference

@@ -7,16 +7,8 @@ line above the first grain, or a comment. The number of grains may come first.
 import re
 from dataclasses import replace
 
-from dusttaichi.samples.formats.columns import (
-    Units,
-    heading,
-    is_complete,
-    known,
-    named,
-    names_in,
-    state,
-    words,
-)
+from dusttaichi.samples.formats.columns import Units, named, state
+from dusttaichi.samples.formats.names import heading, is_complete, known, names_in, words
 from dusttaichi.samples.formats.order import guess
 from dusttaichi.samples.formats.text import SPACES, Cells, Source, is_text, parse, whole
 

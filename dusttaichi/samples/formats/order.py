@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.physics.geometry import pairs_within
-from dusttaichi.samples.formats.columns import IGNORED, is_complete, known
+from dusttaichi.samples.formats.names import IGNORED, is_complete, known
 from dusttaichi.samples.formats.text import Source, is_text, whole
 
 LOOKED_AT = 2000  # grains: an overlap among them refuses an order

@@ -5,7 +5,7 @@ Source of the columns: lammps.org, read_data, section Atoms.
 
 import numpy as np
 
-from dusttaichi.samples.formats.columns import names_in
+from dusttaichi.samples.formats.names import names_in
 from dusttaichi.samples.formats.text import Source, is_text, whole
 
 POSITION = ("x", "y", "z")

@@ -6,15 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.samples.formats.cell import cell
-from dusttaichi.samples.formats.columns import (
-    COMPONENTS,
-    OTHER,
-    STEMS,
-    Units,
-    named,
-    names_in,
-    state,
-)
+from dusttaichi.samples.formats.columns import Units, named, state
+from dusttaichi.samples.formats.names import COMPONENTS, OTHER, STEMS, names_in
 from dusttaichi.samples.formats.order import guess
 from dusttaichi.samples.formats.text import SPACES, Source, is_text, parse
 
