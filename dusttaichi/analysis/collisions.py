@@ -4,14 +4,13 @@ import numpy as np
 import scipy
 import xarray as xr
 
+from dusttaichi.analysis.outcome import DEFINITIONS, PAGE
 from dusttaichi.analysis.texts import csv_text
 
 AXES = ("body", "mass_ratio", "speed", "impact_parameter", "seed")
-OUTCOMES = (
-    "sticking", "growth", "mass transfer", "bouncing", "erosion", "fragmentation", "miss",
-)  # fmt: skip
 FAILED = "failed"
 MISS = "miss"
+OUTCOMES = (*DEFINITIONS, MISS)
 # name -> (unit, long_name)
 NUMBERS = {
     "growth_efficiency": ("1", "growth efficiency (M_largest - M_target)/M_projectile"),
@@ -56,7 +55,7 @@ def collisions_dataset(rows, axes, attrs=None):
         values = np.array([one.get(name, np.nan) for one in found], float).reshape(shape)
         data[name] = (dims, values, {"units": unit, "long_name": text})
     outcomes = np.array([row.get("outcome", FAILED) for row in rows]).reshape(shape)
-    data["outcome"] = (dims, outcomes, {"long_name": f"one of {', '.join(OUTCOMES)}, {FAILED}"})
+    data["outcome"] = (dims, outcomes, _about_outcomes())
     settled = np.array([int(row.get("settled", True)) for row in rows]).reshape(shape)
     data["settled"] = (dims, settled, {"long_name": "1 where the fragments no longer changed"})
     channels = list(dict.fromkeys(name for row in rows for name in row.get("loss", {})))
@@ -75,6 +74,17 @@ def collisions_dataset(rows, axes, attrs=None):
     data["fragment_mass"] = ("fragment", mass, {"units": "1", "long_name": "over the total mass"})
     data.attrs = dict(attrs or {})
     return data
+
+
+def _about_outcomes():
+    """Attributes of the variable `outcome`: its values and their definitions."""
+    texts = [f"{name}: {text}" for name, text in DEFINITIONS.items()]
+    texts += [f"{MISS}: the bodies have not touched", f"{FAILED}: stopped, its outcome is unknown"]
+    about = "f: growth efficiency"
+    return {
+        "long_name": f"one of {', '.join(OUTCOMES)}, {FAILED}",
+        "definitions": "; ".join([*texts, about, f"see {PAGE}"]),
+    }
 
 
 def _numbers(row):

@@ -1,15 +1,8 @@
 """Outcome of a collision, in the terms of the field (Güttler 2010, Wada 2013).
 
 Target and projectile are the heavier and the lighter body, f = (M_largest - M_target)/M_projectile
-the growth efficiency.
-
-- sticking: there is a single fragment.
-- growth: one fragment holds more than half of both bodies and more mass than the target had, f > 0.
-- bouncing: both bodies retain at least 95 % of their grains, and are apart.
-- mass transfer: they are apart, and the target has gained mass, f > 0.
-- erosion: the largest fragment is lighter than the target, f <= 0, by less than half.
-- fragmentation: it has less than half of the target's mass.
-- not met yet, passed by: each body is a fragment of its own and moves as it did at the start.
+the growth efficiency. `DEFINITIONS` has the outcomes of bodies that have touched; bodies that have
+not are "not met yet", or "passed by", where each moves on as a fragment of its own.
 """
 
 import numpy as np
@@ -19,12 +12,32 @@ from dusttaichi.analysis.frame import grain_masses
 from dusttaichi.analysis.restitution import relative_motion, together
 
 WHOLE = 0.95  #: Share of the mass of a body from which it counts as whole.
-
+HALF = 0.5  #: Share of the target's mass below which the largest fragment means fragmentation.
+PAGE = "docs/studies/outcomes.md"  #: Page that defines outcomes and threshold speeds.
+DEFINITIONS = {
+    "sticking": "a single fragment remains",
+    "growth": "a fragment has over half of each body's mass and is heavier than the target, f > 0",
+    "mass transfer": "no fragment has over half of each body's mass, it is not bouncing, and the "
+    "largest fragment is heavier than the target, f > 0",
+    "bouncing": "no fragment has over half of each body's mass, and each body keeps at least "
+    f"{WHOLE:.0%} of its mass in a fragment of at most 1/{WHOLE:g} of it",
+    "erosion": "neither bouncing nor f > 0: the largest fragment has at least "
+    f"{HALF:.0%} of the target's mass",
+    "fragmentation": f"the same with less than {HALF:.0%} of the target's mass",
+}
+"""Outcome of two bodies that have touched -> its definition."""
+DEFINED = {"outcome", "growth efficiency"}  # headings of columns that the page defines
 
 NOT_MET, PASSED = "not met yet", "passed by"
 UNTOUCHED = 1e-5
 """Relative change of the relative velocity below which two bodies have not touched: above the
 rounding of single precision, and below the effect of the first contact on thousands of grains."""
+
+
+def definition_line(headings):
+    """Line that links a table to the definitions, "" for one without a column of DEFINED."""
+    names = [name for name in headings if name in DEFINED]
+    return f"{' and '.join(names)}: defined in {PAGE}" if names else ""
 
 
 def outcome(run, parts, bodies):
@@ -70,7 +83,7 @@ def settled(run):
 
 
 def _worn(parts, target):
-    return "erosion" if parts.mass[0] >= 0.5 * target else "fragmentation"
+    return "erosion" if parts.mass[0] >= HALF * target else "fragmentation"
 
 
 def _is_intact(parts, masses, body):

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from dusttaichi.analysis.texts import csv_text
+from dusttaichi.analysis.collisions import FAILED
+from dusttaichi.analysis.outcome import DEFINITIONS
 from dusttaichi.results.shown import THRESHOLDS
 
 RESAMPLES = 1000
@@ -64,9 +65,12 @@ def conditions() -> list[Condition]:
 class Threshold:
     """One threshold of one body and mass ratio.
 
-    name: of its Condition. speed [m/s]: 0 where it is below all speeds of the study, infinite where
-    it is above them. low, high [m/s]: ends of the confidence interval, not a number of one pair.
-    filling_factor: mean of the targets within their characteristic radius.
+    name: of its Condition. speed [m/s]: 0 where it is below all `speeds`, infinite where it is
+    above them, not a number where there are none. low, high [m/s]: ends of the confidence interval,
+    not a number of one pair. filling_factor: mean of the targets within their characteristic
+    radius. speeds [m/s]: those at which the collisions with an outcome decide on which side of the
+    threshold they are. censored [m/s]: those inside of the interval at which failed collisions
+    leave that open.
     """
 
     body: str
@@ -76,6 +80,8 @@ class Threshold:
     low: float
     high: float
     filling_factor: float
+    speeds: tuple[float, ...] = ()
+    censored: tuple[float, ...] = ()
 
 
 def thresholds(data):
@@ -85,6 +91,10 @@ def thresholds(data):
     numbers are means of the pairs that touched at each speed, between speeds linear in the
     logarithm of the speed. The pairs (seeds), which meet at all speeds, are drawn RESAMPLES
     times.
+
+    A speed is censored where the mean is on either side of the limit, depending on the unknown
+    outcomes of its failed collisions, and where all of them failed. The estimate leaves it out, and
+    the interval reaches to the speeds beside it.
     """
     found = []
     for body, ratio in np.ndindex(data.sizes["body"], data.sizes["mass_ratio"]):
@@ -93,8 +103,8 @@ def thresholds(data):
         phi = float(np.nanmean(phi)) if np.isfinite(phi).any() else np.nan
         about = str(data.body.values[body]), float(data.mass_ratio.values[ratio])
         for condition in conditions():
-            speed, low, high = _threshold(own, condition)
-            found.append(Threshold(*about, condition.name, speed, low, high, phi))
+            *numbers, speeds, censored = _threshold(own, condition)
+            found.append(Threshold(*about, condition.name, *numbers, phi, speeds, censored))
     return found
 
 
@@ -103,8 +113,8 @@ def growth_bracket(data, body, ratio):
 
     None where it does not do so between two speeds of the study.
     """
-    own = data.isel(body=body, mass_ratio=ratio)
-    speeds, mean = _course(*_sums(own, FRAGMENT), own.speed.values, FRAGMENT)
+    sums = _Sums.of(data.isel(body=body, mass_ratio=ratio), FRAGMENT)
+    speeds, mean = sums.course(sums.count.sum(axis=1) > 0)
     below = np.flatnonzero(mean < 0.0)
     if not len(below) or below[0] == 0:
         return None
@@ -112,99 +122,122 @@ def growth_bracket(data, body, ratio):
 
 
 def _threshold(own, condition):
-    total, count = _sums(own, condition)
-    speeds, seeds = own.speed.values, total.shape[1]
-    best = _crossing(total, count, speeds, condition)
-    if seeds < 2:
-        return best, np.nan, np.nan
-    draws = np.random.default_rng(0).integers(seeds, size=(RESAMPLES, seeds))
-    several = np.sort([_crossing(total[:, d], count[:, d], speeds, condition) for d in draws])
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    ends = np.quantile(several, [tail, 1.0 - tail], method="nearest")
-    return best, float(ends[0]), float(ends[1])
+    """(speed, low, high, speeds that decide, censored speeds) of a Threshold."""
+    sums = _Sums.of(own, condition)
+    best, *ends = sums.crossing()
+    decided = sums.decided()
+    known = tuple(sums.speeds[decided].tolist())
+    if not sums.count.any():
+        return np.nan, np.nan, np.nan, known, ()
+    seeds = sums.total.shape[1]
+    if seeds > 1:
+        draws = np.random.default_rng(0).integers(seeds, size=(RESAMPLES, seeds))
+        several = np.array([sums.drawn(draw).crossing()[1:] for draw in draws])
+        tail = 0.5 * (1.0 - CONFIDENCE)
+        ends = [_quantile(several[:, n], q) for n, q in ((0, tail), (1, 1.0 - tail))]
+    open_speeds = sums.speeds[~decided & (sums.failed.sum(axis=1) > 0)]
+    # above all speeds that decide the interval has no end
+    inside = (open_speeds > ends[0]) & (open_speeds < ends[1])
+    censored = tuple(open_speeds[inside].tolist())
+    if seeds == 1 and not censored:
+        ends = [np.nan, np.nan]
+    return best, float(ends[0]), float(ends[1]), known, censored
 
 
-def _sums(own, condition):
-    """Sum of the quantity that decides, and number of pairs that touched: (speeds, seeds) each."""
-    own = own.transpose("speed", "seed", "impact_parameter", ...)
-    hit = np.isfinite(own.growth_efficiency.values)
-    growth = np.where(hit, own.growth_efficiency.values, 0.0)
-    return np.sum(condition.value(own.outcome.values, growth) * hit, axis=2), hit.sum(axis=2)
+def _quantile(values, share):
+    """Quantile of the draws with collisions that decide; not a number without one."""
+    known = values[~np.isnan(values)]
+    return np.quantile(known, share, method="nearest") if len(known) else np.nan
 
 
-def _course(total, count, speeds, condition):
-    """Speeds at which pairs touched, and the mean over these.
+@dataclass(frozen=True)
+class _Sums:
+    """Collisions of a body and mass ratio, summed over the impact parameters.
 
-    It falls with the speed unless it rises to the threshold.
+    total: sum of the quantity of a Condition over the collisions that touched and have an outcome;
+    count, failed: numbers of these and of failed ones; (speeds, seeds) each. ends: lowest and
+    largest value of the quantity.
     """
-    total, count = total.sum(axis=1), count.sum(axis=1)
-    there = count > 0
-    mean = total[there] / count[there]
-    if not condition.rises and len(mean):
-        mean = scipy.optimize.isotonic_regression(mean, weights=count[there], increasing=False).x
-    return speeds[there], mean
+
+    condition: Condition
+    speeds: np.ndarray
+    total: np.ndarray
+    count: np.ndarray
+    failed: np.ndarray
+    ends: tuple[float, float]
+
+    @classmethod
+    def of(cls, own, condition):
+        own = own.transpose("speed", "seed", "impact_parameter", ...)
+        hit = np.isfinite(own.growth_efficiency.values)
+        growth = np.where(hit, own.growth_efficiency.values, 0.0)
+        value = condition.value(own.outcome.values, growth) * hit
+        failed = (own.outcome.values == FAILED).sum(axis=2)
+        ends = _ends(condition, float(own.mass_ratio))
+        return cls(condition, own.speed.values, value.sum(axis=2), hit.sum(axis=2), failed, ends)
+
+    def drawn(self, seeds):
+        """The same of pairs that are drawn, by their numbers."""
+        arrays = (array[:, seeds] for array in (self.total, self.count, self.failed))
+        return _Sums(self.condition, self.speeds, *arrays, self.ends)
+
+    def decided(self):
+        """True for speeds whose mean is on one side of the limit, however failed ones ended."""
+        total, count, failed = (a.sum(axis=1) for a in (self.total, self.count, self.failed))
+        most = np.maximum(count + failed, 1)
+        low, high = (self._past((total + failed * end) / most) for end in self.ends)
+        return (count > 0) & (low == high)
+
+    def course(self, chosen):
+        """Chosen speeds, and the mean there.
+
+        It falls with the speed unless it rises to the threshold.
+        """
+        count = self.count.sum(axis=1)[chosen]
+        mean = self.total.sum(axis=1)[chosen] / count
+        if not self.condition.rises and len(mean):
+            found = scipy.optimize.isotonic_regression(mean, weights=count, increasing=False)
+            mean = found.x
+        return self.speeds[chosen], mean
+
+    def crossing(self):
+        """(speed, low, high) [m/s]: where the mean first crosses the limit, and its range.
+
+        low and high differ from it where censored speeds leave it open. Not a number without a
+        speed that decides.
+        """
+        decided = self.decided()
+        speeds, mean = self.course(decided)
+        if not len(speeds):
+            return (np.nan, 0.0, np.inf) if self.failed.any() else (np.nan,) * 3
+        past = np.flatnonzero(self._past(mean))
+        n = past[0] if len(past) else len(speeds)
+        below, above = ([0.0, *speeds][n], [*speeds, np.inf][n])
+        best = self._between(speeds, mean, n)
+        unknown = self.speeds[~decided & (self.failed.sum(axis=1) > 0)]
+        low, high = best, best
+        if ((unknown > below) & (unknown < above)).any():
+            low, high = below, above
+        if self.condition.rises and (unknown < below).any():  # it may have risen before
+            low = float(max(speeds[speeds < unknown.min()], default=0.0))
+        return best, low, high
+
+    def _between(self, speeds, mean, n):
+        """Speed before the n-th at which the mean crosses the limit [m/s]."""
+        if n in (0, len(speeds)):
+            return np.inf if n else 0.0
+        distance = np.abs(mean[n - 1 : n + 1] - self.condition.limit)
+        return float(speeds[n - 1] * (speeds[n] / speeds[n - 1]) ** (distance[0] / distance.sum()))
+
+    def _past(self, mean):
+        """True for means on the far side of the limit."""
+        limit = self.condition.limit
+        return mean > limit if self.condition.rises else mean < limit
 
 
-def _crossing(total, count, speeds, condition):
-    """Speed at which a course first crosses its threshold [m/s]."""
-    speeds, mean = _course(total, count, speeds, condition)
-    # what is above 0 before the threshold and below it from there on
-    left = condition.limit - mean if condition.rises else mean - condition.limit
-    past = np.flatnonzero(left < 0.0)
-    if not len(past):
-        return np.inf
-    n = past[0]
-    if n == 0:
-        return 0.0
-    part = left[n - 1] / (left[n - 1] - left[n])
-    return float(speeds[n - 1] * (speeds[n] / speeds[n - 1]) ** part)
-
-
-def threshold_text(found):
-    """The `thresholds` as CSV: speeds in m/s, `inf` above all speeds of the study, 0 below them."""
-    names = _names(found)
-    columns = [f"v_{n}{end}_m_per_s" for n in names for end in ("", "_low", "_high")]
-    table = [["body", "mass_ratio", "target_filling_factor", *columns]]
-    for rows in _by_point(found):
-        numbers = [v for t in rows for v in (t.speed, t.low, t.high)]
-        cells = ["" if np.isnan(v) else f"{v:.4g}" for v in (rows[0].filling_factor, *numbers)]
-        table.append([rows[0].body, rows[0].mass_ratio, *cells])
-    return csv_text(table)
-
-
-def threshold_columns(found, speeds):
-    """(keys, columns) of a table of the `thresholds`: a row for each body and mass ratio.
-
-    speeds: those of the study [m/s].
-    """
-    points = _by_point(found)
-    keys = [
-        ("body", [rows[0].body for rows in points]),
-        ("mass ratio", [f"{rows[0].mass_ratio:g}" for rows in points]),
-    ]
-    columns = [
-        (f"v_{name} m/s", [_text(rows[n], speeds) for rows in points])
-        for n, name in enumerate(_names(found))
-    ]
-    return keys, columns
-
-
-def _names(found):
-    return list(dict.fromkeys(threshold.name for threshold in found))
-
-
-def _by_point(found):
-    size = len(_names(found))
-    return [found[n : n + size] for n in range(0, len(found), size)]
-
-
-def _text(threshold, speeds):
-    ends = [_bound(v, speeds) for v in (threshold.low, threshold.high)]
-    between = "" if np.isnan(threshold.low) else f" ({ends[0]} to {ends[1]})"
-    return _bound(threshold.speed, speeds) + between
-
-
-def _bound(speed, speeds):
-    if speed == 0.0:
-        return f"< {speeds.min():.3g}"
-    return f"> {speeds.max():.3g}" if np.isinf(speed) else f"{speed:.3g}"
+def _ends(condition, ratio):
+    """(lowest, largest) value of the quantity of a Condition, over all outcomes and growths."""
+    growth = np.array([-ratio, 0.0, 1.0])
+    names, growths = np.meshgrid(list(DEFINITIONS), growth, indexing="ij")
+    values = condition.value(names, growths)
+    return float(np.min(values)), float(np.max(values))

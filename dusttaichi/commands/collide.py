@@ -53,11 +53,15 @@ def collide(
 
 def _show(data, speeds):
     from dusttaichi.analysis.collisions import summary_columns
-    from dusttaichi.analysis.thresholds import threshold_columns
+    from dusttaichi.analysis.outcome import PAGE
+    from dusttaichi.analysis.threshold_tables import threshold_columns, without_thresholds
 
     say_abreast(*summary_columns(data), data.attrs["title"])
     say()
-    say_abreast(*threshold_columns(speeds, data.speed.values), THRESHOLDS)
+    say_abreast(*threshold_columns(speeds), THRESHOLDS)
+    for line in without_thresholds(data):
+        say(line)
+    say(f"outcomes, growth efficiency and threshold speeds are defined in {PAGE}")
     say()
 
 
@@ -66,7 +70,7 @@ def _write(data, speeds, file, figures):
     from dusttaichi import plots
     from dusttaichi.analysis.collisions import table_text
     from dusttaichi.analysis.ensemble import save_ensemble
-    from dusttaichi.analysis.thresholds import threshold_text
+    from dusttaichi.analysis.threshold_tables import threshold_text
     from dusttaichi.results import outputs
 
     save_ensemble(data, file)

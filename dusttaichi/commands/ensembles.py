@@ -117,11 +117,14 @@ def shown(bar, things="runs"):
 
 def _say_table(data):
     from dusttaichi.analysis import ensemble_tables as tables
+    from dusttaichi.analysis.outcome import definition_line
 
     if not tables.axes_of(data):
         return _say_replicas(data, tables.table_numbers(data))
     keys, columns, remark = tables.head_and_columns(data)
     say_abreast(keys, columns, data.attrs["title"])
+    if line := definition_line(heading for heading, _ in columns):
+        say(line)
     if remark:
         say(remark)
 

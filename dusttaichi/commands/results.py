@@ -87,6 +87,7 @@ def compare(
     """Compare runs: a table of all their numbers, side by side."""
     from dusttaichi import analysis
     from dusttaichi.analysis.kind import mixture
+    from dusttaichi.analysis.outcome import definition_line
     from dusttaichi.analysis.plain import plain_runs
     from dusttaichi.analysis.summary import columns, has_fit_error
 
@@ -103,7 +104,10 @@ def compare(
         if as_json:
             say_json(plain_runs(results))
         else:
-            _say_side_by_side(columns(rows))
+            table = columns(rows)
+            _say_side_by_side(table)
+            if line := definition_line(heading for heading, _ in table):
+                say(line)
             if any(map(has_fit_error, rows)):
                 say("±: one sample each, fit error only; replicas show the scatter between samples")
         for row in rows:

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi.analysis.collisions import collisions_dataset
-from dusttaichi.analysis.thresholds import growth_bracket
+from dusttaichi.analysis.threshold_tables import threshold_variables
+from dusttaichi.analysis.thresholds import growth_bracket, thresholds
 from dusttaichi.errors import DustError
 from dusttaichi.results.plain import plain
 from dusttaichi.results.provenance import of_study
@@ -119,9 +120,10 @@ class Collisions:
         return found
 
     def dataset(self, found):
-        """The dataset of `collisions_dataset`; a failed collision has no numbers."""
+        """The dataset of `collisions_dataset` with its thresholds; failed ones have no numbers."""
         attrs = of_study(self.scene, by_area=int(self._own.by_area))
-        return collisions_dataset(self._rows(self.requests(), found), self.axes, attrs)
+        data = collisions_dataset(self._rows(self.requests(), found), self.axes, attrs)
+        return data.assign(threshold_variables(thresholds(data), data))
 
     def _rows(self, requests, found):
         return [found[one.label].measured or {"error": found[one.label].text} for one in requests]

@@ -14,7 +14,14 @@ from dusttaichi.analysis.collisions import (
     table,
     table_text,
 )
-from dusttaichi.analysis.thresholds import threshold_columns, threshold_text, thresholds
+from dusttaichi.analysis.outcome import DEFINITIONS
+from dusttaichi.analysis.threshold_tables import (
+    threshold_columns,
+    threshold_text,
+    threshold_variables,
+    without_thresholds,
+)
+from dusttaichi.analysis.thresholds import thresholds
 
 
 def dataset(rows, by_area=1):
@@ -88,8 +95,97 @@ def test_thresholds_with_their_confidence():
     cells = dict(zip(header.split(","), line.split(","), strict=True))
     assert float(cells["v_fragment_m_per_s"]) == pytest.approx(mean, rel=1e-3)
     beyond = thresholds(growing([5.0, 8.0], [90.0, 95.0]))
-    texts = dict(threshold_columns(beyond, np.array([5.0, 8.0]))[1])
-    assert texts["v_fragment m/s"] == ["> 8 (> 8 to > 8)"] and texts["v_stick m/s"][0][:3] == "> 8"
+    texts = dict(threshold_columns(beyond)[1])
+    assert texts["v_fragment m/s"] == ["> 8"] == texts["v_stick m/s"]
+
+
+# -- failed collisions ---------------------------------------------------------------------------
+
+FAILS, MISSES = {"error": "it failed"}, {"outcome": "miss"}
+STICKS, BREAKS = row("sticking", (10,), growth_efficiency=1.0), row(growth_efficiency=-0.8)
+
+
+def at_speeds(*rows):
+    """A dataset of head-on collisions at 10, 30, 90 ... m/s; rows: of the seeds, for each speed."""
+    axes = {"body": ("a",), "mass_ratio": (1.0,), "impact_parameter": (0.0,)}
+    axes |= {"speed": tuple(10.0 * 3.0**n for n in range(len(rows)))}
+    axes |= {"seed": tuple(range(len(rows[0])))}
+    return collisions_dataset([one for seeds in rows for one in seeds], axes)
+
+
+def texts_of(data):
+    return {name: texts[0] for name, texts in threshold_columns(thresholds(data))[1]}
+
+
+def test_no_threshold_from_no_data():
+    """Neither a collision that missed nor one that failed says on which side of it a speed is."""
+    data = at_speeds([FAILS, MISSES])
+    found = thresholds(data)
+    assert np.isnan([(one.speed, one.low, one.high) for one in found]).all()
+    assert set(texts_of(data).values()) == {"-"}
+    assert threshold_text(found).splitlines()[1] == "a,1.0," + "," * 12
+    assert without_thresholds(data) == [
+        "no threshold of a, 1:1: of 2 collisions 1 missed and 1 failed"
+    ]
+    variables = data.assign(threshold_variables(found, data))
+    assert np.isnan(variables.v_stick) and np.isnan(variables.v_fragment_high)
+    assert not without_thresholds(at_speeds([STICKS, FAILS]))
+
+
+def test_a_speed_at_which_collisions_failed_is_censored():
+    stick, fragment = thresholds(at_speeds([STICKS] * 2, [FAILS] * 2))
+    for one in (stick, fragment):  # all that is known: 10 m/s is below the threshold
+        assert (one.speed, one.low, one.high) == (np.inf, 10.0, np.inf)
+        assert (one.speeds, one.censored) == ((10.0,), (30.0,))
+    assert texts_of(at_speeds([STICKS], [FAILS]))["v_stick m/s"] == "> 10 (censored at 30)"
+    # between two speeds that decide: the interval is between these
+    data = at_speeds([STICKS] * 2, [FAILS] * 2, [BREAKS] * 2)
+    assert texts_of(data)["v_stick m/s"] == "30 (10 to 90; censored at 30)"
+    # below all that decide
+    assert (
+        texts_of(at_speeds([FAILS], [BREAKS]))["v_stick m/s"] == "< 30 (< 30 to 30; censored at 10)"
+    )
+    # beyond the threshold they change nothing
+    data = at_speeds([STICKS] * 2, [BREAKS] * 2, [FAILS] * 2)
+    assert texts_of(data)["v_stick m/s"] == "17.3"
+    header, line = threshold_text(thresholds(at_speeds([STICKS], [FAILS]))).splitlines()
+    cells = dict(zip(header.split(","), line.split(","), strict=True))
+    assert cells["v_stick_m_per_s"] == "inf" and cells["v_stick_speeds_to_m_per_s"] == "10"
+    assert cells["v_stick_censored_m_per_s"] == "30"
+
+
+def test_a_speed_decides_if_its_failed_collisions_cannot_change_the_side():
+    """Two of five pairs stick: the last two decide whether half do. Four of six: they cannot."""
+    found = thresholds(at_speeds([STICKS] * 5, [STICKS, BREAKS, BREAKS, FAILS, FAILS]))
+    assert found[0].censored == (30.0,) and found[0].speed == np.inf
+    found = thresholds(at_speeds([STICKS] * 6, [STICKS, *[BREAKS] * 4, FAILS]))
+    assert not found[0].censored
+    # the mean of those with an outcome is 0.2: between 1 at 10 and 0.2 at 30 m/s
+    assert found[0].speed == pytest.approx(10.0 * 3.0 ** (0.5 / 0.8))
+    # growth efficiencies of equal bodies are from -1 to 1: two of 1 lift three of -0.8 to -0.08
+    found = thresholds(at_speeds([STICKS] * 5, [*[BREAKS] * 3, FAILS, FAILS]))
+    assert not found[1].censored
+    found = thresholds(at_speeds([STICKS] * 5, [*[BREAKS] * 2, *[FAILS] * 3]))
+    assert found[1].censored == (30.0,)
+
+
+def test_a_condition_that_may_end_again_is_open_from_the_first_censored_speed_on():
+    bounces = row("bouncing", (5, 5), growth_efficiency=0.0)
+    with bundled("oshiro2025/bouncing.py"):
+        speeds = ([STICKS] * 2, [FAILS] * 2, [STICKS] * 2, [bounces] * 2)
+        *_, bounce = thresholds(at_speeds(*speeds))
+    assert bounce.speed == pytest.approx(90.0 * 3.0**0.5)
+    assert bounce.low == 10.0 and bounce.high == bounce.speed and bounce.censored == (30.0,)
+
+
+def test_the_dataset_has_thresholds_and_definitions():
+    data = at_speeds([STICKS] * 2, [FAILS] * 2, [BREAKS] * 2)
+    data = data.assign(threshold_variables(thresholds(data), data))
+    assert data.v_stick.dims == ("body", "mass_ratio") and data.v_stick.attrs["units"] == "m/s"
+    assert data.v_stick.item() == pytest.approx(30.0) and data.v_stick_low.item() == 10.0
+    assert data.v_stick_censored.values.ravel().tolist() == [0, 1, 0]
+    assert "half of the pairs" in data.v_stick.attrs["long_name"]
+    assert all(f"{name}: " in data.outcome.attrs["definitions"] for name in DEFINITIONS)
 
 
 def test_remnants_are_no_fragments_of_the_spectrum():

@@ -11,6 +11,9 @@ import typer
 import yaml
 from scenes import ROOT, extensions_forgotten
 
+from dusttaichi.analysis import outcome
+from dusttaichi.analysis.collisions import FAILED, MISS
+from dusttaichi.analysis.thresholds import FRAGMENT, STICK
 from dusttaichi.commands.app import app
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.scene import NAMED, Scene, shipped
@@ -52,6 +55,21 @@ def test_every_key_variable_and_material_is_in_a_table_of_a_page(generate):
     needed = set().union(*(variable.needs for variable in VARIABLES.values()))
     assert needed <= set(generate.FEATURES) | {"profiles", "snapshots", "contacts"}
     assert all(f"`{name}`" in generate.materials() for name in NAMED)
+
+
+def test_outcomes_are_defined_on_one_page():
+    """Each outcome with its limits in mass, and each threshold."""
+    page = (DOCS.parent / outcome.PAGE).read_text(encoding="utf-8")
+    for name in (*outcome.DEFINITIONS, MISS, FAILED):
+        assert f"| `{name}` |" in page
+    for limit in (outcome.WHOLE, outcome.HALF):
+        assert f"{limit:.0%}".replace("%", " %") in page
+    assert all(
+        rf"$v_\mathrm{{{one.name}}}$ | {one.meaning.split(' (')[0]}" in page
+        for one in (STICK, FRAGMENT)
+    )
+    linked = "\n".join(path.read_text(encoding="utf-8") for path in DOCS.rglob("*.md"))
+    assert linked.count("outcomes.md") > 8
 
 
 def test_numbers_of_bundled_extensions_are_in_a_table_of_their_own(generate):

@@ -4,7 +4,7 @@ from contextlib import suppress
 
 from dusttaichi.analysis.fragments import compaction, fragments, growth_efficiency
 from dusttaichi.analysis.numbers.registry import FILE, Family, Observable, quiet
-from dusttaichi.analysis.outcome import NOT_MET, PASSED, outcome, settled
+from dusttaichi.analysis.outcome import NOT_MET, PAGE, PASSED, outcome, settled
 from dusttaichi.analysis.restitution import restitution
 from dusttaichi.errors import DustError
 
@@ -38,6 +38,10 @@ def _outcome(value, n):
     return f"{value}, {n['fragments']} fragments, {share}" if n["fragments"] > 1 else value
 
 
+def _outcome_rows(value, n):
+    return [("outcome", _outcome(value, n), ""), ("outcomes are defined in", PAGE, "")]
+
+
 def _settled(value, n):
     text = "the last two snapshots differ in their fragments: let the run continue"
     return [] if value else [("note", text, "")]
@@ -52,7 +56,7 @@ COLLISION = Family(
     numbers=(
         quiet("speed", "speed of the impact", "m/s", sweeps=FILE,
               column=("speed m/s", "{:.3g}", 1)),
-        Observable(name="outcome", title="outcome", unit="", text=_outcome,
+        Observable(name="outcome", title="outcome", unit="", rows=_outcome_rows,
                    column=("outcome", "{}", 1), figure="collision"),
         Observable(name="settled", title="fragments no longer change", unit="", rows=_settled,
                    column=None),

@@ -1,0 +1,123 @@
+"""Threshold speeds of collisions as variables of a dataset, as CSV, and as a table to print."""
+
+import numpy as np
+
+from dusttaichi.analysis.collisions import FAILED, MISS
+from dusttaichi.analysis.outcome import PAGE
+from dusttaichi.analysis.texts import csv_text
+from dusttaichi.analysis.thresholds import conditions
+
+ENDS = {
+    "": "{meaning}; 0 below and infinite above the speeds that decide",
+    "_low": "lower end of the interval of 68 %",
+    "_high": "upper end of the interval of 68 %",
+    "_speeds_from": "lowest speed that decides on which side of the threshold it is",
+    "_speeds_to": "highest speed that decides on which side of the threshold it is",
+}
+"""End of the name of a number of a Threshold -> its meaning."""
+
+
+def _numbers(threshold):
+    """The numbers of a Threshold, in the order of ENDS [m/s]."""
+    speeds = threshold.speeds or (np.nan,)
+    return threshold.speed, threshold.low, threshold.high, speeds[0], speeds[-1]
+
+
+def threshold_variables(found, data):
+    """Variables of a `collisions_dataset` with its `thresholds`: name -> (dims, values, attrs).
+
+    v_NAME and further numbers of ENDS [m/s] (body, mass_ratio); v_NAME_censored (body, mass_ratio,
+    speed): 1 where failed collisions leave open on which side of the threshold a speed is.
+    """
+    variables = {}
+    shape = data.sizes["body"], data.sizes["mass_ratio"]
+    meanings = {condition.name: condition.meaning for condition in conditions()}
+    for name in _names(found):
+        own = [threshold for threshold in found if threshold.name == name]
+        columns = zip(*map(_numbers, own), strict=True)
+        for (end, text), values in zip(ENDS.items(), columns, strict=True):
+            about = {"units": "m/s", "long_name": text.format(meaning=meanings[name])}
+            values = np.reshape(values, shape)
+            variables[f"v_{name}{end}"] = ("body", "mass_ratio"), values, about | {"see": PAGE}
+        censored = [np.isin(data.speed.values, threshold.censored) for threshold in own]
+        about = {"long_name": "1 where failed collisions leave the side of the threshold open"}
+        censored = np.reshape(censored, (*shape, -1)).astype(int)
+        variables[f"v_{name}_censored"] = ("body", "mass_ratio", "speed"), censored, about
+    return variables
+
+
+def threshold_text(found):
+    """The `thresholds` as CSV: speeds in m/s, `inf` above all speeds that decide, 0 below them.
+
+    Empty where there is no number; the censored speeds are separated by spaces.
+    """
+    ends = [*ENDS, "_censored"]
+    columns = [f"v_{name}{end}_m_per_s" for name in _names(found) for end in ends]
+    table = [["body", "mass_ratio", "target_filling_factor", *columns]]
+    for rows in _by_point(found):
+        cells = [_cell(rows[0].filling_factor)]
+        for threshold in rows:
+            cells += map(_cell, _numbers(threshold))
+            cells.append(" ".join(map(_cell, threshold.censored)))
+        table.append([rows[0].body, rows[0].mass_ratio, *cells])
+    return csv_text(table)
+
+
+def _cell(value):
+    return "" if np.isnan(value) else f"{value:.4g}"
+
+
+def threshold_columns(found):
+    """(keys, columns) of a table of the `thresholds`: a row for each body and mass ratio."""
+    points = _by_point(found)
+    keys = [
+        ("body", [rows[0].body for rows in points]),
+        ("mass ratio", [f"{rows[0].mass_ratio:g}" for rows in points]),
+    ]
+    columns = [
+        (f"v_{name} m/s", [_text(rows[n]) for rows in points])
+        for n, name in enumerate(_names(found))
+    ]
+    return keys, columns
+
+
+def without_thresholds(data):
+    """Lines about bodies and mass ratios of which no collision that touched has an outcome."""
+    lines = []
+    for body, ratio in np.ndindex(data.sizes["body"], data.sizes["mass_ratio"]):
+        outcomes = data.isel(body=body, mass_ratio=ratio).outcome.values
+        missed, failed = (int((outcomes == name).sum()) for name in (MISS, FAILED))
+        if missed + failed == outcomes.size:
+            lines.append(
+                f"no threshold of {data.body.values[body]}, {data.mass_ratio.values[ratio]:g}:1: "
+                f"of {outcomes.size} collisions {missed} missed and {failed} failed"
+            )
+    return lines
+
+
+def _names(found):
+    return list(dict.fromkeys(threshold.name for threshold in found))
+
+
+def _by_point(found):
+    size = len(_names(found))
+    return [found[n : n + size] for n in range(0, len(found), size)]
+
+
+def _text(threshold):
+    """Text of a Threshold: its speed, its interval where that says more, its censored speeds."""
+    speed, low, high = (_bound(threshold, v) for v in _numbers(threshold)[:3])
+    beyond = np.isinf(threshold.speed) and threshold.low in (np.inf, threshold.speeds[-1])
+    alike = beyond or low == speed == high
+    said = [] if alike or np.isnan(threshold.low) else [f"{low} to {high}"]
+    if threshold.censored:
+        said.append("censored at " + ", ".join(f"{v:.3g}" for v in threshold.censored))
+    return speed + (f" ({'; '.join(said)})" if said else "")
+
+
+def _bound(threshold, speed):
+    if np.isnan(speed) or not threshold.speeds:
+        return "-"
+    if speed == 0.0:
+        return f"< {threshold.speeds[0]:.3g}"
+    return f"> {threshold.speeds[-1]:.3g}" if np.isinf(speed) else f"{speed:.3g}"
