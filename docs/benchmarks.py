@@ -14,15 +14,15 @@ from scipy.optimize import curve_fit
 from tables import update
 
 from dusttaichi import analysis, plots
-from dusttaichi.analysis.continuum import read_particles
 from dusttaichi.analysis.ledger import ledger
-from dusttaichi.physics.continuum import strength
-from dusttaichi.physics.continuum.numbers import MaterialNumbers
-from dusttaichi.physics.continuum.point import MaterialPoint
+from dusttaichi.continuum.analysis import read_particles
+from dusttaichi.continuum.physics import strength
+from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.point import MaterialPoint
+from dusttaichi.continuum.scene.material import ContinuumMaterial
 from dusttaichi.plots import style
 from dusttaichi.run import execute
 from dusttaichi.scene import load
-from dusttaichi.scene.continuum_material import ContinuumMaterial
 
 HERE = Path(__file__).parent
 CONFIGS = HERE.parent / "configs/continuum/benchmarks"

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from dusttaichi.physics.continuum import elasticity, strength
-from dusttaichi.physics.continuum.point import MaterialPoint
+from dusttaichi.continuum.physics import elasticity, strength
+from dusttaichi.continuum.physics.point import MaterialPoint
 
 # -- planar compaction -----------------------------------------------------------------------------
 

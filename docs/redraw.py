@@ -16,14 +16,14 @@ from sample_size import figure as sample_size
 from tables import read
 
 from dusttaichi import plots
-from dusttaichi.analysis.continuum_observations import Curve
+from dusttaichi.continuum.analysis.observations import Curve
+from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.plots.fit import continuum_fit, pressing_speeds
+from dusttaichi.continuum.scene.material import ContinuumMaterial
 from dusttaichi.physics import laws
-from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.plots import style
-from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
 from dusttaichi.plots.tensile import strengths
 from dusttaichi.scene import extensions, load
-from dusttaichi.scene.continuum_material import ContinuumMaterial
 from dusttaichi.scene.material import NAMED, Material
 from dusttaichi.studies.extremes import GROUPS
 from dusttaichi.studies.suggest import COLUMNS, TABLE, kind_of

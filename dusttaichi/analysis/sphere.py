@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.continuum.intrusion import Stop, first_stop
 from dusttaichi.analysis.frame import surface
+from dusttaichi.analysis.stopping import Stop, first_stop
 from dusttaichi.errors import DustError
 
 WIDTH, SLICE = 0.7, 0.25  #: Radius and height of a slice below a sphere, over its radius.
@@ -26,7 +26,7 @@ class Penetration:
     mass: float  #: Mass of the sphere.
     surface: float  #: Height of the upper end of the dust at the start.
     speed: float  #: Downwards at time 0.
-    stop: Stop | None  #: Stop (analysis.continuum), or None where the run ends before.
+    stop: Stop | None  #: Stop, or None where the run ends before.
 
 
 def penetration(run):

@@ -75,7 +75,7 @@ def _asperities(material, speed, as_json, **how):
 
 
 def _continuum(runs, output, phi_2, rate, *, as_json):
-    from dusttaichi.analysis import continuum_fit_tables as tables
+    from dusttaichi.continuum.analysis import fit_tables as tables
 
     if output.suffix not in (".yaml", ".yml"):
         raise DustError(f"--output = {output}: a file name that ends in .yaml is needed")
@@ -91,10 +91,10 @@ def write(fit, path):
 
     Raises DustError.
     """
-    from dusttaichi.analysis import continuum_fit_tables as tables
-    from dusttaichi.analysis.continuum_observations import curves
+    from dusttaichi.continuum.analysis import fit_tables as tables
+    from dusttaichi.continuum.analysis.observations import curves
+    from dusttaichi.continuum.plots.fit import continuum_fit, pressing_speeds
     from dusttaichi.plots import save
-    from dusttaichi.plots.continuum_fit import continuum_fit, pressing_speeds
     from dusttaichi.results import outputs
 
     beside = path.with_name(f"{path.stem}_speeds")
@@ -108,7 +108,7 @@ def write(fit, path):
 
 
 def _show(fit):
-    from dusttaichi.analysis import continuum_fit_tables as tables
+    from dusttaichi.continuum.analysis import fit_tables as tables
 
     headings, title = ("number", "value", "spread of the seeds", "unit"), "Material, fitted in 3-D"
     say_table(tables.numbers_table(fit), *headings, title=title)

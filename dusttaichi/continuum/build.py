@@ -20,17 +20,17 @@ from dusttaichi.continuum.kernels.store import (
     WANT,
     Layout,
 )
+from dusttaichi.continuum.physics.elasticity import bulk_modulus
+from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.samples.flaws import flaws_of
 from dusttaichi.continuum.search import SKIN, SUPPORT, Search
 from dusttaichi.continuum.simulation import Simulation, body_row
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.walls import NORMALS, Box
 from dusttaichi.errors import DustError
-from dusttaichi.physics.continuum.elasticity import bulk_modulus
-from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.physics.geometry import AXES, WALLS
-from dusttaichi.samples.continuum.flaws import flaws_of
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC, RIGID
+from dusttaichi.results.roles import DUST, ELASTIC, RIGID
 
 DEPTH = 1.0  # [m] of a scene in two dimensions: forces and energies are per metre
 

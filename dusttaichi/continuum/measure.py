@@ -3,9 +3,9 @@
 import numpy as np
 
 from dusttaichi.continuum.kernels.store import FACES, OLD
+from dusttaichi.continuum.physics.elasticity import path_energy
 from dusttaichi.method import Measurement
-from dusttaichi.physics.continuum.elasticity import path_energy
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC
+from dusttaichi.results.roles import DUST, ELASTIC
 
 
 def energies(sim):

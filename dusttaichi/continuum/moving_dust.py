@@ -10,6 +10,7 @@ from dusttaichi.continuum.advice import advice
 from dusttaichi.continuum.build import build, domain_of
 from dusttaichi.continuum.kernels.store import CHANNELS
 from dusttaichi.continuum.pairing import Pairing
+from dusttaichi.continuum.samples.particles import ARRAYS, COMPONENTS, Body, Particles
 from dusttaichi.continuum.variables import VARIABLES
 from dusttaichi.domain.walls import Box
 from dusttaichi.method import SimpleSimulation, State
@@ -17,7 +18,6 @@ from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.results.plain import of_plain, plain
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
-from dusttaichi.samples.continuum.particles import ARRAYS, COMPONENTS, Body, Particles
 
 BEFORE = "sample_"  # of the names of the arrays of the sample in a State
 

@@ -9,10 +9,10 @@ import numpy as np
 import scipy
 
 from dusttaichi.continuum.measure import elastic_of_particles, undamaged
+from dusttaichi.continuum.physics import strength
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
-from dusttaichi.physics.continuum import strength
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC
+from dusttaichi.results.roles import DUST, ELASTIC
 
 PAIRED = 0.5
 """Distance of a pair over that of nearest neighbours at the start, scaled with the volumes: whole

@@ -10,10 +10,10 @@ from dusttaichi.continuum.advice import advice
 from dusttaichi.continuum.build import domain_of, layout_of, stiff_faces
 from dusttaichi.continuum.kernels.rates import DAMPED
 from dusttaichi.continuum.kernels.store import declare
+from dusttaichi.continuum.physics import elasticity, strength
+from dusttaichi.continuum.samples import make, numbers_of
 from dusttaichi.method import Preview
-from dusttaichi.physics.continuum import elasticity, strength
-from dusttaichi.samples.continuum import make, numbers_of
-from dusttaichi.samples.continuum.particles import ELASTIC, ROLES
+from dusttaichi.results.roles import ELASTIC, ROLES
 from dusttaichi.scene import quantities
 
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.continuum.measure import undamaged
-from dusttaichi.physics.continuum.damage import carried_pressure
-from dusttaichi.samples.continuum.particles import DUST
+from dusttaichi.continuum.physics.damage import carried_pressure
+from dusttaichi.results.roles import DUST
 
 IN_SPACE = [0, 4, 8, 1, 2, 5]  # xx yy zz xy xz yz of nine rows
 

@@ -19,9 +19,9 @@ from dusttaichi.continuum.kernels.store import (
     WHOLE,
     declare,
 )
+from dusttaichi.continuum.physics.kernels import MATERIAL
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
-from dusttaichi.physics.continuum.kernels import MATERIAL
 from dusttaichi.units import SI
 
 

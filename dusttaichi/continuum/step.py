@@ -12,7 +12,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DONE, DUE, Steps
 from dusttaichi.compute.scan import first_of
 from dusttaichi.continuum.kernels.store import APART
-from dusttaichi.physics.continuum.kernels import MATERIAL
+from dusttaichi.continuum.physics.kernels import MATERIAL
 
 
 def steps_of(phases, StepNumbers):

@@ -1,5 +1,6 @@
 """The variables of the result of a continuum, each declared once."""
 
+from dusttaichi.results import roles
 from dusttaichi.results.variables import declared
 
 _INTEGERS = {"role": "i4", "body": "i4", "substeps": "i8", "material": "i4"}
@@ -65,7 +66,7 @@ _TABLE = {
         ("solid_density", "particle", "kg/m^3", "density of the solid of its material", "",
          "materials"),
         ("mass", "particle", "kg", "its mass", "", ""),
-        ("role", "particle", "1", "0 dust, 1 rigid, 2 fixed, 3 wall, 4 elastic", "", ""),
+        ("role", "particle", "1", roles.MEANING, "", ""),
         ("body", "particle", "1", "number of its body", "", ""),
     ],
 }  # fmt: skip

@@ -11,6 +11,7 @@ import meshio
 import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses
+from dusttaichi.results import roles
 from dusttaichi.results.outputs import check
 from dusttaichi.results.variables import LABELS
 
@@ -41,7 +42,7 @@ PARTICLE_UNITS = {
     "deviator": "Pa, a tensor xx xy xz yx yy yz zx zy zz",
     "mass": "kg, kg/m in two dimensions",
     "size": "m, distance of particles in a close packing of such volumes",
-    "role": "0 dust, 1 rigid, 2 fixed dust, 3 wall, 4 elastic",
+    "role": roles.MEANING,
     "body": "number of the body",
 }
 COLLECTION = "grains.pvd"

@@ -161,11 +161,14 @@ class Method:
         return attribute(self.exports[to])
 
 
-# name -> "module:attribute" of a Method, imported when a scene asks for it
-BUILT_IN = {
-    "grains": "dusttaichi.grains.method:METHOD",
-    "continuum": "dusttaichi.continuum.method:METHOD",
-}
+def _methods_of_package() -> dict[str, str]:
+    """Name -> "module:METHOD" of the subpackages with a module `method`, the default first."""
+    names = [path.parent.name for path in Path(__file__).parents[1].glob("*/method.py")]
+    ordered = sorted(names, key=lambda name: (name != DEFAULT, name))
+    return {name: f"dusttaichi.{name}.method:METHOD" for name in ordered}
+
+
+BUILT_IN = _methods_of_package()  # each imported when a scene asks for it
 METHODS: dict[str, str | Method] = dict(BUILT_IN)
 
 

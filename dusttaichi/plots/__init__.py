@@ -38,8 +38,16 @@ from dusttaichi.plots.registry import (
 from dusttaichi.plots.style import bands, save, styled
 from dusttaichi.plots.trade import trade
 
-_OF_RUNS = in_package(f"{__name__}.continuum") | in_package(__name__)
+_OF_RUNS = in_package(__name__)
 globals().update(_OF_RUNS)  # after their modules, whose names they have
+
+
+def __getattr__(name):
+    """Drawing function of a figure that one method has; it is imported on first use."""
+    drawings = {row.draw.__name__: row.draw for row in figures()} if name[0] != "_" else {}
+    if name not in drawings:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return drawings[name]
 
 
 def save_all(of, directory, suffix=".png", failed=None):

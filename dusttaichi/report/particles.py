@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from dusttaichi.analysis.continuum.particles import DUST, ELASTIC, FIXED, RIGID, WALL
 from dusttaichi.analysis.cycles import cell_pressure
 from dusttaichi.plots import style
 from dusttaichi.report.contacts import BODY, COORDINATION, DISSIPATED, contacts_of
 from dusttaichi.report.packing import class_quantity, number_quantity, packed, quantised
+from dusttaichi.results.roles import DUST, ELASTIC, FIXED, RIGID, WALL
 
 ALL_DISSIPATED = "energy dissipated since the start"
 MOST = 600_000  # particles times snapshots in a report: some 25 MB with their contacts

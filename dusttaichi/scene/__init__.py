@@ -8,7 +8,6 @@ import importlib
 _HOMES = {
     "boundary": "BoxBoundary Drive OpenBoundary PeriodicBoundary PlatesBoundary bounded_axes "
     "filling_direction own_drive strains",
-    "continuum_material": "ContinuumMaterial",
     "interaction": "Asperities Effect Interaction NoDamping Scaled Viscoelastic Viscous",
     "loading": "from_yaml json_schema load load_extensions schema_text",
     "material": "NAMED Material",

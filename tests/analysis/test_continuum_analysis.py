@@ -5,12 +5,12 @@ import pytest
 import xarray as xr
 import yaml
 
-from dusttaichi.analysis import continuum as of
 from dusttaichi.analysis import open_run, summary, table
-from dusttaichi.analysis.continuum import laboratory
-from dusttaichi.analysis.continuum.filling import denser_than
-from dusttaichi.analysis.continuum.pieces import pieces_of
 from dusttaichi.analysis.ledger import ledger
+from dusttaichi.continuum import analysis as of
+from dusttaichi.continuum.analysis import laboratory
+from dusttaichi.continuum.analysis.filling import denser_than
+from dusttaichi.continuum.analysis.pieces import pieces_of
 from dusttaichi.errors import DustError
 from dusttaichi.export import export
 from dusttaichi.plots import animation, save_all

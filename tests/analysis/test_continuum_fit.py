@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import synthetic
 
-from dusttaichi.analysis import continuum_fit_tables as tables
-from dusttaichi.analysis.continuum_fit import PARAMETERS, fit, numbers_of, stresses
-from dusttaichi.analysis.grain_tests import GrainTest, Segment, grain_test
 from dusttaichi.analysis.plain import plain
 from dusttaichi.commands.fit import write
+from dusttaichi.continuum.analysis import fit_tables as tables
+from dusttaichi.continuum.analysis.fit import PARAMETERS, fit, numbers_of, stresses
+from dusttaichi.continuum.analysis.grain_tests import GrainTest, Segment, grain_test
+from dusttaichi.continuum.scene import ContinuumMaterial
 from dusttaichi.errors import DustError
-from dusttaichi.scene import ContinuumMaterial
 
 TRUE = np.array([40e3, 5.0, 0.8, 7e3, 0.5, 0.13, 1.6, 0.7, 2.4, 4.0])
 DENSITY = 2650.0

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from continuum.test_shock import jump
 
-from dusttaichi.physics.continuum import elasticity, strength
-from dusttaichi.physics.continuum.numbers import MaterialNumbers
-from dusttaichi.physics.continuum.point import MaterialPoint
-from dusttaichi.scene.continuum_material import ContinuumMaterial
+from dusttaichi.continuum.physics import elasticity, strength
+from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.point import MaterialPoint
+from dusttaichi.continuum.scene.material import ContinuumMaterial
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -8,8 +8,9 @@ from scipy.optimize import brentq
 from scipy.special import j1, jn, y1, yn
 
 from dusttaichi.continuum.kernels.store import FACES
-from dusttaichi.physics.continuum import strength
-from dusttaichi.samples.continuum.particles import RIGID, Body, Particles, joined
+from dusttaichi.continuum.physics import strength
+from dusttaichi.continuum.samples.particles import Body, Particles, joined
+from dusttaichi.results.roles import RIGID
 
 ROW, K, MU = dust.ROW, dust.K, dust.MU
 LONGITUDINAL = np.sqrt((K + 4.0 / 3.0 * MU) / dust.DENSITY)

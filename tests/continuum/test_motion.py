@@ -177,7 +177,7 @@ def test_a_mirror_is_the_other_half():
 def test_pressed_dust_has_its_strengths():
     """Uniaxial pressing between rigid walls: p = Sigma and axial stress Sigma + 2 Y/3 (not Sigma),
     with grid noise that a viscosity acts on which takes hardly any energy."""
-    from dusttaichi.physics.continuum import strength
+    from dusttaichi.continuum.physics import strength
 
     count, speed = 16, 0.15
     high = count * dust.SPACING * np.sqrt(3.0) / 2.0

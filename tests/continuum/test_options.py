@@ -8,11 +8,11 @@ from scipy.optimize import brentq
 
 from dusttaichi import analysis, method
 from dusttaichi.continuum.kernels.store import OLD
+from dusttaichi.continuum.physics import damage, strength
+from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.samples.flaws import flaws_of
 from dusttaichi.errors import DustError
-from dusttaichi.physics.continuum import damage, strength
-from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.run import execute
-from dusttaichi.samples.continuum.flaws import flaws_of
 from dusttaichi.scene import Scene
 
 K, MU, ROW = dust.K, dust.MU, dust.ROW

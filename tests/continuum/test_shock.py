@@ -10,8 +10,8 @@ import pytest
 from scipy.optimize import brentq
 
 from dusttaichi import method
-from dusttaichi.physics.continuum import elasticity, strength
-from dusttaichi.physics.continuum.numbers import MaterialNumbers
+from dusttaichi.continuum.physics import elasticity, strength
+from dusttaichi.continuum.physics.numbers import MaterialNumbers
 from dusttaichi.scene import load
 
 CONFIG = Path(__file__).parents[2] / "configs/continuum/shock.yaml"

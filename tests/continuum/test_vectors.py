@@ -15,7 +15,7 @@ from dusttaichi.continuum.build import layout_of
 from dusttaichi.continuum.compiled import passes
 from dusttaichi.continuum.kernels import store
 from dusttaichi.continuum.kernels.numbers import numbers_type
-from dusttaichi.physics.continuum.kernels import MATERIAL
+from dusttaichi.continuum.physics.kernels import MATERIAL
 from dusttaichi.studies.bench import compiled_bits
 
 # the kernel's slope takes one root for each neighbour

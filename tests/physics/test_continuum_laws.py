@@ -9,11 +9,11 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.continuum.physics import deviator, elasticity, path, strength
+from dusttaichi.continuum.physics.numbers import MaterialNumbers, largest_share
+from dusttaichi.continuum.physics.point import MaterialPoint, restitution
+from dusttaichi.continuum.scene import ContinuumMaterial
 from dusttaichi.physics import laws
-from dusttaichi.physics.continuum import deviator, elasticity, path, strength
-from dusttaichi.physics.continuum.numbers import MaterialNumbers, largest_share
-from dusttaichi.physics.continuum.point import MaterialPoint, restitution
-from dusttaichi.scene import ContinuumMaterial
 
 G09 = MaterialNumbers(
     rho_s=2000.0, rho_i=300.0, K_0=300e3, gamma=4.0, mu_over_K=0.5,
@@ -138,7 +138,7 @@ def test_plane_strain_is_the_solid_cut():
 def test_kernels_compute_what_the_host_computes():
     """One formula, two compilers: only pow and exp of the two libraries may differ in a bit."""
     ti.init(arch=ti.cpu, default_fp=ti.f64, fast_math=False, log_level=ti.ERROR)
-    from dusttaichi.physics.continuum.kernels import LAWS, MATERIAL
+    from dusttaichi.continuum.physics.kernels import LAWS, MATERIAL
 
     @ti.kernel
     def evaluate(rho: ti.types.ndarray(ti.f64, 1), out: ti.types.ndarray(ti.f64, 2), m: MATERIAL):

@@ -8,15 +8,16 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 from scipy.spatial import cKDTree
 
+from dusttaichi.continuum import samples as continuum
+from dusttaichi.continuum.physics import elasticity
+from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.samples import AnyParticles, Matter, lattice
+from dusttaichi.continuum.scene.boundary import ContinuumBoundary
+from dusttaichi.continuum.scene.material import ContinuumMaterial
 from dusttaichi.errors import DustError
-from dusttaichi.physics.continuum import elasticity
-from dusttaichi.physics.continuum.numbers import MaterialNumbers
 from dusttaichi.physics.geometry import WALLS
-from dusttaichi.samples import continuum
-from dusttaichi.samples.continuum import DUST, FIXED, RIGID, AnyParticles, Matter, lattice
+from dusttaichi.results.roles import DUST, FIXED, RIGID
 from dusttaichi.scene import Scene
-from dusttaichi.scene.continuum_boundary import ContinuumBoundary
-from dusttaichi.scene.continuum_material import ContinuumMaterial
 
 SPEC = TypeAdapter(AnyParticles)
 BOUNDARY = TypeAdapter(ContinuumBoundary)

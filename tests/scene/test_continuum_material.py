@@ -5,9 +5,9 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
-from dusttaichi.physics.continuum.numbers import MaterialNumbers
-from dusttaichi.samples.continuum.elastic import ElasticSample
-from dusttaichi.scene import ContinuumMaterial
+from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.samples.elastic import ElasticSample
+from dusttaichi.continuum.scene import ContinuumMaterial
 
 
 def read(data, folder=None):

@@ -5,8 +5,8 @@ all particles reads whole vectors.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.continuum.kernels import LAWS
-from dusttaichi.samples.continuum.particles import RIGID, WALL
+from dusttaichi.continuum.physics.kernels import LAWS
+from dusttaichi.results.roles import RIGID, WALL
 
 
 @ti.data_oriented

@@ -17,7 +17,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import CLOSE, KERNELS, SHAPES
 from dusttaichi.continuum.kernels.store import FACES
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC
+from dusttaichi.results.roles import DUST, ELASTIC
 
 # rows of the sums over neighbours, a vector for each particle, and behind them the power of the
 # viscosity by pairs

@@ -14,7 +14,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import CLOSE
 from dusttaichi.continuum.kernels.store import DT
-from dusttaichi.samples.continuum.particles import ELASTIC
+from dusttaichi.results.roles import ELASTIC
 
 
 @ti.data_oriented

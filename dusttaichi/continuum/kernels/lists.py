@@ -6,7 +6,7 @@ within reach of one of them.
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import whole
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC
+from dusttaichi.results.roles import DUST, ELASTIC
 
 PARTICLES, SEEN = range(2)  # in `known`: particles, and with images
 REACH, TOUCH, H = range(3)  # in `reaches`: of lists, of surfaces, smoothing length [m]

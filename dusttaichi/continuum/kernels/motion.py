@@ -19,7 +19,7 @@ from dusttaichi.continuum.kernels.store import (
     WANT,
     declare,
 )
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC
+from dusttaichi.results.roles import DUST, ELASTIC
 
 GROWTH = 1.1  # of a step over the one before
 MOST_STEPS = 1e4  # in an output step; more are a fault of the scene

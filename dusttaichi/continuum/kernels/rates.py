@@ -9,7 +9,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
 from dusttaichi.continuum.kernels.smoothing import KERNELS
 from dusttaichi.continuum.kernels.store import COLUMN, DT, FACES, OLD
-from dusttaichi.samples.continuum.particles import DUST, ELASTIC
+from dusttaichi.results.roles import DUST, ELASTIC
 
 FEW = 0.05  # determinant of A below which a particle has too few neighbours to correct its gradient
 DAMPED = 5.0  # viscosity of pairs that allows as long a step as one on grid noise

@@ -7,9 +7,9 @@ body has no strengths: it remains on its path, and its deviator follows the rate
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
-from dusttaichi.physics.continuum.kernels import LAWS, MATERIAL
-from dusttaichi.physics.continuum.numbers import NUMBERS
-from dusttaichi.samples.continuum.particles import ELASTIC
+from dusttaichi.continuum.physics.kernels import LAWS, MATERIAL
+from dusttaichi.continuum.physics.numbers import NUMBERS
+from dusttaichi.results.roles import ELASTIC
 
 
 @ti.data_oriented

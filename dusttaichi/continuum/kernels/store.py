@@ -12,7 +12,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import SYNC
 from dusttaichi.compute.scan import scan_capacity
 from dusttaichi.compute.state_variable import ELEMENTS, StateVariable
-from dusttaichi.physics.continuum.numbers import NUMBERS
+from dusttaichi.continuum.physics.numbers import NUMBERS
 
 FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies
 FREE = -1  # group of dust

@@ -1,0 +1,40 @@
+"""First stop of a body that penetrates into dust, of grains or of a continuum (G09)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The first stop of a body: after `time` [s] in the depth [m].
+
+    rms [m]: of its intrusion from -depth sin(pi t / 2 T) until then (G09 eq 11). normalised: (2, n)
+    t / T and h / D until then.
+    """
+
+    time: float
+    depth: float
+    rms: float
+    normalised: np.ndarray
+
+
+def first_stop(time, height, velocity):
+    """The Stop of a way (n,) each, by linear interpolation of the first v >= 0; None without."""
+    up = np.flatnonzero(velocity >= 0.0)
+    up = up[up > 0]
+    if not len(up) or velocity[0] >= 0.0:
+        return None
+    after = up[0]
+    before = after - 1
+    step = time[after] - time[before]
+    share = velocity[before] / (velocity[before] - velocity[after])
+    end = time[before] + share * step
+    # the velocity is linear in between, so the height is a parabola
+    bottom = height[before] + 0.5 * velocity[before] * share * step
+    depth = -bottom
+    inside = np.append(time[:after], end)
+    way = np.append(height[:after], bottom)
+    normalised = np.stack([inside / end, way / depth])
+    apart = normalised[1] + np.sin(0.5 * np.pi * normalised[0])
+    return Stop(end, depth, float(depth * np.sqrt(np.mean(apart**2))), normalised)

@@ -1,0 +1,76 @@
+"""Bodies of the continuum: initial positions of the particles. One kind per file."""
+
+from dataclasses import replace
+
+from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.samples import (  # noqa: F401, each registers its kind
+    block,
+    elastic,
+    explicit,
+    impact,
+    rigid,
+    several,
+    sphere,
+)
+from dusttaichi.continuum.samples.faces import with_faces
+from dusttaichi.continuum.samples.gravity import at_rest_under_gravity
+from dusttaichi.continuum.samples.particles import COMPONENTS, Body, Particles
+from dusttaichi.continuum.samples.registry import (
+    AnyParticles,
+    BodyBlock,
+    Matter,
+    made,
+    reads_particles,
+    register,
+)
+
+__all__ = [
+    "COMPONENTS", "AnyParticles", "Body",
+    "BodyBlock", "Matter", "Particles", "at_rest_under_gravity", "made", "make", "matter_of",
+    "numbers_of", "reads_particles", "register", "with_faces",
+]  # fmt: skip
+
+
+REACH = 2.6  # cutoff of the neighbour lists in smoothing lengths (continuum.search)
+
+
+def matter_of(scene) -> Matter:
+    """Materials of the bodies of a scene."""
+    first, *others = (
+        Matter(
+            dimension=scene.dimension,
+            spacing=scene.numerics.spacing,
+            solid=material.solid_density,
+            filling_factor=material.filling_factor,
+            most=material.compressive.phi_2,
+            number=number,
+        )
+        for number, material in enumerate(scene.all_materials)
+    )
+    return replace(first, others=dict(zip(scene.materials, others, strict=True)))
+
+
+def numbers_of(scene, particles) -> MaterialNumbers:
+    """MaterialNumbers of each particle, arrays (n,), or those of the only material of a scene."""
+    if not scene.materials:
+        return MaterialNumbers.of(scene.material)
+    return MaterialNumbers.together(scene.all_materials).taken(particles.material)
+
+
+def make(scene) -> Particles:
+    """The bodies of a scene with its faces and gravity, in SI.
+
+    A block of dust on a bottom starts with the stress of its weight. Raises DustError for bodies
+    that do not fit or overlap, or too many particles for the memory.
+    """
+    particles = made(scene.sample, matter_of(scene))
+    weight = scene.gravity.straight_down if scene.gravity else 0.0
+    if weight and rests(scene):
+        particles = at_rest_under_gravity(particles, weight, numbers_of(scene, particles))
+    return with_faces(particles, scene.boundary, REACH * scene.numerics.smoothing_length)
+
+
+def rests(scene) -> bool:
+    """True for a bed: a block, or one as a target, with a face below it."""
+    bed = getattr(scene.sample, "target", scene.sample)
+    return "bottom" in getattr(scene.boundary, "walls", ()) and bed.kind == "block"

@@ -1,0 +1,5 @@
+"""Blocks of a scene of the continuum, frozen, in SI once read."""
+
+from dusttaichi.continuum.scene.material import ContinuumMaterial
+
+__all__ = ["ContinuumMaterial"]

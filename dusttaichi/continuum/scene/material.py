@@ -1,0 +1,211 @@
+"""Materials of the continuum: dust with its strengths (Güttler et al. 2009, G09)."""
+
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, ValidationError, ValidationInfo, model_validator
+
+from dusttaichi.continuum.physics import conditions
+from dusttaichi.continuum.physics.numbers import SHEAR, MaterialNumbers
+from dusttaichi.continuum.scene import dusts as continuum_dusts
+from dusttaichi.scene import moduli
+from dusttaichi.scene.fields import Block, Faults, NamedBlock, Number, Seed, needed, problems
+from dusttaichi.scene.moduli import with_moduli
+from dusttaichi.scene.quantities import Quantity
+
+Share = Annotated[float, Number(gt=0, lt=1)]
+
+
+class CompressiveLaw(Block):
+    """Sigma = p_m ((phi_2 - phi_1)/(phi_2 - phi) - 1)^(delta ln 10) (G09 eq 10)."""
+
+    phi_1: Annotated[float, Number(ge=0, lt=1)] = Field(
+        description="filling factor at which the compressive strength vanishes"
+    )
+    phi_2: Share = Field(description="filling factor at which it is infinite")
+    p_m: Annotated[float, Quantity("pressure", gt=0, le=1e9, example="1.3 kPa")] = Field(
+        description="compressive strength half way between phi_1 and phi_2: a pressure, and not "
+        "the axial stress of confined pressing"
+    )
+    delta: Annotated[float, Number(gt=0, le=5)] = Field(
+        description="width of the law in decades of pressure"
+    )
+
+    def faults(self) -> Faults:
+        if self.phi_2 - self.phi_1 < 0.02:
+            yield "phi_2", f"it must lie 0.02 or more above phi_1 = {self.phi_1:g}"
+
+
+class TensileLaw(Block):
+    """T = -10^(a + b phi) Pa (G09 eq 8)."""
+
+    a: Annotated[float, Number(ge=-3, le=9)] = Field(
+        description="lg of the tensile strength in Pa at filling factor 0"
+    )
+    b: Annotated[float, Number(ge=0, le=30)] = Field(
+        description="growth of that lg with the filling factor"
+    )
+
+
+class ShearLaw(NamedBlock):
+    """Y = factor Sigma^exponent |T|^(1 - exponent) (G09 sections 4.1 and 5.1.2)."""
+
+    WORDS: ClassVar[dict[str, dict[str, Any]]] = {
+        name: {"factor": factor, "exponent": exponent} for name, (factor, exponent) in SHEAR.items()
+    }
+    needed: ClassVar[str] = (
+        f"{', '.join(SHEAR)} or a block is needed, for example {{factor: 1, exponent: 0.5}}"
+    )
+
+    factor: Annotated[float, Number(gt=0, le=100)] = Field(1.0, description="factor C")
+    exponent: Annotated[float, Number(ge=0, le=1)] = Field(
+        0.5, description="exponent a of the compressive strength"
+    )
+
+
+class Damage(Block):
+    """Flaws that grow into cracks under tension (Grady & Kipp 1980, Benz & Asphaug 1995)."""
+
+    lg_k: Annotated[float, Number(ge=-30, le=60)] = Field(
+        description="lg of k in m^-3: k strain^m flaws in a volume activate below a strain "
+        "(Weibull); in two dimensions dust is a spacing deep"
+    )
+    m: Annotated[float, Number(ge=1, le=40)] = Field(description="Weibull exponent m")
+    crack_speed: Annotated[float, Number(gt=0, le=1)] = Field(
+        0.4, description="speed of a crack over the longitudinal speed of sound"
+    )
+    seed: Seed = Field(1, description="seed of the places of the flaws")
+
+
+class Provenance(Block):
+    """Provenance of fitted numbers: `dust fit continuum` writes it."""
+
+    runs: tuple[str, ...] = Field((), description="the runs of the fit")
+    dimension: Literal[2, 3] | None = Field(
+        None, description="dimension of the samples and of the strains of the fit"
+    )
+    numbers: dict[str, str] = Field({}, description="number -> its source, points and spread")
+    names: tuple[str, ...] = Field((), description="fitted numbers, in the order of values")
+    values: tuple[float, ...] = Field((), description="their values as they were fitted, SI")
+    covariance: tuple[tuple[float, ...], ...] = Field(
+        (), description="covariance of the values over the seeds"
+    )
+
+
+class ContinuumMaterial(Block):
+    """Material of dust: a name, a file of `dust fit continuum`, either with changes, or numbers.
+
+    `base` names the material whose numbers are changed; `draw` draws them from their covariance.
+    """
+
+    extra_keys: ClassVar[tuple[str, ...]] = ("base", "draw", *moduli.KEYS)
+    needed: ClassVar[str] = continuum_dusts.NEEDED
+
+    name: str = Field("custom", description="name of the material in results and figures")
+    bulk_modulus: Annotated[float, Quantity("pressure", gt=0, le=1e12, example="300 kPa")] = Field(
+        description="bulk modulus K_0 at `density`"
+    )
+    exponent: Annotated[float, Number(ge=1, le=20)] = Field(
+        description="exponent of the bulk modulus, K = K_0 (rho/density)^exponent"
+    )
+    solid_density: Annotated[float, Quantity("density", gt=0, le=3e4, example="2 g/cm^3")] = Field(
+        description="density of the solid, at which the filling factor is 1"
+    )
+    density: Annotated[float, Quantity("density", gt=0, le=3e4, example="0.3 g/cm^3")] = Field(
+        description="density at zero pressure for which bulk_modulus is valid; default density of "
+        "samples at the start"
+    )
+    shear_ratio: Annotated[float, Number(gt=0, le=1.5)] = Field(
+        description="shear modulus over bulk modulus; poisson_ratio may be given in its place"
+    )
+    compressive: CompressiveLaw = Field(description="compressive strength Sigma")
+    tensile: TensileLaw = Field(description="tensile strength T")
+    shear: ShearLaw = Field("sqrt", description="shear strength Y")
+    damage: Damage | None = Field(
+        None, description="damage by tension: flaws that grow, default none"
+    )
+    heat_capacity: (
+        Annotated[float, Quantity("heat capacity", gt=0, example="800 J/(kg K)")] | None
+    ) = Field(None, description="heat capacity; with it the result has a temperature")
+    temperature: Annotated[float, Quantity("temperature", ge=0, example="280 K")] = Field(
+        "0 K", description="temperature at the start; the strengths do not depend on it"
+    )
+    source: Provenance | None = Field(None, description="provenance of the numbers")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _expand(cls, data: Any, info: ValidationInfo) -> Any:
+        if isinstance(data, ContinuumMaterial):
+            return data
+        if isinstance(data, str):
+            return with_moduli(cls._known(data, info))
+        if not isinstance(data, dict):
+            raise needed(cls.needed)
+        if "base" not in data:
+            if "draw" in data:
+                raise problems([("draw", "it needs a `base` that has a covariance")])
+            return with_moduli(data)
+        whole = {**cls._known(data["base"], info, "base"), "name": Path(data["base"]).stem}
+        changed = {key: value for key, value in data.items() if key not in ("base", "draw")}
+        if "draw" in data:
+            whole = continuum_dusts.drawn(whole, data["draw"], cls._possible)
+            whole["name"] += f", draw {data['draw']}"
+        if changed:
+            whole["name"] += ", changed"
+        for key, value in changed.items():
+            both = isinstance(value, dict) and isinstance(whole.get(key), dict)
+            whole[key] = {**whole[key], **value} if both else value
+        if "poisson_ratio" in changed and "shear_ratio" not in changed:
+            whole.pop("shear_ratio", None)
+        if "young_modulus" in changed and "bulk_modulus" not in changed:
+            whole.pop("bulk_modulus", None)
+        return with_moduli(whole)
+
+    @staticmethod
+    def _known(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
+        """Plain data of a named dust or of a file; its default name is that of the file."""
+        whole = continuum_dusts.known(name, (info.context or {}).get("folder") or "", key)
+        return {"name": Path(name).stem, **whole}
+
+    @classmethod
+    def _possible(cls, data: dict) -> bool:
+        """True for plain data of a valid material."""
+        try:
+            cls.model_validate(data)
+        except ValidationError:
+            return False
+        return True
+
+    def faults(self) -> Faults:
+        return conditions.impossible(MaterialNumbers.of(self))
+
+    @property
+    def filling_factor(self) -> float:
+        """Initial filling factor."""
+        return self.density / self.solid_density
+
+    @property
+    def poisson_ratio(self) -> float:
+        """Poisson's ratio, (3 - 2 mu/K)/(6 + 2 mu/K)."""
+        return (3.0 - 2.0 * self.shear_ratio) / (6.0 + 2.0 * self.shear_ratio)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema, handler):
+        block = handler.resolve_ref_schema(handler(schema))
+        base = {"type": "string", "description": "the named material or file to start from"}
+        draw = {
+            "type": "integer",
+            "minimum": 1,
+            "description": "draw the fitted numbers of the base from their covariance over the "
+            "seeds; the number of the draw",
+        }
+        numbers = {"base": base, "draw": draw, **block["properties"], **moduli.SCHEMA}
+        some = {
+            key: {"type": "object", "description": f"changed numbers of the {key} strength"}
+            for key in ("compressive", "tensile")
+        }
+        partial = {**block, "properties": {**numbers, **some}, "required": ["base"]}
+        return {
+            "description": cls.__doc__,
+            "anyOf": [{"type": "string", "examples": list(continuum_dusts.NAMES)}, partial, block],
+        }
