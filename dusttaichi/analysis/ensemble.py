@@ -4,7 +4,6 @@ Every run is interpolated linearly onto one coordinate, each within its own rang
 """
 
 import math
-import os
 import warnings
 
 import numpy as np
@@ -13,8 +12,7 @@ import xarray as xr
 from dusttaichi.analysis.numbers import families
 from dusttaichi.analysis.summary import PROBLEMS, summary
 from dusttaichi.errors import DustError
-from dusttaichi.results.files import explain, replace_atomically
-from dusttaichi.results.outputs import NETCDF, check
+from dusttaichi.results.outputs import NETCDF, write_dataset
 
 MOST = 10_000  # points of the common coordinate
 CHANGE = 1.001  # factor by which a filling factor changes that counts as driven
@@ -247,14 +245,4 @@ def save_ensemble(data, path):
     DustError
         The file cannot be written.
     """
-    path = check(path, NETCDF)
-    temporary = path.with_name(f".{path.name}.tmp")
-    encoding = {name: {"zlib": True, "complevel": 1} for name in data.data_vars}
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        data.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
-        replace_atomically(temporary, path)
-    except (OSError, RuntimeError) as error:
-        if os.path.exists(temporary):
-            os.unlink(temporary)
-        raise DustError(f"Could not write {path}: {explain(error, path)}.") from error
+    write_dataset(path, data, NETCDF, packed=True)

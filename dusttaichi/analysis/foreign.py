@@ -6,11 +6,10 @@ from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 
-import netCDF4
 import yaml
 
 from dusttaichi.errors import DustError
-from dusttaichi.results.integrity import DIGEST
+from dusttaichi.results.integrity import DIGEST, DamagedFile, open_netcdf, refusal
 
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # a terminal would obey them
 _NUMBERS = ("grains", "time_step", "particles", "spacing")
@@ -76,7 +75,10 @@ def understood(paths):
         raise
     except Exception as error:
         files = [Path(p) / "result.nc" if Path(p).is_dir() else Path(p) for p in paths]
-        if isinstance(error, RuntimeError) and "HDF error" in str(error):
+        if isinstance(error, (OSError, RuntimeError)) and "HDF error" in str(error):
+            for reason in (refusal(error, file) for file in files if file.exists()):
+                if not isinstance(reason, DamagedFile):
+                    raise reason from error
             raise DustError(
                 f"Damaged ({error}): one of {', '.join(map(str, files))}. Take it from a backup, "
                 "or compute it again (--force)."
@@ -93,7 +95,7 @@ def understood(paths):
 
 def _is_foreign(file):
     try:
-        with netCDF4.Dataset(file) as opened:
+        with open_netcdf(file) as opened:
             return DIGEST not in opened.ncattrs()
-    except (OSError, RuntimeError):
+    except (DustError, OSError, RuntimeError):
         return False

@@ -1,10 +1,12 @@
 """Files with the datasets of many runs: of a trade, an ensemble, a sweep."""
 
+from functools import partial
 from pathlib import Path
 
 import xarray as xr
 
 from dusttaichi.errors import DustError
+from dusttaichi.results.integrity import open_netcdf
 from dusttaichi.scene import extensions
 
 TRADES, ENSEMBLES = ("trade.nc",), ("sweep.nc", "ensemble.nc")
@@ -25,7 +27,7 @@ def read_stored(file, what, needed):
     what: such as "a trade", for messages. needed: variables that it must have.
     """
     try:
-        with xr.open_dataset(file, engine="netcdf4") as data:
+        with open_netcdf(file, partial(xr.open_dataset, engine="netcdf4")) as data:
             data = data.load()
     except (OSError, ValueError, RuntimeError) as error:
         raise DustError(f"{file} cannot be read as {what}: {error}.") from error

@@ -6,6 +6,7 @@ import sys
 import warnings
 from contextlib import contextmanager
 
+from dusttaichi.compute.processes import HDF5_LOCKS
 from dusttaichi.errors import DustError
 
 
@@ -47,6 +48,7 @@ def guarded():
     such as `head`, is not an error.
     """
     _forget_foreign_settings()
+    os.environ.setdefault(HDF5_LOCKS, "FALSE")
     before = sys.stdout, sys.stderr, sys.__stdout__
     sys.stdout, sys.stderr = Output(sys.stdout), Output(sys.stderr)
     sys.__stdout__ = sys.stdout  # Taichi would assume a notebook if they differed

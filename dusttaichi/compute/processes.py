@@ -4,11 +4,16 @@ import json
 import sys
 from pathlib import Path
 
+# Where every file is this program's, HDF5 needs no locks, which some disks do not have
+# (results/locks.py). It reads the variable once, as it is imported.
+HDF5_LOCKS = "HDF5_USE_FILE_LOCKING"
+
 # `python -m` and `python -c` search the current directory before the standard library, and a
 # random.py there would run; -P, which prevents that, is an option since Python 3.11 only.
 # Packages are imported from their own files, whatever else is installed under their names.
-_START = """
-import sys
+_START = f"""
+import os, sys
+os.environ.setdefault({HDF5_LOCKS!r}, "FALSE")
 sys.path[:] = [folder for folder in sys.path if folder]
 import importlib.util, json, runpy
 _, packages, module, *arguments = sys.argv

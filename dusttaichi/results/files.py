@@ -1,26 +1,21 @@
-"""Files that are complete at any time: atomic replacement, disk space, the lock of a run."""
+"""Files that are complete at any time: atomic replacement, disk space, meaning of errors."""
 
 import errno
 import os
 import shutil
-import socket
 import tempfile
 import time
 from contextlib import AbstractContextManager, suppress
 from functools import lru_cache
 from pathlib import Path
 
-from dusttaichi.errors import DustError
-
-try:
-    import fcntl
-except ImportError:  # not a POSIX system: runs there go without a lock
-    fcntl = None
+from dusttaichi.results import locks
 
 MEMORY = Path("/dev/shm")  # folder of files in memory, if the system has one
 WORK = "dusttaichi-"  # prefix of their names
 BLOCK = 1 << 20  # bytes that are read at a time
 FORGOTTEN = 3600.0  # age [s] of such a file from which its process was killed
+HDF5_ERROR = -101  # number of the errors of HDF5 in those of NetCDF, also of a refused lock
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
 
 
@@ -37,25 +32,55 @@ def run_files(directory):
     return [name for name in names if (directory / name).exists()]
 
 
-# --- files --------------------------------------------------------------------------------------
-
-
 def explain(error, path):
     """Meaning of an `error` of the operating system (or HDF5) on `path`, as a clause."""
     code = getattr(error, "errno", None)
     folder = Path(path).parent
     if code == errno.EROFS:
         return f"the disk of {folder} is read-only"
-    if code in (errno.EACCES, errno.EPERM):
-        return f"there is no permission to write in {folder}"
-    if not folder.is_dir():
-        return f"the folder {folder} does not exist (any more)"
+    if code == errno.ENAMETOOLONG:
+        return "the name is too long for this system"
+    refused = code in (errno.EACCES, errno.EPERM)
+    if not os.path.isdir(folder):
+        return f"there is no permission to write in {folder}" if refused else no_folder(folder)
+    if (refused or code == HDF5_ERROR) and (fault := _fault_of_folder(folder)):
+        return fault
+    if refused:
+        return f"there is no permission to replace {Path(path).name} in {folder}"
     if code == errno.EFBIG:
         return "the file would be larger than this system allows"
     free = shutil.disk_usage(folder).free
     if code in (errno.ENOSPC, errno.EDQUOT) or free < 1_000_000:
         return f"the disk is full ({free / 1e6:.1f} MB free, or a quota is reached)"
     return str(error)
+
+
+def no_folder(path):
+    """Reason why there is no folder at a path, and perhaps can be none, as a clause."""
+    for place in (path, *path.parents):
+        if os.path.isdir(place):
+            break
+        if os.path.islink(place) and not os.path.exists(place):
+            return f"{place} is a link to {os.readlink(place)}, which does not exist"
+        if os.path.exists(place):
+            named = "file" if os.path.isfile(place) else "device or a pipe"
+            return f"{place} is a {named}, not a folder; choose another folder"
+    return f"the folder {path} does not exist (any more)"
+
+
+def _fault_of_folder(folder):
+    """Reason why a new file cannot be written in a folder, and locked there; "" if it can.
+
+    HDF5 reports a refused lock as a missing permission.
+    """
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            lockless = locks.are_missed(file.fileno())
+    except PermissionError:
+        return f"there is no permission to write in {folder}"
+    except OSError:
+        return ""
+    return locks.lockless(folder) if lockless else ""
 
 
 def replace_atomically(temporary, path):
@@ -201,116 +226,3 @@ def reserve(path, size):
             os.posix_fallocate(descriptor, os.fstat(descriptor).st_size, int(size))
         finally:
             os.close(descriptor)
-
-
-# --- lock ---------------------------------------------------------------------------------------
-
-
-class RunLock(AbstractContextManager):
-    """Lock of a run directory against a second process; the system releases it with its process.
-
-    `RunLock(directory)` takes it at once, makes the directory if it is missing, and raises
-    DustError if another run has it or the directory is not writable. A context manager. The package
-    filelock cannot identify the owner of a lock (in releases for Python 3.10 a second process
-    empties the file), and fails on network file systems without locks.
-    """
-
-    def __init__(self, directory):
-        self.path = Path(directory) / ".lock"
-        self._descriptor = self._folder = None
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._descriptor = self._take()
-            self._folder = self._take_folder()
-            os.ftruncate(self._descriptor, 0)
-            os.pwrite(self._descriptor, f"{os.getpid()} on {socket.gethostname()}\n".encode(), 0)
-        except OSError as error:
-            self.release()
-            raise DustError(
-                f"Cannot write in {self.path.parent}: {explain(error, self.path)}."
-            ) from error
-
-    def _take_folder(self):
-        """Lock the folder as well, in case that the lock file is deleted; None if impossible."""
-        if fcntl is None:
-            return None
-        folder = os.open(self.path.parent, os.O_RDONLY)
-        try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            os.close(folder)
-            taken = self._taken(self._descriptor)
-            remove(self.path)  # it is this one's: the owner's was deleted
-            os.close(self._descriptor)
-            raise taken from error
-        except OSError:  # network file systems lock no folders
-            os.close(folder)
-            return None
-        return folder
-
-    def _take(self):
-        while True:
-            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
-            try:
-                self._lock(descriptor)
-                same = os.fstat(descriptor).st_ino == os.stat(self.path).st_ino
-            except FileNotFoundError:
-                same = False
-            except BaseException:
-                os.close(descriptor)
-                raise
-            if same:
-                return descriptor
-            os.close(descriptor)  # its owner removed the file in between: take the new one
-
-    def _lock(self, descriptor):
-        if fcntl is None:
-            return
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise self._taken(descriptor) from error
-        except OSError as error:
-            if error.errno not in (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS):
-                raise
-            if self._owner_lives(descriptor):  # a network file system without locks
-                raise self._taken(descriptor) from error
-
-    def _taken(self, descriptor):
-        owner = os.pread(descriptor, 200, 0).decode(errors="replace").strip()
-        return DustError(
-            f"Another run is writing into {self.path.parent} (process {owner or 'unknown'}). "
-            "Wait for it, stop it, or choose another output directory."
-        )
-
-    @staticmethod
-    def _owner_lives(descriptor):
-        number, _, host = os.pread(descriptor, 200, 0).decode(errors="replace").partition(" on ")
-        if not number.isdigit():
-            return False
-        if host.strip() != socket.gethostname():
-            return True  # unknown from here: refuse rather than corrupt a result
-        try:
-            os.kill(int(number), 0)
-        except ProcessLookupError:
-            return False
-        except PermissionError:
-            return True
-        return int(number) != os.getpid()
-
-    @property
-    def descriptors(self):
-        """The open lock file and folder, for a process that inherits the lock."""
-        return [n for n in (self._descriptor, self._folder) if n is not None]
-
-    def release(self):
-        """Release the lock and remove its file. May be called again."""
-        if self._descriptor is None:
-            return
-        remove(self.path)
-        for descriptor in self.descriptors:
-            os.close(descriptor)
-        self._descriptor = self._folder = None
-
-    def __exit__(self, *_):
-        self.release()

@@ -8,7 +8,7 @@ checksum: the texts, and the names of the variables.
 import hashlib
 import json
 import os
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,13 +16,21 @@ import netCDF4
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.results import locks
+from dusttaichi.results.files import BLOCK, HDF5_ERROR
 from dusttaichi.results.variables import record_dimension
 
 DIGEST = "digest"  # global attribute
 _PREFIX = "SHA-256 of the texts and names: "  # other digests are of older versions
 LARGEST = 4e9  # bytes up to which all numbers are read first; above, each chunk as it is used
 _BLOCK = 4_000_000  # bytes that are read at a time
-_REPORTED = -101, -128  # errors of HDF5 that are damage: NC_EHDFERR, NC_ENOTBUILT
+# errors of HDF5 that are damage unless there is another cause: NC_EHDFERR, NC_ENOTBUILT
+_REPORTED = HDF5_ERROR, -128
+_SUPERBLOCK = 12  # bytes up to its version (at 8) and its flags of writing (at 11, from version 3)
+
+
+class DamagedFile(DustError):
+    """A file whose structure or checksums have failed."""
 
 
 class Header(NamedTuple):
@@ -50,8 +58,7 @@ def check(path):
 
     It is not opened a second time, since HDF5 may crash where two handles of a file have texts
     (https://github.com/Unidata/netcdf4-python/issues/1444). Files without DIGEST, of other
-    programs, are not verified. Raises OSError where it cannot be read; DustError where it is
-    damaged.
+    programs, are not verified. Raises as `open_netcdf`.
     """
     real, identity = _identity(path)
     if _checked.get(real, (None,))[0] != identity:
@@ -62,14 +69,26 @@ def check(path):
 
 @contextmanager
 def opened(path):
-    """A verified result file that is open for reading. Raises as `check`."""
+    """A verified result file that is open for reading. Raises as `open_netcdf`."""
     real, identity = _identity(path)
-    with _damage(path):
-        file = netCDF4.Dataset(path)
-    with file:
+    with open_netcdf(path) as file:
         if _checked.get(real, (None,))[0] != identity:
-            with _damage(path):
+            with told_apart(path):
                 _checked[real] = identity, _verified(file, path)
+        yield file
+
+
+@contextmanager
+def open_netcdf(path, engine=netCDF4.Dataset):
+    """A NetCDF file of any program, open for reading with a shared lock, which ends with it.
+
+    engine: function of the path that opens it. Raises OSError, as for a missing file; DustError
+    without permission, where another program writes it or the disk has no locks; DamagedFile.
+    """
+    with ExitStack() as stack:
+        with told_apart(path):
+            stack.enter_context(locks.reading(path))
+            file = stack.enter_context(engine(path))
         yield file
 
 
@@ -79,19 +98,52 @@ def _identity(path):
     return os.path.realpath(path), (now.st_dev, now.st_ino, now.st_size, now.st_mtime_ns)
 
 
+def _is_marked(head):
+    """True for the first bytes of a file that HDF5 has marked as being written."""
+    whole = head.startswith(b"\x89HDF") and len(head) == _SUPERBLOCK
+    return whole and head[8] == 3 and bool(head[11] & 5)
+
+
 @contextmanager
-def _damage(path):
-    """Context in which errors of a file that mean its damage are the DustError `damaged`."""
+def told_apart(path):
+    """Context in which a file is opened or read; its errors are those of `open_netcdf`."""
     try:
         yield
     except (OSError, RuntimeError, UnicodeDecodeError, AttributeError) as error:
-        if isinstance(error, OSError) and error.errno not in _REPORTED:
+        reason = refusal(error, path)
+        if reason is None:
             raise
-        raise damaged(path) from error
+        raise reason from error
+
+
+def refusal(error, path):
+    """The DustError of a file that could not be opened or read; None for an unrelated error.
+
+    HDF5 has the same error for damage, a refused lock and a fault of the disk.
+    """
+    if isinstance(error, PermissionError):
+        return DustError(f"{path} cannot be read: there is no permission.")
+    if isinstance(error, OSError) and error.errno not in _REPORTED:
+        return None
+    try:
+        with open(path, "rb", buffering=0) as file:
+            if locks.are_missed(file.fileno()):
+                return DustError(f"{path} cannot be opened: {locks.lockless(Path(path).parent)}.")
+            if _is_marked(file.read(_SUPERBLOCK)):
+                return DustError(
+                    f"{path} is in use: another program has it open for writing, or has ended "
+                    "without closing it. Close it there; `h5clear -s FILE` removes a mark that "
+                    "remains."
+                )
+            while file.read(BLOCK):
+                pass
+    except OSError as fault:
+        return DustError(f"{path} cannot be read: {fault.strerror or fault}.")
+    return damaged(path)
 
 
 def _verified(file, path):
-    """The Header of an open file. Raises DustError, or an error of `_damage`."""
+    """The Header of an open file. Raises DustError, or an error of `told_apart`."""
     header = Header({n: file.getncattr(n) for n in file.ncattrs()}, record_counts(file))
     digest = header.attributes.get(DIGEST)
     if isinstance(digest, str) and digest.startswith(_PREFIX):
@@ -123,15 +175,15 @@ def record_counts(file):
 
 
 def damaged(path):
-    """The DustError of a damaged file."""
+    """The DamagedFile for a path."""
     path, advice = Path(path), "Take it from a backup, or compute it again (--force)"
     if path.parent.suffix == ".parts":
         advice += "; without it and the parts after it the earlier records can be read"
-    return DustError(f"{path} is damaged: its content is not that which was written. {advice}.")
+    return DamagedFile(f"{path} is damaged: its content is not that which was written. {advice}.")
 
 
 def _changed(path):
-    return DustError(
+    return DamagedFile(
         f"{path} is damaged, or another program has changed it: its texts are not those that were "
         f"written. If you have changed it yourself, remove its attribute {DIGEST}, too; otherwise "
         "take it from a backup, or compute it again (--force)."
@@ -143,7 +195,7 @@ def _is_text(value):
 
 
 def _read_through(file, path):
-    """Read all numbers of an open file. Raises RuntimeError, DustError where they are damaged."""
+    """Read all numbers of an open file. Raises RuntimeError, DamagedFile."""
     file.set_auto_maskandscale(False)
     for group in (file, *file.groups.values()):
         for variable in group.variables.values():

@@ -9,7 +9,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from dusttaichi.errors import DustError
-from dusttaichi.results.files import explain, write_whole
+from dusttaichi.results.files import explain, remove, replace_atomically, write_whole
 
 MARK = "written by dusttaichi"  # in the metadata of figures and films
 NETCDF = "dusttaichi"  # in the attribute `source` of data sets
@@ -63,6 +63,25 @@ def write(path, text, mark):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text.encode())
     except OSError as error:
+        raise DustError(f"{path} cannot be written: {explain(error, path)}.") from error
+    return path
+
+
+def write_dataset(path, data, mark, *, packed=False):
+    """Write an xr.Dataset as NetCDF, complete or not at all; returns its path.
+
+    mark: as of `check`. packed: its variables are compressed. Raises DustError, also where the file
+    cannot be written.
+    """
+    path = check(path, mark)
+    temporary = path.with_name(f".{path.name}.tmp")
+    encoding = {name: {"zlib": True, "complevel": 1} for name in data.data_vars if packed}
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        data.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
+        replace_atomically(temporary, path)
+    except (OSError, RuntimeError) as error:
+        remove(temporary)
         raise DustError(f"{path} cannot be written: {explain(error, path)}.") from error
     return path
 

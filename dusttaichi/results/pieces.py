@@ -23,7 +23,6 @@ import numpy as np
 from dusttaichi.compute.processes import python_command
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import (
-    RunLock,
     clone,
     explain,
     parts_folder,
@@ -31,8 +30,9 @@ from dusttaichi.results.files import (
     replace_atomically,
     reserve,
 )
-from dusttaichi.results.integrity import DIGEST, check, damaged, opened
+from dusttaichi.results.integrity import DIGEST, DamagedFile, check, damaged, opened
 from dusttaichi.results.layout import copy_records, define, describe, write_attributes
+from dusttaichi.results.run_lock import RunLock
 
 IDENTITY = "id"  # global attribute of result.nc, by which its parts know it
 CONTINUES, STARTS = "continues", "starts"  # of a part: that identity; first records, as JSON
@@ -70,7 +70,7 @@ def place(identity, starts=None):
 def pieces_of(path):
     """The Pieces of the result at `path`, in order, beginning with that file.
 
-    Raises OSError; DustError where a part is damaged or missing.
+    Raises as `integrity.open_netcdf`; DamagedFile also where a part is missing.
     """
     path = Path(path)
     identity, records = identity_of(path), check(path).records
@@ -84,7 +84,7 @@ def pieces_of(path):
         starts = dict.fromkeys(records, 0) | json.loads(attributes[STARTS])
         ends = {group: starts[group] + n for group, n in records.items()}
         if any(starts[group] > found[-1].ends.get(group, 0) for group in starts):
-            raise DustError(
+            raise DamagedFile(
                 f"Records are missing between {found[-1].path} and {part}: a part is lost. Take it "
                 f"from a backup; without {part.name} and the parts after it the earlier records "
                 "can be read."

@@ -12,7 +12,8 @@ import xarray as xr
 from xarray.backends import BackendArray, NetCDF4DataStore
 from xarray.core import indexing
 
-from dusttaichi.results.integrity import opened
+from dusttaichi.results import locks
+from dusttaichi.results.integrity import opened, refusal
 from dusttaichi.results.layout import folder_of
 from dusttaichi.results.pieces import OWN, pieces_of
 from dusttaichi.results.variables import record_dimension
@@ -50,7 +51,7 @@ with suppress(ImportError, AttributeError):  # another version of xarray, which 
 def open_tree(path):
     """The result at `path`, whose large variables are read when used.
 
-    Raises OSError, RuntimeError, ValueError or KeyError where it cannot be read.
+    Raises as `integrity.open_netcdf`; RuntimeError, ValueError or KeyError for other contents.
     """
     return _tried(_open, path)
 
@@ -93,12 +94,24 @@ def _open(path):
     """The tree of a result; FileNotFoundError where its parts have just been joined."""
     pieces = pieces_of(path)
     if len(pieces) == 1:
-        return xr.open_datatree(path, engine="netcdf4")
-    with xr.open_datatree(pieces[-1].path, engine="netcdf4") as last:
+        return _open_file(path)
+    with _open_file(pieces[-1].path) as last:
         groups = {node.path: node.to_dataset(inherit=False).load().copy() for node in last.subtree}
         whole = {path: _whole(path, data, pieces) for path, data in groups.items()}
     whole["/"].attrs = {k: v for k, v in whole["/"].attrs.items() if k not in OWN}
     return xr.DataTree.from_dict(whole)
+
+
+def _open_file(path):
+    """The tree of a verified file, whose variables are read when used."""
+    try:
+        with locks.reading(path):
+            return xr.open_datatree(path, engine="netcdf4")
+    except OSError as error:
+        reason = refusal(error, path)
+        if reason is None:
+            raise
+        raise reason from error
 
 
 def _whole(path, last, pieces):

@@ -6,7 +6,7 @@ its scheduled actions; persistence.py are its files.
 
 from pathlib import Path
 
-from dusttaichi.results import files
+from dusttaichi.results.run_lock import RunLock
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
 from dusttaichi.run.state import Report
@@ -74,7 +74,7 @@ def execute(
         After a flush and a checkpoint.
     """
     directory = Path(directory)
-    with Interrupts() as interrupts, files.RunLock(directory) as lock:
+    with Interrupts() as interrupts, RunLock(directory) as lock:
         others = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
         opening = Opening(scene, directory, lock, sampled=sampled, **others)
         with before_the_first_step():

@@ -94,7 +94,7 @@ def load(path):
     """The Checkpoint at `path`, or the newest valid one beside it.
 
     Its `note` is a message for the user if `path` itself could not be used. Raises DustError
-    without a valid one.
+    without a valid one, and where the system refuses the newest, which may be valid.
     """
     path = Path(path)
     problem = None
@@ -104,7 +104,9 @@ def load(path):
             arrays, meta = _read(candidate)
         except FileNotFoundError:
             continue
-        except (ValueError, OSError) as error:
+        except OSError as error:
+            raise DustError(f"{candidate} cannot be read: {error.strerror or error}.") from error
+        except ValueError as error:
             problem = problem or f"{candidate.name} cannot be used ({error})"
             continue
         note = None

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import Writer, files
+from dusttaichi.results.run_lock import RunLock
 from dusttaichi.run.activities import OwnRecords, records_now, series_record
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
@@ -62,7 +63,7 @@ class Simulation(AbstractContextManager):
         self._temporary = tempfile.TemporaryDirectory() if directory is None else None
         self.scene = scene
         self.directory = Path(self._temporary.name if directory is None else directory)
-        self._lock = files.RunLock(self.directory)
+        self._lock = RunLock(self.directory)
         # state of the result before the last frame, at the end; whether the end was passed
         self._before_end, self._past_end = None, False
         try:

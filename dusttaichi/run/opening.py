@@ -125,12 +125,12 @@ class Opening:
 
 
 def _refuse_finished(path):
-    """Raise DustError for a finished result without a checkpoint."""
+    """Raise DustError for a finished result without a checkpoint, and for one in use."""
     try:
         with opened(path) as file:
             status = str(getattr(file, "status", ""))
-    except OSError:
-        return  # missing or not readable
+    except FileNotFoundError:
+        return
     if status.startswith("finished"):
         raise DustError(
             f"{path} is finished, and its checkpoint is missing. Start again with --force, or "

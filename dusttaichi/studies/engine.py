@@ -19,8 +19,8 @@ import xarray as xr
 
 from dusttaichi import analysis
 from dusttaichi.compute.processor import usable_cores
-from dusttaichi.results import files
 from dusttaichi.results.pieces import already_there
+from dusttaichi.results.run_lock import RunLock
 from dusttaichi.run.interrupts import noted_signals
 from dusttaichi.scene import Scene
 from dusttaichi.studies.jobs import Task, content_of, jobs_of
@@ -204,7 +204,7 @@ def run(
     how = {"scheduler": scheduler, "jobs": jobs, "log": log, "how": how}
     # with parts, each run has its own lock
     locked = whole and study.directory is not None
-    with files.RunLock(study.directory) if locked else nullcontext(), idle_workers() as idle:
+    with RunLock(study.directory) if locked else nullcontext(), idle_workers() as idle:
         if locked and not force and not resume and study.file.exists():
             raise already_there(study.file, "with the missing runs")
         while points := [p for p in study.points(found) if p.label not in found]:

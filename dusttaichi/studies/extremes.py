@@ -108,7 +108,7 @@ def save(data, path):
     """Write a dataset to the file `path` and a table beside it; returns both paths."""
     paths = [path, path.with_suffix(".csv")]
     columns = ["group", "name", "verdict", "reason", *(name for name, _, _ in NUMBERS)]
-    data.to_netcdf(outputs.check(paths[0], "verdict"))
+    outputs.write_dataset(paths[0], data, "verdict")
     table = data.to_dataframe().astype({"steps": int})[columns]
     text = table.to_csv(index=False, float_format="%.6g")
     outputs.write(paths[1], text, ",".join(columns[:4]))

@@ -17,6 +17,7 @@ import yaml
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.results import files
 from dusttaichi.results.files import CHECKPOINT, RESULT, run_files
+from dusttaichi.results.integrity import DamagedFile
 from dusttaichi.results.pieces import already_there
 from dusttaichi.results.reading import open_tree
 from dusttaichi.run import checkpoint
@@ -230,13 +231,14 @@ class Point:
     def _status(self, timed):
         """End of the result of the scene of the point, "" without one.
 
-        timed: one of other threads counts for none, as they have another cost.
+        timed: one of other threads counts for none, as they have another cost. Raises DustError,
+        OSError where it is in use or cannot be read, as it would otherwise be computed again.
         """
         try:
             with open_tree(self.directory / RESULT) as result:
                 status, scene = result.attrs["status"], result.attrs["scene_resolved"]
                 extensions = str(result.attrs.get("extensions", ""))
-        except (DustError, OSError, RuntimeError, ValueError, KeyError):
+        except (FileNotFoundError, DamagedFile, RuntimeError, ValueError, KeyError):
             return ""  # without a result, or with a damaged one
         if extensions != "\n".join(self.scene.imported_texts):
             return ""

@@ -22,6 +22,7 @@ from dusttaichi.physics.contact.numbers import CHANNELS
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results import Writer, files, pieces, provenance, select
 from dusttaichi.results import writer as writing
+from dusttaichi.results.run_lock import RunLock
 from dusttaichi.run import checkpoint
 
 
@@ -312,17 +313,17 @@ def test_second_writer_is_refused(tmp_path):
             synthetic.writer(path, GRAINS, force=True)
         with pytest.raises(DustError, match="Another run"):
             Writer.resume(path, {})
-    with files.RunLock(tmp_path) as lock:
+    with RunLock(tmp_path) as lock:
         synthetic.writer(path, GRAINS, force=True, lock=lock).close()
         with pytest.raises(DustError, match="Another run"):
-            files.RunLock(tmp_path)
+            RunLock(tmp_path)
     # a lock that is deleted by hand still holds
-    with files.RunLock(tmp_path):
+    with RunLock(tmp_path):
         (tmp_path / ".lock").unlink()
         for _ in range(2):
             with pytest.raises(DustError, match="Another run is writing"):
-                files.RunLock(tmp_path)
-    files.RunLock(tmp_path).release()
+                RunLock(tmp_path)
+    RunLock(tmp_path).release()
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -333,9 +334,9 @@ def test_a_lock_that_cannot_be_written(tmp_path, monkeypatch, call):
 
     monkeypatch.setattr(files.os, call, fail)
     with pytest.raises(DustError, match="Cannot write in .*Input/output error"):
-        files.RunLock(tmp_path)
+        RunLock(tmp_path)
     monkeypatch.undo()
-    files.RunLock(tmp_path).release()
+    RunLock(tmp_path).release()
 
 
 def test_vanished_directory(tmp_path):

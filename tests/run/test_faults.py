@@ -17,8 +17,8 @@ from bits import assert_same_bits
 
 from dusttaichi import method
 from dusttaichi.errors import DustError, Interrupted
-from dusttaichi.results import files
 from dusttaichi.results.files import CHECKPOINT, RESULT
+from dusttaichi.results.run_lock import RunLock
 from dusttaichi.run import execute, identity, loop
 from dusttaichi.scene import from_yaml, load
 
@@ -163,7 +163,7 @@ def test_an_interrupt_that_python_loses_during_the_build_ends_the_run(tmp_path):
 @pytest.mark.parametrize("how", [{}, {"force": True}, {"resume": True}])
 def test_a_second_run_is_refused(tmp_path, how, deleted):
     """Also where somebody has deleted the lock file."""
-    with files.RunLock(tmp_path):
+    with RunLock(tmp_path):
         if deleted:
             (tmp_path / ".lock").unlink()
         with pytest.raises(DustError, match="Another run is writing"):

@@ -169,7 +169,7 @@ def test_file_keeps_everything_and_is_whole(tmp_path):
         assert back.mean_height.attrs["cell_methods"] == "replica: mean"
         assert "mean_NAME" in back.attrs["convention"]
     (tmp_path / "file").write_text("")
-    with pytest.raises(DustError, match="Could not write"):
+    with pytest.raises(DustError, match="cannot be written"):
         analysis.save_ensemble(data, tmp_path / "file/ensemble.nc")
 
 

@@ -1,0 +1,203 @@
+"""Result files that another program has open, and disks without locks: no damage, nothing lost."""
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+import synthetic
+import xarray as xr
+from program import python
+
+from dusttaichi.analysis import open_run
+from dusttaichi.analysis.foreign import understood
+from dusttaichi.analysis.stored import read_stored
+from dusttaichi.compute.processes import HDF5_LOCKS
+from dusttaichi.errors import DustError
+from dusttaichi.results import Writer, files, integrity, locks, outputs
+from dusttaichi.results.reading import open_tree
+from dusttaichi.results.run_lock import RunLock
+from dusttaichi.run import checkpoint, opening
+from dusttaichi.samples.files import read
+from dusttaichi.samples.formats.text import Source
+from dusttaichi.studies import points
+
+WRITER = """
+import netCDF4, sys
+file = netCDF4.Dataset(sys.argv[1], "r+")
+print("open", flush=True)
+sys.stdin.read()
+"""
+WITHOUT = r"""
+#include <errno.h>
+#include <stdlib.h>
+int flock(int file, int operation) { errno = atoi(getenv("FLOCK_ERRNO")); return -1; }
+"""
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Directory of a finished result."""
+    path = tmp_path_factory.mktemp("run") / "result.nc"
+    with synthetic.writer(path, 4, features=set()) as writer:
+        for step in range(5):
+            writer.append("series", synthetic.series_record(step, set()))
+        writer.set_status("finished: 5 steps")
+    return path.parent
+
+
+@pytest.fixture
+def in_use(finished, tmp_path):
+    """The same, while another program has its result open for writing."""
+    finished = shutil.copytree(finished, tmp_path / "run")
+    words = [sys.executable, "-c", WRITER, str(finished / "result.nc")]
+    environment = {k: v for k, v in os.environ.items() if k != HDF5_LOCKS}
+    with subprocess.Popen(
+        words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
+    ) as other:
+        assert other.stdout.readline() == b"open\n"
+        yield finished
+        other.stdin.close()
+
+
+READERS = {
+    "open_run": open_run,
+    "tree": lambda run: open_tree(run / "result.nc"),
+    "stored": lambda run: read_stored(run / "result.nc", "a sweep", ()),
+    "resume": lambda run: Writer.resume(run / "result.nc", {}),
+    "resume_without_checkpoint": lambda run: opening._refuse_finished(run / "result.nc"),
+    "sample": lambda run: read(run, Source("sample.file", [])),
+    "point_of_a_sweep": lambda run: points.Point("p", None, run, {})._status(False),
+}
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_a_file_that_another_program_writes_is_in_use(in_use, reader):
+    with pytest.raises(DustError, match="result.nc is in use: another program") as refusal:
+        READERS[reader](in_use)
+    assert not isinstance(refusal.value, integrity.DamagedFile)
+    assert "damage" not in str(refusal.value) and "--force" not in str(refusal.value)
+
+
+def test_what_has_two_causes_is_told_by_the_file(finished, tmp_path, monkeypatch):
+    """HDF5 has one error for a lock, a fault of the disk and damage; only the last is damage."""
+    path = shutil.copy(finished / "result.nc", tmp_path)
+    fault = OSError(-101, "NetCDF: HDF error")
+    assert isinstance(integrity.refusal(fault, path), integrity.DamagedFile)
+    assert "no permission" in str(integrity.refusal(PermissionError(13, "denied"), path))
+    assert integrity.refusal(OSError(-51, "NetCDF: Unknown file format"), path) is None
+    with monkeypatch.context() as patch:
+        patch.delenv(HDF5_LOCKS, raising=False)
+        patch.setattr(locks, "take", lambda *_, **__: None)
+        assert f"{HDF5_LOCKS}=FALSE" in str(integrity.refusal(fault, path))
+        patch.setenv(HDF5_LOCKS, "FALSE")
+        assert isinstance(integrity.refusal(fault, path), integrity.DamagedFile)
+        patch.setenv(HDF5_LOCKS, "TRUE")
+        with pytest.raises(DustError, match="no file locks"), understood([path]):
+            raise RuntimeError("NetCDF: HDF error")
+    marked = tmp_path / "marked.nc"
+    marked.write_bytes(b"\x89HDF\r\n\x1a\n\x03\x08\x08\x01" + bytes(100))
+    assert "h5clear" in str(integrity.refusal(fault, marked))
+
+
+def refuse_to_read(monkeypatch, code, name):
+    """Let the system refuse to open files of that name."""
+    system = os.open
+
+    def refusing(path, *others, **how):
+        if str(path).endswith(name):
+            raise OSError(code, os.strerror(code), str(path))
+        return system(path, *others, **how)
+
+    monkeypatch.setattr(os, "open", refusing)
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_a_file_without_permission_is_not_computed_again(finished, monkeypatch, reader):
+    refuse_to_read(monkeypatch, errno.EACCES, "result.nc")
+    with pytest.raises(DustError, match="cannot be read: there is no permission") as refusal:
+        READERS[reader](finished)
+    assert "--force" not in str(refusal.value)
+
+
+def test_a_checkpoint_that_the_system_refuses_is_not_replaced_by_the_former(tmp_path, monkeypatch):
+    path = tmp_path / files.CHECKPOINT
+    for _ in range(2):
+        checkpoint.save(path, {}, {})
+    monkeypatch.setattr(checkpoint.Path, "read_bytes", lambda self: os.listdir(path))
+    with pytest.raises(DustError, match="checkpoint.bin cannot be read: Not a directory"):
+        checkpoint.load(path)
+
+
+@pytest.mark.parametrize("code", [errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS])
+def test_a_disk_without_locks(finished, tmp_path, monkeypatch, code):
+    """A run goes on without: its folder is locked by the name of the process in the lock file."""
+
+    def flock(*_):
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(locks.fcntl, "flock", flock)
+    with RunLock(tmp_path):
+        (tmp_path / ".lock").write_text("1 on elsewhere")
+        with pytest.raises(DustError, match="Another run is writing"):
+            RunLock(tmp_path)
+    assert len(open_run(finished).series.time) == 5
+
+
+@pytest.fixture(scope="module")
+def lockless(tmp_path_factory):
+    """A library without locks of files, to be loaded before that of the system."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None or sys.platform != "linux":
+        pytest.skip("needs a C compiler on Linux")
+    folder = tmp_path_factory.mktemp("library")
+    (folder / "locks.c").write_text(WITHOUT)
+    built = [compiler, "-shared", "-fPIC", "-o", folder / "locks.so", folder / "locks.c"]
+    subprocess.run(built, check=True)
+    return folder / "locks.so"
+
+
+LIBRARY = """
+import sys
+from pathlib import Path
+from dusttaichi.analysis import open_run
+from dusttaichi.errors import DustError
+from dusttaichi.results import files
+import synthetic
+files.MEMORY = Path("nowhere")
+for use in (open_run, lambda path: synthetic.writer(path / "new" / "result.nc", 4)):
+    try:
+        use(Path(sys.argv[1]))
+        print("no error")
+    except DustError as error:
+        print(error)
+"""
+
+
+@pytest.mark.parametrize("code", [errno.ENOLCK, errno.EOPNOTSUPP])
+def test_hdf5_on_a_disk_without_locks(lockless, finished, tmp_path, code):
+    """The command does without; Python says which variable helps, and it does."""
+    shutil.copytree(finished, tmp_path / "run")
+    environment = {k: v for k, v in os.environ.items() if k != HDF5_LOCKS}
+    environment |= {"LD_PRELOAD": str(lockless), "FLOCK_ERRNO": str(code)}
+    environment["PYTHONPATH"] = os.pathsep.join(map(os.path.dirname, [synthetic.__file__]))
+    how = {"env": environment, "cwd": tmp_path}
+    done = python("-c", LIBRARY, "run", **how)
+    lines = done.stdout.splitlines()
+    assert len(lines) == 2, done.stderr
+    assert all(f"no file locks. Set the environment variable {HDF5_LOCKS}" in n for n in lines)
+    environment[HDF5_LOCKS] = "FALSE"
+    assert python("-c", LIBRARY, "run", **how).stdout.split("\n")[:2] == ["no error"] * 2
+    del environment[HDF5_LOCKS]
+    done = python("-m", "dusttaichi", "compare", "run", "--json", **how)
+    assert done.returncode == 0 and '"numbers"' in done.stdout, done.stderr
+
+
+def test_a_file_is_replaced_also_where_a_viewer_has_it_open(in_use, tmp_path):
+    """A table of many runs is written beside the former, which stays as it is for its reader."""
+    before = (in_use / "result.nc").stat().st_ino
+    with outputs.writing(force=True):
+        outputs.write_dataset(in_use / "result.nc", xr.Dataset({"a": 1}), "verdict")
+    assert (in_use / "result.nc").stat().st_ino != before
