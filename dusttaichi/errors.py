@@ -7,6 +7,10 @@ class DustError(Exception):
     exit_code = 2
 
 
+class StartError(DustError):
+    """The backend cannot start on this machine, for no scene that asks for it. Exit code 2."""
+
+
 class GuardStop(DustError):
     """A guard stopped a run because its numbers are no longer valid. Exit code 3.
 

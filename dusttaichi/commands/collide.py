@@ -36,6 +36,12 @@ def collide(
     with options.writing(force=force, inputs=[file]):
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         found = found_of(study, quiet=quiet, things="collisions", **how)
+        failed = [one.text for one in found.values() if not one.ok]
+        if len(failed) == len(found):
+            raise DustError(
+                f"{len(failed)} of {len(found)} collisions failed (--resume tries them again). "
+                f"The first: {failed[0]}"
+            )
         data = study.dataset(found)
         speeds = thresholds(data)
         written = _write(data, speeds, study.file, figures)
@@ -43,7 +49,6 @@ def collide(
     if open_ends:
         remark(f"{open_ends} collisions ended while fragments still changed: increase stop.time")
     tell(data, lambda: _show(data, speeds), written, as_json=as_json)
-    failed = [one.text for one in found.values() if not one.ok]
     if failed:
         raise DustError(
             f"{len(failed)} of {len(found)} collisions failed and are left out of the means, which "

@@ -39,6 +39,9 @@ def study(
     with options.writing(force=force, inputs=[file]):
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         found = found_of(mine, quiet=quiet, **how)
+        failed = [one for one in found.values() if not one.ok]
+        if failed and len(failed) == len(found):
+            raise failure(failed, len(found))
         data = mine.dataset(found)
         data.attrs = of_study(scene) | data.attrs
         save_ensemble(data, mine.file)
@@ -52,6 +55,5 @@ def study(
         say_table(rows, "point", *names, title=data.attrs.get("title"))
 
     tell(data, show, [mine.file], as_json=as_json)
-    failed = [one for one in found.values() if not one.ok]
     if failed:
         raise failure(failed, len(found))

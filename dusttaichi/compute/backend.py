@@ -12,7 +12,7 @@ from dusttaichi.compute.engine import settings, ti
 from dusttaichi.compute.processor import usable_cores
 from dusttaichi.compute.programs import PROGRAMS
 from dusttaichi.compute.taichi_patches import patch
-from dusttaichi.errors import DustError
+from dusttaichi.errors import StartError
 
 THREAD_CLASSES = (32, 1024)  # numbers of threads that kernels are compiled for
 # of kernels on disk; Taichi's default is 100 MB, some hundred compile configurations
@@ -118,7 +118,7 @@ def start_taichi(scene, threads):
         # `threads` of them are started; that kernels may ask for more makes them the same for all
         settings().cpu_max_num_threads = next((n for n in THREAD_CLASSES if n >= threads), threads)
     except Exception as error:
-        raise DustError(
+        raise StartError(
             f"numerics.backend = {scene.numerics.backend}: {compiler.label()} cannot start it here "
             f"({str(error).splitlines()[0]}); try backend: cpu"
         ) from error

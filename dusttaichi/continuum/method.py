@@ -13,6 +13,7 @@ METHOD = Method(
     variables=VARIABLES,
     preview=deferred("dusttaichi.continuum.preview:preview"),
     seconds=1e-6,
+    device_seconds=(2e-3, 1e-7),
     observables=("dusttaichi.continuum.analysis.numbers:FAMILIES",),
     figures=("dusttaichi.continuum.plots:FIGURES",),
     read_snapshot="dusttaichi.continuum.analysis:read_particles",

@@ -46,6 +46,7 @@ METHOD = Method(
     internals=deferred("dusttaichi.grains.preview:internals"),
     forces=deferred("dusttaichi.grains.inventory:forces"),
     seconds=5e-8,
+    device_seconds=(4e-5, 3e-10),
     observables=("dusttaichi.analysis.settings:OF_GRAINS",),
     read_snapshot="dusttaichi.analysis.frame:read_frame",
     trade_parameters="dusttaichi.grains.trade:PARAMETERS",

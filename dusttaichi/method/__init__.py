@@ -108,7 +108,9 @@ class Method:
     forces
         forces(scene): sections with the forces at its start.
     seconds
-        Order of magnitude of the time of a step per particle [s], for `dust check`.
+        Order of magnitude of the time of a step per particle on a CPU [s], for `dust check`.
+    device_seconds
+        The same on a GPU: (of a step of few particles, of a step per particle).
     observables
         Families of numbers (analysis.numbers.Family) beside those of any method.
     figures
@@ -138,6 +140,7 @@ class Method:
     internals: Callable[[Scene], list] = lambda scene: []
     forces: Callable[[Scene], list] = lambda scene: []
     seconds: float = 1e-6
+    device_seconds: tuple[float, float] = (1e-4, 1e-8)
     observables: tuple[Any, ...] = ()
     figures: tuple[Any, ...] = ()
     read_snapshot: Any = None

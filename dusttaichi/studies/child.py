@@ -15,7 +15,7 @@ import time
 from contextlib import suppress
 
 from dusttaichi.compute.collector import collect_seldom
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, StartError
 
 REPORT_EVERY = 0.5  # s between two reports of progress
 GRACE = 100.0  # s for an interrupted task to write its checkpoint
@@ -68,6 +68,7 @@ class Child:
             answer = {"code": 0, "text": "", "found": task(self._parent, **request)}
         except DustError as error:
             answer = {"code": error.exit_code, "text": str(error)}
+            answer["startable"] = not isinstance(error, StartError)
         except KeyboardInterrupt:
             answer = {"code": 130, "text": "interrupted"}
         with self._lock:  # now the end of the input no longer interrupts

@@ -19,6 +19,7 @@ import xarray as xr
 
 from dusttaichi import analysis
 from dusttaichi.compute.processor import usable_cores
+from dusttaichi.errors import StartError
 from dusttaichi.results.pieces import already_there
 from dusttaichi.results.run_lock import RunLock
 from dusttaichi.run.interrupts import noted_signals
@@ -196,7 +197,8 @@ def run(
     address of a Dask cluster, whose workers need no access to this disk. part: (k, n), only every
     n-th run, from the k-th on, counted from 1, so that several jobs can share a study. how: further
     arguments of `execute` for runs that are not finished. Raises DustError (existing results, no
-    scheduler), KeyboardInterrupt (after all checkpoints are written).
+    scheduler, and as soon as the backend of a run cannot start), KeyboardInterrupt (after all
+    checkpoints are written).
     """
     found, whole = {}, part == (1, 1)
     shelf = Shelf(force=force, resume=resume, timed=study.timed)
@@ -234,6 +236,7 @@ def _round(points, progress, shelf, *, log, **how):
 def _do(points, progress, shelf, *, scheduler, jobs, idle, log, how):
     """label -> Answer of points (by label), in the order of their ends."""
     remote, answers, arrived = scheduler is not None, {}, SimpleQueue()
+    reasons = []  # why runs could not start
     workers, threads = next(iter(points.values())).shares(
         len(points), usable_cores(), remote=remote
     )
@@ -246,16 +249,23 @@ def _do(points, progress, shelf, *, scheduler, jobs, idle, log, how):
             arrived.put((label, Answer(**answer)))
 
     def take(label, answer):
-        if label not in answers:  # it may have arrived before its job
-            answers[label] = answer
+        if label in answers:  # it may have arrived before its job
+            return
+        answers[label] = answer
+        if answer.startable:
             points[label].store(answer, shelf)
             progress.ended(label, int(answer.code != INTERRUPTED))
+        else:
+            reasons.append(answer.text)
+            pool.stop()  # the next ones could not start either
 
     with noted_signals() as signals, open_pool(scheduler, workers, heard, idle) as pool:
         tasks = [point.to_task(threads, shelf, remote=remote, how=how) for point in points.values()]
         jobs = jobs_of(tasks, workers, remote=remote)
         futures = _submit(pool, jobs, points, remote)
         _drain(pool, futures, signals, arrived, take=take, log=log)
+    if reasons:
+        raise StartError(f"{reasons[0]}. The study ends at the first run that cannot start.")
     return answers
 
 

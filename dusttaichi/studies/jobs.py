@@ -82,6 +82,8 @@ class Job:
                     break
                 with taken(idle, task.task, link.stopped, folder) as worker:
                     answers[task.label] = _asked(worker, task, link)
+                if not answers[task.label].startable:
+                    break
                 if len(answers) < len(self.tasks):
                     link.report(task.label, 1.0, asdict(answers[task.label]))
         return answers

@@ -8,13 +8,16 @@ from dusttaichi.errors import DustError
 SECONDS = 1.0  # of steps of a measurement
 OFF = 1.3  # factor of uncertainty of a measured speed
 ORDER = 3.0  # the same of an order of magnitude
-LEAST = 1e-6  # s for a step of few particles
+LEAST = 1e-6  # s for a step of few particles on a CPU
 WARM = 20  # steps, the first of a measurement
 
 
 def order(scene, size):
     """(least, likely, most) seconds of a step of `size` particles: an order of magnitude."""
-    seconds = LEAST + method.of(scene).seconds * size
+    how = method.of(scene)
+    on_cpu = getattr(scene.numerics, "backend", "cpu") == "cpu"
+    least, per_particle = (LEAST, how.seconds) if on_cpu else how.device_seconds
+    seconds = least + per_particle * size
     return seconds / ORDER, seconds, seconds * ORDER
 
 

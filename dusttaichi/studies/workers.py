@@ -44,13 +44,15 @@ class Answer:
 
     code: 0, the exit code of a DustError (2: refused, 3: stopped by a guard), INTERRUPTED, or LOST.
     text: message of the error, or "". found: everything that the task has reported and returned.
-    files: name -> content of those in the folder of a run on a cluster (jobs.Job).
+    files: name -> content of those in the folder of a run on a cluster (jobs.Job). startable: False
+    where the backend cannot start, which no other request would change.
     """
 
     code: int = 0
     text: str = ""
     found: dict = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
+    startable: bool = True
 
 
 class Worker(AbstractContextManager):
@@ -106,7 +108,10 @@ class Worker(AbstractContextManager):
                 elif "code" in message:
                     self.fresh = False
                     found |= message.get("found") or {}
-                    return Answer(message["code"], message.get("text", ""), found)
+                    startable = message.get("startable", True)
+                    return Answer(
+                        message["code"], message.get("text", ""), found, startable=startable
+                    )
                 else:
                     found |= message["report"]
                     report(found.get("share"))

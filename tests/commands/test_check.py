@@ -174,6 +174,10 @@ def test_without_a_measurement_the_run_time_is_an_order_of_magnitude(monkeypatch
     scene = load("smoke")
     least, seconds, most = trial.order(scene, 60)
     assert least < seconds < most
+    # on a GPU the launches of a step take a time that hardly depends on the number of grains
+    device = scene.with_value("numerics.backend", "cuda")
+    few, many = (trial.order(device, size)[1] for size in (60, 100_000))
+    assert seconds < few < many < 2 * few < 0.1 * trial.order(scene, 100_000)[1]
     found = json.loads(said("smoke", "--json"))["run_time_s"]
     assert found == {"least": 4000 * least, "likely": 4000 * seconds, "most": 4000 * most}
     monkeypatch.setattr(trial, "measured", lambda scene, plan: (0.8e-5, 1e-5, 2e-2))

@@ -13,7 +13,7 @@ import xarray as xr
 from program import dust
 from scenes import EXAMPLES
 
-from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.errors import DustError, Interrupted, StartError
 from dusttaichi.studies import engine, jobs, workers
 from dusttaichi.studies.requests import Request
 from dusttaichi.studies.workers import INTERRUPTED, LOST, Worker
@@ -22,7 +22,7 @@ TASKS = '''
 import os, sys, time
 from pathlib import Path
 
-from dusttaichi.errors import DustError, GuardStop
+from dusttaichi.errors import DustError, GuardStop, StartError
 
 calls = 0
 
@@ -36,6 +36,9 @@ def count(parent):
 
 def refuse(parent, text):
     raise DustError(text)
+
+def unstartable(parent):
+    raise StartError("no card")
 
 def guard(parent):
     parent.report(cost=1.5)
@@ -275,6 +278,16 @@ def test_a_signal_keeps_what_is_done(tasks, tmp_path, monkeypatch):
     assert set(lines(study.rows)) == {"a"} and (tmp_path / "c").read_text() == "checkpoint"
     study.own[1] = study.request("b", tasks, do="count")
     assert engine.run(study, jobs=1, resume=True)["c"].measured["calls"] == 2
+
+
+def test_a_backend_that_cannot_start_ends_a_study(tasks, tmp_path):
+    """What runs meanwhile writes its checkpoint, and nothing else begins."""
+    later = {"do": "run", "path": str(tmp_path / "checkpoint")}
+    ways = {"a": {"do": "count"}, "b": {"do": "unstartable"}, "c": {"do": "count"}, "d": later}
+    study = Asking(tmp_path, tasks, **ways, e=later, f=later)
+    with pytest.raises(StartError, match="^no card. The study ends at the first run"):
+        engine.run(study, jobs=1)
+    assert set(lines(study.rows)) == {"a"}
 
 
 TOY = (EXAMPLES / "best_rebound.py", EXAMPLES / "best_rebound.yaml")
