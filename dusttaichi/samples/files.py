@@ -47,7 +47,7 @@ def read(path: Path, given: Source) -> dict:
                             "the key out.")  # fmt: skip
     from dusttaichi.samples import netcdf  # takes half a second to import
 
-    return netcdf.read(path, where, given.snapshot)
+    return netcdf.read(path, given)
 
 
 def _found(path: Path, info: ValidationInfo) -> Path:

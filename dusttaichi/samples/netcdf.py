@@ -1,11 +1,12 @@
 """Grains from a NetCDF file, also from the result of an unfinished run in several files.
 
-Variables position, velocity, spin of shape (grain, 3), or x, y, z, vx, ... of shape (grain,), in
-the group `snapshots` if there is one, otherwise at the root; with one more dimension in front
-(snapshots) one entry is read; optionally radius and material (grain,). Units are those of the
-attribute `units`, otherwise SI. A result also has contacts and the box around the grains.
+Variables in the group `snapshots` if there is one, otherwise at the root, under the names of
+samples.formats.names; their dimensions are those of samples.formats.variables. Units are those of
+the attribute `units`, else lengths are in the unit of the sample, all others in SI. A result also
+has contacts and the box around the grains.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ import numpy as np
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.results.reading import open_tree
-from dusttaichi.samples.formats.names import COMPONENTS, unit_factor
+from dusttaichi.samples.formats.columns import Units, state
+from dusttaichi.samples.formats.text import Source
+from dusttaichi.samples.formats.variables import Frame, read_columns
 from dusttaichi.samples.sample import check_grains
 
 _BOTH = {"twist": "twist", "approach": "approach"}
@@ -29,16 +32,16 @@ _VECTORS = ("pointer_i", "pointer_j", "pointer", "foot")
 _NUMBERS = ("i", "j", "grain", "wall")
 
 
-def read(path: Path, where: str, snapshot="last") -> dict:
-    """Arrays of a snapshot in SI, in the order of the file.
+def read(path: Path, source: Source) -> dict:
+    """Arrays of a snapshot in SI as columns.state, in the order of the file or of its ids.
 
-    position, velocity, spin (N, 3), radius and material (N,) if present. For a result also contacts
-    and wall_contacts, name -> rows; period (3,), edges of its cell [m], inf along axes that are not
-    periodic, and tilt [m], shift of the image above along x; room (6,), coordinates of walls and
-    faces [m], NaN where there is none; time [s]; stiffness_scaling of its contacts. where: name of
-    the file in errors. snapshot: number from 0, or "last". Raises DustError for a file that cannot
-    be used.
+    Also the sentences `remarks` on how it is read, and `of_run`: True for a result of this program.
+    For a result also contacts and wall_contacts, name -> rows; period (3,), edges of its cell [m],
+    inf along axes that are not periodic, and tilt [m], shift of the image above along x; room (6,),
+    coordinates of walls and faces [m], NaN where there is none; time [s]; stiffness_scaling of its
+    contacts. source: without lines. Raises DustError for a file that cannot be used.
     """
+    where = source.where
     try:
         tree = open_tree(path)
     except DustError as error:
@@ -46,7 +49,7 @@ def read(path: Path, where: str, snapshot="last") -> dict:
     except (OSError, RuntimeError, ValueError, KeyError, TypeError) as error:
         raise _unreadable(where, error) from None
     try:
-        return _Snapshot(tree, where, snapshot).read()
+        return _Snapshot(tree, source).read()
     except (OSError, RuntimeError) as error:
         raise _unreadable(where, error) from None
     finally:
@@ -57,77 +60,60 @@ def _unreadable(where, error) -> DustError:
     return DustError(f"{where}: it cannot be read as NetCDF ({error}); allowed: a whole file.")
 
 
+ENVIRONMENT = (  # of a snapshot, not of its grains
+    "box", "snapshot_time", "step", "tilt", "stiffness_scaling", "contact_count",
+    "wall_contact_count",
+)  # fmt: skip
+
+
 class _Snapshot:
     """One snapshot of the open result, or of the file with grains, `tree`."""
 
-    def __init__(self, tree, where: str, snapshot):
-        self.where, self.tree = where, tree
+    def __init__(self, tree, source: Source):
+        self.source, self.where, self.tree = source, source.where, tree
         self.groups = set(tree.children)
+        self.of_run = "dusttaichi_version" in tree.attrs
+        if self.of_run and "snapshots" not in self.groups:
+            raise source.fault("this run has no snapshots; allowed: one with output.snapshots.")
         node = tree["snapshots"] if "snapshots" in self.groups else tree
         self.frame = dict(node.to_dataset(inherit=False).variables)
-        self.requested, self.number = snapshot, -1 if snapshot == "last" else snapshot
+        self.requested = source.snapshot
+        self.number = -1 if source.snapshot == "last" else source.snapshot
 
     def read(self) -> dict:
-        state = {}
-        for quantity in COMPONENTS:
-            values = self._vectors(quantity)
-            if values is not None:
-                state[quantity] = values
-        if "position" not in state:
-            raise DustError(
-                f"{self.where}: it has the variables {', '.join(self.frame) or 'none'}; "
-                "allowed: position (grain, 3), or x, y and z."
-            )
-        if "radius" in self.frame:
-            state["radius"] = self._entry("radius", 1, "radius")
-        if "material" in self.frame:
-            state["material"] = self._materials()
-        state |= self._environment()
+        state = self._columns() | self._environment()
         for group, count, names in (
             ("contacts", "contact_count", PAIRS),
             ("wall_contacts", "wall_contact_count", WALL_CONTACTS),
         ):
             if group in self.groups and count in self.frame:
                 state[group] = self._rows(group, count, names)
-        return state
+        return state | {"remarks": self.source.remarks, "of_run": self.of_run}
 
-    def _vectors(self, quantity: str) -> np.ndarray | None:
-        """(N, 3) in SI, or None where the file does not have the quantity."""
-        parts = COMPONENTS[quantity]
-        if quantity in self.frame:
-            return self._entry(quantity, 2, quantity)
-        missing = [part for part in parts if part not in self.frame]
-        if len(missing) == 3:
-            return None
-        if missing:
+    def _columns(self) -> dict:
+        """Arrays of the grains, and under `unread` the variables that are none of them."""
+        source = self.source
+        if "contacts" in self.groups:  # their numbers are those of the file's order
+            contents = source.contents
+            contents = replace(contents, quantities=contents.quantities - {"id"})
+            source = replace(source, contents=contents)
+        table, unread = read_columns(Frame(self.frame, ENVIRONMENT, self._place, source))
+        if not any(quantity == "position" for quantity, _ in table.meanings):
             raise DustError(
-                f"{self.where}: it lacks the variable {', '.join(missing)}; allowed: "
-                f"{', '.join(parts)}."
+                f"{self.where}: it has the variables {', '.join(self.frame) or 'none'}; "
+                "allowed: position (grain, 3), or x, y and z."
             )
-        columns = [self._entry(part, 1, quantity) for part in parts]
-        if len({len(column) for column in columns}) > 1:
-            lengths = ", ".join(str(len(column)) for column in columns)
-            raise DustError(
-                f"{self.where}: {', '.join(parts)} have {lengths} grains; allowed: the same."
-            )
-        return np.column_stack(columns)
-
-    def _entry(self, name: str, rank: int, quantity: str) -> np.ndarray:
-        """Values of a variable with `rank` axes in the snapshot, or without snapshots."""
-        variable, where = self.frame[name], self.where
-        shape = "(grain, 3)" if rank == 2 else "(grain,)"
-        if variable.ndim not in (rank, rank + 1):
-            raise DustError(
-                f"{where}: {name} has the shape {variable.shape}; allowed: {shape}, with "
-                "or without a dimension for snapshots in front."
-            )
-        check_grains(variable.shape[-rank], where)
-        values = variable[self._place(variable.shape[0])] if variable.ndim > rank else variable
-        values = self._plain(values.values, name)
-        unit = variable.attrs.get("units")
-        if unit is None:
-            return values
-        return values * unit_factor(unit, quantity, f"{where}, units of {name}")
+        # a unit of length alone does not say those of masses
+        units = Units(length=source.length, matter=source.length == 1.0)
+        arrays = state(table, source, units)
+        unread = {*arrays["unread"], *unread}
+        if self.of_run:  # all else is computed from the state
+            unread &= source.contents.history
+        else:
+            groups = self.groups - {"snapshots", "contacts", "wall_contacts"}
+            unread |= {f"group {name}" for name in groups}
+        arrays["unread"] = sorted(unread)
+        return arrays
 
     def _place(self, count: int) -> int:
         """Index of the snapshot among `count`."""
@@ -145,15 +131,6 @@ class _Snapshot:
             return np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError):
             raise DustError(f"{self.where}: {name} contains texts; allowed: numbers.") from None
-
-    def _materials(self) -> list:
-        variable = self.frame["material"]
-        if variable.ndim != 1:
-            raise DustError(
-                f"{self.where}: material has the shape {variable.shape}; allowed: (grain,)."
-            )
-        check_grains(len(variable), self.where)
-        return variable.values.tolist()
 
     def _environment(self) -> dict:
         """Period, positions of walls and faces, and time, if the file has them."""

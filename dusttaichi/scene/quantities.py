@@ -62,6 +62,8 @@ _ROWS = (
     ("a stiffness", "N/m", "0.75 N/m", {"N/m": 0}, 1e-20, 1e12, "stiffnesses"),
     ("a temperature", "K", "280 K", {"K": 0}, 1e-6, 1e9),
     ("a heat capacity", "J/(kg K)", "800 J/(kg K)", {"J/(kg K)": 0}, 1e-6, 1e9, "heat capacities"),
+    ("a mass per length", "kg/m", "3 mg/m", {"kg/m": 0, "g/m": -3}, 1e-30, 1e9,
+     "masses per length"),
     ("a mass rate", "kg/s", "1e-6 g/s", {"g/s": -3, "kg/s": 0}, 1e-30, 1e9),
 )  # fmt: skip
 DIMENSIONS = {row[0].partition(" ")[2]: Dimension(*row) for row in _ROWS}

@@ -146,8 +146,11 @@ def generic(path, **variables):
     "variables, message",
     [
         ({"density": (np.zeros(3), None)}, "has the variables density; allowed: position"),
-        ({"x": ([0.0], "m"), "y": ([0.0], "m")}, "lacks the variable z"),
-        ({"x": ([0.0], "m"), "y": ([0.0], "m"), "z": ([0.0, 1.0], "m")}, "1, 1, 2 grains"),
+        ({"x": ([0.0], "m"), "y": ([0.0], "m")}, "it lacks z; allowed: x, y, z, and vx"),
+        (
+            {"x": ([0.0], "m"), "y": ([0.0], "m"), "z": ([0.0, 1.0], "m")},
+            r"z has the shape \(2,\); allowed: \(1,\), as many grains as x has",
+        ),
         ({"position": (np.zeros((1, 3)), "kg")}, "units of position = '1 kg': a length is needed"),
         ({"position": (np.zeros(3), "m")}, r"position has the shape \(3,\)"),
         ({"position": (np.zeros((2, 2)), "m")}, r"position has the shape \(2, 2\)"),

@@ -10,11 +10,16 @@ from dusttaichi.samples.formats.names import (
     DIMENSIONS,
     IGNORED,
     OTHER,
+    TENSOR,
+    TEXTS,
     VECTORS,
     heading,
     known,
 )
 from dusttaichi.samples.formats.text import SPACES, Cells, Source, is_text
+
+TRACE = 1e-3  # of the largest component: beyond rounding, the trace of a stress
+LENGTHS_DIFFER = 1e-4  # relative: beyond rounding, radii and half diameters
 
 
 @dataclass(frozen=True)
@@ -75,7 +80,7 @@ class Table:
 
     names: list[str]
     values: list[np.ndarray]
-    rows: list[int]
+    rows: list[int] | None = None  #: None for variables of a file that has no lines.
     units: list[float | None] = field(default_factory=list)  #: SI values, None: the file's.
     cells: Cells = SPACES
 
@@ -83,6 +88,11 @@ class Table:
     def width(self) -> int:
         """Number of columns."""
         return len(self.values)
+
+    @property
+    def meanings(self) -> list[tuple[str, int | None] | None]:
+        """Quantity and component of each column; None for a name that is not known, or ignored."""
+        return [None if name in IGNORED else known(name) for name in self.names]
 
 
 def named(names, values, rows, source: Source, cells: Cells = SPACES) -> Table:
@@ -92,15 +102,32 @@ def named(names, values, rows, source: Source, cells: Cells = SPACES) -> Table:
     """
     names = names if source.columns is None else source.columns
     check_width(names, values, rows, source)
-    found = [heading(name, source) for name in names]
-    lengths = [unit for name, unit in found
-               if DIMENSIONS.get((known(name) or ("",))[0]) == "length"]  # fmt: skip
-    if None in lengths and any(lengths):
+    plain, units = zip(*[heading(name, source) for name in names], strict=True)
+    check_lengths(plain, units, source)
+    return Table(list(plain), values, rows, list(units), cells)
+
+
+def check_lengths(names, units, source: Source) -> None:
+    """Raise DustError where some lengths have units, other ones than m, and others have none.
+
+    Adds a remark where the file has units and the scene names others.
+    """
+    lengths = {}
+    for name, unit in zip(names, units, strict=True):
+        quantity = (known(name) or ("",))[0]
+        if quantity in source.contents.quantities and DIMENSIONS.get(quantity) == "length":
+            lengths[name] = unit
+    named_units = {unit for unit in lengths.values() if unit is not None}
+    if not named_units:
+        return
+    if None in lengths.values() and {*named_units, source.length} != {1.0}:
+        without = [name for name, unit in lengths.items() if unit is None]
         raise source.fault(
-            f"of its columns {', '.join(names)} some lengths have a unit and others have none; "
-            "allowed: a unit for all of them, or for none (sample.units)."
+            f"some lengths have a unit and others have none ({', '.join(without)}); allowed: a "
+            "unit for all of them, or for none (sample.units)."
         )
-    return Table([name for name, _ in found], values, rows, [unit for _, unit in found], cells)
+    if source.length != 1.0 and named_units != {source.length}:
+        source.remarks.append("it names its units, so that sample.units is not used")
 
 
 def check_width(names, values, rows, source: Source) -> None:
@@ -116,73 +143,122 @@ def check_width(names, values, rows, source: Source) -> None:
 def state(table: Table, source: Source, units: Units) -> dict:
     """Arrays in SI in the order of the ids, and under `unread` the names of other columns.
 
-    position, velocity, spin (N, 3), radius, mass, density (N,); material, matid, type or species
-    as in the file. Raises DustError for texts instead of numbers, with the line, for two columns of
-    the same meaning that differ, and for a vector that lacks a component.
+    position, velocity, spin (N, 3), deviator (N, 6), radius, mass, density ... (N,), those of
+    source.contents; material, matid, type or species as in the file. Raises DustError for texts
+    instead of numbers, with the line, for two columns of the same meaning that differ, and for a
+    vector that lacks a component.
     """
-    found, unread = {}, []
-    for n, (name, values) in enumerate(zip(table.names, table.values, strict=True)):
-        key = None if name in IGNORED else known(name)
-        if key is None:
+    contents = source.contents
+    columns, unread = {}, []
+    for n, (name, key) in enumerate(zip(table.names, _meanings(table, source), strict=True)):
+        if key is None or key[0] not in contents.quantities:
             unread += [name.removeprefix(OTHER)] if name not in IGNORED else []
             continue
-        if key[0] not in ("material", "species", "type", "id"):
+        values, unit = table.values[n], table.units[n] if table.units else None
+        if key[0] not in TEXTS:
             _check_numbers(values, table, n, source)
-            unit = table.units[n] if table.units else None
             values = values * (units.of(key[0]) if unit is None else unit)
-        if key in found and not np.array_equal(found[key][1], values):
+        if key in columns and not np.array_equal(columns[key][1], values):
             raise source.fault(
-                f"the columns {found[key][0]} and {name} both are its {key[0]}, and differ; "
+                f"the columns {columns[key][0]} and {name} both are its {key[0]}, and differ; "
                 f"allowed: one of them, or sample.columns with _ for the other."
             )
-        found[key] = (name, values)
-    columns = {key: values for key, (_, values) in found.items()}
-    whole = _joined(columns, source)
-    _set_radius(whole, source)
-    _set_spin(whole, unread)
-    if not units.matter:
-        unread += [name for name in ("mass", "density") if whole.pop(name, None) is not None]
-    ids = whole.pop("id", None)
+        columns[key] = (name, values, unit)
+    arrays = _joined({key: values for key, (_, values, _) in columns.items()}, table, source)
+    _set_radius(arrays, source)
+    _set_spin(arrays, unread)
+    if not units.matter and not contents.needs_mass:
+        for name in ("mass", "density"):
+            if name in arrays and columns[name, None][2] is None:
+                unread += [name]
+                del arrays[name]
+    ids = arrays.pop("id", None)
     if ids is not None and not is_text(ids) and len(np.unique(ids)) == len(ids):
         order = np.argsort(ids, kind="stable")
-        whole = {name: values[order] for name, values in whole.items()}
-    whole["unread"] = list(dict.fromkeys(unread))
-    return whole
+        arrays = {name: values[order] for name, values in arrays.items()}
+    arrays["unread"] = list(dict.fromkeys(unread))
+    return arrays
+
+
+def _meanings(table, source):
+    """Quantity and component of each column, or None; in a plane y is read as z, without a z."""
+    keys = table.meanings
+    has = [("position", axis) in keys for axis in range(3)]
+    if not source.contents.plane or has != [True, True, False]:
+        return keys
+    source.remarks.append("its x and y are read as x and z: with dimension: 2 the plane is x-z")
+    turned = {"deviator": (0, 2, 1, 4, 3, 5)}  # xx zz yy xz xy yz
+    return [
+        key and (key[0], key[1] if key[1] is None else turned.get(key[0], (0, 2, 1))[key[1]])
+        for key in keys
+    ]
 
 
 def _check_numbers(values, table, n, source):
     if not is_text(values):
         return
     k = next(k for k, cell in enumerate(values) if not table.cells.is_number(cell))
-    raise source.fault(
-        f"line {table.rows[k] + 1}: {table.names[n]} is {values[k]!r}; allowed: plain numbers."
-    )
+    row = f"row {k} (from 0)" if table.rows is None else f"line {table.rows[k] + 1}"
+    raise source.fault(f"{row}: {table.names[n]} is {values[k]!r}; allowed: plain numbers.")
 
 
-def _joined(columns, source):
-    """Vectors of their components, and scalars."""
-    out = {name: values for (name, part), values in columns.items() if part is None}
-    for vector in VECTORS:
+def _joined(columns, table, source):
+    """Vectors and tensors of their components, and scalars."""
+    contents = source.contents
+    out = {name: values for (name, component), values in columns.items() if component is None}
+    for vector in contents.quantities & VECTORS.keys():
         parts = [columns.get((vector, n)) for n in range(3)]
-        missing = [axis for axis, part in zip("xyz", parts, strict=True) if part is None]
-        if vector in COMPONENTS:
-            names = COMPONENTS[vector]
-            missing = [names["xyz".index(axis)] for axis in missing]
-        if missing and (vector == "position" or len(missing) < 3):
+        names = COMPONENTS.get(vector, "xyz")
+        missing = [names[axis] for axis in contents.axes if parts[axis] is None]
+        there = [values for values in parts if values is not None]
+        if missing and (vector == "position" or there):
+            hint = " (sample.columns names the columns in their order)"
             raise source.fault(
-                f"it lacks {', '.join(missing)}; allowed: x, y, z, and vx, vy, vz or wx, wy, wz "
-                "all three or none (sample.columns names the columns in their order)."
+                f"it lacks {', '.join(missing)}; allowed: {contents.vectors}"
+                f"{'' if table.rows is None else hint}."
             )
-        if not missing:
-            out[vector] = np.column_stack(parts)
+        if there:
+            zero = np.zeros(len(there[0]))
+            out[vector] = np.column_stack([zero if v is None else v for v in parts])
+    parts = [columns.get(("deviator", n)) for n in range(len(TENSOR))]
+    if any(values is not None for values in parts):
+        out["deviator"] = _deviator(parts, source)
     return out
+
+
+def _deviator(parts, source):
+    """Deviators (N, 6) of their components, of which one on the diagonal follows from the others.
+
+    Raises DustError for two missing ones, and for a trace.
+    """
+    absent = [n for n in range(3) if parts[n] is None]
+    zero = np.zeros(len(next(values for values in parts if values is not None)))
+    if len(absent) > 1:
+        raise source.fault(
+            f"of its deviator it lacks {', '.join(TENSOR[n] for n in absent)}; allowed: two of xx, "
+            "yy and zz, whose sum is 0."
+        )
+    deviator = np.column_stack([zero if values is None else values for values in parts])
+    trace = deviator[:, :3].sum(axis=1)
+    if absent:
+        deviator[:, absent[0]] = -trace
+        return deviator
+    with np.errstate(invalid="ignore"):
+        traced = np.abs(trace) > TRACE * np.abs(deviator).max(axis=1)
+    if traced.any():
+        k = int(np.argmax(traced))
+        raise source.fault(
+            f"xx + yy + zz of particle {k} (from 0) is {trace[k]:.4g} Pa; allowed: 0, that of a "
+            "deviator (its pressure follows from density and reference)."
+        )
+    return deviator
 
 
 def _set_radius(found, source):
     diameter = found.pop("diameter", None)
     if diameter is None:
         return
-    if "radius" in found and not np.allclose(2.0 * found["radius"], diameter, rtol=1e-4):
+    if "radius" in found and not np.allclose(2.0 * found["radius"], diameter, rtol=LENGTHS_DIFFER):
         raise source.fault(
             "its columns of radius and diameter do not agree; allowed: one of them, or "
             "sample.columns with _ for the other."

@@ -1,7 +1,7 @@
 """Data files of LAMMPS (read_data, write_data) of every atom style."""
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -47,8 +47,7 @@ def read(source: Source) -> dict:
     spheres.
     """
     source.refuse_snapshot()
-    plain = Source(source.where, [line.split("#")[0] for line in source.lines],
-                   columns=source.columns, style=source.style, remarks=source.remarks)  # fmt: skip
+    plain = replace(source, lines=[line.split("#")[0] for line in source.lines])
     data = _scan(source, plain)
     if "Atoms" not in data.sections:
         raise source.fault("the data file has no section Atoms; allowed: one with grains.")

@@ -19,7 +19,7 @@ def materials_of(state: dict, materials: Materials, where: str):
     without a material.
     """
     if (given := state.get("material")) is not None:
-        return [int(v) if isinstance(v, float) and v == int(v) else v for v in list(given)]
+        return [int(v) if isinstance(v, float) and v.is_integer() else v for v in list(given)]
     for name, first in (("type", 1), ("matid", 0)):
         values = state.get(name)
         if values is None or is_text(values):

@@ -17,9 +17,8 @@ _LOOKED_AT = 50  # rows that tell how cells are separated
 _DECIMAL = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eEdD][+-]?\d+)?")
 _COUNT = re.compile(r"\s*(\d+)\s*(?:[=#a-zA-Z].*)?")
 ALLOWED = (
-    "allowed: a list with the columns x y z and optionally vx vy vz, wx wy wz, radius and "
-    "material, below their names or in the order of sample.columns, a file of LAMMPS, YADE or XYZ, "
-    "or NetCDF"
+    "allowed: a list with the columns {}, below their names or in the order of sample.columns, a "
+    "file of LAMMPS, YADE or XYZ, or NetCDF"
 )
 
 
@@ -48,7 +47,7 @@ def _parts(source):
     """Numbers of the lines above the first grain, and of those of grains."""
     lines = source.lines
     if not any(line.strip() for line in lines):
-        raise source.fault("the file is empty; allowed: a line x,y,z and lines of grains.")
+        raise source.fault(f"the file is empty; {ALLOWED.format(source.contents.columns)}.")
     above, rows, headed = [], [], False
     for n, line in enumerate(lines):
         text = line.strip()
@@ -63,8 +62,9 @@ def _parts(source):
             headed = _is_heading(text, source)
     if not rows:
         n = next((n for n in above if not lines[n].lstrip().startswith(COMMENT)), above[0])
-        text = "it has no grains" if headed else f"{source.shown(n)} begins no list of grains"
-        raise source.fault(f"{text}; {ALLOWED}.")
+        noun = source.contents.noun
+        text = f"it has no {noun}" if headed else f"{source.shown(n)} begins no list of {noun}"
+        raise source.fault(f"{text}; {ALLOWED.format(source.contents.columns)}.")
     return above, rows
 
 
@@ -122,7 +122,9 @@ def _names(above, values, rows, cells, source):
                 return found
         elif found := _heading(text, values, cells, source) or names_in(text, width, source):
             return found
-        elif (n == above[-1] or is_complete(words(text))) and not _COUNT.fullmatch(text):
+        elif _COUNT.fullmatch(text):
+            continue
+        elif n == above[-1] or is_complete(words(text), source.contents):
             _refuse_heading(n, width, cells, source)
     _refuse_numbers(values, rows, source)
     return guess(values, source, rows[0])
@@ -135,7 +137,8 @@ def _heading(text, values, cells, source):
         if len(found) == width and any(known(heading(cell, source)[0]) for cell in found[1:]):
             return found
         plain = [heading(cell, source)[0] for cell in found]
-        if len(found) == width - 1 and is_complete(plain) and _is_index(values[0]):
+        one_less = len(found) == width - 1 and is_complete(plain, source.contents)
+        if one_less and _is_index(values[0]):
             return ["id", *found]
     return None
 
@@ -150,7 +153,7 @@ def _refuse_heading(n, width, cells, source):
     text = source.lines[n].strip()
     found = cells.of(text)
     comma = " (decimal commas need another separator than a comma)" if cells.split == "," else ""
-    if len(found) == width or is_complete(words(text)):
+    if len(found) == width or is_complete(words(text), source.contents):
         unknown = [cell for cell in found if not known(heading(cell, source)[0])]
         what = f"has the columns {', '.join(found)}"
         if len(found) != width:
@@ -158,8 +161,8 @@ def _refuse_heading(n, width, cells, source):
         elif unknown:
             what += f", of which {', '.join(unknown)} are not known"
         raise source.fault(
-            f"its header, {source.shown(n)}, {what}; allowed: a name for each column, x, y, z "
-            "among them, or sample.columns, which names them in their order."
+            f"its header, {source.shown(n)}, {what}; allowed: a name for each column, such as "
+            f"{source.contents.example}, or sample.columns, which names them in their order."
         )
 
 
@@ -171,7 +174,7 @@ def _refuse_numbers(values, rows, source):
             and "." in source.lines[rows[1]]:  # fmt: skip
         raise source.fault(
             f"{source.shown(rows[0])} can be the numbers of the columns or a grain; allowed: names "
-            "of the columns, x, y, z among them (or remove the line)."
+            f"of the columns, such as {source.contents.example} (or remove the line)."
         )
 
 
@@ -182,8 +185,8 @@ def _check_count(above, rows, source):
         match = _COUNT.fullmatch(text)
         if match and (text.isdigit() or n == above[0]) and int(match[1]) != len(rows):
             raise source.fault(
-                f"{source.shown(n)} announces {match[1]} grains, and {len(rows)} lines of grains "
-                "follow; allowed: as many."
+                f"{source.shown(n)} announces {match[1]} {source.contents.noun}, and {len(rows)} "
+                f"lines of {source.contents.noun} follow; allowed: as many."
             )
 
 
@@ -193,4 +196,6 @@ def _remark_on_titles(above, source):
     texts = [t for t in texts if not t.startswith((*COMMENT, "sep=")) and not _COUNT.fullmatch(t)]
     texts = [t for t in texts if not _is_heading(t, source) and source.columns is None]
     if texts:
-        source.remarks.append(f"what is above the grains is not read: {'; '.join(texts)[:80]}")
+        source.remarks.append(
+            f"what is above the {source.contents.noun} is not read: {'; '.join(texts)[:80]}"
+        )

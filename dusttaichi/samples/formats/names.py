@@ -6,6 +6,8 @@ Names are those of this program, LAMMPS, LIGGGHTS, YADE, OVITO, ParaView and ASE
 
 import re
 
+from dusttaichi.errors import DustError
+from dusttaichi.samples.formats.contents import GRAINS, Contents
 from dusttaichi.samples.formats.text import Source
 from dusttaichi.scene import quantities
 
@@ -21,11 +23,18 @@ VECTORS = {
     "spin": "w omega spin angvel ang_vel angular_velocity angularvelocity",
     "angular_momentum": "angmom angular_momentum angularmomentum",
 }
+TENSOR = ("xx", "yy", "zz", "xy", "xz", "yz")  # components of a symmetric one, in this order
+FULL_TENSOR = ("xx", "xy", "xz", "xy", "yy", "yz", "xz", "yz", "zz")  # row by row
+DEVIATORS = ("deviator", "dev", "deviatoric_stress", "stress_deviator")
 SCALARS = {
     "radius": "radius r rad radii particle_radius",
     "diameter": "diameter d diam particle_diameter",
-    "mass": "mass m masses",
-    "density": "density rho",
+    "mass": "mass m masses particle_mass",
+    "density": "density rho densities particle_density",
+    "filling_factor": "filling_factor phi volume_fraction solid_fraction packing_fraction "
+    "volume_filling_factor",
+    "reference": "reference reference_density",
+    "role": "role",
     "type": "type particle_type atom_type",
     "matid": "matid mat_id material_id",
     "material": "material materials",
@@ -43,18 +52,25 @@ DIMENSIONS = {
     "diameter": "length",
     "mass": "mass",
     "density": "density",
+    "reference": "density",
+    "deviator": "pressure",
 }
+NUMBERS = {"": 1.0, "-": 1.0, "1": 1.0, "%": 0.01}  # units of quantities without a dimension
+TEXTS = ("material", "species", "type", "id")  # quantities that need not be numbers
 IGNORED = ("_", "-")  # names of a column that is not read; YAML wants quotes about the second
 OTHER = "~"  # in front of a name that means something else in its format
-_BRACKETS = re.compile(r"(.+?)\s*[\[(]([^\])]*)[\])]")
+_BRACKETS = re.compile(r"(.+?)[\s/,]*[\[(]([^\])]*)[\])]")
+_LENGTH = "pm|nm|um|µm|μm|mm|cm|dm|m|km|microns?|micrometers?|angstrom"
+_PER = r"(?:_per_| per |_| ?/ ?)"
 _SUFFIX = re.compile(
-    r"(.+?)[ _/]+(pm|nm|um|µm|μm|mm|cm|m|km|micron|angstrom|(?:m|cm|mm|um)_(?:per_)?s"
-    r"|rad_(?:per_)?s|kg|g|pg|kg_m3|g_cm3)"
+    rf"(.+?)(?:[ _/]+| in )({_LENGTH}|(?:{_LENGTH}){_PER}s|rad{_PER}s"
+    rf"|(?:kg|mg|g|pg)(?:{_PER}(?:m|cm|m\^?3|cm\^?3))?|[kMG]?Pa)",
+    re.IGNORECASE,
 )
 
 
 def known(name: str) -> tuple[str, int | None] | None:
-    """Quantity and component (0 to 2, None of a scalar) of a name; None for an unknown one."""
+    """Quantity and component (from 0, None of a scalar) of a name; None for an unknown one."""
     name = re.sub(r"[\s.:_]+", "_", name.strip().lower())
     if name in NAMES:
         return NAMES[name], None
@@ -63,36 +79,63 @@ def known(name: str) -> tuple[str, int | None] | None:
             return STEMS.get(stem, "position"), "xyz".index(match[1])
     if (match := re.fullmatch(r"(\w+?)_?([xyz012])", name)) and match[1] in STEMS:
         return STEMS[match[1]], "xyz012".index(match[2]) % 3
-    return None
+    return _of_tensor(name)
+
+
+def _of_tensor(name):
+    """`deviator` and the component of xx, deviator_yx, deviator:8, or None."""
+    match = re.fullmatch(rf"(?:(?:{'|'.join(DEVIATORS)})_?)?([xyz]{{2}})", name)
+    if match:
+        return "deviator", TENSOR.index("".join(sorted(match[1])))
+    match = re.fullmatch(rf"(?:{'|'.join(DEVIATORS)})_?([0-8])", name)
+    return match and ("deviator", TENSOR.index(FULL_TENSOR[int(match[1])]))
 
 
 def heading(text: str, source: Source) -> tuple[str, float | None]:
     """Name of a column and SI value of the unit that it names, as in `x [um]`, `x (µm)`, `x_um`."""
-    whole = text = text.strip().strip("\"'")
+    whole = text = text.strip().strip("\"'").strip()
     unit = None
     if match := _BRACKETS.fullmatch(text):
         text, unit = match.groups()
+        unit = unit.lower() if unit in ("MM", "UM", "NM", "CM", "KG", "M") else unit
     elif known(text) is None and (match := _SUFFIX.fullmatch(text)) and known(match[1]):
-        text, unit = match[1], re.sub(r"_(?:per_)?", "/", match[2]).replace("m3", "m^3")
-    if unit is None or (found := known(text)) is None:
+        text, unit = match[1], _plain_unit(match[2])
+    if unit is None or (column := known(text)) is None:
         return whole, None
-    quantity = found[0]
+    quantity = column[0]
     if quantity not in DIMENSIONS:
-        if unit.strip() in ("", "-", "1"):
-            return text, None
-        raise source.fault(f"the column {text!r} has the unit {unit!r}; allowed: none.")
-    return text, unit_factor(unit, quantity, f"{source.where}, column {text}")
+        if unit.strip() not in NUMBERS:
+            raise source.fault(f"the column {text!r} has the unit {unit!r}; allowed: none.")
+        factor = NUMBERS[unit.strip()]
+        return text, None if factor == 1.0 else factor
+    return text, unit_factor(unit, quantity, f"{source.where}, column {text}", source.contents)
 
 
-def unit_factor(unit: str, quantity: str, where: str) -> float:
-    """SI value of a unit in a file. Raises DustError for one of another dimension."""
-    return quantities.parse(f"1 {unit}", DIMENSIONS[quantity], where)
+def _plain_unit(text):
+    """Unit that follows a name, as in vx_m_per_s, DENSITY_KG_M3."""
+    text = text if "pa" in text.lower() else text.lower()  # MPa, not mPa
+    return re.sub(r"_(?:per_)?| per ", "/", text).replace("m3", "m^3")
 
 
-def is_complete(names) -> bool:
-    """True where the names of columns have a position."""
-    found = [known(name) for name in names]
-    return all(("position", n) in found for n in range(3))
+def unit_factor(unit: str, quantity: str, where: str, contents: Contents = GRAINS) -> float:
+    """SI value of a unit in a file. Raises DustError for one of another dimension.
+
+    A mass in a plane is per metre of depth, in kg or kg/m.
+    """
+    text = f"1 {unit}"
+    if contents.plane and quantity == "mass":
+        try:
+            return quantities.parse(text, "mass", where)
+        except DustError:
+            return quantities.parse(text, "mass per length", where)
+    return quantities.parse(text, DIMENSIONS[quantity], where)
+
+
+def is_complete(names, contents: Contents = GRAINS) -> bool:
+    """True where the names of columns have a position; in a plane x and y are one, too."""
+    components = {axis for quantity, axis in filter(None, map(known, names))
+                  if quantity == "position"}  # fmt: skip
+    return components >= set(contents.axes) or (contents.plane and components >= {0, 1})
 
 
 def words(text: str) -> list[str]:
@@ -104,11 +147,12 @@ def names_in(text: str, width: int, source: Source) -> list[str] | None:
     """`width` names of columns in a sentence such as "atoms: id x y z r"; None without them."""
     found = words(text)
     plain = [heading(word, source)[0] for word in found]
-    if len(found) == width and is_complete(plain):
+    if len(found) == width and is_complete(plain, source.contents):
         return found
     fits = [
         found[n : n + width]
         for n in range(len(found) - width + 1)
-        if all(map(known, plain[n : n + width])) and is_complete(plain[n : n + width])
+        if all(map(known, plain[n : n + width]))
+        and is_complete(plain[n : n + width], source.contents)
     ]
     return fits[0] if len(fits) == 1 else None

@@ -25,6 +25,8 @@ def guess(values: list, source: Source, row: int) -> list[str]:
     DustError where none or several are left.
     """
     kinds = "".join("t" if is_text(column) else "n" for column in values)
+    if source.contents.needs_mass:
+        raise _unknown_order(kinds, source, row, source.contents.example)
     if kinds == "nnn":
         return ["x", "y", "z"]
     if kinds == "tnnn":
@@ -33,10 +35,7 @@ def guess(values: list, source: Source, row: int) -> list[str]:
         return ["id", "species", "x", "y", "z"]
     if kinds != "nnnn":
         example = "x, y, z, radius" if kinds.startswith("n") else "species, x, y, z, radius"
-        raise source.fault(
-            f"its columns have no names, and {source.shown(row)} has {len(kinds)}, whose order is "
-            f"not known; {KEY.format(example)}."
-        )
+        raise _unknown_order(kinds, source, row, example)
     orders = {"x y z r": (0, 1, 2, 3), "r x y z": (1, 2, 3, 0)}
     fits = [names for names, order in orders.items() if _apart([values[n] for n in order])]
     if whole(values[0], 0):  # numbers of elements or grains
@@ -54,6 +53,13 @@ def guess(values: list, source: Source, row: int) -> list[str]:
     raise source.fault(
         f"its four columns have no names, and by their values (radii positive, no grains closer "
         f"than {CLOSEST} diameters) {what}; {KEY.format('x, y, z, radius')}."
+    )
+
+
+def _unknown_order(kinds, source: Source, row: int, example: str):
+    return source.fault(
+        f"its columns have no names, and {source.shown(row)} has {len(kinds)}, whose order is "
+        f"not known; {KEY.format(example)}."
     )
 
 

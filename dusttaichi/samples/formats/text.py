@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.samples.formats.contents import GRAINS, Contents
 from dusttaichi.samples.sample import check_grains, memory
 
 PACKED = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ": lzma.open}
@@ -30,6 +31,7 @@ class Source:
     columns: tuple[str, ...] | None = None  #: Names of the columns, instead of the file's.
     style: str | None = None  #: Atom style of a data file of LAMMPS, instead of the file's.
     remarks: list[str] = field(default_factory=list)  #: Sentences for the user.
+    contents: Contents = GRAINS  #: Quantities that the sample reads.
 
     def fault(self, text: str) -> DustError:
         """The error with the name of the file."""
@@ -134,7 +136,7 @@ def parse(source: Source, rows: list[int], cells: Cells = SPACES, width: int | N
     a row of another width, and for too many rows for the memory.
     """
     if not rows:
-        raise source.fault("it has no grains; allowed: one grain or more.")
+        raise source.fault(f"it has no {source.contents.noun}; allowed: one or more.")
     check_grains(len(rows), source.where)
     lines = source.lines
     if not cells.decimal_comma:

@@ -1,0 +1,208 @@
+"""Columns of grains in the variables of a NetCDF file, whose dimensions follow from their names.
+
+A variable has a dimension of grains, one of snapshots if the file has several, and a vector one of
+its components, in any order: (grain, xyz), (xyz, grain), (time, grain). Dimensions of other names
+are in the order (snapshot, grain, xyz), where the components are three.
+"""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.samples.formats.columns import Table, check_lengths
+from dusttaichi.samples.formats.names import (
+    COMPONENTS,
+    DEVIATORS,
+    DIMENSIONS,
+    FULL_TENSOR,
+    STEMS,
+    TENSOR,
+    TEXTS,
+    heading,
+    known,
+    unit_factor,
+)
+from dusttaichi.samples.formats.text import Source
+from dusttaichi.samples.sample import check_grains
+
+SNAPSHOT, GRAIN, COMPONENT = "snapshot", "grain", "component"
+_NAMES = {  # without an s of the plural and n_ in front
+    SNAPSHOT: "snapshot time frame step timestep record iteration cycle t",
+    GRAIN: "grain particle atom point node body id index n npart natom nparticle ngrain",
+    COMPONENT: "xyz xz component comp axis dim dimension direction space spatial coord coordinate "
+    "cartesian vector tensor three axes",
+}
+_MEANINGS = {name: axis for axis, names in _NAMES.items() for name in names.split()}
+# of the others a dimension may be anything
+REQUIRED = ("position", "velocity", "spin", "radius", "diameter", "material")
+_EMPTY = ("", "none", "None")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Variables of a file by name, those that are read elsewhere, and the requested snapshot.
+
+    index: function of a number of snapshots, the index of the requested one.
+    """
+
+    variables: dict
+    elsewhere: tuple[str, ...]
+    index: object
+    source: Source
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A variable that is read: quantity, name, unit, and names of the components of a vector."""
+
+    quantity: str
+    name: str
+    unit: float | None
+    components: tuple[str, ...] = ()
+
+
+def read_columns(frame: Frame) -> tuple[Table, list[str]]:
+    """Columns of the snapshot, and the names of the variables that are not read.
+
+    Raises DustError for shapes that are none of grains, texts in place of numbers, units of another
+    dimension, and different numbers of grains.
+    """
+    names, values, units, unread = [], [], [], []
+    first = None
+    for name, variable in sorted(frame.variables.items(), key=_order):
+        if name in frame.elsewhere or name in variable.dims:  # the latter are labels
+            continue
+        column = _column(name, variable, frame.source)
+        array = None if column is None else _array(name, column, frame, first and len(first[1]))
+        if array is None:
+            unread.append(name)
+            continue
+        first = first or (name, array)
+        _check_length(name, variable, array, first, frame.source)
+        if array.ndim > 1:
+            names += column.components if array.shape[1] > 2 else column.components[::2]
+        else:
+            names.append(column.name)
+        parts = array.T if array.ndim > 1 else [array]
+        values += list(parts)
+        units += [column.unit] * len(parts)
+    check_lengths(names, units, frame.source)
+    return Table(names, values, units=units), unread
+
+
+def _order(item):
+    """Key that sorts positions first, whose number of grains counts, and single numbers last."""
+    name, variable = item
+    meaning = (known(name) or ("",))[0]
+    return variable.ndim == 0, "position" not in (_vector(name), meaning)
+
+
+def _vector(name):
+    """Quantity of the name of a vector or of the tensor, or None."""
+    plain = name.strip().lower()
+    return "deviator" if plain in DEVIATORS else STEMS.get(plain)
+
+
+def _axis_of(dim):
+    """SNAPSHOT, GRAIN or COMPONENT by the name of a dimension, or None."""
+    name = re.sub(r"^(?:num|number_of|no|n)_", "", str(dim).lower())
+    return _MEANINGS.get(name) or _MEANINGS.get(name.rstrip("s"))
+
+
+def _column(name, variable, source):
+    """The _Column of a variable, None for one that is not read."""
+    plain, unit = heading(name, source)
+    meaning, vector = known(plain), _vector(plain)
+    of_grain = [dim for dim in variable.dims if _axis_of(dim) != SNAPSHOT]
+    if vector and meaning:  # r is a radius or a position
+        vector = vector if len(of_grain) > 1 and 3 in variable.shape else None
+    quantity = vector or (meaning and meaning[0])
+    if quantity not in source.contents.quantities:
+        return None
+    if vector not in (None, "position") and variable.ndim < 2:
+        return None
+    text = variable.attrs.get("units")
+    if text is not None and text not in _EMPTY and quantity in DIMENSIONS:
+        where = f"{source.where}, units of {name}"
+        unit = unit_factor(str(text), quantity, where, source.contents)
+    if vector == "deviator":
+        components = TENSOR if len(TENSOR) in variable.shape else FULL_TENSOR
+    else:
+        components = vector and COMPONENTS.get(vector, tuple(f"{plain}_{axis}" for axis in "xyz"))
+    return _Column(quantity, plain, unit, components or ())
+
+
+def _array(name, column, frame, count):
+    """Values (N,) or (N, components); None for a variable of another shape that may have one."""
+    variable, source = frame.variables[name], frame.source
+    quantity, size = column.quantity, len(column.components)
+    if not variable.ndim and quantity not in TEXTS and count is not None:  # that of all grains
+        return np.full(count, _numbers(variable.values, name, source))
+    axes = _axes(variable, size)
+    if axes is None and size == 3 and source.contents.plane:
+        axes = _axes(variable, 2)
+    if axes is None and quantity not in REQUIRED:
+        return None
+    if axes is None:
+        along = f" along {', '.join(map(str, variable.dims))}" if variable.ndim else ""
+        shape = f"(grain, {size})" if size else "(grain,)"
+        raise source.fault(
+            f"{name} has the shape {variable.shape}{along}; allowed: {shape}, with or without a "
+            "dimension for snapshots."
+        )
+    check_grains(variable.sizes[axes[GRAIN]], source.where)
+    if SNAPSHOT in axes:
+        along = axes[SNAPSHOT]
+        variable = variable.isel({along: frame.index(variable.sizes[along])})
+    values = variable.transpose(*[axes[n] for n in (GRAIN, COMPONENT) if n in axes]).values
+    if quantity in TEXTS and values.dtype.kind in "OSU":
+        return np.array([_text(value) for value in values], dtype=object)
+    return _numbers(values, name, source)
+
+
+def _axes(variable, size):
+    """Dimensions of grains, snapshots and `size` components, or None where they are others."""
+    needed = [GRAIN, COMPONENT] if size else [GRAIN]
+    if variable.ndim not in (len(needed), len(needed) + 1):
+        return None
+    needed = [SNAPSHOT, *needed] if variable.ndim > len(needed) else needed
+    axes, others = {}, []
+    for dim in variable.dims:
+        axis = _axis_of(dim)
+        if axis == COMPONENT and variable.sizes[dim] != size:
+            axis = None
+        if axis is None or axis in axes:
+            others.append(dim)
+        elif axis in needed:
+            axes[axis] = dim
+        else:
+            return None
+    if size and COMPONENT not in axes:
+        fitting = [dim for dim in others if variable.sizes[dim] == size]
+        if not fitting:
+            return None
+        axes[COMPONENT] = fitting[-1]
+        others.remove(fitting[-1])
+    return axes | dict(zip([axis for axis in needed if axis not in axes], others, strict=True))
+
+
+def _check_length(name, variable, array, first, source):
+    """Raise DustError for another number of grains than that of the first variable."""
+    if len(array) != len(first[1]):
+        size = f", {array.shape[1]}" if array.ndim > 1 else ","
+        raise source.fault(
+            f"{name} has the shape {variable.shape}; allowed: ({len(first[1])}{size}), as many "
+            f"{source.contents.noun} as {first[0]} has."
+        )
+
+
+def _numbers(values, name, source):
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise source.fault(f"{name} contains texts; allowed: numbers.") from None
+
+
+def _text(value):
+    return value.decode(errors="replace").strip() if isinstance(value, bytes) else str(value)
