@@ -33,6 +33,8 @@ class Block(BaseModel):
     extra_keys: ClassVar[tuple[str, ...]] = ()
     # Keys that only other blocks have, and what to write instead.
     refused: ClassVar[dict[str, str]] = {}
+    # Words that stand for a whole block.
+    shorthands: ClassVar[tuple[str, ...]] = ()
     # Order of the keys, separated by spaces; without one, inherited keys come first.
     order: ClassVar[str] = ""
     # Inherited keys that come last in every block.
@@ -101,7 +103,9 @@ def name_like(pattern: str, text: str) -> Any:
     """Type of a name that matches a pattern; text: of the error for other values."""
 
     def check(value: Any) -> Any:
-        if not isinstance(value, str) or not re.fullmatch(pattern, value):
+        if not isinstance(value, str):
+            raise PydanticCustomError("text_needed", "{text}", {"text": text})
+        if not re.fullmatch(pattern, value):
             raise needed(text)
         return value
 

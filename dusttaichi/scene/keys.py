@@ -14,9 +14,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from dusttaichi import method
-from dusttaichi.scene.problems import choices
+from dusttaichi.scene.blocks import TAGS, choices
 
-TAGS = ("kind", "model")  # keys that select one of several blocks
 _WORDS = {bool: "true or false", str: "a text", Path: "a path", float: "a number"}
 
 

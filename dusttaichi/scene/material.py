@@ -103,6 +103,7 @@ class Material(Block):
     """Material of grains: a name, a name with some numbers changed (`base`), or six numbers."""
 
     extra_keys: ClassVar[tuple[str, ...]] = ("base",)
+    shorthands: ClassVar[tuple[str, ...]] = tuple(NAMED)
     needed: ClassVar[str] = (
         f"{', '.join(NAMED)} or a block is needed, for example "
         "{base: silicate_s12, surface_energy: 25 mJ/m^2}"

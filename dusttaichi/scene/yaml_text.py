@@ -3,6 +3,7 @@
 Scalars are those of YAML 1.2; merge keys (`<<: *anchor`) are those of YAML 1.1.
 """
 
+import json
 import re
 import unicodedata
 from dataclasses import dataclass, field
@@ -84,16 +85,27 @@ _MAKE = {
 }
 
 
+class Lines(dict[Path, int]):
+    """Path -> line number from 1, of the key if it has one.
+
+    texts: path -> value as written, of a number or a word that Python writes otherwise (1.10).
+    """
+
+    def __init__(self):
+        super().__init__()
+        self.texts: dict[Path, str] = {}
+
+
 @dataclass
 class Document:
     """Content of a YAML text.
 
-    data: mappings, lists and scalars. lines: path -> line number from 1, of the key if it has
-    one. problems: (path, text) of faults that the validation cannot see.
+    data: mappings, lists and scalars. problems: (path, text) of faults that the validation cannot
+    see.
     """
 
     data: Any = None
-    lines: dict[Path, int] = field(default_factory=dict)
+    lines: Lines = field(default_factory=Lines)
     problems: list[tuple[Path, str]] = field(default_factory=list)
 
 
@@ -160,7 +172,10 @@ class _Reader:
         if path and _is_empty(node):
             text = "nothing is written here; give a value or remove it"
             self.document.problems.append((path, text))
-        return _scalar(node)
+        value = _scalar(node)
+        if not isinstance(value, str) and json.dumps(value) != node.value:
+            self.document.lines.texts.setdefault(path, node.value)
+        return value
 
     def _mapping(self, node: yaml.MappingNode, path: Path, above: tuple) -> dict[str, Any]:
         data: dict[str, Any] = {}

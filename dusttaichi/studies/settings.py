@@ -191,9 +191,10 @@ def _axes(scene: Scene, settings: dict[str, list[str]]) -> tuple[Axis, ...]:
 
 
 def _value(key: str, text: str) -> Any:
-    """The value of a setting. Raises DustError."""
+    """The value of a setting; a name is a text without quotes, too. Raises DustError."""
     try:
-        return read(text).data
+        data = read(text).data
+        return text if key == "name" and isinstance(data, (int, float)) else data
     except yaml.YAMLError as error:
         why = str(error).splitlines()[0]
         raise DustError(f"{key} = {text}: not valid YAML: {why}") from None

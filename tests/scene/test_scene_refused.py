@@ -13,7 +13,15 @@ from dusttaichi.scene import NAMED, from_yaml, load
 
 REFUSED = [
     ("name: a/b", ['name = "a/b"', "letters, digits"]),
-    ("name: 12", ["name = 12", "a text"]),
+    ("name: 12", ["name = 12", 'YAML reads a number; put it in quotes, "12"; a text']),
+    ("name: 20261127", ["name = 20261127", 'put it in quotes, "20261127"']),
+    ("name: 1.10", ["name = 1.10", 'put it in quotes, "1.10"']),
+    ("name: 007", ["name = 007", 'put it in quotes, "007"']),
+    ("name: 1e3", ["name = 1e3", 'put it in quotes, "1e3"']),
+    ("name: True", ["name = True", 'YAML reads true or false; put it in quotes, "True"']),
+    ("name: ~", ["name = ~", 'YAML reads nothing; put it in quotes, "~"']),
+    ("output: {directory: 2026}", ["output.directory = 2026", 'in quotes, "2026"; a path is']),
+    ("material: {base: ice_t19, name: 1.0}", ["material.name = 1.0", 'in quotes, "1.0"; a text']),
     ("name: cake\nmateriel: x", ["materiel", "unknown key", 'did you mean "material"?']),
     ("name: cake\nmaterials: x", ['materials = "x"', "a block is needed"]),
     ("name: cake\nmaterials: {ice: quartz}", ['materials.ice = "quartz"', *NAMED]),
@@ -27,11 +35,25 @@ REFUSED = [
     ("material: {radius: 1 um}", ["material.density", "it is missing", '"2.65 g/cm^3"']),
     ("material: {base: ice_t19, radius: 0 m}", ['material.radius = "0 m"', "above 0", '"0.6 um"']),
     ("material: {base: ice_t19, radius: 1 m}", ["material.radius", "at most 1 mm"]),
-    ("material: {base: ice_t19, radius: 1e-7}", ["material.radius = 1e-07", "it has no unit"]),
+    ("material: {base: ice_t19, radius: 1e-7}", ["material.radius = 1e-7", "it has no unit"]),
     ("material: {base: ice_t19, poisson_ratio: 0.5}", ["poisson_ratio = 0.5", "below 0.5"]),
-    ("material: {base: ice_t19, poisson_ratio: .nan}", ["poisson_ratio = NaN", "a number"]),
+    ("material: {base: ice_t19, poisson_ratio: .nan}", ["poisson_ratio = .nan", "a number"]),
     ("material: {base: ice_t19, critical_rolling: 1 um}", ["critical_rolling", "smaller than"]),
-    ("material: {base: ice_t19, gamma: 1 J/m^2}", ["material.gamma", "allowed: base, name"]),
+    (
+        "material: {base: ice_t19, gamma: 1 J/m^2}",
+        ["material.gamma", 'did you mean "surface_energy"? allowed: base, name'],
+    ),
+    ("material: {base: ice_t19, diameter: 1 um}", ['did you mean "radius", half of it?']),
+    ("material: {base: ice_t19, heat_capacity: 1}", ["it belongs to method: continuum; allowed"]),
+    ("material: dust_g09", ['"dust_g09" belongs to method: continuum; silicate_s12', *NAMED]),
+    ("material: {base: dust_g09}", ['base = "dust_g09": "dust_g09" belongs to method: continuum']),
+    ("name: cake\ndimension: 2", ["dimension = 2", "it belongs to method: continuum; allowed"]),
+    ("sample: {kind: sphere}", ['"sphere" belongs to method: continuum; "bcca"']),
+    ("boundary: {kind: faces}", ['"faces" belongs to method: continuum; "open"']),
+    ("numerics: {spacing: 1 mm}", ["numerics.spacing", "it belongs to method: continuum; allowed"]),
+    ("output: {phi_1: 1}", ["it belongs to method: continuum (material.compressive.phi_1)"]),
+    ("output: {gravity: 1}", ["output.gravity", "it belongs at the top level of the file"]),
+    ("boundary: {kind: open, omit: [top]}", ["omit", "unknown key; it belongs to kind: box; "]),
     ("interaction: {rolling: 8}", ["interaction.rolling = 8", "on, off or a block", "{modifier:"]),
     ("interaction: {rolling: {modifier: 0}}", ["interaction.rolling.modifier = 0", "above 0"]),
     ("interaction: {rolling: {modifier: true}}", ["modifier = true", "a number above 0"]),
@@ -60,7 +82,7 @@ REFUSED = [
     ("sample: {kind: rbd}", ["sample", "exactly one of grains and size"]),
     ("sample: {kind: rbd, grains: 0}", ["sample.grains = 0", "a whole number of at least 1"]),
     ("sample: {kind: rbd, grains: 1.5}", ["sample.grains = 1.5", "a whole number"]),
-    ("sample: {kind: rbd, grains: .inf}", ["sample.grains = Infinity", "a whole number"]),
+    ("sample: {kind: rbd, grains: .inf}", ["sample.grains = .inf", "a whole number"]),
     ("sample: {kind: rbd, grains: 9, seed: -1}", ["sample.seed = -1", "at least 0"]),
     ("sample: {kind: rbd, grains: 9, aspect: 0}", ["sample.aspect = 0", "above 0"]),
     ("sample: {kind: rbd, size: [9 um, 9 um]}", ["sample.size", "a list of 3 lengths above 0"]),
@@ -138,6 +160,12 @@ REFUSED = [
     ("numerics: {mass_scaling: 0.5}", ["mass_scaling = 0.5", "at least 1"]),
     ("numerics: {ledger_tolerance: 0}", ["ledger_tolerance = 0", "above 0"]),
     ("numerics: {backend: tpu}", ["numerics.backend", '"cpu" or "cuda" is needed']),
+    ("numerics: {backend: gpu}", ['did you mean "cuda"? "cpu" or "cuda" is needed']),
+    ("numerics: {backend: GPU}", ['did you mean "cuda"? "cpu" or "cuda" is needed']),
+    ("numerics: {backend: CUDA}", ['did you mean "cuda"?']),
+    ("numerics: {backend: nvidia}", ['did you mean "cuda"?']),
+    ("numerics: {precision: double}", ['did you mean "f64"?']),
+    ("numerics: {dt: 1 ns}", ["numerics.dt", 'did you mean "time_step"?']),
     ("numerics: {threads: 0}", ["numerics.threads = 0", '"auto" or a whole number']),
     ("numerics: {skin: -1}", ["numerics.skin = -1", '"auto" or a number above 0']),
     ("output: {directory: 5}", ["output.directory = 5", "a path is needed"]),
@@ -283,6 +311,49 @@ def test_a_key_that_is_known_elsewhere_is_not_sent_where_it_stands():
         scene(**OPEN, sample=sample)
     assert "radii" in str(error.value) and "unknown key" in str(error.value)
     assert "did you mean sample.target.radii" not in str(error.value)
+
+
+CONTINUUM = {
+    "name": "a",
+    "method": "continuum",
+    "dimension": "2",
+    "material": "dust_g09",
+    "sample": "{kind: block, size: [1 mm, 1 mm]}",
+    "boundary": "{kind: open}",
+    "numerics": "{spacing: 0.1 mm}",
+    "stop": "{time: 1 us}",
+}
+
+
+@pytest.mark.parametrize(
+    "key, text, part",
+    [
+        ("dimension", '"3"', 'dimension = "3": did you mean 3, a plain number? 2 or 3 is needed'),
+        ("dimension", "3D", "did you mean 3, a plain number? 2 or 3 is needed"),
+        ("dimension", "two", "did you mean 2, a plain number? 2 or 3 is needed"),
+        ("dimension", "1", "dimension = 1: 2 or 3 is needed"),
+        ("dimension", "2.5", "dimension = 2.5: 2 or 3 is needed"),
+        ("dimension", "true", "dimension = true: 2 or 3 is needed"),
+        ("dimension", "[2]", "dimension = [2]: 2 or 3 is needed"),
+        ("dimension", "plane", 'dimension = "plane": 2 or 3 is needed'),
+        ("dim", "2", 'dim = 2: unknown key; did you mean "dimension"?'),
+        ("interaction", "{rolling: off}", "interaction: unknown key; it belongs to method: grains"),
+        ("numerics", "{spacing: 0.1 mm, accuracy: fast}", "it belongs to method: grains; allowed"),
+        ("boundary", "{kind: box}", '"box" belongs to method: grains; "open" or "faces" is'),
+        ("sample", "{kind: rbd}", '"rbd" belongs to method: grains; use "block" or "sphere" here'),
+        ("sample", "{kind: sphere, radius: 1 mm}", 'did you mean "diameter", twice of it?'),
+        ("material", "ice_t19", '"ice_t19" belongs to method: grains; dust_g09'),
+        ("material", "{base: ice_t19}", '"ice_t19" belongs to method: grains; one of dust_g09'),
+    ],
+)
+def test_words_of_the_other_method_and_plain_numbers(key, text, part):
+    lines = {**CONTINUUM, key: text}
+    with pytest.raises(DustError) as error:
+        from_yaml("\n".join(f"{name}: {value}" for name, value in lines.items()))
+    assert part in str(error.value)
+
+
+def test_a_kind_of_grains_is_sent_to_those_of_the_continuum():
     text = "name: a\nmethod: continuum\nmaterial: dust_g09\nsample: {kind: collision}\n"
     with pytest.raises(DustError, match='use "impact" or "several" here'):
         from_yaml(text)

@@ -102,7 +102,7 @@ def large(text):
     [
         ("sample: {kind: chain, grains: 3}", ()),
         ("sample: {kind: chain, grains: 3.5}", ["sample.grains = 3.5", "(line 6)"]),
-        ("sample: {kind: chain, grains: 3}\nzz: 1e-3\nyes: off", ["zz = 0.001", "yes"]),
+        ("sample: {kind: chain, grains: 3}\nzz: 1e-3\nyes: off", ["zz = 1e-3", "yes"]),
         ("sample: " + "[" * 2000 + "]" * 2000, ["more than 50 blocks"]),
         ("sample: {kind: chain", ["is not valid YAML", "(line "]),
         ("zz: a\x00b", ["U+0000 is not allowed (line 6)"]),

@@ -99,6 +99,7 @@ class ContinuumMaterial(Block):
     """
 
     extra_keys: ClassVar[tuple[str, ...]] = ("base", "draw", *moduli.KEYS)
+    shorthands: ClassVar[tuple[str, ...]] = continuum_dusts.NAMES
     needed: ClassVar[str] = continuum_dusts.NEEDED
 
     name: str = Field("custom", description="name of the material in results and figures")
