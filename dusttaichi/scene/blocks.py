@@ -100,8 +100,8 @@ def tags(block: type[BaseModel]) -> set[str]:
 def paths_of(root: type[BaseModel], key: str, data: Any) -> list[str]:
     """Paths of all keys of that name below a scene, the least deep first.
 
-    Of several blocks at one path that of the data counts, where the data have one. Blocks in
-    themselves are left out.
+    The data select one of several blocks at a path, where they have it. Blocks in themselves are
+    left out.
     """
     found: list[Path] = []
     todo: list[tuple] = [(root, data, (), (root,))]

@@ -33,7 +33,7 @@ class Block(BaseModel):
     extra_keys: ClassVar[tuple[str, ...]] = ()
     # Keys that only other blocks have, and what to write instead.
     refused: ClassVar[dict[str, str]] = {}
-    # Words that stand for a whole block.
+    # Words in place of a whole block.
     shorthands: ClassVar[tuple[str, ...]] = ()
     # Order of the keys, separated by spaces; without one, inherited keys come first.
     order: ClassVar[str] = ""
