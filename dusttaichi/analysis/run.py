@@ -13,7 +13,7 @@ from dusttaichi.analysis.kind import Kind, named
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.reading import load_groups, open_tree
-from dusttaichi.scene import extensions
+from dusttaichi.scene import extensions, quantities
 from dusttaichi.scene.material import Material
 
 SHOWN_BY = "dusttaichi.report.notebook"  # imported where a notebook shows a run
@@ -45,6 +45,15 @@ class Run(Kind, AbstractContextManager):
         self._file, self._tree = file, None
         self._before = None  # the last record before a stage
         self.stage_name = ""
+
+    def __repr__(self):
+        stage = f", stage {self.stage_name}" if self.stage_name else ""
+        words = [word for word in ("grains", "particles") if word in self.attrs]
+        size = "".join(f"{int(self.attrs[word]):,} {word}, " for word in words[:1])
+        times = self.series.time.values
+        time = quantities.format(float(times[-1]) if len(times) else 0.0, "time", digits=4)
+        size += f"{len(times):,} records to t = {time}"
+        return f"<Run {self.name}{stage}: {self.status}; {size}; {self.path}>"
 
     @property
     def tree(self):

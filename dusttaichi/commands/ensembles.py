@@ -12,7 +12,7 @@ from dusttaichi.commands.console import (
     say_written,
 )
 from dusttaichi.commands.options import again, resumable
-from dusttaichi.commands.progress import Phases, ProgressBar, shares_text
+from dusttaichi.commands.progress import Phases, progress_bar
 from dusttaichi.errors import DustError, GuardStop
 
 
@@ -23,13 +23,14 @@ def found_of(study, *, quiet, things="runs", onward=None, log=None, **how):
     --resume. log: called with lines, by default printed above the bar. how: arguments of
     `engine.run`. Raises DustError, Interrupted.
     """
+    from dusttaichi.run.progress import show_study
     from dusttaichi.studies import engine
 
     done = nullcontext()
     if study.directory is not None:
         done = resumable(f"finished {things} are in {study.directory}", onward or again("--resume"))
-    with ProgressBar(quiet) as bar, done:
-        return engine.run(study, report=shown(bar, things), log=log or bar.log, **how)
+    with progress_bar(quiet) as bar, done:
+        return engine.run(study, report=show_study(bar, things), log=log or bar.log, **how)
 
 
 def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how):
@@ -101,18 +102,6 @@ def failure(failed, count):
     guarded = any(one.code == GuardStop.exit_code for one in failed)
     count = f"{len(failed)} of {count} runs failed:"
     return (GuardStop if guarded else DustError)("\n  ".join([count, *lines]))
-
-
-def shown(bar, things="runs"):
-    """Progress bar of a study."""
-
-    def show(progress):
-        running = progress.running
-        done = progress.done + sum(running.values())
-        what = f"{progress.done} of {progress.total} {things}"
-        bar.show(what, done, progress.total, shares_text(running))
-
-    return show
 
 
 def _say_table(data):

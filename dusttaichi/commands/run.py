@@ -12,7 +12,7 @@ from dusttaichi.commands.console import (
     say_written,
 )
 from dusttaichi.commands.ensembles import run_sweep
-from dusttaichi.commands.progress import Phases, ProgressBar
+from dusttaichi.commands.progress import Phases, progress_bar
 from dusttaichi.commands.report import watched
 from dusttaichi.errors import DustError, Interrupted
 
@@ -67,13 +67,14 @@ def run(
 def _run_one(scene, directory, *, quiet, phases, **how):
     """Run a scene. how: arguments of `execute`."""
     from dusttaichi.run import execute
+    from dusttaichi.run.progress import show_run
 
     segments = _Segments(scene, phases)
     hooks = {"sampled": lambda sample: phases.end("sample"), "ready": segments.ready}
     hooks["advancing"] = segments
-    with ProgressBar(quiet, "building") as bar:
+    with progress_bar(quiet, "building") as bar:
         try:
-            execute(scene, directory, report=_shown(bar), log=bar.log, **hooks, **how)
+            execute(scene, directory, report=show_run(bar), log=bar.log, **hooks, **how)
             phases.end("steps", segments.seconds)
             phases.end("output")
         except Interrupted as stop:
@@ -103,23 +104,6 @@ class _Segments:
         else:
             self._phases.end(_built(self._scene, self._sim))
             self._sim = None
-
-
-def _shown(bar):
-    """Progress bar of a run."""
-    from dusttaichi.scene import quantities
-
-    def show(progress):
-        state = []
-        if progress.filling_factor is not None:
-            state.append(f"phi {progress.filling_factor:.3f}")
-        if progress.pressure is not None:
-            state.append(f"P {progress.pressure / 1e3:.3g} kPa")
-        if progress.steps_per_second > 0.0:
-            state.append(f"{quantities.rate_text(progress.steps_per_second)} steps/s")
-        bar.show(f"step {progress.step:,}", progress.step, progress.end, "  ".join(state))
-
-    return show
 
 
 def _built(scene, sim):

@@ -4,6 +4,7 @@ It is Taichi, or Quadrants where DUST_COMPILER says so (see compute/compiler.py)
 are patched by compute/taichi_patches.py.
 """
 
+import os
 import warnings
 from importlib import import_module
 from operator import attrgetter
@@ -12,7 +13,21 @@ from dusttaichi.compute import compiler
 
 VERSION = compiler.version()  # raises where it is not installed
 PATCHED = ("1.7.3", "1.7.4")  # versions of Taichi whose internals were tested
-ti = import_module(compiler.name())
+
+
+def _import_quietly(name):
+    """The module of a compiler, which would say in a notebook that it uses its output."""
+    level = f"{compiler.PREFIX[name]}LOG_LEVEL"
+    if level in os.environ:
+        return import_module(name)
+    os.environ[level] = "error"
+    try:
+        return import_module(name)
+    finally:
+        del os.environ[level]
+
+
+ti = _import_quietly(compiler.name())
 # of Quadrants, about lists as arguments: it examines their types at every call
 warnings.filterwarnings("ignore", ".*Template mapper caching disabled")
 

@@ -24,6 +24,7 @@ from dusttaichi.plots.ensemble import ensemble, points
 from dusttaichi.plots.extremes import extremes
 from dusttaichi.plots.fragments import mass_spectrum
 from dusttaichi.plots.grains import grains
+from dusttaichi.plots.notebook import ShownFigures
 from dusttaichi.plots.numbers import numbers
 from dusttaichi.plots.registry import (
     Figure,
@@ -102,7 +103,7 @@ def figures_of(of, failed=None):
     Returns
     -------
     dict
-        Name -> matplotlib Figure.
+        Name -> matplotlib Figure; a notebook shows them.
     """
     drawings = {}
     if isinstance(of, xr.Dataset):
@@ -117,7 +118,7 @@ def figures_of(of, failed=None):
     if failed is not None:
         failed += problems
     drawings |= {row.name: drawing for row, drawing, why in rows if not why}
-    return {name: drawing for name, drawing in drawings.items() if drawing is not None}
+    return ShownFigures(pair for pair in drawings.items() if pair[1] is not None)
 
 
 __all__ = sorted(

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.errors import DustError
 from dusttaichi.plots.legends import legend, own_limits, within  # noqa: F401, as style.legend
+from dusttaichi.plots.notebook import ShownFigure
 from dusttaichi.results.files import explain
 from dusttaichi.results.outputs import MARK, check
 
@@ -101,7 +101,7 @@ def styled(function):
 
 def canvas(*inches, **how):
     """A Figure of that width and height without a display; how: as for matplotlib's."""
-    figure = Figure(figsize=inches, **how)
+    figure = ShownFigure(figsize=inches, **how)
     FigureCanvasAgg(figure)
     return figure
 

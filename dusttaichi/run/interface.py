@@ -5,22 +5,22 @@ It is the run of `dust run`: same activities, bitwise identical result.nc.
 
 import re
 import tempfile
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from types import SimpleNamespace
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import Writer, files
 from dusttaichi.results.run_lock import RunLock
 from dusttaichi.run.activities import OwnRecords, records_now, series_record
+from dusttaichi.run.durations import interval_of, steps_of
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
-from dusttaichi.scene.output import Interval
-from dusttaichi.scene.quantities import parse
+from dusttaichi.run.present import labelled, line_of, read_only
+from dusttaichi.run.progress import open_bar, show_run
 
 
 def simulate(
-    scene, sample=None, directory=None, *, force=False, resume=False, log=print
+    scene, sample=None, directory=None, *, force=False, resume=False, log=print, progress=None
 ) -> "Simulation":
     """Build a scene, and return its simulation at the start, or at the end of an earlier run.
 
@@ -37,6 +37,8 @@ def simulate(
         Continue an existing result.
     log : function
         Called with messages for the user.
+    progress : bool, optional
+        Show the progress of `run` in one bar. Default: in a notebook or on a terminal.
 
     Raises
     ------
@@ -45,7 +47,8 @@ def simulate(
     Interrupted
         A signal arrived.
     """
-    return Simulation(scene, sample, directory, force=force, resume=resume, log=log)
+    how = {"force": force, "resume": resume, "log": log, "progress": progress}
+    return Simulation(scene, sample, directory, **how)
 
 
 class Simulation(AbstractContextManager):
@@ -59,9 +62,9 @@ class Simulation(AbstractContextManager):
         Folder of its result.
     """
 
-    def __init__(self, scene, sample, directory, *, force, resume, log):
+    def __init__(self, scene, sample, directory, *, force, resume, log, progress):
         self._temporary = tempfile.TemporaryDirectory() if directory is None else None
-        self.scene = scene
+        self.scene, self._progress = scene, progress
         self.directory = Path(self._temporary.name if directory is None else directory)
         self._lock = RunLock(self.directory)
         # state of the result before the last frame, at the end; whether the end was passed
@@ -80,6 +83,9 @@ class Simulation(AbstractContextManager):
         except BaseException:
             self._lock.release()
             raise
+
+    def __repr__(self):
+        return line_of(self, self._run)
 
     # -- state -----------------------------------------------------------------------------------
 
@@ -103,16 +109,24 @@ class Simulation(AbstractContextManager):
     def measure(self):
         """Present values of the time series of result.nc, in SI, by the same names.
 
+        `units` has their units. Arrays are read-only xarray.DataArray, as pressure.sel(wall="top").
         Averages (pressure, wall_force, stress) are over the time since the last record, or, at the
         step of a record, over its time. The state does not change.
         """
         run, sim = self._run, self._run.sim
         window = run.state.window(sim)
-        return SimpleNamespace(**series_record(sim, run.clock, run.state, sim.measure(), window))
+        return labelled(sim, series_record(sim, run.clock, run.state, sim.measure(), window))
 
     def snapshot(self):
-        """The current frame: group of result.nc (snapshots, ...) -> name -> array [SI]."""
-        return dict(records_now(self._run.sim, "snapshots"))
+        """The current frame: group of result.nc (snapshots, ...) -> name -> array [SI].
+
+        This and all other arrays of the state are read-only copies: nothing that is written into
+        them would change the simulation. A changed sample does.
+        """
+        return {
+            group: {name: read_only(values) for name, values in record.items()}
+            for group, record in records_now(self._run.sim, "snapshots")
+        }
 
     @property
     def positions(self):
@@ -160,7 +174,7 @@ class Simulation(AbstractContextManager):
         """
         if not hasattr(self._run.sim, "forces"):
             raise DustError("forces are known of grains; this scene is of another method")
-        return self._run.sim.forces()
+        return tuple(read_only(values) for values in self._run.sim.forces())
 
     # -- motion ----------------------------------------------------------------------------------
 
@@ -202,7 +216,8 @@ class Simulation(AbstractContextManager):
         taken |= {own.group for own in self._run.activities if isinstance(own, OwnRecords)}
         if group in taken:
             raise DustError(f"the result has {group} already; give another name")
-        own = OwnRecords(self._run, _interval(interval), group, lambda: function(self), units=units)
+        when = interval_of(interval)
+        own = OwnRecords(self._run, when, group, lambda: function(self), units=units)
         own.function.__name__ = group
         self._run.activities.append(own)
         if group not in self._run.writer.groups:
@@ -217,7 +232,7 @@ class Simulation(AbstractContextManager):
         Parameters
         ----------
         duration : int or str
-            Number of steps, or a time such as "1 us", rounded to at least one step.
+            Number of steps, or a time such as "1 us", rounded to at least one step; not negative.
 
         Returns
         -------
@@ -226,15 +241,18 @@ class Simulation(AbstractContextManager):
 
         Raises
         ------
+        DustError
+            The duration is no such number or time.
         GuardStop
             The state is not valid; all records until then are on disk.
         Interrupted
             A signal arrived; all records until then are on disk.
         """
         run = self._run
-        if isinstance(duration, str):
-            duration = run.clock.steps_in(parse(duration, "time", "duration"))
-        last = run.sim.step + int(duration)
+        steps = steps_of(duration, run.clock)
+        if not steps:
+            return self
+        last = run.sim.step + steps
         self._reopen()
         with self._interrupts(), run.guarded():
             run.advance_to(last)
@@ -247,16 +265,13 @@ class Simulation(AbstractContextManager):
     def run(self):
         """Advance to the end of the scene, as `dust run` does; beyond that end it ends here.
 
-        Returns
-        -------
-        Simulation
-            Itself.
+        Returns the Simulation itself.
         """
         run = self._run
         if self._before_end is None:
             if self._past_end:
                 run.end.step, run.end.reason = run.sim.step, f"{run.sim.step} steps"
-            with self._interrupts():
+            with self._interrupts(), self._shown():
                 run.go()
             self._before_end = run.before_end
         return self
@@ -276,6 +291,17 @@ class Simulation(AbstractContextManager):
     def _put_off(self):
         self._past_end = True
         self._run.end.put_off()
+
+    @contextmanager
+    def _shown(self):
+        """Context in which a bar shows the progress."""
+        with open_bar(quiet=self._progress is False) as bar:
+            silent, self._run.report = self._run.report, show_run(bar)
+            try:
+                yield
+                bar.show(f"step {self.step:,}", 1, 1, f"end: {self._run.end.reason}")
+            finally:
+                self._run.report = silent
 
     def _interrupts(self):
         interrupts = self._run.interrupts = Interrupts()
@@ -323,18 +349,3 @@ class Simulation(AbstractContextManager):
 
     def __exit__(self, *_):
         self.close()
-
-
-def _interval(given):
-    """An Interval from steps, a time, or a dict as in the YAML. Raises DustError."""
-    if isinstance(given, str):
-        given = {"time": given}
-    elif not isinstance(given, dict):
-        given = {"steps": given}
-    try:
-        return Interval(**given)
-    except ValueError as error:
-        raise DustError(
-            f'interval = {given!r}: a number of steps, a time such as "1 us" or a dict such as '
-            f"{{'strain': 0.01}} is needed"
-        ) from error

@@ -21,6 +21,8 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError, core_schema
 
+from dusttaichi.errors import DustError
+
 Faults = Iterable[tuple[str, str]]  #: Faults of an input, as (dotted path of the key, text).
 
 
@@ -64,6 +66,16 @@ class Block(BaseModel):
         if found := list(self.faults()):
             raise problems(found)
         return self
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name.startswith("_"):  # private, not of the YAML
+            return super().__setattr__(name, value)
+        from dusttaichi.scene.keys import path_of  # which imports this module
+
+        path = path_of(type(self), name)
+        raise DustError(
+            f"{path}: a scene is immutable; scene.with_value({path!r}, ...) returns a changed one"
+        )
 
     def __hash__(self) -> int:
         values = (getattr(self, name) for name in type(self).model_fields)

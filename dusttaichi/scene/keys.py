@@ -62,6 +62,30 @@ def _homes(scene: type[BaseModel]) -> dict[type[BaseModel], str]:
     return homes
 
 
+def path_of(block: type[BaseModel], name: str) -> str:
+    """Path of a key of a block of any method for `Scene.with_value`, such as stages.0.name.
+
+    That of the least deep place of the block; entries of a list are represented by the first.
+    """
+    for of in method.METHODS:
+        scene = method.named(of).scene
+        homes = _homes(scene)
+        if block is scene or block in homes:
+            return ".".join([*_steps(scene, homes.get(block, "")), name])
+    return name
+
+
+def _steps(scene: type[BaseModel], path: str) -> list[str]:
+    """Keys of the path to a block, with a 0 for each list."""
+    steps, blocks = [], [scene]
+    for key in path.split(".") if path else ():
+        item = next(b.fields_in_order()[key] for b in blocks if key in b.fields_in_order())
+        listed = any(typing.get_origin(part) is tuple for part in parts_of(item))
+        steps += [key, *["0"] * listed]
+        blocks = choices(item)
+    return steps
+
+
 def _below(block: type[BaseModel], prefix: str, homes: dict) -> list[Key]:
     found: list[Key] = []
     for name, item in block.fields_in_order().items():

@@ -23,6 +23,7 @@ from dusttaichi.errors import StartError
 from dusttaichi.results.pieces import already_there
 from dusttaichi.results.run_lock import RunLock
 from dusttaichi.run.interrupts import noted_signals
+from dusttaichi.run.progress import open_bar, show_study
 from dusttaichi.scene import Scene
 from dusttaichi.studies.jobs import Task, content_of, jobs_of
 from dusttaichi.studies.pool import open_pool
@@ -187,7 +188,7 @@ def run(
     scheduler=None,
     jobs=None,
     part=(1, 1),
-    report=lambda progress: None,
+    report=None,
     log=lambda text: None,
     **how,
 ):
@@ -195,11 +196,16 @@ def run(
 
     jobs: runs at a time on this machine, at most; None: as many as its cores allow. scheduler:
     address of a Dask cluster, whose workers need no access to this disk. part: (k, n), only every
-    n-th run, from the k-th on, counted from 1, so that several jobs can share a study. how: further
+    n-th run, from the k-th on, counted from 1, so that several jobs can share a study. report:
+    called with the Progress; None: a bar shows it, in a notebook or on a terminal. how: further
     arguments of `execute` for runs that are not finished. Raises DustError (existing results, no
     scheduler, and as soon as the backend of a run cannot start), KeyboardInterrupt (after all
     checkpoints are written).
     """
+    if report is None:
+        with open_bar() as bar:
+            how |= {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
+            return run(study, part=part, report=show_study(bar), log=log, **how)
     found, whole = {}, part == (1, 1)
     shelf = Shelf(force=force, resume=resume, timed=study.timed)
     progress = Progress(0, 0, report)

@@ -17,11 +17,13 @@ from scenes import CONFIGS
 
 from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli
-from dusttaichi.commands import completion, console, options, progress
-from dusttaichi.commands.progress import ProgressBar
+from dusttaichi.commands import completion, console, options
+from dusttaichi.commands.progress import progress_bar
 from dusttaichi.commands.removed import REMOVED
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError, GuardStop, Interrupted
+from dusttaichi.run import progress
+from dusttaichi.run.progress import ProgressBar
 from dusttaichi.scene import shipped
 from dusttaichi.studies.settings import with_common_settings
 from dusttaichi.studies.sweep import sweep
@@ -284,7 +286,7 @@ def test_the_bar_is_one_line_on_any_terminal(width):
 
 
 def test_a_log_has_no_bar_but_a_line_now_and_then(capsys, monkeypatch):
-    with ProgressBar() as bar:
+    with progress_bar() as bar:
         bar.show("step 1", 1, 2, "phi 0.3")
         bar.log("stage one finished")
         monkeypatch.setattr(progress, "LOG_EVERY", 0.0)

@@ -12,6 +12,7 @@ from dusttaichi.analysis.profile import without_cut_bins
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import dynamic_law
 from dusttaichi.plots import style
+from dusttaichi.plots.notebook import ShownFigures
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +81,16 @@ def test_styles_differ_in_size_and_keep_the_proportions(runs):
     with pytest.raises(DustError, match="allowed: page, column, talk"):
         with style.using("poster"):
             pass
+
+
+def test_notebooks_show_figures():
+    """As a PNG on the screen's scale, also where no backend of matplotlib is active."""
+    figure, (axes,) = style.new_figure()
+    axes.plot([0, 1], [0, 1])
+    png, size = figure._repr_png_()
+    assert png.startswith(b"\x89PNG") and size == {"width": 499, "height": 355}
+    shown = ShownFigures(line=figure, twice=figure)._repr_html_()
+    assert shown.count('<img src="data:image/png;base64,') == 2 and "twice" in shown
 
 
 def test_a_legend_that_would_hide_a_curve_stands_below():

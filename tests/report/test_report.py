@@ -329,6 +329,8 @@ def test_notebooks_show_runs_and_scenes(tmp_path):
     with open_run(tmp_path) as run:
         shown = run._repr_html_()
         assert "<b>made</b>" in shown and "grains" in shown
+        words = "running; 2 grains, 2 records to t = 1 ns"
+        assert repr(run) == f"<Run made: {words}; {tmp_path}/result.nc>"
         view = run.view()._repr_html_()
     assert view.startswith("<iframe srcdoc=") and len(view) < 1e6  # no plotly.js
     scene = load("smoke")._repr_html_()

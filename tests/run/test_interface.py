@@ -1,9 +1,11 @@
 """The Python interface: the examples of the docs, and that it is the run of `dust run`."""
 
+import re
 import runpy
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from scenes import law_of_the_docs
 import dusttaichi as dt
 from dusttaichi.errors import GuardStop
 from dusttaichi.results.files import RESULT
-from dusttaichi.run import execute
+from dusttaichi.run import execute, progress
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 PLAIN, STAGED = toy.plain(), toy.staged()
@@ -173,6 +175,58 @@ def test_what_cannot_be_is_refused(tmp_path):
             simulation.every(1, lambda s: "text", "text")
         with pytest.raises(dt.DustError, match="exists already|Another run"):
             dt.simulate(dt.from_yaml(PLAIN), directory=tmp_path / "run")
+
+
+@pytest.mark.parametrize("duration", [-5, 2.5, True, "-1 us", "1 m", None, float("nan")])
+def test_a_simulation_only_goes_forwards(duration):
+    with dt.simulate(dt.from_yaml(PLAIN)) as simulation:
+        with pytest.raises(dt.DustError, match="duration"):
+            simulation.advance(duration)
+        assert simulation.advance(0).step == 0 and simulation.advance(3.0).step == 3
+
+
+def test_the_state_is_labelled_and_read_only():
+    with dt.simulate(dt.load("smoke"), progress=False) as simulation:
+        now = simulation.measure()
+        assert (
+            now.pressure.sel(wall="top") == now.pressure[5] > 0.0 and now.units["pressure"] == "Pa"
+        )
+        assert now.wall_force.dims == ("wall", "xyz") and now.loss.sel(channel="rolling") == 0.0
+        assert isinstance(now.filling_factor, float) and "bottom 0, top 89" in repr(now)
+        arrays = (now.pressure, simulation.positions, simulation.contacts["overlap"])
+        for array in (*arrays, *simulation.forces()):
+            with pytest.raises(ValueError, match="read-only|is a view"):
+                array[...] = 0.0
+        words = "Simulation smoke: 60 grains, step 0 of 4,000, t = 0 s, φ = 0.1279"
+        assert words in repr(simulation)
+
+
+def test_the_progress_of_a_run_is_one_output_of_a_notebook(monkeypatch):
+    outputs = []
+
+    class Shell:
+        kernel = object()
+
+    class Handle:
+        def update(self, shown, raw):
+            outputs[-1].append(shown["text/plain"])
+
+    def display(shown, raw, display_id):
+        outputs.append([shown["text/plain"]])
+        assert "<progress" in shown["text/html"] and display_id
+        return Handle()
+
+    ipython = SimpleNamespace(get_ipython=Shell, display=SimpleNamespace(display=display))
+    monkeypatch.setitem(sys.modules, "IPython", ipython)
+    monkeypatch.setitem(sys.modules, "IPython.display", ipython.display)
+    monkeypatch.setattr(progress, "REDRAW", 0.0)
+    with dt.simulate(dt.from_yaml(STAGED)) as simulation:
+        simulation.run()
+    (lines,) = outputs
+    assert len(lines) > 2 and re.fullmatch(r"step [\d,]+  100%.*  \d+\.\d s", lines[-1])
+    with dt.simulate(dt.from_yaml(PLAIN), progress=False) as simulation:
+        simulation.run()
+    assert len(outputs) == 1
 
 
 def test_names_wait_for_nothing():

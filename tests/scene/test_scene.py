@@ -7,7 +7,6 @@ import jsonschema
 import numpy as np
 import pytest
 import yaml
-from pydantic import ValidationError
 from scenes import (
     BASE,
     CONFIGS,
@@ -176,8 +175,17 @@ def test_sample_file_is_relative_to_the_yaml_file(tmp_path):
 def test_frozen(target):
     block, key = target
     cake = scene()
-    with pytest.raises(ValidationError, match="frozen"):
+    path = f"{block}.{key}".lstrip(".")
+    with pytest.raises(DustError, match=rf"immutable; scene.with_value\('{path}', ...\)"):
         setattr(getattr(cake, block) if block else cake, key, 1.0)
+
+
+def test_the_way_to_change_an_entry_of_a_list_is_named():
+    text = edited("stop", "stages: [{name: wait, stop: {steps: 3}}]")
+    staged = from_yaml(text.replace(", wall_speed: 1 cm/s", ""))
+    with pytest.raises(DustError, match=r"scene.with_value\('stages.0.name', ...\)"):
+        staged.stages[0].name = "rest"
+    assert staged.with_value("stages.0.name", "rest").stages[0].name == "rest"
 
 
 def test_round_trip_of_everything_and_equality():

@@ -1,0 +1,37 @@
+"""Figures that notebooks show."""
+
+import base64
+import io
+
+from matplotlib.figure import Figure
+
+SCREEN = 96.0  # pixels an inch of a figure in a notebook
+
+
+class ShownFigure(Figure):
+    """A matplotlib Figure that a notebook shows as a PNG, also without its inline backend."""
+
+    def _repr_png_(self):
+        """(PNG, its size on the screen)."""
+        return png_of(self)
+
+
+class ShownFigures(dict):
+    """Figures by name that a notebook shows below one another."""
+
+    def _repr_html_(self):
+        shown = []
+        for name, figure in self.items():
+            png, size = png_of(figure)
+            url = f"data:image/png;base64,{base64.b64encode(png).decode()}"
+            image = f'<img src="{url}" width="{size["width"]}" alt="{name}">'
+            shown.append(f"<figure><figcaption>{name}</figcaption>{image}</figure>")
+        return "".join(shown)
+
+
+def png_of(figure):
+    """(PNG of a figure, its `width` and `height` on the screen in pixels)."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi="figure")
+    width, height = (round(SCREEN * inches) for inches in figure.get_size_inches())
+    return stream.getvalue(), {"width": width, "height": height}

@@ -1,0 +1,184 @@
+"""Progress of runs and studies on one line: in a notebook, on a terminal, or in a log."""
+
+import sys
+import threading
+import time as real_time
+from html import escape
+
+SHOWN = 4  # largest number of simultaneous tasks in the line
+ROOMY = 100  # width of a terminal from which the line contains a bar
+LOG_EVERY = 600.0  # s between two lines of progress in a log
+REDRAW = 0.2  # s between two updates of a notebook
+
+
+class ProgressBar:
+    """Progress on one line of a terminal: task, share, state, time left.
+
+    A context manager. quiet: show nothing but the lines of `log`. The line appears at the first
+    `show`. On a narrow terminal it has no bar and is truncated; without a terminal (a log), there
+    is a plain line every ten minutes. console: a rich Console, by default one of the errors.
+    """
+
+    def __init__(self, quiet=False, description=None, *, console=None):
+        from rich.console import Console  # with the progress 0.1 s, which no worker waits for
+        from rich.progress import Progress
+
+        console = console or Console(stderr=True, highlight=False, markup=False)
+        self._quiet, self._printed = quiet, real_time.monotonic()
+        self._bar = Progress(
+            *_columns(console.width), console=console, disable=quiet or not console.is_terminal
+        )
+        self._task = self._bar.add_task(
+            description or "", total=None, state="", visible=description is not None
+        )
+
+    def __enter__(self):
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_):
+        self._bar.stop()
+
+    def show(self, description, completed, total, state=""):
+        """Show that `completed` of `total` is done; total: None where it is not known."""
+        self._bar.update(
+            self._task,
+            description=description,
+            completed=completed,
+            total=total,
+            state=state,
+            visible=True,
+        )
+        now = real_time.monotonic()
+        log = not (self._bar.console.is_terminal or self._quiet)
+        if log and now - self._printed > LOG_EVERY:
+            self._printed = now
+            share = f"{completed / total:.0%}  " if total else ""
+            self._bar.console.print(f"{description}  {share}{state}", soft_wrap=True)
+
+    def log(self, text):
+        """Print a line above the bar."""
+        self._bar.console.print(text, soft_wrap=True)
+
+
+def _columns(width):
+    """Columns of the progress line on a terminal of this width."""
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+    from rich.table import Column
+
+    def text(pattern, least):
+        column = Column(no_wrap=True, overflow="ellipsis", min_width=least)
+        return TextColumn(pattern, markup=False, table_column=column)
+
+    remaining = Column(no_wrap=True, min_width=5)
+    return [
+        text("{task.description}", 13),
+        *([BarColumn()] if width >= ROOMY else []),
+        text("{task.percentage:>5.1f} %", 7),
+        TimeRemainingColumn(compact=width < ROOMY, table_column=remaining),
+        text("{task.fields[state]}", 8),
+    ]
+
+
+class NotebookBar:
+    """Progress as one output of a notebook cell, which needs no widgets; used as `ProgressBar`.
+
+    The output remains when the bar ends, with the time that it took.
+    """
+
+    def __init__(self):
+        self._began = self._drawn = real_time.monotonic()
+        self._handle, self._last, self._first_share = None, None, None
+        self._lock = threading.Lock()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self._last is not None:
+            self._draw(f"{real_time.monotonic() - self._began:.1f} s")
+
+    def show(self, description, completed, total, state=""):
+        """As that of ProgressBar."""
+        with self._lock:  # reports of a study come from several threads
+            share = min(completed / total, 1.0) if total else None
+            self._last, now = (description, share, state), real_time.monotonic()
+            if self._handle is None or now - self._drawn > REDRAW:
+                self._drawn = now
+                self._draw(self._remaining(share, now))
+
+    def log(self, text):
+        """Print a line."""
+        print(text)
+
+    def _remaining(self, share, now):
+        """Text of the time that remains, "" where it is not known."""
+        if share is None:
+            return ""
+        if self._first_share is None:
+            self._first_share = share  # of a run that continues more than 0
+        done = share - self._first_share
+        seconds = (now - self._began) * (1.0 - share) / done if done > 0.0 else None
+        return "" if seconds is None else f"{seconds // 60:.0f}:{seconds % 60:02.0f} left"
+
+    def _draw(self, timing):
+        from IPython.display import display
+
+        description, share, state = self._last
+        percent = "" if share is None else f"{share:.0%}"
+        text = "  ".join(filter(None, [description, percent, state, timing]))
+        value = "" if share is None else f' value="{share:.4f}"'
+        html = (
+            f'<progress max="1"{value} style="width:16em;vertical-align:middle"></progress> '
+            f'<span style="font-variant-numeric:tabular-nums;white-space:pre">{escape(text)}</span>'
+        )
+        shown = {"text/plain": text, "text/html": html}
+        if self._handle is None:
+            self._handle = display(shown, raw=True, display_id=True)
+        else:
+            self._handle.update(shown, raw=True)
+
+
+def in_notebook():
+    """True in the kernel of a notebook."""
+    get_shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)
+    return hasattr(get_shell(), "kernel")
+
+
+def open_bar(quiet=False):
+    """The bar for this process, of a notebook or a terminal. quiet: one that shows nothing."""
+    return NotebookBar() if in_notebook() and not quiet else ProgressBar(quiet)
+
+
+def shares_text(running):
+    """Shares of the first few simultaneous tasks. running: label -> share that is done."""
+    return "  ".join(f"{label} {share:.0%}" for label, share in list(running.items())[:SHOWN])
+
+
+def show_run(bar):
+    """Function that shows a Report of a run in a bar."""
+    from dusttaichi.scene import quantities
+
+    def show(report):
+        state = []
+        if report.filling_factor is not None:
+            state.append(f"phi {report.filling_factor:.3f}")
+        if report.pressure is not None:
+            state.append(f"P {report.pressure / 1e3:.3g} kPa")
+        if report.steps_per_second > 0.0:
+            state.append(f"{quantities.rate_text(report.steps_per_second)} steps/s")
+        bar.show(f"step {report.step:,}", report.step, report.end, "  ".join(state))
+
+    return show
+
+
+def show_study(bar, things="runs"):
+    """Function that shows the Progress of a study in a bar; things: what its points are called."""
+
+    def show(progress):
+        running = progress.running
+        done = progress.done + sum(running.values())
+        heading = f"{progress.done} of {progress.total} {things}"
+        bar.show(heading, done, progress.total, shares_text(running))
+
+    return show
