@@ -5,7 +5,7 @@ It is the run of `dust run`: same activities, bitwise identical result.nc.
 
 import re
 import tempfile
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from dusttaichi.errors import DustError
@@ -16,7 +16,7 @@ from dusttaichi.run.durations import interval_of, steps_of
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
 from dusttaichi.run.present import labelled, line_of, read_only
-from dusttaichi.run.progress import open_bar, show_run
+from dusttaichi.run.progress import shown
 
 
 def simulate(
@@ -97,14 +97,12 @@ class Simulation(AbstractContextManager):
     @property
     def time(self):
         """Simulated time [s]."""
-        sim = self._run.sim
-        return sim.time * sim.units("s")
+        return self._run.sim.time * self._run.sim.units("s")
 
     @property
     def time_step(self):
         """The step [s]."""
-        sim = self._run.sim
-        return sim.dt * sim.units("s")
+        return self._run.sim.dt * self._run.sim.units("s")
 
     def measure(self):
         """Present values of the time series of result.nc, in SI, by the same names.
@@ -265,15 +263,19 @@ class Simulation(AbstractContextManager):
     def run(self):
         """Advance to the end of the scene, as `dust run` does; beyond that end it ends here.
 
-        Returns the Simulation itself.
+        Returns
+        -------
+        Simulation
+            Itself.
         """
         run = self._run
-        if self._before_end is None:
-            if self._past_end:
-                run.end.step, run.end.reason = run.sim.step, f"{run.sim.step} steps"
-            with self._interrupts(), self._shown():
-                run.go()
-            self._before_end = run.before_end
+        if self._before_end is not None:
+            return self
+        if self._past_end:
+            run.end.step, run.end.reason = run.sim.step, f"{run.sim.step} steps"
+        with self._interrupts(), shown(run, quiet=self._progress is False):
+            run.go()
+        self._before_end = run.before_end
         return self
 
     def _reopen(self):
@@ -291,17 +293,6 @@ class Simulation(AbstractContextManager):
     def _put_off(self):
         self._past_end = True
         self._run.end.put_off()
-
-    @contextmanager
-    def _shown(self):
-        """Context in which a bar shows the progress."""
-        with open_bar(quiet=self._progress is False) as bar:
-            silent, self._run.report = self._run.report, show_run(bar)
-            try:
-                yield
-                bar.show(f"step {self.step:,}", 1, 1, f"end: {self._run.end.reason}")
-            finally:
-                self._run.report = silent
 
     def _interrupts(self):
         interrupts = self._run.interrupts = Interrupts()

@@ -3,6 +3,7 @@
 import sys
 import threading
 import time as real_time
+from contextlib import contextmanager
 from html import escape
 
 SHOWN = 4  # largest number of simultaneous tasks in the line
@@ -170,6 +171,19 @@ def show_run(bar):
         bar.show(f"step {report.step:,}", report.step, report.end, "  ".join(state))
 
     return show
+
+
+@contextmanager
+def shown(run, quiet=False):
+    """Context in which a bar shows the reports of a Run, and at last why it ended."""
+    silent = run.report
+    with open_bar(quiet) as bar:
+        run.report = show_run(bar)
+        try:
+            yield
+            bar.show(f"step {run.sim.step:,}", 1, 1, f"end: {run.end.reason}")
+        finally:
+            run.report = silent
 
 
 def show_study(bar, things="runs"):
