@@ -56,7 +56,7 @@ def explain(error, path):
 
 
 def no_folder(path):
-    """Reason why there is no folder at a path, and perhaps can be none, as a clause."""
+    """Clause that says why there is no folder at a path, or why there can be none."""
     for place in (path, *path.parents):
         if os.path.isdir(place):
             break

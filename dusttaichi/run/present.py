@@ -1,4 +1,4 @@
-"""What a Simulation shows of its state: labelled numbers, read-only arrays, a line about itself."""
+"""Presentation of the state of a Simulation: labelled numbers, read-only arrays, a line of text."""
 
 from types import SimpleNamespace
 
