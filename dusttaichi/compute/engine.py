@@ -6,6 +6,7 @@ are patched by compute/taichi_patches.py.
 
 import os
 import warnings
+from contextlib import contextmanager
 from importlib import import_module
 from operator import attrgetter
 
@@ -15,19 +16,21 @@ VERSION = compiler.version()  # raises where it is not installed
 PATCHED = ("1.7.3", "1.7.4")  # versions of Taichi whose internals were tested
 
 
-def _import_quietly(name):
-    """The module of a compiler, which would say in a notebook that it uses its output."""
-    level = f"{compiler.PREFIX[name]}LOG_LEVEL"
-    if level in os.environ:
-        return import_module(name)
-    os.environ[level] = "error"
+@contextmanager
+def _errors_alone(variable):
+    """Context in which a compiler logs errors alone; in a notebook it would tell of its output."""
+    if variable in os.environ:
+        yield
+        return
+    os.environ[variable] = "error"
     try:
-        return import_module(name)
+        yield
     finally:
-        del os.environ[level]
+        del os.environ[variable]
 
 
-ti = _import_quietly(compiler.name())
+with _errors_alone(f"{compiler.PREFIX[compiler.name()]}LOG_LEVEL"):
+    ti = import_module(compiler.name())
 # of Quadrants, about lists as arguments: it examines their types at every call
 warnings.filterwarnings("ignore", ".*Template mapper caching disabled")
 
