@@ -66,7 +66,7 @@ def read_only(array):
 def line_of(simulation, run):
     """A line about a Simulation with its Run: scene, size, step, time, folder."""
     sim, end = run.sim, run.end.step
-    words = "grains" if simulation.scene.method == "grains" else "particles"
+    words = "grains" if "grains" in sim.attributes() else "particles"
     steps = f"step {sim.step:,}" + (f" of {end:,}" if end < NEVER else "")
     stage = [f"stage {run.plan.name}"] if run.plan.name else []
     time = quantities.format(simulation.time, "time", digits=4)
