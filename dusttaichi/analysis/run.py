@@ -15,6 +15,7 @@ from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.reading import load_groups, open_tree
 from dusttaichi.scene import extensions, quantities
 from dusttaichi.scene.material import Material
+from dusttaichi.scene.paths import user_path
 
 SHOWN_BY = "dusttaichi.report.notebook"  # imported where a notebook shows a run
 
@@ -263,7 +264,7 @@ def open_run(path):
     DustError
         There is none, or it cannot be read.
     """
-    path = Path(path)
+    path = user_path(path)
     file = path / "result.nc" if path.is_dir() else path
     if not file.exists() or file.suffix in (".yaml", ".yml"):
         raise DustError(f"There is no result at {file}.")

@@ -40,6 +40,7 @@ try:
     from dusttaichi.commands.extremes import extremes
     from dusttaichi.commands.fit import fit
     from dusttaichi.commands.new import new
+    from dusttaichi.commands.options import with_user_paths
     from dusttaichi.commands.removed import Commands
     from dusttaichi.commands.report import report, watch
     from dusttaichi.commands.results import compare, export, plot, render
@@ -61,7 +62,7 @@ try:
     COMMANDS = (new, run, sweep, study, collide, trade, sticking, extremes, check, schema)
     COMMANDS += (report, watch, plot, compare, fit, bench, export, render)
     for command in COMMANDS:
-        app.command()(command)
+        app.command()(with_user_paths(command))
 except (KeyboardInterrupt, ImportError) as error:  # Ctrl-C meanwhile would print a traceback
     if not by_an_interrupt(error):
         raise

@@ -5,6 +5,8 @@ Nothing here may print or raise: after an empty list the shell completes file na
 
 from pathlib import Path
 
+from dusttaichi.scene.paths import user_path
+
 MOST = 200  # examined entries of a folder
 
 
@@ -36,12 +38,12 @@ def _files(incomplete, fits):
     """Paths that begin with `incomplete`: folders, and files that fit."""
     folder = Path(incomplete) if incomplete.endswith("/") else Path(incomplete).parent
     try:
-        entries = sorted(folder.iterdir())[:MOST]
+        entries = sorted(user_path(folder).iterdir())[:MOST]
     except OSError:
         return []
     found = []
     for path in entries:
-        text = path.as_posix()
+        text = (folder / path.name).as_posix()  # as it was begun, with ~
         if text.startswith(incomplete) and (path.is_dir() or fits(path)):
             found.append(text)
     return found

@@ -3,6 +3,7 @@
 import shlex
 import sys
 from contextlib import ExitStack, contextmanager
+from functools import wraps
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,7 @@ import typer
 from dusttaichi.commands import completion
 from dusttaichi.commands.console import remark
 from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.scene.paths import user_path
 
 
 def flag(name, what):
@@ -84,6 +86,24 @@ Verbose = Annotated[
 Figures = Annotated[
     bool, typer.Option("--figures/--no-figures", help="draw figures at the end", show_default=False)
 ]
+
+
+def with_user_paths(command):
+    """The function of a command whose paths, alone or in lists, may begin with ~.
+
+    A shell replaces it in `-o ~/runs`, but not in `--output=~/runs`.
+    """
+
+    def expanded(value):
+        if isinstance(value, list):
+            return [expanded(entry) for entry in value]
+        return user_path(value) if isinstance(value, Path) else value
+
+    @wraps(command)
+    def expanding(*arguments, **options):
+        return command(*map(expanded, arguments), **{k: expanded(v) for k, v in options.items()})
+
+    return expanding
 
 
 @contextmanager

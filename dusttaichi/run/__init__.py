@@ -10,6 +10,7 @@ from dusttaichi.results.run_lock import RunLock
 from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
 from dusttaichi.run.state import Report
+from dusttaichi.scene.paths import user_path
 
 __all__ = ["Report", "execute", "run_directory"]
 
@@ -73,7 +74,7 @@ def execute(
     Interrupted
         After a flush and a checkpoint.
     """
-    directory = Path(directory)
+    directory = user_path(directory)
     with Interrupts() as interrupts, RunLock(directory) as lock:
         others = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
         opening = Opening(scene, directory, lock, sampled=sampled, **others)

@@ -6,7 +6,6 @@ It is the run of `dust run`: same activities, bitwise identical result.nc.
 import re
 import tempfile
 from contextlib import AbstractContextManager
-from pathlib import Path
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import Writer, files
@@ -17,6 +16,7 @@ from dusttaichi.run.interrupts import Interrupts, before_the_first_step
 from dusttaichi.run.opening import Opening
 from dusttaichi.run.present import labelled, line_of, read_only
 from dusttaichi.run.progress import shown
+from dusttaichi.scene.paths import user_path
 
 
 def simulate(
@@ -65,7 +65,7 @@ class Simulation(AbstractContextManager):
     def __init__(self, scene, sample, directory, *, force, resume, log, progress):
         self._temporary = tempfile.TemporaryDirectory() if directory is None else None
         self.scene, self._progress = scene, progress
-        self.directory = Path(self._temporary.name if directory is None else directory)
+        self.directory = user_path(self._temporary.name if directory is None else directory)
         self._lock = RunLock(self.directory)
         # state of the result before the last frame, at the end; whether the end was passed
         self._before_end, self._past_end = None, False

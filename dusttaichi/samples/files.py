@@ -10,6 +10,7 @@ from dusttaichi.samples import formats
 from dusttaichi.samples.formats.text import Source
 from dusttaichi.samples.sample import memory
 from dusttaichi.scene.fields import needed, refuse_unreadable
+from dusttaichi.scene.paths import path_in
 
 
 def read(path: Path, given: Source) -> dict:
@@ -57,7 +58,7 @@ def _found(path: Path, info: ValidationInfo) -> Path:
     does not exist.
     """
     context = info.context or {}
-    path = Path(context.get("folder") or "") / path
+    path = path_in(context.get("folder"), path)
     try:
         there = path.exists() or not context.get("check_files")
     except OSError as error:  # such as a path that is too long

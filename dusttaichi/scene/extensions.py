@@ -26,6 +26,7 @@ from dusttaichi.physics.contact import registry as laws
 from dusttaichi.scene import problems, shipped
 from dusttaichi.scene.fields import refuse_unreadable
 from dusttaichi.scene.kinds import Kinds
+from dusttaichi.scene.paths import path_in
 
 KEY = "extensions"
 MOST_BYTES = 10_000_000  # of a file: no law is as long
@@ -89,7 +90,7 @@ def outside(path: Path, folder: Path) -> bool:
 
 def path_of(entry: str | Path, folder: str | Path | None) -> Path:
     """File of an entry of `extensions` in the folder of its scene, else the bundled one."""
-    path = Path(folder or "") / entry
+    path = path_in(folder, entry)
     return path if os.path.exists(path) else shipped.extension(entry) or path
 
 

@@ -22,6 +22,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError, core_schema
 
 from dusttaichi.errors import DustError
+from dusttaichi.scene.paths import user_path
 
 Faults = Iterable[tuple[str, str]]  #: Faults of an input, as (dotted path of the key, text).
 
@@ -278,6 +279,7 @@ class Switch:
 
 Count = Annotated[int, Number(whole=True, ge=1)]
 Seed = Annotated[int, Number(whole=True, ge=0, le=2**32 - 1)]
+UserPath = Annotated[Path, AfterValidator(user_path)]
 
 
 def refuse_unreadable(path: str | Path, most: float | None = None) -> None:

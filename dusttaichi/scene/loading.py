@@ -10,6 +10,7 @@ from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.scene import extensions, problems, shipped, yaml_text
 from dusttaichi.scene.fields import refuse_unreadable
+from dusttaichi.scene.paths import user_path
 from dusttaichi.scene.readable_schema import by_key, readable
 from dusttaichi.scene.scene import Scene
 from dusttaichi.scene.yaml_text import MOST_CHARACTERS
@@ -94,7 +95,7 @@ def _refuse_problems(document: yaml_text.Document, title: str) -> None:
 
 def _found(path: str | Path) -> Path:
     """The file itself; where there is none, the bundled scene of that name."""
-    path = Path(path)
+    path = user_path(path)
     try:
         return path if path.is_file() else shipped.find(path) or path
     except OSError:  # such as a name that is too long

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from dusttaichi.scene.boundary import Drive, filling_direction, strains
-from dusttaichi.scene.fields import Block, Count, Faults, Number, Switch
+from dusttaichi.scene.fields import Block, Count, Faults, Number, Switch, UserPath
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -62,9 +62,9 @@ def applies(interval: Interval | None, boundary: Block, drive: Drive) -> bool:
 class Output(Block):
     """Results on disk. The first and the last frame are always written as snapshots."""
 
-    directory: Path = Field(
+    directory: UserPath = Field(
         Path("runs"),
-        description="directory of the results, relative to the current directory",
+        description="directory of the results, relative to the current directory; `~` is your home",
         json_schema_extra={"default": "runs/<name>"},
     )
     series: OptionalInterval = Field(

@@ -9,6 +9,7 @@ import yaml
 
 from dusttaichi.scene import yaml_text
 from dusttaichi.scene.fields import problems, refuse_unreadable
+from dusttaichi.scene.paths import path_in
 
 _DUST = {
     "bulk_modulus": "300 kPa",
@@ -50,7 +51,7 @@ def known(name: Any, folder: str | Path = "", key: str = "") -> dict[str, Any]:
     if not isinstance(name, str) or Path(name).suffix not in (".yaml", ".yml"):
         words = f"one of {', '.join(NAMES)} or the path of a file such as dust.yaml is needed"
         raise problems([(key, words if key else NEEDED)])
-    return _read(Path(folder) / name, key)
+    return _read(path_in(folder, name), key)
 
 
 @cache
