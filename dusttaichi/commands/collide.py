@@ -2,7 +2,7 @@
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_abreast
-from dusttaichi.commands.ensembles import found_of, tell
+from dusttaichi.commands.ensembles import found_of, say_part, tell
 from dusttaichi.errors import DustError
 
 THRESHOLDS = "thresholds, with 68 % confidence"
@@ -14,6 +14,7 @@ def collide(
     settings: options.Settings = None,
     force: options.ForceResults = False,
     resume: options.ResumeMissing = False,
+    part: options.Part = None,
     output: options.Output = None,
     threads: options.Threads = None,
     jobs: options.Jobs = None,
@@ -35,8 +36,12 @@ def collide(
     study = Collisions(scene, options.beside(scene, "collisions", output))
     with options.writing(force=force, inputs=[file]):
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
+        how["part"] = options.part_of(part)
         found = found_of(study, quiet=quiet, things="collisions", **how)
         failed = [one.text for one in found.values() if not one.ok]
+        if how["part"] != (1, 1):
+            say_part(len(found), len(study.requests()), "collisions")
+            return _refuse_failed(failed, len(found))
         if len(failed) == len(found):
             raise DustError(
                 f"{len(failed)} of {len(found)} collisions failed (--resume tries them again). "
@@ -49,9 +54,14 @@ def collide(
     if open_ends:
         remark(f"{open_ends} collisions ended while fragments still changed: increase stop.time")
     tell(data, lambda: _show(data, speeds), written, as_json=as_json)
+    _refuse_failed(failed, len(found))
+
+
+def _refuse_failed(failed, count):
+    """Raise the DustError of failed collisions (their messages), if there are any."""
     if failed:
         raise DustError(
-            f"{len(failed)} of {len(found)} collisions failed and are left out of the means, which "
+            f"{len(failed)} of {count} collisions failed and are left out of the means, which "
             f"then underrepresent violent ones (--resume tries them again). The first: {failed[0]}"
         )
 

@@ -16,12 +16,12 @@ from dusttaichi.commands.progress import Phases, progress_bar
 from dusttaichi.errors import DustError, GuardStop
 
 
-def found_of(study, *, quiet, things="runs", onward=None, log=None, **how):
+def found_of(study, *, quiet, things="runs", onward=None, log=None, every=None, **how):
     """Run a Study (engine.Study) with a progress bar; returns label -> Found of its points.
 
     things: what its points are called. onward: command that continues, by default this one with
-    --resume. log: called with lines, by default printed above the bar. how: arguments of
-    `engine.run`. Raises DustError, Interrupted.
+    --resume. log: called with lines, by default printed above the bar. every: time [s] between two
+    lines of progress in a log. how: arguments of `engine.run`. Raises DustError, Interrupted.
     """
     from dusttaichi.run.progress import show_study
     from dusttaichi.studies import engine
@@ -29,7 +29,8 @@ def found_of(study, *, quiet, things="runs", onward=None, log=None, **how):
     done = nullcontext()
     if study.directory is not None:
         done = resumable(f"finished {things} are in {study.directory}", onward or again("--resume"))
-    with progress_bar(quiet) as bar, done:
+    shown = {} if every is None else {"every": every}
+    with progress_bar(quiet, **shown) as bar, done:
         return engine.run(study, report=show_study(bar, things), log=log or bar.log, **how)
 
 
@@ -53,8 +54,7 @@ def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how
         raise failure(failed, len(sweep.members))
     phases.end(f"{len(found)} runs")
     if part:
-        onward = again("--resume", without="--part")
-        return say(f"{len(found)} of {len(sweep.members)} runs; when all are done: {onward}")
+        return say_part(len(found), len(sweep.members), "runs")
     data = sweep.dataset(found)
     save_ensemble(data, sweep.file)
     phases.end("gathered")
@@ -70,6 +70,12 @@ def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how
     say_written(written, write)
     if failed:
         raise failure(failed, len(sweep.members))
+
+
+def say_part(done, total, things):
+    """Print how much of a study its part is, and the command that gathers all parts."""
+    onward = again("--resume", without="--part")
+    say(f"{done} of {total} {things}; when all are done: {onward}")
 
 
 def _draw(data, sweep):

@@ -1,5 +1,6 @@
 """Options and arguments of several commands, and the scene that they name."""
 
+import re
 import shlex
 import sys
 from contextlib import ExitStack, contextmanager
@@ -58,6 +59,9 @@ Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads of each ru
 Jobs = Annotated[int | None, typer.Option(min=1, help="runs at a time, default as many as fit")]
 Scheduler = Annotated[
     str | None, typer.Option(help="address of a Dask scheduler", metavar="ADDRESS")
+]
+Part = Annotated[
+    str | None, typer.Option(help="only every N-th run, starting from the K-th", metavar="K/N")
 ]
 Overwrite = flag("--force", "overwrite files that dusttaichi did not make")
 ForceResults = flag("--force", "overwrite existing results")
@@ -169,6 +173,15 @@ def import_files(files):
     from dusttaichi.scene import extensions
 
     extensions.load({extensions.KEY: list(files or [])}, None, lines={}, title="--extension")
+
+
+def part_of(text):
+    """(k, n) of the text "k/n" of --part, (1, 1) of None. Raises DustError."""
+    numbers = re.fullmatch(r"(\d+)/(\d+)", text or "1/1")
+    k, n = (int(number) for number in numbers.groups()) if numbers else (0, 0)
+    if not 1 <= k <= n:
+        raise DustError(f"--part {text}: allowed: K/N with K from 1 to N, for example 2/8")
+    return k, n
 
 
 def folder_of(run):

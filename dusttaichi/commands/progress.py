@@ -7,11 +7,11 @@ from pathlib import Path
 from dusttaichi.commands.console import err, remark
 
 
-def progress_bar(quiet=False, description=None):
-    """The ProgressBar of a command, on the console of its remarks."""
+def progress_bar(quiet=False, description=None, **how):
+    """The ProgressBar of a command, on the console of its remarks; how: its further arguments."""
     from dusttaichi.run.progress import ProgressBar  # with all that a run needs
 
-    return ProgressBar(quiet, description, console=err)
+    return ProgressBar(quiet, description, console=err, **how)
 
 
 class Phases:

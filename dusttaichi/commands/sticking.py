@@ -7,7 +7,8 @@ import typer
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say
 from dusttaichi.commands.ensembles import found_of, tell
-from dusttaichi.errors import DustError
+
+SHOWN_EVERY = 30.0  # s between two lines of progress in a log: a bundle may take hours
 
 
 def sticking(
@@ -28,42 +29,42 @@ def sticking(
         str | None,
         typer.Option("--map", help="restitution at COUNT speeds", metavar="LOW,HIGH,COUNT"),
     ] = None,
-    output: options.MapOutput = None,
+    output: options.Output = None,
     threads: options.Threads = None,
     jobs: options.Jobs = None,
     scheduler: options.Scheduler = None,
     extensions: options.Extensions = None,
     force: options.Overwrite = False,
-    resume: options.flag("--resume", "compute the missing collisions of a map") = False,
+    resume: options.flag("--resume", "compute the missing collisions") = False,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ):
     """Find the sticking speed of a collision, or its restitution.
 
-    The speed by bisection, the restitution over speeds (--map).
+    The speed by bisection, the restitution over speeds (--map). After an interruption --resume
+    continues either.
     """
     from dusttaichi.analysis.plain import plain
     from dusttaichi.studies import restitution
     from dusttaichi.studies import sticking as search
     from dusttaichi.studies.settings import with_settings
 
-    scene, paths = options.load_scene(file, threads, extensions=extensions), []
+    scene = options.load_scene(file, threads, extensions=extensions)
+    folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
     how = {"scheduler": scheduler, "jobs": jobs, "quiet": quiet, "things": "collisions"}
+    how |= {"force": not resume, "resume": resume, "every": SHOWN_EVERY}
     if chart is not None:
-        folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
         study = restitution.RestitutionMap(scene, folder, chart, tolerance, settings or [])
         with options.writing(force=force, inputs=[file]):
-            data = study.dataset(found_of(study, force=not resume, resume=resume, **how))
+            data = study.dataset(found_of(study, **how))
             paths = _saved(data, study.file)
         rows, numbers = restitution.map_rows(data), data
-    elif resume:
-        raise DustError("--resume is for maps (--map): the collisions of a search are not stored")
     else:
         scene = with_settings(scene, settings or [])
         log = (lambda text: None) if quiet else remark
         ends = (search.speed_of(*end) for end in (("--low", low), ("--high", high)))
-        study = search.Search(scene, tolerance, *ends, log=log)
-        found = study.result(found_of(study, **how))
+        study = search.Search(scene, tolerance, *ends, directory=folder, log=log)
+        found, paths = study.result(found_of(study, **how)), [study.file]
         rows, numbers = search.rows(found), plain(found) | {"speed": found.speed}
 
     def show():

@@ -8,7 +8,7 @@ from html import escape
 
 SHOWN = 4  # largest number of simultaneous tasks in the line
 ROOMY = 100  # width of a terminal from which the line contains a bar
-LOG_EVERY = 600.0  # s between two lines of progress in a log
+LOG_EVERY = 600.0  # s between two lines of progress in a log, where nothing else is set
 REDRAW = 0.2  # s between two updates of a notebook
 
 
@@ -17,15 +17,15 @@ class ProgressBar:
 
     A context manager. quiet: show nothing but the lines of `log`. The line appears at the first
     `show`. On a narrow terminal it has no bar and is truncated; without a terminal (a log), there
-    is a plain line every ten minutes. console: a rich Console, by default one of the errors.
+    is a plain line after every `every` s. console: a rich Console, by default one of the errors.
     """
 
-    def __init__(self, quiet=False, description=None, *, console=None):
+    def __init__(self, quiet=False, description=None, *, console=None, every=LOG_EVERY):
         from rich.console import Console  # with the progress 0.1 s, which no worker waits for
         from rich.progress import Progress
 
         console = console or Console(stderr=True, highlight=False, markup=False)
-        self._quiet, self._printed = quiet, real_time.monotonic()
+        self._quiet, self._printed, self._every = quiet, real_time.monotonic(), every
         self._bar = Progress(
             *_columns(console.width), console=console, disable=quiet or not console.is_terminal
         )
@@ -52,7 +52,7 @@ class ProgressBar:
         )
         now = real_time.monotonic()
         log = not (self._bar.console.is_terminal or self._quiet)
-        if log and now - self._printed > LOG_EVERY:
+        if log and now - self._printed > self._every:
             self._printed = now
             share = f"{completed / total:.0%}  " if total else ""
             self._bar.console.print(f"{description}  {share}{state}", soft_wrap=True)

@@ -27,7 +27,7 @@ from dusttaichi.run.progress import open_bar, show_study
 from dusttaichi.scene import Scene
 from dusttaichi.studies.jobs import Task, content_of, jobs_of
 from dusttaichi.studies.pool import open_pool
-from dusttaichi.studies.requests import Rows
+from dusttaichi.studies.requests import WHOLE, Rows
 from dusttaichi.studies.workers import INTERRUPTED, LOST, Answer, idle_workers
 
 POLL = 0.2  # s between two checks of the signals
@@ -67,17 +67,19 @@ class Shelf:
     """Finished points of a study, as far as they are stored.
 
     force: they are made again; resume: the missing ones are; else there must be none. timed: costs
-    are wanted. modes: label -> mode of each run that has been looked for.
+    are wanted. part: (k, n) of the study that is made. modes: label -> mode of each run that has
+    been looked for.
     """
 
-    def __init__(self, *, force, resume, timed):
-        self.force, self.resume, self.timed = force, resume, timed
+    def __init__(self, *, force, resume, timed, part=WHOLE):
+        self.force, self.resume, self.timed, self._part = force, resume, timed, part
         self.modes, self._rows = {}, {}
 
     def rows(self, file):
         """The Rows of a file, or of None."""
         if file not in self._rows:
-            self._rows[file] = Rows(file, force=self.force, resume=self.resume)
+            how = {"force": self.force, "resume": self.resume, "part": self._part}
+            self._rows[file] = Rows(file, **how)
         return self._rows[file]
 
 
@@ -187,7 +189,7 @@ def run(
     resume=False,
     scheduler=None,
     jobs=None,
-    part=(1, 1),
+    part=WHOLE,
     report=None,
     log=lambda text: None,
     **how,
@@ -206,8 +208,8 @@ def run(
         with open_bar() as bar:
             how |= {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
             return run(study, part=part, report=show_study(bar), log=log, **how)
-    found, whole = {}, part == (1, 1)
-    shelf = Shelf(force=force, resume=resume, timed=study.timed)
+    found, whole = {}, part == WHOLE
+    shelf = Shelf(force=force, resume=resume, timed=study.timed, part=part)
     progress = Progress(0, 0, report)
     how = {"scheduler": scheduler, "jobs": jobs, "log": log, "how": how}
     # with parts, each run has its own lock

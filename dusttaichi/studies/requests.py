@@ -19,6 +19,7 @@ from dusttaichi.results.pieces import already_there
 from dusttaichi.studies.jobs import Task
 from dusttaichi.studies.workers import INTERRUPTED, Answer
 
+WHOLE = 1, 1  # the part that is all of a study
 START = 2.0  # s of processor time that the start of a process takes
 
 
@@ -97,24 +98,41 @@ def key_of(*parts: Any) -> str:
 class Rows:
     """Answers in a file, a line of JSON each: the row with its `key`, or with an `error`.
 
-    path: None where they are not stored. known: key -> row without those of failed requests, which
-    are made again. Raises DustError where the file exists and neither force nor resume is wanted.
+    path: None where they are not stored. Each part (k, n) of a study, which may run at the same
+    time as others, has a file of its own beside it. known: key -> row of all these files, without
+    those of failed requests, which are made again. Raises DustError where the file exists and
+    neither force nor resume is wanted, or cannot be written.
     """
 
-    def __init__(self, path, *, force, resume):
+    def __init__(self, path, *, force, resume, part=WHOLE):
         self.path, self.known = path, {}
         if path is None:
             return
-        if path.exists() and not force and not resume:
-            raise already_there(path, "with the missing ones")
-        if resume and not force and path.exists():
-            for line in path.read_text(encoding="utf-8").splitlines():
-                with suppress(ValueError, KeyError, TypeError):  # the last may have been cut off
-                    row = json.loads(line)
-                    if "error" not in row:
-                        self.known[row.pop("key")] = row
-        whole = "".join(_line(key, row) for key, row in self.known.items())
-        files.write_whole(path, whole.encode())
+        parts = sorted(path.parent.glob(f"{path.stem}.*-of-*{path.suffix}"))
+        if part != WHOLE:
+            self.path = path.with_name("{}.{}-of-{}{}".format(path.stem, *part, path.suffix))
+        written = [path, *parts] if part == WHOLE else [path, self.path]
+        there = [file for file in written if file.exists()]
+        if there and not force and not resume:
+            raise already_there(there[0], "with the missing ones")
+        for other in [path, *parts] if resume and not force else ():
+            self.known |= {} if other == self.path else _read(other)
+        mine = _read(self.path) if resume and not force else {}
+        self.known |= mine
+        rows = self.known if part == WHOLE else mine
+        self._write("".join(_line(key, row) for key, row in rows.items()))
+        for other in parts if force and part == WHOLE else ():
+            files.remove(other)
+
+    def _write(self, text):
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            files.write_whole(self.path, text.encode())
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def _unwritable(self, error):
+        return DustError(f"Cannot write {self.path}: {files.explain(error, self.path)}.")
 
     def add(self, key, answer):
         """Add the line of an Answer, whole on the disk when this returns. Raises DustError."""
@@ -127,8 +145,18 @@ class Rows:
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
-            why = files.explain(error, self.path)
-            raise DustError(f"Cannot write {self.path}: {why}.") from error
+            raise self._unwritable(error) from error
+
+
+def _read(path):
+    """key -> row of the lines of a file that have numbers, {} without a file."""
+    rows = {}
+    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
+        with suppress(ValueError, KeyError, TypeError):  # the last may have been cut off
+            row = json.loads(line)
+            if "error" not in row:
+                rows[row.pop("key")] = row
+    return rows
 
 
 def _line(key, row):

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import inf, sqrt
+from pathlib import Path
 
 import numpy as np
 
@@ -157,17 +158,22 @@ class Search:
 
     The sample is a pair, a collision, or explicit grains at a wall; its stop is relative to the
     first contact. tolerance: largest width of the bracket over its lower end. low, high [m/s]:
-    first bracket, by default about the closed form. log: called with a line on each bundle.
+    first bracket, by default about the closed form. directory: of the file of the simulated speeds,
+    from which an interrupted search continues; None: they are not stored. log: called with a line
+    before and after each bundle.
     `points` and the constructor raise DustError for a scene without two bodies, without a time of
     the stop, or without a sticking speed.
     """
 
-    directory = file = None  # nothing is written
     timed = False
 
-    def __init__(self, scene, tolerance=1e-3, low=None, high=None, *, log=lambda text: None):
+    def __init__(
+        self, scene, tolerance=1e-3, low=None, high=None, *, directory=None, log=lambda text: None
+    ):
         self.scene, self.tolerance, self.log = scene, tolerance, log
-        self.collision = collision = Collision(scene, tolerance)
+        self.directory = None if directory is None else Path(directory)
+        self.file = None if directory is None else self.directory / "search.jsonl"
+        self.collision = collision = Collision(scene, tolerance, self.file)
         few = len(collision.sample) <= 2
         low = collision.closed * (0.25 if few else 1.0) if low is None else low
         high = max(collision.closed * (4.0 if few else 100.0), 4.0 * low) if high is None else high
@@ -180,16 +186,15 @@ class Search:
         """The next bundle, none where the bracket is narrow enough."""
         wanted = self._wanted()
         if not all(point.label in found for point in wanted):
+            ends = f"{self._asked[0]:.5g} to {self._asked[-1]:.5g} m/s"
+            self.log(f"bundle {self._rounds + 1}: {len(wanted)} speeds from {ends}")
             return wanted
         for failed in (one for one in found.values() if not one.ok):
             raise DustError(failed.text)
         self._rounds += 1
         speeds, bound = _all_speeds(found)
         own = sum(found[point.label].measured["bound"] for point in wanted)
-        self.log(
-            f"{len(wanted)} speeds from {self._asked[0]:.5g} to {self._asked[-1]:.5g} m/s: "
-            f"{own} bound"
-        )
+        self.log(f"bundle {self._rounds}: {own} of {len(wanted)} bound")
         low, high = self.bracket
         first = int(np.argmin(bound))
         if bound.all():
@@ -209,7 +214,7 @@ class Search:
                 "longer stop.time."
             )
         self._asked = np.geomspace(*self.bracket, count)[inside]
-        return self._wanted()
+        return self.points(found)
 
     def _wanted(self):
         # whether they stick is seen at the end

@@ -16,7 +16,7 @@ from bits import assert_same_bits
 from program import dust
 from scenes import EXAMPLES, ROOT, extensions_forgotten, write_spring
 
-from dusttaichi.commands.sweep import _part
+from dusttaichi.commands.options import part_of
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import RESULT
 from dusttaichi.run import execute
@@ -24,6 +24,7 @@ from dusttaichi.scene import load
 from dusttaichi.studies import engine, pool
 from dusttaichi.studies.sweep import sweep
 
+SCRIPT = EXAMPLES / "job_array.sh"
 KEYS = ["--set", "stop.steps=50,60,70"]
 TINY = """
 name: tiny
@@ -58,10 +59,9 @@ def steps(folder):
 
 @pytest.mark.long  # four starts of the program
 def test_a_job_array_does_the_sweep_in_parts(folder):
-    array = {**os.environ, "SLURM_ARRAY_TASK_COUNT": "2"}
-    script = ["bash", str(EXAMPLES / "sweep_array.sh"), "tiny.yaml", *KEYS]
-    for task, expected in (("2", [60]), ("1", [50, 60, 70])):
-        env = array | {"SLURM_ARRAY_TASK_ID": task}
+    script = ["bash", str(SCRIPT), "sweep", "tiny.yaml", *KEYS]
+    for task, expected in ((1, [60]), (0, [50, 60, 70])):
+        env = os.environ | array(task, 0, 1, parts=2)
         done = subprocess.run(script, env=env, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         assert sorted(steps(folder)) == expected
@@ -78,7 +78,8 @@ def test_a_job_array_does_the_sweep_in_parts(folder):
 @pytest.mark.long  # tests of ensembles send runs to Dask in every suite
 def test_a_sweep_goes_to_the_workers_of_jobqueue(folder, cluster):
     example = runpy.run_path(str(EXAMPLES / "jobqueue.py"))
-    code = example["sweep"](cluster, "tiny.yaml", ["stop.steps=50,60"], "-q", "--no-figures")
+    words = "sweep", "tiny.yaml", ["stop.steps=50,60"], "-q", "--no-figures"
+    code = example["study"](cluster, *words)
     assert code == 0 and sorted(steps(folder)) == [50, 60]
     assert (folder / "runs/tiny-sweep/sweep.nc").exists()
 
@@ -86,8 +87,62 @@ def test_a_sweep_goes_to_the_workers_of_jobqueue(folder, cluster):
 @pytest.mark.parametrize("text", ["0/2", "3/2", "1", "a/b", "1/0"])
 def test_a_part_that_is_none(text):
     with pytest.raises(DustError, match="allowed: K/N with K from 1 to N"):
-        _part(text)
-    assert _part(None) == (1, 1) and _part("2/8") == (2, 8)
+        part_of(text)
+    assert part_of(None) == (1, 1) and part_of("2/8") == (2, 8)
+
+
+STUB = """#!/bin/bash
+echo "$@"
+trap 'echo checkpoint; exit 130' TERM
+[ -z "$WAITS" ] && exit 0
+echo started >&2
+while true; do sleep 0.02; done
+"""
+
+
+@pytest.fixture
+def stub(tmp_path, monkeypatch):
+    """A program `dust` that prints its arguments and, if it WAITS, the signal TERM."""
+    (tmp_path / "dust").write_text(STUB)
+    (tmp_path / "dust").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+
+
+def array(task, first, last, parts=None):
+    """Environment of a task of `sbatch --array=first-last`."""
+    numbers = {"ID": task, "MIN": first, "MAX": last, "COUNT": last - first + 1}
+    found = {f"SLURM_ARRAY_TASK_{name}": str(number) for name, number in numbers.items()}
+    return found | ({} if parts is None else {"PARTS": str(parts)})
+
+
+def part_of_task(*how, **more):
+    words = ["bash", str(SCRIPT), "collide", "a b.yaml"]
+    env = os.environ | array(*how, **more)
+    done = subprocess.run(words, env=env, capture_output=True, text=True)
+    return done.stdout.partition("--part ")[2].split()[0] if done.returncode == 0 else done.stderr
+
+
+def test_every_array_has_the_parts_of_the_study(stub):
+    """Tasks from 0 or 1 on have all parts; one of them again, alone, has the same one."""
+    for first in (0, 1):
+        parts = [part_of_task(task, first, first + 3) for task in range(first, first + 4)]
+        assert sorted(parts) == ["1/4", "2/4", "3/4", "4/4"]
+        assert [part_of_task(task, task, task) for task in range(first, first + 4)] == parts
+    assert part_of_task(5, 0, 7, parts=8) == "6/8"
+    assert "PARTS=8 sbatch" in part_of_task(5, 0, 7)  # two tasks would do the same part
+
+
+def test_the_signal_before_the_time_limit_reaches_dust(stub):
+    """SLURM sends it to the process of the script (B:), which therefore is that of dust."""
+    assert "#SBATCH --signal=B:TERM@120\n" in SCRIPT.read_text()
+    words = ["bash", str(SCRIPT), "collide", "a.yaml"]
+    env = os.environ | array(0, 0, 3) | {"WAITS": "1"}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(words, env=env, **pipes) as process:
+        assert process.stderr.readline() == "started\n"
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(20) == 130
+        assert "checkpoint" in process.stdout.read()
 
 
 SCENE = TINY.replace("{steps: 10}", "{steps: 1000}")

@@ -250,6 +250,26 @@ def test_files_of_a_study(done):
     assert names == {"outcomes.png", "growth.png", "spectrum.png", "phases.png"}
 
 
+def test_parts_of_a_study_make_the_whole(done, capsys):
+    """Each part writes a file of its own, so that they may run at the same time."""
+    folder, _ = done
+    words = ["collide", folder / "study.yaml", "-o", folder / "parts", "-q", "--no-figures"]
+    for number in (1, 2):
+        dust(*words, "--part", f"{number}/2")
+    assert "2 of 4 collisions; when all are done: dust" in capsys.readouterr().out
+    assert not (folder / "parts/collisions.nc").exists()
+    with pytest.raises(DustError, match="collisions.1-of-2.jsonl exists already"):
+        dust(*words, "--part", "1/2")
+    with pytest.raises(DustError, match="exists already"):
+        dust(*words)
+    dust(*words, "--resume")
+    rows = [(folder / name / "collisions.jsonl").read_text() for name in ("out", "parts")]
+    assert sorted(rows[0].splitlines()) == sorted(rows[1].splitlines())
+    assert "4 of 4 are already finished" in capsys.readouterr().err
+    dust(*words, "--resume", "--part", "2/3")  # other parts later: nothing is computed again
+    assert (folder / "parts/collisions.2-of-3.jsonl").read_text() == ""
+
+
 @pytest.mark.long  # runs of an ensemble go there in every suite
 def test_a_study_on_a_dask_cluster(done, cluster):
     """Without a shared disk, bit for bit what this machine has made."""

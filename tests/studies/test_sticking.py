@@ -126,19 +126,34 @@ def test_map_is_written(tmp_path):
 
 def test_numbers_as_json(tmp_path, capsys):
     (tmp_path / "pair.yaml").write_text(pair().to_yaml())
-    dust("sticking", tmp_path / "pair.yaml", "--tolerance", 0.2, "--json", "-q")
+    words = ["sticking", tmp_path / "pair.yaml", "--tolerance", 0.2, "-o", tmp_path / "search"]
+    dust(*words, "--json", "-q")
     found = json.loads(capsys.readouterr().out)
     assert found["low"] < 0.1101 < found["high"] and found["low"] < found["speed"] < found["high"]
     assert len(found["speeds"]) == len(found["bound"])
     # that it goes on where it ended is the engine's: test_workers
     (tmp_path / "pair.yaml").write_text(pair().to_yaml())
     words = ["sticking", tmp_path / "pair.yaml", "--tolerance", 0.1, "-q", "--resume"]
-    with pytest.raises(DustError, match="--resume is for maps"):
-        dust(*words)
     dust(*words, "--map", "0.05 m/s,0.5 m/s,3", "-o", tmp_path / "map")
     assert len((tmp_path / "map/restitution.jsonl").read_text().splitlines()) == 3
     with xr.open_dataset(tmp_path / "map/restitution.nc") as data:
         assert data.bound.values.tolist() == [1, 0, 0]
+
+
+def test_a_search_continues_with_the_speeds_that_are_stored(tmp_path, capsys):
+    """Of an interrupted one no speed is computed again; progress is told without a terminal."""
+    (tmp_path / "pair.yaml").write_text(pair().to_yaml())
+    words = ["sticking", tmp_path / "pair.yaml", "--tolerance", 0.1, "-o", tmp_path / "search"]
+    dust(*words)
+    said, rows = capsys.readouterr(), tmp_path / "search/search.jsonl"
+    assert "bundle 1: 16 speeds from 0.0275" in said.err and "bundle 2: " in said.err
+    lines = rows.read_text().splitlines()
+    rows.write_text("\n".join(lines[:20]))  # the second bundle had begun
+    dust(*words, "--resume")
+    again = capsys.readouterr()
+    assert "16 of 16 are already finished" in again.err and "4 of 16 are already" in again.err
+    assert sorted(rows.read_text().splitlines()) == sorted(lines)
+    assert again.out == said.out
 
 
 def test_refused():
