@@ -1,9 +1,10 @@
-"""A study on the nodes of a batch system, by dask-jobqueue: python jobqueue.py sweep FILE KEY=VALUES...
+"""A study on the nodes of a batch system, by dask-jobqueue.
 
     pip install 'dusttaichi[cluster]' dask-jobqueue
+    python jobqueue.py sweep FILE KEY=VALUES...
+    python jobqueue.py collide FILE
 
-Its runs go to workers, which start as jobs and end with this program; results come back through the
-network. `python jobqueue.py collide FILE` does the same for collisions.
+The workers start as jobs and end with this program; results come back through the network.
 """
 
 import subprocess
