@@ -1,6 +1,5 @@
 """Grain-by-grain simulation of porous dust with JKR contacts."""
 
-import inspect
 import os
 from importlib import import_module
 
@@ -12,10 +11,6 @@ __version__ = "0.1.0"
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
 provide_home()
-
-# For each function that it decorates at import Taichi searches the importing module among all
-# modules, which takes half a second in all, because it is Python's own importer
-inspect.modulesbyfile["<frozen importlib._bootstrap>"] = "importlib._bootstrap"
 
 # The Python interface by name; imported on first use.
 _NAMES = {

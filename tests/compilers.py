@@ -4,9 +4,11 @@ import re
 
 import pytest
 
-from dusttaichi.compute import compiler
+from dusttaichi.compute import compiler, taichi_internals
 
-taichi_alone = pytest.mark.skipif(compiler.name() != "taichi", reason="internals of Taichi")
+taichi_alone = pytest.mark.skipif(
+    compiler.name() != "taichi" or not taichi_internals.are_allowed(), reason="internals of Taichi"
+)
 
 BLOCK = re.compile(r"^[\w.]+:.*?(?=^[\w.]+:|^})", re.MULTILINE | re.DOTALL)
 

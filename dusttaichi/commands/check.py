@@ -62,9 +62,10 @@ def check(
         console.print("\nThe scene resolved", style="bold")
         console.print(scene.to_yaml().rstrip())
     if internals:
-        from dusttaichi.compute import processor, taichi_patches
+        from dusttaichi.compute import processor
+        from dusttaichi.compute.taichi_internals import source_reading
 
-        compiler = [("processor", processor.model()), *taichi_patches.rows(scene.numerics.debug)]
+        compiler = [("processor", processor.model()), *source_reading.rows(scene.numerics.debug)]
         _show([("Processor and compiler", compiler), *how.internals(scene)])
     if forces:
         _show(how.forces(scene) or [("Forces at the start", _NOT_KNOWN)])

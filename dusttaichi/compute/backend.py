@@ -10,8 +10,8 @@ from dusttaichi.compute import cache, compiler, processor
 from dusttaichi.compute.affinity import POOL
 from dusttaichi.compute.engine import settings, ti
 from dusttaichi.compute.processor import usable_cores
-from dusttaichi.compute.programs import PROGRAMS
-from dusttaichi.compute.taichi_patches import patch
+from dusttaichi.compute.taichi_internals.programs import PROGRAMS
+from dusttaichi.compute.taichi_internals.source_reading import patch
 from dusttaichi.errors import StartError
 
 THREAD_CLASSES = (32, 1024)  # numbers of threads that kernels are compiled for

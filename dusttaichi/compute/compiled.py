@@ -6,9 +6,10 @@ from typing import Any
 
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import program
-from dusttaichi.compute.launching import Launch
-from dusttaichi.compute.memory import FieldAccess, Table, arrays_of
-from dusttaichi.compute.programs import PROGRAMS
+from dusttaichi.compute.memory import FieldAccess, Table
+from dusttaichi.compute.taichi_internals.addresses import arrays_of
+from dusttaichi.compute.taichi_internals.launching import Launch
+from dusttaichi.compute.taichi_internals.programs import PROGRAMS
 
 LARGE = 2**25  # bytes of fields above which a structure ends when another one is used
 

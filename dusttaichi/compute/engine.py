@@ -1,7 +1,7 @@
 """The compiler, in one place: every other module takes `ti` from here, and none imports it.
 
 It is Taichi, or Quadrants where DUST_COMPILER says so (see compute/compiler.py); its internals
-are patched by compute/taichi_patches.py.
+are used in compute/taichi_internals.
 """
 
 import os
@@ -11,6 +11,8 @@ from importlib import import_module
 from operator import attrgetter
 
 from dusttaichi.compute import compiler
+from dusttaichi.compute.taichi_internals import are_allowed
+from dusttaichi.compute.taichi_internals.import_search import known_importer
 
 VERSION = compiler.version()  # raises where it is not installed
 PATCHED = ("1.7.3", "1.7.4")  # versions of Taichi whose internals were tested
@@ -29,7 +31,7 @@ def _errors_alone(variable):
         del os.environ[variable]
 
 
-with _errors_alone(f"{compiler.PREFIX[compiler.name()]}LOG_LEVEL"):
+with _errors_alone(f"{compiler.PREFIX[compiler.name()]}LOG_LEVEL"), known_importer():
     ti = import_module(compiler.name())
 # of Quadrants, about lists as arguments: it examines their types at every call
 warnings.filterwarnings("ignore", ".*Template mapper caching disabled")
@@ -40,8 +42,8 @@ __all__ = ["PATCHED", "VERSION", "program", "settings", "tested", "ti"]
 
 
 def tested():
-    """True for a compiler whose internals were tested."""
-    return compiler.name() == "taichi" and VERSION in PATCHED
+    """True for a compiler whose internals were tested and are not switched off."""
+    return compiler.name() == "taichi" and VERSION in PATCHED and are_allowed()
 
 
 def program():

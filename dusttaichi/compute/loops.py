@@ -19,7 +19,7 @@ from math import ceil
 from typing import Any
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import LOOK, Launch
+from dusttaichi.compute.taichi_internals.launching import LOOK, Launch
 
 # A parallel loop is cut into runs of at least 512 iterations: one of each run works.
 STRIDE = 512

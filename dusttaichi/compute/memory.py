@@ -1,23 +1,19 @@
 """Capacity of fields, and transfer of their used part to NumPy and back.
 
 Fields have a larger capacity than a scene has particles (capacity_for), and Taichi's own transfers
-copy whole fields and compile a kernel for each. On a CPU the arrays share the memory of the fields:
-one kernel returns its address, Taichi knows its layout. From a device the requested rows are copied
-(compute.transfer).
+copy whole fields and compile a kernel for each. On a CPU the arrays share the memory of the fields
+(compute.taichi_internals.addresses); else the requested rows are copied (compute.transfer).
 """
 
-import ctypes
-import re
 from math import floor, log2
 
 import numpy as np
 
 from dusttaichi.compute import transfer
-from dusttaichi.compute.engine import program, ti
+from dusttaichi.compute.engine import program
 from dusttaichi.compute.transfer import TYPES, lanes_of, type_of
-from dusttaichi.errors import DustError
 
-__all__ = ["TYPES", "FieldAccess", "Table", "arrays_of", "capacity_for"]
+__all__ = ["TYPES", "FieldAccess", "Table", "capacity_for"]
 
 SMALLEST = 1024  # capacity, particles
 COARSE = 16384  # particles up to which capacities grow fourfold
@@ -110,52 +106,3 @@ class Table:
             self.memory[...] = value
         else:
             self.field.fill(value)
-
-
-def arrays_of(fields):
-    """Arrays that share the memory of fields (a dict by name), which this process can read.
-
-    Raises DustError if there is not enough memory.
-    """
-    base = _base(next(iter(fields.values())))
-    return {name: _memory(field, base) for name, field in fields.items()}
-
-
-def _offset(field):
-    """Bytes from the beginning of all fields to this one, and from one element to the next."""
-    leaf = field.snode
-    dense = leaf.parent()
-    offset = leaf._offset_bytes_in_parent_cell + dense._offset_bytes_in_parent_cell
-    return offset, dense._cell_size_bytes
-
-
-def _base(field):
-    """Address of the first byte of all fields, which are contiguous."""
-    place = [0] * len(field.shape)
-
-    @ti.kernel
-    def address() -> ti.u64:
-        return ti.get_addr(field, place)
-
-    try:
-        return address() - _offset(field)[0]
-    except RuntimeError as error:  # the first launch allocates the fields
-        size = re.search(r"allocation \((\d+) B\) failed", str(error))
-        if size is None:
-            raise
-        raise DustError(
-            f"The fields of this scene need {int(size[1]) / 1e9:.3g} GB in one piece, more than "
-            "this process can have. Try fewer grains, a longer numerics.spacing or smaller "
-            "bodies, or a higher limit of memory (ulimit -v, container, batch system)."
-        ) from error
-
-
-def _memory(field, base):
-    """Array of a field (rows, ..., elements) that shares its memory."""
-    dtype, lanes = np.dtype(type_of(field)), lanes_of(field)
-    offset, size = _offset(field)
-    elements = int(np.prod(field.shape, dtype=np.int64))
-    whole = (ctypes.c_char * (size * elements)).from_address(base + offset)
-    strides = (size, *[dtype.itemsize] * len(lanes))
-    rows = np.ndarray((elements, *lanes), dtype, buffer=whole, strides=strides)
-    return rows.reshape(*field.shape, *lanes)  # a view of the same memory

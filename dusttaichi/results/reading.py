@@ -2,10 +2,7 @@
 
 import bisect
 import math
-import sys
-from contextlib import suppress
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
@@ -20,32 +17,6 @@ from dusttaichi.results.variables import record_dimension
 
 ATTEMPTS = 3  # while a run joins its parts
 SMALL = 64  # largest number of entries of a record for which a variable is read at once
-
-
-def _ask_for_loaded_arrays_alone():
-    """Let xarray look for arrays and schedulers of dask and pint only where these are imported.
-
-    It would import both, where they are installed, to ask whether an array is one of theirs: half a
-    second of each command that opens a result, and a second of one that writes a dataset.
-    """
-    from xarray.namedarray import pycompat, utils
-
-    module, is_of_dask = pycompat._get_cached_duck_array_module, utils.is_dask_collection
-    nothing = SimpleNamespace(type=(), available=False)
-    pycompat._get_cached_duck_array_module = lambda name: (
-        nothing if name in ("dask", "pint") and name not in sys.modules else module(name)
-    )
-    utils.is_dask_collection = lambda array: "dask" in sys.modules and is_of_dask(array)
-    from xarray.backends import locks, writers  # last: older versions have other names
-
-    scheduler = locks.get_dask_scheduler
-    locks.get_dask_scheduler = writers.get_dask_scheduler = lambda: (
-        scheduler() if "dask" in sys.modules else None
-    )
-
-
-with suppress(ImportError, AttributeError):  # another version of xarray, which then imports them
-    _ask_for_loaded_arrays_alone()
 
 
 def open_tree(path):

@@ -5,9 +5,10 @@ import pytest
 from compilers import taichi_alone
 from scenes import Probe, box, make_scene, sample_of
 
-from dusttaichi.compute import compiler, engine, taichi_patches
+from dusttaichi.compute import compiler, engine
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import settings, ti
+from dusttaichi.compute.taichi_internals import source_reading
 
 RADIUS = 0.6e-6
 DEBUG = {"numerics": {"debug": True}}
@@ -16,13 +17,13 @@ DEBUG = {"numerics": {"debug": True}}
 @pytest.fixture(autouse=True)
 def patched_again():
     yield
-    taichi_patches.patches.cache_clear()
+    source_reading.patches.cache_clear()
     start_taichi(make_scene(), 1)
 
 
 def of_taichi():
     """Whether all that is patched is Taichi's own."""
-    return {getattr(h, n) is own for h, n, own, ours in taichi_patches.patches() if own is not ours}
+    return {getattr(h, n) is own for h, n, own, ours in source_reading.patches() if own is not ours}
 
 
 def run(**keys):
@@ -75,13 +76,13 @@ def test_settings_of_the_shell_count_in_debug(monkeypatch):
 
 @taichi_alone
 def test_another_version_is_left_as_it_is(monkeypatch):
-    taichi_patches.patch(debug=True)
+    source_reading.patch(debug=True)
     monkeypatch.setattr(engine, "VERSION", "1.7.9")
-    taichi_patches.patches.cache_clear()
+    source_reading.patches.cache_clear()
     before = ti.lang.kernel_impl.transform_tree, ti.lang.expr.make_constant_expr
-    taichi_patches.patch(debug=False)
+    source_reading.patch(debug=False)
     after = ti.lang.kernel_impl.transform_tree, ti.lang.expr.make_constant_expr
     assert after == before
-    rows = dict(taichi_patches.rows(debug=False))
+    rows = dict(source_reading.rows(debug=False))
     assert rows["compiler"] == "Taichi 1.7.9"
     assert "1.7.3 and 1.7.4" in rows["patches of its internals"]

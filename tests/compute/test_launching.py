@@ -5,8 +5,8 @@ from scenes import make_scene
 
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import Launch
 from dusttaichi.compute.scan import CHUNK, Scan, scan_capacity
+from dusttaichi.compute.taichi_internals.launching import Launch
 
 
 def test_arguments_reach_a_kernel_whatever_their_place_and_however_often():

@@ -7,10 +7,11 @@ import pytest
 from bits import assert_same_bits
 from scenes import FAR, Probe, make_scene, sample_of
 
-from dusttaichi.compute import compiled, engine, programs
+from dusttaichi.compute import compiled, engine
 from dusttaichi.compute.compiled import Compiled, Structures
 from dusttaichi.compute.engine import program, ti
-from dusttaichi.compute.programs import PROGRAMS
+from dusttaichi.compute.taichi_internals import programs
+from dusttaichi.compute.taichi_internals.programs import PROGRAMS
 
 X = np.array([[-0.6005, 0.0, 0.0], [0.6005, 0.01, 0.0]]) * 1e-6
 V = np.array([[0.3, 0.1, 0.0], [-0.3, 0.0, 0.0]])

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 import synthetic
 import xarray as xr
-from program import python
 from records import GRAINS, check, fill
 
 from dusttaichi.errors import DustError
@@ -129,21 +128,6 @@ def test_provenance_names_the_machine():
     attrs = provenance("a", "b", seed=3)
     assert attrs["scene_given"] == "a" and attrs["seed"] == 3
     assert attrs["taichi_version"] and attrs["cpu"] and attrs["platform"]
-
-
-def test_arrays_of_dask_and_pint_are_those_of_xarray():
-    """A result is opened without them; an array of theirs is known as soon as they are imported."""
-    code = (
-        "import sys, xarray as xr, numpy as np, dusttaichi.results.reading\n"
-        "data = xr.Dataset({'x': ('n', np.arange(4.0))})\n"
-        "assert float((2 * data.load()).x.sum()) == 12 and 'dask.array' not in sys.modules\n"
-        "import dask.array, pint\n"
-        "lazy = 2 * data.chunk(n=2)\n"
-        "assert lazy.x.chunks == ((2, 2),) and isinstance(lazy.load().x.values, np.ndarray)\n"
-        "own = xr.Variable('n', pint.UnitRegistry().Quantity(np.ones(2), 'm'))\n"
-        "assert (own + own).to_numpy().tolist() == [2.0, 2.0]\n"
-    )
-    python("-c", code, check=True)
 
 
 # records of the first 150 steps of `fill` with rows=1

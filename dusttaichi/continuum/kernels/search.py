@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 from dusttaichi.compute.blocks import is_idle, loop_length
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import Launch
+from dusttaichi.compute.taichi_internals.launching import Launch
 from dusttaichi.continuum.kernels.lists import (
     COUNT,
     LIST,

@@ -10,9 +10,9 @@ from types import SimpleNamespace
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, padded
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import LOOK
 from dusttaichi.compute.loops import BEGUN, DONE, DUE, HALT, STOP, Arguments, Launches, conclude
 from dusttaichi.compute.scan import CHUNK
+from dusttaichi.compute.taichi_internals.launching import LOOK
 from dusttaichi.grains.kernels.contacts import ContactPass
 from dusttaichi.grains.kernels.store import GRAINS
 

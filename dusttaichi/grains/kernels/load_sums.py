@@ -2,7 +2,7 @@
 
 from dusttaichi.compute.blocks import THREADS, BlockSums
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.launching import Launch
+from dusttaichi.compute.taichi_internals.launching import Launch
 from dusttaichi.grains.kernels.store import PAIRS, capacity
 from dusttaichi.grains.kernels.wall_search import WallSums
 

@@ -4,7 +4,7 @@ Taichi reads the sources of kernels at every start, even if the compiled kernels
 the patches omit work for its error messages and work repeated at every call of a function.
 
 Only versions that were tested are patched (engine.PATCHED), never with `numerics.debug`, and never
-Quadrants. tests/compute/test_taichi_patches.py names what another version has changed.
+Quadrants. tests/compute/test_taichi_internals.py names what another version has changed.
 """
 
 import ast

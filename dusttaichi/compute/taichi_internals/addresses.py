@@ -1,0 +1,67 @@
+"""Arrays that share the memory of fields, where this process can read it.
+
+One kernel returns the address of the fields, and Taichi knows their layout.
+"""
+
+import ctypes
+import re
+
+import numpy as np
+
+from dusttaichi.compute.engine import ti
+from dusttaichi.compute.taichi_internals import are_allowed
+from dusttaichi.compute.transfer import lanes_of, type_of
+from dusttaichi.errors import DustError
+
+
+def arrays_of(fields):
+    """Arrays that share the memory of fields (a dict by name); none where they are switched off.
+
+    Raises DustError if there is not enough memory.
+    """
+    first = next(iter(fields.values()))
+    address = _allocate(first)
+    if not are_allowed():
+        return {}
+    base = address - _offset(first)[0]
+    return {name: _memory(field, base) for name, field in fields.items()}
+
+
+def _allocate(field):
+    """Address of a field; all fields, which are contiguous, are allocated by the first launch."""
+    origin = [0] * len(field.shape)
+
+    @ti.kernel
+    def address() -> ti.u64:
+        return ti.get_addr(field, origin)
+
+    try:
+        return address()
+    except RuntimeError as error:
+        size = re.search(r"allocation \((\d+) B\) failed", str(error))
+        if size is None:
+            raise
+        raise DustError(
+            f"The fields of this scene need {int(size[1]) / 1e9:.3g} GB in one piece, more than "
+            "this process can have. Try fewer grains, a longer numerics.spacing or smaller "
+            "bodies, or a higher limit of memory (ulimit -v, container, batch system)."
+        ) from error
+
+
+def _offset(field):
+    """Bytes from the beginning of all fields to this one, and from one element to the next."""
+    leaf = field.snode
+    dense = leaf.parent()
+    offset = leaf._offset_bytes_in_parent_cell + dense._offset_bytes_in_parent_cell
+    return offset, dense._cell_size_bytes
+
+
+def _memory(field, base):
+    """Array of a field (rows, ..., elements) that shares its memory."""
+    dtype, lanes = np.dtype(type_of(field)), lanes_of(field)
+    offset, size = _offset(field)
+    elements = int(np.prod(field.shape, dtype=np.int64))
+    whole = (ctypes.c_char * (size * elements)).from_address(base + offset)
+    strides = (size, *[dtype.itemsize] * len(lanes))
+    rows = np.ndarray((elements, *lanes), dtype, buffer=whole, strides=strides)
+    return rows.reshape(*field.shape, *lanes)  # a view of the same memory
