@@ -9,10 +9,10 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import (
     connected,
     grains_within,
-    held_together,
     largest_first,
     power,
 )
+from dusttaichi.physics.unwrap import held_together
 
 
 @dataclass(frozen=True)

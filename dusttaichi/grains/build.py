@@ -72,6 +72,7 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     push = make_push(scene.push, sample.info, order, dt, {push.kind for push in of_stages(scene)})
     contacts = farthest_contacts(scene, own)
     box, cell = environment(scene, sample, own, contacts)
+    sample = with_images(scene, sample, cell)
     volume = len(order) * 4.0 / 3.0 * np.pi * radii**3
     if own is not None:
         volume = float(np.sum(4.0 / 3.0 * np.pi * radii**3))
@@ -101,6 +102,24 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
         loops=loops,
         layout=layout,
     )
+
+
+def with_images(scene, sample, cell):
+    """The Sample with the measures that it has in a domain.Cell, None without one.
+
+    scene: `scaled`. A sample that has been described in this cell is returned as it is.
+    """
+    if cell is None:
+        return sample
+    periodic = np.isin(np.arange(3), cell.axes)
+    period = np.where(periodic, cell.edges(0.0) * units.LENGTH, np.inf)
+    around = samples.Cell(period, cell.offset(0.0) * units.LENGTH)
+    materials = samples.Materials(scene)
+    before = samples.cell_of(sample.info, materials)
+    same = np.allclose(before.period, period) and np.isclose(before.tilt, around.tilt)
+    if same and "network" in sample.info:
+        return sample
+    return samples.described(sample, materials.radii_of(sample), around)
 
 
 def chosen_numbers(scene, model, own, contacts):

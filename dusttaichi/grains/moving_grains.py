@@ -177,7 +177,7 @@ class MovingGrains(SimpleSimulation):
             "threads": sim.threads,
             "periodic_axes": " ".join(scene.boundary.periodic_axes),
             "materials": " ".join([DEFAULT, *scene.materials]) if polydisperse else None,
-            "sample": yaml_text(self.sample.info),
+            "sample": yaml_text(sim.sample_info),
             "grains": sim.grains,
             "sphere_radius": sim.sphere and sim.sphere.own.radius,
             "stiffness_scaling": None if sim.stiffness == 1.0 else sim.stiffness,

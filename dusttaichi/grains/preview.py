@@ -16,6 +16,7 @@ from dusttaichi.grains.time_step import short_loads
 from dusttaichi.method import Preview
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model
+from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene import quantities
 from dusttaichi.scene.material import DEFAULT
 
@@ -26,7 +27,7 @@ def preview(scene):
     parts = prepared(scene, sample)
     scene, own, step, domain = parts.scene, parts.polydisperse, parts.step, parts.domain
     domain.driven(scene.stage_plans[0].drive, 0).check_start()
-    sections = [("Sample", _sample(scene, sample, own)), *_contacts(scene, own)]
+    sections = [("Sample", _sample(scene, parts)), *_contacts(scene, own)]
     if parts.sphere is not None:
         sections.append(("Sphere", _sphere(parts.sphere, parts.properties.radius)))
         farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
@@ -183,35 +184,21 @@ def _number(value, unit):
     return f"{value:.5g} {unit}".removesuffix(" 1")
 
 
-def _sample(scene, sample, bodies):
+def _sample(scene, parts):
+    """Rows of the Sample of a Prepared."""
+    bodies, info = parts.polydisperse, parts.sample.info
     mass = quantities.format(constants.grain_mass(scene.material), "mass", digits=5)
-    rows = [("grains", f"{len(sample.positions):,}")]
-    radii = scene.material.radius
+    rows = [("grains", f"{len(parts.sample):,}")]
     if bodies is not None:
         names = [DEFAULT, *scene.materials]
-        made_of = [names[number] for number in np.unique(bodies.material)]
-        radii = bodies.radius
-        ends = (quantities.format(r, "length", digits=5) for r in (radii.min(), radii.max()))
+        kinds = [names[number] for number in np.unique(bodies.material)]
+        ends = (bodies.radius.min(), bodies.radius.max())
+        ends = (quantities.format(r, "length", digits=5) for r in ends)
         rows.append(("radii", " to ".join(ends)))
-        rows.append(("materials", ", ".join(made_of)))
+        rows.append(("materials", ", ".join(kinds)))
         masses = (bodies.mass.min(), bodies.mass.max())
         mass = " to ".join(quantities.format(m, "mass", digits=5) for m in masses)
-    extent = samples.sample.extent(sample, radii)
-    rows += [
-        ("mass of a grain", mass),
-        ("extent", " x ".join(f"{e * 1e6:.4g}" for e in extent) + " µm"),
-    ]
-    info = sample.info
-    if "period" in info:
-        edges = " x ".join(f"{edge * 1e6:.5g}" for edge in info["period"])
-        rows.append(("repeats itself after", f"{edges} µm"))
-    if "touching" in info:
-        rows.append(("contacts", info["touching"]["text"]))
-    rows += [
-        ("coordination number", f"{info['coordination']:.3g}"),
-        (f"filling factor of the {info['filling_factor_in']}", f"{info['filling_factor']:.4g}"),
-        ("radius of gyration", f"{info['radius_of_gyration'] * 1e6:.4g} µm"),
-    ]
+    rows += [("mass of a grain", mass), *_sizes(parts.domain, info)]
     named = {
         "fractal_dimension": "fractal dimension of the core",
         "bulk_filling_factor": "filling factor of the inner part",
@@ -227,3 +214,39 @@ def _sample(scene, sample, bodies):
         if not info["hit"]:
             rows[-1] = ("flight to the touch", "never: the bodies miss each other")
     return rows + [("note", text) for text in info.get("remarks", ())]
+
+
+def _sizes(domain, info):
+    """Rows of the measures of a sample (samples.describe) in a Domain."""
+    network, edges, rows = info["network"], domain.lengths(0), []
+    axes = [] if domain.cell is None else list(domain.cell.axes)
+    if axes:
+        along = "" if len(axes) == 3 else f" along {', '.join(AXES[n] for n in axes)}"
+        tilt = domain.tilt(0)
+        tilted = f", tilted by {tilt:.4g} µm along x" if tilt else ""
+        rows.append(("periodic cell", f"{_edges(edges[axes])}{along}{tilted}"))
+    elif "period" in info:
+        rows.append(("repeats itself after", _edges(1e6 * np.array(info["period"]))))
+    rows.append(("contacts", samples.counted(network)))
+    if "percolating" in network:
+        which = f"{network['percolating']:,} of {network['fragments']:,} fragments: "
+        which = which if network["fragments"] > 1 else ""
+        text = f"{which}connected to its own images along {', '.join(network['along'].split())}"
+        rows.append(("percolates", text))
+    # a body in open space is what the file or the generator says, whether or not it is connected
+    of = " of the largest fragment" if axes and network["fragments"] > 1 else ""
+    gyration = info.get("radius_of_gyration")
+    gyration = "none, since it percolates" if gyration is None else f"{gyration * 1e6:.4g} µm"
+    rows += [
+        (f"extent{of}", _edges(1e6 * np.array(info["extent"]))),
+        ("coordination number", f"{info['coordination']:.3g}"),
+        (f"filling factor of the {info['filling_factor_in']}", f"{info['filling_factor']:.4g}"),
+    ]
+    if domain.bounded and len(axes) < 3:
+        rows.append(("filling factor of the box", f"{domain.clock().filling_factor_at(0):.4g}"))
+    return [*rows, (f"radius of gyration{of}", gyration)]
+
+
+def _edges(lengths):
+    """Lengths [um] for the user."""
+    return " x ".join(f"{edge:.4g}" for edge in lengths) + " µm"

@@ -45,7 +45,7 @@ class Simulation:
     radii [um]: of all grains, one number, or (N,) in the sample's order; radius, smallest: the
     largest and the smallest of them. mass [pg], inertia [pg um^2]: one number, or (N, 1) in
     internal order; unit_mass, unit_inertia: arguments of kernels, units where grains have their
-    own. volume [um^3]: of all grains.
+    own. volume [um^3]: of all grains. sample_info: that of the Sample, with images in its cell.
     """
 
     units = GRAINS
@@ -59,6 +59,7 @@ class Simulation:
         self.kernels, self.layout = compiled.kernels, compiled.layout
         self.fields, self.scratch, self.sums = tables
         self.order, self.grains = parts.order, len(parts.order)
+        self.sample_info = parts.sample.info
         self.state = GrainState(self.fields, self.layout, self.order)
         self.pair, self.wall, on_sphere = numbers
         self.stiffness = parts.scene.numerics.stiffness_scaling

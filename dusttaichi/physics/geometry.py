@@ -278,23 +278,6 @@ def largest_first(label, masses):
     return np.argsort(heaviest_first(label, masses))[label]
 
 
-def held_together(positions, pairs, starts, nearest):
-    """Positions (N, 3) for which fragments are not cut by the faces of a periodic cell.
-
-    pairs: (C, 2) connected points. starts: a point of each fragment, which does not move. nearest:
-    maps differences (3,) to those to the nearest image.
-    """
-    i, j = np.asarray(pairs).reshape(-1, 2).T
-    shape = (len(positions),) * 2
-    graph = scipy.sparse.coo_array((np.ones(len(i), np.int8), (i, j)), shape=shape).tocsr()
-    out = positions.copy()
-    for start in starts:
-        order, parent = scipy.sparse.csgraph.breadth_first_order(graph, start, directed=False)
-        for point in order[1:]:
-            out[point] = out[parent[point]] + nearest(positions[point] - positions[parent[point]])
-    return out
-
-
 LEAST_FRACTAL = 100  # grains: in fewer there is no range of radii to fit a power law to
 SHELLS = 8  # radii of the fit
 MOST_DISTANCES = 2e7  # between centres and all grains: below a second

@@ -17,6 +17,14 @@ from dusttaichi.samples import (  # noqa: F401, each registers its kind
     rbd,
     space_filling,
 )
+from dusttaichi.samples.description import (
+    coordination,
+    counted,
+    cut_contacts,
+    describe,
+    described,
+)
+from dusttaichi.samples.images import Cell, cell_of
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.push import group_of, pushed
 from dusttaichi.samples.registry import AnySample, SampleBlock, made, reads_samples, register
@@ -24,8 +32,6 @@ from dusttaichi.samples.sample import (
     ROUNDING,
     Sample,
     bulk_filling_factor,
-    coordination,
-    describe,
     filling_factor,
     fractal_dimension,
     radius_of_gyration,
@@ -33,12 +39,14 @@ from dusttaichi.samples.sample import (
     touching_pairs,
 )
 from dusttaichi.samples.taken import with_walls_of
+from dusttaichi.samples.touching import AT_REST
 from dusttaichi.scene import quantities
 
 __all__ = [
-    "AnySample", "Materials", "Sample", "SampleBlock", "bulk_filling_factor", "coordination",
-    "describe", "filling_factor", "fractal_dimension", "group_of", "make", "pushed",
-    "radius_of_gyration", "reads_samples", "register", "smallest_gap", "touching_pairs",
+    "AnySample", "Cell", "Materials", "Sample", "SampleBlock", "bulk_filling_factor", "cell_of",
+    "coordination", "counted", "describe", "described", "filling_factor", "fractal_dimension",
+    "group_of", "make", "pushed", "radius_of_gyration", "reads_samples", "register", "smallest_gap",
+    "touching_pairs",
 ]  # fmt: skip
 
 
@@ -51,12 +59,38 @@ def make(scene) -> Sample:
         A file cannot be used, grains overlap too much, a cut has no grains, or the sample would be
         too large; with the path in the YAML.
     """
-    sample = made(scene.sample, Materials(scene))
+    materials = Materials(scene)
+    sample = made(scene.sample, materials, body=False)
     block = getattr(scene.sample, "of", scene.sample)  # of a cutout
     own = type(block).__module__.startswith(f"{__name__}.")
     if block.kind == "explicit" or not own:
         sample = _remark_on_gaps(sample, scene)
+    if scene.sample.kind == "explicit":
+        sample = _remark_on_faces(sample, materials)
     return pushed(scene, with_walls_of(scene, sample))
+
+
+def _remark_on_faces(sample: Sample, materials: Materials) -> Sample:
+    """The sample, with a remark if the faces of the cell of its file cut contacts."""
+    here, file = cell_of(sample.info, materials), sample.info.get("cell")
+    if file is None or np.any(materials.periodic & np.isinf(here.period)):  # a cell to be fitted
+        return sample
+    period = np.array([np.inf if edge is None else edge for edge in file["period"]])
+    there = Cell(period, file["tilt"])
+    cut, every = cut_contacts(sample, materials.radii_of(sample), there, here, 1.0 + AT_REST)
+    if not cut:
+        return sample
+    text = (
+        f"sample: {cut:,} of its {every:,} contacts {'is' if cut == 1 else 'are'} across faces of "
+        "its cell, which this scene does not have, and lost. What keeps them: sample.keep: [box] "
+        "with a periodic boundary, or sample.fragment: largest, put together across the faces"
+    )
+    return _with_remark(sample, text)
+
+
+def _with_remark(sample: Sample, text: str) -> Sample:
+    info = sample.info | {"remarks": [*sample.info.get("remarks", ()), text]}
+    return replace(sample, info=info)
 
 
 def _remark_on_gaps(sample: Sample, scene) -> Sample:
@@ -73,5 +107,4 @@ def _remark_on_gaps(sample: Sample, scene) -> Sample:
         f"{quantities.format(gap, 'length', digits=3)} between them); are lengths and radii in "
         "the units you meant?"
     )
-    info = sample.info | {"remarks": [*sample.info.get("remarks", ()), text]}
-    return replace(sample, info=info)
+    return _with_remark(sample, text)

@@ -26,8 +26,12 @@ class Materials:
         Radius of a grain of material 0 [m].
     distance
         Distance between the centres of two such grains in equilibrium contact [m].
+    periodic
+        True along the periodic axes of the scene, (3,).
     period
         Edges of the cell that the scene prescribes [m], inf along axes without one, (3,).
+    cube
+        True where the cell has to be a cube around the sample.
     """
 
     def __init__(self, scene):
@@ -36,10 +40,12 @@ class Materials:
         self.interaction = scene.interaction
         self.radius = scene.material.radius
         self.distance = 2 * self.radius - pair_constants(scene.material, scene.interaction).delta0
-        size = getattr(scene.boundary, "size", "fit") if scene.boundary.periodic_axes else "fit"
+        axes = scene.boundary.periodic_axes
+        size = getattr(scene.boundary, "size", "fit") if axes else "fit"
         edges = (size,) * 3 if isinstance(size, str) else size
+        self.periodic, self.cube = np.isin(AXES, axes), size == "cube"
         self.period = tuple(
-            edge if axis in scene.boundary.periodic_axes and not isinstance(edge, str) else np.inf
+            edge if axis in axes and not isinstance(edge, str) else np.inf
             for axis, edge in zip(AXES, edges, strict=True)
         )
 

@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import AXES, LYING, grains_within, pairs_within, power
+from dusttaichi.physics.geometry import AXES, LYING, grains_within, power
 from dusttaichi.samples.near import near
 
 ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
@@ -78,27 +78,38 @@ def extent(sample: Sample, radius) -> np.ndarray:
     return np.ptp(sample.positions, axis=0) + 2 * radius
 
 
-def filling_factor(sample: Sample, radius) -> float:
+def filling_factor(sample: Sample, radius, cell=None) -> float:
     """Grain volume over the volume of the sample.
 
     The latter is the smallest upright box around the grains (S12 eq 28), surfaces included, except
-    for a sample with a `period`, where it is the periodic cell; of shape "cylinder", where it is
-    the smallest upright cylinder about the axis x = y = 0; of shape "lying cylinder" or "sphere",
-    where it is the smallest one about its axis or the origin; and of shape "aggregate", where it
-    is the sphere of radius sqrt(5/3) R_g, because a box about its branches would be mostly empty.
+    in a periodic cell and for a sample with a `period`, where it is that cell, along axes that are
+    not periodic as high as the grains; of shape "cylinder", where it is the smallest upright
+    cylinder about the axis x = y = 0; of shape "lying cylinder" or "sphere", where it is the
+    smallest one about its axis or the origin; and of shape "aggregate", where it is the sphere of
+    radius sqrt(5/3) R_g, because a box about its branches would be mostly empty.
 
     Parameters
     ----------
     sample
     radius : float or array
         Radii of the grains [m].
+    cell : images.Cell, optional
+        Periodic cell of the sample.
     """
     grains = len(sample) * 4 / 3 * np.pi * np.mean(radius**3)
-    return float(grains / _volume(sample, radius)[0])
+    return float(grains / volume(sample, radius, cell)[0])
 
 
-def _volume(sample: Sample, radius) -> tuple[float, str]:
-    """Volume [m^3] for the filling factor, and what it is the volume of."""
+def volume(sample: Sample, radius, cell=None) -> tuple[float, str]:
+    """Volume [m^3] for the filling factor, and what it is the volume of.
+
+    Arguments as of `filling_factor`.
+    """
+    if cell is not None and len(cell.axes):
+        edges = np.where(np.isfinite(cell.period), cell.period, extent(sample, radius))
+        axes = ", ".join(AXES[n] for n in cell.axes)
+        name = "periodic cell" if len(cell.axes) == 3 else f"bounding box, periodic along {axes}"
+        return float(np.prod(edges)), name
     if "period" in sample.info:
         return float(np.prod(sample.info["period"])), "periodic cell"
     if sample.info.get("shape") == "aggregate":
@@ -152,33 +163,6 @@ def fractal_dimension(sample: Sample, radius) -> float:
     """
     found = grains_within(sample.positions, radius, radius_of_gyration(sample, radius))
     return float("nan") if found is None else power(*found)
-
-
-def describe(sample: Sample, radius, touch: float | None) -> dict:
-    """Measures of any sample, for its info.
-
-    Parameters
-    ----------
-    sample
-    radius : float or array
-        Radii of the grains [m].
-    touch
-        Largest distance of the centres of grains in contact [m]; None: the sum of their radii.
-
-    Returns
-    -------
-    dict
-        filling_factor, filling_factor_in (its volume), radius_of_gyration [m], coordination, and
-        fractal_dimension if there is one.
-    """
-    info = {
-        "filling_factor": filling_factor(sample, radius),
-        "filling_factor_in": _volume(sample, radius)[1],
-        "radius_of_gyration": radius_of_gyration(sample, radius),
-        "coordination": coordination(sample, touch, radius),
-    }
-    dimension = fractal_dimension(sample, radius)
-    return info | ({"fractal_dimension": dimension} if np.isfinite(dimension) else {})
 
 
 def bulk_filling_factor(
@@ -255,30 +239,6 @@ def smallest_gap(positions: np.ndarray, radius) -> float:
     radii = np.broadcast_to(radius, len(positions))
     gaps = distance - radii[:, None] - radii[other]
     return float(gaps[:, 1:].min())
-
-
-def coordination(sample: Sample, distance: float | None, radius=None) -> float:
-    """Mean number of contacts of a grain.
-
-    Contacts of the sample's file are included, however stretched. Walls and periodic images are
-    not.
-
-    Parameters
-    ----------
-    sample
-    distance
-        Largest distance of the centres of grains in contact [m]; None: the sum of their radii.
-    radius : float or array
-        Radii of the grains [m].
-    """
-    if distance is None:
-        pairs = np.column_stack(pairs_within(sample.positions, radius)[:2])
-    else:
-        pairs = touching_pairs(sample.positions, distance)
-    if sample.contacts is not None:
-        brought = np.sort(np.column_stack([sample.contacts["i"], sample.contacts["j"]]), axis=1)
-        pairs = np.unique(np.concatenate([pairs, brought]), axis=0)
-    return 2 * len(pairs) / len(sample)
 
 
 def memory() -> float:

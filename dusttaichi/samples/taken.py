@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import WALLS, connected, heaviest_first, held_together
+from dusttaichi.physics.geometry import WALLS, connected, heaviest_first
+from dusttaichi.physics.unwrap import held_together
 from dusttaichi.samples.sample import Sample
 
 LARGEST = "largest"

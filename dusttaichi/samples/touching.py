@@ -5,12 +5,13 @@ of at most r1 + r2, so rounding alone would decide which contacts there are, and
 are compressed: the overlap in equilibrium, delta0, is a seven thousandth of the diameter.
 """
 
-from dataclasses import dataclass, replace
-from itertools import product
+from dataclasses import replace
 
 import numpy as np
 
-from dusttaichi.physics.geometry import connected, nearest_image, pairs_within
+from dusttaichi.physics.geometry import connected
+from dusttaichi.samples.description import counted
+from dusttaichi.samples.images import cell_of
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import EqualGrains, Grains, Touch
 from dusttaichi.samples.sample import ROUNDING, Sample
@@ -26,41 +27,6 @@ DEEP = 5.0  # overlap over that in equilibrium, beyond which contacts push grain
 CLOSE = 1e-3  # of delta0: distances in equilibrium are met within this
 DAMPING = 0.03  # of the linear equations, over the change of a distance by one of its ends
 ROUNDS, TRIES = 60, 8  # steps of Newton's method, and tries to bring all pairs into contact
-
-
-@dataclass(frozen=True)
-class Cell:
-    """Periodic cell of the grains: edges (3,) [m], inf along open axes, and tilt [m]."""
-
-    period: np.ndarray
-    tilt: float = 0.0
-
-    def nearest(self, d):
-        """Distance vectors (N, 3) to the nearest image."""
-        return nearest_image(d, self.period, self.tilt)
-
-    def pairs(self, x, radii, factor):
-        """Pairs i < j no farther apart than `factor` times their radii, across faces too."""
-        axes = np.flatnonzero(np.isfinite(self.period))
-        if not len(axes):
-            return pairs_within(x, radii, factor)[:2]
-        vectors = np.diag(np.where(np.isfinite(self.period), self.period, 0.0))
-        vectors[2, 0] = self.tilt
-        x = x - np.floor(x / self.period) @ vectors  # floor(x / inf) is 0, or -1 where negative
-        reach = factor * 2.0 * np.max(radii)
-        low, high = x.min(axis=0) - reach, x.max(axis=0) + reach
-        number, places = [np.arange(len(x))], [x]
-        for turns in product(*((-1, 0, 1) if n in axes else (0,) for n in range(3))):
-            image = x + np.array(turns) @ vectors
-            near = np.flatnonzero(np.all((image > low) & (image < high), axis=1))
-            if any(turns):
-                number.append(near)
-                places.append(image[near])
-        number = np.concatenate(number)
-        i, j = pairs_within(np.concatenate(places), radii[number], factor)[:2]
-        i, j = number[i[i < len(x)]], number[j[i < len(x)]]
-        found = np.unique(np.sort(np.column_stack([i, j])[i != j], axis=1), axis=0)
-        return found[:, 0], found[:, 1]
 
 
 def rounding(positions, unit: float) -> float:
@@ -107,11 +73,10 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
     done = _moved(grains, tolerances, every=within != AUTO) if any(tolerances) else {}
     x = done.pop("positions", sample.positions)
     info = dict(sample.info)
-    i, j = grains.cell.pairs(x, grains.radii, 1.0)
+    i, j = grains.cell.pairs(x, grains.radii).T
     fragments = int(connected(np.column_stack([i, j]), len(sample))[0])
     touching = {"contacts": len(i), "fragments": fragments, **done}
-    counts = ((len(i), "contact"), (fragments, "fragment"))
-    touching["text"] = " in ".join(f"{n:,} {word}{'s' * (n != 1)}" for n, word in counts)
+    touching["text"] = counted(touching)
     texts = []
     if done:
         touching["done"] = _done(touching)
@@ -134,11 +99,7 @@ class _Grains:
         else:
             self._own = Grains(self.radii, sample.materials, Touch(materials))
         self.largest = 2.0 * float(self.radii.max())
-        self.cell = Cell(np.array(materials.period))
-        cell = sample.info.get("cell") if "room" in sample.info else None
-        if cell is not None:
-            period = [np.inf if edge is None else edge for edge in cell["period"]]
-            self.cell = Cell(np.array(period), cell["tilt"])
+        self.cell = cell_of(sample.info, materials)
 
     def rest(self, i, j):
         """Distances of pairs in equilibrium [m]."""
@@ -174,7 +135,7 @@ def _moved(grains, tolerances, every):
     """
     tolerance = max(tolerances)
     factor = 1.0 + tolerance / (2.0 * grains.radii.min())
-    i, j = grains.cell.pairs(grains.x, grains.radii, factor)
+    i, j = grains.cell.pairs(grains.x, grains.radii, factor).T
     both = grains.radii[i] + grains.radii[j]
     gap = grains.distances(grains.x, i, j) - both
     allowed = np.where(grains.at_rest(i, j), tolerances[1], tolerances[0])
@@ -256,7 +217,7 @@ def _done(touching) -> str:
 
 def _said(touching):
     return (
-        f"sample: {touching['text']}: {touching['done']} (pairs within "
+        f"sample: {touching['done']} (pairs within "
         f"{_length(max(touching['tolerance'], FINEST))} of touching; sample.touch_within: 0 "
         "leaves all as is)"
     )

@@ -78,8 +78,9 @@ def test_an_aggregate_is_in_equilibrium_whatever_its_digits(tmp_path, digits, si
     assert moved.max() < 2e-3 * (digits == 3) + 1e-3
     mass = radii**3 / np.sum(radii**3)
     np.testing.assert_allclose(mass @ sample.positions * 1e6, mass @ np.round(x, digits), atol=1e-9)
+    assert touching["text"] == "59 contacts in 1 fragment"
     (text,) = sample.info["remarks"]
-    assert "59 contacts in 1 fragment" in text and "sample.touch_within: 0 leaves" in text
+    assert "of 59 pairs of touching grains" in text and "sample.touch_within: 0 leaves" in text
 
 
 @pytest.mark.parametrize("digits", [3, 5])
@@ -180,11 +181,17 @@ def test_the_rounding_of_numbers(spacing):
 FOLDER = Path(__file__).parent / "cases"
 
 # number of grains, position of the last one [um]; further: radius of the last one [um], numbers of
-# materials, a part of the remarks, the edges and the tilt of the cell [um]
+# materials, a part of the remarks, the edges of the cell [um], the contacts of a single fragment
+# with its radius of gyration [um]
 READ = {
     "agg_overlap_1percent": (200, None, {"remark": "200 of 201 contacts overlap by more than 5"}),
-    "agg_touch_6digits": (200, None, {"remark": "199 contacts in 1 fragment: 98 of 199 pairs"}),
-    "agg_touch_min": (6, (5.6083, -1.1717, -0.8125), {"remark": "5 contacts in 1 fragment"}),
+    "agg_touch_6digits": (200, None, {"contacts": 199, "remark": "98 of 199 pairs"}),
+    "agg_touch_min": (6, (5.6083, -1.1717, -0.8125), {"contacts": 5, "remark": "3 of 5 pairs"}),
+    "check_keepbox_chain": (
+        5,
+        (2.8, 5, 5),
+        {"edges": (10, 10, 10), "contacts": 4, "gyration": 1.7592},
+    ),
     "csv_semicolon": (2, (1.2, 0, 0), {"radius": 0.6}),
     "csv_unit_parens": (2, (1.2, 0, 0), {}),
     "data_ellipsoid_nohint": (2, (2.2, 5, 5), {"radius": 0.6, "remark": "ellipsoid alone fits"}),
@@ -239,6 +246,10 @@ def test_it_is_read(name):
     if "edges" in more:
         room = np.reshape(found.info["room"], (3, 2))
         np.testing.assert_allclose(np.ptp(room, axis=1), np.array(more["edges"]) * 1e-6, rtol=1e-9)
+    if "contacts" in more:
+        assert found.info["network"] == {"contacts": more["contacts"], "fragments": 1}
+    if "gyration" in more:
+        assert found.info["radius_of_gyration"] == pytest.approx(more["gyration"] * 1e-6, rel=1e-3)
     assert more.get("remark", "") in " ".join(found.info.get("remarks", ()))
 
 

@@ -1,0 +1,171 @@
+"""Measures of a sample: contacts, fragments, sizes and filling factor, with images in a cell."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from dusttaichi.physics.geometry import AXES, connected, heaviest_first, pairs_within
+from dusttaichi.physics.unwrap import crossings, held_together
+from dusttaichi.samples.images import OPEN, Cell
+from dusttaichi.samples.sample import (
+    Sample,
+    extent,
+    filling_factor,
+    fractal_dimension,
+    radius_of_gyration,
+    touching_pairs,
+    volume,
+)
+from dusttaichi.samples.taken import FARTHEST
+
+# keys that a sample has in one cell and not in another
+OPTIONAL = ("radius_of_gyration", "fractal_dimension")
+
+
+def describe(sample: Sample, radius, touch: float | None, cell: Cell = OPEN) -> dict:
+    """Measures of any sample, for its info.
+
+    In a periodic cell, extent, radius of gyration and fractal dimension are those of the largest
+    fragment, in one piece and not cut by the faces. One that is connected to its own images
+    percolates: it extends over the cell along these axes and has no radius of gyration.
+
+    Parameters
+    ----------
+    sample
+    radius : float or array
+        Radii of the grains [m].
+    touch
+        Largest distance of the centres of grains in contact [m]; None: the sum of their radii.
+    cell
+        Periodic cell of the sample.
+
+    Returns
+    -------
+    dict
+        filling_factor, filling_factor_in (its volume), extent (3 numbers, m), coordination,
+        network, and radius_of_gyration [m] and fractal_dimension if there is one. network has the
+        numbers of `contacts` and `fragments`; of fragments that percolate, where there are any, the
+        number `percolating` and their axes `along`, "x y z".
+    """
+    pairs = pairs_in_contact(sample, touch, radius, cell)
+    number, label = connected(pairs, len(sample))
+    info = {
+        "filling_factor": filling_factor(sample, radius, cell),
+        "filling_factor_in": volume(sample, radius, cell)[1],
+        "coordination": 2 * len(pairs) / len(sample),
+        "network": {"contacts": len(pairs), "fragments": number},
+    }
+    body, body_radius, across = sample, radius, np.zeros(3, bool)
+    if len(cell.axes):
+        x = held_together(sample.positions, pairs, _firsts(label), cell.nearest)
+        percolates = _percolates(x, pairs, label, cell)
+        if percolates.any():
+            info["network"]["percolating"] = int(percolates.any(axis=1).sum())
+            info["network"]["along"] = _names(percolates.any(axis=0))
+        volumes = np.broadcast_to(radius, len(sample)) ** 3
+        largest = heaviest_first(label, volumes)[0]
+        rows, across = label == largest, percolates[largest]
+        body = Sample.at_rest(x[rows])
+        body_radius = radius[rows] if np.ndim(radius) else radius
+    info["extent"] = np.where(across, cell.period, extent(body, body_radius)).tolist()
+    if not across.any():
+        info["radius_of_gyration"] = radius_of_gyration(body, body_radius)
+        dimension = fractal_dimension(body, body_radius)
+        if np.isfinite(dimension):
+            info["fractal_dimension"] = dimension
+    return info
+
+
+def pairs_in_contact(sample: Sample, distance, radius=None, cell: Cell = OPEN) -> np.ndarray:
+    """Pairs (C, 2) of grains in contact, with periodic images; arguments as of `coordination`."""
+    if len(cell.axes):
+        radii = np.broadcast_to(radius, len(sample)).astype(float)
+        pairs = cell.pairs(sample.positions, radii)
+    elif distance is None:
+        pairs = np.column_stack(pairs_within(sample.positions, radius)[:2])
+    else:
+        pairs = touching_pairs(sample.positions, distance)
+    if sample.contacts is None:
+        return pairs
+    stored = np.sort(np.column_stack([sample.contacts["i"], sample.contacts["j"]]), axis=1)
+    if radius is not None:  # without those across the faces of another cell
+        apart = sample.positions[stored[:, 0]] - sample.positions[stored[:, 1]]
+        both = np.broadcast_to(radius, len(sample))[stored].sum(axis=1)
+        stored = stored[np.linalg.norm(cell.nearest(apart), axis=1) <= FARTHEST * both]
+    return np.unique(np.concatenate([pairs, stored]), axis=0)
+
+
+def coordination(sample: Sample, distance: float | None, radius=None, cell: Cell = OPEN) -> float:
+    """Mean number of contacts of a grain.
+
+    Contacts of the sample's file are included, as far as a contact can be stretched. Walls are not.
+
+    Parameters
+    ----------
+    sample
+    distance
+        Largest distance of the centres of grains in contact [m]; None: the sum of their radii.
+    radius : float or array
+        Radii of the grains [m].
+    cell
+        Periodic cell of the sample.
+    """
+    return 2 * len(pairs_in_contact(sample, distance, radius, cell)) / len(sample)
+
+
+def described(sample: Sample, radius, cell: Cell = OPEN) -> Sample:
+    """The sample with its measures in a cell as info.
+
+    Parameters
+    ----------
+    sample
+    radius : float or array
+        Radii of the grains [m].
+    cell
+        Periodic cell of the sample.
+    """
+    # grains that overlap at the start are in contact
+    touch = None if np.ndim(radius) else 2 * radius
+    info = {name: value for name, value in sample.info.items() if name not in OPTIONAL}
+    info |= describe(sample, radius, touch, cell)
+    if "touching" in info:  # now with the images
+        counts = {name: info["network"][name] for name in ("contacts", "fragments")}
+        info["touching"] = info["touching"] | counts | {"text": counted(info["network"])}
+    return replace(sample, info=info)
+
+
+def counted(network: dict) -> str:
+    """The contacts and fragments of `network`, as "4 contacts in 1 fragment"."""
+    counts = ((network["contacts"], "contact"), (network["fragments"], "fragment"))
+    return " in ".join(f"{n:,} {word}{'s' * (n != 1)}" for n, word in counts)
+
+
+def cut_contacts(sample: Sample, radius, cell: Cell, here: Cell, factor: float) -> tuple[int, int]:
+    """(contacts that are not in the cell `here`, all contacts) of a sample in its own cell.
+
+    factor: distance over the sum of two radii, up to which grains count as touching.
+    """
+    radii = np.broadcast_to(radius, len(sample)).astype(float)
+    pairs = cell.pairs(sample.positions, radii, factor)
+    if sample.contacts is not None:
+        pairs = pairs_in_contact(sample, None, radii, cell)
+    i, j = pairs.T
+    apart = np.linalg.norm(here.nearest(sample.positions[i] - sample.positions[j]), axis=1)
+    return int(np.count_nonzero(apart > FARTHEST * (radii[i] + radii[j]))), len(pairs)
+
+
+def _firsts(label):
+    """First grain of each fragment."""
+    return np.unique(label, return_index=True)[1]
+
+
+def _percolates(x, pairs, label, cell):
+    """(F, 3) bool: axes along which each fragment, held together, is connected to its images."""
+    out = np.zeros((label.max() + 1, 3), bool)
+    rows, axes = np.nonzero(crossings(x, pairs, cell.nearest, cell.period, cell.tilt))
+    out[label[pairs[rows, 0]], axes] = True
+    return out
+
+
+def _names(axes):
+    return " ".join(name for name, there in zip(AXES, axes, strict=True) if there)

@@ -1,0 +1,85 @@
+"""The periodic cell of a sample, and pairs of its grains across the faces."""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from dusttaichi.physics.geometry import nearest_image, pairs_within
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Periodic cell of the grains: edges (3,) [m], inf along open axes, and tilt [m]."""
+
+    period: np.ndarray
+    tilt: float = 0.0
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Numbers of the periodic axes."""
+        return np.flatnonzero(np.isfinite(self.period))
+
+    @property
+    def vectors(self) -> np.ndarray:
+        """Edges as rows (3, 3) [m], zero along open axes."""
+        out = np.diag(np.where(np.isfinite(self.period), self.period, 0.0))
+        out[2, 0] = self.tilt
+        return out
+
+    def nearest(self, d):
+        """Distance vectors (N, 3) to the nearest image."""
+        return nearest_image(d, self.period, self.tilt)
+
+    def wrapped(self, x):
+        """Images of positions (N, 3) that are at least 0 and below the edges."""
+        x = np.array(x, float)
+        for n in (2, 1, 0):  # a turn along z shifts along x
+            if np.isfinite(self.period[n]):
+                x -= np.floor(x[:, n] / self.period[n])[:, None] * self.vectors[n]
+        return x
+
+    def pairs(self, x, radii, factor=1.0):
+        """Pairs i < j (C, 2) no farther apart than `factor` times their radii, across faces too."""
+        if not len(self.axes):
+            return np.column_stack(pairs_within(x, radii, factor)[:2])
+        x, vectors = self.wrapped(x), self.vectors
+        reach = factor * 2.0 * np.max(radii)
+        low, high = x.min(axis=0) - reach, x.max(axis=0) + reach
+        number, places = [np.arange(len(x))], [x]
+        for turns in product(*((-1, 0, 1) if n in self.axes else (0,) for n in range(3))):
+            image = x + np.array(turns) @ vectors
+            near = np.flatnonzero(np.all((image > low) & (image < high), axis=1))
+            if any(turns):
+                number.append(near)
+                places.append(image[near])
+        number = np.concatenate(number)
+        i, j = pairs_within(np.concatenate(places), radii[number], factor)[:2]
+        i, j = number[i[i < len(x)]], number[j[i < len(x)]]
+        return np.unique(np.sort(np.column_stack([i, j])[i != j], axis=1), axis=0)
+
+
+OPEN = Cell(np.full(3, np.inf))
+
+
+def cell_of(info: dict, materials) -> Cell:
+    """The Cell that a sample will be in, as far as it is known before it is built.
+
+    It is that of the file which the sample keeps, that which the scene prescribes, or that with
+    which the sample repeats itself, along the periodic axes of the scene alone; a cell that is
+    fitted to the sample is known only where that is placed in it.
+
+    Parameters
+    ----------
+    info
+        That of the Sample.
+    materials : Materials
+        Of the scene.
+    """
+    period, tilt = np.array(materials.period, float), 0.0
+    if (room := info.get("room")) is not None:
+        low, high = np.reshape(room, (3, 2)).astype(float).T
+        period, tilt = np.where(np.isfinite(high - low), high - low, np.inf), info.get("tilt", 0.0)
+    elif "period" in info and not materials.cube:
+        period = np.where(np.isfinite(period), period, info["period"])
+    return Cell(np.where(materials.periodic, period, np.inf), tilt)
