@@ -12,7 +12,7 @@ from dusttaichi.physics.geometry import (
     largest_first,
     power,
 )
-from dusttaichi.physics.unwrap import held_together
+from dusttaichi.physics.unwrap import unwrapped
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def fragments_of(frame, masses):
     position = frame.position
     if frame.periodic.any():  # at the images that connect fragments across periodic faces
         starts = np.unique(label, return_index=True)[1]
-        position = held_together(position, frame.pairs, starts, frame.nearest)
+        position = unwrapped(position, frame.pairs, starts, frame.nearest)
     mass = np.bincount(label, masses, minlength=number)
 
     def mean(values):
@@ -135,7 +135,7 @@ def fragment_dimension(run, snapshot=-1, fragment=0) -> FragmentDimension:
         raise DustError(f"There is no fragment {fragment}; allowed: 0 to {len(parts) - 1}.")
     members = parts.label == fragment
     start = np.flatnonzero(members)[:1]
-    x = held_together(frame.position, frame.pairs, start, frame.nearest)[members]
+    x = unwrapped(frame.position, frame.pairs, start, frame.nearest)[members]
     mean = float(frame.radius[members].mean())
     # grains are spheres, not points
     gyration = np.sqrt(parts.radius_of_gyration[fragment] ** 2 + 0.6 * mean**2)

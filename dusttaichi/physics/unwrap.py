@@ -4,7 +4,7 @@ import numpy as np
 import scipy
 
 
-def held_together(positions, pairs, starts, nearest):
+def unwrapped(positions, pairs, starts, nearest):
     """Positions (N, 3) for which fragments are not cut by the faces of a periodic cell.
 
     pairs: (C, 2) connected points. starts: a point of each fragment, which does not move; other
@@ -31,8 +31,8 @@ def held_together(positions, pairs, starts, nearest):
 def crossings(positions, pairs, nearest, period, tilt=0.0):
     """Numbers of edges (C, 3) by which pairs are apart beyond their nearest images.
 
-    They are zero throughout a fragment that is held together, unless it is connected to its own
-    images: it percolates along the axes where they are not. Arguments as of held_together and
+    They are zero throughout a fragment that is unwrapped, unless it is connected to its own
+    images: it percolates along the axes where they are not. Arguments as of unwrapped and
     nearest_image.
     """
     i, j = np.asarray(pairs, int).reshape(-1, 2).T

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.physics.geometry import AXES, connected, heaviest_first, pairs_within
-from dusttaichi.physics.unwrap import crossings, held_together
+from dusttaichi.physics.unwrap import crossings, unwrapped
 from dusttaichi.samples.images import OPEN, Cell
 from dusttaichi.samples.sample import (
     Sample,
@@ -57,7 +57,7 @@ def describe(sample: Sample, radius, touch: float | None, cell: Cell = OPEN) -> 
     }
     body, body_radius, across = sample, radius, np.zeros(3, bool)
     if len(cell.axes):
-        x = held_together(sample.positions, pairs, _firsts(label), cell.nearest)
+        x = unwrapped(sample.positions, pairs, _firsts(label), cell.nearest)
         percolates = _percolates(x, pairs, label, cell)
         if percolates.any():
             info["network"]["percolating"] = int(percolates.any(axis=1).sum())
@@ -160,7 +160,7 @@ def _firsts(label):
 
 
 def _percolates(x, pairs, label, cell):
-    """(F, 3) bool: axes along which each fragment, held together, is connected to its images."""
+    """(F, 3) bool: axes along which each unwrapped fragment is connected to its images."""
     out = np.zeros((label.max() + 1, 3), bool)
     rows, axes = np.nonzero(crossings(x, pairs, cell.nearest, cell.period, cell.tilt))
     out[label[pairs[rows, 0]], axes] = True

@@ -74,7 +74,7 @@ def cell_of(info: dict, materials) -> Cell:
     info
         That of the Sample.
     materials : Materials
-        Of the scene.
+        From the scene.
     """
     period, tilt = np.array(materials.period, float), 0.0
     if (room := info.get("room")) is not None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS, connected, heaviest_first
-from dusttaichi.physics.unwrap import held_together
+from dusttaichi.physics.unwrap import unwrapped
 from dusttaichi.samples.sample import Sample
 
 LARGEST = "largest"
@@ -35,7 +35,7 @@ def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: st
             f"{number - 1}, or {LARGEST}."
         )
     own = np.flatnonzero(label == order[wanted])
-    positions = held_together(sample.positions, pairs, own[:1], nearest)
+    positions = unwrapped(sample.positions, pairs, own[:1], nearest)
     if wall_contacts is not None:
         rows = np.isin(wall_contacts["grain"], own)
         wall_contacts = _renumbered(wall_contacts, rows, own, ("grain",))

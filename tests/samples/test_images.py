@@ -10,7 +10,7 @@ from dusttaichi.grains.build import build, prepared
 from dusttaichi.grains.measure import energies
 from dusttaichi.grains.preview import preview
 from dusttaichi.physics.geometry import connected, nearest_image
-from dusttaichi.physics.unwrap import crossings, held_together
+from dusttaichi.physics.unwrap import crossings, unwrapped
 from dusttaichi.samples.images import Cell
 
 CELL = {"kind": "periodic"}
@@ -118,7 +118,7 @@ def test_a_tilted_cell_has_its_images():
     np.testing.assert_array_equal(cell.pairs(x, radii), [[0, 1]])
     shifted = x + np.array([[0, 0, 0], [3, 0, 10], [-7, 20, -10], [0, 0, 0]])
     np.testing.assert_array_equal(cell.pairs(shifted, radii), [[0, 1]])
-    alone = held_together(shifted, [[0, 1]], [0, 2, 3], cell.nearest)
+    alone = unwrapped(shifted, [[0, 1]], [0, 2, 3], cell.nearest)
     assert np.linalg.norm(alone[0] - alone[1]) == pytest.approx(1.0)
 
 
@@ -132,7 +132,7 @@ def test_scattered_trees_are_put_together(tilt):
     period = np.array([8.0, np.inf, 9.0])
     vectors = np.array([[8.0, 0, 0], [0, 0, 0], [tilt, 0, 9.0]])
     scattered = x + rng.integers(-2, 3, (200, 3)) @ vectors
-    together = held_together(scattered, pairs, [0, 100], lambda d: nearest_image(d, period, tilt))
+    together = unwrapped(scattered, pairs, [0, 100], lambda d: nearest_image(d, period, tilt))
     for part in (slice(0, 100), slice(100, 200)):
         shift = together[part] - x[part]
         np.testing.assert_allclose(shift, np.tile(shift[0], (100, 1)), atol=1e-12)
