@@ -65,7 +65,7 @@ def _sample(scene, sample):
     carried = sample.info.get("gravity_carried")
     if carried is not None:
         rows.append(("weight that the dust carries", f"{100.0 * carried:.3g} %"))
-    return rows
+    return rows + [("note", text) for text in sample.info.get("remarks", ())]
 
 
 def _dust(sample, dust, sound, m):

@@ -31,9 +31,9 @@ def read(path: Path, given: Source) -> dict:
     check_kind(path, where)
     if not path.exists():
         raise DustError(
-            f"{where}: there is no such file; allowed: a list of grains, CSV or NetCDF, one of "
-            "LAMMPS, YADE or XYZ, or the directory of another run. Relative paths start at the "
-            "YAML file."
+            f"{where}: there is no such file; allowed: a list of {given.contents.noun}, CSV or "
+            "NetCDF, one of LAMMPS, YADE or XYZ, or the directory of another run. Relative paths "
+            "start at the YAML file."
         )
     try:
         with path.open("rb") as file:
@@ -49,6 +49,21 @@ def read(path: Path, given: Source) -> dict:
     from dusttaichi.samples import netcdf  # takes half a second to import
 
     return netcdf.read(path, given)
+
+
+def remarks_on_reading(state: dict, file, unread: str | None = None) -> list[str]:
+    """Sentences for the user on how a file was read, and on what is not read.
+
+    unread: instead of the columns, sections and the cell that `unread_of` lists.
+    """
+    remarks = [f"sample: {file}: {text}" for text in state.get("remarks", ())]
+    unread = unread_of(state) if unread is None else unread
+    return [*remarks, *([f"sample: not read from {file}: {unread}"] if unread else [])]
+
+
+def unread_of(state: dict) -> str:
+    """Columns, sections and the cell of a file that are not read, or ""."""
+    return "; ".join(filter(None, (", ".join(state.get("unread", ())), state.get("no_cell"))))
 
 
 def _found(path: Path, info: ValidationInfo) -> Path:

@@ -11,6 +11,7 @@ import numpy as np
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS, connected, heaviest_first
 from dusttaichi.physics.unwrap import unwrapped
+from dusttaichi.samples.files import remarks_on_reading, unread_of
 from dusttaichi.samples.sample import Sample
 
 LARGEST = "largest"
@@ -127,25 +128,16 @@ def along(sample: Sample, state: dict, wall_contacts, spec, where: str) -> Sampl
         if "time" not in state:
             raise DustError(f"sample.keep: {where} has no time (snapshot_time).")
         info["start_time"] = state["time"]
-    guesses = [f"sample: {spec.file}: {text}" for text in state.get("remarks", ())]
-    unread = [f"sample: not read from {spec.file}: {text}" for text in [_unread(state)] if text]
-    if guesses or unread:
-        info["reading"] = [*guesses, *unread]
-    if left := _left(state, wall_contacts, keep):
-        unread = [f"sample: not read from {spec.file}: {left}"]
-    if guesses or unread:
-        info["remarks"] = [*guesses, *unread]
+    if reading := remarks_on_reading(state, spec.file):
+        info["reading"] = reading
+    if remarks := remarks_on_reading(state, spec.file, _left(state, wall_contacts, keep)):
+        info["remarks"] = remarks
     return replace(sample, wall_contacts=wall_contacts if "walls" in keep else None, info=info)
-
-
-def _unread(state) -> str:
-    """Columns, sections and the cell of a file that are not read, or ""."""
-    return "; ".join(filter(None, (", ".join(state.get("unread", ())), state.get("no_cell"))))
 
 
 def _left(state, wall_contacts, keep) -> str:
     """Remark on unused parts of the file and on the keys that select them, or ""."""
-    unread, there = _unread(state), {}
+    unread, there = unread_of(state), {}
     touching = 0 if wall_contacts is None else len(wall_contacts["wall"])
     if touching:
         there["walls"] = f"its {touching} contacts with walls and the load that they carry"

@@ -6,9 +6,9 @@ import xarray as xr
 from scenes import make_scene
 
 from dusttaichi import samples
+from dusttaichi.continuum.samples.contents import CONTENTS
 from dusttaichi.errors import DustError
 from dusttaichi.samples import netcdf
-from dusttaichi.samples.formats.contents import PARTICLES
 from dusttaichi.samples.formats.text import Source
 
 UM = 1e-6
@@ -164,7 +164,7 @@ def test_particles_of_a_plane(tmp_path):
         "rho": ("particle", 500 * RADII),
         "r": ("particle", RADII),
     }
-    state = read(tmp_path, variables, units=1.0, contents=PARTICLES[2])
+    state = read(tmp_path, variables, units=1.0, contents=CONTENTS[2])
     np.testing.assert_allclose(state["position"], 1e-3 * X * [1, 0, 1], rtol=1e-12)
     np.testing.assert_allclose(state["mass"], 1e-3 * RADII, rtol=1e-12)
     np.testing.assert_allclose(state["density"], 500 * RADII, rtol=1e-12)

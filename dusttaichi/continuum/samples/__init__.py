@@ -43,6 +43,7 @@ def matter_of(scene) -> Matter:
             solid=material.solid_density,
             filling_factor=material.filling_factor,
             most=material.compressive.phi_2,
+            support=scene.numerics.support,
             number=number,
         )
         for number, material in enumerate(scene.all_materials)

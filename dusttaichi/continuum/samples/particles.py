@@ -129,13 +129,14 @@ def joined(parts: list[Particles]) -> Particles:
     for part in parts:
         numbers.append(np.where(part.body < 0, -1, part.body + count))
         count += len(part.bodies)
+    remarks = [text for part in parts for text in part.info.pop("remarks", ())]
     return Particles(
         **together,
         body=np.concatenate(numbers).astype(np.int32),
         spacing=first.spacing,
         dimension=first.dimension,
         bodies=tuple(body for part in parts for body in part.bodies),
-        info={"bodies": [part.info for part in parts]},
+        info={"bodies": [part.info for part in parts]} | ({"remarks": remarks} if remarks else {}),
     )
 
 

@@ -75,6 +75,7 @@ class Matter:
 
     dimension: 2 or 3. spacing [m] of nearest particles. solid [kg/m^3]: density of the solid;
     filling_factor: initial one of the dust. least, most: allowed filling factors of the material.
+    support [m]: reach of the kernel.
     number: of the material in the scene; others: the Matter of its `materials`, by name.
     """
 
@@ -84,6 +85,7 @@ class Matter:
     filling_factor: float
     least: float = 0.0
     most: float = 1.0
+    support: float = np.inf
     number: int = 0
     others: dict[str, "Matter"] = field(default_factory=dict)
 

@@ -211,7 +211,9 @@ def _joined(columns, table, source):
         names = COMPONENTS.get(vector, "xyz")
         missing = [names[axis] for axis in contents.axes if parts[axis] is None]
         there = [values for values in parts if values is not None]
-        if missing and (vector == "position" or there):
+        if missing and there and vector != "position" and contents.fills_zeros:
+            source.remarks.append(f"it has no {', '.join(missing)}, read as 0")
+        elif missing and (vector == "position" or there):
             hint = " (sample.columns names the columns in their order)"
             raise source.fault(
                 f"it lacks {', '.join(missing)}; allowed: {contents.vectors}"

@@ -1,6 +1,6 @@
-"""Quantities that samples of each method read from the columns of a file."""
+"""Quantities that a sample reads from the columns of a file; those of grains."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,8 @@ class Contents:
         True in two dimensions: the plane is x-z, and masses are per metre of depth.
     needs_mass : bool
         True where masses are needed, which are in SI where a file does not say.
+    fills_zeros : bool
+        True where components of vectors that a file does not have are 0.
     history : frozenset of str
         Variables in results of this program on the past of the particles that are not read.
     """
@@ -34,6 +36,7 @@ class Contents:
     example: str
     plane: bool = False
     needs_mass: bool = False
+    fills_zeros: bool = False
     history: frozenset[str] = frozenset()
 
     @property
@@ -52,27 +55,3 @@ GRAINS = Contents(
     vectors="x, y, z, and vx, vy, vz or wx, wy, wz all three or none",
     example="x, y, z, radius",
 )
-_PARTICLES = Contents(
-    noun="particles",
-    quantities=frozenset(
-        "position velocity mass density filling_factor reference deviator role id".split()
-    ),
-    columns="x y z mass and optionally vx vy vz, density or phi, reference, and the deviator of "
-    "the stress xx yy zz xy xz yz",
-    vectors="x, y, z, and vx, vy, vz all three or none",
-    example="x, y, z, mass",
-    needs_mass=True,
-    history=frozenset({"damage", "temperature", "material"}),
-)
-PARTICLES = {
-    2: replace(
-        _PARTICLES,
-        columns="x z mass and optionally vx vz, density or phi, reference, and the deviator of the "
-        "stress xx yy zz xz",
-        vectors="x and z, and vx and vz both or none",
-        example="x, z, mass",
-        plane=True,
-    ),
-    3: _PARTICLES,
-}
-"""Contents of particles of the continuum, by the number of dimensions."""

@@ -1,0 +1,148 @@
+"""Checks of particles from a file: numbers, filling factors, volumes and distances."""
+
+import numpy as np
+import scipy
+
+from dusttaichi.continuum.samples import lattice
+from dusttaichi.continuum.samples.registry import Matter
+from dusttaichi.errors import DustError
+from dusttaichi.scene import quantities
+
+POSITIVE = ("mass", "density", "reference")
+SPACINGS = (0.25, 2.0)
+"""Spacings that volumes of particles may have, over that of the scene: dust may be compacted, but
+the kernel has too few neighbours beyond."""
+NEAR_SPACING = (0.7, 1.4)  # up to which lattices and random points agree with the spacing
+NEAR_DISTANCE = (
+    0.6,
+    3.0,
+)  # spacings of volumes over the nearest distances: lattices, random points
+ELASTIC = (0.5, 2.0)  # density over that without pressure
+COINCIDENT = 1e-3  # spacings
+
+
+def check_particles(arrays: dict, matter: Matter, where: str, *, of_run: bool) -> None:
+    """Raise DustError for particles that cannot be dust of this material on this spacing.
+
+    arrays: position (N, 3), mass (N,) ... in SI; in two dimensions all y become 0. of_run: True for
+    the snapshot of a run, in which dust may be compacted further, and particles may fly alone.
+    """
+    _check_numbers(arrays, where)
+    position = arrays["position"]
+    if matter.dimension == 2 and np.ptp(position[:, 1]) > 0:
+        raise DustError(
+            f"{where}: its y differ; with dimension: 2 the plane is x-z, and with dimension: 3 "
+            "there are x, y and z."
+        )
+    if matter.dimension == 2:
+        position[:, 1] = 0.0
+    _check_densities(arrays, matter, where, of_run)
+    _check_volumes(arrays, matter, where)
+    _check_distances(position, matter, where, of_run)
+
+
+def _check_numbers(arrays, where):
+    for name, values in arrays.items():
+        bad = ~np.isfinite(values)
+        if name in POSITIVE:
+            bad |= ~(values > 0)
+        if bad.any():
+            row = int(np.argwhere(bad)[0][0])
+            allowed = "positive" if name in POSITIVE else "finite"
+            raise DustError(
+                f"{where}: {name} of particle {row} (from 0) is {values[row]}; allowed: {allowed} "
+                "numbers."
+            )
+
+
+def _check_densities(arrays, matter, where, of_run):
+    """Filling factors as of bodies; dust with a history may be as dense as its solid."""
+    density = arrays["density"]
+    phi = density / matter.solid
+    most = 1.0 if of_run or "reference" in arrays else matter.most
+    bad = np.flatnonzero(~((phi > matter.least) & (phi < most)))
+    if len(bad):
+        raise DustError(
+            f"{where}: the density of particle {bad[0]} (from 0) is {density[bad[0]]:.4g} kg/m^3, "
+            f"a filling factor of {phi[bad[0]]:.4g}; allowed with this material, whose solid has "
+            f"{matter.solid:g} kg/m^3: above {matter.least:g} and below {most:g}. The density is "
+            "that of the dust, with its pores."
+        )
+    strain = density / arrays.get("reference", density)
+    bad = np.flatnonzero(~((strain > ELASTIC[0]) & (strain < ELASTIC[1])))
+    if len(bad):
+        raise DustError(
+            f"{where}: the density of particle {bad[0]} (from 0) is {strain[bad[0]]:.4g} times its "
+            f"reference, the density without pressure; allowed: {ELASTIC[0]} to {ELASTIC[1]}."
+        )
+
+
+def spacings_of(arrays: dict, matter: Matter) -> np.ndarray:
+    """Spacings (N,) [m] of the lattice on which particles have the volumes mass / density."""
+    share = lattice.volume_of(1.0, matter.dimension)
+    return (arrays["mass"] / arrays["density"] / share) ** (1.0 / matter.dimension)
+
+
+def _check_volumes(arrays, matter, where):
+    spacings = spacings_of(arrays, matter) / matter.spacing
+    least, most = SPACINGS
+    size = np.where(spacings > 1.0, spacings / most, least / spacings)
+    k = int(np.argmax(size))
+    if size[k] > 1.0:
+        d = matter.dimension
+        depth = " per metre of depth" if d == 2 else ""
+        raise DustError(
+            f"{where}: mass over density of particle {k} (from 0) is "
+            f"{arrays['mass'][k] / arrays['density'][k]:.3g} m^{d}, the volume of particles "
+            f"{_length(spacings[k] * matter.spacing)} apart; allowed: {least:g} to {most:g} times "
+            f"numerics.spacing, {_length(matter.spacing)}. Masses are in kg{depth}, densities in "
+            "kg/m^3; another unit may be in the header, as in mass "
+            f"[{'g/m' if d == 2 else 'g'}]."
+        )
+
+
+def _check_distances(position, matter, where, of_run):
+    if len(position) < 2:
+        return
+    distance, number = scipy.spatial.cKDTree(position).query(position, 2)
+    nearest = distance[:, 1]
+    k = int(np.argmin(nearest))
+    if nearest[k] < COINCIDENT * matter.spacing:
+        # of coincident particles either may come first
+        pair = " and ".join(map(str, sorted({k, *number[k]})[:2]))
+        apart = "at the same position" if nearest[k] == 0 else f"{_length(nearest[k])} apart"
+        raise DustError(f"{where}: particles {pair} (from 0) are {apart}; move them apart.")
+    if not of_run and np.median(nearest) >= matter.support:
+        raise DustError(
+            f"{where}: its particles are {_length(np.median(nearest))} apart (the nearest two, "
+            f"median), and the kernel reaches {_length(matter.support)}, so that no forces act "
+            f"between them; allowed: distances near numerics.spacing, {_length(matter.spacing)}. "
+            "Are the lengths in the unit you meant?"
+        )
+
+
+def remarks_on_volumes(arrays: dict, matter: Matter) -> list[str]:
+    """Sentences on volumes that disagree with the spacing or with the distances of particles."""
+    position = arrays["position"]
+    if len(position) < 2:
+        return []
+    of_volume = float(np.median(spacings_of(arrays, matter)))
+    nearest = scipy.spatial.cKDTree(position).query(position, 2)[0][:, 1]
+    apart = float(np.median(nearest))
+    remarks = []
+    volumes = f"its masses over densities are volumes of particles {_length(of_volume)} apart"
+    if not NEAR_SPACING[0] <= of_volume / matter.spacing <= NEAR_SPACING[1]:
+        remarks.append(f"{volumes}, and numerics.spacing is {_length(matter.spacing)}")
+    if not NEAR_DISTANCE[0] <= of_volume / apart <= NEAR_DISTANCE[1]:
+        remarks.append(f"{volumes}, and the nearest are {_length(apart)} apart (medians)")
+    alone = int(np.count_nonzero(nearest >= matter.support))
+    if alone:
+        remarks.append(
+            f"{alone} of its {len(position)} particles have no other within the reach of the "
+            f"kernel, {_length(matter.support)}"
+        )
+    return remarks
+
+
+def _length(value) -> str:
+    return quantities.format(float(value), "length", digits=4)
