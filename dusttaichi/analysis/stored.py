@@ -50,9 +50,7 @@ def open_trade(path):
         There is none, or it cannot be read.
     """
     file = stored(path, TRADES) or Path(path)
-    data = read_stored(file, "a trade", ("cost_ratio", "error"))
-    old = "knob"  # former name
-    return data.rename({old: "parameter"}) if old in data else data, file
+    return read_stored(file, "a trade", ("cost_ratio", "error")), file
 
 
 def is_ensemble(path):

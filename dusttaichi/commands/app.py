@@ -41,7 +41,6 @@ try:
     from dusttaichi.commands.fit import fit
     from dusttaichi.commands.new import new
     from dusttaichi.commands.options import with_user_paths
-    from dusttaichi.commands.removed import Commands
     from dusttaichi.commands.report import report, watch
     from dusttaichi.commands.results import compare, export, plot, render
     from dusttaichi.commands.run import run
@@ -53,7 +52,6 @@ try:
     from dusttaichi.errors import DustError, Interrupted
 
     app = typer.Typer(
-        cls=Commands,
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         help="Grain-by-grain and continuum simulation of porous dust.",

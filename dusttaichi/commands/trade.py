@@ -14,7 +14,7 @@ def trade(
     *,
     parameters: Annotated[
         str | None,
-        typer.Option("--knobs", help="only these parameters, by commas", metavar="NAME,NAME"),
+        typer.Option("--parameters", help="only these parameters, by commas", metavar="NAME,NAME"),
     ] = None,
     observable: Annotated[
         str | None, typer.Option(help="the number with the decisive error", metavar="NAME")

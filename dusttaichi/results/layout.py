@@ -71,7 +71,7 @@ def _define_variable(folder, variable, sizes, ragged):
     new = folder.createVariable(variable.name, variable.dtype, variable.dims, **options)
     new.units, new.long_name = variable.units, variable.long_name
     if variable.history:
-        new.contact_history = "kept"  # former name
+        new.contact_history = "moves with its grains"
     if variable.source:
         new.comment = f"{SOURCE}{variable.source}"
     if variable.group != "series" and not ragged and variable.grows:

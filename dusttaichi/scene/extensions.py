@@ -30,15 +30,6 @@ from dusttaichi.scene.paths import path_in
 
 KEY = "extensions"
 MOST_BYTES = 10_000_000  # of a file: no law is as long
-MOVED = {
-    "dusttaichi.compiler": "dusttaichi.compute.compiler",
-    "dusttaichi.files": "dusttaichi.results.files",
-    "dusttaichi.geometry": "dusttaichi.physics.geometry",
-    "dusttaichi.names": "dusttaichi.physics.geometry (axes, walls) and physics.contact.numbers",
-    "dusttaichi.processes": "dusttaichi.compute.processes and dusttaichi.samples.formats.lammps",
-    "dusttaichi.samples.kinds": "dusttaichi.scene.kinds",
-}
-"""Modules of earlier versions that an extension may import -> where their content is now."""
 _EXAMPLE = "for example rolling_with_speed.py"
 _NAMED = re.compile(r"\s*([^,\n]+?\.py) sha256:([0-9a-f]{64})")  # the texts of Extension
 
@@ -242,9 +233,7 @@ def _said(error: BaseException, path: str) -> str:
     line = next((frame.lineno for frame in reversed(frames) if frame.filename == path), None)
     where = path if line is None else f"{path}, line {line}"
     what = " ".join([f"{type(error).__name__}:", *str(error).split()]).removesuffix(":")
-    moved = MOVED.get(getattr(error, "name", None))
-    hint = f"; now it is {moved}" if moved else ""
-    return f"it cannot be imported, its code raises {what}{hint} ({where})"
+    return f"it cannot be imported, its code raises {what} ({where})"
 
 
 # -- what is registered --------------------------------------------------------------------------

@@ -70,7 +70,7 @@ def chosen(text):
     unknown = [name for name in names if name not in NAMES]
     if unknown or not names:
         what = ", ".join(unknown) or text
-        raise DustError(f"--knobs {what}: unknown parameter; allowed: {', '.join(NAMES)}")
+        raise DustError(f"--parameters {what}: unknown parameter; allowed: {', '.join(NAMES)}")
     return tuple(name for name in NAMES if name in names)
 
 
@@ -84,7 +84,7 @@ def ladder(scene, names=NAMES, quick=False):
     foreign = [] if names == NAMES else [name for name in names if name not in own]
     if foreign and len(foreign) == len(names):
         raise DustError(
-            f"--knobs {', '.join(names)}: no parameter of method: {scene.method}; allowed: "
+            f"--parameters {', '.join(names)}: no parameter of method: {scene.method}; allowed: "
             f"{', '.join(own)}"
         )
     points, left_out = [], dict.fromkeys(foreign, f"no parameter of method: {scene.method}")

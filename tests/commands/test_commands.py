@@ -19,10 +19,8 @@ from dusttaichi import run as run_package
 from dusttaichi.commands import app as cli
 from dusttaichi.commands import completion, console, options
 from dusttaichi.commands.progress import progress_bar
-from dusttaichi.commands.removed import REMOVED
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError, GuardStop, Interrupted
-from dusttaichi.run import progress
 from dusttaichi.run.progress import ProgressBar
 from dusttaichi.scene import shipped
 from dusttaichi.studies.settings import with_common_settings
@@ -85,13 +83,6 @@ def test_an_interrupt_that_an_import_turned_into_its_own_error(ended):
 def test_bad_options_have_the_exit_code_of_bad_input():
     done = python("-m", "dusttaichi", "run", "--no-such-option")
     assert done.returncode == 2 and "Traceback" not in done.stderr
-
-
-@pytest.mark.parametrize("words", REMOVED)
-def test_what_was_removed_says_what_to_use(words):
-    said = f"dust {re.escape(words)} was removed: {re.escape(REMOVED[words])}"
-    with pytest.raises(DustError, match=said):
-        dust(*words.split())
 
 
 # -- interruptions -------------------------------------------------------------------------------
@@ -285,10 +276,10 @@ def test_the_bar_is_one_line_on_any_terminal(width):
     assert max(map(len, lines)) <= width and "phi" in lines[-2] and " 50.0 %" in lines[-2]
 
 
-def test_a_log_has_no_bar_but_a_line_now_and_then(capsys, monkeypatch):
+def test_a_log_has_no_bar_but_a_line_now_and_then(capsys):
     with progress_bar() as bar:
         bar.show("step 1", 1, 2, "phi 0.3")
         bar.log("stage one finished")
-        monkeypatch.setattr(progress, "LOG_EVERY", 0.0)
+    with progress_bar(every=0.0) as bar:
         bar.show("step 2", 2, 4, "phi 0.4")
     assert capsys.readouterr().err == "stage one finished\nstep 2  50%  phi 0.4\n"

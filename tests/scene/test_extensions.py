@@ -90,7 +90,7 @@ WRONG = {
     r" thing \(.*raises.py, line 4\)  \(line 9\)",
     "[leaves.py]": r"its code raises SystemExit: 3 \(.*leaves.py, line 1\)",
     "[syntax.py]": r"not valid Python: .*\(.*syntax.py, line 2\)",
-    "[moved.py]": r"No module named 'dusttaichi.names'; now it is dusttaichi.physics.geometry \(",
+    "[moved.py]": r"No module named 'dusttaichi.names' \(",
     "[effect.py]": r"raises ValueError: effect = 'roling': one of .* \(.*effect.py, line 2\)",
     "[grains.py]": r"raises ValueError: grains is a method of this package",
 }

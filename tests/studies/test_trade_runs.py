@@ -121,7 +121,7 @@ def counted(monkeypatch, tmp_path):
     monkeypatch.setattr(engine, "run", Counted())
     (tmp_path / "pair.yaml").write_text(PAIR)
     words = ["trade", tmp_path / "pair.yaml", "-o", tmp_path / "out", "--jobs", 1]
-    words += ["--knobs", "step_fraction,damping", "--tolerance", "2%"]
+    words += ["--parameters", "step_fraction,damping", "--tolerance", "2%"]
     return partial(dust, *words)
 
 
