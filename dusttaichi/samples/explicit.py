@@ -1,5 +1,6 @@
 """Grains listed in the YAML, in a CSV or NetCDF file, or in a snapshot of another run."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -9,17 +10,19 @@ from pydantic import Field
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import CLOSEST
-from dusttaichi.physics.geometry import nearest_image, pairs_within
+from dusttaichi.physics.geometry import pairs_within
 from dusttaichi.samples import files, taken
+from dusttaichi.samples.flags import with_flags
 from dusttaichi.samples.formats.grains import materials_of, remark_on_matter
 from dusttaichi.samples.formats.order import COLUMN_NAMES, has_position, is_column
 from dusttaichi.samples.formats.styles import STYLES
 from dusttaichi.samples.formats.text import Source
+from dusttaichi.samples.images import Cell
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.taken import check_contacts
-from dusttaichi.samples.touching import put_in_contact
+from dusttaichi.samples.touching import contacts_by_distance, put_in_contact
 from dusttaichi.samples.values import (
     MaterialName,
     Position,
@@ -84,8 +87,8 @@ class ExplicitSample(SampleBlock):
     )
     fragment: Which | None = Field(
         None,
-        description="a single fragment of another run: largest, or its number in order of "
-        "decreasing mass, from 0 on; all grains by default",
+        description="a single fragment of the file, by its contacts or the distances: largest, or "
+        "its number in order of decreasing mass, from 0 on; all grains by default",
     )
     keep: tuple[Part, ...] = Field(
         (),
@@ -175,6 +178,8 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     sample = _grains(state, materials, where)
     if spec.file is not None:
         remark_on_matter(state, sample, materials)
+        radius, check = materials.radii_of(sample), partial(check_apart, where=where)
+        sample = with_flags(sample, state, spec, radius, check)
         sample = _of_run(spec, sample, state, materials, where)
     unit = None if spec.file is None else spec.units
     sample = put_in_contact(sample, materials, spec.touch_within, unit)
@@ -196,7 +201,7 @@ def _grains(state: dict, materials: Materials, where: str) -> Sample:
     check_apart(positions, radii, where)
     contacts = state.get("contacts")
     if contacts is not None:
-        check_contacts(contacts, positions, radii, _nearest(state), where)
+        check_contacts(contacts, positions, radii, _cell(state).nearest, where)
     return Sample(positions, velocities, spins, contacts, **own)
 
 
@@ -204,11 +209,18 @@ def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str)
     """The sample with the other parts that `spec` selects in the file."""
     walls = state.get("wall_contacts")
     if spec.fragment is not None:
-        masses = materials.masses(sample)
-        before = len(sample)
-        sample, walls, count = taken.fragment(
-            sample, walls, spec.fragment, nearest=_nearest(state), masses=masses, where=where
-        )
+        before, cell = len(sample), _cell(state)
+        if sample.contacts is None:
+            pairs = contacts_by_distance(sample, materials, spec.touch_within, spec.units, cell)
+            if not len(pairs):
+                raise DustError(
+                    f"sample.fragment = {spec.fragment}: no two grains of {where} touch, so there "
+                    "are no fragments. Are lengths and radii in the units you meant?"
+                )
+        else:
+            pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
+        known = {"nearest": cell.nearest, "masses": materials.masses(sample), "where": where}
+        sample, walls, count = taken.fragment(sample, walls, spec.fragment, pairs=pairs, **known)
         sample.info.update(fragments=count, grains_of_all=before)
     elif np.isfinite(state.get("period", np.inf)).any():  # a fragment is joined across its faces
         edges = [float(edge) if np.isfinite(edge) else None for edge in state["period"]]
@@ -218,10 +230,9 @@ def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str)
     return taken.along(sample, state, walls, spec, where)
 
 
-def _nearest(state: dict):
-    """Function of distance vectors (N, 3) [m]: those to the nearest image of the file's cell."""
-    period = state.get("period", np.full(3, np.inf))
-    return lambda d: nearest_image(d, period, state.get("tilt", 0.0))
+def _cell(state: dict) -> Cell:
+    """The periodic cell of a file."""
+    return Cell(state.get("period", np.full(3, np.inf)), state.get("tilt", 0.0))
 
 
 def _vectors(values, where: str, name: str, n: int | None) -> np.ndarray:

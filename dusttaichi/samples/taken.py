@@ -17,16 +17,13 @@ from dusttaichi.samples.sample import Sample
 LARGEST = "largest"
 
 
-def fragment(sample: Sample, wall_contacts, which, *, nearest, masses, where: str):
+def fragment(sample: Sample, wall_contacts, which, *, pairs, nearest, masses, where: str):
     """(Sample, wall contacts, all fragments) with the grains of one fragment alone.
 
-    which: "largest", or its number in order of decreasing mass, from 0. masses: (N,). nearest: maps
-    distance vectors [m] to those to the nearest image, so that the fragment is not cut by the faces
-    of its cell. Raises DustError where the file has no contacts, or no such fragment.
+    which: "largest", or its number in order of decreasing mass, from 0. pairs: (C, 2) grains in
+    contact. masses: (N,). nearest: maps distance vectors [m] to those to the nearest image, so that
+    the fragment is not cut by the faces of its cell. Raises DustError for one that there is not.
     """
-    if sample.contacts is None:
-        raise DustError(f"{where}: it has no contacts, which define fragments.")
-    pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
     number, label = connected(pairs, len(sample))
     order = heaviest_first(label, masses)
     wanted = 0 if which == LARGEST else which

@@ -65,11 +65,8 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
     """
     if sample.contacts is not None or len(sample) < 2:
         return sample
-    grains = _Grains(sample, materials)
-    if within == AUTO:
-        tolerances = _tolerances(sample, grains, unit)
-    else:
-        tolerances = (within * grains.largest,) * 2
+    grains = _Grains(sample, materials, cell_of(sample.info, materials))
+    tolerances = _chosen_tolerances(sample, grains, within, unit)
     done = _moved(grains, tolerances, every=within != AUTO) if any(tolerances) else {}
     x = done.pop("positions", sample.positions)
     info = dict(sample.info)
@@ -90,7 +87,7 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
 class _Grains:
     """Radii, masses and equilibrium distances of the grains of a sample, and their cell."""
 
-    def __init__(self, sample, materials):
+    def __init__(self, sample, materials, cell):
         self.x, self.mass = sample.positions, materials.masses(sample)
         self.velocities, self.turning = sample.velocities, np.any(sample.spins, axis=1)
         self.radii = np.broadcast_to(materials.radii_of(sample), len(sample)).astype(float)
@@ -99,7 +96,7 @@ class _Grains:
         else:
             self._own = Grains(self.radii, sample.materials, Touch(materials))
         self.largest = 2.0 * float(self.radii.max())
-        self.cell = cell_of(sample.info, materials)
+        self.cell = cell
 
     def rest(self, i, j):
         """Distances of pairs in equilibrium [m]."""
@@ -112,6 +109,13 @@ class _Grains:
 
     def distances(self, x, i, j):
         return np.linalg.norm(self.cell.nearest(x[i] - x[j]), axis=1)
+
+
+def _chosen_tolerances(sample, grains, within, unit):
+    """Gaps [m] of `_tolerances`, or those that the scene gives."""
+    if within == AUTO:
+        return _tolerances(sample, grains, unit)
+    return (within * grains.largest,) * 2
 
 
 def _tolerances(sample, grains, unit):
@@ -128,19 +132,37 @@ def _tolerances(sample, grains, unit):
     return (0.0 if len(sample) == 2 else spread), max(spread, AT_REST * grains.largest)
 
 
-def _moved(grains, tolerances, every):
-    """Positions and what was done to them, or {} where nothing has to be.
+def contacts_by_distance(sample: Sample, materials: Materials, within, unit, cell) -> np.ndarray:
+    """Pairs (C, 2) of grains that overlap or touch, by the tolerances of `put_in_contact`.
 
-    tolerances: as of `_tolerances`. every: also where no pair is apart.
+    cell: images.Cell of the positions; the other arguments are those of put_in_contact.
     """
-    tolerance = max(tolerances)
-    factor = 1.0 + tolerance / (2.0 * grains.radii.min())
+    grains = _Grains(sample, materials, cell)
+    tolerances = _chosen_tolerances(sample, grains, within, unit)
+    least = ROUNDING * grains.largest
+    i, j, _, gap, near = _near(grains, tuple(max(gap, least) for gap in tolerances))
+    touching = near | (gap <= 0.0)
+    return np.column_stack([i, j])[touching]
+
+
+def _near(grains, tolerances):
+    """i, j, sums of the radii, gaps of pairs up to their tolerances apart, and True within them."""
+    factor = 1.0 + max(tolerances) / (2.0 * grains.radii.min())
     i, j = grains.cell.pairs(grains.x, grains.radii, factor).T
     both = grains.radii[i] + grains.radii[j]
     gap = grains.distances(grains.x, i, j) - both
     allowed = np.where(grains.at_rest(i, j), tolerances[1], tolerances[0])
     near = (np.abs(gap) <= allowed * both / grains.largest) & (allowed > 0.0)
-    i, j, both, gap = (a[near] for a in (i, j, both, gap))
+    return i, j, both, gap, near
+
+
+def _moved(grains, tolerances, every):
+    """Positions and what was done to them, or {} where nothing has to be.
+
+    tolerances: as of `_tolerances`. every: also where no pair is apart.
+    """
+    *pairs, near = _near(grains, tolerances)
+    i, j, both, gap = (a[near] for a in pairs)
     apart = gap > -ROUNDING * both
     if not (apart.any() or (every and len(i))):
         return {}
@@ -163,7 +185,7 @@ def _moved(grains, tolerances, every):
         "within": len(i),
         "apart": int(apart.sum()),
         "largest_gap": float(max(gap.max(), 0.0)),
-        "tolerance": float(tolerance),
+        "tolerance": float(max(tolerances)),
         "moved": float(moved.max()),
         "still_apart": int(left.sum()),
     }

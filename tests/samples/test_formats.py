@@ -263,6 +263,123 @@ def test_columns_of_dumps(tmp_path):
     assert "not read from" in found.info["remarks"][1] and "c_pe, v_x" in found.info["remarks"][1]
 
 
+CHAIN = [(8.0, 0), (9.2, 0), (0.4, 1), (1.6, 1), (2.8, 1)]  # across a face of 10: x, ix
+UNWRAPPED = [8, 9.2, 10.4, 11.6, 12.8]
+HEAD_5 = MICRO.replace("\n2\n", "\n5\n")
+
+
+def chain(form, columns, bounds=BOX):
+    """A dump of the chain; form: text of x, ix, x + 10 ix of a grain."""
+    rows = [f"{n} 1 " + form(x, i, x + 10.0 * i) for n, (x, i) in enumerate(CHAIN)]
+    return dump(f"id type {columns}", *rows, bounds=bounds, head=HEAD_5)
+
+
+TILTED_BOX = "ITEM: BOX BOUNDS xy xz yz pp pp pp\n0 13 3\n0 10 0\n0 10 0\n"  # b = (3, 10, 0)
+FLAGGED = {
+    "flags": chain(lambda x, i, xu: f"{x} 5 5 {i} 0 0", "x y z ix iy iz"),
+    "flags and scaled": chain(lambda x, i, xu: f"{x / 10} .5 .5 {i} 0 0", "xs ys zs ix iy iz"),
+    "unwrapped": chain(lambda x, i, xu: f"{xu} 5 5", "xu yu zu"),
+    "unwrapped beside": chain(lambda x, i, xu: f"{x} 5 5 {xu} 5 5", "x y z xu yu zu"),
+    "scaled beside": chain(lambda x, i, xu: f"{x} 5 5 {xu / 10} .5 .5", "x y z xsu ysu zsu"),
+    # one cell further up along b, from which x comes back by 3
+    "tilted": chain(lambda x, i, xu: f"{x - 3} -5 5 {i} 1 0", "x y z ix iy iz", TILTED_BOX),
+    "data": lines(
+        *(f"{n + 1} 1 {x} 5 5 {i} 0 0" for n, (x, i) in enumerate(CHAIN)),
+        head=HEAD.replace("2 atoms", "5 atoms") + "Atoms # atomic\n\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FLAGGED)
+def test_image_flags_and_unwrapped_positions(tmp_path, name):
+    text = FLAGGED[name]
+    found = read(tmp_path, text)
+    np.testing.assert_allclose(found.positions[:, 0] * 1e6, UNWRAPPED, rtol=1e-12)
+    np.testing.assert_allclose(found.positions[:, 1:] * 1e6, 5, rtol=1e-12)
+    said = " ".join(found.info["remarks"])
+    assert ("put 3 of its 5 grains outside" in said) == (name not in ("unwrapped", "tilted"))
+    assert "not read" not in said or " ix" not in said.partition("not read")[2]
+    if name in ("flags", "data"):  # in the cell that is kept, the images make no difference
+        kept = read(tmp_path, text, {"kind": "periodic"}, keep=["box"])
+        np.testing.assert_allclose(kept.positions[:, 0] * 1e6, [x for x, _ in CHAIN], rtol=1e-12)
+        assert "outside" not in " ".join(kept.info.get("remarks", ()))
+    if name == "flags":
+        columns = ["id", "type", "x", "y", "z", "_", "_", "_"]
+        left = read(tmp_path, text, columns=columns, touch_within=1e-3)
+        assert "1 of its 4 contacts is across faces of its cell" in left.info["remarks"][-1]
+
+
+def test_flags_of_grains_that_have_mixed(tmp_path):
+    """A packing whose grains have crossed the faces often is as it is in its cell."""
+    rows = [f"{n} 1 {1 + 1.2 * n} 5 5 {n % 2} 0 0" for n in range(5)]
+    text = dump("id type x y z ix iy iz", *rows, head=HEAD_5)
+    found = read(tmp_path, text)
+    np.testing.assert_allclose(found.positions[:, 0] * 1e6, 1 + 1.2 * np.arange(5), rtol=1e-12)
+    assert "ix iy iz are not used: 4 pairs of grains touch" in found.info["remarks"][0]
+    rows = ("1 1 1 5 5 1 0 0", "2 1 9 5 5 0 0 0")
+    found = read(tmp_path, dump("id type x y z ix iy iz", *rows, bounds=BOX.replace("10", "9", 1)))
+    assert "grains would overlap" in found.info["remarks"][0]
+
+
+@pytest.mark.parametrize("form", ["dump", "list", "data"])
+def test_fragments_of_files_without_contacts(tmp_path, form):
+    """The largest by the distances, across the faces of a cell that the file has."""
+    rows = [*CHAIN, (5.0, 0), (5.0, 1)]
+    z = [5.0] * 5 + [8.0, 8.0]
+    text = {
+        "dump": dump(
+            "id type x y z",
+            *(f"{n} 1 {x + 1.2 * (n == 6)} 5 {z[n]}" for n, (x, _) in enumerate(rows)),
+            head=MICRO.replace("\n2\n", "\n7\n"),
+        ),
+        "list": lines(*(f"{x} 5 5" for x in UNWRAPPED), "5 5 8", "6.2 5 8"),
+        "data": lines(
+            *(f"{n + 1} 1 {x} 5 5" for n, x in enumerate(UNWRAPPED)), "6 1 5 5 8", "7 1 6.2 5 8",
+            head=HEAD.replace("2 atoms", "7 atoms") + "Atoms # atomic\n\n",
+        ),
+    }[form]  # fmt: skip
+    largest = read(tmp_path, text, units="um", fragment="largest")
+    np.testing.assert_allclose(largest.positions[:, 0] * 1e6, UNWRAPPED, rtol=1e-12)
+    assert largest.info["fragments"] == 2 and largest.info["grains_of_all"] == 7
+    assert len(read(tmp_path, text, units="um", fragment=1)) == 2
+    with pytest.raises(DustError, match="sample.fragment = 2: .* has 2 fragments"):
+        read(tmp_path, text, units="um", fragment=2)
+    apart = lines("0 0 0", "5 0 0")
+    with pytest.raises(DustError, match="sample.fragment = largest: no two grains .* touch"):
+        read(tmp_path, apart, units="um", fragment="largest")
+
+
+def test_units_without_a_scale(tmp_path):
+    """lj: lengths by sample.units, and no motion, whose unit nobody can know."""
+    text = dump("id type x y z vx vy vz mass", "1 1 1 5 5 1 0 0 1", "2 1 2 5 5 0 0 0 1")
+    text = text.replace("micro", "lj")
+    found = read(tmp_path, text, units="1.2 um")
+    np.testing.assert_allclose(found.positions[:, 0] * 1e6, [1.2, 2.4], rtol=1e-12)
+    assert not found.velocities.any()
+    assert "mass, velocity (lj has no unit of time)" in found.info["remarks"][0]
+    with pytest.raises(DustError, match="units are lj, without a scale; allowed: sample.units"):
+        read(tmp_path, text)
+    titled = SPHERES.replace("units = micro", "units = lj")
+    np.testing.assert_allclose(read(tmp_path, titled, units="um").positions * 1e6, IN_BOX)
+
+
+def test_ids_that_are_there_twice(tmp_path):
+    text = dump("id type x y z", "2 1 1 5 5", "2 1 2.2 5 5")
+    with pytest.raises(DustError, match="its id 2 is on lines 12 and 13; allowed: each id once"):
+        read(tmp_path, text)
+    assert len(read(tmp_path, text, columns=["_", "type", "x", "y", "z"])) == 2
+    # atoms without ids have the number 0
+    assert len(read(tmp_path, dump("id type x y z", "0 1 1 5 5", "0 1 2.2 5 5"))) == 2
+    twice = SPHERES.replace("\n2 1 1.2", "\n1 1 1.2")
+    with pytest.raises(DustError, match="its id 1 is on lines 12 and 13"):
+        read(tmp_path, twice)
+    # pandas numbers the rows of tables that are put together from 0 on again
+    table = ",x,y,z\n0,0,0,0\n1,1.2,0,0\n0,5,0,0\n"
+    found = read(tmp_path, table, units="um")
+    np.testing.assert_allclose(found.positions[:, 0] * 1e6, [0, 1.2, 5], rtol=1e-12)
+    assert "some ids are there twice" in found.info["remarks"][0]
+
+
 def test_dumps_without_names_of_columns(tmp_path):
     rows = ("1 1 .1 .5 .5", "2 1 .22 .5 .5")
     old = dump("", *rows, head=STEP, bounds="ITEM: BOX BOUNDS\n0 1\n0 1\n0 1\n")
@@ -385,7 +502,7 @@ REFUSED = [
     ),
     (dump("id type x y z", "1 1 1 5 5"), "line 6 announces 2 .* below is 1"),
     (dump("id type x y z", *["1 1 1 5 5"] * 3), "line 6 announces 2 .* below is 3"),
-    (dump("id type x y", *["1 1 1 5"] * 2), "it lacks z"),
+    (dump("id type x y", "1 1 1 5", "2 1 1 5"), "it lacks z"),
     (dump("id x y z r radius", "1 1 5 5 .6 .7", "2 3 5 5 .6 .7"), "both are its radius"),
     (dump("id type x y z", "1 0 1 5 5", "2 1 3 5 5"), "its type 0 has no material"),
     ("ITEM: TIMESTEP\n0\nITEM: ENTRIES a b\n1 2\n", "it is a dump local"),
@@ -395,7 +512,7 @@ REFUSED = [
     ("2\nProperties=species:S:1:pos:R:3\nC 0 0 0 1\nC 2 0 0 1\n", "have 4 columns, and line 3"),
     ("1\n0 0 0 .6\n1.2 0 0 .6\n", "can be the comment of an XYZ or a grain of a list"),
     ("3\n\n1 0 0 .6\n2 9 0 .6\n9 9 9 .6\n", "can be x y z r or type x y z; sample.columns"),
-    (DUMP.replace("micro", "lj"), "its units are 'lj'; allowed: micro"),
+    (DUMP.replace("micro", "inch"), "its units are 'inch'; allowed: micro"),
     (DUMP.replace("3 4 5", "3 4"), r"line 23 \('1 1 3 4'\) has 4 columns; allowed: 5"),
     (DATA.replace("# sphere", "# bond"), "style bond have 6 columns, or 9 .* has 10"),
     (XYZ.replace("2", "3", 1), "line 1 announces 3 grains, and the number of lines .* is 2"),

@@ -326,13 +326,13 @@ def test_snapshots_and_fragments(pressed, tmp_path):
 
 
 def test_a_fragment_is_put_together_across_the_faces_of_a_cell():
-    """A chain of three about a face, in a cell of 10; contacts hold it, not the distances."""
+    """A chain of three about a face, in a cell of 10, by its contacts and not the distances."""
     x = np.array([[9.4, 0, 0], [0.4, 0, 0], [1.4, 0, 0], [5.0, 0, 0]]) * 1e-6
-    pairs = {"i": np.array([0, 1]), "j": np.array([1, 2])}
     found, _, number = fragment(
-        Sample(x, x, x, pairs),
+        Sample.at_rest(x),
         None,
         "largest",
+        pairs=np.array([[0, 1], [1, 2]]),
         nearest=partial(nearest_image, period=np.array([1e-5, np.inf, np.inf])),
         masses=np.ones(4),
         where="here",

@@ -33,6 +33,7 @@ class Units:
     density: float = 1.0
     time: float = 1.0
     matter: bool = True  #: False where the units of masses and densities are not known.
+    motion: bool = True  #: False where that of time is not known.
 
     def of(self, quantity: str) -> float:
         """Factor to SI of a quantity."""
@@ -59,6 +60,13 @@ def lammps_units(name: str | None, source: Source) -> Units:
     if name is None:
         return Units(length=source.length, matter=False)
     name = name.strip()
+    if name == "lj" and source.length != 1.0:
+        return Units(length=source.length, matter=False, motion=False)
+    if name == "lj":
+        raise source.fault(
+            "its units are lj, without a scale; allowed: sample.units with the length that is 1 in "
+            "the file, for example sample.units: 1.2 um."
+        )
     if name not in LAMMPS_UNITS:
         raise source.fault(f"its units are {name!r}; allowed: {', '.join(LAMMPS_UNITS)}.")
     if source.length not in (1.0, LAMMPS_UNITS[name].length):
@@ -176,6 +184,8 @@ def state(table: Table, source: Source, units: Units) -> dict:
     if ids is not None and not is_text(ids) and len(np.unique(ids)) == len(ids):
         order = np.argsort(ids, kind="stable")
         arrays = {name: values[order] for name, values in arrays.items()}
+    elif ids is not None and len(set(ids)) > 1 and not is_text(ids):
+        source.remarks.append("some ids are there twice, so that the order is that of the lines")
     arrays["unread"] = list(dict.fromkeys(unread))
     return arrays
 

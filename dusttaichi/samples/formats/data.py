@@ -5,8 +5,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from dusttaichi.samples.formats.atoms import by_flags, grains_of
 from dusttaichi.samples.formats.cell import cell, edges_of
-from dusttaichi.samples.formats.columns import Table, lammps_units, named, named_in, state
+from dusttaichi.samples.formats.columns import Table, lammps_units, named, named_in
 from dusttaichi.samples.formats.names import known
 from dusttaichi.samples.formats.styles import columns_of
 from dusttaichi.samples.formats.text import Source, is_text, parse
@@ -69,7 +70,7 @@ def read(source: Source) -> dict:
         values[at[0]] = _numbered(values[at[0]], labels, rows, source)
     table = _with_motion(named(names, values, rows, plain), data, style, plain)
     table = _with_shapes(table, data, style, plain)
-    found = state(table, plain, units)
+    found = grains_of(table, plain, units, by_flags(table.names, table.values, data.box[1]))
     found["labels"] = named_types
     found["unread"] = [name for name in found["unread"] if not name.endswith("flag")]
     sections = [name for name in data.sections if name not in READ]

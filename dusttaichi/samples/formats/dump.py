@@ -5,12 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dusttaichi.samples.formats.atoms import by_flags, grains_of
 from dusttaichi.samples.formats.cell import cell, edges_of
-from dusttaichi.samples.formats.columns import check_width, lammps_units, named, state
+from dusttaichi.samples.formats.columns import check_width, lammps_units, named
 from dusttaichi.samples.formats.names import OTHER
 from dusttaichi.samples.formats.text import SPACES, Source, is_text, parse, whole
 
-# names of positions by what they are: scaled with the cell or not, in the order of preference
+# names of positions by what they are: scaled with the cell or not, in the order of preference;
+# every second one is not in the cell
 POSITIONS = (
     (False, ("x", "y", "z")),
     (False, ("xu", "yu", "zu")),
@@ -48,11 +50,13 @@ def read(source: Source) -> dict:
     # variables, computes and fixes of LAMMPS, whatever they are called
     own = [OTHER + name if re.match("[vcfid]2?_", name) else name for name in names]
     check_width(own, values, frame.rows, source)
-    values, own = _placed(own, values, (origin, vectors), source)
+    unwrapped = _forms(own, values, (origin, vectors), POSITIONS[1::2])
+    values, own = _placed(own, values, (origin, vectors))
+    unwrapped = by_flags(own, values, vectors) if unwrapped is None else unwrapped
     table = named(own, values, frame.rows, replace(source, columns=None))
-    found = state(table, source, units)
+    found = grains_of(table, source, units, unwrapped)
     found |= cell(units.length * vectors, units.length * origin, ends)
-    if "TIME" in items:
+    if "TIME" in items and units.motion:
         found["time"] = float(units.time * _numbers(items["TIME"] + 1, 1, source)[0])
     return found
 
@@ -135,29 +139,33 @@ def _box(n, source):
     return low, edges_of(low, high, tilts), ends
 
 
-def _placed(names, values, box, source):
-    """Columns and names with x, y, z from the positions that the dump has."""
+def _forms(names, values, box, forms):
+    """(Names, columns x, y, z) of the first of these forms that the dump has, or None."""
     lower = [name.lower() for name in names]
-    for scaled, parts in POSITIONS:
-        if not all(part in lower for part in parts):
+    for scaled, axes in forms:
+        if not all(axis in lower for axis in axes):
             continue
-        places = [lower.index(part) for part in parts]
-        if parts == ("x", "y", "z"):
-            break
-        x = [values[n] for n in places]
+        x = [values[lower.index(axis)] for axis in axes]
         if any(map(is_text, x)):
-            break  # said with its line by columns.state
+            return None  # said with its line by columns.state
         if scaled:
             origin, vectors = box
             x = list((origin + np.column_stack(x) @ vectors).T)
-        values, names = list(values), list(names)
-        for n, axis, column in zip(places, "xyz", x, strict=True):
-            values[n], names[n] = column, axis
-        break
-    used = {"x", "y", "z"} & {name.lower() for name in names}
-    beside = [part for _, parts in POSITIONS[1:] for part in parts]
+        return " ".join(axes), x
+    return None
+
+
+def _placed(names, values, box):
+    """Columns and names with x, y, z from the positions that the dump has."""
+    lower = [name.lower() for name in names]
+    values, names = list(values), list(names)
+    if (form := _forms(names, values, box, POSITIONS)) is None:
+        return values, names
+    for axis, name, column in zip("xyz", form[0].split(), form[1], strict=True):
+        values[lower.index(name)], names[lower.index(name)] = column, axis
+    beside = {axis for _, axes in POSITIONS[1:] for axis in axes}
     # the same positions in another form
-    keep = [n for n, name in enumerate(names) if not (len(used) == 3 and name.lower() in beside)]
+    keep = [n for n, name in enumerate(names) if name.lower() not in beside]
     return [values[n] for n in keep], [names[n] for n in keep]
 
 
