@@ -12,9 +12,15 @@ from dusttaichi.analysis.ensemble import add_statistics
 from dusttaichi.analysis.numbers import known, reason, statistics
 from dusttaichi.analysis.numbers.registry import ENSEMBLES, TABLES
 from dusttaichi.analysis.summary import PROBLEMS
-from dusttaichi.analysis.texts import fitting_unit, quantity_text
+from dusttaichi.analysis.texts import (
+    fitting_unit,
+    quantity_text,
+    with_ranges,
+    without_numbers,
+)
 
 ONE_SAMPLE = "one sample a point: the scatter between samples is unknown (replicas: 3)"
+NAMED = 3  # points of a reason that are named
 
 
 def title_of(name):
@@ -121,21 +127,36 @@ def key_of(data, axis):
 
 
 def missing(data):
-    """(missing number, name of the point, "2 of 3 runs", why), in order, of finished runs.
+    """(missing number, names of points, "2 of 3 runs", why), in order, of finished runs.
 
-    The reason is for example a failed fit, a test without strength, or an error.
+    The reason is for example a failed fit, a test without strength, or an error. Reasons that
+    differ in numbers alone are one, for all of their points; no names where these are all.
     """
-    rows, lines = known(), []
+    rows, points, groups = known(), point_labels(data), {}
     reasons = {row.why: rows[row.why].title for row in rows.values() if row.why}
     for name, title in (reasons | {PROBLEMS: "number"}).items():
         if name not in data:
             continue
         texts = data[name].transpose(*axes_of(data), "replica").values
-        for label, row in zip(point_labels(data), texts.reshape(-1, texts.shape[-1]), strict=True):
-            for why in dict.fromkeys(text for text in row.tolist() if text):
-                count = f"{row.tolist().count(why)} of {len(row)} runs"
-                lines.append((title, label, count, why.removeprefix("none: ")))
-    return lines
+        for label, row in zip(points, texts.reshape(len(points), -1).tolist(), strict=True):
+            for text in filter(None, row):
+                key = title, without_numbers(text)
+                groups.setdefault(key, []).append((label, text.removeprefix("none: ")))
+    return [
+        (title, *_counted(points, [label for label, _ in found], data.sizes["replica"]),
+         with_ranges([text for _, text in found]))
+        for (title, _), found in groups.items()
+    ]  # fmt: skip
+
+
+def _counted(points, labels, replicas):
+    """(names of the points, "" if these are all; "2 of 3 runs" of theirs) for the runs' labels."""
+    names = list(dict.fromkeys(labels))
+    count = f"{len(labels)} of {len(names) * replicas} runs"
+    if len(names) == len(points):
+        return "", count
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return "; ".join(names[:NAMED]) + more, count
 
 
 def statistics_tables(data):
@@ -232,7 +253,7 @@ def head_and_columns(data):
     """(keys, columns, remark) of the table of a sweep.
 
     Swept keys and numbers that differ, as lists of (header, texts); a remark about keys and numbers
-    that are the same at every point and about single samples, or "".
+    that are the same at every point and, where no seed is swept, about single samples, or "".
     """
     axes, all_columns = axes_of(data), columns(data)
     names = [key_of(data, axis).split(".")[-1] for axis in axes]
@@ -241,7 +262,7 @@ def head_and_columns(data):
     same = [f"{name} {texts[0]}" for name, texts in alone]
     same += [f"{c.name} {c.texts[0]} {c.unit}".rstrip() for c in all_columns if c.same]
     remarks = [f"the same everywhere: {', '.join(same)}"] if same else []
-    if data.sizes["replica"] == 1:
+    if data.sizes["replica"] == 1 and not any(name.endswith("seed") for name in names):
         remarks.append(ONE_SAMPLE)
     shown = [(column.head, column.texts) for column in all_columns if not column.same]
     return [key for key in keys if key not in alone], shown, "; ".join(remarks)

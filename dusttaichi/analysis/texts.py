@@ -3,10 +3,12 @@
 import csv
 import io
 import math
+import re
 
 from dusttaichi.scene import quantities
 
 DECIMALS = 5  # more than these are written as powers of ten
+_NUMBER = re.compile(r"(?<![\w.-])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w-])")
 # SI unit -> (power of ten, unit), largest first
 _POWERS = {
     kind.unit: sorted(((power, unit) for unit, power in kind.powers.items()), reverse=True)
@@ -50,3 +52,19 @@ def quantity_text(value, unit, std=None, size=None):
         mean = f"{mean:.0f}" if whole else f"{mean:.{4 if abs(mean) >= 1e-4 else 2}g}"
         std = f"{std:.2g}"
     return f"{mean}{f' ± {std}' if scatters else ''} {name if named else ''}".rstrip()
+
+
+def without_numbers(text):
+    """A text with # in place of its numbers."""
+    return _NUMBER.sub("#", text)
+
+
+def with_ranges(texts):
+    """One text of several that differ in numbers alone: "0 to 3 points"."""
+    between = _NUMBER.split(texts[0])
+    columns = zip(*map(_NUMBER.findall, texts), strict=True)
+    ranges = [
+        " to ".join(dict.fromkeys((min(column, key=float), max(column, key=float))))
+        for column in columns
+    ]
+    return "".join(map("".join, zip(between, [*ranges, ""], strict=True)))

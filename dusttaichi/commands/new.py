@@ -10,31 +10,35 @@ from dusttaichi.commands.console import say, say_table, say_written
 from dusttaichi.commands.options import flag, output_to
 from dusttaichi.errors import DustError
 
+NAMED = 3  # scenes that an error suggests
+
 
 def new(
     name: Annotated[
         str | None,
         typer.Argument(
-            help="one of the bundled scenes", metavar="[NAME]", autocompletion=completion.shipped
+            help="one of the bundled scenes, or a word that those to be listed have",
+            metavar="[NAME]",
+            autocompletion=completion.shipped,
         ),
     ] = None,
     output: output_to("the file, by default NAME.yaml in the current directory") = None,
     force: flag("--force", "overwrite an existing file") = False,
 ):
-    """Copy a bundled scene to edit; without a name, list them.
+    """Copy a bundled scene to edit; without a name, list them; with a word, those that have it.
 
     Its extensions go with it.
     """
     from dusttaichi.scene import shipped
 
     if name is None:
-        _show_names()
-        return
+        return _show(shipped.names())
     source = shipped.find(name)
     if source is None:
-        near = shipped.resembling(name)
-        hint = f"do you mean {near[0]}? " if near else ""
-        raise DustError(f"There is no scene {name}: {hint}`dust new` lists all.")
+        found = shipped.with_words(name)
+        if not found or output is not None or force:
+            raise DustError(f"There is no scene {name}: {_hint(name, found)}`dust new` lists all.")
+        return _show(found)
     path = Path(source.name) if output is None else output
     path = path / source.name if path.is_dir() else path
     texts = shipped.copies_of(source)
@@ -51,17 +55,28 @@ def new(
         raise DustError(f"{path} cannot be written: {error.strerror or error}.") from None
     say_written(copies)
     say(f"next: dust check {path}")
-    say(f"      dust run {path}")
+    say(f"      dust {shipped.study_of(source)} {path}")
 
 
-def _show_names():
+def _hint(text, found):
+    """A question about the scene or word that was meant; found: scenes that have the word."""
     from dusttaichi.scene import shipped
 
-    names = shipped.names()
+    meant = [*(found or shipped.resembling(text))[:NAMED]]
+    word = None if found else shipped.similar_word(text)
+    meant += [f"the word {word} (`dust new {word}`)"] if word else []
+    return f"do you mean {' or '.join(meant)}? " if meant else ""
+
+
+def _show(names):
+    """Print names and descriptions of scenes."""
+    from dusttaichi.scene import shipped
+
     say_table(
         ((name, shipped.about(shipped.folder() / f"{name}.yaml")) for name in names),
         {"header": "scene", "no_wrap": True, "min_width": max(map(len, names))},
         {"header": "description"},
         wrap=True,
     )
-    say("\ndust run NAME runs one; dust new NAME copies it to a file to edit.")
+    say("\ndust run NAME runs one; dust new NAME copies it to a file to edit; dust new WORD lists "
+        "those with a word, such as shear.")  # fmt: skip

@@ -64,7 +64,9 @@ class Lognormal(Truncated):
 
     kind: Literal["lognormal"]
     median: Radius = Field(description="median radius")
-    sigma: Annotated[float, Number(gt=0, le=2)] = Field(description="standard deviation of ln r")
+    sigma: Annotated[float, Number(gt=0, le=2)] = Field(
+        description="standard deviation of ln r", examples=[0.5]
+    )
 
     def faults(self) -> Faults:
         if not self.smallest < self.median < self.largest:
@@ -86,9 +88,13 @@ class Radii(Block):
     """Discrete radii, each with its share of the grains."""
 
     kind: Literal["list"]
-    radii: tuple[Radius, ...] = Field(description="radii of the grains")
+    radii: tuple[Radius, ...] = Field(
+        description="radii of the grains", examples=[["0.3 um", "0.6 um"]]
+    )
     shares: tuple[Share, ...] | None = Field(
-        None, description="number of grains of each, in any unit; by default equal numbers"
+        None,
+        description="number of grains of each, in any unit; by default equal numbers",
+        examples=[[3, 1]],
     )
 
     def faults(self) -> Faults:
@@ -124,6 +130,15 @@ def sized(positions, grains: "Grains", materials: Materials, info: dict) -> Samp
 Sizes = Annotated[PowerLaw | Lognormal | Radii, Field(discriminator="kind")]
 
 
+LOGNORMAL = {
+    "kind": "lognormal",
+    "median": "0.6 um",
+    "sigma": 0.5,
+    "smallest": "0.2 um",
+    "largest": "1.8 um",
+}  #: An example of sizes.
+
+
 class MixtureBlock(SampleBlock):
     """The block of a kind with random sizes and materials of its grains."""
 
@@ -133,6 +148,7 @@ class MixtureBlock(SampleBlock):
         None,
         description="sizes of the grains, by a law or a list; by default all have the radius of "
         "their material",
+        examples=[LOGNORMAL],
     )
     shares: dict[str, Share] | None = Field(
         None,

@@ -24,7 +24,8 @@ class Key:
     """A key of the YAML.
 
     path: keys joined by dots, `boundary.wall_speed`; in a list that of every entry, `push.face`.
-    kinds: kinds of the block that have this key, (`box`, `plates`); empty where all have it.
+    kinds: kinds of the innermost block that have this key, (`box`, `plates`), for
+    `sample.sizes.median` the law (`lognormal`,); empty where all have it.
     default: as in the YAML; empty where there is none. needed: True where the YAML must give it.
     allowed: values and bounds. example: a value as in the YAML, or empty. meaning: description.
     """
@@ -113,7 +114,7 @@ def _of_kinds(members: list, path: str, tag: str, homes: dict) -> list[Key]:
         for key in _below(member, f"{path}.", homes):
             kinds[key] = (*kinds.get(key, ()), word)
     order = {key: n for n, key in reversed(list(enumerate(key.path for key in kinds)))}
-    merged = [replace(key, kinds=words) for key, words in kinds.items()]
+    merged = [replace(key, kinds=key.kinds or words) for key, words in kinds.items()]
     return sorted(merged, key=lambda key: order[key.path])
 
 
@@ -130,7 +131,7 @@ def _key(path: str, item: FieldInfo) -> Key:
         _default(item),
         item.is_required(),
         allowed + rest,
-        example.replace('"', ""),
+        _written(item.examples[0]) if item.examples else example.replace('"', ""),
         item.description or "",
     )
 
@@ -179,6 +180,8 @@ def _default(item: FieldInfo) -> str:
 
 
 def _written(value: Any) -> str:
-    if isinstance(value, tuple):
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key}: {_written(entry)}' for key, entry in value.items())}}}"
+    if isinstance(value, (list, tuple)):
         return f"[{', '.join(_written(entry) for entry in value)}]"
     return value if isinstance(value, str) else json.dumps(value, default=str)

@@ -136,6 +136,12 @@ def _scale(unit: str, dimension: str) -> tuple[Decimal, Decimal]:
     return factor / reference, _zero(unit) / reference
 
 
+def number_and_unit(text: str) -> tuple[str, str | None] | None:
+    """("0.6", "um") of "0.6 um", ("0.6", None) of a number without a unit, None of other texts."""
+    match = _QUANTITY.fullmatch(text.strip())
+    return match and match.groups()
+
+
 def _convert(value: Any, dimension: str) -> float:
     """SI float of a text.
 
@@ -145,11 +151,11 @@ def _convert(value: Any, dimension: str) -> float:
     if not isinstance(value, str):
         bare = isinstance(value, (int, float)) and not isinstance(value, bool)
         raise ValueError("it has no unit" if bare else "")
-    match = _QUANTITY.fullmatch(value.strip())
-    if not match:
-        comma = _QUANTITY.fullmatch(value.strip().replace(",", ".", 1))
+    found = number_and_unit(value)
+    if found is None:
+        comma = number_and_unit(value.replace(",", ".", 1))
         raise ValueError("write a decimal point in place of the comma" if comma else "")
-    number, unit = match.groups()
+    number, unit = found
     if unit is None:
         raise ValueError("it has no unit")
     factor, zero = _scale(_INVERSE.sub(r"\1^-1", unit.strip()), dimension)

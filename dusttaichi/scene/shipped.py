@@ -1,6 +1,7 @@
 """Bundled scenes and their extensions: the folder configs, in a clone and in the wheel."""
 
 import difflib
+import itertools
 import re
 from pathlib import Path
 
@@ -45,20 +46,56 @@ def extensions_named(name: str) -> list[Path]:
 
 
 def resembling(name: str | Path) -> list[str]:
-    """Names of scenes that are similar to this one, the nearest first."""
-    return difflib.get_close_matches(Path(name).with_suffix("").as_posix(), names(), cutoff=0.7)
+    """Names of scenes that are similar to this one, the nearest first, with or without a folder."""
+    text, all_names = Path(name).with_suffix("").as_posix(), names()
+    by_stem = {one.rpartition("/")[2]: one for one in reversed(all_names)}
+    stems = difflib.get_close_matches(text, by_stem, cutoff=0.7)
+    close = difflib.get_close_matches(text, all_names, cutoff=0.7)
+    return list(dict.fromkeys([*close, *(by_stem[stem] for stem in stems)]))
+
+
+def with_words(text: str) -> list[str]:
+    """Names of the scenes in whose name or comment at the top each word is, in any case.
+
+    Where there are none: those that have them anywhere in their text.
+    """
+    words = text.casefold().split()
+    scenes = {name: (folder() / f"{name}.yaml").read_text(encoding="utf-8") for name in names()}
+    for part in (_head, str):
+        found = [
+            name
+            for name, yaml_text in scenes.items()
+            if all(word in f"{name}\n{part(yaml_text)}".casefold() for word in words)
+        ]
+        if found:
+            return found
+    return []
+
+
+def similar_word(text: str) -> str | None:
+    """The word of the names and first comments of the scenes that is spelt most like a text."""
+    texts = [f"{name} {_head((folder() / f'{name}.yaml').read_text('utf-8'))}" for name in names()]
+    words = set(re.findall(r"[^\W\d_]{3,}", " ".join(texts).casefold()))
+    return next(iter(difflib.get_close_matches(text.casefold(), sorted(words), 1, 0.82)), None)
+
+
+def _head(text: str) -> str:
+    """The comment at the top of a scene file, in one line."""
+    lines = itertools.takewhile(lambda line: line.startswith("#"), text.splitlines())
+    return " ".join(line.lstrip("# ") for line in lines if "yaml-language-server" not in line)
+
+
+def study_of(path: Path) -> str:
+    """The command for a bundled scene: "collide" where it has that block, "run" otherwise."""
+    return "collide" if "collisions" in yaml.safe_load(path.read_text(encoding="utf-8")) else "run"
 
 
 def about(path: Path) -> str:
     """First sentence of the comment at the top of a scene file."""
-    lines = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        if not line.startswith("#"):
-            break
-        if "yaml-language-server" not in line:
-            lines.append(line.lstrip("# "))
     # a full stop ends a sentence where a word follows that begins with a capital
-    return re.split(r"\.(?: (?=[A-Z`])|$)", " ".join(lines), maxsplit=1)[0].rstrip(":")
+    return re.split(r"\.(?: (?=[A-Z`])|$)", _head(path.read_text(encoding="utf-8")), maxsplit=1)[
+        0
+    ].rstrip(":")
 
 
 def copies_of(path: Path) -> dict[str, str]:

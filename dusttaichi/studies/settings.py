@@ -14,7 +14,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.scene import Scene
 from dusttaichi.scene.fields import Block
 from dusttaichi.scene.keys import parts_of
-from dusttaichi.scene.quantities import DIMENSIONS, Quantity
+from dusttaichi.scene.quantities import DIMENSIONS, Quantity, number_and_unit
 from dusttaichi.scene.yaml_text import read
 
 ONCE = ("name", "replicas")  # keys of which all runs of a sweep have the same value
@@ -135,7 +135,7 @@ def _settings(settings: list[str]) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for setting in settings:
         key, equals, text = setting.partition("=")
-        key, texts = key.strip(), [part.strip() for part in _split(text)]
+        key, texts = key.strip(), with_common_unit([part.strip() for part in _split(text)])
         if not equals or not key or not all(texts):
             raise DustError(
                 f"--set {setting}: must be a key and its values, such as "
@@ -147,6 +147,16 @@ def _settings(settings: list[str]) -> dict[str, list[str]]:
             raise DustError(f"--set {key}: given twice; separate its values by commas")
         found[key] = texts
     return found
+
+
+def with_common_unit(texts: list[str]) -> list[str]:
+    """The values of a setting; where the last alone has a unit, the numbers before have it, too."""
+    found = [number_and_unit(text) for text in texts]
+    units = [pair and pair[1] for pair in found]
+    if not units[-1] or any(units[:-1]):
+        return texts
+    return [f"{text} {units[-1]}" if pair and not pair[1] else text
+            for text, pair in zip(texts, found, strict=True)]  # fmt: skip
 
 
 def _split(text: str) -> list[str]:

@@ -12,7 +12,7 @@ from scenes import ROOT, extensions_forgotten
 
 from benchmarks.__main__ import app as benchmarks
 from dusttaichi.commands.app import app
-from dusttaichi.scene import Scene, from_yaml, load
+from dusttaichi.scene import Scene, from_yaml, load, shipped
 from dusttaichi.scene.yaml_text import read
 
 DOCS = ROOT / "docs"
@@ -264,7 +264,8 @@ def test_cards_of_the_gallery_run_the_scene_they_name_and_say_how_long():
     cards = PAGES["docs/gallery.md"].split(":::{grid-item-card} ")[1:]
     assert len(cards) > 10
     for card in cards:
-        ran = re.findall(r"^dust (?:run|sweep|sticking) (\S+)", card, re.M)
+        ran = re.findall(r"^dust (?:run|sweep|sticking|collide) (\S+)", card, re.M)
+        assert not [name for name in ran if shipped.find(name) is None], "not bundled"
         if not ran:  # what is shown is of another card
             continue
         assert f"`configs/{ran[0]}.yaml`" in card, card

@@ -158,6 +158,40 @@ def test_a_scene_is_found_by_its_name_after_ones_own_file(tmp_path, monkeypatch)
         dust("new", "omni_statik")
 
 
+@pytest.mark.parametrize(
+    ("word", "names"),
+    [
+        ("tensile", ["tensile_ice", "kimura2020/size", "trade/tensile"]),  # names, descriptions
+        ("BEAD elastic", ["guettler2009/bead_elastic"]),  # both words, in any case
+        ("lognormal", ["mixture"]),  # in the text alone
+        ("seizinger", ["seizinger2012/static_modified"]),
+    ],
+)
+def test_new_lists_the_scenes_that_have_a_word(word, names):
+    listed = dust("new", word)
+    assert all(f"\n{name} " in listed for name in names)
+    assert "sound_chain" not in listed and "wrote" not in listed
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("compresion", r"or the word compression \(`dust new compression`\)\?"),
+        ("dynamic_5mz", "do you mean seizinger2012/dynamic_5ms"),
+        ("xyzzy", "no scene xyzzy: `dust new` lists all"),
+    ],
+)
+def test_new_suggests_scenes_and_words(text, hint):
+    with pytest.raises(DustError, match=hint):
+        dust("new", text)
+
+
+def test_new_writes_no_file_for_a_word(tmp_path):
+    with pytest.raises(DustError, match="no scene omni: do you mean omni_box or omni_static or"):
+        dust("new", "omni", "--output", str(tmp_path / "a.yaml"))
+    assert not list(tmp_path.iterdir())
+
+
 def test_every_shipped_scene_has_its_line():
     listed = dust("new")
     for name in shipped.names():

@@ -99,6 +99,12 @@ def test_values_of_a_sweep(tmp_path):
     one = axis("material.surface_energy=20 mJ/m^2,0.03 J/m^2")
     np.testing.assert_array_equal(one.coordinate, [0.02, 0.03])
     assert one.unit == "J/m^2"
+    common = axis("material.surface_energy=10,20,40 mJ/m^2")  # the unit of the last is that of all
+    assert common.texts == ("10 mJ/m^2", "20 mJ/m^2", "40 mJ/m^2")
+    np.testing.assert_array_equal(common.coordinate, [0.01, 0.02, 0.04])
+    steps = axis("numerics.time_step=auto,0.1,2e-1ns")  # words have none
+    assert steps.texts == ("auto", "0.1 ns", "2e-1ns")
+    assert with_settings(cake(), ["name=1.10"]).name == "1.10"  # a shell drops its quotes
     assert axis("interaction.rolling.modifier=1,8").coordinate.tolist() == [1.0, 8.0]
     assert axis("material=silicate_s12,ice_t19").coordinate.tolist() == ["silicate_s12", "ice_t19"]
     assert axis("stop.pressure=1kPa,10kPa").unit == "Pa"  # an optional key
@@ -139,6 +145,8 @@ def test_long_or_equal_names_of_points_become_numbers(tmp_path):
             ["boundary.wall_speed=1 cm"],
             r'boundary\.wall_speed = "1 cm": a speed of at least 0 is needed',
         ),
+        (["boundary.wall_speed=1 cm/s,2,3 m/s"], r"wall_speed = 2: it has no unit"),
+        (["boundary.wall_speed=1 cm/s,2"], r"wall_speed = 2: it has no unit"),
         (["boundary.wall_sped=1 cm/s"], r'did you mean "wall_speed"'),
         (["boundary.wall_speed=1 cm/s,-1 m/s,x"], r'"-1 m/s"[\s\S]*= "x"'),  # all at once
         (["boundary.wall_speed=x", "sample.grains=a"], r'= "a"[\s\S]*= "x"'),  # as in the scene

@@ -136,6 +136,10 @@ def test_a_mean_says_how_many_runs_it_is_of_and_why_others_have_none():
         ("fit", "wall_speed = 1 cm/s", "1 of 3 runs", "too rough"),
         ("fit", "wall_speed = 5 cm/s", "2 of 3 runs", "too short"),
     ]
+    why = [f"{n} points of 1e-3 m in x_1 are too few" for n in (2, 0, 10, 3, 4, 5)]
+    data = analysis.gather(runs, axes, {"fit_problem": why}, {"title": "t"})
+    reason = "0 to 10 points of 1e-3 m in x_1 are too few"
+    assert tables.missing(data) == [("fit", "", "6 of 6 runs", reason)]
     assert data.sel(boundary_wall_speed=0.05).mean_height.notnull().all()
 
 
@@ -219,7 +223,9 @@ def test_what_is_the_same_at_every_point_is_told_once():
     assert keys == [("seed", ("1", "4"))]
     assert shown == [("final filling factor", ["0.2", "0.3"])]
     assert remark.startswith("the same everywhere: wall_speed 0.01")
-    assert remark.endswith("the scatter between samples is unknown (replicas: 3)")
+    assert "replicas" not in remark  # seeds are samples
+    speeds = data.rename({"sample.seed": "sample.speed"})
+    assert tables.head_and_columns(speeds)[2].endswith("samples is unknown (replicas: 3)")
     # of two seeds none is the larger: they are names, also where they are drawn
     seeds = tables.against(data, "final_filling_factor")
     assert seeds.ticks == ["1", "4"] and seeds.varies
