@@ -6,10 +6,11 @@ import xarray as xr
 import yaml
 
 from dusttaichi.analysis import open_run, summary, table
-from dusttaichi.analysis.ledger import ledger
+from dusttaichi.analysis.ledger import Ledger, ledger
 from dusttaichi.continuum import analysis as of
 from dusttaichi.continuum.analysis import laboratory
 from dusttaichi.continuum.analysis.filling import denser_than
+from dusttaichi.continuum.analysis.numbers import numerical_dissipation
 from dusttaichi.continuum.analysis.pieces import pieces_of
 from dusttaichi.errors import DustError
 from dusttaichi.export import export
@@ -156,6 +157,29 @@ def test_the_share_of_numerical_dissipation_is_told(fallen):
         run.series["loss"] = xr.DataArray(lost, {"channel": names}, ("time", "channel"))
         assert ledger(run).shares == pytest.approx({"shear": -0.375, "grid": 0.5, "tension": 0.125})
         assert summary(run)["numerical_dissipation"] == pytest.approx(0.5)
+
+
+def ledger_of(energy, **losses):
+    """A Ledger of one moment, with the energy that has gone through the system."""
+    ends = {channel: np.array([loss]) for channel, loss in losses.items()}
+    size = sum(map(abs, losses.values()))
+    shares = {channel: loss / size for channel, loss in losses.items()}
+    none = np.zeros(1)
+    return Ledger(none, ends, none, none, none, np.array([energy]), none, 0.0, shares)
+
+
+def test_no_share_of_numerical_dissipation_where_nothing_is_lost():
+    """An elastic block that turns: 3.6 uJ gained and 2.5 uJ lost of 6.65 mJ."""
+    turning = {"shear": -3.58e-6, "grid": 2.33e-6, "artificial": 0.19e-6}
+    numbers = numerical_dissipation(ledger_of(6.65e-3, **turning))
+    text = "0.038% of the energy; all losses, -0.016% of it, are too small for a share"
+    assert numbers == {"numerical_dissipation_problem": text}
+    assert numerical_dissipation(ledger_of(1e-4, shear=1e-6, grid=1e-6)) == {
+        "numerical_dissipation": 0.5
+    }
+    # gains that make up for losses
+    numbers = numerical_dissipation(ledger_of(1.0, shear=-0.40, grid=0.45))
+    assert "45% of the energy; all losses, 5% of it," in numbers["numerical_dissipation_problem"]
 
 
 def test_the_laws_of_the_laboratory():
