@@ -58,6 +58,8 @@ LISTS = {
     "index without a name": lines(",x,y,z", "0,0,0,0", "1,1.2,0,0"),
     "row names": lines('"x" "y" "z"', '"1" 0 0 0', '"2" 1.2 0 0'),
     "units in names": lines("x_um,y_um,z_um,radius_nm", "0,0,0,600", "1.2,0,0,600"),
+    "a row of units": lines("x;y;z;r", "(um);(um);(um);(nm)", "0,0;0;0;600", "1,2;0;0;600"),
+    "tabs behind commas": lines("x,\ty,\tz", "0,\t0,\t0", "1.2,\t0,\t0"),
     "title": lines("Aggregate 12, df = 1.8, kf = 1.3", "x y z r", "0 0 0 .6", "1.2 0 0 .6"),
     "count first": lines("2", "0 0 0 .6", "1.2 0 0 .6"),
     "count and names first": lines("2", "x,y,z", "0,0,0", "1.2,0,0"),

@@ -49,6 +49,7 @@ READ = {
     "units behind in": lines("x in mm;z in mm;mass in mg/m", "{x};{z};3"),
     "units behind a line": lines("x_mm,z_mm,mass_kg_per_m", "{x},{z},3e-6"),
     "units in capitals": lines("X_MM,Z_MM,MASS_KG", "{x},{z},3e-6"),
+    "a row of units": lines("x,z,mass\nmm,mm,kg/m", "{x},{z},3e-6"),
     "masses of a metre of depth": lines("x,z,mass [mg]", "{i}e-4,{k}e-4,3"),
     "capitals": lines("X,Z,Mass", "{i}e-4,{k}e-4,3e-6"),
     "blanks in the header": lines(" x , z , mass ", "{i}e-4, {k}e-4, 3e-6"),
@@ -70,6 +71,9 @@ READ = {
     "commented header with units": lines("# x[mm] z[mm] mass[kg/m]", "{x} {z} 3e-6"),
     "empty lines": "\n" + lines("x,z,mass", "{i}e-4,{k}e-4,3e-6").replace("\n", "\n\n"),
     "exponents of Fortran": lines("x z mass", "{i}.D-4 {k}.0D-04 3.0D-06"),
+    "tabs behind commas": lines("x,\tz,\tmass", "{i}e-4,\t{k}e-4,\t3e-6"),
+    "extended XYZ": lines("20\nProperties=pos:R:3:mass:R:1", "{i}e-4 0 {k}e-4 3e-6"),
+    "Greek": lines("x (µm),z (μm),mass (kg·m⁻¹),ρ (kg m⁻³)", "{i}e2,{k}e2,3e-6,300"),
     "other order": lines("rho,mass,z,x", "300,3e-6,{k}e-4,{i}e-4"),
     "names of ParaView": lines('"mass","Points:0","Points:1","Points:2"', "3e-6,{i}e-4,0,{k}e-4"),
     "names of a table": lines("Position.X,Position.Z,Mass", "{i}e-4,{k}e-4,3e-6"),
@@ -131,6 +135,9 @@ def test_what_is_not_read_is_listed(tmp_path):
     assert plane.endswith("its x and y are read as x and z: with dimension: 2 the plane is x-z")
     assert zeros.endswith("p.csv: it has no vz, read as 0")
     assert unread.endswith("p.csv: h, u, radius")
+    flat = read(tmp_path, lines("x,y,z,mass", "{i}e-4,{k}e-4,0,3e-6"))
+    assert flat.position[:, 2].max() == pytest.approx(3e-4) and not flat.position[:, 1].any()
+    read(tmp_path, text)
     body = {"kind": "explicit", "file": str(tmp_path / "p.csv")}
     two = {"kind": "several", "bodies": [body, body | {"position": ["1 mm", "0 mm"]}]}
     together = samples.made(SPEC.validate_python(two), MATTER[2])

@@ -191,10 +191,9 @@ def state(table: Table, source: Source, units: Units) -> dict:
 
 
 def _meanings(table, source):
-    """Quantity and component of each column, or None; in a plane y is read as z, without a z."""
+    """Quantity and component of each column, or None; of a file in x-y, y is z in a plane."""
     keys = table.meanings
-    has = [("position", axis) in keys for axis in range(3)]
-    if not source.contents.plane or has != [True, True, False]:
+    if not source.contents.plane or not _is_in_xy(keys, table.values):
         return keys
     source.remarks.append("its x and y are read as x and z: with dimension: 2 the plane is x-z")
     turned = {"deviator": (0, 2, 1, 4, 3, 5)}  # xx zz yy xz xy yz
@@ -202,6 +201,18 @@ def _meanings(table, source):
         key and (key[0], key[1] if key[1] is None else turned.get(key[0], (0, 2, 1))[key[1]])
         for key in keys
     ]
+
+
+def _is_in_xy(keys, values):
+    """True for positions along x and y, without a z or with the same z of all."""
+    columns = {key[1]: column for key, column in zip(keys, values, strict=True)
+               if key and key[0] == "position"}  # fmt: skip
+    if not {0, 1} <= columns.keys():
+        return False
+    y, z = columns[1], columns.get(2)
+    if z is None:
+        return True
+    return not is_text(y) and not is_text(z) and np.ptp(z) == 0.0 < np.ptp(y)
 
 
 def _check_numbers(values, table, n, source):

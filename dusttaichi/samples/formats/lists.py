@@ -8,7 +8,15 @@ import re
 from dataclasses import replace
 
 from dusttaichi.samples.formats.columns import Units, named, state
-from dusttaichi.samples.formats.names import heading, is_complete, known, names_in, words
+from dusttaichi.samples.formats.names import (
+    NUMBERS,
+    heading,
+    is_complete,
+    is_unit,
+    known,
+    names_in,
+    words,
+)
 from dusttaichi.samples.formats.order import guess
 from dusttaichi.samples.formats.text import SPACES, Cells, Source, is_text, parse, whole
 
@@ -34,13 +42,26 @@ def read(source: Source) -> dict:
     source = replace(source, lines=lines)
     above, rows = _parts(source)
     cells = _cells([source.lines[n] for n in rows[:_LOOKED_AT]])
+    units = _units_row(rows, cells, source)
+    rows = rows[1:] if units else rows
     values = parse(source, rows, cells)
     names = _names(above, values, rows, cells, source)
+    if units and len(units) == len(names):
+        names = [f"{name} [{unit}]" if unit else name
+                 for name, unit in zip(names, units, strict=True)]  # fmt: skip
     _check_count(above, rows, source)
     _remark_on_titles(above, source)
     # a unit of length alone does not say those of masses
-    units = Units(length=source.length, matter=source.length == 1.0)
-    return state(named(names, values, rows, source, cells), source, units)
+    default = Units(length=source.length, matter=source.length == 1.0)
+    return state(named(names, values, rows, source, cells), source, default)
+
+
+def _units_row(rows, cells, source):
+    """Units in a row of their own below the names, as of Origin: "mm,mm,kg/m"; else None."""
+    if source.columns is not None or len(rows) < 2:
+        return None
+    units = [cell.strip().strip("()[]") for cell in cells.of(source.lines[rows[0]])]
+    return units if any(units) and all(unit in NUMBERS or is_unit(unit) for unit in units) else None
 
 
 def _parts(source):
@@ -91,7 +112,7 @@ def _cells(lines):
         return Cells(";", any("," in cell for cell in cells))
     if all("\t" in line.strip() for line in lines):
         table = [Cells("\t").of(line) for line in lines]
-        if not any(" " in cell for row in table for cell in row):
+        if not any(" " in cell or cell.endswith(",") for row in table for cell in row):
             return Cells("\t", any("," in cell for row in table for cell in row))
     if all("," in line for line in lines):
         found = [word for line in lines for word in line.split()]

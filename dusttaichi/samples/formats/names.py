@@ -30,8 +30,8 @@ SCALARS = {
     "radius": "radius r rad radii particle_radius",
     "diameter": "diameter d diam particle_diameter",
     "mass": "mass m masses particle_mass",
-    "density": "density rho densities particle_density",
-    "filling_factor": "filling_factor phi volume_fraction solid_fraction packing_fraction "
+    "density": "density rho ρ densities particle_density",
+    "filling_factor": "filling_factor phi φ ϕ volume_fraction solid_fraction packing_fraction "
     "volume_filling_factor",
     "reference": "reference reference_density",
     "role": "role",
@@ -62,11 +62,11 @@ OTHER = "~"  # in front of a name that means something else in its format
 _BRACKETS = re.compile(r"(.+?)[\s/,]*[\[(]([^\])]*)[\])]")
 _LENGTH = "pm|nm|um|µm|μm|mm|cm|dm|m|km|microns?|micrometers?|angstrom"
 _PER = r"(?:_per_| per |_| ?/ ?)"
-_SUFFIX = re.compile(
-    rf"(.+?)(?:[ _/]+| in )({_LENGTH}|(?:{_LENGTH}){_PER}s|rad{_PER}s"
-    rf"|(?:kg|mg|g|pg)(?:{_PER}(?:m|cm|m\^?3|cm\^?3))?|[kMG]?Pa)",
-    re.IGNORECASE,
+_UNIT = (
+    rf"{_LENGTH}|(?:{_LENGTH}){_PER}s|rad{_PER}s|(?:kg|mg|g|pg)(?:{_PER}(?:m|cm|m\^?3|cm\^?3))?"
+    "|[kMG]?Pa"
 )
+_SUFFIX = re.compile(rf"(.+?)(?:[ _/]+| in )({_UNIT})", re.IGNORECASE)
 
 
 def known(name: str) -> tuple[str, int | None] | None:
@@ -109,6 +109,11 @@ def heading(text: str, source: Source) -> tuple[str, float | None]:
         factor = NUMBERS[unit.strip()]
         return text, None if factor == 1.0 else factor
     return text, unit_factor(unit, quantity, f"{source.where}, column {text}", source.contents)
+
+
+def is_unit(text: str) -> bool:
+    """True for a unit that a column may have, alone in its cell."""
+    return re.fullmatch(_UNIT, text) is not None
 
 
 def _plain_unit(text):

@@ -53,7 +53,8 @@ def read(source: Source) -> dict:
     length = ANGSTROM if re.search("angstrom|Å", about, re.IGNORECASE) else source.length
     if length != source.length and source.length not in (1.0, length):
         source.remarks.append("its comment says Angstrom, so that sample.units is not used")
-    found = state(table, source, Units(length=length, mass=DALTON, matter="masses" in about))
+    mass = 1.0 if source.contents.needs_mass else DALTON  # not those of atoms
+    found = state(table, source, Units(length=length, mass=mass, matter="masses" in about))
     if "lattice" in info:
         found |= _cell(info, length, source, frame.about)
     if "time_s" in info and SPACES.is_number(info["time_s"]):
