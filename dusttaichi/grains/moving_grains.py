@@ -17,11 +17,12 @@ from dusttaichi.grains.impacts import softened_remarks
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.time_step import short_loads
 from dusttaichi.grains.variables import VARIABLES, variables_of
-from dusttaichi.method import SimpleSimulation, State, moment
+from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.results.variables import select
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.touching import deep_overlaps
 from dusttaichi.scene.material import DEFAULT
 from dusttaichi.units import GRAINS
 
@@ -62,6 +63,11 @@ class MovingGrains(SimpleSimulation):
         return [*own, *softened, *short_loads(self.scene, step.dt)]
 
     @property
+    def suspect(self):
+        """Sentence on contacts of the sample that push its grains apart, or ""."""
+        return deep_overlaps(self.sample, samples.Materials(self.scene))
+
+    @property
     def step(self):
         return self.sim.step
 
@@ -95,7 +101,7 @@ class MovingGrains(SimpleSimulation):
         return measure.measurement(self.sim)
 
     def validate(self, measurement):
-        validity.validate(self.sim, measurement, moment(self))
+        validity.validate(self.sim, measurement, self)
 
     def sums(self):
         out = {"lengths": self.sim.lengths()}

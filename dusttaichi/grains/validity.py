@@ -5,30 +5,36 @@ import numpy as np
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.measure import grain_state, wall_distances
+from dusttaichi.method import moment
 from dusttaichi.physics.geometry import WALLS
 
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 
 
-def validate(sim, measurement, when):
+def validate(sim, measurement, run):
     """Raise GuardStop if the Measurement of a grain Simulation cannot be trusted.
 
-    when: method.moment of the run, for the message.
+    run: the method.Simulation, for the message.
     """
-    m = measurement.parts
+    m, when = measurement.parts, moment(run)
     if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
             f"{when} the energy is not a number{_culprit(sim)}: the step is too long for what "
-            "happens. Try a smaller numerics.time_step or a lower speed."
+            f"happens. {_start(run)} a smaller numerics.time_step or a lower speed."
         )
     if m["largest_strain"] > LARGEST_OVERLAP:
         raise GuardStop(
             f"{when} a contact{_deepest(sim)} overlaps by {m['largest_strain']:.3g} of the "
             f"(smaller) radius, more than {LARGEST_OVERLAP:g}: adhesive elastic contacts mean "
-            "nothing there. Try a lower wall speed, an earlier stop, or a smaller "
+            f"nothing there. {_start(run)} a lower wall speed, an earlier stop, or a smaller "
             "numerics.time_step."
         )
     _inside(sim, when)
+
+
+def _start(run):
+    """Sentence on the start, if it may be the cause, and the first word of what to try."""
+    return f"At the start {run.suspect}. Otherwise try" if run.suspect else "Try"
 
 
 def _culprit(sim):

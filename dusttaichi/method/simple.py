@@ -30,6 +30,7 @@ class SimpleSimulation:
     channels: tuple[str, ...] = ()
     step_key: str = "numerics.time_step"
     stored: tuple[str, ...] = ()
+    suspect: str = ""
 
     @property
     def time(self) -> float:

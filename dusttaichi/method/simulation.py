@@ -150,6 +150,8 @@ class Simulation(Protocol):
         Names of the losses.
     step_key
         Key of the YAML that shortens the step.
+    suspect
+        Sentences on the start that explain why a guard stops the run, without a full stop; or "".
     """
 
     units: Units
@@ -161,6 +163,7 @@ class Simulation(Protocol):
     variables: tuple[Variable, ...]
     channels: tuple[str, ...]
     step_key: str
+    suspect: str
 
     def advance(self, steps: int) -> None:
         """Make whole steps.

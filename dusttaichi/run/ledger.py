@@ -58,15 +58,15 @@ def check(sim, m, start, tolerance=0.01):
     sim.validate(m)
     if not np.isfinite(m.energy) or not np.isfinite(m.losses).all():
         raise GuardStop(
-            f"{moment(sim)} the energy is not a number: the step is too long. Try a smaller "
-            f"{sim.step_key} or a lower speed."
+            f"{moment(sim)} the energy is not a number"
+            + _cause(sim, "the step is too long", "a lower speed")
         )
     residual, through = turnover(m, start)
     if abs(residual) > tolerance * through:
         raise GuardStop(
             f"{moment(sim)} the energy ledger is open by {abs(residual) / through:.2%} of the "
-            f"energy that has gone through the system, more than {tolerance:.2%}: the step does "
-            f"not resolve the motion. Try a smaller {sim.step_key}."
+            f"energy that has gone through the system, more than {tolerance:.2%}"
+            + _cause(sim, "the step does not resolve the motion")
         )
     storing = getattr(sim, "storing", ())  # channels that may return energy
     own = np.where(np.isin(sim.channels, storing), np.inf, m.losses)
@@ -74,6 +74,14 @@ def check(sim, m, start, tolerance=0.01):
     if m.losses[worst] < -tolerance * through:
         raise GuardStop(
             f"{moment(sim)} the losses by {sim.channels[worst]} are negative, "
-            f"{-m.losses[worst] / through:.2%} of the energy that has gone through the system: the "
-            f"step is so long that it generates energy. Try a smaller {sim.step_key}."
+            f"{-m.losses[worst] / through:.2%} of the energy that has gone through the system"
+            + _cause(sim, "the step is so long that it generates energy")
         )
+
+
+def _cause(sim, cause, *remedies):
+    """End of a message: the cause and what to try, or what of the start may be the cause."""
+    tried = " or ".join([f"a smaller {sim.step_key}", *remedies])
+    if start := getattr(sim, "suspect", ""):
+        return f". At the start {start}. Otherwise try {tried}."
+    return f": {cause}. Try {tried}."

@@ -22,7 +22,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.taken import check_contacts
-from dusttaichi.samples.touching import contacts_by_distance, put_in_contact
+from dusttaichi.samples.touching import MOST, contacts_by_distance, put_in_contact
 from dusttaichi.samples.values import (
     MaterialName,
     Position,
@@ -100,7 +100,7 @@ class ExplicitSample(SampleBlock):
         description="unit of x, y, z, radius in a text file without units; "
         "velocities and spins are m/s and rad/s",
     )
-    touch_within: Annotated[float | Literal["auto"], Number(ge=0, le=0.05, word="auto")] = Field(
+    touch_within: Annotated[float | Literal["auto"], Number(ge=0, le=MOST, word="auto")] = Field(
         "auto",
         description="gap or overlap, over the sum of two radii, within which grains touch: if some "
         "of these pairs are apart, all are moved into equilibrium contact; auto: the rounding of "

@@ -23,6 +23,7 @@ COARSEST = 2e-2  # the same of a rounding: what is coarser are not rounded numbe
 SETTLED, SHARE = (0.25, 2.0), 0.95  # overlaps over that in equilibrium of most pairs of a sample
 # that is in equilibrium, whose chance gaps are none of a rounding
 FINEST = 1e-15  # m, of a rounding
+MOST = 0.05  # of touch_within
 DEEP = 5.0  # overlap over that in equilibrium, beyond which contacts push grains apart
 CLOSE = 1e-3  # of delta0: distances in equilibrium are met within this
 DAMPING = 0.03  # of the linear equations, over the change of a distance by one of its ends
@@ -78,7 +79,8 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
     if done:
         touching["done"] = _done(touching)
         texts = [_said(touching)]
-    texts += _deep(grains, x, i, j)
+    if deep := _deep(grains, x, i, j):
+        texts.append(f"sample: {deep}")
     if texts:
         info["remarks"] = [*info.get("remarks", ()), *texts]
     return replace(sample, positions=x, info=info | {"touching": touching})
@@ -245,21 +247,32 @@ def _said(touching):
     )
 
 
+def deep_overlaps(sample: Sample, materials: Materials) -> str:
+    """Sentence on grains that overlap by far more than in equilibrium, or "" without these."""
+    if len(sample) < 2:
+        return ""
+    grains = _Grains(sample, materials, cell_of(sample.info, materials))
+    return _deep(grains, grains.x, *grains.cell.pairs(grains.x, grains.radii).T)
+
+
 def _deep(grains, x, i, j):
-    """A remark where grains overlap by far more than in equilibrium, else nothing."""
     if not len(i):
-        return []
+        return ""
     both = grains.radii[i] + grains.radii[j]
     overlap, rest = both - grains.distances(x, i, j), both - grains.rest(i, j)
     times = overlap / rest
     k = int(np.argmax(times))
     if times[k] < DEEP:
-        return []
+        return ""
     share = overlap[k] / both[k]
     deep = np.count_nonzero(times > DEEP)
-    return [
-        f"sample: {deep:,} of {len(i):,} contacts overlap by more than {DEEP:g} times the overlap "
-        f"in equilibrium (grains {i[k]} and {j[k]}: {_length(overlap[k])}, {share:.2g} of their "
-        f"diameter, {times[k]:.3g} times): they will push the grains apart. If the grains should "
-        f"just touch, sample.touch_within: {1.1 * share:.2g} puts them into equilibrium contact"
-    ]
+    which = "1 contact overlaps" if len(i) == 1 else f"{deep:,} of {len(i):,} contacts overlap"
+    key = ""
+    if 1.1 * share <= MOST:
+        key = (f". If the grains should just touch, sample.touch_within: {1.1 * share:.2g} puts "
+               "them into equilibrium contact")  # fmt: skip
+    return (
+        f"{which} by more than {DEEP:g} times the overlap in equilibrium (grains {i[k]} and "
+        f"{j[k]}: {_length(overlap[k])}, {share:.2g} of their diameter, {times[k]:.3g} times): "
+        f"they push the grains apart{key}"
+    )

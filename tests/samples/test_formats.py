@@ -480,6 +480,52 @@ def test_grains_that_do_not_touch_are_remarked(tmp_path):
         assert ["are read as x y z r" in text for text in said].count(True) == 1
 
 
+# -- MercuryDPM ----------------------------------------------------------------------------------
+
+BODIES = ((0.0, 0.6), (1.2, 0.6), (2.4, 0.6), (3.5, 0.5))  # x, r
+BOX_LINE = "4 0.5 -1 -1 -1 5 1 1"
+
+
+def mercury(form, header=BOX_LINE):
+    return lines(header, *(form.format(x=x, r=r, n=n) for n, (x, r) in enumerate(BODIES)))
+
+
+MERCURY = {
+    "spheres": mercury("{x} 0 0 0.01 0 0 {r} 0 0 0 0 0 7 0"),
+    "with numbers": mercury("{x} 0 0 0.01 0 0 {r} 0 0 0 0 0 7 0 {n}"),
+    "radius behind": mercury("{x} 0 0 0.01 0 0 0 0 0 0 0 7 {r} 0"),
+    "disks": mercury("{x} 0 0.01 0 {r} 0 7 0", header="4 0.5 -1 -1 5 1"),
+    "two snapshots": mercury("{x} 9 0 0 0 0 {r} 0 0 0 0 0 0 0", header="4 0 -1 -1 -1 5 1 1")
+    + mercury("{x} 0 0 0.01 0 0 {r} 0 0 0 0 0 7 0"),
+}
+
+
+@pytest.mark.parametrize("name", MERCURY)
+def test_mercury(tmp_path, name):
+    found = read(tmp_path, MERCURY[name], units="um", keep=["time"])
+    np.testing.assert_allclose(found.positions * 1e6, [[x, 0, 0] for x, _ in BODIES], atol=1e-12)
+    np.testing.assert_allclose(found.radii * 1e6, [r for _, r in BODIES], rtol=1e-12)
+    np.testing.assert_array_equal(found.velocities, [[0.01, 0, 0]] * 4)
+    if name != "radius behind":
+        np.testing.assert_array_equal(found.spins, [[0, 0, 7]] * 4)
+    assert found.info["start_time"] == 0.5
+    said = " ".join(found.info.get("remarks", ()))
+    assert ("two-dimensional" in said) == (name == "disks")
+    assert ("radius behind the angular velocities" in said) == (name == "radius behind")
+
+
+def test_mercury_by_the_columns_of_the_scene_and_with_its_box(tmp_path):
+    text = mercury("{x} 0 0 {r} 0 0", header=BOX_LINE)
+    columns = ["x", "y", "z", "radius", "_", "_"]
+    found = read(tmp_path, text, {"kind": "box"}, units="um", columns=columns, keep=["box"])
+    np.testing.assert_allclose(found.radii * 1e6, [r for _, r in BODIES], rtol=1e-12)
+    np.testing.assert_allclose(
+        found.info["room"], np.array([-1, 5, -1, 1, -1, 1]) * 1e-6, rtol=1e-12
+    )
+    first = read(tmp_path, MERCURY["two snapshots"], units="um", snapshot=0)
+    np.testing.assert_allclose(first.positions[:, 1] * 1e6, 9, rtol=1e-12)
+
+
 # -- what is refused ------------------------------------------------------------------------------
 
 REFUSED = [
@@ -518,7 +564,18 @@ REFUSED = [
     (DUMP.replace("3 4 5", "3 4"), r"line 23 \('1 1 3 4'\) has 4 columns; allowed: 5"),
     (DATA.replace("# sphere", "# bond"), "style bond have 6 columns, or 9 .* has 10"),
     (XYZ.replace("2", "3", 1), "line 1 announces 3 grains, and the number of lines .* is 2"),
+    (
+        MERCURY["spheres"].replace("4 0.5", "5 0.5"),
+        "line 1 announces 5 particles, and 4 lines follow",
+    ),
+    (mercury("{x} 0 0 0 0 0 0 0 0 0 0 0 0 0"), "line 2 .*neither column 7 nor 13 are radii"),
+    (
+        mercury("{x} 0 0 0 0 0 {r} 0 0 0 0 0 0 {n}"),
+        "its matId 1 has no material in the scene",
+    ),
     # lists
+    ("0 0 .6\n1.5 0 .9\n0 -1.8 1.2\n", "can be x y z, or x y r of disks, .* columns: .x, y, z"),
+    ("2\n\nC 0 0 .6\nC 1.2 0 .6\n", "can be x y z, or x y r of disks"),
     ("x,y\n0,0\n", "it lacks z"),
     ("x,y,z,vx\n0,0,0,0\n", "it lacks vy, vz"),
     ("a,b,c\n0,0,0\n", "header, line 1 .* of which a, b, c are not known"),

@@ -8,12 +8,15 @@ from scenes import make_scene
 from test_formats import dump, read
 
 from dusttaichi import samples
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.build import build
 from dusttaichi.grains.measure import energies
+from dusttaichi.grains.method import METHOD
+from dusttaichi.method import Start
 from dusttaichi.physics.geometry import pairs_within
+from dusttaichi.run import ledger
 from dusttaichi.samples import Materials
-from dusttaichi.samples.touching import rounding
+from dusttaichi.samples.touching import deep_overlaps, rounding
 from dusttaichi.scene import load
 
 R = 0.6
@@ -161,12 +164,25 @@ def test_a_sample_in_equilibrium_keeps_its_chance_gaps(tmp_path):
 
 
 def test_deep_overlaps_are_named_before_a_run(tmp_path):
-    sample, _ = made(tmp_path, [[0, 0, 0], [1.188, 0, 0], [2.376, 0, 0]])
+    sample, scene = made(tmp_path, [[0, 0, 0], [1.188, 0, 0], [2.376, 0, 0]])
     (text,) = sample.info["remarks"]
     assert "2 of 2 contacts overlap by more than 5 times" in text and "72.2 times" in text
     assert "sample.touch_within: 0.011 puts them" in text
+    assert text == f"sample: {deep_overlaps(sample, Materials(scene))}"
     sample, scene = made(tmp_path, [[0, 0, 0], [1.188, 0, 0], [2.376, 0, 0]], touch_within=0.011)
     np.testing.assert_allclose(overlaps(sample, scene), 1.0, atol=2e-3)
+    assert not deep_overlaps(sample, Materials(scene))
+
+
+def test_a_guard_names_deep_overlaps_of_the_start():
+    scene = load(FOLDER / "agg_overlap_1percent" / "scene.yaml")
+    run = METHOD.build(scene, METHOD.make_sample(scene))
+    start = run.measure()
+    run.advance(10)
+    text = "of the energy .*1.00%. At the start 200 of 201 contacts overlap .* 72.6 times.*: they "
+    text += "push the grains apart. .*touch_within: 0.011 .* try a smaller numerics.time_step"
+    with pytest.raises(GuardStop, match=text):
+        ledger.check(run, run.measure(), Start.of(start))
 
 
 @pytest.mark.parametrize("spacing", [1e-9, 1e-10, 5e-8, 1e-6])
@@ -215,6 +231,7 @@ READ = {
     "list_count_first": (3, (2.4, 0, 0), {"radius": 0.6, "remark": "are read as x y z r"}),
     "list_header_ws": (2, (1.2, 0, 0), {"radius": 0.6}),
     "list_mstm": (3, (2.4, 0, 0), {"radius": 0.6, "remark": "are read as r x y z"}),
+    "mercury_data": (4, (3.5, 0, 0), {"contacts": 3, "radius": 0.5}),
     "xyz_blank_frames": (2, (0, 0, 6.2), {}),
     "xyz_bom": (2, (0, 0, 1.2), {}),
     "xyz_fortranD": (2, (1.2, 0, 0), {}),

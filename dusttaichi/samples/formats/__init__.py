@@ -3,6 +3,7 @@
 - lists: CSV, tables between white space, text of YADE
 - dump, data: LAMMPS and LIGGGHTS
 - xyz: XYZ and extended XYZ
+- mercury: MercuryDPM
 
 A file with units (`ITEM: UNITS`, `units = micro`, an XYZ in Angstrom, `x [um]`) is read in these;
 in all others lengths are in the `units` of the sample, velocities in m/s, spins in rad/s. These
@@ -15,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples.formats import data, dump, lists, xyz
+from dusttaichi.samples.formats import data, dump, lists, mercury, xyz
 from dusttaichi.samples.formats.lammps import run_lammps
 from dusttaichi.samples.formats.text import SPACES, Source, decode, read_bytes
 
@@ -68,6 +69,8 @@ def _reader(source: Source):
         rf"{data.ATOMS}|\b[xyz]lo +[xyz]hi\b", text, re.MULTILINE
     ):
         return data
+    if mercury.is_mercury(source):
+        return mercury
     return xyz if filled and xyz.count_in(filled[0]) is not None and not _counts_rows(source) \
         else lists  # fmt: skip
 

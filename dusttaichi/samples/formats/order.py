@@ -10,6 +10,7 @@ from dusttaichi.samples.formats.names import IGNORED, is_complete, known
 from dusttaichi.samples.formats.text import Source, is_text, whole
 
 LOOKED_AT = 2000  # grains: an overlap among them refuses an order
+TOUCHING = 1e-3  # gap or overlap over the sum of two radii, up to which disks touch
 KEY = (
     "sample.columns names them in their order, for example columns: [{}], with _ for one that is "
     "not read"
@@ -19,25 +20,22 @@ KEY = (
 def guess(values: list, source: Source, row: int) -> list[str]:
     """Names of the columns of unnamed rows, of which `row` is the first.
 
-    Three numbers are x y z, a text and three numbers species x y z, a number from 1 on in addition
-    id. Four numbers are x y z r or r x y z, or x y z behind a number of an element or grain: the
-    one in which radii are positive, and no grains overlap by more than any sample may. Raises
-    DustError where none or several are left.
+    Three numbers are x y z, unless they are disks x y r that touch; a text and three numbers are
+    species x y z, a number from 1 on in addition id. Four numbers are x y z r or r x y z, or x y z
+    behind a number of an element or grain: the one in which radii are positive, and no grains
+    overlap by more than any sample may. Raises DustError where none or several are left.
     """
     kinds = "".join("t" if is_text(column) else "n" for column in values)
     if source.contents.needs_mass:
         raise _unknown_order(kinds, source, row, source.contents.example)
-    if kinds == "nnn":
-        return ["x", "y", "z"]
-    if kinds == "tnnn":
-        return ["species", "x", "y", "z"]
-    if kinds == "ntnnn" and _counts(values[0]):
-        return ["id", "species", "x", "y", "z"]
+    if kinds in ("nnn", "tnnn") or (kinds == "ntnnn" and _counts(values[0])):
+        _refuse_disks(values[-3:], source, row)
+        return ["id", "species", "x", "y", "z"][-len(kinds) :]
     if kinds != "nnnn":
         example = "x, y, z, radius" if kinds.startswith("n") else "species, x, y, z, radius"
         raise _unknown_order(kinds, source, row, example)
     orders = {"x y z r": (0, 1, 2, 3), "r x y z": (1, 2, 3, 0)}
-    fits = [names for names, order in orders.items() if _apart([values[n] for n in order])]
+    fits = [names for names, order in orders.items() if are_apart([values[n] for n in order])]
     if whole(values[0], 0):  # numbers of elements or grains
         fits.append("id x y z" if _counts(values[0]) else "type x y z")
     if len(fits) == 1 and fits[0][0] in "xr":
@@ -47,6 +45,7 @@ def guess(values: list, source: Source, row: int) -> list[str]:
         )
         return fits[0].split()
     if len(fits) == 1:
+        _refuse_disks(values[1:], source, row)
         source.remarks.append(f"its columns are read as {fits[0]} (sample.columns names others)")
         return ["species" if fits[0].startswith("type") else "id", "x", "y", "z"]
     what = f"can be {' or '.join(fits)}" if fits else f"are neither {' nor '.join(orders)}"
@@ -63,12 +62,27 @@ def _unknown_order(kinds, source: Source, row: int, example: str):
     )
 
 
+def _refuse_disks(columns, source: Source, row: int) -> None:
+    """Raise DustError where three columns can be x, y and radius of disks, some of which touch."""
+    x, y, r = (np.asarray(column, float)[:LOOKED_AT] for column in columns)
+    disks = [x, y, np.zeros_like(x), r]
+    if len(x) < 2 or not are_apart(disks):
+        return
+    i, j, distance = pairs_within(np.column_stack(disks[:3]), r, 1.0 + TOUCHING)
+    if np.any(distance > (1.0 - TOUCHING) * (r[i] + r[j])):
+        raise source.fault(
+            f"its columns have no names, and {source.shown(row)} and the others can be x y z, or "
+            "x y r of disks, some of which touch; "
+            f"{KEY.format('x, y, z')}. Disks need a column z as well, of 0 for a layer."
+        )
+
+
 def _counts(values) -> bool:
     """True for consecutive whole numbers from 0 or 1 on."""
     return whole(values, 0) and bool(np.all(np.diff(values) == 1)) and values[0] in (0, 1)
 
 
-def _apart(columns) -> bool:
+def are_apart(columns) -> bool:
     """True where the columns x, y, z, r are spheres that do not overlap much."""
     x = np.column_stack(columns)[:LOOKED_AT]
     if not np.isfinite(x).all() or np.any(columns[3] <= 0):
