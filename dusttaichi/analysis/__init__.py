@@ -21,6 +21,7 @@ from dusttaichi.analysis.fragments import (
 from dusttaichi.analysis.frame import Frame, frame_count, grain_masses, read_frame
 from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
 from dusttaichi.analysis.ledger import Ledger, Losses, ledger, losses_against_filling_factor
+from dusttaichi.analysis.load_control import load_controls
 from dusttaichi.analysis.loads import (
     ControlledLoad,
     Friction,

@@ -15,8 +15,16 @@ the proportional part is not summed up: both would shift the mean where k and e 
 A sample that yields slowly is stiff at short times (waves, unloading), and the servo can stop no
 faster than a stiff sample allows. |v| is at most LIMIT r, the speed for that relative error, where
 there is no load yet, growing to LOADED r under the prescribed load; more, RELIEF r |e| times the
-share of the load that is there, while the error is large. Walls and faces are at rest when a stage
-begins to control a load.
+share of the load that is there, while the error is large.
+
+A stage continues the motion of the one before: sample and wall carry a load together that falls
+where the wall stops, and dust that yields needs microseconds to carry it at rest. v and v_0 are the
+speed of the last stage, |v| may be as large for some time, and g is IN_MOTION at first, from which
+it goes to AT_REST within FADING intervals or so. A wall that changes its speed also pushes the
+particles that touch it, which the next interval measures as a load: v follows from e averaged over
+the last SMOOTH intervals. k is FIRM until it has been measured, since constant speed tells nothing
+about it, or that of the last stage if this controlled a load by the same walls or faces and k was
+larger. Walls and faces that were at rest start at rest.
 """
 
 from dataclasses import dataclass, replace
@@ -27,6 +35,8 @@ EVERY, MEMORY = 25, 80
 DAMPED, LIMIT, LOADED, RELIEF, SCATTER = 1.0, 0.5, 2.0, 5.0, 0.3
 STIFF, SOFT = 1e7, 1.0  # k at first, stiffer than any sample, and at least
 FIRST = 0.01  # change of e in the first estimate of k
+AT_REST, IN_MOTION = 0.15, 0.4  # default gain, by what the stage begins with
+FIRM, SMOOTH, FADING = 5e3, 4, 320  # of a stage that begins in motion
 TINY = 1e-300
 WALL, CELL, EVEN = "wall", "cell", "even"
 
@@ -40,6 +50,8 @@ class Servo:
     scale: reference of its relative error. gain: g. largest: speed or rate of approach,
     (n,). length: of the box, or 1, by which displacements are divided, (n,). speed:
     current, (n,). steady: v_0, (n,). missing: e at the last change, (n,), NaN before the first.
+    smooth: intervals over which e is averaged; mean_error: that average, (n,). late_gain: that g
+    goes to. entry: size of the speed that the stage continues, which fades, (n,).
     changes, ways, products: mean squares of the changes of e and of the strains, and the mean of
     their products, (n,). due: step of the next change. every: steps between two. before: time
     integral of the measured load at the last change, (n,).
@@ -61,6 +73,10 @@ class Servo:
     due: int
     every: int
     before: np.ndarray
+    smooth: int
+    mean_error: np.ndarray
+    late_gain: float
+    entry: np.ndarray
 
     @property
     def presses(self):
@@ -88,13 +104,17 @@ class Servo:
         there = np.abs(load) / self.scale
         limit = LIMIT + (LOADED - LIMIT) * np.minimum(there, 1.0)
         share = np.maximum(limit, RELIEF * np.abs(missing) * there)
-        most = np.minimum(self.largest, share * response)
-        speed = np.clip(response * missing + steady, -most, most)
+        most = np.minimum(self.largest, np.maximum(share * response, self.entry))
+        mean_error = self.mean_error + (missing - self.mean_error) / self.smooth
+        speed = np.clip(response * mean_error + steady, -most, most)
         return replace(
             self,
             speed=speed,
-            steady=speed - response * missing,
+            gain=self.gain + (self.late_gain - self.gain) / FADING,
+            steady=speed - response * mean_error,
             missing=missing,
+            mean_error=mean_error,
+            entry=self.entry * (1.0 - 1.0 / MEMORY),
             changes=self.changes + (change**2 - self.changes) / MEMORY,
             ways=self.ways + (strain**2 - self.ways) / MEMORY,
             products=self.products + (change * strain - self.products) / MEMORY,
@@ -117,16 +137,16 @@ def make_servo(drive, domain, step, integral):
         kind = WALL if domain.has_top else EVEN
         axes = () if kind == WALL else (0, 1, 2)
         load = np.array([drive.pressure]) / domain.units("Pa")
-    n = len(load)
+    n, wall = len(load), kind == WALL
     first = Servo(
         kind=kind,
         axes=tuple(axes),
         load=load,
         scale=float(np.abs(load).max()),
-        gain=drive.servo_gain,
+        gain=drive.gain or AT_REST,
         largest=_largest(drive, kind, axes, domain.units),
         # the height below the top wall, whether it has a bottom or not
-        length=np.diff(domain.box.planes(domain.dt * step)[4:]) if kind == WALL else np.ones(n),
+        length=np.diff(domain.box.planes(domain.dt * step)[4:]) if wall else np.ones(n),
         speed=np.zeros(n),
         steady=np.zeros(n),
         missing=np.full(n, np.nan),
@@ -136,8 +156,50 @@ def make_servo(drive, domain, step, integral):
         due=step + EVERY,
         every=EVERY,
         before=np.zeros(n),
+        smooth=1,
+        mean_error=np.zeros(n),
+        late_gain=drive.gain or AT_REST,
+        entry=np.zeros(n),
     )
-    return first if integral is None else replace(first, before=integral(first))
+    if integral is None:  # a plan, in which the motion is not known
+        return first
+    first = replace(first, before=integral(first))
+    speed = _approach(domain, kind, axes, step)
+    return _continued(first, drive, domain, speed) if speed.any() else first
+
+
+def _approach(domain, kind, axes, step):
+    """Speed or rates (n,) at which walls or faces approach each other at a step."""
+    if kind == WALL:
+        return np.array([domain.wall_speed])
+    time = domain.dt * step
+    rates = -domain.cell.speeds(time) / domain.cell.edges(time)
+    return np.array([rates.mean()]) if kind == EVEN else rates[list(axes)]
+
+
+def _continued(first, drive, domain, speed):
+    """The Servo `first` of a stage that continues a motion at that speed or rates (n,)."""
+    largest, last = first.largest, domain.servo
+    if (drive.wall_speed if first.kind == WALL else drive.strain_rate) is None:
+        largest = np.maximum(largest, np.abs(speed))
+    speed = np.clip(speed, -largest, largest)
+    new = replace(
+        first,
+        gain=drive.gain or IN_MOTION,
+        largest=largest,
+        speed=speed,
+        steady=speed,
+        smooth=SMOOTH,
+        entry=np.abs(speed),
+    )
+    stiffness, strains = FIRM, (speed * new.every * domain.dt / new.length) ** 2
+    if last is not None and (last.kind, last.axes) == (new.kind, new.axes):
+        missing = (new.load - last.load + last.missing * last.scale) / new.scale
+        stiffness = np.maximum(FIRM, last.stiffness * last.scale / new.scale)
+        strains, new = np.maximum(strains, last.ways), replace(new, missing=missing)
+    strains = np.maximum(strains, first.ways)
+    changes, products = stiffness**2 * strains, -stiffness * strains
+    return replace(new, changes=changes, ways=strains, products=products)
 
 
 def _largest(drive, kind, axes, units):

@@ -18,8 +18,6 @@ Speeds = Annotated[Vector, Quantity("speed", count=3, spread=True)]
 Stresses = Annotated[
     tuple, Quantity("pressure", count=3, spread=True, word="free", mixed=True, example="-5 kPa")
 ]
-GAIN = 0.15
-"""Default gain of the servo: share of the load error that its next change of speed corrects."""
 WALL_SPEED, STRAIN_RATE = 0.05, 1000.0
 """Default limits of the speed [m/s] and of the rate [1/s] of the servo."""
 
@@ -50,7 +48,7 @@ class Drive(Block):
     wall_speed: Annotated[Speed | None, Moves("speed", ("top",))] = Field(
         None,
         description="speed of the top wall downwards; negative pulls it up; with pressure the "
-        "largest one, 5 cm/s if not given",
+        "largest one, if not given 5 cm/s, or the speed of the stage before if that is more",
     )
     compression_rate: Annotated[CompressionRate | None, Moves("speed", ("faces",))] = Field(
         None,
@@ -59,8 +57,8 @@ class Drive(Block):
     strain_rate: Annotated[Rates | None, Moves("speed", ("faces",))] = Field(
         None,
         description="every periodic edge grows as exp(rate t): one rate, or one for each axis; "
-        "along an axis with a controlled stress the largest one; 1e3 s^-1 or twice the "
-        "shear_rate, whichever is more, if not given",
+        "along an axis with a controlled stress the largest one; if not given, 1e3 s^-1, twice the "
+        "shear_rate or the rate of the stage before, whichever is most",
     )
     face_speed: Annotated[Speeds | None, Moves("speed", ("faces",))] = Field(
         None,
@@ -81,7 +79,8 @@ class Drive(Block):
     gain: Annotated[Gain | None, Moves("gain", ("top", "cell"))] = Field(
         None,
         description="gain of the load control: share of the error of the load that its next "
-        "change of speed corrects, by the stiffness that it measures; 0.15 if not given",
+        "change of speed corrects, by the stiffness that it measures; if not given 0.15, at first "
+        "0.4 where the stage before moves the same walls or faces",
     )
     shear_speed: Annotated[Speed | None, Moves("shear", ("top",))] = Field(
         None, description="speed of the top wall along x"
@@ -122,11 +121,6 @@ class Drive(Block):
     def controls_load(self) -> bool:
         """True where a pressure or stress is controlled: the motion is not known beforehand."""
         return self.pressure is not None or self.stress is not None
-
-    @property
-    def servo_gain(self) -> float:
-        """Gain of the load control."""
-        return self.gain or GAIN
 
     @property
     def largest_wall_speed(self) -> float:

@@ -296,3 +296,27 @@ def test_rows_of_the_summary_and_columns_of_a_comparison(tmp_path):
     # a run from a file, so that all that `compare` asks for is there; it is not fast
     slow = analysis.open_run(synthetic.compression_run(tmp_path / "result.nc"))
     assert "front_speed" not in analysis.compare([slow])[0]
+
+
+def test_the_share_of_a_stage_in_which_its_load_was_missed():
+    """By time: the first of ten records is short; the record at the start of the stage before, and
+    stages without a load, do not count. Along axes each by itself, a stress of 0 by the scale."""
+    names = ["press", "hold"]
+    scene = f"stages: [{{name: {names[0]}}}, {{name: {names[1]}, drive: {{pressure: 4 kPa}}}}]"
+    pressure = np.zeros((12, 6))
+    pressure[:, 5] = [0.0, 3e3, 2e3, 3.9e3, 4e3, 4.1e3, 4.3e3, 4e3, 4e3, 4e3, 4e3, 4e3]
+    step = np.array([0, 100, 150, *range(250, 1150, 100)])
+    stage = np.repeat([0, 1], [2, 10])
+    held = run(scene, " ".join(names), stage=stage, pressure=pressure, step=step)
+    (control,) = analysis.load_controls(held)
+    assert control.stage == "hold"
+    assert control.missed_share == pytest.approx(150 / 950)
+    assert (control.lowest, control.highest) == pytest.approx((0.5, 1.075))
+    rows = table(summary(held))
+    assert any("within 5% in hold" in row[0] and row[1].startswith("84%") for row in rows)
+    assert summary(held)["load_missed_share"] == pytest.approx(150 / 950)
+    stress = np.zeros((N, 3, 3))
+    stress[:, 0, 0], stress[: N // 2, 1, 1] = -2e3, 150.0
+    mixed = run("boundary: {kind: periodic, stress: [-2 kPa, 0 Pa, free]}", stress=stress)
+    assert analysis.load_controls(mixed)[0].missed_share == pytest.approx(0.5, abs=1.0 / N)
+    assert analysis.load_controls(run(pressure=pressure)) == []

@@ -98,6 +98,62 @@ def test_a_load_that_also_changes_by_itself_is_held(flow):
     assert last.mean() == pytest.approx(1.0, abs=3 * noise * np.sqrt(9 / 1000))
 
 
+def staged(stiffness, drives, ticks):
+    """Pressures [kPa] of each drive, one after another, on a cell that yields.
+
+    Elastic, with that stiffness for a strain [kPa]; beyond half of PRESSURE it flows at a rate in
+    proportion to the excess, which lets the pressure fall by itself where faces stop.
+    """
+    cell = Cell(np.full(3, 10.0), np.zeros(3), np.zeros(3), np.zeros(3), (0, 1, 2))
+    domain = Domain(STEP, cell=cell, units=units.GRAINS)
+    elastic, integral, step, out = 0.0, 0.0, 0, []
+    for keys in drives:
+        drive, found = Drive.model_validate(keys), []
+        domain = domain.driven(drive, step, lambda _, now=integral: np.array([now]))
+        before = domain.cell.edges(STEP * step)[0]
+        for _ in range(ticks):
+            step += EVERY
+            edge = domain.cell.edges(STEP * step)[0]
+            pressure = stiffness * elastic
+            flow = max(0.0, pressure - 0.5 * PRESSURE) / stiffness / 0.5  # relaxes in 0.5 us
+            elastic += np.log(before / edge) - flow * EVERY * STEP
+            before = edge
+            integral += pressure * np.prod(domain.lengths(step)) * EVERY * STEP
+            found.append(pressure)
+            if domain.servo is not None:
+                domain = domain.steered(np.array([integral]))
+        out.append(np.array(found))
+    return out
+
+
+LOADED = {"pressure": f"{PRESSURE} kPa"}
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 1e4, 3e4])
+def test_a_stage_continues_the_load_of_the_one_before(stiffness):
+    """Faces that stopped would let half of the load go; and the next load begins from this one."""
+    press = {"strain_rate": f"{-1e6 * PRESSURE / stiffness} s^-1"}  # [1/s], with a flow of 1/us
+    more = {"pressure": f"{1.2 * PRESSURE} kPa", "strain_rate": "1e5 s^-1"}
+    at_speed, held, raised = staged(stiffness, [press, LOADED, more], 400)
+    assert at_speed[-1] == pytest.approx(PRESSURE, rel=0.01)
+    np.testing.assert_allclose(held, PRESSURE, rtol=0.05)
+    assert held[-100:].mean() == pytest.approx(PRESSURE, rel=0.01)
+    assert raised.min() > 0.95 * PRESSURE and raised.max() < 1.2 * 1.2 * PRESSURE
+    assert raised[-100:].mean() == pytest.approx(1.2 * PRESSURE, rel=0.01)
+
+
+def test_a_largest_speed_of_the_scene_limits_the_motion_that_a_stage_continues():
+    cell = Cell(np.full(3, 10.0), np.zeros(3), np.full(3, -5e-2), np.zeros(3), (0, 1, 2))
+    domain = Domain(STEP, cell=cell, units=units.GRAINS)
+
+    def rate(keys, integral=lambda servo: np.zeros(1)):
+        return domain.driven(Drive.model_validate(keys), 0, integral).servo.speed[0]
+
+    assert rate(LOADED) == pytest.approx(5e-2)  # 5e4 s^-1, more than the default limit
+    assert rate(LOADED | {"strain_rate": "2e4 s^-1"}) == pytest.approx(2e-2)
+    assert rate(LOADED, None) == 0.0  # a plan does not know the motion
+
+
 # The servo on grains.
 
 LOAD, COLUMN = 200e3, np.array([[0.0, 0.0, RADIUS - WALL.delta0 + n * REST] for n in range(3)])

@@ -1,11 +1,13 @@
 """Numbers of every run: its end, its ledger, its size, its wall time."""
 
 from contextlib import suppress
+from dataclasses import asdict
 from functools import cached_property
 
 import numpy as np
 
 from dusttaichi.analysis.ledger import ledger
+from dusttaichi.analysis.load_control import CLOSE, load_controls
 from dusttaichi.analysis.loads import controlled_loads, shearings, triaxials
 from dusttaichi.analysis.numbers.registry import (
     AUTO,
@@ -60,6 +62,26 @@ class _End:
                 found |= {test.stage: (test.load, test) for test in tests(self.run)}
         return [(stage, load, own.wanted) for stage, (load, own) in found.items() if own.missed]
 
+    @cached_property
+    def load_controls(self):
+        return load_controls(self.run)
+
+    @property
+    def load_missed_share(self):
+        """Largest share of a stage in which the load was missed, or None."""
+        return max((stage.missed_share for stage in self.load_controls), default=None)
+
+
+def _controlled(value, n):
+    """A row of each stage; value: LoadControls as dicts."""
+    rows = []
+    for load in value:
+        stage = f" in {load['stage']}" if load["stage"] else ""
+        extremes = f"{load['lowest']:.2f} to {load['highest']:.2f} of it"
+        within = f"load within {CLOSE:.0%}{stage}"
+        rows.append((within, f"{1.0 - load['missed_share']:.0%} of the time, {extremes}", ""))
+    return rows
+
 
 def _missed(value, n):
     rows = []
@@ -107,6 +129,10 @@ END = Family(
                    text=lambda v, n: f"{v / 1e3:.4g} kPa"),
         Observable(name="missed_loads", title="loads that were missed", unit=None, rows=_missed,
                    column=None),
+        quiet("load_control", "control of the load, by stages", None, rows=_controlled, text=AUTO,
+              value=lambda end: [asdict(load) for load in end.load_controls] or None),
+        quiet("load_missed_share", "largest share of a stage in which its load was missed by more "
+              f"than {CLOSE:.0%}", sweeps=ENSEMBLES),
         Observable(name="advice", title="defaults to change", unit=None, rows=_advised,
                    value=lambda end: end.run.attrs.get("advice"), column=None),
         Observable(name="ledger_worst", title="worst residual of the energy ledger", text="{:.1e}",

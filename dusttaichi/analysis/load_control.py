@@ -1,0 +1,59 @@
+"""Quality of load control: share of the time in which a stage misses its load."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dusttaichi.analysis.cycles import pressure_of
+from dusttaichi.analysis.loads import drive_of
+from dusttaichi.scene.quantities import parse
+
+CLOSE = 0.05  #: Relative deviation from the controlled load up to which it counts as reached.
+
+
+@dataclass(frozen=True)
+class LoadControl:
+    """Loads of one stage that controls a pressure or stresses."""
+
+    stage: str  #: Name of the stage.
+    missed_share: float  #: Share of its time in records that deviate by more than CLOSE.
+    lowest: float  #: Smallest load of a record over the controlled one, along any axis.
+    highest: float  #: Largest one.
+
+
+def load_controls(run):
+    """LoadControl of every stage of a run that controls a load, in order.
+
+    Records have averages over their time. A stress of 0 is compared with the largest of the others.
+    """
+    found = (_load_control(part) for part in run.parts if len(part.series.time))
+    return [one for one in found if one is not None]
+
+
+def _load_control(part):
+    loads = _relative_loads(part)
+    if loads is None:
+        return None
+    series = part.series
+    steps = np.diff(series.step.values, prepend=int(part.start.step)).astype(float)
+    known = np.isfinite(loads).all(axis=1) & (steps > 0.0)  # not the record before any motion
+    if not known.any():
+        return None
+    loads, steps = loads[known], steps[known]
+    missed = (np.abs(loads - 1.0) > CLOSE).any(axis=1)
+    share = float(steps[missed].sum() / steps.sum())
+    return LoadControl(part.stage_name, share, float(loads.min()), float(loads.max()))
+
+
+def _relative_loads(part):
+    """Loads over the controlled ones, (times, n); None where there is none, or no record of it."""
+    drive, series = drive_of(part), part.series
+    if drive.get("pressure") and ("pressure" in series or "stress" in series):
+        return (pressure_of(series) / parse(drive["pressure"], "pressure"))[:, None]
+    stress = drive.get("stress")
+    if not isinstance(stress, (list, tuple)) or "stress" not in series:
+        return None
+    axes = [n for n, level in enumerate(stress) if level != "free"]
+    wanted = np.array([parse(stress[n], "pressure") for n in axes])
+    scale = np.abs(wanted).max()
+    return 1.0 + (series.stress.values[:, axes, axes] - wanted) / np.where(wanted, wanted, scale)
