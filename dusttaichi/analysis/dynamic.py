@@ -67,11 +67,11 @@ def dynamic(run, fits=FITS):
 
 
 def _plateau(run):
-    """Mean pressure on the top wall over the plateau [Pa], and its standard error."""
+    """Mean pressure on the top wall over the plateau [Pa], and its standard error; nan without."""
     phi = run.series.filling_factor.values
     pressure = run.series.pressure.sel(wall="top").values
     here = pressure[(phi >= PLATEAU[0]) & (phi <= PLATEAU[1]) & np.isfinite(pressure)]
-    if len(here) < 3:
+    if len(here) < 3 or not here.any():  # nothing has reached the wall
         return np.nan, np.nan
     return float(here.mean()), float(here.std(ddof=1) / np.sqrt(len(here)))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from dusttaichi.analysis.fragments import efficiency, fragments
 from dusttaichi.analysis.frame import grain_masses
-from dusttaichi.analysis.restitution import relative_motion, together
+from dusttaichi.analysis.restitution import UNTOUCHED, relative_motion, together
 
 WHOLE = 0.95  #: Share of the mass of a body from which it counts as whole.
 HALF = 0.5  #: Share of the target's mass below which the largest fragment means fragmentation.
@@ -29,9 +29,6 @@ DEFINITIONS = {
 DEFINED = {"outcome", "growth efficiency"}  # headings of columns that the page defines
 
 NOT_MET, PASSED = "not met yet", "passed by"
-UNTOUCHED = 1e-5
-"""Relative change of the relative velocity below which two bodies have not touched: above the
-rounding of single precision, and below the effect of the first contact on thousands of grains."""
 
 
 def definition_line(headings):

@@ -9,6 +9,10 @@ from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS, in_one
 
+UNTOUCHED = 1e-5
+"""Relative change of the relative velocity below which two bodies have not touched: above the
+rounding of single precision, and below the effect of the first contact on thousands of grains."""
+
 
 @dataclass(frozen=True)
 class Restitution:
@@ -45,7 +49,7 @@ def restitution(run, first=0, last=-1, bodies=None) -> Restitution:
     Raises
     ------
     DustError
-        There are not two bodies, or they do not approach each other.
+        There are not two bodies, or they do not approach each other, or have not touched.
     """
     masses = grain_masses(run)
     if bodies is None:
@@ -57,12 +61,14 @@ def restitution(run, first=0, last=-1, bodies=None) -> Restitution:
     line = min((_between(f, one, other, masses) for f in meanwhile), key=np.linalg.norm)
     normal = line / np.linalg.norm(line)
 
-    def separation(snapshot):
-        relative = _velocity(snapshot, one, masses) - _velocity(snapshot, other, masses)
-        return float(relative @ normal)
-
+    before, after = (
+        _velocity(frame, one, masses) - _velocity(frame, other, masses) for frame in (start, end)
+    )
     sticks = together(fragments(run, last), (one, other))
-    return _result(run, -separation(start), separation(end), sticks, normal)
+    result = _result(run, -float(before @ normal), float(after @ normal), sticks, normal)
+    if not sticks and np.linalg.norm(after - before) <= UNTOUCHED * np.linalg.norm(before):
+        raise DustError(f"{run.path}: the bodies have not touched, so there is no restitution.")
+    return result
 
 
 def together(parts, bodies):
@@ -99,7 +105,7 @@ def wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitution:
     Raises
     ------
     DustError
-        There is no such wall, or the grains do not approach it.
+        There is no such wall, or the grains do not approach it, or have not touched it.
     """
     start, end = read_frame(run, first, False), read_frame(run, last, False)
     side = WALLS.index(wall) if wall in WALLS else None
@@ -118,7 +124,10 @@ def wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitution:
         return float(sign * (own - _wall_velocity(run, snapshot, side)))
 
     normal = sign * np.eye(3)[axis]
-    return _result(run, -separation(start), separation(end), bool(sticks), normal)
+    result = _result(run, -separation(start), separation(end), bool(sticks), normal)
+    if not sticks and abs(result.after + result.before) <= UNTOUCHED * result.before:
+        raise DustError(f"{run.path}: the grains have not touched the wall {wall}.")
+    return result
 
 
 def _result(run, before, after, sticks, normal):

@@ -35,9 +35,11 @@ def penetration(run):
     Raises
     ------
     DustError
-        The run has neither.
+        The run has neither, or the sphere does not reach the dust.
     """
     time, place, velocity, force, (radius, mass) = _motion(run)
+    if not np.any(force):
+        raise DustError(f"{run.path}: the sphere has not touched the dust.")
     top = surface(run)
     depth = top - place[:, 2] + radius
     inside = np.flatnonzero(depth >= 0.0)

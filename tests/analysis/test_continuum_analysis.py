@@ -79,7 +79,7 @@ def bed(width=24, depth=20):
 ONE = 300.0 * A**2 * 3**0.5 / 2  # mass of a particle of dust [kg/m]
 
 
-def of_dust(folder, *snapshots, mass, momentum=None, kind="sphere", **static):
+def of_dust(folder, *snapshots, mass, momentum=None, kind="sphere", scene="", **static):
     """The run of a body of dust at its start and at its end."""
     path = write(
         folder / "result.nc",
@@ -87,6 +87,7 @@ def of_dust(folder, *snapshots, mass, momentum=None, kind="sphere", **static):
         snapshots=snapshots,
         static={"mass": mass} | static,
         sample={"kind": kind},
+        scene_resolved=f"method: continuum\n{scene}",
     )
     return open_run(path)
 
@@ -309,6 +310,75 @@ def test_two_bodies_that_merge_or_break_up_have_no_restitution(
     found = numbers["dust_restitution"]
     assert found is None if coefficient is None else found == pytest.approx(coefficient)
     assert (problem or "0.2500") in shown["coefficient of restitution"]
+
+
+@pytest.mark.parametrize(
+    ("offset", "problem"),
+    [(-1e-2, "have not met yet; let the run continue"), (1e-2, "passed each other without")],
+)
+def test_two_bodies_that_do_not_touch_have_no_restitution(offset, problem, tmp_path):
+    """Their relative velocity at the end is that of the start."""
+    disc = bed(6, 6)
+    n = len(disc)
+    x = np.concatenate([disc, disc + [offset, 0, 3e-3]])
+    velocity = np.zeros((2 * n, 3))
+    velocity[n:, 0] = 0.2
+    known = {"mass": np.full(2 * n, ONE), "body": np.repeat([0, 1], n), "kind": "several"}
+    moved = frame(x + 5e-4 * velocity / 0.2, velocity)
+    with of_dust(tmp_path, frame(x, velocity), moved, **known) as run:
+        numbers = summary(run)
+    assert numbers["dust_restitution"] is None and problem in numbers["restitution_problem"]
+
+
+@pytest.mark.parametrize(
+    ("after", "velocity", "problem"),
+    [
+        (-0.2, -0.2, "has not met a wall or fixed dust"),
+        (-0.2 - 9.81e-3, -0.2 - 9.81e-3, "has not met a wall or fixed dust"),  # it falls
+        (-0.1, -0.1, "still approaches the wall"),
+        (0.1, 0.1, None),
+    ],
+)
+def test_a_body_that_meets_nothing_has_no_restitution(after, velocity, problem, tmp_path):
+    x = bed(6, 6)
+    mass = np.full(len(x), ONE)
+    start, end, momentum = np.zeros_like(x), np.zeros_like(x), np.zeros((2, 3))
+    start[:, 2], end[:, 2] = -0.2, velocity
+    momentum[:, 2] = mass.sum() * np.array([-0.2, after])
+    fall = "gravity: {acceleration: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]}" if after < -0.2 else ""
+    frames = (frame(x, start), frame(x, end))
+    with of_dust(tmp_path, *frames, mass=mass, momentum=momentum, scene=fall) as run:
+        numbers = summary(run)
+    if problem is None:
+        assert numbers["dust_restitution"] == pytest.approx(0.5)
+        return
+    assert problem in numbers["restitution_problem"]
+    names = ("dust_restitution", "largest_rebound", "sticking_mass")
+    assert all(numbers[name] is None for name in names)
+
+
+def test_a_bead_that_falls_beside_dust_has_no_depth(tmp_path):
+    time = np.linspace(0, 4.5e-3, 91)
+    place, speed = np.zeros((91, 1, 3)), np.zeros((91, 1, 3))
+    speed[:, 0, 2] = -0.65 - G * time
+    place[:, 0, 2] = -0.65 * time - 0.5 * G * time**2
+    x = np.concatenate([bed(), np.array([[0.0, 0.0, 3e-3]])])
+    role = np.append(np.zeros(len(x) - 1), 1)
+    path = write(
+        tmp_path / "result.nc",
+        series={"time": time, "body_position": place, "body_velocity": speed},
+        snapshots=[frame(x), frame(x)],
+        static={"mass": np.append(np.full(len(x) - 1, ONE), BEAD["mass"]), "role": role},
+        sample=IMPACT,
+    )
+    with open_run(path) as run:
+        numbers = summary(run)
+        with pytest.raises(DustError, match="has not met the dust"):
+            of.intrusion(run)
+    assert numbers["stop_problem"].startswith("none: the body has not met the dust")
+    names = ("impact_speed", "depth", "rebound", "momentum_per_area", "depth_law",
+             "compacted_volume", "bead_filling_factor")  # fmt: skip
+    assert all(numbers[name] is None for name in names)
 
 
 def test_figures_film_and_table_of_runs(fallen, tmp_path):

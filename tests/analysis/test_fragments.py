@@ -271,6 +271,13 @@ def test_restitution_of_two_aggregates(tmp_path, after, offset, before, back):
             analysis.restitution(run, first=15)
 
 
+def test_bodies_that_have_not_touched_have_no_restitution(tmp_path):
+    start = [[3.0, 0.5, 0.0], [-1.0, 0.5, 0.0]]
+    with collision(tmp_path, start, [[0, 1], [2, 3]], 4 * R) as run:
+        with pytest.raises(DustError, match="have not touched"):
+            analysis.restitution(run)
+
+
 def test_sticking(tmp_path):
     after = [[1.0, 0.5, 0.0]] * 2
     with collision(tmp_path, after, [[0, 1], [1, 2], [2, 3]]) as run:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dusttaichi.analysis.restitution import UNTOUCHED
 from dusttaichi.analysis.stopping import Stop, first_stop
 from dusttaichi.errors import DustError
 
@@ -68,7 +69,7 @@ def projectile_of(run):
 def intrusion(run):
     """The Intrusion of the projectile of a Run with one rigid body that falls on dust.
 
-    Raises DustError where there is none.
+    Raises DustError where there is none, or it has not met the dust.
     """
     bead, series = projectile_of(run), run.whole.series
     way = series.sel(rigid=bead["name"])
@@ -76,6 +77,9 @@ def intrusion(run):
     height = way.body_position.sel(xyz="z").values
     velocity = way.body_velocity.sel(xyz="z").values
     spacing, gravity = float(run.attrs["spacing"]), float(run.attrs.get("gravity", 0.0))
+    free_fall = velocity[0] - gravity * (time - time[0])
+    if not np.any(np.abs(velocity - free_fall) > UNTOUCHED * np.abs(free_fall)):
+        raise DustError("the body has not met the dust; let the run continue")
     # the surface of the body meets that of the dust when it has fallen the gap between them
     speed = -float(velocity[0])
     fall = run.sample.get("gap", spacing)

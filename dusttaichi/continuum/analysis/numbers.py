@@ -10,7 +10,14 @@ from dusttaichi.continuum.analysis import laboratory
 from dusttaichi.continuum.analysis.filling import axis_profile, compacted, cumulated_volume
 from dusttaichi.continuum.analysis.intrusion import intrusion
 from dusttaichi.continuum.analysis.particles import read_particles
-from dusttaichi.continuum.analysis.pieces import bounce, collide, pieces, velocities_at_start
+from dusttaichi.continuum.analysis.pieces import (
+    bounce,
+    collide,
+    is_pushed,
+    pieces,
+    velocities_at_start,
+)
+from dusttaichi.errors import DustError
 
 NUMERICAL = ("viscosity", "grid", "artificial")
 """Channels of the ledger that are of the method, not of the material."""
@@ -55,7 +62,10 @@ def numerical_dissipation(energies):
 
 
 def _impact(run):
-    way = intrusion(run)
+    try:
+        way = intrusion(run)
+    except DustError as error:  # nothing has happened to the dust
+        return {"stop_problem": f"none: {error}"}
     found = {
         "impact_speed": way.speed,
         "momentum_per_area": way.momentum,
@@ -89,10 +99,13 @@ def _flight(run):
     found = {
         "pieces": len(parts.mass),
         "largest_piece": parts.largest_share,
-        "sticking_mass": parts.sticking_share if parts.walled else None,
+        "sticking_mass": parts.sticking_share if parts.walled and is_pushed(run) else None,
     }
     if len(start) == 1:
-        back = bounce(run)
+        try:
+            back = bounce(run)
+        except DustError as error:
+            return found | {"restitution_problem": f"none: {error}"}
         found |= {"dust_restitution": back.coefficient, "largest_rebound": back.rebound}
     elif len(start) == 2:
         back = collide(run)

@@ -5,9 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from dusttaichi.analysis.restitution import UNTOUCHED
 from dusttaichi.continuum.analysis.particles import read_particles
+from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES, WALLS, connected, largest_first
 from dusttaichi.results.roles import FIXED, WALL
+from dusttaichi.scene.quantities import parse
 
 STILL = 1e-6  #: Speed of a body, over that of its fastest particle, up to which it does not fly.
 APART = 1.6  # spacings, of the present volumes, from which two particles are of two pieces
@@ -120,6 +123,61 @@ def velocities_at_start(run):
     return found
 
 
+def is_pushed(run):
+    """True where a wall or fixed dust has acted on the dust of a Run.
+
+    Some face has had a force, or the momentum has changed otherwise than by uniform gravity. The
+    momentum says nothing where a central body attracts.
+    """
+    series = run.whole.series
+    if "wall_force" in series and np.any(series.wall_force.values != 0.0):
+        return True
+    gravity = run.scene.get("gravity") or {}
+    if gravity.get("central"):
+        return False
+    frame = read_particles(run, 0)
+    mass = frame.mass[frame.flies]
+    texts = gravity.get("acceleration") or ("0 m/s^2",) * 3
+    acceleration = [parse(text, "acceleration", "gravity.acceleration") for text in texts]
+    time, momentum = series.time.values, series.momentum.values
+    change = momentum - momentum[0]
+    change = change - mass.sum() * np.outer(time - time[0], acceleration)
+    scale = (mass * np.linalg.norm(frame.velocity[frame.flies], axis=1)).sum()
+    return bool(np.abs(change).max(initial=0.0) > UNTOUCHED * scale)
+
+
+def _have_touched(run, bodies):
+    """True where the two bodies (numbers) of a Run have acted on each other.
+
+    Their relative velocity has changed; where gravity changes it too, they are of one piece in some
+    snapshot.
+    """
+    gravity = run.scene.get("gravity") or {}
+    if gravity.get("central") or gravity.get("self_gravity"):
+        frames = (read_particles(run, n) for n in range(run.snapshots.sizes["snapshot"]))
+        return any(_are_near(frame, bodies) for frame in frames)
+    start, end = (_relative_velocity(read_particles(run, n), bodies) for n in (0, -1))
+    return bool(np.linalg.norm(end - start) > UNTOUCHED * np.linalg.norm(start))
+
+
+def _relative_velocity(frame, bodies):
+    """Velocity of the second body less that of the first [m/s], (3,)."""
+    of_body = (frame.flies & (frame.body == n) for n in bodies)
+    first, second = (
+        np.average(frame.velocity[particles], axis=0, weights=frame.mass[particles])
+        for particles in of_body
+    )
+    return second - first
+
+
+def _are_near(frame, bodies):
+    """True where particles of the two bodies are nearer than those of one piece."""
+    first, second = (frame.flies & (frame.body == n) for n in bodies)
+    distance, nearest = scipy.spatial.cKDTree(frame.position[first]).query(frame.position[second])
+    sizes = frame.size[first][nearest] + frame.size[second]
+    return bool(np.any(distance < APART * 0.5 * sizes))
+
+
 @dataclass(frozen=True)
 class Bounce:
     """Rebound of a body of dust from a wall along an axis.
@@ -139,8 +197,11 @@ class Bounce:
 def bounce(run):
     """The Bounce of the one body of dust of a Run, which flies at a wall.
 
-    The axis is that of the largest component of its velocity at the start.
+    The axis is that of the largest component of its velocity at the start. Raises DustError where
+    it has met nothing, or still approaches.
     """
+    if not is_pushed(run):
+        raise DustError("the body has not met a wall or fixed dust")
     parts = pieces(run)
     start = velocities_at_start(run)[0]
     axis = int(np.argmax(np.abs(start)))
@@ -148,6 +209,8 @@ def bounce(run):
     back = -momentum / (parts.mass.sum() * start[axis])
     fixed = parts.sticks[0] and _pushed_at_the_end(run)
     coefficient = 0.0 if fixed else -parts.velocity[0, axis] / start[axis]
+    if coefficient < 0.0:
+        raise DustError("the body still approaches the wall; let the run continue")
     return Bounce(float(coefficient), float(back.max(initial=0.0)), parts, AXES[axis])
 
 
@@ -180,22 +243,34 @@ def collide(run):
     """
     frame, parts = read_particles(run), pieces(run)
     start = velocities_at_start(run)
-    one, other = (start[n] for n in list(start)[:2])
-    approach = float(np.linalg.norm(other - one))
+    bodies = list(start)[:2]
+    approach = float(np.linalg.norm(start[bodies[1]] - start[bodies[0]]))
     if approach == 0.0:
         return Rebound(None, "none: the bodies do not approach each other")
-    found = [_piece_of(frame, parts, n) for n in list(start)[:2]]
-    if None in found:
+    if is_pushed(run):
+        return Rebound(None, "none: a wall or fixed dust has acted on a body")
+    first, second = (_piece_of(frame, parts, n) for n in bodies)
+    if None in (first, second):
         return Rebound(None, "none: a body has broken up, and no piece has half of its mass")
-    first, second = found
     if first == second:
         return Rebound(None, "none: the bodies stick together")
+    if not _have_touched(run, bodies):
+        return Rebound(None, f"none: {_untouched_reason(frame, bodies)}")
     apart = parts.centre[second] - parts.centre[first]
     opening = float((parts.velocity[second] - parts.velocity[first]) @ apart)
     opening /= float(np.linalg.norm(apart))
     if opening < 0.0:
         return Rebound(None, "none: the bodies still approach each other; let the run continue")
     return Rebound(opening / approach, None)
+
+
+def _untouched_reason(frame, bodies):
+    """Reason of two bodies that have not touched: before they meet, or after they passed."""
+    first, second = (frame.flies & (frame.body == n) for n in bodies)
+    between = frame.position[second].mean(axis=0) - frame.position[first].mean(axis=0)
+    if between @ _relative_velocity(frame, bodies) < 0.0:
+        return "the bodies have not met yet; let the run continue"
+    return "the bodies passed each other without touching"
 
 
 def _piece_of(frame, parts, body):
