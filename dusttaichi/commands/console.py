@@ -35,8 +35,9 @@ def remark(text):
 
 
 def say_json(data):
-    """Print plain data as JSON, the only output then."""
-    sys.stdout.write(json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2) + "\n")
+    """Print plain data as JSON, the only output then; escaped where the encoding is not UTF-8."""
+    escaped = "utf" not in (sys.stdout.encoding or "utf-8").lower()
+    sys.stdout.write(json.dumps(data, ensure_ascii=escaped, allow_nan=False, indent=2) + "\n")
 
 
 def say_written(paths, write=say):

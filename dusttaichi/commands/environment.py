@@ -1,10 +1,11 @@
 """Environment of a command: full disks behind its streams, variables for other programs."""
 
+import codecs
 import errno
 import os
 import sys
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from dusttaichi.compute.processes import HDF5_LOCKS
 from dusttaichi.errors import DustError
@@ -40,6 +41,30 @@ class Output:
             return 0
 
 
+WORDS = {"µ": "u", "μ": "u", "φ": "phi", "Φ": "phi", "±": "+-", "·": "*", "×": "x", "≥": ">="}
+WORDS |= {"≤": "<=", "–": "-", "—": "-", "−": "-", "…": "...", "°": "deg", "²": "^2", "³": "^3"}
+WORDS |= {"Δ": "Delta", "Σ": "Sum", "σ": "sigma", "ρ": "rho", "γ": "gamma", "ξ": "xi", "ν": "nu"}
+
+
+def _in_words(error):
+    """Handler of characters that the encoding of a stream lacks: a word, or a question mark."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lacking = error.object[error.start : error.end]
+    words = "".join(WORDS.get(character, "?") for character in lacking)
+    return words, error.end
+
+
+codecs.register_error("dusttaichi.words", _in_words)
+
+
+def _let_print_anything(stream):
+    """Write words for characters that the encoding of a stream lacks, such as φ in ASCII."""
+    with suppress(AttributeError, ValueError, OSError):  # not a text stream of Python
+        if "utf" not in stream.encoding.lower():
+            stream.reconfigure(errors="dusttaichi.words")
+
+
 @contextmanager
 def guarded():
     """Context in which streams and variables of the shell raise no exceptions.
@@ -49,6 +74,8 @@ def guarded():
     """
     _forget_foreign_settings()
     os.environ.setdefault(HDF5_LOCKS, "FALSE")
+    for stream in (sys.stdout, sys.stderr):
+        _let_print_anything(stream)
     before = sys.stdout, sys.stderr, sys.__stdout__
     sys.stdout, sys.stderr = Output(sys.stdout), Output(sys.stderr)
     sys.__stdout__ = sys.stdout  # Taichi would assume a notebook if they differed

@@ -2,6 +2,7 @@
 
 import logging
 import os
+import threading
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
@@ -10,13 +11,15 @@ from dusttaichi.compute import cache, compiler, processor
 from dusttaichi.compute.affinity import POOL
 from dusttaichi.compute.engine import settings, ti
 from dusttaichi.compute.processor import usable_cores
-from dusttaichi.compute.taichi_internals.programs import PROGRAMS
+from dusttaichi.compute.taichi_internals.programs import PROGRAMS, ProcessError
 from dusttaichi.compute.taichi_internals.source_reading import patch
-from dusttaichi.errors import StartError
+from dusttaichi.errors import DustError, StartError
 
 THREAD_CLASSES = (32, 1024)  # numbers of threads that kernels are compiled for
 # of kernels on disk; Taichi's default is 100 MB, some hundred compile configurations
 CACHE_BYTES = 2**30
+_NO_MEMORY = "Virtual memory allocation"  # in the errors of the compiler
+_STARTING = threading.Lock()
 SMALL = 400  # grains below which a second thread costs more than it gains
 
 
@@ -98,7 +101,7 @@ def start_taichi(scene, threads):
     os.environ.setdefault(compiler.variable("OFFLINE_CACHE_CLEANING_POLICY"), "lru")
     try:
         # Taichi prints where it starts; the output of a run belongs to the user
-        with redirect_stdout(StringIO()), _shell(heard=debug), POOL.start(threads):
+        with redirect_stdout(StringIO()), _shell(heard=debug), _alone(), POOL.start(threads):
             PROGRAMS.start(
                 lasts=scene.numerics.backend == "cpu" and not debug,
                 arch=arch,
@@ -112,13 +115,39 @@ def start_taichi(scene, threads):
                 offline_cache=True,
                 offline_cache_max_size_of_files=CACHE_BYTES,
                 **_kernel_folder(),
-                log_level=ti.ERROR,
+                log_level=ti.CRITICAL,  # errors are raised, too
                 enable_fallback=False,
             )
-        # `threads` of them are started; that kernels may ask for more makes them the same for all
-        settings().cpu_max_num_threads = next((n for n in THREAD_CLASSES if n >= threads), threads)
+            # `threads` are started; that kernels may ask for more makes them the same for all
+            most = next((n for n in THREAD_CLASSES if n >= threads), threads)
+            settings().cpu_max_num_threads = most
     except Exception as error:
-        raise StartError(
-            f"numerics.backend = {scene.numerics.backend}: {compiler.label()} cannot start it here "
-            f"({str(error).splitlines()[0]}); try backend: cpu"
-        ) from error
+        raise _refusal(error, scene.numerics.backend) from error
+
+
+@contextmanager
+def _alone():
+    """Context of one thread at a time; ProcessError in another."""
+    if not _STARTING.acquire(blocking=False):
+        raise ProcessError(
+            "another thread of this process is starting a simulation. Run simulations one after "
+            'another, or each in a process of its own (multiprocessing.get_context("spawn"))'
+        )
+    try:
+        yield
+    finally:
+        _STARTING.release()
+
+
+def _refusal(error, backend):
+    """The DustError of a start that failed: its cause, and what helps."""
+    if isinstance(error, ProcessError):  # where a StartError is of the machine
+        return DustError(f"{compiler.label()} cannot start in this process: {error}.")
+    reason = (str(error).splitlines() or [type(error).__name__])[0]
+    text = f"numerics.backend = {backend}: {compiler.label()} cannot start it here"
+    if isinstance(error, MemoryError) or _NO_MEMORY in reason:
+        return StartError(
+            f"{text}: it reserves a gigabyte of address space, more than this process may still "
+            "use. Raise its limit of memory (ulimit -v, or the memory requested of a queue)."
+        )
+    return StartError(f"{text} ({reason})" + ("; try backend: cpu" if backend != "cpu" else "."))

@@ -8,7 +8,6 @@ import os
 import warnings
 from contextlib import contextmanager
 from importlib import import_module
-from operator import attrgetter
 
 from dusttaichi.compute import compiler
 from dusttaichi.compute.taichi_internals import are_allowed
@@ -36,9 +35,9 @@ with _errors_alone(f"{compiler.PREFIX[compiler.name()]}LOG_LEVEL"), known_import
 # of Quadrants, about lists as arguments: it examines their types at every call
 warnings.filterwarnings("ignore", ".*Template mapper caching disabled")
 
-_PROGRAM = attrgetter("prog" if compiler.name() == "taichi" else "_prog")
+_PROGRAM = "prog" if compiler.name() == "taichi" else "_prog"
 
-__all__ = ["PATCHED", "VERSION", "program", "settings", "tested", "ti"]
+__all__ = ["PATCHED", "VERSION", "drop_program", "program", "settings", "tested", "ti"]
 
 
 def tested():
@@ -48,7 +47,12 @@ def tested():
 
 def program():
     """The current program of the compiler, a new one after each start; None without one."""
-    return _PROGRAM(ti.lang.impl.get_runtime())
+    return getattr(ti.lang.impl.get_runtime(), _PROGRAM)
+
+
+def drop_program():
+    """Let the compiler forget its program, without ending it."""
+    setattr(ti.lang.impl.get_runtime(), _PROGRAM, None)
 
 
 def settings():

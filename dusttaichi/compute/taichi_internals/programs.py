@@ -10,12 +10,13 @@ Loading the kernels of a scene of 60 grains takes 1.4 s of processor time, conti
 
 import atexit
 import ctypes
+import os
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from dusttaichi.compute.affinity import POOL
-from dusttaichi.compute.engine import program, tested, ti
+from dusttaichi.compute.engine import drop_program, program, settings, tested, ti
 
 MOST = 20  # programs, with their fields 0.5 GB of small scenes
 # s in which a program has compiled, above which some of its kernels were not found on disk: Taichi
@@ -50,6 +51,10 @@ class Aside:
         POOL.threads, POOL.apart = self.threads, False
 
 
+class ProcessError(RuntimeError):
+    """This process, or this thread of it, cannot start the compiler."""
+
+
 class Programs:
     """The current program, and those of this process that are set aside, the latest last.
 
@@ -58,16 +63,18 @@ class Programs:
 
     def __init__(self):
         self._current, self._aside, self.lasts = None, [], False
+        self._forked = None  # backend of the parent, in a process that was forked meanwhile
 
-    def start(self, lasts, **settings):
+    def start(self, lasts, **options):
         """Start a new program, as ti.init does; lasts: whether it may be set aside later."""
+        self._refuse_fork(options["arch"])
         if _count() is not None:
             if lasts and self._may_stay() and len(self._aside) + 1 < MOST:
                 self._set_aside()
             else:
                 self.end()
             _count().value = 0
-        ti.init(**settings)
+        ti.init(**options)
         self._current, self.lasts = program(), lasts and _count() is not None
 
     def resume(self, wanted):
@@ -98,6 +105,32 @@ class Programs:
         if _count() is not None:
             _count().value = 0
 
+    def forget(self):
+        """Leave all programs to the parent of this forked process, which has none of their threads.
+
+        They are neither used nor destroyed here: both would wait for the threads.
+        """
+        if program() is None and not self._aside:
+            return
+        POOL.threads = []
+        self._forked = ti.cpu if program() is None else settings().arch
+        left = [*self._aside, program()]
+        if _count() is None:
+            drop_program()
+        else:
+            if program() is not None:
+                left.append(Aside.of_current())
+            ti.lang.impl.pytaichi = ti.lang.impl.PyTaichi(ti.lang.impl.pytaichi.kernels)
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(left))
+        self._aside, self._current = [], None
+
+    def _refuse_fork(self, arch):
+        if self._forked is not None and (_count() is None or self._forked == arch == ti.cuda):
+            raise ProcessError(
+                "it was forked from one that has computed, whose threads and device it does not "
+                'have. Start it by multiprocessing.get_context("spawn")'
+            )
+
     def _is_ours(self):
         """False after a start or an end of Taichi elsewhere, which has emptied the memory."""
         return program() is not None and program() is self._current
@@ -125,3 +158,5 @@ def _count():
 
 PROGRAMS = Programs()
 atexit.register(PROGRAMS.end)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=PROGRAMS.forget)
