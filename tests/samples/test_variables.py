@@ -85,6 +85,16 @@ def test_dimensions_by_name(tmp_path, dims, values, expected):
     np.testing.assert_allclose(state["position"], UM * expected, rtol=1e-12)
 
 
+def test_labels_and_remarks_on_dimensions(tmp_path):
+    """Labels x, y, z say which dimension has the components; else either of two may be."""
+    labels = {"c": ("c", ["x", "y", "z"])}
+    state = read(tmp_path, {"position": (("c", "g"), THREE.T), **labels})
+    np.testing.assert_allclose(state["position"], UM * THREE, rtol=1e-12)
+    assert not state["remarks"]
+    state = read(tmp_path, {"position": (("a", "b"), THREE)})
+    assert state["remarks"] == ["its position (a, b) is read as (grain, xyz)"]
+
+
 def test_snapshots_of_columns(tmp_path):
     """Each variable has its own dimensions: radii of all snapshots, one density of all grains."""
     variables = {k: (("n", "time"), np.stack([v[1] + 1, v[1]], axis=1)) for k, v in COLUMNS.items()}

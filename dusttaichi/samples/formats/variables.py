@@ -139,9 +139,9 @@ def _array(name, column, frame, count):
     quantity, size = column.quantity, len(column.components)
     if not variable.ndim and quantity not in TEXTS and count is not None:  # that of all grains
         return np.full(count, _numbers(variable.values, name, source))
-    axes = _axes(variable, size)
+    axes = _axes(name, size, frame)
     if axes is None and size == 3 and source.contents.plane:
-        axes = _axes(variable, 2)
+        axes = _axes(name, 2, frame)
     if axes is None and quantity not in REQUIRED:
         return None
     if axes is None:
@@ -161,15 +161,27 @@ def _array(name, column, frame, count):
     return _numbers(values, name, source)
 
 
-def _axes(variable, size):
-    """Dimensions of grains, snapshots and `size` components, or None where they are others."""
+def _is_labelled(dim, frame):
+    """True for a dimension whose labels are names of axes."""
+    labels = frame.variables.get(dim)
+    if labels is None or labels.ndim != 1 or labels.size > 3 or labels.dtype.kind not in "OSU":
+        return False
+    return {_text(label).lower() for label in labels.values} <= set("xyz")
+
+
+def _axes(name, size, frame):
+    """Dimensions of grains, snapshots and `size` components, or None where they are others.
+
+    Adds a remark where either of two dimensions can be that of the components.
+    """
+    variable = frame.variables[name]
     needed = [GRAIN, COMPONENT] if size else [GRAIN]
     if variable.ndim not in (len(needed), len(needed) + 1):
         return None
     needed = [SNAPSHOT, *needed] if variable.ndim > len(needed) else needed
     axes, others = {}, []
     for dim in variable.dims:
-        axis = _axis_of(dim)
+        axis = COMPONENT if _is_labelled(dim, frame) else _axis_of(dim)
         if axis == COMPONENT and variable.sizes[dim] != size:
             axis = None
         if axis is None or axis in axes:
@@ -182,6 +194,9 @@ def _axes(variable, size):
         fitting = [dim for dim in others if variable.sizes[dim] == size]
         if not fitting:
             return None
+        if len(fitting) > 1:
+            order = ", ".join(map(str, variable.dims))
+            frame.source.remarks.append(f"its {name} ({order}) is read as (grain, xyz)")
         axes[COMPONENT] = fitting[-1]
         others.remove(fitting[-1])
     return axes | dict(zip([axis for axis in needed if axis not in axes], others, strict=True))
