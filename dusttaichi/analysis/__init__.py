@@ -45,7 +45,16 @@ from dusttaichi.analysis.restitution import (
 )
 from dusttaichi.analysis.run import Run, open_run
 from dusttaichi.analysis.sphere import Column, Penetration, column, penetration
-from dusttaichi.analysis.stored import is_ensemble, is_trade, open_ensemble, open_trade
+from dusttaichi.analysis.stored import (
+    is_collisions,
+    is_ensemble,
+    is_restitution_map,
+    is_trade,
+    open_collisions,
+    open_ensemble,
+    open_restitution_map,
+    open_trade,
+)
 from dusttaichi.analysis.structure import Structure, structure
 from dusttaichi.analysis.summary import compare, summary, table, to_csv
 from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile

@@ -10,6 +10,7 @@ import numpy as np
 from dusttaichi import method
 from dusttaichi.analysis import foreign
 from dusttaichi.analysis.kind import Kind, named
+from dusttaichi.analysis.stored import no_result
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.reading import load_groups, open_tree
@@ -267,7 +268,7 @@ def open_run(path):
     path = user_path(path)
     file = path / "result.nc" if path.is_dir() else path
     if not file.exists() or file.suffix in (".yaml", ".yml"):
-        raise DustError(f"There is no result at {file}.")
+        raise no_result(path)
     try:
         groups = load_groups(file, "series", "profiles")
     except (OSError, RuntimeError, ValueError, KeyError) as error:

@@ -1,4 +1,4 @@
-"""Files with the datasets of many runs: of a trade, an ensemble, a sweep."""
+"""Files with the datasets of many runs: of a trade, an ensemble, a sweep, a study of collisions."""
 
 from functools import partial
 from pathlib import Path
@@ -6,10 +6,24 @@ from pathlib import Path
 import xarray as xr
 
 from dusttaichi.errors import DustError
+from dusttaichi.results.files import RESULT
 from dusttaichi.results.integrity import open_netcdf
 from dusttaichi.scene import extensions
 
 TRADES, ENSEMBLES = ("trade.nc",), ("sweep.nc", "ensemble.nc")
+COLLISIONS, MAPS = ("collisions.nc",), ("restitution.nc",)
+STUDIES = {
+    "sweep.nc": "a sweep",
+    "ensemble.nc": "an ensemble",
+    "trade.nc": "a trade",
+    "collisions.nc": "a study of collisions",
+    "restitution.nc": "a map of restitution",
+    "extremes.nc": "a map of extremes",
+    "study.nc": "a study",
+}
+"""File of a study -> its name in messages."""
+LISTED = 6  # largest number of runs that a message names
+BELOW = ("*/", "*/*/")  # where the runs of a study are: points, and their replicas
 
 
 def stored(path, names):
@@ -73,3 +87,76 @@ def open_ensemble(path):
     data = read_stored(file, "an ensemble or a sweep", needed)
     extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
     return data, file
+
+
+def is_collisions(path):
+    """True where a path is a collisions.nc, or a directory with one and no result."""
+    return stored(path, COLLISIONS) is not None
+
+
+def open_collisions(path):
+    """(dataset, file) of a collisions.nc or its directory; bundled extensions are imported.
+
+    Raises
+    ------
+    DustError
+        There is none, or it cannot be read.
+    """
+    file = stored(path, COLLISIONS) or Path(path)
+    data = read_stored(file, "a study of collisions", ("outcome", "growth_efficiency"))
+    extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
+    return data, file
+
+
+def is_restitution_map(path):
+    """True where a path is a restitution.nc, or a directory with one and no result."""
+    return stored(path, MAPS) is not None
+
+
+def open_restitution_map(path):
+    """(dataset, file) of a restitution.nc or its directory.
+
+    Raises
+    ------
+    DustError
+        There is none, or it cannot be read.
+    """
+    file = stored(path, MAPS) or Path(path)
+    return read_stored(file, "a map of restitution", ("restitution", "bound", "speed")), file
+
+
+def no_result(path):
+    """The DustError about a path without a result: which study and runs are in a directory."""
+    folder = Path(path)
+    if not folder.is_dir():
+        return DustError(f"There is no result at {folder}.")
+    text = f"There is no result at {folder / RESULT}."
+    study = next((name for name in STUDIES if (folder / name).exists()), None)
+    if study is not None:
+        how = _how_to_open(folder, study)
+        text = f"{folder} is the folder of {STUDIES[study]}, not of a run: {how}"
+    runs = [str(run.parent) for depth in BELOW for run in sorted(folder.glob(depth + RESULT))]
+    if runs:
+        listed = ", ".join(runs[:LISTED]) + (", ..." if len(runs) > LISTED else "")
+        text += f" Runs in it ({len(runs)}): {listed}."
+    elif study in (*COLLISIONS, *MAPS):
+        text += " Its collisions are not stored as runs; `dust run` stores one."
+    elif list(folder.glob("collisions*.jsonl")):
+        text += (
+            " It has collisions of an unfinished study; `dust collide` with --resume gathers them."
+        )
+    return DustError(text)
+
+
+def _how_to_open(folder, study):
+    """Sentence with the commands, and the function of Python, for the file of a study."""
+    commands = []
+    if study not in ("extremes.nc", "study.nc"):
+        commands.append(f"`dust plot {folder}` draws it")
+    if study in ENSEMBLES:
+        commands.append(f"`dust report {folder}` shows it")
+    opens = {"trade.nc": "open_trade", "collisions.nc": "open_collisions"}
+    opens |= dict.fromkeys(ENSEMBLES, "open_ensemble") | {"restitution.nc": "open_restitution_map"}
+    name = f"dusttaichi.analysis.{opens[study]}" if study in opens else "xarray.open_dataset"
+    path = folder if study in opens else folder / study
+    return ", ".join([*commands, f'in Python {name}("{path}")']) + "."

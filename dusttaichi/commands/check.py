@@ -16,6 +16,7 @@ from dusttaichi.commands.console import console, say, say_json
 from dusttaichi.errors import DustError
 
 FORMAT = "dusttaichi check 1"  # of the JSON
+STUDY = "dust collide"  # command of a scene with a block `collisions`
 LABEL = 42  # smallest width of the names of numbers
 _NOT_KNOWN = [("not available", "the method of this scene has no forces without a step")]
 
@@ -44,20 +45,27 @@ def check(
 
             scene = scene.with_values(taken(scene, 0))
         how = method.of(scene)
-        # the preview may still refuse the scene
-        return scene, how, None if how.preview is None else how.preview(scene)
+        # the preview may still refuse the scene, and the plan its study
+        preview = None if how.preview is None else how.preview(scene)
+        return scene, how, preview, _plan(scene)
 
     if as_json:
         try:
-            scene, _, preview = read()
+            scene, _, preview, plan = read()
         except DustError as error:
             say_json(_json_of_refusal(error))
             raise
-        return say_json(_json_of_scene(scene, preview, measure_it=time))
-    scene, how, preview = read()
+        found = _json_of_scene(scene, preview, measure_it=time)
+        return say_json(found | ({} if plan is None else {"study": _json_of_plan(plan)}))
+    scene, how, preview, plan = read()
     say(f"{scene.name} is a valid scene of the method {scene.method}.")
+    if plan is not None:
+        say(f"{STUDY} runs the {plan.count:,} collisions of its last section; the other sections")
+        say("describe the one collision of `sample`, which dust run simulates.")
     if preview is not None:
         _show([*_sections(scene, preview), ("Cost", _cost(scene, preview, measure_it=time))])
+    if plan is not None:
+        _show([(f"Study, by {STUDY}", [*plan.rows(), *_study_time(plan)])])
     if resolved:
         console.print("\nThe scene resolved", style="bold")
         console.print(scene.to_yaml().rstrip())
@@ -71,6 +79,34 @@ def check(
         _show(how.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
     rest = {"--time": time, "--scene": resolved, "--internals": internals, "--forces": forces}
     say(f"\nmore: {', '.join(option for option, there in rest.items() if not there)}")
+
+
+def _plan(scene):
+    """Plan of the study of a scene with a block `collisions`, or None."""
+    if getattr(scene, "collisions", None) is None:
+        return None
+    from dusttaichi.studies.collide_plan import plan_of
+
+    return plan_of(scene)
+
+
+def _study_time(plan):
+    """Rows of the run time of a study on this machine."""
+    low, _, high = (_duration(seconds) for seconds in plan.wall_time)
+    jobs = f"{plan.processes} at a time on this machine" if plan.processes > 1 else "one by one"
+    text = "a collision ends as soon as its fragments no longer change"
+    return [("run time at most", f"{low} to {high}, {jobs}; {text}")]
+
+
+def _json_of_plan(plan):
+    names = ("least", "likely", "most")
+    return {
+        "command": STUDY,
+        "runs": plan.count,
+        "most_steps": plan.steps,
+        "run_time_s": dict(zip(names, plan.wall_time, strict=True)),
+        "text": dict(plan.rows()),
+    }
 
 
 def _sections(scene, preview):

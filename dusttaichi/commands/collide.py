@@ -1,5 +1,7 @@
 """`dust collide`: many collisions of a scene, their map and the table for coagulation codes."""
 
+from contextlib import suppress
+
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_abreast
 from dusttaichi.commands.ensembles import found_of, say_part, tell
@@ -34,6 +36,7 @@ def collide(
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, settings, extensions)
     study = Collisions(scene, options.beside(scene, "collisions", output))
+    _remark_model(scene)
     with options.writing(force=force, inputs=[file]):
         how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         how["part"] = options.part_of(part)
@@ -55,6 +58,16 @@ def collide(
         remark(f"{open_ends} collisions ended while fragments still changed: increase stop.time")
     tell(data, lambda: _show(data, speeds), written, as_json=as_json)
     _refuse_failed(failed, len(found))
+
+
+def _remark_model(scene):
+    """Print the speeds beyond the contact model, if there are any."""
+    from dusttaichi.studies.collide_plan import plan_of
+
+    with suppress(DustError):  # a body that cannot be made: its collisions fail with the reason
+        plan = plan_of(scene)
+        if plan.beyond:
+            remark(f"collisions.speed: {plan.beyond}. Two grains may meet {plan.impact.text()}")
 
 
 def _refuse_failed(failed, count):
@@ -95,13 +108,6 @@ def _write(data, speeds, file, figures):
         outputs.write(path, text, "")
     if not figures:
         return [file, *tables]
-    drawn = {"outcomes": plots.outcome_map(data)}
-    if data.sizes["mass_ratio"] > 1:
-        drawn["outcomes_mass_ratio"] = plots.outcome_map(data, "mass_ratio")
-    if data.sizes["body"] > 1:
-        drawn["thresholds"] = plots.threshold_speeds(data, speeds)
-    drawn |= {"growth": plots.growth(data), "spectrum": plots.fragment_spectrum(data)}
-    drawn["phases"] = plots.phases(data)
-    there = {name: figure for name, figure in drawn.items() if figure is not None}
-    paths = [plots.save(figure, file.with_name(f"{name}.png")) for name, figure in there.items()]
+    drawn = plots.collision_figures(data)
+    paths = [plots.save(figure, file.with_name(f"{name}.png")) for name, figure in drawn.items()]
     return [file, *tables, *paths]

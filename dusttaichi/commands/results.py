@@ -56,10 +56,11 @@ def _plot(runs, output, suffix):
     from dusttaichi import analysis, plots
 
     failed = []
-    if len(runs) == 1 and analysis.is_trade(runs[0]):
-        data, file = analysis.open_trade(runs[0])
+    if len(runs) == 1 and (drawn := _figures_of_study(runs[0])) is not None:
+        figures, file = drawn
         folder = output or file.parent
-        return say_written([plots.save(plots.trade(data), folder / f"trade{suffix}")])
+        paths = [plots.save(one, folder / f"{name}{suffix}") for name, one in figures.items()]
+        return say_written(paths)
     if len(runs) == 1 and analysis.is_ensemble(runs[0]):
         data, file = analysis.open_ensemble(runs[0])
         options.remark_missing([data.attrs])
@@ -71,6 +72,23 @@ def _plot(runs, output, suffix):
             (of,), folder = of, options.folder_of(runs[0])
         say_written(plots.save_all(of, output or folder, suffix, failed))
     say_not_drawn(failed)
+
+
+def _figures_of_study(path):
+    """(name -> figure, file) of a study without runs of a common table; None of anything else."""
+    from dusttaichi import analysis, plots
+
+    if analysis.is_trade(path):
+        data, file = analysis.open_trade(path)
+        return {"trade": plots.trade(data)}, file
+    if analysis.is_collisions(path):
+        data, file = analysis.open_collisions(path)
+        options.remark_missing([data.attrs])
+        return plots.collision_figures(data), file
+    if analysis.is_restitution_map(path):
+        data, file = analysis.open_restitution_map(path)
+        return {"restitution": plots.restitution_map(data)}, file
+    return None
 
 
 def compare(

@@ -41,6 +41,8 @@ def run(
     phases = Phases(verbose)
     scene = options.load_scene(file, threads, settings, extensions)
     directory = run_directory(scene, output)
+    if getattr(scene, "collisions", None) is not None and not quiet:
+        remark(f"this is the one collision of `sample`; all of `collisions`: dust collide {file}")
     if scene.replicas is not None:
         from dusttaichi.studies.sweep import replicas
 

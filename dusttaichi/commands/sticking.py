@@ -55,6 +55,7 @@ def sticking(
     how |= {"force": not resume, "resume": resume, "every": SHOWN_EVERY}
     if chart is not None:
         study = restitution.RestitutionMap(scene, folder, chart, tolerance, settings or [])
+        _remark_model(study)
         with options.writing(force=force, inputs=[file]):
             data = study.dataset(found_of(study, **how))
             paths = _saved(data, study.file)
@@ -64,6 +65,7 @@ def sticking(
         log = (lambda text: None) if quiet else remark
         ends = (search.speed_of(*end) for end in (("--low", low), ("--high", high)))
         study = search.Search(scene, tolerance, *ends, directory=folder, log=log)
+        _remark_model(study)
         found, paths = study.result(found_of(study, **how)), [study.file]
         rows, numbers = search.rows(found), plain(found) | {"speed": found.speed}
 
@@ -72,6 +74,12 @@ def sticking(
             say(f"{what:<44} {value}")
 
     tell(numbers, show, paths, as_json=as_json)
+
+
+def _remark_model(study):
+    """Print which speeds are beyond the contact model, if there are any."""
+    if study.beyond:
+        remark(study.beyond)
 
 
 def _saved(data, file):

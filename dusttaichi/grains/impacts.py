@@ -67,6 +67,19 @@ def hardest_impact(pairs, speed):
     return Impact(speed, hardest, overlap, end)
 
 
+def beyond_model(speeds, impact):
+    """Sentence about the `speeds` [m/s], ascending, beyond the contact model; "" without one.
+
+    impact: the Impact at the last one, or None.
+    """
+    beyond = [speed for speed in speeds if impact is not None and speed > impact.model_end]
+    if not beyond:
+        return ""
+    first = quantities.format(beyond[0], "speed", 3)
+    which = f"of {len(speeds)} speeds, those from {first} on are" if len(speeds) > 1 else "it is"
+    return f"{which} beyond the contact model, where the guard of the overlap may stop collisions"
+
+
 def check(impact):
     """Raises DustError where grains would swallow each other."""
     if impact is None or impact.overlap <= SWALLOWED:

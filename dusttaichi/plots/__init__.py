@@ -14,6 +14,7 @@ from dusttaichi.plots import style as style
 from dusttaichi.plots.animation import animation
 from dusttaichi.plots.collision import restitution, restitution_map
 from dusttaichi.plots.collisions import (
+    collision_figures,
     fragment_spectrum,
     growth,
     outcome_map,

@@ -12,6 +12,7 @@ from dusttaichi.analysis.collisions import (
     phase_losses,
     spectrum,
 )
+from dusttaichi.analysis.thresholds import thresholds
 from dusttaichi.plots import style
 
 COLOURS = {
@@ -29,6 +30,28 @@ NAMES = {
     "impact_parameter": r"impact parameter / $(R_1 + R_2)$",
     "mass_ratio": "mass of target / projectile",
 }
+
+
+def collision_figures(data):
+    """All figures of a study of collisions by name, those that have something to show.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From analysis.collisions.collisions_dataset, or analysis.open_collisions.
+
+    Returns
+    -------
+    dict
+        Name -> matplotlib Figure.
+    """
+    drawn = {"outcomes": outcome_map(data)}
+    if data.sizes["mass_ratio"] > 1:
+        drawn["outcomes_mass_ratio"] = outcome_map(data, "mass_ratio")
+    if data.sizes["body"] > 1:
+        drawn["thresholds"] = threshold_speeds(data, thresholds(data))
+    drawn |= {"growth": growth(data), "spectrum": fragment_spectrum(data), "phases": phases(data)}
+    return {name: figure for name, figure in drawn.items() if figure is not None}
 
 
 @style.styled

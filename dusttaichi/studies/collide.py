@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dusttaichi import samples
 from dusttaichi.analysis.collisions import collisions_dataset
 from dusttaichi.analysis.threshold_tables import threshold_variables
 from dusttaichi.analysis.thresholds import growth_bracket, thresholds
@@ -118,6 +119,20 @@ class Collisions:
                 )
             )
         return found
+
+    @property
+    def refine(self) -> int:
+        """Largest number of further speeds."""
+        return self._own.refine
+
+    def samples_at(self, speed):
+        """(scene, Sample) of a collision of each body and mass ratio, at a speed [m/s]."""
+        point = {"speed": speed, "impact_parameter": self.axes["impact_parameter"][0], "seed": 0}
+        for template in self._templates.values():
+            for ratio in self.axes["mass_ratio"]:
+                sample = _sample(template, point | {"mass_ratio": ratio})
+                scene = self.base.with_value("sample", sample)
+                yield scene, samples.make(scene)
 
     def dataset(self, found):
         """The dataset of `collisions_dataset` with its thresholds; failed ones have no numbers."""

@@ -41,6 +41,11 @@ class RestitutionMap:
         """File of the map."""
         return self.directory / "restitution.nc"
 
+    @property
+    def beyond(self):
+        """Sentence about speeds beyond the contact model, of the first scene with some, or ""."""
+        return next(filter(None, (one.beyond(self.speeds) for one in self.collisions)), "")
+
     def points(self, found):
         """All of them, the speeds fastest."""
         return [one.request(speed) for one in self.collisions for speed in self.speeds]

@@ -9,7 +9,8 @@ import numpy as np
 from dusttaichi import samples
 from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_contacts import glued, grain_properties
-from dusttaichi.grains.time_step import chosen_step
+from dusttaichi.grains.impacts import beyond_model, hardest_impact
+from dusttaichi.grains.time_step import chosen_step, contact_extremes
 from dusttaichi.physics.contact import constants
 from dusttaichi.samples.materials import Materials
 from dusttaichi.scene import Scene, quantities
@@ -86,6 +87,13 @@ class Collision:
         head_on = not self.sample.info.get("impact_parameter")
         undamped = self.scene.interaction.damping.model == "none"
         return len(self.sample) <= 2 and undamped and head_on and not self.sample.spins.any()
+
+    def beyond(self, speeds):
+        """Sentence about the `speeds` [m/s], ascending, beyond the contact model, or ""."""
+        properties = grain_properties(self.scene, self.sample)
+        pairs, walls = contact_extremes(self.scene, properties)
+        met = walls if self.scene.boundary.walls else pairs
+        return beyond_model(speeds, hardest_impact(met, speeds[-1]))
 
     def request(self, speed, looks=LOOKS):
         """The Request of the outcome at a relative speed of the bodies [m/s]."""
@@ -181,6 +189,11 @@ class Search:
             text = "both must be above 0, and the second above the first."
             raise DustError(f"--low {low:g} m/s, --high {high:g} m/s: {text}")
         self.bracket, self._rounds, self._asked = (low, high), 0, np.geomspace(low, high, TOGETHER)
+
+    @property
+    def beyond(self):
+        """Sentence about speeds of the next bundle beyond the contact model, or ""."""
+        return self.collision.beyond(self._asked)
 
     def points(self, found):
         """The next bundle, none where the bracket is narrow enough."""

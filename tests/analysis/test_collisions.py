@@ -6,7 +6,7 @@ from figures import legend
 from scenes import bundled
 from snapshots import collision_row as row
 
-from dusttaichi import plots
+from dusttaichi import analysis, plots
 from dusttaichi.analysis.collisions import (
     collisions_dataset,
     fragment_slope,
@@ -22,6 +22,7 @@ from dusttaichi.analysis.threshold_tables import (
     without_thresholds,
 )
 from dusttaichi.analysis.thresholds import thresholds
+from dusttaichi.errors import DustError
 
 
 def dataset(rows, by_area=1):
@@ -97,6 +98,33 @@ def test_thresholds_with_their_confidence():
     beyond = thresholds(growing([5.0, 8.0], [90.0, 95.0]))
     texts = dict(threshold_columns(beyond)[1])
     assert texts["v_fragment m/s"] == ["> 8"] == texts["v_stick m/s"]
+
+
+def test_a_folder_without_a_result_says_what_is_in_it(tmp_path):
+    """A study, how to open it, and its runs."""
+
+    def said():
+        with pytest.raises(DustError) as error:
+            analysis.open_run(tmp_path)
+        return str(error.value)
+
+    assert said() == f"There is no result at {tmp_path / 'result.nc'}."
+    for name in ("replica_0", "point_1/replica_0"):  # of an interrupted sweep
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name / "result.nc").touch()
+    runs = f" Runs in it (2): {tmp_path / 'replica_0'}, {tmp_path / 'point_1/replica_0'}."
+    assert said().endswith(f"result.nc.{runs}")
+    ways = {
+        "study.nc": f'xarray.open_dataset("{tmp_path / "study.nc"}")',
+        "trade.nc": f'analysis.open_trade("{tmp_path}")',
+        "sweep.nc": f"`dust report {tmp_path}` shows it",
+    }
+    for name, how in ways.items():
+        (tmp_path / name).touch()
+        assert said().startswith(f"{tmp_path} is the folder of a {name[:-3]}, not of a run: ")
+        assert how in said() and said().endswith(runs)
+    with pytest.raises(DustError, match="There is no result at .*nowhere.$"):
+        analysis.open_run(tmp_path / "nowhere")
 
 
 # -- failed collisions ---------------------------------------------------------------------------

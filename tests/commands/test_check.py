@@ -50,6 +50,38 @@ def test_as_json_it_has_numbers(tmp_path):
     assert any(text.startswith("sample.grain = 5: unknown key") for text in refused["problems"])
 
 
+COLLIDING = [
+    "collide", "--set", "sample.target.grains=20", "--set", "sample.projectile.grains=20",
+    "--set", "collisions.speed=[10 m/s, 40 m/s, 100 m/s]", "--set", "collisions.bodies={a: "
+    "{kind: pca, grains: 20}, b: {kind: pca, grains: 30}}",
+]  # fmt: skip
+
+
+def test_of_a_study_of_collisions_it_has_the_size_the_cost_and_the_limit_of_the_model():
+    text = said(*COLLIDING)
+    assert "dust collide runs the 150 collisions of its last section" in text
+    study = text.partition("\nStudy, by dust collide\n")[2]
+    assert "150: 2 bodies x 3 speeds x 5 impact parameters x 5 pairs of seeds" in study
+    assert re.search(r"grains of both bodies +40 to 60", study)
+    assert "of 3 speeds, those from 100 m/s on are beyond the contact model" in study
+    assert re.search(r"run time at most +.* (min|s) to .* (min|s|h), ", study)
+    found = json.loads(said(*COLLIDING, "--json"))["study"]
+    assert (found["command"], found["runs"]) == ("dust collide", 150)
+    assert 0.0 < found["run_time_s"]["least"] < found["run_time_s"]["most"]
+    # at a fixed step of 0.02 ns, 5 us and a flight of a radius before it
+    fixed = [*COLLIDING, "--set", "numerics.time_step=0.02 ns", "--set", "collisions.refine=3"]
+    flights = sum(round(0.1e-6 / v / 0.02e-9 + 5e-6 / 0.02e-9) for v in (10.0, 40.0, 100.0))
+    found = json.loads(said(*fixed, "--json"))["study"]
+    assert found["runs"] == 300  # three speeds more
+    assert found["most_steps"] == pytest.approx(2 * flights * 2 * 25, rel=1e-4)
+    assert "study" not in json.loads(said("smoke", "--json"))
+
+
+def test_speeds_at_which_no_collision_starts_are_said():
+    text = said(*COLLIDING[:5], "--set", "collisions.speed=[10 m/s, 5 km/s]")
+    assert "none starts from 5e3 m/s on: grains would swallow each other" in text
+
+
 def test_of_a_continuum_it_says_particles_material_and_step():
     text = said(CONFIGS / "guettler2009/bead.yaml")
     for line in (

@@ -202,7 +202,10 @@ def test_every_shipped_scene_has_its_line():
 
 def test_new_writes_a_file_that_is_the_same_scene(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert "wrote omni_static.yaml" in dust("new", "omni_static")
+    text = dust("new", "omni_static")
+    assert "wrote omni_static.yaml" in text and "\n      dust run omni_static.yaml" in text
+    # `dust run` would ignore the block of a study
+    assert "\n      dust collide collide.yaml\n" in dust("new", "collide")
     assert load("omni_static.yaml") == load(ROOT / "configs/omni_static.yaml")
     schema = re.search(r"\$schema=(\S+)", Path("omni_static.yaml").read_text())[1]
     assert Path(schema.removeprefix("file://")).samefile(ROOT / "configs/scene.schema.json")

@@ -250,6 +250,40 @@ def test_files_of_a_study(done):
     assert names == {"outcomes.png", "growth.png", "spectrum.png", "phases.png"}
 
 
+def test_the_tools_know_the_folder_of_a_study(done, capsys):
+    folder, _ = done
+    out = folder / "out"
+    drawn = {path.name for path in out.glob("*.png")}
+    dust("plot", out, "-o", folder / "drawn")
+    assert {path.name for path in (folder / "drawn").glob("*.png")} == drawn
+    for words in (("compare", out), ("render", out)):
+        with pytest.raises(DustError, match="is the folder of a study of collisions, not of a run"):
+            dust(*words)
+    with pytest.raises(DustError, match="`dust plot .*` draws it, in Python .*open_collisions"):
+        analysis.open_run(out)
+    data, file = analysis.open_collisions(out)
+    assert file == out / "collisions.nc" and data.outcome.dims == AXES
+    dust("run", folder / "study.yaml", "-o", folder / "one", "--no-figures")
+    said = "this is the one collision of `sample`; all of `collisions`: dust collide"
+    assert said in capsys.readouterr().err
+
+
+def test_a_limit_of_the_model_is_said(tmp_path, monkeypatch, capsys):
+    """Before anything is computed: here nothing is."""
+
+    def stop(study, **how):
+        raise DustError("stopped")
+
+    monkeypatch.setattr(engine, "run", stop)
+    path = tmp_path / "study.yaml"
+    path.write_text(study_scene(speed=["1 m/s", "200 m/s"]).to_yaml(), encoding="utf-8")
+    with pytest.raises(DustError, match="stopped"):
+        dust("collide", path, "-o", tmp_path / "out")
+    said = capsys.readouterr().err
+    assert "collisions.speed: of 2 speeds, those from 200 m/s on are beyond" in said
+    assert "Two grains may meet at most 200 m/s" in said
+
+
 def test_parts_of_a_study_make_the_whole(done, capsys):
     """Each part writes a file of its own, so that they may run at the same time."""
     folder, _ = done

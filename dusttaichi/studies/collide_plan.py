@@ -1,0 +1,124 @@
+"""Plan of a study of collisions: number, time steps, run time, and the limit of the contacts."""
+
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+
+from dusttaichi.compute.processor import usable_cores
+from dusttaichi.errors import DustError
+from dusttaichi.grains.grain_contacts import grain_properties
+from dusttaichi.grains.impacts import Impact, beyond_model, hardest_impact
+from dusttaichi.grains.time_step import chosen_step, contact_extremes
+from dusttaichi.scene import quantities
+from dusttaichi.studies.collide import Collisions
+from dusttaichi.studies.requests import cores_of
+from dusttaichi.studies.trial import order
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a study of collisions computes, before anything is computed.
+
+    sizes: number along each axis. speeds [m/s]. grains: of both bodies, least and most. steps: of
+    all collisions at most. seconds: (least, likely, most) processor time of these [s]. processes:
+    collisions at a time on this machine. impact: the hardest Impact, that of the highest speed.
+    refused: speeds [m/s] at which no collision starts, as grains would swallow each other.
+    """
+
+    sizes: dict[str, int]
+    refine: int
+    speeds: tuple[float, ...]
+    impacts: tuple[float, ...]
+    grains: tuple[int, int]
+    steps: int
+    seconds: tuple[float, float, float]
+    processes: int
+    impact: Impact | None
+    refused: tuple[float, ...]
+
+    @property
+    def count(self):
+        """Number of collisions, with those of further speeds."""
+        sizes = self.sizes | {"speed": self.sizes["speed"] + self.refine}
+        return int(np.prod(list(sizes.values())))
+
+    @property
+    def wall_time(self):
+        """(least, likely, most) time [s] of the collisions on this machine."""
+        return tuple(seconds / self.processes for seconds in self.seconds)
+
+    @property
+    def beyond(self):
+        """Sentence about speeds beyond the contact model, or ""."""
+        return beyond_model(self.speeds, self.impact)
+
+    def rows(self):
+        """Rows (name, value) of text."""
+        names = {"body": "bodies", "mass_ratio": "mass ratios", "speed": "speeds"}
+        names |= {"impact_parameter": "impact parameters", "seed": "pairs of seeds"}
+        factors = [f"{n} {names[name]}" for name, n in self.sizes.items() if n > 1]
+        text = f"{self.count:,}" + (f": {' x '.join(factors)}" if factors else "")
+        if self.refine:
+            text += f", and up to {self.refine} further speeds"
+        speeds = [quantities.format(v, "speed", 3) for v in (self.speeds[0], self.speeds[-1])]
+        shown = ", ".join(f"{b:.3g}" for b in self.impacts)
+        ends = dict.fromkeys(f"{n:,}" for n in self.grains)
+        rows = [
+            ("collisions", text),
+            ("speeds", " to ".join(dict.fromkeys(speeds))),
+            ("impact parameters over R1 + R2", shown),
+            ("grains of both bodies", " to ".join(ends)),
+        ]
+        if self.impact is not None:
+            rows.append(("two grains may meet", self.impact.text()))
+        if self.beyond:
+            rows.append(("remark", self.beyond))
+        if self.refused:
+            slowest = quantities.format(self.refused[0], "speed", 3)
+            rows.append(
+                ("remark", f"none starts from {slowest} on: grains would swallow each other")
+            )
+        return [*rows, ("steps at most", f"{self.steps:,} of all collisions")]
+
+
+def plan_of(scene):
+    """The Plan of a scene with a block `collisions`. Makes a sample of each body and mass ratio."""
+    study = Collisions(scene, scene.output.directory)
+    speeds = tuple(sorted(study.axes["speed"]))
+    others = len(study.axes["impact_parameter"]) * len(study.axes["seed"])
+    grains, impacts, refused = [], [], set()
+    steps, seconds = 0, np.zeros(3)
+    for sample_scene, sample in study.samples_at(speeds[-1]):
+        properties, each = grain_properties(sample_scene, sample), 0
+        pairs = contact_extremes(sample_scene, properties)[0]
+        impacts.append(hardest_impact(pairs, speeds[-1]))
+        grains.append(len(sample))
+        for speed in speeds:
+            slower = replace(sample, velocities=sample.velocities * (speed / speeds[-1]))
+            try:
+                dt = chosen_step(sample_scene, slower, properties).dt
+            except DustError:
+                if speed <= impacts[-1].model_end:  # not for its speed
+                    raise
+                refused.add(speed)
+                continue
+            time = sample.info["gap"] / speed + sample_scene.stop.time
+            each += ceil(time / dt)
+        # further speeds are between those of the study
+        each = round(each * (1.0 + study.refine / len(speeds)))
+        steps += each * others
+        seconds += np.multiply(order(sample_scene, len(sample)), each * others)
+    count, cores = len(study.requests()), cores_of(study.base)
+    return Plan(
+        {name: len(values) for name, values in study.axes.items()},
+        study.refine,
+        speeds,
+        tuple(study.axes["impact_parameter"]),
+        (min(grains), max(grains)),
+        steps,
+        tuple(seconds.tolist()),
+        min(count, max(1, usable_cores() // (cores or usable_cores()))),
+        max(impacts, key=lambda one: one.overlap),
+        tuple(sorted(refused)),
+    )
