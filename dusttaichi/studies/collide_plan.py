@@ -18,7 +18,7 @@ from dusttaichi.studies.trial import order
 
 @dataclass(frozen=True)
 class Plan:
-    """What a study of collisions computes, before anything is computed.
+    """Size, cost and limits of a study of collisions, before anything is computed.
 
     sizes: number along each axis. speeds [m/s]. grains: of both bodies, least and most. steps: of
     all collisions at most. seconds: (least, likely, most) processor time of these [s]. processes:
