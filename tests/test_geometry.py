@@ -219,6 +219,9 @@ def test_neighbours_of_a_lattice():
     np.testing.assert_array_equal(
         geometry.neighbours_within([[0.5] * 3], radii, [1, 1, 1]), [0, 6, 18, 26, 32]
     )
+    # of a lattice each grain has as many neighbours as any other
+    some = geometry.neighbours_within(lattice, radii, (4, 4, 4), most=5)
+    np.testing.assert_array_equal(some, found)
     pair = geometry.neighbours_within([[0, 0, 0], [1.5, 0, 0]], [1.0, 2.0])
     np.testing.assert_array_equal(pair, [0, 1])
     one = geometry.neighbours_within([[0.0, 0, 0]], [0.6, 1.1], [None, None, 1.0])

@@ -7,6 +7,7 @@ import numpy as np
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import neighbours_within
 
+CENTRES = 10_000  #: Random grains about which others are counted, where there are more.
 SMALL_SCALE = 20.0
 """Number of grains up to which T19 section 4.1 finds the fractal dimension of the aggregates."""
 
@@ -29,7 +30,7 @@ class Fractal:
 def fractal(run, snapshots=None, radii=None) -> Fractal:
     """Number of grains within a distance of a grain, images of periodic cells included.
 
-    The stage is the first that stretches, if any.
+    The mean is over all grains, over CENTRES random ones where there are more. The stage is the first that stretches, if any.
 
     Parameters
     ----------
@@ -58,7 +59,9 @@ def fractal(run, snapshots=None, radii=None) -> Fractal:
         extent = max(float(np.ptp(f.position.values, axis=0).max()) for _, f in frames)
         radii = np.geomspace(2.1 * r, max(0.5 * extent, 4.0 * r), 30)
     radii = np.asarray(radii, dtype=float)
-    counts = [neighbours_within(f.position.values, radii, part.period(n)) for n, f in frames]
+    counts = [
+        neighbours_within(f.position.values, radii, part.period(n), CENTRES) for n, f in frames
+    ]
     number = np.array(counts)
     time = np.array([float(f.snapshot_time) for _, f in frames])
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -31,6 +31,17 @@ class Pores:
     radius: np.ndarray  #: [m], (RADII,), rising from 0.
     share: np.ndarray  #: Share of the void in pores of at least that radius, (RADII,).
     largest: float  #: Radius of the largest pore [m].
+    points: int = POINTS  #: Random points of the cell.
+
+    @property
+    def void_error(self):
+        """Standard error of `void`, as the points are random."""
+        return float(np.sqrt(self.void * (1.0 - self.void) / self.points))
+
+    @property
+    def share_error(self):
+        """Largest standard error of `share`, that of a half."""
+        return 0.5 / np.sqrt(max(self.void * self.points, 1.0))
 
     @property
     def median(self):
@@ -63,23 +74,23 @@ def pores_of(frame, points=POINTS):
         raise DustError("Pores need walls or periodic faces along all axes.")
     if frame.tilt:
         raise DustError("Pores are only found in cells without a tilt, and this one is sheared.")
-    rng = np.random.default_rng(1)
+    rng, surfaces = np.random.default_rng(1), Surfaces(frame)
     x = rng.random((points, 3)) * frame.edges
-    x = x[_free(frame, x, walls=False) > 0.0]
-    pore = _pore_radii(frame, x, rng)
+    x = x[surfaces.distances(x, walls=False) > 0.0]
+    pore = _pore_radii(frame, surfaces, x, rng)
     largest = float(pore.max(initial=0.0))
     radius = np.linspace(0.0, largest, RADII)
     share = 1.0 - np.searchsorted(np.sort(pore), radius) / max(len(pore), 1)
-    return Pores(len(x) / points, radius, share, largest)
+    return Pores(len(x) / points, radius, share, largest, points)
 
 
-def _pore_radii(frame, points, rng):
+def _pore_radii(frame, surfaces, points, rng):
     """Radii of the largest spheres that contain the points, (P,) [m]."""
     centre = points.copy()
-    radius = np.maximum(_free(frame, centre), 0.0)
+    radius = np.maximum(surfaces.distances(centre), 0.0)
     for step in np.geomspace(FIRST, LAST, STEPS) * frame.radius.mean():
         trial = centre + step * rng.normal(size=centre.shape)
-        free = _free(frame, trial)
+        free = surfaces.distances(trial)
         better = (free > radius) & (np.linalg.norm(trial - points, axis=1) <= free)
         centre[better], radius[better] = trial[better], free[better]
     return _shared(frame, points, centre, radius)
@@ -98,27 +109,37 @@ def _shared(frame, points, centre, radius):
     return result
 
 
-def _free(frame, points, walls=True):
-    """Distance of points to the nearest surface [m], (P,), below 0 inside of a grain.
+class Surfaces:
+    """Surfaces of the grains of a Frame and of its walls; trees of the grains are made once."""
 
-    points: (P, 3), from the corner of the cell. walls: whether they count as surfaces.
-    """
-    edges, periodic = frame.edges, frame.periodic
-    x = frame.position - frame.cell[:, 0]
-    box = np.where(periodic, edges, 0.0)
-    x, wrapped = (_inside(a, edges, periodic) for a in (x, points))
-    nearest = np.full(len(points), np.inf)
-    for group in _similar(frame.radius):
-        near = min(NEAREST if np.ptp(frame.radius[group]) else 1, len(group))
-        distance, index = scipy.spatial.cKDTree(x[group], boxsize=box).query(
-            wrapped, k=[*range(1, near + 1)]
-        )
-        nearest = np.minimum(nearest, (distance - frame.radius[group][index]).min(axis=1))
-    if walls and not periodic.all():
-        closed = ~periodic
-        sides = np.minimum(points[:, closed], (edges - points)[:, closed]).min(axis=1)
-        nearest = np.minimum(nearest, sides)
-    return nearest
+    def __init__(self, frame):
+        self._edges, self._periodic = frame.edges, frame.periodic
+        x = _inside(frame.position - frame.cell[:, 0], frame.edges, frame.periodic)
+        box = np.where(frame.periodic, frame.edges, 0.0)
+        self._trees = []
+        for group in _similar(frame.radius):
+            radius = frame.radius[group]
+            near = min(NEAREST if np.ptp(radius) else 1, len(group))
+            tree = scipy.spatial.cKDTree(
+                x[group], boxsize=box, balanced_tree=False, compact_nodes=False
+            )
+            self._trees.append((tree, radius, [*range(1, near + 1)]))
+
+    def distances(self, points, walls=True):
+        """Distance of points to the nearest surface [m], (P,), below 0 inside of a grain.
+
+        points: (P, 3), from the corner of the cell. walls: whether they count as surfaces.
+        """
+        edges, closed = self._edges, ~self._periodic
+        wrapped = _inside(points, edges, self._periodic)
+        nearest = np.full(len(points), np.inf)
+        for tree, radius, neighbours in self._trees:
+            distance, index = tree.query(wrapped, k=neighbours)
+            nearest = np.minimum(nearest, (distance - radius[index]).min(axis=1))
+        if walls and closed.any():
+            sides = np.minimum(points[:, closed], (edges - points)[:, closed]).min(axis=1)
+            nearest = np.minimum(nearest, sides)
+        return nearest
 
 
 def _inside(x, edges, periodic):

@@ -10,6 +10,7 @@ from dusttaichi.errors import DustError
 
 BINS = 60  #: Bins of the pair correlation, up to FARTHEST diameters.
 FARTHEST = 5.0
+CENTRES = 10_000  #: Random grains about which g(r) is counted, where there are more.
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class Structure:
     #: g(r), grains at that distance from a grain over the number expected from the mean density,
     #: (BINS,); NaN unless walls or periodic faces bound all axes, or in a sheared cell.
     correlation: np.ndarray
+    #: Standard error of `correlation`, (BINS,): 0 unless the centres are CENTRES random grains.
+    correlation_error: np.ndarray
 
     @property
     def anisotropy(self):
@@ -54,7 +57,7 @@ def structure(run, snapshot=-1) -> Structure:
     branch = frame.nearest(frame.position[i] - frame.position[j])
     normal = branch / np.linalg.norm(branch, axis=1)[:, None]
     forces = frame.contacts.normal_force.values if "normal_force" in frame.contacts else []
-    distance, correlation = pair_correlation(frame)
+    distance, correlation, error = pair_correlation(frame)
     return Structure(
         fabric=normal.T @ normal / len(normal),
         normal=normal,
@@ -62,34 +65,42 @@ def structure(run, snapshot=-1) -> Structure:
         normal_force=np.asarray(forces, dtype=float),
         distance=distance,
         correlation=correlation,
+        correlation_error=error,
     )
 
 
 def pair_correlation(frame):
-    """(distance in mean diameters, g(r)) of a Frame, (BINS,) each.
+    """(distance in mean diameters, g(r), its standard error) of a Frame, (BINS,) each.
 
     Grains near walls have fewer neighbours: only grains farther from every wall than the largest
-    distance are centres. Periodic edges must be twice that distance.
+    distance are centres, of many CENTRES random ones. Periodic edges must be twice that distance.
     """
     diameter = 2.0 * float(frame.radius.mean())
     edges = np.linspace(0.0, FARTHEST, BINS + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
+    unknown = middle, np.full(BINS, np.nan), np.full(BINS, np.nan)
     if not np.isfinite(frame.edges).all() or frame.tilt:
-        return middle, np.full(BINS, np.nan)
+        return unknown
     x, reach = frame.position - frame.cell[:, 0], FARTHEST * diameter
     inside = np.ones(len(x), dtype=bool)
     for axis in np.flatnonzero(~frame.periodic):
         inside &= (x[:, axis] > reach) & (x[:, axis] < frame.edges[axis] - reach)
     if np.any(frame.periodic & (frame.edges < 2.0 * reach)) or not inside.any():
-        return middle, np.full(BINS, np.nan)
+        return unknown
+    centres = np.flatnonzero(inside)
+    drawn = len(centres) > CENTRES
+    if drawn:
+        centres = np.random.default_rng(1).choice(centres, CENTRES, replace=False)
     box = np.where(frame.periodic, frame.edges, 0.0)
     wrapped = np.where(frame.periodic, np.mod(x, np.where(box > 0.0, box, 1.0)), x)
     tree = scipy.spatial.cKDTree(wrapped, boxsize=box)
-    counts = scipy.spatial.cKDTree(wrapped[inside], boxsize=box).count_neighbors(
+    counts = scipy.spatial.cKDTree(wrapped[centres], boxsize=box).count_neighbors(
         tree, edges * diameter
     )
-    others = counts - inside.sum()  # a grain is within reach of itself, also at no distance
+    others = counts - len(centres)  # a grain is within reach of itself, also at no distance
     shells = np.diff(others).astype(float)
     volume = 4.0 / 3.0 * np.pi * np.diff((edges * diameter) ** 3)
-    density = len(x) / np.prod(frame.edges)
-    return middle, shells / (inside.sum() * density * volume)
+    expected = len(centres) * len(x) / np.prod(frame.edges) * volume
+    # pairs of random centres are counted independently of each other
+    error = np.sqrt(shells) / expected if drawn else np.zeros(BINS)
+    return middle, shells / expected, error

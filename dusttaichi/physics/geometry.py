@@ -193,13 +193,14 @@ def lens_area(r1, r2, distance):
     return np.where(apart, 0.0, np.where(within, np.pi * np.minimum(r1, r2) ** 2, both))
 
 
-def neighbours_within(positions, radii_in, period=None):
+def neighbours_within(positions, radii_in, period=None, most=None):
     """Mean number of other grains whose centre is nearer than r_in to that of a grain.
 
     N(r < r_in) of T19 section 4.1 (Fig 10), without the grain in the middle. positions: (N, 3).
     radii_in: (radii,), in any order. period: edge of the cell along each axis, NaN or None where it
     is not periodic; None for none at all. All images are counted, also a grain's own, so r_in may
-    exceed the cell. Returns (radii,).
+    exceed the cell. most: largest number of grains in the middle, random ones of more; None for
+    all. Returns (radii,).
     """
     positions = np.asarray(positions, dtype=float).reshape(-1, 3)
     radii = np.atleast_1d(np.asarray(radii_in, dtype=float))
@@ -211,9 +212,11 @@ def neighbours_within(positions, radii_in, period=None):
     # cKDTree also counts equal distances
     nearer = np.nextafter(radii[order], -np.inf).clip(min=0.0)
     centres, images = _with_images(positions, edges, nearer.max(initial=0.0))
+    if most is not None and len(centres) > most:
+        centres = np.random.default_rng(1).choice(centres, most, replace=False)
     found = scipy.spatial.cKDTree(centres).count_neighbors(scipy.spatial.cKDTree(images), nearer)
     counts = np.empty(len(radii))
-    counts[order] = found / len(positions) - 1.0
+    counts[order] = found / len(centres) - 1.0
     return counts
 
 

@@ -5,6 +5,7 @@ from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.analysis import fractal as fractal_of
 from dusttaichi.analysis.pores import pores as pores_of
+from dusttaichi.analysis.structure import CENTRES
 from dusttaichi.analysis.structure import structure as structure_of
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
@@ -79,6 +80,10 @@ def _correlation(found, axes):
     axes.plot(found.distance, found.correlation, color=style.GREEN)
     axes.axhline(1.0, color=style.GREY, linewidth=0.8)
     axes.set(xlabel="distance (mean diameters)", ylabel="g(r)")
+    largest = float(np.nanmax(found.correlation_error))
+    if largest > 0.0:
+        title = f"about {CENTRES:,} random grains, standard error at most {largest:.2g}"
+        axes.set_title(title, fontsize=8)
 
 
 @figure(
@@ -115,7 +120,10 @@ def pores(run, snapshot=-1):
         xlim=(0, None),
         ylim=(0, 1.05),
     )
-    axes.set_title(f"void fraction {found.void:.3f}", fontsize=8)
+    title = (
+        f"void fraction {found.void:.3f} ± {found.void_error:.3f}, {found.points:,} random points"
+    )
+    axes.set_title(title, fontsize=8)
     style.legend(axes)
     return figure
 
