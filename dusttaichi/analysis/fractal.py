@@ -30,7 +30,8 @@ class Fractal:
 def fractal(run, snapshots=None, radii=None) -> Fractal:
     """Number of grains within a distance of a grain, images of periodic cells included.
 
-    The mean is over all grains, over CENTRES random ones where there are more. The stage is the first that stretches, if any.
+    The mean is over all grains, over CENTRES random ones where there are more. The stage is the
+    first that stretches, if any.
 
     Parameters
     ----------
