@@ -76,9 +76,8 @@ def fragments(run, snapshot=-1) -> Fragments:
 
 def fragments_of(frame, masses):
     """The Fragments of a Frame whose grains have these masses [kg], (N,)."""
-    count = len(masses)
-    number, label = connected(frame.pairs, count)
-    label = largest_first(label, masses)
+    label = fragment_labels(frame, masses)
+    number = int(label.max(initial=-1)) + 1
     position = frame.position
     if frame.periodic.any():  # at the images that connect fragments across periodic faces
         starts = np.unique(label, return_index=True)[1]
@@ -96,6 +95,11 @@ def fragments_of(frame, masses):
     volume = np.bincount(label, 4.0 / 3.0 * np.pi * frame.radius**3, minlength=number)
     grains = np.bincount(label, minlength=number)
     return Fragments(label, grains, mass, volume, centre, velocity, angular, np.sqrt(square))
+
+
+def fragment_labels(frame, masses):
+    """Fragment of each grain of a Frame, (N,), 0 the heaviest; masses: of the grains, (N,)."""
+    return largest_first(connected(frame.pairs, len(masses))[1], masses)
 
 
 def _sums(label, vectors, number):

@@ -188,8 +188,8 @@ def read_frame(run, snapshot=-1, contacts=True) -> Frame:
     run : Run
     snapshot : int
         Its number, from 0, or from the end if negative.
-    contacts : bool
-        Read the contacts, too.
+    contacts : bool or sequence of str
+        Read the contacts, too: all of their variables, or those of these names.
 
     Raises
     ------
@@ -199,7 +199,8 @@ def read_frame(run, snapshot=-1, contacts=True) -> Frame:
     number = snapshot_number(run, snapshot)
     data = run.tree["snapshots"].to_dataset(inherit=False).isel(snapshot=number).load()
     groups = [name for name in ("contacts", "wall_contacts") if name in run.tree.children]
-    read = {name: run.contacts(number, name) for name in groups} if contacts else {}
+    names = None if contacts is True else contacts
+    read = {name: run.contacts(number, name, names) for name in groups} if contacts else {}
     periodic = run.attrs.get("periodic_axes", "").split()
     cell = data.box.values.reshape(3, 2) if "box" in data else np.full((3, 2), np.nan)
     return Frame(

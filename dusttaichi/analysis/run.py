@@ -197,7 +197,7 @@ class Run(Kind, AbstractContextManager):
             edges[n] = float(box.sel(wall=WALLS[2 * n + 1]) - box.sel(wall=WALLS[2 * n]))
         return edges
 
-    def contacts(self, snapshot=-1, group="contacts"):
+    def contacts(self, snapshot=-1, group="contacts", names=None):
         """Contacts of one snapshot.
 
         Parameters
@@ -205,6 +205,8 @@ class Run(Kind, AbstractContextManager):
         snapshot : int
         group : str
             "contacts", "wall_contacts" or "sphere_contacts".
+        names : sequence of str, optional
+            Variables to read, of those that there are. Default: all.
 
         Returns
         -------
@@ -226,6 +228,8 @@ class Run(Kind, AbstractContextManager):
         rows = slice(end - int(counts[number]), end)
         # not with the labels of the root: `wall` there would replace that of the group
         found = self.tree[group].to_dataset(inherit=False).isel({dim: rows})
+        if names is not None:
+            found = found[[name for name in names if name in found.variables]]
         return found.assign_coords(xyz=self.series.xyz).load()
 
     # In a notebook.

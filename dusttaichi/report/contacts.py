@@ -2,38 +2,47 @@
 
 import numpy as np
 
-from dusttaichi.analysis.fragments import fragments_of
+from dusttaichi.analysis.fragments import fragment_labels
 from dusttaichi.analysis.frame import normal_force, read_frame
 from dusttaichi.plots import style
 from dusttaichi.report.packing import OUTLIERS, class_quantity, number_quantity, packed, quantised
 
+NEEDED = ("grain", "grain_i", "grain_j", "wall", "overlap", "normal_force", "loss")  # of contacts
 FRAGMENTS = 7  # largest ones with separate classes; the others share the last
 SPHERE_END = 6  # after the walls: the end of a contact with the rigid sphere
 COORDINATION, BODY, DISSIPATED = "coordination number", "body", "energy dissipated in contacts"
 
 
-def contacts_of(run, frames):
-    """(contacts of all snapshots, quantities that follow from them); (None, []) without."""
+def contacts_of(run, frames, selection):
+    """(contacts of all snapshots, quantities that follow from them); (None, []) without.
+
+    selection: the Selection of the grains that are shown, to which `frames` is reduced. Contacts
+    are those between them; numbers of a grain count all of its contacts.
+    """
     if "contacts" not in run.tree.children or "contact_count" not in frames:
         return None, []
-    count, rows = frames.position.shape[1], frames.sizes["snapshot"]
+    count, rows = selection.count, frames.sizes["snapshot"]
     steps = run.tree["snapshots"].step.values
     numbers = [int(np.flatnonzero(steps == step)[-1]) for step in frames.step.values]
     ends, forces, coordination, labels, load, lost = [], [], [], [], [], []
     for number in numbers:
-        frame = read_frame(run, number)
-        pairs = frame.pairs
-        order = np.lexsort((pairs[:, 1], pairs[:, 0]))
+        frame = read_frame(run, number, contacts=NEEDED)
         force = normal_force(run, frame)
         others, press = _on_walls(run, frame, force is not None)
-        ends.append(np.concatenate([pairs[order], others]))
-        coordination.append(frame.coordination)
-        labels.append(np.minimum(fragments_of(frame, frame.radius**3).label, FRAGMENTS))
-        lost += [] if "loss" not in frame.contacts else [dissipated(run, frame)]
+        between, pairs = selection.renumber(frame.pairs)
+        order = np.lexsort((pairs[:, 1], pairs[:, 0]))
+        reached, on_walls = selection.renumber(others[:, :1])
+        on_walls = np.column_stack([on_walls[:, 0], others[reached, 1] + selection.size])
+        ends.append(np.concatenate([pairs[order], on_walls]))
+        coordination.append(selection.take(frame.coordination))
+        label = np.minimum(fragment_labels(frame, frame.radius**3), FRAGMENTS)
+        labels.append(selection.take(label))
+        lost += [] if "loss" not in frame.contacts else [selection.take(dissipated(run, frame))]
         if force is not None:
-            forces.append(np.concatenate([force[order], press]))
-            grains, shares = np.append(pairs.T.ravel(), others[:, 0]), [force, force, press]
-            load.append(np.bincount(grains, np.abs(np.concatenate(shares)), minlength=count))
+            forces.append(np.concatenate([force[between][order], press[reached]]))
+            grains, parts = np.append(frame.pairs.T.ravel(), others[:, 0]), [force, force, press]
+            sums = np.bincount(grains, np.abs(np.concatenate(parts)), minlength=count)
+            load.append(selection.take(sums))
     quantities = [
         number_quantity(COORDINATION, "", np.array(coordination), rows),
         class_quantity("fragment", np.array(labels), _fragment_names(labels), rows),
@@ -54,7 +63,9 @@ def contacts_of(run, frames):
     if run.collides:
         body = np.zeros(count, int)
         body[run.bodies()[1]] = 1
-        quantities.append(class_quantity(BODY, body, {0: "target", 1: "projectile"}, rows))
+        quantities.append(
+            class_quantity(BODY, selection.take(body), {0: "target", 1: "projectile"}, rows)
+        )
     return contacts, quantities
 
 
@@ -77,23 +88,23 @@ def _beside_grains(run, frame):
     """The contacts of a Frame with walls and with the rigid sphere, if any."""
     groups = [] if frame.wall_contacts is None else [frame.wall_contacts]
     if "sphere_contacts" in run.tree.children:
-        groups.append(run.contacts(frame.number, "sphere_contacts"))
+        groups.append(run.contacts(frame.number, "sphere_contacts", NEEDED))
     return groups
 
 
 def _on_walls(run, frame, forces):
     """Contacts of grains with walls and the rigid sphere, (n, 2), and normal forces [N], (n,).
 
-    The second end is the number of grains plus that of the wall, 6 for the sphere. With `forces`
-    only contacts that have a force.
+    The second end is the number of the wall, 6 for the sphere. With `forces` only contacts that
+    have a force.
     """
-    count, found = len(frame.radius), [(np.zeros((0, 2), int), np.zeros(0))]
+    found = [(np.zeros((0, 2), int), np.zeros(0))]
     for own in _beside_grains(run, frame):
         if forces and "normal_force" not in own:
             continue
         wall = own.wall.values if "wall" in own else np.full(len(own.grain), SPHERE_END)
         press = own.normal_force.values if forces else np.zeros(len(own.grain))
-        found.append((np.stack([own.grain.values, count + wall], axis=1), press))
+        found.append((np.stack([own.grain.values, wall], axis=1), press))
     ends, press = zip(*found, strict=True)
     return np.concatenate(ends).astype(int), np.concatenate(press)
 

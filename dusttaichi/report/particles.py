@@ -6,10 +6,12 @@ from dusttaichi.analysis.cycles import cell_pressure
 from dusttaichi.plots import style
 from dusttaichi.report.contacts import BODY, COORDINATION, DISSIPATED, contacts_of
 from dusttaichi.report.packing import class_quantity, number_quantity, packed, quantised
+from dusttaichi.report.selection import MOST_SHOWN, select_particles
 from dusttaichi.results.roles import DUST, ELASTIC, FIXED, RIGID, WALL
 
 ALL_DISSIPATED = "energy dissipated since the start"
 MOST = 600_000  # particles times snapshots in a report: some 25 MB with their contacts
+NOT_SHOWN = ("spin", "orientation", "deviator")  # variables of snapshots, which take time to read
 LENGTHS = ((1e-1, "m"), (1e-4, "mm"), (0.0, "µm"))  # of the largest extent
 SCALE = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
 ROLES = {
@@ -32,7 +34,11 @@ def particles(run, most=MOST):
     frames = run.snapshots
     if frames is None or not {"radius", "role"} & set(frames.variables):
         return None  # no particles known to the viewer
-    frames = frames.isel(snapshot=chosen(frames, most)).load()
+    flat = int(run.attrs.get("dimension", 3)) == 2
+    frames = frames[[name for name in frames.variables if name not in NOT_SHOWN]]
+    frames = frames.isel(snapshot=chosen(frames, most))
+    selection = select_particles(frames, flat)
+    frames = selection.read(frames)
     x = frames.position.values
     radius = radii(run, frames)
     extent = float(np.nanmax(np.ptp(x.reshape(-1, 3), axis=0))) + 2.0 * float(np.max(radius))
@@ -40,21 +46,22 @@ def particles(run, most=MOST):
     scale = SCALE[unit]
     rows = x.shape[0]
     grains = "radius" in frames
-    pairs, more = contacts_of(run, frames) if grains else (None, [])
-    about = [*more, *_quantities(run, frames, radius / scale, unit)]
+    pairs, more = contacts_of(run, frames, selection) if grains else (None, [])
+    quantities = [*more, *_quantities(run, frames, radius / scale, unit)]
     radius_rows = np.broadcast_to(radius, (1, x.shape[1])) if radius.ndim == 1 else radius
+    about = [selection.text] if selection.text else []
     return {
         "count": x.shape[1],
         "frames": rows,
         "word": "grains" if grains else "particles",
         "length_unit": unit,
-        "view": "front" if int(run.attrs.get("dimension", 3)) == 2 else "oblique",
-        "said": frame_texts(run, frames),
+        "view": "front" if flat else "oblique",
+        "said": [", ".join([text, *about]) for text in frame_texts(run, frames)],
         "position": quantised(x / scale, rows),
         "radius": packed((radius_rows / scale).astype("f4")),
         "largest_radius": float(np.max(radius) / scale),
-        "quantities": about,
-        "colour": first_colour(run, [quantity["label"] for quantity in about]),
+        "quantities": quantities,
+        "colour": first_colour(run, [quantity["label"] for quantity in quantities]),
         "pairs": pairs,
         "room": _faces(frames, scale),
         "tilt": (frames.tilt.values / scale).tolist() if "tilt" in frames else None,
@@ -74,7 +81,7 @@ def first_colour(run, labels):
 
 def chosen(frames, most=MOST):
     """Numbers of the snapshots in a report, evenly from the last to the first."""
-    count, size = frames.sizes["snapshot"], frames.position.shape[1]
+    count, size = frames.sizes["snapshot"], min(frames.position.shape[1], MOST_SHOWN)
     most = max(most // max(size, 1), 1)
     return np.unique(np.linspace(count - 1, 0, min(count, most)).round().astype(int))
 

@@ -27,6 +27,7 @@ from dusttaichi.report import contacts, page
 from dusttaichi.report.interactive import html, interactive
 from dusttaichi.report.packing import packed, quantised
 from dusttaichi.report.particles import chosen, dissipated_by_channel, first_colour, particles
+from dusttaichi.report.selection import select_particles
 from dusttaichi.scene import load
 
 ROOT = Path(__file__).parents[2]
@@ -104,6 +105,52 @@ def test_force_chains_go_on_to_the_walls(tmp_path):
     assert unpacked(view["pairs"]["force"]) == pytest.approx([5.0, 9.0], rel=1e-4)
     (load,) = (q for q in view["quantities"] if q["label"] == "sum of contact forces")
     assert unpacked(load["data"]) == pytest.approx([14.0, 5.0], rel=1e-4)
+
+
+def test_a_page_of_many_grains_shows_a_slice(tmp_path, monkeypatch):
+    """A row of five grains along y on the floor, pressed with 1 to 4 nN, of which the three in the
+    middle are shown, with their own contacts and the numbers that they have in the whole row."""
+    count, middle = 5, [1, 2, 3]
+    frame = {
+        "position": np.column_stack([np.zeros(count), 2.0 * np.arange(count), np.ones(count)])
+        * RADIUS,
+        "pairs": [(n, n + 1) for n in range(count - 1)],
+        "overlap": np.zeros(count - 1),
+        "force": np.zeros((count - 1, 3)),
+        "normal_force": np.arange(1.0, count) * 1e-9,
+        "torque_i": np.zeros((count - 1, 3)),
+        "torque_j": np.zeros((count - 1, 3)),
+        "touching": [(n, 4) for n in range(count)],
+        "wall_force": np.zeros((count, 3)),
+        "wall_normal_force": np.arange(count) * 1e-9,
+        "wall_torque": np.zeros((count, 3)),
+    }
+    box = np.array([-4, 4, -4, 12, 0, 8]) * RADIUS
+    path = snapshots.write(tmp_path / "result.nc", [frame, frame], RADIUS, box=box, scene=SCENE)
+    monkeypatch.setattr(select_particles, "__defaults__", (False, len(middle)))
+    with open_run(path) as run:
+        view = particles(run)
+    assert view["count"] == 3 and view["frames"] == 2
+    assert all("a slice of 3 of 5 grains" in text for text in view["said"])
+    x = unpacked(view["position"]).reshape(2, 3, 3)
+    np.testing.assert_allclose(x[1, :, 1], 2.0 * np.array(middle) * 0.6, rtol=1e-4)
+    ends = unpacked(view["pairs"]["ends"]).reshape(-1, 2)[:5].astype(int)
+    assert ends.tolist() == [[0, 1], [1, 2], [0, 3 + 4], [1, 3 + 4], [2, 3 + 4]]
+    force = unpacked(view["pairs"]["force"])[:5]
+    np.testing.assert_allclose(force, [2.0, 3.0, 1.0, 2.0, 3.0], rtol=1e-4)
+    quantities = {q["label"]: unpacked(q["data"]) for q in view["quantities"]}
+    assert quantities["coordination number"][:3] == pytest.approx([2.0] * 3)
+    # of both neighbours and the floor
+    assert quantities["sum of contact forces"][:3] == pytest.approx([4.0, 7.0, 10.0], rel=1e-4)
+
+
+def test_a_flat_body_has_random_particles():
+    x = np.zeros((1, 50, 3))
+    frames = xr.Dataset({"position": (("snapshot", "particle", "xyz"), x)})
+    selection = select_particles(frames, flat=True, most=20)
+    assert selection.size == 20 == len(set(selection.numbers))
+    assert selection.text == "20 random ones of 50 particles"
+    assert select_particles(frames, flat=True, most=50).text == ""
 
 
 def test_pages_of_many_particles_keep_fewer_snapshots():

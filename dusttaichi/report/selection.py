@@ -1,0 +1,80 @@
+"""Choice of the particles of a large run that a report shows: a slice, or random ones."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+MOST_SHOWN = 100_000  # particles of a snapshot: more do not turn smoothly
+DIMENSIONS = ("grain", "particle")  # of snapshots
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Particles that are shown: their numbers, rising, or None for all; text: which, for the page.
+
+    count: number of all particles.
+    """
+
+    count: int
+    numbers: np.ndarray | None = None
+    text: str = ""
+
+    @property
+    def size(self):
+        """Number of the shown particles."""
+        return self.count if self.numbers is None else len(self.numbers)
+
+    def take(self, values):
+        """Values of the shown particles, of those of all (count, ...)."""
+        return values if self.numbers is None else values[self.numbers]
+
+    def renumber(self, pairs):
+        """(True for pairs of shown particles (C,), these pairs by the numbers of the shown)."""
+        if self.numbers is None:
+            return np.ones(len(pairs), dtype=bool), pairs
+        rank = np.full(self.count, -1)
+        rank[self.numbers] = np.arange(len(self.numbers))
+        inside = (rank[pairs] >= 0).all(axis=1)
+        return inside, rank[pairs[inside]]
+
+    def read(self, frames):
+        """The snapshots (an xarray.Dataset that is read when used) of the shown particles."""
+        dimension = next((name for name in DIMENSIONS if name in frames.dims), None)
+        if self.numbers is None or dimension is None:
+            return frames.load()
+        variables = {}
+        for name, variable in frames.variables.items():
+            if dimension not in variable.dims:
+                variables[name] = variable.load()
+                continue
+            # a snapshot at a time: a file is slow to read by many single numbers
+            snapshots = variable.sizes.get("snapshot", 1)
+            rows = (
+                variable.isel(snapshot=n) if "snapshot" in variable.dims else variable
+                for n in range(snapshots)
+            )
+            values = [self.take(row.values) for row in rows]
+            values = np.stack(values) if "snapshot" in variable.dims else values[0]
+            variables[name] = xr.Variable(variable.dims, values, variable.attrs)
+        coordinates = {name: variables.pop(name) for name in frames.coords}
+        return xr.Dataset(variables, coordinates, frames.attrs)
+
+
+def select_particles(frames, flat=False, most=MOST_SHOWN):
+    """Selection of at most `most` particles of these snapshots, the same in all.
+
+    Those nearest to the middle plane across y in the last snapshot, so that contacts remain; of a
+    flat body (in two dimensions) random ones.
+    """
+    count = frames.position.shape[1]
+    if count <= most:
+        return Selection(count)
+    name = "grains" if "grain" in frames.dims else "particles"
+    if flat:
+        numbers = np.random.default_rng(1).choice(count, most, replace=False)
+        return Selection(count, np.sort(numbers), f"{most:,} random ones of {count:,} {name}")
+    y = frames.position.isel(snapshot=-1).values[:, 1]
+    distance = np.abs(y - 0.5 * (y.min() + y.max()))
+    numbers = np.sort(np.argpartition(distance, most)[:most])
+    return Selection(count, numbers, f"a slice of {most:,} of {count:,} {name}")
