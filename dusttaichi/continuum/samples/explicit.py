@@ -51,13 +51,8 @@ class ExplicitParticles(DustBody):
         yield from super().faults()
         unknown = [name for name in self.columns or () if not is_column(name)]
         if unknown:
-            yield (
-                "columns",
-                (
-                    f"{unknown[0]!r} is no name of a column; allowed: {CONTENTS[3].columns}, _ "
-                    "for a column that is not read"
-                ),
-            )
+            allowed = f"allowed: {CONTENTS[3].columns}, _ for a column that is not read"
+            yield "columns", f"{unknown[0]!r} is no name of a column; {allowed}"
 
 
 @register(ExplicitParticles)
