@@ -70,8 +70,8 @@ class ExplicitSample(SampleBlock):
         None,
         description="list or CSV with x y z and optionally vx vy vz, wx wy wz, radius, material, "
         "NetCDF with the variables of a snapshot, directory or result.nc of another run, dump, "
-        "data or restart file of LAMMPS, text of YADE, or XYZ, also packed (gz, bz2, xz); relative "
-        "to the YAML file",
+        "data or restart file of LAMMPS, text of YADE, data of MercuryDPM, or XYZ, also packed "
+        "(gz, bz2, xz); relative to the YAML file",
     )
     columns: tuple[str, ...] | None = Field(
         None,
@@ -198,7 +198,11 @@ def _grains(state: dict, materials: Materials, where: str) -> Sample:
     numbers = materials.numbers(given, len(positions), where)
     own = materials.polydisperse(materials.radii(state.get("radius"), numbers, where), numbers)
     radii = materials.radius if own["radii"] is None else own["radii"]
-    check_apart(positions, radii, where)
+    try:
+        check_apart(positions, radii, where)
+    except DustError as error:  # maybe since a guess is wrong
+        guesses = "; ".join(state.get("remarks", ()))
+        raise DustError(f"{error} {guesses and f'How it is read: {guesses}.'}".strip()) from None
     contacts = state.get("contacts")
     if contacts is not None:
         check_contacts(contacts, positions, radii, _cell(state).nearest, where)

@@ -32,7 +32,8 @@ def read(path: Path, given: Source) -> dict:
     if not path.exists():
         raise DustError(
             f"{where}: there is no such file; allowed: a list of {given.contents.noun}, CSV or "
-            "NetCDF, one of LAMMPS, YADE or XYZ, or the directory of another run. Relative paths "
+            "NetCDF, one of LAMMPS, YADE, MercuryDPM or XYZ, or the directory of another run. "
+            "Relative paths "
             "start at the YAML file."
         )
     try:

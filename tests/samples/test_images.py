@@ -148,3 +148,15 @@ def test_crossings_name_the_axes():
     np.testing.assert_array_equal(
         found != 0, [[True, False, False], [False] * 3, [False, True, True]]
     )
+
+
+def test_stored_contacts_across_faces_that_a_scene_lacks_are_none():
+    """A contact of a periodic run, whose grains are an edge apart in open space."""
+    x = 1e-6 * np.array([[0.2, 5, 5], [9.2, 5, 5]])
+    stored = {"i": np.array([0]), "j": np.array([1])}
+    sample = samples.Sample(x, np.zeros((2, 3)), np.zeros((2, 3)), stored)
+    assert samples.describe(sample, R, 2 * R)["network"] == {"contacts": 0, "fragments": 2}
+    cell = samples.Cell(np.array([1e-5, np.inf, np.inf]))
+    around = samples.describe(sample, R, 2 * R, cell)
+    assert around["network"] == {"contacts": 1, "fragments": 1}
+    assert around["filling_factor_in"] == "bounding box, periodic along x"

@@ -244,7 +244,7 @@ READ = {
 REFUSED = {
     "data_bpm_nohint": "bpm/sphere, .* fit .*sample.style: bpm/sphere",
     # points at 1 µm, closer than two grains of the material: not diameters of 1 µm
-    "data_full_nohint_q": "grains 2 and 3 .* are 1 µm apart, 0.833 diameters",
+    "data_full_nohint_q": "grains 2 and 3 .* 0.833 diameters.* How .*: .* full alone fits",
     "dump_triclinic_keepbox": "tilted by xy = 3 µm; a cell here .* tilted along x with z",
     "dump_type2": "its type 2 has no material in the scene, .*: 1 default",
     "xyz_count_too_small": "line 1 announces 2 grains, and line 5 .* is one line more",

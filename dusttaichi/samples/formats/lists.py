@@ -26,7 +26,7 @@ _DECIMAL = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eEdD][+-]?\d+)?")
 _COUNT = re.compile(r"\s*(\d+)\s*(?:[=#a-zA-Z].*)?")
 ALLOWED = (
     "allowed: a list with the columns {}, below their names or in the order of sample.columns, a "
-    "file of LAMMPS, YADE or XYZ, or NetCDF"
+    "file of LAMMPS, YADE, MercuryDPM or XYZ, or NetCDF"
 )
 
 
