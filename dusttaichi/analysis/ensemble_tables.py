@@ -12,9 +12,11 @@ from dusttaichi.analysis.ensemble import add_statistics
 from dusttaichi.analysis.numbers import known, reason, statistics
 from dusttaichi.analysis.numbers.registry import ENSEMBLES, TABLES
 from dusttaichi.analysis.summary import PROBLEMS
+from dusttaichi.analysis.symbols import key_label
 from dusttaichi.analysis.texts import (
     fitting_unit,
     quantity_text,
+    typeset,
     with_ranges,
     without_numbers,
 )
@@ -102,12 +104,18 @@ def _several(data, axes):
 
 
 def _labels(data, axes):
-    """ "key = value, ..." for each point of a grid of swept keys, in order."""
-    keys = [key_of(data, axis).split(".")[-1] for axis in axes]
+    """ "γ = 20 mJ/m², ..." for each point of a grid of swept keys, in order."""
+    keys = key_labels(data, axes)
     return [
         ", ".join(f"{key} = {value}" for key, value in zip(keys, values, strict=True))
         for values in itertools.product(*(_axis_texts(data, axis) for axis in axes))
     ]
+
+
+def key_labels(data, axes):
+    """Symbols or words of swept keys, different ones."""
+    paths = [key_of(data, axis) for axis in axes]
+    return [key_label(path, paths) for path in paths]
 
 
 def point_values(data):
@@ -174,7 +182,8 @@ def statistics_tables(data):
 def _axis_texts(data, axis):
     values, unit = data[axis].values, data[axis].attrs.get("units")
     return [
-        quantity_text(v, unit) if values.dtype.kind in "fi" else str(v) for v in values.tolist()
+        typeset(quantity_text(v, unit)) if values.dtype.kind in "fi" else str(v)
+        for v in values.tolist()
     ]
 
 
@@ -256,7 +265,7 @@ def head_and_columns(data):
     that are the same at every point and, where no seed is swept, about single samples, or "".
     """
     axes, all_columns = axes_of(data), columns(data)
-    names = [key_of(data, axis).split(".")[-1] for axis in axes]
+    names = key_labels(data, axes)
     keys = list(zip(names, zip(*point_values(data), strict=True), strict=True))
     alone = [] if _size(data, axes) == 1 else [k for k in keys if len(set(k[1])) == 1]
     same = [f"{name} {texts[0]}" for name, texts in alone]

@@ -6,6 +6,7 @@ from dataclasses import asdict, is_dataclass
 import numpy as np
 
 from dusttaichi.analysis import ensemble_tables as tables
+from dusttaichi.analysis.kind import named
 from dusttaichi.analysis.numbers import families, known
 
 SCHEMA = 1  #: Version of the layout, raised by every change except a further entry.
@@ -35,7 +36,7 @@ def _run(run):
         if name not in errors:
             entries[name] = entry
     return {
-        "name": run.name,
+        "name": named(run.title, run.scene),
         "file": str(run.path),
         "method": run.method.name,
         "status": run.status,

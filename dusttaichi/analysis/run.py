@@ -10,6 +10,7 @@ import numpy as np
 from dusttaichi import method
 from dusttaichi.analysis import foreign
 from dusttaichi.analysis.kind import Kind, named
+from dusttaichi.analysis.names import shown_name
 from dusttaichi.analysis.stored import no_result
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS
@@ -67,8 +68,17 @@ class Run(Kind, AbstractContextManager):
 
     @property
     def name(self):
-        """Title of the run, or the name of its folder; marked for a draft."""
-        return named(self.attrs.get("title") or self.path.resolve().parent.name, self.scene)
+        """Name for people: of a point of a study by its changed keys; marked for a draft.
+
+        Its base is the title of the run, or the name of its folder.
+        """
+        folder = self.path.resolve().parent.name
+        return named(shown_name(self.title, self.scene, folder), self.scene)
+
+    @property
+    def title(self):
+        """Name of the scene of the run, or of its folder."""
+        return str(self.attrs.get("title") or self.path.resolve().parent.name)
 
     @property
     def status(self):

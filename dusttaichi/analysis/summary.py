@@ -6,6 +6,7 @@ import math
 from itertools import groupby
 
 from dusttaichi import method
+from dusttaichi.analysis.names import labels_of
 from dusttaichi.analysis.numbers import AUTO, GENERAL, families, in_order, is_known
 from dusttaichi.results import outputs
 
@@ -64,7 +65,7 @@ def compare(runs):
     """
     known = [{family.name: family for family in families(run.method)} for run in runs]
     all_families = {name: family for one in known for name, family in one.items()}
-    rows, problems = [{"name": run.name} for run in runs], [[] for _ in runs]
+    rows, problems = [{"name": name} for name in labels_of(runs)], [[] for _ in runs]
     for family in sorted(all_families.values(), key=lambda family: family.place):
         measured = [
             family.of(run) if family.name in names else ({}, [])

@@ -68,3 +68,10 @@ def with_ranges(texts):
         for column in columns
     ]
     return "".join(map("".join, zip(between, [*ranges, ""], strict=True)))
+
+
+def typeset(text):
+    """The text with powers such as m^2 and s^-1 as superscripts, and with the sign for micro."""
+    raised = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    text = re.sub(r"\^(-?\d+)", lambda power: power[1].translate(raised), text)
+    return re.sub(r"(?<=[\d ] )u(?=[msNJ]\b)", "µ", text)

@@ -8,6 +8,7 @@ from matplotlib.lines import Line2D
 
 from dusttaichi.analysis import orbital_momentum
 from dusttaichi.analysis.frame import frame_count, read_frame
+from dusttaichi.analysis.symbols import key_label
 from dusttaichi.plots import style
 from dusttaichi.plots.colouring import BODY_COLOURS, BODY_NAMES
 from dusttaichi.plots.frame_of_picture import scale_bar
@@ -215,8 +216,8 @@ def restitution_map(data):
 
 
 def _said(name, value, data):
-    """Key and value of a map for a legend: the last word of the key, angles in degrees."""
-    word, unit = name.split(".")[-1].replace("_", " "), data[name].attrs.get("units", "")
+    """Key and value of a map for a legend: the label of the key, angles in degrees."""
+    word, unit = key_label(name), style.typeset(data[name].attrs.get("units", ""))
     if isinstance(value, str):
         return f"{word} = {value}"
     if unit == "rad":

@@ -54,7 +54,7 @@ def points(data):
                 panel.plot(*_line(curves, other), label="_", **look)
         _draw(panel, curves, band, {"color": style.BLUE, "linewidth": 1.4}, "_")
         panel.set_title(
-            style.superscripts(band.label).replace(", ", "\n"), fontsize="small", loc="left", pad=3
+            style.typeset(band.label).replace(", ", "\n"), fontsize="small", loc="left", pad=3
         )
         panel.tick_params(labelsize="small")
     figure.supxlabel(curves.x_text, fontsize="medium")
@@ -190,7 +190,7 @@ def _spread(found):
 
 def _label(band):
     if band.label:
-        return style.superscripts(band.label)
+        return style.typeset(band.label)
     scatter = " ± standard deviation" if band.replicas > 1 else ""
     runs = "runs" if band.replicas > 1 else "run"
     return f"mean{scatter} of {band.replicas} {runs}"

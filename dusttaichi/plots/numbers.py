@@ -5,6 +5,7 @@ from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.analysis.ensemble_tables import Against, against, table_numbers, title_of
 from dusttaichi.analysis.numbers import known
+from dusttaichi.analysis.symbols import key_label
 from dusttaichi.plots import style
 
 WIDE = 10.0  # ratio of the largest to the smallest value from which an axis is logarithmic
@@ -46,7 +47,7 @@ def _panel(panel, one: Against):
         bars = np.where(np.isfinite(one.std[n]), one.std[n], 0.0)
         if one.ticks is not None:  # nothing is between two names, or two samples
             look = look | {"linestyle": "none"}
-        label = style.superscripts(label) or "_"
+        label = style.typeset(label) or "_"
         # with a gap where no run has the number
         panel.errorbar(one.x, one.mean[n], bars, label=label, **look)
     _axes(panel, one)
@@ -69,14 +70,15 @@ def _axes(panel, one):
     else:
         panel.yaxis.set_major_locator(MaxNLocator(4))
     panel.set_title(_named(one.name, one.unit), loc="left", fontsize="small", pad=4)
-    panel.set_xlabel(_named(one.key.split(".")[-1], one.x_unit), fontsize="small")
+    unit = f" ({style.typeset(one.x_unit)})" if one.x_unit else ""
+    panel.set_xlabel(f"{key_label(one.key)}{unit}", fontsize="small")
     panel.tick_params(which="both", labelsize="x-small")
 
 
 def _named(name, unit):
     number = known().get(name)
     text = number and number.symbol or title_of(name)
-    return f"{text} ({style.superscripts(unit)})" if unit else text
+    return f"{text} ({style.typeset(unit)})" if unit else text
 
 
 def _wide(values):

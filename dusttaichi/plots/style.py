@@ -1,6 +1,5 @@
 """Style of all figures: size, fonts, colours, units of the axes."""
 
-import re
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
@@ -11,7 +10,10 @@ from matplotlib import colormaps, rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.ticker import MaxNLocator
 
+from dusttaichi.analysis.names import labels_of
+from dusttaichi.analysis.texts import typeset  # noqa: F401, as style.typeset
 from dusttaichi.errors import DustError
+from dusttaichi.plots.axes import few_ticks, finish, logarithmic, name_stages  # noqa: F401
 from dusttaichi.plots.legends import legend, own_limits, within  # noqa: F401, as style.legend
 from dusttaichi.plots.notebook import ShownFigure
 from dusttaichi.results.files import explain
@@ -94,7 +96,10 @@ def styled(function):
     @wraps(function)
     def drawn(*args, **kwargs):
         with rc_context(_RC | STYLES[_style.get()][1]):
-            return function(*args, **kwargs)
+            result = function(*args, **kwargs)
+            if isinstance(result, ShownFigure):
+                finish(result)
+            return result
 
     return drawn
 
@@ -142,38 +147,6 @@ def new_grid(panels, columns, height, shared=False):
     return figure, list(grid[:panels])
 
 
-def name_stages(axes, run, per_time):
-    """Mark the starts of the stages of a Run, and label them where the labels fit.
-
-    per_time: factor from s to the unit of the time axis.
-    """
-    if len(run.stages) < 2:
-        return
-    starts = [float(part.start.time) * per_time for part in run.parts]
-    for start in starts[1:]:
-        axes.axvline(start, color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))
-    lasts = np.diff([*starts, float(run.series.time[-1]) * per_time])
-    axes.figure.get_layout_engine().execute(axes.figure)
-    renderer, taken = axes.figure.canvas.get_renderer(), []
-    for n in np.argsort(-lasts, kind="stable"):
-        name = axes.annotate(
-            run.stages[int(run.parts[n].series.stage[-1])], (starts[n], 1.0), (3, 3),
-            xycoords=("data", "axes fraction"), textcoords="offset points",
-            fontsize="small", color="#444444", annotation_clip=False,
-        )  # fmt: skip
-        box = name.get_window_extent(renderer)
-        if box.x1 > axes.bbox.x1 + 2 * box.height or any(box.overlaps(one) for one in taken):
-            name.remove()
-        else:
-            taken.append(box)
-
-
-def superscripts(text):
-    """The text with powers such as m^2 and s^-1 as superscripts."""
-    raised = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(raised), text)
-
-
 def scaled(largest, units):
     """(factor, unit) for values up to `largest`: the first of `units` (scale, name) that fits."""
     scale, name = next((unit for unit in units if largest >= unit[0]), units[-1])
@@ -181,7 +154,7 @@ def scaled(largest, units):
 
 
 def named(runs, labels=None):
-    """(runs, labels) as lists, for one Run or several; labels default to the names of the runs.
+    """(runs, labels) as lists, for one Run or several; labels default to `analysis.labels_of`.
 
     More runs than fit into a legend are counted in it, not named. Raises DustError where labels do
     not match the runs.
@@ -189,36 +162,12 @@ def named(runs, labels=None):
     runs = list(runs) if isinstance(runs, (list, tuple)) else [runs]
     if labels is None and len(runs) > len(RUN_COLOURS):
         labels = [f"{len(runs)} runs"] + ["_"] * (len(runs) - 1)  # matplotlib leaves out "_"
-    labels = [run.name.replace("$", r"\$") for run in runs] if labels is None else list(labels)
+    if labels is None:
+        labels = [name.replace("$", r"\$") for name in labels_of(runs)]
+    labels = list(labels)
     if len(labels) != len(runs):
         raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")
     return runs, labels
-
-
-def few_ticks(axis):
-    """Label 1, 2 and 5 of each decade of a logarithmic `axis` (axes.xaxis ...), as plain numbers.
-
-    For an axis of a decade or two, where matplotlib labels the decades alone, or all at once; on
-    one of less than a decade all of 1 to 9, on one of more than three the decades, as powers.
-    """
-
-    def label(value, _):
-        low, high = sorted(axis.get_view_interval())
-        first = value / 10 ** np.floor(np.log10(value) + 1e-9)
-        if high > 1e3 * low:
-            return f"$10^{{{np.log10(value):.0f}}}$" if abs(first - 1) < 1e-6 else ""
-        shown = np.array([1, 2, 5]) if high > 7.0 * low else np.arange(1, 10)
-        return f"{value:g}" if np.min(np.abs(first - shown)) < 1e-6 else ""
-
-    axis.set_major_formatter(label)
-    axis.set_minor_formatter(label)
-
-
-def logarithmic(axes, which="xy"):
-    """Make the x axis, the y axis or both of some Axes logarithmic, labelled by `few_ticks`."""
-    axes.set(**{f"{name}scale": "log" for name in which})
-    for name in which:
-        few_ticks(getattr(axes, f"{name}axis"))
 
 
 def bands(x, mean, std, axes, *, label, number=0):

@@ -54,7 +54,8 @@ def _lead(data):
     for axis, texts in zip(tables.axes_of(data), values, strict=True):
         count = data.sizes[axis]
         here = f"at {count} values" if count > 1 else f"= {texts[0]}"
-        said.append(f"{tables.key_of(data, axis)} {here}")
+        (name,), key = tables.key_labels(data, [axis]), tables.key_of(data, axis)
+        said.append(f"{name} ({key}) {here}")
     return ", ".join([*said, *[f"{replicas} replicas"] * (replicas > 1)])
 
 
@@ -66,7 +67,7 @@ def _table(data):
         rows = [[tables.title_of(name), *tables.number_texts(data, name)] for name in names]
         return [["", "mean ± standard deviation"], *rows], ""
     keys, columns, remark = tables.head_and_columns(data)
-    heads = [*(name.replace("_", " ") for name, _ in keys), *(head for head, _ in columns)]
+    heads = [*(name for name, _ in keys), *(head for head, _ in columns)]
     rows = zip(*(texts for _, texts in [*keys, *columns]), strict=True)
     return [heads, *map(list, rows)], remark
 

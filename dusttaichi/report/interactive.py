@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection, PathCollection, PolyCollectio
 from matplotlib.colors import to_hex, to_rgba
 from matplotlib.container import ErrorbarContainer
 
+from dusttaichi.report.dark import darken
 from dusttaichi.report.layout import PER_POINT, css, html, in_data, layout_of, shown_name, stroke
 
 PIXELS = 1160.0  # width of a picture that fills the page
@@ -25,12 +26,15 @@ SYMBOLS = {"o": "circle", ".": "circle", "s": "square", "^": "triangle-up", "v":
 def interactive(figure, name, title):
     """A dict for the report: name, title, and `data` and `layout` of plotly.js, or an `image`.
 
-    figure: a matplotlib Figure.
+    Beside an `image` is `image_dark`, for a dark page. figure: a matplotlib Figure, whose colours
+    are then those of the latter.
     """
     axes = [a for a in figure.axes if a.has_data() and a.axison]
     if not axes or any(a.images for a in figure.axes):
-        wide = bool(figure.get_figwidth() > WIDEST)
-        return {"name": name, "title": title, "image": picture(figure), "wide": wide}
+        shown = {"name": name, "title": title, "wide": bool(figure.get_figwidth() > WIDEST)}
+        light = picture(figure)
+        darken(figure)
+        return shown | {"image": light, "image_dark": picture(figure)}
     layout, ends, height = layout_of(figure, axes)
     data = [
         trace | {"xaxis": f"x{end}", "yaxis": f"y{end}"}

@@ -10,6 +10,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
 from dusttaichi.plots.style import own_limits
 
 PER_POINT = 96.0 / 72.0 * 0.9
+LINES_PER_POINT = 1.5  # pixels of the page between texts, of which a figure has a point
 PER_INCH = 96.0  # pixels per inch of a figure, more for figures in columns
 
 
@@ -43,6 +44,8 @@ def layout_of(figure, axes):
         layout["annotations"] += _names(one, end)
     if any(a.get_title("left") or a.get_title() for a in axes):
         layout["margin"]["t"] = 34
+    above = [note.get("yshift", 0.0) for note in layout["annotations"]]
+    layout["margin"]["t"] = max(layout["margin"]["t"], 18 + round(max(above, default=-4)))
     layout["annotations"] += _around(figure)
     across = len({round(x, 2) for x in shares[:, 0]})
     tall = figure.get_figheight() * PER_INCH * (1.6 if across > 1 else 1.0)
@@ -108,9 +111,9 @@ def _names(axes, end):
             found.append(_note(axes.get_title(side), **here, **look, x=x))
     for text in axes.texts:
         if getattr(text, "xycoords", None) == ("data", "axes fraction"):
-            x, y = text.xy
-            look = {"xanchor": "left", "font": {"size": 11, "color": "#444"}}
-            found.append(_note(text.get_text(), **here | {"xref": f"x{end}"}, **look, x=float(x)))
+            look = {"xanchor": text.get_ha(), "font": {"size": 11, "color": "#444"}}
+            look |= {"x": float(text.xy[0]), "yshift": text.get_position()[1] * LINES_PER_POINT}
+            found.append(_note(text.get_text(), **here | {"xref": f"x{end}"}, **look))
     return found
 
 
@@ -189,7 +192,7 @@ def html(text):
 
 
 def _formula(text):
-    text = re.sub(r"\\(?:rm|mathrm|text|mathit|left|right|!)\s?", "", text)
+    text = re.sub(r"\\(?:math[a-z]+|rm|text|left|right|!)\s?", "", text)
     text = re.sub(r"\\[,; ]", " ", text)
     text = re.sub(r"\\([A-Za-z]+)", lambda m: GREEK.get(m[1], m[1]), text)
     for mark, tag in (("_", "sub"), ("\\^", "sup")):

@@ -7,6 +7,7 @@ from importlib import resources
 
 from dusttaichi import __version__, plots
 from dusttaichi.analysis import summary, table
+from dusttaichi.analysis.names import labels_of
 from dusttaichi.analysis.numbers import reason
 from dusttaichi.analysis.plain import plain
 from dusttaichi.report.interactive import interactive
@@ -30,8 +31,9 @@ def report_data(runs):
     if len(runs) == 1:
         data = blank(one.name, _lead(one))
     else:
-        data = blank(f"{len(runs)} runs", ", ".join(run.name for run in runs))
-    data["runs"] = [_run(run) for run in runs]
+        data = blank(f"{len(runs)} runs", ", ".join(labels_of(runs)))
+    names = labels_of(runs) if len(runs) > 1 else [one.name]
+    data["runs"] = [_run(run, name) for run, name in zip(runs, names, strict=True)]
     if len(runs) > 1:
         data["figures"], failed = _shown(plots.drawn_together(runs))
         rest = [""] * (len(runs) - 1)
@@ -54,10 +56,10 @@ def _lead(run):
     return f"{what} {kind.get(run.boundary, '')}".strip()
 
 
-def _run(run):
+def _run(run, name):
     figures, failed = _shown(plots.drawn(run))
     return {
-        "name": run.name,
+        "name": name,
         "status": run.status,
         "table": [list(row) for row in [*table(summary(run)), *failed]],
         "figures": figures,
@@ -89,7 +91,7 @@ def _side_by_side(runs):
     tables = [dict((what, value) for what, value, _ in table(summary(run))) for run in runs]
     names = list(dict.fromkeys(name for rows in tables for name in rows))
     rows = [[name, *(rows.get(name, "") for rows in tables)] for name in names]
-    return [["", *(run.name for run in runs)], *rows]
+    return [["", *labels_of(runs)], *rows]
 
 
 # -- HTML ----------------------------------------------------------------------------------------

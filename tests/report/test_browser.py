@@ -85,7 +85,7 @@ def turn_through_a_sweep(view, path):
     view.goto(path.as_uri())
     view.wait_for_function(READY)
     view.wait_for_function("document.querySelectorAll('.js-plotly-plot .main-svg').length >= 2")
-    view.get_by_label("run", exact=True).select_option(label="wall_speed = 2 m/s")
+    view.get_by_label("run", exact=True).select_option(label="wall speed = 2 m/s")
     view.wait_for_function("window.dust.viewers[0]?.data.frames === 3")
     assert np.mean(shot(view).min(axis=-1) < 250) > 0.02
     assert view.locator("canvas").count() == 1

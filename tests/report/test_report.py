@@ -252,10 +252,13 @@ def test_pictures_stay_pictures():
 
 
 def test_a_sweep_has_its_curves_its_numbers_and_its_runs(sweep, tmp_path):
-    assert sweep["lead"] == "boundary.wall_speed at 3 values" and "silicate_s12" in sweep["scene"]
+    assert (
+        sweep["lead"] == "wall speed (boundary.wall_speed) at 3 values"
+        and "silicate_s12" in sweep["scene"]
+    )
     figures = {figure["name"]: figure for figure in sweep["figures"]}
     assert set(figures) >= {"sweep", "points"} and figures["points"]["wide"]
-    assert sweep["members"][3] == ["wall_speed = 3 m/s", "a guard stopped it"]
+    assert sweep["members"][3] == ["wall speed = 3 m/s", "a guard stopped it"]
     assert [row[0] for row in sweep["table"]] == ["wall speed", "1 m/s", "2 m/s", "3 m/s"]
     assert [view["particles"]["frames"] for view in sweep["views"]] == [2, 3]
     assert not is_ensemble(tmp_path)

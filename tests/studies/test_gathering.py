@@ -116,7 +116,7 @@ def test_grid_of_a_sweep_has_its_dimensions():
         "interaction.damping": 3,
         "filling_factor": 21,
     }
-    assert tables.point_labels(data)[4] == "wall_speed = 5 cm/s, damping = b"
+    assert tables.point_labels(data)[4] == "wall speed = 5 cm/s, damping = b"
     assert (
         "final_height" not in tables.table_numbers(data)
         and len(tables.number_texts(data, "final_height")) == 6
@@ -131,10 +131,10 @@ def test_a_mean_says_how_many_runs_it_is_of_and_why_others_have_none():
     data = analysis.gather(runs, axes, {"fit_problem": why}, {"title": "t"})
     texts = tables.number_texts(data, "final_height")
     assert texts[0].endswith("(2 of 3)") and "of" not in texts[1]
-    assert tables.point_labels(data) == ["wall_speed = 1 cm/s", "wall_speed = 5 cm/s"]
+    assert tables.point_labels(data) == ["wall speed = 1 cm/s", "wall speed = 5 cm/s"]
     assert tables.missing(data) == [
-        ("fit", "wall_speed = 1 cm/s", "1 of 3 runs", "too rough"),
-        ("fit", "wall_speed = 5 cm/s", "2 of 3 runs", "too short"),
+        ("fit", "wall speed = 1 cm/s", "1 of 3 runs", "too rough"),
+        ("fit", "wall speed = 5 cm/s", "2 of 3 runs", "too short"),
     ]
     why = [f"{n} points of 1e-3 m in x_1 are too few" for n in (2, 0, 10, 3, 4, 5)]
     data = analysis.gather(runs, axes, {"fit_problem": why}, {"title": "t"})
@@ -222,7 +222,7 @@ def test_what_is_the_same_at_every_point_is_told_once():
     keys, shown, remark = tables.head_and_columns(data)
     assert keys == [("seed", ("1", "4"))]
     assert shown == [("final filling factor", ["0.2", "0.3"])]
-    assert remark.startswith("the same everywhere: wall_speed 0.01")
+    assert remark.startswith("the same everywhere: wall speed 0.01")
     assert "replicas" not in remark  # seeds are samples
     speeds = data.rename({"sample.seed": "sample.speed"})
     assert tables.head_and_columns(speeds)[2].endswith("samples is unknown (replicas: 3)")

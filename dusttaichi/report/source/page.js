@@ -24,8 +24,11 @@ const fitting = new ResizeObserver((seen) => requestAnimationFrame(() => {
 }));
 onTheme(() => shown.forEach((_, place) => (place.isConnected ? draw(place, null, true) : shown.delete(place))));
 
+const LONG = 24; // letters from which the text of a cell is broken into lines
+
 function table(rows, heads) {
-  const body = rows.map((row) => make("tr", {}, ...row.map((c, k) => make(k ? "td" : "th", {}, c))));
+  const cell = (text, k) => make(k ? "td" : "th", text.length > LONG ? { class: "long" } : {}, text);
+  const body = rows.map((row) => make("tr", {}, ...row.map(cell)));
   const head = heads ? [make("tr", {}, ...heads.map((h) => make("th", {}, h)))] : [];
   return make("table", { class: "numbers" }, make("thead", {}, ...head), make("tbody", {}, ...body));
 }
@@ -36,7 +39,7 @@ function numbersOf(run) {
   return table(run.table.map((row) => row.slice(0, heads.length)), heads);
 }
 
-// of many columns, in lines that are not broken
+// of many columns, in which long texts alone are broken
 function wide(made) {
   made.classList.add("wide");
   return made;
@@ -52,7 +55,7 @@ function figures(list) {
   const grid = make("div", { class: "figures" });
   const entries = list.map((figure) => {
     const place = make("div", { class: figure.image ? "picture" : "figure", id: `figure-${figure.name}` });
-    if (figure.image) place.append(make("img", { src: figure.image, alt: figure.title }));
+    if (figure.image) place.append(picture(figure));
     const entry = { figure, place, element: make("figure", {}, make("figcaption", {}, figure.title), place) };
     return { ...entry, wide: Boolean(figure.wide || figure.image) };
   });
@@ -69,6 +72,15 @@ function figures(list) {
   };
   new ResizeObserver(() => requestAnimationFrame(arrange)).observe(grid);
   return grid;
+}
+
+// A picture of pixels for white paper and one for a dark page.
+function picture(figure) {
+  const image = make("img", { alt: figure.title });
+  const show = () => (image.src = isDark() ? figure.image_dark : figure.image);
+  show();
+  const end = onTheme(() => (image.isConnected ? show() : end()));
+  return image;
 }
 
 const TWO_COLUMNS = 860, GAP = 16; // pixels: from which on there are two, and between them

@@ -21,10 +21,11 @@ const SPHERE_VERTEX = `
     gl_Position = projectionMatrix * vec4(middle.xy + spot * radius, middle.z, 1.0);
   }`;
 
+// a rim that is lighter sets the darkest spheres off from a dark page;
 // where the plane cuts a sphere open, the ray goes on to the plane: the cut has the colour of the
 // sphere, without light and shade, and a darker rim that tells one cut sphere from the next
 const SPHERE_FRAGMENT = `
-  uniform mat4 projectionMatrix; uniform vec4 plane; uniform bool cut;
+  uniform mat4 projectionMatrix; uniform vec4 plane; uniform bool cut; uniform float rim;
   in vec2 spot; in vec3 middle; in float size; in vec3 shade;
   out vec4 colour;
   ${LIGHT}
@@ -33,12 +34,13 @@ const SPHERE_FRAGMENT = `
     if (q > 1.0) discard;
     vec3 normal = vec3(spot, sqrt(1.0 - q));
     vec3 p = middle + size * normal;
-    vec3 shown = lit(shade, normal);
+    vec3 shown = lit(shade, normal) + rim * smoothstep(0.78, 1.0, q);
     if (cut && dot(plane.xyz, p) > plane.w) {
       float way = (dot(plane.xyz, p) - plane.w) / plane.z;
       if (plane.z < 1e-6 || way > 2.0 * size * normal.z) discard;
       p.z -= way;
-      shown = shade * (1.0 - 0.4 * smoothstep(0.86, 0.98, distance(p, middle) / size));
+      float edge = smoothstep(0.86, 0.98, distance(p, middle) / size);
+      shown = shade * (1.0 - 0.4 * edge) + 2.0 * rim * edge;
     }
     colour = vec4(shown, 1.0);
     gl_FragDepth = 0.5 * (projectionMatrix[2][2] * p.z + projectionMatrix[3][2]) + 0.5;
@@ -79,7 +81,7 @@ class Instances extends Mesh {
       const values = new InstancedBufferAttribute(array, colour ? 4 : width, colour);
       geometry.setAttribute(name, values.setUsage(DynamicDrawUsage));
     }
-    const uniforms = { plane: { value: new Vector4() }, cut: { value: false } };
+    const uniforms = { plane: { value: new Vector4() }, cut: { value: false }, rim: { value: 0 } };
     super(
       geometry,
       new ShaderMaterial({

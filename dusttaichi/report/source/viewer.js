@@ -23,6 +23,7 @@ const EDGES = [0, 1, 2].flatMap((axis) =>
 );
 const EDGE = 36; // pixels above and below the particles, for what is written over them
 const PAPER = { light: 0xffffff, dark: 0x171b21 }, LINES = { light: 0x777777, dark: 0x9aa3b1 };
+const RIM = { light: 0, dark: 0.2 }; // light added at the edge of a sphere
 
 export class Viewer {
   // host: an element; data: see dusttaichi/report/particles.py
@@ -62,6 +63,7 @@ export class Viewer {
     const name = isDark() ? "dark" : "light";
     this.renderer.setClearColor(new Color(PAPER[name]));
     this.room.material.color = new Color(LINES[name]);
+    for (const shapes of [this.spheres, this.sphere]) shapes.uniforms.rim.value = RIM[name];
     this.draw();
   }
 

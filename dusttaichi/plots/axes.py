@@ -1,0 +1,154 @@
+"""Axes of figures: ticks of logarithmic axes, labels that fit, names of stages."""
+
+import re
+
+import numpy as np
+from matplotlib.ticker import (
+    Locator,
+    LogFormatterSciNotation,
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+)
+
+GREY = "#8C8C8C"
+DECADES = 8  # largest number of labelled powers of ten
+LEVELS = 3  # lines of names of stages above each other
+GAP = 3.0  # between the start of a stage and its name [points]
+
+
+class FewTicks(Locator):
+    """Ticks of a logarithmic axis, as many as labels fit.
+
+    Powers of ten over more than three decades; 1, 2 and 5 of each over less; 1 to 9 over less than
+    one; where fewer than three of these are in view, round numbers at equal distances.
+    """
+
+    def __call__(self):
+        return self.tick_values(*self.axis.get_view_interval())
+
+    def tick_values(self, vmin, vmax):
+        """Ticks between these limits, and the next ones beyond."""
+        low, high = sorted((vmin, vmax))
+        low = low if low > 0.0 else self.axis.get_minpos()
+        if not (np.isfinite([low, high]).all() and high > low):
+            return np.array([])
+        decades = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
+        if high > 1e3 * low:
+            return 10.0 ** decades[decades % -(-len(decades) // DECADES) == 0]
+        first = np.array([1, 2, 5]) if high > 7.0 * low else np.arange(1, 10)
+        ticks = np.outer(10.0**decades, first).ravel()
+        if np.sum((ticks >= low) & (ticks <= high)) >= 3:
+            return ticks
+        ticks = MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+        return ticks[ticks > 0.0]
+
+
+def few_ticks(axis):
+    """Label a logarithmic `axis` (axes.xaxis ...) by FewTicks: plain numbers, or powers of ten."""
+
+    def label(value, _):
+        low, high = sorted(axis.get_view_interval())
+        if high > 1e3 * low:
+            return f"$10^{{{np.log10(value):.0f}}}$"
+        return f"{value:g}"
+
+    axis.set_major_locator(FewTicks())
+    axis.set_major_formatter(label)
+    axis.set_minor_locator(LogLocator(subs=np.arange(2, 10)))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def logarithmic(axes, which="xy"):
+    """Make the x axis, the y axis or both of some Axes logarithmic, labelled by `few_ticks`."""
+    axes.set(**{f"{name}scale": "log" for name in which})
+    for name in which:
+        few_ticks(getattr(axes, f"{name}axis"))
+
+
+def finish(figure):
+    """Label all logarithmic axes of a Figure by `few_ticks`, and break labels that are too long."""
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if isinstance(axis.get_major_formatter(), LogFormatterSciNotation) and (
+                axis.get_scale() == "log"
+            ):
+                few_ticks(axis)
+    _break_labels(figure)
+
+
+def _break_labels(figure):
+    """Break labels beside the axes that are longer than these, or than the figure."""
+    renderer, (_, height) = figure.canvas.get_renderer(), figure.get_size_inches() * figure.dpi
+    rows = max((len(figure.axes) and axes.get_gridspec().nrows for axes in figure.axes
+                if axes.get_subplotspec() is not None), default=1)  # fmt: skip
+    labels = [(axes.yaxis.label, axes) for axes in figure.axes]
+    long = [(label, axes) for label, axes in labels
+            if label.get_window_extent(renderer).height > 0.7 * height / rows]  # fmt: skip
+    if long and figure.get_layout_engine() is not None:
+        figure.get_layout_engine().execute(figure)
+    for label, axes in long:
+        room = axes.get_window_extent(renderer).height
+        label.set_text(broken(label.get_text(), label.get_window_extent(renderer).height / room))
+    common = getattr(figure, "_supylabel", None)
+    if common is not None:
+        share = common.get_window_extent(renderer).height / (0.95 * height)
+        common.set_text(broken(common.get_text(), share))
+
+
+def broken(text, share):
+    """The text in as many lines as its length over the room, `share`, needs; not in formulas."""
+    if share <= 1.0 or "\n" in text:
+        return text
+    count = int(np.ceil(share))
+    words = re.findall(r"(?:\$[^$]*\$|[^\s$])+", text)
+    lines, most = [""], _letters(text) / count
+    for word in words:
+        full = lines[-1] and _letters(lines[-1]) + _letters(word) / 2 > most and len(lines) < count
+        lines[-1:] = [lines[-1], word] if full else [f"{lines[-1]} {word}".strip()]
+    return "\n".join(lines)
+
+
+def _letters(text):
+    """Letters of a text, with formulas as they are shown."""
+    return len(re.sub(r"\\[A-Za-z]+", "x", re.sub(r"[${}^_]", "", text)))
+
+
+def name_stages(axes, run, per_time):
+    """Mark the starts of the stages of a Run, and label them above the axes, on up to three lines.
+
+    per_time: factor from s to the unit of the time axis. The longest stages come first; a name that
+    fits on no line is left out.
+    """
+    if len(run.stages) < 2:
+        return
+    starts = [float(part.start.time) * per_time for part in run.parts]
+    for start in starts[1:]:
+        axes.axvline(start, color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))
+    lasts = np.diff([*starts, float(run.series.time[-1]) * per_time])
+    axes.figure.get_layout_engine().execute(axes.figure)
+    taken = []
+    for n in np.argsort(-lasts, kind="stable"):
+        name = run.stages[int(run.parts[n].series.stage[-1])]
+        for level in range(LEVELS):
+            if _name_stage(axes, name, starts[n], level, taken):
+                break
+
+
+def _name_stage(axes, name, start, level, taken):
+    """Write a name to one side of the start of its stage, if there is room; returns whether."""
+    renderer = axes.figure.canvas.get_renderer()
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        text = axes.annotate(
+            name, (start, 1.0), (sign * GAP, GAP), ha=side,
+            xycoords=("data", "axes fraction"), textcoords="offset points",
+            fontsize="small", color="#444444", annotation_clip=False,
+        )  # fmt: skip
+        text.set_position((sign * GAP, GAP + 1.25 * level * text.get_fontsize()))
+        box = text.get_window_extent(renderer).padded(2)
+        inside = axes.bbox.x0 - 1 <= box.x0 and box.x1 <= axes.bbox.x1 + 2 * box.height
+        if inside and not any(box.overlaps(other) for other in taken):
+            taken.append(box)
+            return True
+        text.remove()
+    return False

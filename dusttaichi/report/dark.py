@@ -1,0 +1,86 @@
+"""Pictures of figures for dark pages: greys turned round, data colours as they are.
+
+Lines and labels are lighter on dark, like those that plotly.js draws (source/figures.js); a map of
+numbers keeps its colours, on a ground from which the darkest of them differs.
+"""
+
+import numpy as np
+from matplotlib.collections import Collection
+from matplotlib.colors import to_rgba, to_rgba_array
+from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
+
+GROUND = "#565f6c"  # of axes with a map
+GREY = 0.08  # largest difference of the channels of a grey
+WHITE = 250  # least value of the paper in a picture of pixels
+
+
+def at_night(colour):
+    """A colour that was chosen for white paper, for a dark page, as RGBA.
+
+    Greys are turned round, other colours too dark to be seen become lighter.
+    """
+    *rgb, alpha = to_rgba(colour)
+    rgb = np.array(rgb)
+    if np.ptp(rgb) < GREY:
+        rgb = 0.9 - 0.85 * rgb
+    else:
+        luminance = rgb @ [0.2126, 0.7152, 0.0722]
+        rgb = rgb + np.clip(1.1 * (0.45 - luminance), 0.0, 0.5) * (1.0 - rgb)
+    return (*np.clip(rgb, 0.0, 1.0), alpha)
+
+
+def darken(figure):
+    """Change the colours of a Figure, which lies on a dark page and has no paper of its own."""
+    figure.patch.set_alpha(0.0)
+    grounds = {id(axes.patch) for axes in figure.axes} | {id(figure.patch)}
+    for artist in figure.findobj():
+        if id(artist) in grounds:
+            continue
+        if isinstance(artist, (Text, Line2D)):
+            artist.set_color(at_night(artist.get_color()))
+        if isinstance(artist, Line2D):
+            for name in ("markerfacecolor", "markeredgecolor"):
+                _turn(artist, name)
+        elif isinstance(artist, (Patch, Collection)):
+            _turn_areas(artist)
+        elif isinstance(artist, AxesImage) and artist.get_array() is not None:
+            _cut_out(artist)
+    for axes in figure.axes:
+        maps = [*axes.collections, *axes.images]
+        axes.patch.set(facecolor=GROUND, alpha=float(any(_is_map(one) for one in maps)))
+
+
+def _is_map(artist):
+    """True for numbers shown by colours."""
+    array = artist.get_array()
+    return array is not None and np.ndim(array) < 3
+
+
+def _turn(artist, name):
+    colour = getattr(artist, f"get_{name}")()
+    if not (isinstance(colour, str) and colour == "none"):
+        getattr(artist, f"set_{name}")(at_night(colour))
+
+
+def _turn_areas(artist):
+    """Faces and edges of patches and collections but those whose colours are numbers."""
+    faces = getattr(artist, "get_array", lambda: None)() is None
+    for name in (*["facecolor"] * faces, "edgecolor"):
+        colours = to_rgba_array(getattr(artist, f"get_{name}")())
+        if len(colours) and np.any(colours[:, 3]):  # else an `alpha` would make them visible
+            turned = [at_night(colour) for colour in colours]
+            getattr(artist, f"set_{name}")(turned if isinstance(artist, Collection) else turned[0])
+
+
+def _cut_out(image):
+    """Make the white paper of a picture of pixels transparent."""
+    pixels = np.asarray(image.get_array())
+    if pixels.ndim != 3:
+        return
+    if pixels.dtype.kind == "f":
+        pixels = np.round(255 * pixels).astype(np.uint8)
+    alpha = np.where((pixels[..., :3] >= WHITE).all(axis=-1), 0, 255)
+    image.set_data(np.dstack([pixels[..., :3], alpha]).astype(np.uint8))
