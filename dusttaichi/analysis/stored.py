@@ -153,7 +153,7 @@ def _how_to_open(folder, study):
     commands = []
     if study not in ("extremes.nc", "study.nc"):
         commands.append(f"`dust plot {folder}` draws it")
-    if study in ENSEMBLES:
+    if study in (*ENSEMBLES, *COLLISIONS):
         commands.append(f"`dust report {folder}` shows it")
     opens = {"trade.nc": "open_trade", "collisions.nc": "open_collisions"}
     opens |= dict.fromkeys(ENSEMBLES, "open_ensemble") | {"restitution.nc": "open_restitution_map"}

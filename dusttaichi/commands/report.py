@@ -36,6 +36,10 @@ def report(
             found = analysis.open_ensemble(runs[0])
             options.remark_missing([found[0].attrs])
             data = page.ensemble_data(*found)
+        elif len(runs) == 1 and analysis.is_collisions(runs[0]):
+            collisions = analysis.open_collisions(runs[0])[0]
+            options.remark_missing([collisions.attrs])
+            data = page.collisions_data(collisions)
         else:
             with options.opened(runs) as results:
                 data = page.report_data(results)

@@ -23,6 +23,7 @@ from dusttaichi.analysis.threshold_tables import (
 )
 from dusttaichi.analysis.thresholds import thresholds
 from dusttaichi.errors import DustError
+from dusttaichi.report import collisions_data
 
 
 def dataset(rows, by_area=1):
@@ -98,6 +99,19 @@ def test_thresholds_with_their_confidence():
     beyond = thresholds(growing([5.0, 8.0], [90.0, 95.0]))
     texts = dict(threshold_columns(beyond)[1])
     assert texts["v_fragment m/s"] == ["> 8"] == texts["v_stick m/s"]
+
+
+def test_a_study_has_a_report():
+    """Its figures and the means at each speed; the thresholds with their intervals."""
+    found = collisions_data(at_speeds([STICKS] * 2, [FAILS] * 2, [BREAKS] * 2))
+    assert "v_stick of a, 1:1: 30 (10 to 90; censored at 30) m/s" in found["remark"]
+    assert "docs/studies/outcomes.md" in found["remark"]
+    assert found["table"][0][0] == "speed m/s" and [row[0] for row in found["table"][1:]] == [
+        "10", "30", "90",
+    ]  # fmt: skip
+    names = [figure["name"] for figure in found["figures"]]
+    assert names == ["outcomes", "growth", "spectrum"] and "image" in found["figures"][0]
+    assert "v_stick" not in collisions_data(at_speeds([FAILS, MISSES]))["remark"]
 
 
 def test_a_folder_without_a_result_says_what_is_in_it(tmp_path):

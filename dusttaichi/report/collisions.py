@@ -1,0 +1,60 @@
+"""The report of a study of collisions: outcomes, threshold speeds, figures."""
+
+import numpy as np
+
+from dusttaichi import plots
+from dusttaichi.analysis.collisions import summary_columns
+from dusttaichi.analysis.outcome import PAGE
+from dusttaichi.analysis.threshold_tables import threshold_columns, without_thresholds
+from dusttaichi.analysis.thresholds import thresholds
+from dusttaichi.report.interactive import interactive, picture
+from dusttaichi.report.page import blank, provenance
+
+FIGURES = {
+    "outcomes": "Outcomes over speed and impact parameter",
+    "outcomes_mass_ratio": "Outcomes over speed and mass ratio",
+    "thresholds": "Threshold speeds against the filling factor",
+    "growth": "Growth efficiency",
+    "spectrum": "Fragments beside the two largest",
+    "phases": "Energy dissipated in compression and in stretching",
+}
+MAPS = {"outcomes", "outcomes_mass_ratio"}  # of rectangles, which are shown as a picture
+
+
+def collisions_data(data):
+    """Content of the report of a dataset of `analysis.open_collisions`, as a dict for JSON."""
+    keys, columns = threshold_columns(thresholds(data))
+    names = [
+        f"{body}, {ratio}:1" for body, ratio in zip(*(texts for _, texts in keys), strict=True)
+    ]
+    said = [
+        f"{name.removesuffix(' m/s')} of {of}: {text} m/s"
+        for name, texts in columns
+        for of, text in zip(names, texts, strict=True)
+    ]
+    said = [text for text in said if not text.endswith(": - m/s")]
+    lines = [*said, *without_thresholds(data), f"outcomes and thresholds are defined in {PAGE}"]
+    title = f"{data.attrs.get('title', 'collisions')}, collisions"
+    return blank(title, f"{data.outcome.size:,} collisions") | {
+        "table": _table(data),
+        "remark": "; ".join(lines),
+        "views": [],
+        "members": [],
+        "figures": [_figure(*pair) for pair in plots.collision_figures(data).items()],
+        "scene": str(np.atleast_1d(data.attrs.get("scene_resolved", ""))[0]).strip(),
+        "provenance": provenance(data.attrs),
+    }
+
+
+def _table(data):
+    """Rows of text: a header, and means over impact parameters and seeds at each speed."""
+    keys, columns = summary_columns(data)
+    both = [*keys, *columns]
+    rows = zip(*(texts for _, texts in both), strict=True)
+    return [[head for head, _ in both], *map(list, rows)]
+
+
+def _figure(name, figure):
+    if name in MAPS:
+        return {"name": name, "title": FIGURES[name], "image": picture(figure), "wide": False}
+    return interactive(figure, name, FIGURES[name])
