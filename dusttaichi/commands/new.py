@@ -35,10 +35,12 @@ def new(
         return _show(shipped.names())
     source = shipped.find(name)
     if source is None:
-        found = shipped.with_words(name)
-        if not found or output is not None or force:
-            raise DustError(f"There is no scene {name}: {_hint(name, found)}`dust new` lists all.")
-        return _show(found)
+        matches = shipped.with_words(name)
+        if not matches or output is not None or force:
+            raise DustError(
+                f"There is no scene {name}: {_hint(name, matches)}`dust new` lists all."
+            )
+        return _show(matches)
     path = Path(source.name) if output is None else output
     path = path / source.name if path.is_dir() else path
     texts = shipped.copies_of(source)
@@ -58,12 +60,12 @@ def new(
     say(f"      dust {shipped.study_of(source)} {path}")
 
 
-def _hint(text, found):
-    """A question about the scene or word that was meant; found: scenes that have the word."""
+def _hint(text, matches):
+    """A question about the scene or word that was meant; matches: scenes that have the word."""
     from dusttaichi.scene import shipped
 
-    meant = [*(found or shipped.resembling(text))[:NAMED]]
-    word = None if found else shipped.similar_word(text)
+    meant = [*(matches or shipped.resembling(text))[:NAMED]]
+    word = None if matches else shipped.similar_word(text)
     meant += [f"the word {word} (`dust new {word}`)"] if word else []
     return f"do you mean {' or '.join(meant)}? " if meant else ""
 

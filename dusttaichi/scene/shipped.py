@@ -61,14 +61,14 @@ def with_words(text: str) -> list[str]:
     """
     words = text.casefold().split()
     scenes = {name: (folder() / f"{name}.yaml").read_text(encoding="utf-8") for name in names()}
-    for part in (_head, str):
-        found = [
+    for text_of in (_head, str):
+        matches = [
             name
             for name, yaml_text in scenes.items()
-            if all(word in f"{name}\n{part(yaml_text)}".casefold() for word in words)
+            if all(word in f"{name}\n{text_of(yaml_text)}".casefold() for word in words)
         ]
-        if found:
-            return found
+        if matches:
+            return matches
     return []
 
 

@@ -110,22 +110,22 @@ def unknown_key(root: type[BaseModel], loc: Path, data: Any) -> str:
     for block in blocks:
         if key in block.refused:
             return block.refused[key]
-    known = [name for block in blocks for name in (*block.extra_keys, *block.fields_in_order())]
-    advice = _advice(root, loc, data, known)
-    return f"unknown key; {advice}allowed: {', '.join(dict.fromkeys(known))}"
+    allowed = [name for block in blocks for name in (*block.extra_keys, *block.fields_in_order())]
+    advice = _advice(root, loc, data, allowed)
+    return f"unknown key; {advice}allowed: {', '.join(dict.fromkeys(allowed))}"
 
 
-def _advice(root: type[BaseModel], loc: Path, data: Any, known: list[str]) -> str:
+def _advice(root: type[BaseModel], loc: Path, data: Any, allowed: list[str]) -> str:
     """The key that was meant, or the kinds, methods or blocks that have this one."""
     key = str(loc[-1])
     counterpart, size = RATIO.get(key, ("", ""))
-    if counterpart in known:
+    if counterpart in allowed:
         return f'did you mean "{counterpart}", {size}? '
     if kinds := _kinds_with(root, loc, data):
         return f"it belongs to kind: {' or '.join(kinds)}; "
     if len(loc) > 1 and key in root.model_fields:
         return "it belongs at the top level of the file; "
-    if close := similar(key, known, ALIKE):
+    if close := similar(key, allowed, ALIKE):
         return f'did you mean "{close}"? '
     path = path_in(loc, data)
     others = _other_scenes(root)
@@ -143,7 +143,7 @@ def _advice(root: type[BaseModel], loc: Path, data: Any, known: list[str]) -> st
     ]
     if owners:
         return f"it belongs to method: {' or '.join(owners)}; "
-    close = similar(key, known)
+    close = similar(key, allowed)
     return f'did you mean "{close}"? ' if close else ""
 
 

@@ -304,6 +304,8 @@ def test_restitution_on_a_moving_wall(tmp_path, wall, axis, sign):
         assert result.before == pytest.approx(1.2) and result.after == pytest.approx(0.6)
         assert result.coefficient == pytest.approx(0.5) and not result.sticks
         assert analysis.wall_restitution(run, wall).sticks
+        with pytest.raises(DustError, match=f"have not touched the wall {wall}"):
+            analysis.wall_restitution(run, wall, last=5)
         with pytest.raises(DustError, match='no wall "top"'):
             analysis.wall_restitution(run, "top")
 

@@ -8,6 +8,7 @@ from scenes import BASE, LINE, OPEN, POSITIONS, edited, scene
 from dusttaichi.errors import DustError
 from dusttaichi.samples import make as make_sample
 from dusttaichi.scene import NAMED, from_yaml, load
+from dusttaichi.scene.keys import rows
 
 # What is refused: the block's line in BASE, and the parts that the message must have.
 
@@ -351,6 +352,23 @@ def test_words_of_the_other_method_and_plain_numbers(key, text, part):
     with pytest.raises(DustError) as error:
         from_yaml("\n".join(f"{name}: {value}" for name, value in lines.items()))
     assert part in str(error.value)
+
+
+def test_the_table_of_keys_names_the_law_of_sizes():
+    keys = {row.path: row for row in rows()}
+    laws = {
+        "exponent": ("power",),
+        "median": ("lognormal",),
+        "sigma": ("lognormal",),
+        "smallest": ("power", "lognormal"),
+        "radii": ("list",),
+    }
+    assert {name: keys[f"sample.sizes.{name}"].kinds for name in laws} == laws
+    example = keys["sample.sizes"].example
+    assert example.startswith("{kind: lognormal, median: 0.6 um, ")
+    sample = f"{{kind: rbd, grains: 9, sizes: {example}}}"
+    assert scene(sample=sample, **OPEN).sample.sizes.sigma == 0.5
+    assert "rbd" in keys["sample.sizes.kind"].kinds
 
 
 def test_a_kind_of_grains_is_sent_to_those_of_the_continuum():
