@@ -9,6 +9,10 @@ EXIT_CODES = (
 )
 
 CUDA_ERROR = r"CUDA_ERROR_\w+(: [^\n]*?)?(?= while calling|$)"  # in the messages of Taichi
+NO_MEMORY = (
+    "there is not enough memory: use fewer grains or snapshots, or raise the limit of memory "
+    "(ulimit -v, or the memory requested of a queue)"
+)
 NO_GPU = "Try fewer grains, no other program on the GPU, or numerics.backend: cpu."
 
 
@@ -25,7 +29,7 @@ try:
     import sys
     from typing import Annotated
 
-    from dusttaichi.commands.bytecode import keep_bytecode
+    from dusttaichi.commands.bytecode import keep_bytecode, mend_bytecode
 
     keep_bytecode()  # before what takes time to compile
 
@@ -63,11 +67,15 @@ try:
         app.command()(with_user_paths(command))
 except (KeyboardInterrupt, ImportError) as error:  # Ctrl-C meanwhile would print a traceback
     if not by_an_interrupt(error):
+        mend_bytecode(error)
         raise
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     raise SystemExit(130) from None
+except (EOFError, ValueError, TypeError) as error:
+    mend_bytecode(error)
+    raise
 
 
 def _version(value: bool):
@@ -112,7 +120,10 @@ def _run(commands):
         _end(Interrupted("interrupted"))
     except OSError as error:  # of the system, where nothing closer to it knows what was done
         _end(DustError(f"the system refuses: {error}"))
+    except MemoryError:
+        _end(DustError(NO_MEMORY))
     except Exception as error:
+        mend_bytecode(error)
         if by_an_interrupt(error):
             _end(Interrupted("interrupted"))
         if isinstance(error, RuntimeError) and (found := re.search(CUDA_ERROR, str(error))):

@@ -20,6 +20,16 @@ def read(path: Path, given: Source) -> dict:
     say how it is read. For text files see samples.formats, for NetCDF samples.netcdf. Raises
     DustError for a file that cannot be used.
     """
+    try:
+        return _read(path, given)
+    except MemoryError:
+        raise DustError(
+            f"{given.where}: it does not fit into the memory that this process may use. Use a "
+            "smaller file, or raise the limit of memory (ulimit -v, or that of a queue)."
+        ) from None
+
+
+def _read(path: Path, given: Source) -> dict:
     where = given.where
     if path.is_dir():
         path = path / "result.nc"
