@@ -54,7 +54,9 @@ def new(
         for one, text in copies.items():
             one.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise DustError(f"{path} cannot be written: {error.strerror or error}.") from None
+        from dusttaichi.results.files import explain
+
+        raise DustError(f"{path} cannot be written: {explain(error, path)}.") from None
     say_written(copies)
     say(f"next: dust check {path}")
     say(f"      dust {shipped.study_of(source)} {path}")

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from dusttaichi.analysis.frame import frame_count
 from dusttaichi.errors import DustError
+from dusttaichi.results.files import explain
 
 __all__ = ["export"]
 
@@ -43,7 +44,8 @@ def export(run, to, output=None, snapshot="all"):
         folder.mkdir(parents=True, exist_ok=True)
         return write(run, frames, folder)
     except OSError as error:
-        raise DustError(f"Cannot write to {folder}: {error}.") from error
+        why = explain(error, folder / to)
+        raise DustError(f"Cannot write to {folder}: {why}.") from error
 
 
 def _writer(run, to):

@@ -351,3 +351,17 @@ def test_why_a_place_cannot_be_written(tmp_path, code, said):
     missing = tmp_path / "none" / "result.nc"
     path = tmp_path / "result.nc" if code == errno.ENOSPC else missing
     assert re.search(said, files.explain(OSError(code, "words of the system"), path))
+
+
+@pytest.mark.parametrize("named", ["file", "link", "device"])
+def test_a_folder_that_is_something_else_is_named(tmp_path, named):
+    path = tmp_path / named
+    if named == "file":
+        path.touch()
+    elif named == "link":
+        path.symlink_to("nowhere")
+    path = files.Path(os.devnull) if named == "device" else path
+    said = {"file": "is a file, not a folder", "link": "is a link to nowhere, which does not exist"}
+    for folder in (path, path / "below"):
+        with pytest.raises(DustError, match=said.get(named, "is a device or a pipe, not a folder")):
+            RunLock(folder)
