@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 from dusttaichi.compute.cache import cache_folder
 
-VARIABLE = "DUST_BYTECODE"  # "off": no bytecode is kept
+VARIABLE = "DUST_BYTECODE"  # "off": no bytecode is stored
 _AGAIN = "DUST_STARTED_AGAIN"
 SAMPLE = "typer"  # a package that every command imports
 
@@ -33,7 +33,7 @@ def keep_bytecode():
 
 
 def mend_bytecode(error):
-    """After an error of Python as it read bytecode that is kept here, start the command again.
+    """After an error of Python as it read bytecode from this folder, start the command again.
 
     The folder is removed first, and written again. Other errors, and a second one, return.
     """
