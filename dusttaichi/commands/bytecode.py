@@ -6,6 +6,7 @@ import sys
 from importlib.util import find_spec
 
 from dusttaichi.compute.cache import cache_folder
+from dusttaichi.compute.processes import start_again
 
 VARIABLE = "DUST_BYTECODE"  # "off": no bytecode is stored
 _AGAIN = "DUST_STARTED_AGAIN"
@@ -48,4 +49,4 @@ def mend_bytecode(error):
             return
     shutil.rmtree(folder, ignore_errors=True)
     os.environ[_AGAIN] = "1"
-    os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
+    start_again()

@@ -1,6 +1,7 @@
 """Processes of Python that this program starts; they import nothing from the current directory."""
 
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -35,6 +36,11 @@ def python_command(module, *arguments, also=()):
     names = dict.fromkeys(name.partition(".")[0] for name in ("dusttaichi", module, *also))
     packages = {name: file for name in names if (file := _file_of_package(name)) is not None}
     return [sys.executable, "-c", _START, json.dumps(packages), module, *map(str, arguments)]
+
+
+def start_again():
+    """Replace this process by one with the same command line."""
+    os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
 
 
 def _file_of_package(name):
