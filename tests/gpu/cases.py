@@ -82,6 +82,9 @@ STEPS = 60  # of grains
 # That is rounding (1e-16), which collisions make larger.
 DOUBLE = 1e-9
 SINGLE = 2.0**-24  # rounding of a number in single precision
+# A device divides in single precision with an error of at most two units in the last place
+# (div.approx.f32 of the PTX ISA), a CPU with one of at most half a unit.
+COARSER = 4.0
 OVERLAP = "state contact overlap"
 ENERGIES = [f"measured {name}" for name in ("kinetic", "potential", "energy", "losses", "work")]
 
@@ -127,8 +130,10 @@ def expected(name):
     """(Numbers of a case in double precision on the CPU, the largest deviation from them that is
     allowed, each by name; searches of the case itself on the CPU).
 
-    In lower precision a device may be twice as far from double precision as the CPU is: both are
-    off by their rounding, of the same size and of any sign. If the CPU is closer by chance, a
+    In lower precision a device may be COARSER times as far from double precision as the CPU is: so
+    much larger are the errors of its divisions. (In `unequal_mixed` the forces and torques of the
+    emulated device are 0.9 to 2.3 times as far as those of the CPU, depending on the direction of
+    these errors; on an H200 the forces are 2.2 times as far.) If the CPU is closer by chance, a
     rounding in each step is allowed, all of one sign. Energies change into each other and cancel in
     sums: the largest deviation of any of them counts for all. An overlap is the difference of two
     positions, whose deviations add up.
@@ -143,7 +148,7 @@ def expected(name):
     if OVERLAP in deviation:
         deviation[OVERLAP] = max(deviation[OVERLAP], 2.0 * deviation["state x"])
     least = STEPS * SINGLE
-    allowed = {key: 2.0 * max(deviation[key], least * _largest(a)) for key, a in exact.items()}
+    allowed = {key: COARSER * max(deviation[key], least * _largest(a)) for key, a in exact.items()}
     return exact, allowed, searches
 
 

@@ -71,6 +71,45 @@ def test_threads_do_not_race(name, device):
     assert not wrong
 
 
+ERRORS = r"""
+#include "threads.h"
+
+#define LARGEST(name, call, exact, error) { \
+    double largest = 0; \
+    for (float a = 0.1f; a < 30.0f; a *= 1.0001f) { \
+      double d = exact, off = fabs((call) - d) / (error); \
+      largest = off > largest ? off : largest; \
+    } \
+    printf("%s %.3f\n", name, largest); \
+  }
+
+int main(void) {
+  LARGEST("rcp", rcp_approx_f32(a), 1.0 / a, ulp(d))
+  LARGEST("div", div_approx_f32(0.7f, a), (double)0.7f / a, 2 * ulp(d))
+  LARGEST("rsqrt", rsqrt_approx_f32(a), 1.0 / sqrt(a), d * exp2(-22.9))
+  LARGEST("sqrt", sqrt_approx_f32(a), sqrt(a), d * exp2(-23))
+  LARGEST("sin", sin_approx_f32(a), sin(a), exp2(a <= 2 * M_PI ? -20.5 : -14.7))
+  float zero = rcp_approx_f32(INFINITY), infinite = rsqrt_approx_f32(0);
+  printf("exact %g %g %g\n", zero, infinite, div_approx_f32(2, 0x1.8p126f));
+  return 0;
+}
+"""
+
+
+@pytest.mark.parametrize("direction", ["1", "up", "down"])
+def test_approximate_functions_are_off_by_what_ptx_allows(direction, tmp_path, monkeypatch):
+    """No more, but almost as much; infinite and zero results are right."""
+    source, program = tmp_path / "errors.c", tmp_path / "errors"
+    source.write_text(ERRORS)
+    include = ["-I", emulated.HERE / "emulator"]
+    subprocess.run(["gcc", "-w", *include, "-o", program, source, "-lm"], check=True)
+    monkeypatch.setenv("EMULATOR_APPROXIMATE", direction)
+    out = subprocess.run([program], capture_output=True, text=True, check=True).stdout.splitlines()
+    assert out.pop() == "exact 0 inf 0"
+    largest = {name: float(error) for name, error in map(str.split, out)}
+    assert len(largest) == 5 and all(0.9 < error <= 1.0 for error in largest.values()), largest
+
+
 RACING = """
 from dusttaichi.compute.engine import ti
 

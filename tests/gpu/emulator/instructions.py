@@ -24,6 +24,7 @@ ROUNDING = {"rni": "rint", "rzi": "trunc", "rmi": "floor", "rpi": "ceil"}
 LOGIC = {"and": "&", "or": "|", "xor": "^"}
 SIGNS = LOGIC | {"add.f": "+", "sub.f": "-", "mul.f": "*", "div": "/", "rem": "%"}
 SIGNS |= {f"setp.{name}": sign for name, sign in COMPARE.items()}
+APPROXIMATE = ("rcp", "rsqrt", "sqrt", "ex2", "lg2", "sin", "cos")
 # C of what an instruction makes of its operands after the first, read as its type if none is named;
 # "add.f" is of floats. {kind}: the type, {bits}: of it, {u}: the unsigned integer of its width,
 # {c2}: the integer of twice its width, {f}: f of single precision.
@@ -53,12 +54,10 @@ FORMS = {
     "neg": "-({0})",
     "not": "~{0}",
     "not.pred": "!{0}",
-    "rcp": "rcp_{exact}_{kind}({0})",
-    "rsqrt": "rsqrt_{kind}({0})",
-    "ex2": "exp2f({0})",
-    "lg2": "log2f({0})",
-    "sin": "sinf({0})",
-    "cos": "cosf({0})",
+    "rcp": "1 / {0}",
+    **{f"{x}.approx": f"{x}_approx_{{kind}}({{0}})" for x in APPROXIMATE},
+    "div.approx": "div_approx_{kind}({0}, {1})",
+    "div.full": "div_full_{kind}({0}, {1})",
     "copysign": "__builtin_copysign({1}, {0})",
     "popc": "__builtin_popcountll({0})",
     "clz": "clz_{kind}({0})",
@@ -192,7 +191,6 @@ class Body:
         to = wide if "wide" in mods else RESULTS.get(name, kind)
         words = {"kind": kind, "bits": bits, "f": "f" if kind == "f32" else ""}
         words |= {"u": C_TYPES.get(f"u{bits}"), "c2": C_TYPES.get(wide)}
-        words["exact"] = "exact" if "rn" in mods else "approx"
         values = [Operand(x, kind, wide) for x in a[1:]]
         return self.assign(a[0], to, self._flushed(to, mods, form.format(*values, **words)))
 

@@ -54,11 +54,46 @@ static inline float ftz(float a) { return fabsf(a) < FLT_MIN ? copysignf(0.0f, a
 static inline double rcp_approx_f64(double a) {
   return as_f64(as_u64(1.0 / as_f64(as_u64(a) & HIGH_WORD)) & HIGH_WORD);
 }
-static inline double rcp_exact_f64(double a) { return 1.0 / a; }
-static inline float rcp_exact_f32(float a) { return 1.0f / a; }
-static inline float rcp_approx_f32(float a) { return ftz(1.0f / ftz(a)); }
-static inline double rsqrt_f64(double a) { return 1.0 / sqrt(a); }
-static inline float rsqrt_f32(float a) { return 1.0f / sqrtf(a); }
+/* Functions that a device approximates. A result is off by the largest error that the PTX ISA (9.1,
+   sections 9.7.3.8 to 9.7.3.21) allows, upwards or downwards by its bits and EMULATOR_APPROXIMATE, a
+   number, or always "up" or "down". A device is closer, but how close is not documented. */
+static float off_by(double exact, double error) {
+  static int side = 2;
+  static uint64_t seed;
+  if (side == 2) {
+    const char *name = getenv("EMULATOR_APPROXIMATE");
+    side = name && !strcmp(name, "up") ? 1 : name && !strcmp(name, "down") ? -1 : 0;
+    seed = name && !side ? atol(name) : 0;
+  }
+  float nearest = exact;
+  if (!isfinite(nearest) || exact == 0.0) return nearest;
+  int up = side ? side > 0 : ((as_u64(exact) ^ seed * 0xD1B54A32D192ED03ull) * 0x9E3779B97F4A7C15ull >> 40) & 1;
+  float out = exact + (up ? error : -error);
+  /* the last number within the error */
+  return fabs(out - exact) <= error ? out : nextafterf(out, nearest);
+}
+/* distance of the numbers of single precision at this one */
+static double ulp(double a) { int e; frexp(a, &e); return ldexp(1.0, (e > -125 ? e : -125) - 24); }
+static float ulps(double exact, double n) { return off_by(exact, n * ulp(exact)); }
+static float rcp_approx_f32(float a) { return ftz(ulps(1.0 / ftz(a), 1)); }
+static float div_approx_f32(float a, float b) {
+  int overflows = fabsf(b) > 0x1p126f && isfinite(b);
+  return overflows ? copysignf(1.0f, b) * a * 0.0f : ulps((double)a / b, 2);
+}
+static float div_full_f32(float a, float b) { return ulps((double)a / b, 2); }
+static float rsqrt_approx_f32(float a) { double d = 1.0 / sqrt(a); return off_by(d, d * exp2(-22.9)); }
+static double rsqrt_approx_f64(double a) { return 1.0 / sqrt(a); }
+static float sqrt_approx_f32(float a) { double d = sqrt(a); return off_by(d, d * 0x1p-23); }
+static float ex2_approx_f32(float a) { return ulps(exp2f(a), 2); }
+static float lg2_approx_f32(float a) {
+  double d = log2(a);
+  return off_by(d, (a > 0.5f && a < 2.0f ? 1.0 : fabs(d)) * 0x1p-22);
+}
+static float wave_off(double exact, float angle) {
+  return off_by(exact, fabsf(angle) <= 2 * M_PI ? exp2(-20.5) : exp2(-14.7));
+}
+static float sin_approx_f32(float a) { return a == 0.0f ? a : wave_off(sin(a), a); }
+static float cos_approx_f32(float a) { return wave_off(cos(a), a); }
 #define SATURATE(name, type, low, high) \
   static inline type sat_##name(double a) { \
     return a != a ? 0 : a <= (double)(low) ? (low) : a >= (double)(high) ? (high) : (type)a; \
