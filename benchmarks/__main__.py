@@ -75,6 +75,14 @@ def runs(*, quick: Quick = False):
     runs.main(quick=quick, log=remark).show()
 
 
+@app.command()
+def busy(*, quick: Quick = False):
+    """Time the steps beside programs that compute, which it starts itself."""
+    from benchmarks import busy
+
+    busy.main(quick=quick, log=remark).show()
+
+
 def _show(measure, output, force, **how):
     with writing(force=force):
         measure(out=output, log=remark, **how).show()

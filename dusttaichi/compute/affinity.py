@@ -51,5 +51,20 @@ class ThreadPool:
             with suppress(OSError):
                 os.sched_setaffinity(thread, own)
 
+    def waited(self):
+        """Time that the threads have waited for a core since their start [s], all together.
+
+        They could compute, but other threads had their cores. 0 where the system does not tell.
+        """
+        return sum(map(_waited, self.threads))
+
+
+def _waited(thread):
+    """Time that a thread has waited for a core since its start [s]."""
+    try:
+        return 1e-9 * int((TASKS / str(thread) / "schedstat").read_bytes().split()[1])
+    except (OSError, ValueError, IndexError):
+        return 0.0
+
 
 POOL = ThreadPool()

@@ -1,18 +1,30 @@
 """Number of workers of the steps: the fastest with the cores that are free at the moment."""
 
-from statistics import median
+from dataclasses import dataclass
+from statistics import fmean, harmonic_mean, median
 from time import perf_counter
 
 from dusttaichi.compute.affinity import POOL
 
 FIRST_PIECE, PIECE = 0.01, 0.03  # s of steps of the first piece of a trial, and of each other
-SEGMENT = 0.2  # s of steps between two measurements of the rate
+SEGMENT, CHECKS = 0.2, 4  # s of steps between two measurements of the rate; pieces of them
 PAIRS = 5  # most pieces of a trial with each of the two numbers: more than half of them decide
 # s between trials: the first interval, and the longest after a close and after a clear result
 EVERY, OFTEN, SELDOM = 5.0, 20.0, 80.0
 GAIN = 1.01  # factor by which another number must be faster
 FALLEN = 0.7  # share of the previous rate below which the machine must have other work
 HOPELESS = 0.5  # share of the rate below which the first piece ends a trial
+# share of the time in which one of several workers waits for a core, and all others for it: from
+# there on fewer are faster. Share for a single one that says that no core is free for another
+CROWDED, TAKEN = 0.3, 0.1
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Steps per second of a piece, and the share of its time in which workers waited for a core."""
+
+    rate: float
+    waiting: float = 0.0
 
 
 class WorkerChoice:
@@ -22,17 +34,20 @@ class WorkerChoice:
     The two alternate, because other work on the machine changes the rate of both; the median of the
     ratios decides. Workers that wait for one which the system does not run lose more than they
     gain, tenfold if they share a core. Steps are therefore made in pieces, and a short first piece
-    ends a hopeless trial. Results do not depend on the number. sim: with `advance(steps)` and
-    `threads`; fixed: never change the number.
+    ends a hopeless trial. Where the system tells how long its threads waited for cores, a number
+    whose workers do so is left at once, without a trial, which would take a time that other
+    programs make long and uncertain. Results do not depend on the number. sim: with
+    `advance(steps)` and `threads`; fixed: never change the number; clock, waited: time, and time
+    that the threads have waited for cores [s].
     """
 
-    def __init__(self, sim, fixed, clock=perf_counter):
-        self.sim, self.clock = sim, clock
+    def __init__(self, sim, fixed, clock=perf_counter, waited=POOL.waited):
+        self.sim, self.clock, self.waited = sim, clock, waited
         self.ladder = ladder(sim.threads)
         self.fixed = fixed or len(self.ladder) == 1
         # the piece that is timed, made in one or several calls; its steps, None as long as no rate
         # is known
-        self.pieces, self.made, self.seconds = self._choose(), 0, 0.0
+        self.pieces, self.made, self.seconds, self.waiting = self._choose(), 0, 0.0, 0.0
         self.planned = next(self.pieces)
 
     def advance(self, steps):
@@ -40,14 +55,19 @@ class WorkerChoice:
         while steps > 0:
             piece = steps if self.fixed else min(steps, self._to_make())
             POOL.serve(self.sim.threads)
-            began = self.clock()
-            self.sim.advance(piece)
             steps -= piece
-            if not self.fixed:
-                self.made, self.seconds = self.made + piece, self.seconds + self.clock() - began
-                if self._is_over():
-                    self.planned = self.pieces.send(self.made / max(self.seconds, 1e-9))
-                    self.made, self.seconds = 0, 0.0
+            if self.fixed:
+                self.sim.advance(piece)
+                continue
+            began, waited = self.clock(), self.waited()
+            self.sim.advance(piece)
+            self.made, self.seconds = self.made + piece, self.seconds + self.clock() - began
+            self.waiting += self.waited() - waited
+            if self._is_over():
+                seconds = max(self.seconds, 1e-9)
+                timing = Timing(self.made / seconds, self.waiting / seconds)
+                self.planned = self.pieces.send(timing)
+                self.made, self.seconds, self.waiting = 0, 0.0, 0.0
 
     def _to_make(self):
         return max(16, self.made) if self.planned is None else self.planned - self.made
@@ -55,43 +75,75 @@ class WorkerChoice:
     def _is_over(self):
         return self.seconds >= PIECE if self.planned is None else self.made >= self.planned
 
-    # -- decisions: generators of the steps of each piece, to which its rate is sent [1/s] ---------
+    # -- decisions: generators of the steps of each piece, to which its Timing is sent -------------
 
     def _choose(self):
         """Set the number of workers, after a trial of another one whenever one is due."""
         own, tried, wait, rises = self.sim.threads, self.clock(), 0.0, False
-        rate = yield None
+        timing = yield None
         while True:
-            if self.clock() - tried >= wait:
+            here = self.ladder.index(own)
+            if _is_crowded(own, timing):
+                own, tried, wait = self.ladder[here - 1], self.clock(), EVERY
+                self.sim.threads = own
+            elif self.clock() - tried >= wait:
                 # up and down the ladder in turn
-                here = self.ladder.index(own)
                 rises = here == 0 or (here + 1 < len(self.ladder) and not rises)
                 other = self.ladder[here + 1 if rises else here - 1]
-                ratio, its_rate = yield from self._try(own, other, rate)
+                ratio, its_timing = yield from self._try(own, other, timing)
                 if ratio > GAIN:
-                    own, rate, wait = other, its_rate, EVERY
+                    own, timing, wait = other, its_timing, EVERY
                 else:
                     most = SELDOM if ratio < HOPELESS else OFTEN
                     wait = min(2.0 * wait, most) if wait else EVERY
                 self.sim.threads, tried = own, self.clock()
-            before, rate = rate, (yield _steps(SEGMENT, rate))
-            if rate < FALLEN * before:
+            before, timing = timing.rate, (yield from _segment(own, timing.rate))
+            if timing.rate < FALLEN * before:
                 wait = 0.0  # the machine has other work now
 
-    def _try(self, own, other, rate):
-        """A trial; rate: of the own number. Returns that of the other over it, and itself."""
+    def _try(self, own, other, timing):
+        """A trial; timing: of the own number. Returns (rate of the other over it, its Timing).
+
+        The ratio is HOPELESS where workers of the larger number wait for cores.
+        """
+        rate = timing.rate
+        if other > own and timing.waiting > TAKEN * own:
+            return HOPELESS, timing
         self.sim.threads = other
         first = yield _steps(FIRST_PIECE, rate)
-        if first < HOPELESS * rate:
-            return first / rate, first
-        rates = []  # the other number first
-        while True:
-            rates.append((yield _steps(PIECE, rate)))
+        if first.rate < HOPELESS * rate:
+            return first.rate / rate, first
+        timings = []  # the other number first
+        crowded = other > own and _is_crowded(other, first)
+        while not crowded:
+            timings.append((yield _steps(PIECE, rate)))
+            if self.sim.threads == other:
+                crowded = other > own and _is_crowded(other, timings[-1])
+            rates = [each.rate for each in timings]
             ratios = [a / b for a, b in zip(rates[::2], rates[1::2], strict=False)]
             faster = sum(ratio > GAIN for ratio in ratios)
             if max(faster, len(ratios) - faster) > PAIRS // 2:
-                return median(ratios), median(rates[::2])
+                waiting = median(each.waiting for each in timings[::2])
+                return median(ratios), Timing(median(rates[::2]), waiting)
             self.sim.threads = own if len(rates) % 2 else other
+        return HOPELESS, first
+
+
+def _is_crowded(workers, timing):
+    """True where several workers waited for cores for so long that fewer are faster."""
+    return workers > 1 and timing.waiting > CROWDED
+
+
+def _segment(workers, rate):
+    """Timing of SEGMENT of steps, made in CHECKS pieces; it ends where the workers are crowded."""
+    timings = []
+    for _ in range(CHECKS):
+        timings.append((yield _steps(SEGMENT / CHECKS, rate)))
+        if _is_crowded(workers, timings[-1]):
+            return timings[-1]
+    return Timing(
+        harmonic_mean([each.rate for each in timings]), fmean(each.waiting for each in timings)
+    )
 
 
 def _steps(seconds, rate):

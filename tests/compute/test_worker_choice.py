@@ -7,21 +7,31 @@ from dusttaichi.compute.worker_choice import WorkerChoice, ladder
 
 
 class Machine:
-    """A simulation whose steps take as long as `cost` says of the number of workers, in s."""
+    """A simulation whose steps take as long as `cost` says of the number of workers, in s.
 
-    def __init__(self, threads, cost):
-        self.threads, self.cost, self.now, self.steps = threads, cost, 0.0, 0
+    waiting: share of the time in which the workers wait for cores, by their number.
+    """
+
+    def __init__(self, threads, cost, waiting=lambda n: 0.0):
+        self.threads, self.cost, self.waiting = threads, cost, waiting
+        self.now, self.steps, self.waits, self.spent = 0.0, 0, 0.0, {}
 
     def advance(self, steps):
-        self.now += steps * self.cost(self.threads)
+        took = steps * self.cost(self.threads)
+        self.now += took
+        self.waits += took * self.waiting(self.threads)
+        self.spent[self.threads] = self.spent.get(self.threads, 0.0) + took
         self.steps += steps
+
+    def waited(self):
+        return self.waits
 
     def clock(self):
         return self.now
 
 
 def run(machine, steps, call=1000, fixed=False):
-    choice = WorkerChoice(machine, fixed, machine.clock)
+    choice = WorkerChoice(machine, fixed, machine.clock, machine.waited)
     begun = machine.steps
     while machine.steps - begun < steps:
         choice.advance(call)
@@ -72,6 +82,33 @@ def test_a_machine_that_becomes_busy_is_noticed_at_once():
     busy[0] = False
     while machine.steps - steps < 100_000:
         choice.advance(1000)
+    assert machine.threads == 2
+
+
+@pytest.mark.parametrize("waiting", [{1: 0.0, 2: 0.5}, {1: 0.4, 2: 1.0}])
+def test_workers_that_wait_for_cores_are_left_at_once(waiting):
+    """Beside one and two programs on two cores. Rates change by half from piece to piece there; by
+    such rates two workers would often seem the faster."""
+    rng = np.random.default_rng(3)
+    machine = Machine(2, lambda n: 1e-3 * n * rng.uniform(0.5, 1.5), waiting.get)
+    choice = run(machine, 60_000)
+    assert machine.threads == 1 and machine.spent[2] < 0.01 * machine.now
+    machine.waiting = lambda n: 0.0  # the programs end
+    machine.cost = lambda n: 1e-3 / n
+    for _ in range(90):
+        choice.advance(1000)
+    assert machine.threads == 2
+
+
+def test_of_many_workers_half_remain_where_some_wait():
+    machine = Machine(16, lambda n: 1e-3 / n, lambda n: 0.5 if n == 16 else 0.0)
+    run(machine, 200_000)
+    assert machine.threads == 8
+
+
+def test_rates_decide_where_workers_wait_a_little():
+    machine = Machine(2, lambda n: 1e-3 / n**0.8, lambda n: 0.1 * n)
+    run(machine, 60_000)
     assert machine.threads == 2
 
 
