@@ -157,9 +157,8 @@ def _scaling(key, scene, text):
 
 def _softening(scene) -> Faults:
     """Softer contacts press, roll and slide alike, but store more energy."""
-    scale, own = min(scene.stiffnesses), list(_stiffness_of_stages(scene))
-    if scale == 1.0 or own:
-        yield from own
+    scale = scene.numerics.stiffness_scaling
+    if scale == 1.0:
         return
     law = law_name(scene.interaction, "normal")
     texts = [text for _, m in _all_materials(scene) if (text := _too_soft(m, scale))]
@@ -173,20 +172,6 @@ def _softening(scene) -> Faults:
         )
     if texts:
         yield _scaling("stiffness_scaling", scene, texts[0])
-
-
-def _stiffness_of_stages(scene) -> Faults:
-    """Faults of stages with a stiffness of their own."""
-    if scene.stages and (own := scene.stages[0].drive.stiffness_scaling) is not None:
-        text = f"the first stage has that of numerics; give numerics.stiffness_scaling: {own:g}"
-        yield "stages.0.drive.stiffness_scaling", text
-    elif scene.restiffens:
-        number = next(n for n, s in enumerate(scene.stiffnesses) if s != scene.stiffnesses[0])
-        names = {"push": "a push", "free sphere": "a free sphere", "asperities": "asperities"}
-        for name, what in names.items():
-            if _depends_on(scene, {name: what}):
-                path = f"stages.{number}.drive.stiffness_scaling"
-                yield path, f"it may not change in a scene with {what}"
 
 
 def _too_soft(material, scale):

@@ -39,7 +39,6 @@ def energies(sim):
         "wall_work": 0.0,
         "face_work": 0.0,
         "push_work": _push_work(sim),
-        "stiffness_work": sim.ledger_sums.stiffness_work,
         "gravity_work": sim.potential_of_start - gravity_potential(sim),
     }
     if sim.cell is not None:
@@ -77,7 +76,6 @@ def measurement(sim):
     on_sphere = m["potential_sphere"].sum()
     energy = kinetic + m["potential"].sum() + m["potential_wall"].sum() + on_sphere
     work = m["wall_work"] + m["face_work"] + m["push_work"] + m["gravity_work"]
-    work += m["stiffness_work"]
     return Measurement(
         kinetic=kinetic,
         potential=m["potential"].sum() + m["potential_wall"].sum() + on_sphere,

@@ -7,12 +7,6 @@ from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.grains import measure, record, validity
 from dusttaichi.grains.advice import advice
 from dusttaichi.grains.build import build
-from dusttaichi.grains.changes import (
-    change_stiffness,
-    steps_of_stages,
-    take_numbers,
-    with_stiffness,
-)
 from dusttaichi.grains.impacts import softened_remarks
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.time_step import short_loads
@@ -50,9 +44,6 @@ class MovingGrains(SimpleSimulation):
         self.bins = None
         if "profiles" in features:
             self.bins = record.bin_edges(sim.domain.clock(), sim.radius)
-        self._steps = {}
-        if scene.restiffens:
-            self._steps = steps_of_stages(scene, self.sample, sim.polydisperse)
 
     @property
     def remarks(self):
@@ -87,12 +78,6 @@ class MovingGrains(SimpleSimulation):
         self.workers.advance(steps)
 
     def drive(self, drive):
-        scale = drive.stiffness_scaling or self.scene.numerics.stiffness_scaling
-        if scale != self.sim.stiffness:
-            step = self._steps[scale].dt / units.TIME
-            # steps are counted on: they may get shorter, and more, but not fewer
-            scene = with_stiffness(self.scene, scale)
-            change_stiffness(self.sim, scene, min(step, self.sim.dt))
         self.sim.drive(drive)
 
     # -- measuring -------------------------------------------------------------------------------
@@ -135,16 +120,9 @@ class MovingGrains(SimpleSimulation):
         arrays = {BEFORE + name: getattr(self.sample, name) for name in (*SAMPLE, *OWN)}
         arrays = self.sim.arrays() | {k: a for k, a in arrays.items() if a is not None}
         numbers = {"dt": self.sim.dt, "sample_info": self.sample.info}
-        numbers["stiffness_scaling"] = self.sim.stiffness
         return State(arrays, self.sim.numbers() | numbers)
 
     def restore(self, state):
-        scale = state.numbers["stiffness_scaling"]
-        if scale != self.sim.stiffness:
-            take_numbers(self.sim, with_stiffness(self.scene, scale))
-            self.sim.stiffness = scale
-        if self.scene.restiffens:
-            self.sim.dt = state.numbers["dt"]
         self.sim.restore(*state)
 
     # -- result ----------------------------------------------------------------------------------
@@ -235,7 +213,6 @@ def features_of(scene, sample, sim):
         "pair": first_body(scene, sample) is not None,
         "sphere": sim.sphere is not None,
         "stages": bool(scene.stages),
-        "stiffness": scene.restiffens,
         "shear": any(plan.drive.shears for plan in scene.stage_plans),
         "tilt": sim.layout.tilted,
         "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),

@@ -215,7 +215,6 @@ def snapshot(sim, contacts, time):
         "position": x,
         "velocity": v,
         "spin": w,
-        "stiffness_scaling": sim.stiffness,
     }
     if sim.layout.orientation:
         record["orientation"] = np.empty((sim.grains, 4))

@@ -60,18 +60,7 @@ class GrainsScene(MaterialsScene):
     @property
     def softened(self) -> bool:
         """True where contacts are softer than the material."""
-        return any(scale != 1.0 for scale in self.stiffnesses)
-
-    @property
-    def stiffnesses(self) -> tuple[float, ...]:
-        """stiffness_scaling of each stage."""
-        own = self.numerics.stiffness_scaling
-        return tuple(plan.drive.stiffness_scaling or own for plan in self.stage_plans)
-
-    @property
-    def restiffens(self) -> bool:
-        """True where stiffness_scaling differs between stages."""
-        return len(set(self.stiffnesses)) > 1
+        return self.numerics.stiffness_scaling != 1.0
 
     def faults(self) -> Faults:
         return [*super().faults(), *check(self), *study.check(self)]

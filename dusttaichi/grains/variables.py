@@ -110,8 +110,6 @@ _TABLE = {
          "sphere"),
         ("push_work", "time", "J", "work of pushes from outside on the grains since the start",
          _PHYS, "push"),
-        ("stiffness_work", "time", "J", "energy that changes of the stiffness of contacts between "
-         "stages have brought since the start", _PHYS, "stiffness"),
         "energy_residual",
         "energy_residual_relative",
         ("largest_overlap", "time", "m", "largest overlap of a contact", "", ""),
@@ -139,8 +137,6 @@ _TABLE = {
         ("position", "snapshot grain xyz", "m", "centre of the grain", "", "snapshots"),
         ("velocity", "snapshot grain xyz", "m/s", "velocity of the grain", "", "snapshots"),
         ("spin", "snapshot grain xyz", "rad/s", "angular velocity of the grain", "", "snapshots"),
-        ("stiffness_scaling", "snapshot", "1", "factor on the stiffness of contacts", _PHYS,
-         "stiffness snapshots"),
         ("orientation", "snapshot grain quaternion", "1", "rotation of the grain since the start, "
          "a unit quaternion", _PHYS, "snapshots requested"),
         ("grain_loss", "snapshot grain channel", "J", "energy lost in the contacts of the grain "

@@ -61,7 +61,7 @@ def _unreadable(where, error) -> DustError:
 
 
 ENVIRONMENT = (  # of a snapshot, not of its grains
-    "box", "snapshot_time", "step", "tilt", "stiffness_scaling", "contact_count",
+    "box", "snapshot_time", "step", "tilt", "contact_count",
     "wall_contact_count",
 )  # fmt: skip
 

@@ -94,12 +94,6 @@ class Drive(Block):
     sphere_speed: Annotated[Vector, Quantity("speed", count=3)] | None = Field(
         None, description="velocity of a driven sphere, default its own `speed`"
     )
-    stiffness_scaling: Annotated[float, Number(ge=1e-4, le=1)] | None = Field(
-        None,
-        description="of a stage: stiffness of the contacts from its start on, as "
-        "numerics.stiffness_scaling, which it is if not given; contacts relax, and the energy of "
-        "the change is in the ledger",
-    )
     push: tuple[Push, ...] = Field(
         (),
         description="pushes on grains that last as long as the stage, each as in `push` of the "

@@ -1,13 +1,11 @@
-"""Softened contacts (numerics.stiffness_scaling): what stays, what changes, stages and samples."""
+"""Softened contacts (numerics.stiffness_scaling): what stays, what changes, samples."""
 
 import numpy as np
 import pytest
 import xarray as xr
 from scenes import CONFIGS, FAR, Probe, box, make_scene, polydisperse, sample_of, two_materials
 
-from dusttaichi import units
 from dusttaichi.errors import DustError
-from dusttaichi.grains.changes import change_stiffness, with_stiffness
 from dusttaichi.grains.grain_contacts import contact_constants, scaled
 from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
@@ -22,7 +20,8 @@ S = 0.03
 
 
 def softer(scene, scale=S):
-    return with_stiffness(scene, scale)
+    numerics = scene.numerics.model_copy(update={"stiffness_scaling": scale})
+    return scene.model_copy(update={"numerics": numerics})
 
 
 @pytest.mark.parametrize("speed, warns", [("5 mm/s", False), ("20 cm/s", True)])
@@ -125,91 +124,23 @@ def test_grains_at_rest_stay_and_pull_as_hard():
     assert force((1 - 1e-6) * pair.delta0) == pytest.approx(pull, rel=1e-4)
 
 
-def test_a_contact_at_rest_is_stiffened():
-    """It stays where it is, and what its potential changes by is in the ledger."""
-    scene = softer(make_scene(boundary=FAR))
-    pair = contact_constants(scene)[0]
-    probe = Probe(scene, sample_of([[0, 0, 0], [2 * pair.r - pair.rest_overlap, 0, 0]]))
-    probe.advance(10)
-    hard = make_scene(boundary=FAR)
-    change_stiffness(probe.sim, hard, 0.3 * probe.sim.dt)
-    assert probe.sim.time == pytest.approx(1e-3, rel=1e-12)  # ten steps of 0.1 ns
-    assert probe.sim.step == 34  # 10/0.3 upwards
-    stiff = contact_constants(hard)[0]
-    work = probe.sim.ledger_sums.stiffness_work * units.ENERGY
-    assert work == pytest.approx(pair.bound - stiff.bound, rel=1e-6)
-    before = probe.x
-    probe.advance(1000)
-    # as far as the distance at rest is known, 1e-16 m, times a few
-    np.testing.assert_allclose(probe.x, before, atol=1e-15)
-
-
-def test_a_spring_that_slides_keeps_its_force():
-    scene = softer(make_scene(boundary=FAR))
-    pair = contact_constants(scene)[0]
-    sample = sample_of(
-        [[0, 0, 0], [2 * pair.r - pair.rest_overlap, 0, 0]], v=[[0, 0.5, 0], [0, -0.5, 0]]
-    )
-    probe = Probe(scene, sample)
-    probe.advance(10)
-    before = probe.loads()[0]
-    change_stiffness(probe.sim, make_scene(boundary=FAR), probe.sim.dt)
-    after = probe.loads()[0]
-    assert abs(before[0, 1]) > 0.01 * pair.F_c
-    # the way along n_c that goes with an angle of the pointers, a thousandth, is of second order
-    np.testing.assert_allclose(after[:, 1], before[:, 1], rtol=1e-3)
-
-
-STAGED = """
-name: staged
+PRESSED = """
+name: pressed
 material: silicate_s12
-interaction: {{rolling: {{modifier: 8}}, sliding: {{modifier: 2.5}}, damping: viscoelastic}}
-sample: {{kind: rbd, grains: 60, seed: 1}}
-boundary: {boundary}
-stages:
-  - {{name: press, drive: {drive}, stop: {{time: 3 us}}}}
-  - {{name: harden, drive: {{stiffness_scaling: 1}}, stop: {{time: 200 ns}}}}
-numerics: {{threads: 1, stiffness_scaling: 0.03}}
-output: {{series: {{time: 20 ns}}, snapshots: {{time: 100 ns}}}}
+interaction: {rolling: {modifier: 8}, sliding: {modifier: 2.5}, damping: viscoelastic}
+sample: {kind: rbd, grains: 60, seed: 1}
+boundary: {kind: box, side_walls: 0.001, wall_speed: 0.5 m/s}
+stop: {time: 1 us}
+numerics: {threads: 1, stiffness_scaling: 0.03}
+output: {variables: [sliding_force]}
 """
-ROOMS = {
-    "cell": ("{kind: periodic}", "{strain_rate: -1e5 s^-1}"),
-    "box": ("{kind: box, side_walls: 0.001}", "{wall_speed: 0.5 m/s}"),
-}
-
-
-@pytest.mark.parametrize("room", ROOMS)
-def test_a_stage_goes_back_to_hard_contacts(room, tmp_path):
-    boundary, drive = ROOMS[room]
-    text = STAGED.format(boundary=boundary, drive=drive)
-    run = execute(from_yaml(text.replace("200 ns", "100 ns")), tmp_path / "run")
-    execute(from_yaml(text), run, resume=True)  # in the hard stage
-    with xr.open_datatree(run / "result.nc") as tree:
-        series = tree.to_dataset()
-        stage, time = series.stage.values, series.time.values
-        first = int(np.flatnonzero(stage == 1)[0])
-        work = series.stiffness_work.values
-        assert np.all(work[:first] == 0.0) and work[first] != 0.0
-        assert np.all(work[first:] == work[first])
-        # it holds at every moment, the first of the new stage included: 1 % is the guard's
-        assert np.abs(series.energy_residual_relative.values).max() < 2e-3
-        # steps of the hard stage are shorter by s^(1/3), and go on in time
-        assert np.all(np.diff(time) > 0) and np.all(np.diff(series.step.values) > 0)
-        kinetic = (series.kinetic_translation + series.kinetic_rotation).values
-        assert kinetic[-1] < kinetic[first:].max()  # it relaxes
-        assert set(tree["snapshots"].stiffness_scaling.values) == {0.03, 1.0}
 
 
 def test_a_softened_sample_is_taken_over(tmp_path):
     """Sliding forces of its contacts stay; grains at rest stay where they are."""
-    boundary, drive = ROOMS["box"]
-    text = STAGED.format(boundary=boundary, drive=drive).split("stages:")[0]
-    end = "stop: {time: 1 us}\nnumerics: {threads: 1, stiffness_scaling: 0.03}\n"
-    end += "output: {variables: [sliding_force]}\n"
-    pressed = text.replace("0.001}", "0.001, wall_speed: 0.5 m/s}") + end
-    run = execute(from_yaml(pressed), tmp_path / "soft")
+    run = execute(from_yaml(PRESSED), tmp_path / "soft")
     sample = f"sample: {{kind: explicit, file: {run}, keep: [walls]}}"
-    taken = pressed.replace("sample: {kind: rbd, grains: 60, seed: 1}", sample)
+    taken = PRESSED.replace("sample: {kind: rbd, grains: 60, seed: 1}", sample)
     forces = {}
     for scale in (0.03, 1):
         own = from_yaml(taken.replace("0.03", f"{scale}"))
@@ -248,9 +179,3 @@ def test_it_is_refused_where_a_scene_is_about_what_it_changes():
     pressed = "sample: {kind: rbd, grains: 20}\nboundary: {kind: box, wall_speed: 1 cm/s}\n"
     text = refusal(base.replace("silicate_s12", "ice_t19") + pressed + soft.replace("0.1", "0.001"))
     assert "of the radius" in text and "0.019 and more" in text
-    staged = (
-        "sample: {kind: rbd, grains: 20}\nboundary: {kind: box}\nstages:\n"
-        "  - {name: one, drive: {wall_speed: 1 cm/s, stiffness_scaling: 0.1}, stop: {time: 1 us}}\n"
-    )
-    text = refusal(base.replace("stop: {time: 1 us}\n", "") + staged)
-    assert "numerics.stiffness_scaling: 0.1" in text

@@ -16,8 +16,6 @@ the step that finds the touch.
 
 from math import pi
 
-import numpy as np
-
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.numbers import Constant, History
 
@@ -98,8 +96,3 @@ def pending(k: ti.template(), h: ti.template(), p, dt, push):
     push: force along n_c with that of the impulse.
     """
     return -0.5 * h.touch_impulse * (h.touch_speed + (0.25 * dt / p.mass) * push)
-
-
-def halved(h, touches, back, now):
-    """History (arrays by name) where the step becomes half as long, see physics.contact.damping."""
-    return {"touch_speed": np.where(h["touch_impulse"] != 0.0, now, 0.0)}

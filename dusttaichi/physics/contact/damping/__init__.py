@@ -24,7 +24,6 @@ class Damping:
     def __init__(self, law):
         self.law, self.NUMBERS, self.numbers = law, law.NUMBERS, law.numbers
         self.update, self.push, self.pending = _update(law.coefficient), push, pending
-        self.halved = halved
 
 
 damping_of = cache(Damping)
@@ -58,11 +57,3 @@ def push(h: ti.template()):
 def pending(k: ti.template(), h: ti.template(), p, dt, along):
     """Half of the work of this step, that before the time of the positions."""
     return 0.5 * dt * h.speed * h.damping_force
-
-
-def halved(h, touches, back, now):
-    """History (arrays by name) for a step of half the length.
-
-    touches: 1 for contacts that touch, else 0. back, now: normal speeds half a step ago and now.
-    """
-    return {"speed": touches * back}
