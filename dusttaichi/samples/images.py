@@ -40,7 +40,21 @@ class Cell:
         return x
 
     def pairs(self, x, radii, factor=1.0):
-        """Pairs i < j (C, 2) no farther apart than `factor` times their radii, across faces too."""
+        """Pairs no farther apart than `factor` times their radii, across faces too.
+
+        Parameters
+        ----------
+        x : array
+            Positions [m], (N, 3).
+        radii : array
+            [m], (N,).
+        factor : float
+
+        Returns
+        -------
+        array
+            Numbers i < j, (C, 2).
+        """
         if not len(self.axes):
             return np.column_stack(pairs_within(x, radii, factor)[:2])
         x, vectors = self.wrapped(x), self.vectors
