@@ -1,6 +1,7 @@
 """Several runs of one scene, or of the points of a sweep, in one dataset with means and scatter.
 
-Every run is interpolated linearly onto one coordinate, each within its own range only.
+Every run is interpolated linearly onto one coordinate, each within its own range only, whose ends
+are points of the coordinate.
 """
 
 import math
@@ -9,6 +10,7 @@ import warnings
 import numpy as np
 import xarray as xr
 
+from dusttaichi.analysis.ensemble_stages import add_compression, add_extremes, add_stages
 from dusttaichi.analysis.numbers import families
 from dusttaichi.analysis.summary import PROBLEMS, summary
 from dusttaichi.errors import DustError
@@ -24,10 +26,13 @@ CONVENTION = (
     "number outside it. mean_NAME and std_NAME: mean and standard deviation (n - 1) over the "
     "replicas that have a number there. replica_count: how many reach that far. summary_numbers: "
     "the variables that hold the numbers of dusttaichi.analysis.summary; final_NAME is NAME at "
-    "the end of a run."
+    "the end of a run. smallest_NAME and largest_NAME: extremes of all records of a run. Of runs "
+    "with stages, stage_end_NAME: at the end of each stage; loading_pressure: compression curve of "
+    "all stages that compress."
 )
 
 
+EXTREMES = "smallest_", "largest_"  # begin of names of numbers without a mean
 NO_NUMBER = "why there is no such number of a run, if so"
 
 
@@ -76,7 +81,9 @@ def gather(runs, axes=None, labels=None, attrs=None) -> xr.Dataset:
     for part in (one for one in parts if one is not None):
         data.coords.update({k: v for k, v in part.coords.items() if "time" not in v.dims})
     data.attrs["summary_numbers"] = _add_numbers(data, runs, dims, shape)
-    add_statistics(data, *data.data_vars)
+    for add in (add_extremes, add_stages, add_compression):
+        add(data, runs, dims, shape)
+    add_statistics(data, *(name for name in data.data_vars if not name.startswith(EXTREMES)))
     reach = [_reaches(c, name, grid) for c in parts]
     count = np.array(reach).reshape(*shape, len(grid)).sum(axis=len(dims) - 1)
     about = {"long_name": f"replicas that reach this {name.replace('_', ' ')}", "units": "1"}
@@ -122,7 +129,8 @@ def common_coordinate(ranges):
 
     The longest of them where the others are its first parts; else from the lowest to the highest
     value in multiples of the median distance of points, rounded to two digits, so that a series
-    written at equal steps of that coordinate keeps its points.
+    written at equal steps of that coordinate keeps its points; and the ends of all of them, so that
+    each keeps its first and its last point.
     """
     longest = max(ranges, key=len)
     if all(np.array_equal(values, longest[: len(values)]) for values in ranges):
@@ -133,7 +141,13 @@ def common_coordinate(ranges):
     step = float(f"{max(step, (high - low) / MOST):.1e}")
     # a value that misses a multiple by rounding is on it
     first, last = math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6)
-    return step * np.arange(first, last + 1) if last > first else np.array([low, high])
+    grid = step * np.arange(first, last + 1) if last > first else np.array([low, high])
+    # ends that are not on it by rounding
+    ends = np.unique([end for values in ranges for end in (values[0], values[-1])])
+    place = np.searchsorted(grid, ends)
+    near = np.pad(grid, 1, constant_values=(-np.inf, np.inf))
+    apart = np.minimum(ends - near[place], near[place + 1] - ends)
+    return np.sort(np.concatenate([grid, ends[apart > 1e-6 * step]]))
 
 
 def _inside(values, grid):

@@ -48,7 +48,7 @@ class Band:
         return replace(self, label=label)
 
 
-def bands(data, name, width=BIN_WIDTH, **selected) -> list[Band]:
+def bands(data, name, width=BIN_WIDTH, along=None, **selected) -> list[Band]:
     """Mean and scatter of a variable for each point of a dataset of `gather`.
 
     Along the filling factor each replica is first smoothed by its median, like a compression curve.
@@ -58,13 +58,13 @@ def bands(data, name, width=BIN_WIDTH, **selected) -> list[Band]:
     ----------
     data : xarray.Dataset
     name : str
-        Name of the variable.
     width : float
         Width of the windows of the median.
+    along : str, optional; default: the common coordinate
     **selected
         Labels of further dimensions, such as wall="top".
     """
-    x = data.attrs["coordinate"]
+    x = along or data.attrs["coordinate"]
     values = data[name].sel(selected) if selected else data[name]
     if x == "filling_factor" and data.sizes[x] > 1:
         window = max(1, round(width / float(np.median(np.diff(data[x].values)))))

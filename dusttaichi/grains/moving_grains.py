@@ -103,6 +103,12 @@ class MovingGrains(SimpleSimulation):
         first = first_body(self.scene, self.sample)
         return found if first is None else found | record.bodies(self.sim, first)
 
+    def mean_loads(self, window):
+        """Variables of `series` that a stop condition may name, sooner than all of them."""
+        if self.plates is not None:  # whose pressure is that over the shadow of the grains
+            return self.series(self.measure(), window)
+        return record.mean_loads(self.sim, window)
+
     def records(self, group):
         if group == "profiles":
             clock = self.domain.clock(self.sim.step)

@@ -75,15 +75,22 @@ def series(sim, m, window, plates=None):
         record |= _momenta(sim)
     if sim.sphere is not None:
         record |= _sphere(sim, m, window)
+    record |= mean_loads(sim, window)
+    if sim.box is not None and plates is not None:
+        record |= _between_plates(sim, plates, record["wall_force"], sim.lengths()[2])
+    return record
+
+
+def mean_loads(sim, window):
+    """Stress, forces of the walls and pressures on them over a Window; see `series`."""
+    found = {}
     if sim.layout.stress:
-        record["stress"] = np.zeros((3, 3)) if window is None else stress(*window)
+        found["stress"] = np.zeros((3, 3)) if window is None else stress(*window)
     if sim.box is not None:
         force = sim.ledger_sums.wall_force if window is None else window.mean("impulse")
         areas = sim.domain.wall_areas(sim.step)
-        record |= {"pressure": _pressure(sim, force, areas), "wall_force": force}
-        if plates is not None:
-            record |= _between_plates(sim, plates, force, sim.lengths()[2])
-    return record
+        found |= {"pressure": _pressure(sim, force, areas), "wall_force": force}
+    return found
 
 
 def bodies(sim, first):

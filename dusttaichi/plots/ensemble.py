@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dusttaichi.analysis.ensemble_stages import CURVE, CURVE_AXIS
 from dusttaichi.analysis.ensemble_tables import axes_of, bands
 from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL, CompressionLaw
 from dusttaichi.plots import style
@@ -18,7 +19,8 @@ FAINT = "#C4C8CE"
 def ensemble(data):
     """The figure of a dataset of `analysis.gather`: mean, and a band of one standard deviation.
 
-    The compression curve where the filling factor grows under a top wall. Else the first available
+    The compression curve where the filling factor grows under a top wall; of runs with stages that
+    of all stages that compress, as `compression` draws it. Else the first available
     of stress (normal component of largest mean), pressure on the top wall, height of a body,
     coordination number and the first variable of the method, against the filling factor or the
     time. Of more than 12 points of a sweep, 12 evenly spaced ones are drawn.
@@ -82,8 +84,11 @@ def _curves(data, apart=False):
     """The _Curves of a dataset. apart: a band for each replica instead of one for all."""
     x = data.attrs["coordinate"]
     phi = r"filling factor $\phi$"
+    law = UNIDIRECTIONAL if "projected_area" in data else S12_STATIC
+    if CURVE in data:
+        found = _bands(data, apart, CURVE, along=CURVE_AXIS)
+        return _Curves(found, "pressure on the top wall (kPa)", phi, 1e-3, 1.0, law)
     if x == "filling_factor" and "pressure" in data:
-        law = UNIDIRECTIONAL if "projected_area" in data else S12_STATIC
         found = _bands(data, apart, "pressure", wall="top")
         return _Curves(found, "pressure on the top wall (kPa)", phi, 1e-3, 1.0, law)
     found, text, known_units = _subject(data, apart)

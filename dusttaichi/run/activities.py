@@ -8,11 +8,12 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from dusttaichi.domain.clock import NEVER
+from dusttaichi.domain.clock import FARTHEST, NEVER
 from dusttaichi.errors import DustError
 from dusttaichi.results.variables import declare
 from dusttaichi.run.ledger import turnover
 from dusttaichi.run.schedule import bytes_of, next_step, steps_apart
+from dusttaichi.run.stop import LEAST_STEPS, TESTS
 
 
 class Activity(ABC):
@@ -131,6 +132,36 @@ class EndCheck(Activity):
 
     def act(self):
         self.run.end.check(self.series.record, self.run.sim, self.series.measurement)
+
+
+class StopTests(Activity):
+    """Tests of the pressure and stresses of the stop conditions between two records.
+
+    Where one has surely been reached, the stage ends with a record. The tests measure alone: the
+    motion and the other records keep their bits.
+    """
+
+    def __init__(self, run, series, end_check):
+        super().__init__(run)
+        self.series, self.end_check = series, end_check
+
+    def next(self, step):
+        run = self.run
+        if not run.end.tested:
+            return NEVER
+        opened, due = run.state.opened, self.series.next(step)
+        every = max(LEAST_STEPS, -(-(min(due, FARTHEST) - opened) // TESTS))
+        following = opened + ((step - opened) // every + 1) * every
+        return following if following < due else NEVER
+
+    def act(self):
+        run, sim = self.run, self.run.sim
+        window = run.state.window(sim)
+        loads = getattr(sim, "mean_loads", lambda window: sim.series(sim.measure(), window))
+        record = in_si(sim, "series", loads(window))
+        if run.end.reached_between(record, sim):
+            self.series.act()
+            self.end_check.act()
 
 
 class Profiles(Activity):

@@ -49,7 +49,9 @@ class Run:
     def _make_activities(self):
         series = activities.Series(self)
         self.snapshots = activities.Snapshots(self)
-        found = [activities.Averages(self, series), series, activities.EndCheck(self, series)]
+        end_check = activities.EndCheck(self, series)
+        found = [activities.Averages(self, series), series, end_check]
+        found.append(activities.StopTests(self, series, end_check))
         return [*found, activities.Profiles(self), self.snapshots]
 
     def plan_stage(self):

@@ -29,7 +29,8 @@ class RunState:
     average of the next record begins; sums: of that step. last_sums, last_span: sums at which
     the average of the last record began, and its duration, 0 before the first. pressures [Pa]: of
     the last records of the stage, for stop.plateau; settling: (time [s], logarithm of the filling
-    factor, load over the controlled one) of these, for stop.creep. wall_clock: real time spent [s].
+    factor, load over the controlled one) of these, for stop.creep. tests: (step, values) of the
+    tests of stop.pressure and stop.stress since `opened`. wall_clock: real time spent [s].
     """
 
     start: Start
@@ -46,6 +47,7 @@ class RunState:
     tension: Tension = field(default_factory=Tension)
     pressures: list[float] = field(default_factory=list)
     settling: list[list[float]] = field(default_factory=list)
+    tests: list[list] = field(default_factory=list)
     wall_clock: float = 0.0
 
     def begin_stage(self, stage, step):
@@ -55,7 +57,7 @@ class RunState:
 
     def open_window(self, sim):
         """The average of the next record begins at this step."""
-        self.opened, self.sums = sim.step, sim.sums()
+        self.opened, self.sums, self.tests = sim.step, sim.sums(), []
 
     def close_window(self, sim):
         """The Window that ends at this step; the next one opens."""

@@ -1,4 +1,12 @@
-"""End of a stage: at a step that is known beforehand, or by a condition on a record."""
+"""End of a stage: at a step that is known beforehand, or by a condition on a record.
+
+A pressure or stress that a stop condition names is tested between two records as well, since it may
+rise many times over from one to the next where dust is loaded again. What counts is the mean since
+the last record, which the record that ends the stage has. It scatters more than that of a whole
+interval: its standard error follows from the changes between successive tests, which a steady rise
+adds little to, and a stage ends where the mean is SIGMAS of it beyond a threshold: by chance less
+often than at a record.
+"""
 
 import numpy as np
 
@@ -9,6 +17,9 @@ from dusttaichi.run.ledger import turnover
 from dusttaichi.run.state import Tension
 
 AVERAGED = 10  # records over which stop.past_maximum, plateau and creep average
+TESTS, LEAST_STEPS = 32, 200  # tests of an interval between records, and steps between two
+FEWEST, SIGMAS = 4, 3.0  # of them, and standard errors that put a mean beyond a threshold
+OVERSHOOT = 0.05  # relative one from which the reason of an end names it
 DEVIATION = 0.02  # largest relative deviation of a settled load from the controlled one
 TOP = LABELS["wall"].index("top")
 
@@ -43,11 +54,11 @@ class End:
 
     def _reached(self, record, domain, step):
         stop, reason = self.plan.stop, ""
-        if stop.pressure is not None and (level := stop.pressure_bounds.crossed(self.pressure)):
-            reason = f"pressure {level}"
-        for name, bounds in stop.stress.given.items() if stop.stress is not None else ():
-            if level := bounds.crossed(component(record["stress"], name)):
-                reason = f"stress {name} {level}"
+        for name, value, bounds in self.bounded(record, domain):
+            if level := bounds.crossed(value):
+                reason = f"{name} {level}"
+                if (overshoot := bounds.overshoot(value)) > OVERSHOOT:
+                    reason += f", exceeded by {overshoot:.0%}: {value / 1e3:.4g} kPa"
         if stop.filling_factor is not None and (self.clock.controlled or not self.clock.bounded):
             grows = domain.servo.presses if self.clock.controlled else domain.wall_speed > 0.0
             sign = 1.0 if grows else -1.0
@@ -59,6 +70,36 @@ class End:
             share = f"{stop.past_maximum:.0%}"
             reason = f"the tension has fallen by {share} below its largest value"
         return reason
+
+    def bounded(self, record, domain):
+        """(name, value [Pa], Bounds) of the pressure and stresses of a record that may end it."""
+        stop, out = self.plan.stop, []
+        if stop.pressure is not None:
+            out.append(("pressure", pressure(record, domain), stop.pressure_bounds))
+        for name, bounds in stop.stress.given.items() if stop.stress is not None else ():
+            out.append((f"stress {name}", component(record["stress"], name), bounds))
+        return out
+
+    @property
+    def tested(self):
+        """True where a pressure or stress may end the stage between two records."""
+        return self.plan.stop.pressure is not None or self.plan.stop.stress is not None
+
+    def reached_between(self, record, sim):
+        """True if the means since the last record, now in `record`, are surely beyond a bound."""
+        bounded = self.bounded(record, sim.domain)
+        tests = self.state.tests
+        tests.append([sim.step, [value for _, value, _ in bounded]])
+        if len(tests) < FEWEST:
+            return False
+        steps = np.diff([self.state.opened, *(step for step, _ in tests)])
+        means = np.array([values for _, values in tests])
+        sums = means * np.cumsum(steps)[:, None]
+        parts = np.diff(sums, axis=0, prepend=0.0) / steps[:, None]  # means between two tests
+        error = np.sqrt(0.5 * np.mean(np.diff(parts, axis=0) ** 2, axis=0) / len(parts))
+        low, high = means[-1] - SIGMAS * error, means[-1] + SIGMAS * error
+        bounds = [own for _, _, own in bounded]
+        return any(own.surely_crossed(*pair) for own, *pair in zip(bounds, low, high, strict=True))
 
     def _settled(self, m, binds):
         """Reason of the end of a stage at rest, or ""; binds: see method.Simulation."""

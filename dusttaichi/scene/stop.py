@@ -29,6 +29,17 @@ class Bounds(Block):
             return f"no more than {self.below / 1e3:.6g} kPa"
         return ""
 
+    def surely_crossed(self, low: float, high: float) -> bool:
+        """True if a value known to be between these two has crossed a threshold."""
+        above, below = self.above, self.below
+        return (above is not None and low >= above) or (below is not None and high <= below)
+
+    def overshoot(self, value: float) -> float:
+        """Distance of a value from the threshold that it has crossed, over that."""
+        above = self.above is not None and value >= self.above
+        level = self.above if above else self.below
+        return abs(value - level) / abs(level) if level else 0.0
+
 
 class StressBounds(Block):
     """Components of the stress that end the stage; positive in tension, as in the result."""
@@ -61,7 +72,8 @@ class Stop(Block):
     pressure: Pressure | None = Field(
         None,
         description="pressure on the top wall, or of a periodic cell (-trace of the stress / 3), "
-        "averaged over output.window, reached from below; {below: 1 kPa}: reached from above",
+        "averaged over output.window, reached from below; {below: 1 kPa}: reached from above; "
+        "tested between records of the series as well",
     )
     stress: StressBounds | None = Field(
         None,

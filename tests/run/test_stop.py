@@ -1,5 +1,7 @@
 """What ends a stage, and snapshots that a scene leaves to the run."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import reference as ref
@@ -14,12 +16,13 @@ from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import contact_loads
 from dusttaichi.run import execute, schedule
-from dusttaichi.run.stop import AVERAGED, component, plateau
+from dusttaichi.run.stop import AVERAGED, End, component, plateau
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.boundary import Drive
 from dusttaichi.scene.stage import StagePlan
 from dusttaichi.scene.stop import Bounds, Stop
 
+NUMERICS = "numerics: {time_step: 0.3 ns, threads: 1}\n"
 CYCLE = """
 name: cycle
 material: silicate_s12
@@ -87,6 +90,47 @@ def test_a_stage_ends_by_a_pressure_from_either_side_and_at_rest(cycle):
     moving = kinetic / bonds
     resting = cycle.stage.values == 2
     assert moving[-1] < 1.001e-5 and np.all(moving[resting][:-1] > 0.999e-5)
+
+
+def test_a_pressure_ends_a_stage_between_two_records(pressed, tmp_path):
+    """The block of the cycle, whose pressure doubles from one record to the next."""
+    coarse = CYCLE.replace("strain: 2.5e-6", "strain: 1e-4").split("  - name: release")[0]
+    scene = from_yaml(coarse + "output: {series: {strain: 1e-4}, snapshots: off}\n" + NUMERICS)
+    series = analysis.open_run(execute(scene, tmp_path / "run")).series
+    ended = series.pressure.sel(wall="top").values
+    assert 10e3 <= ended[-1] < 12e3
+    fine = pressed.stage("press").series
+    assert len(ended) < len(fine.time) / 4
+
+
+def window_of(values, **bounds):
+    """Step of the test, of 16 in an interval, at which means of these values end a stage, or 0."""
+    state = SimpleNamespace(ended="", opened=0, tests=[])
+    sim = SimpleNamespace(step=0, domain=SimpleNamespace(has_top=True))
+    stop = Stop(pressure=Bounds(**bounds))
+    end = End(StagePlan("", Drive(), stop, None, None, None), Clock(dt=1.0), state, 0)
+    for number in range(1, len(values) + 1):
+        sim.step = 100 * number
+        record = {"pressure": [np.nan] * 5 + [float(np.mean(values[:number]))]}
+        if end.reached_between(record, sim):
+            return number
+    return 0
+
+
+def test_a_mean_between_records_must_be_surely_beyond_a_threshold():
+    """A rise to 54 kPa in one interval is caught near 20. A burst is not taken for it, nor a load
+    that fluctuates: near the threshold records end a stage by chance more often."""
+    rise = np.linspace(10e3, 54e3, 16)
+    number = window_of(rise, above="20 kPa")
+    assert 20e3 <= rise[:number].mean() < 24e3
+    assert window_of(rise[::-1] - 34e3, below="15 kPa") > 2
+    assert window_of([5e3, 90e3, *[5e3] * 14], above="20 kPa") == 0
+    random = np.random.default_rng(1)
+    loads = 19e3 * (1.0 + 0.33 * random.normal(size=(200, 16)))
+    by_tests = sum(window_of(own, above="20 kPa") > 0 for own in loads)
+    assert by_tests < 0.5 * np.sum(loads.mean(axis=1) >= 20e3)
+    assert Bounds(above="20 kPa").overshoot(32e3) == pytest.approx(0.6)
+    assert Bounds(below="-5 kPa").overshoot(-6e3) == pytest.approx(0.2)
 
 
 def test_bounds_and_a_plateau():

@@ -98,6 +98,66 @@ def test_the_last_stage_is_the_one_that_counts():
     assert data.std_height.isnull().all() and data.mean_height.notnull().all()
 
 
+CYCLE = """
+boundary: {kind: box}
+stages:
+  - {name: press, drive: {wall_speed: 1 cm/s}}
+  - {name: unload, drive: {wall_speed: -1 cm/s}}
+  - {name: reload, drive: {wall_speed: 1 cm/s}}
+"""
+
+
+def cycle(number, back):
+    """A run that is pressed, unloaded and loaded again; other replicas are slower.
+
+    back: its filling factor falls in the last stage for a moment.
+    """
+    phi = np.concatenate([np.linspace(0.2, 0.3, 40), np.linspace(0.3, 0.28, 9)[1:]])
+    phi = np.concatenate([phi, np.linspace(0.28, 0.36, 53)[1:]])
+    phi[60] -= 0.004 * back
+    first = phi >= np.maximum.accumulate(phi) - 1e-12
+    pressure = np.where(
+        first, 1e6 * phi**4, 1e6 * phi**4 - 3e5 * (np.maximum.accumulate(phi) - phi)
+    )
+    series = {"filling_factor": phi, "stage": np.repeat([0, 1, 2], [40, 8, 52])}
+    time = (1.0 + 0.137 * number) * 1e-6 * np.arange(100)
+    attrs = {"stages": "press unload reload", "status": "finished", "grains": 10}
+    run = run_of(100, time=time, pressure=pressure * (1.0 + 0.1 * number), **series)
+    run.attrs.update(attrs | {"scene_resolved": CYCLE})
+    return run
+
+
+@pytest.mark.parametrize("x, back", [("filling_factor", False), ("time", True)])
+def test_runs_with_stages_keep_their_ends_their_extremes_and_their_loading(x, back):
+    """The last record and the largest pressure of each run are in the dataset, whose time is common
+    although runs reach the same stage at different times; the figure is the compression curve."""
+    runs = [cycle(number, back) for number in range(3)]
+    data = analysis.gather([*runs, None])
+    assert data.attrs["coordinate"] == x
+    for number, run in enumerate(runs):
+        series = run.series.pressure.sel(wall="top").values
+        last = data.pressure.sel(wall="top")[number].dropna(x)
+        assert float(last[-1]) == pytest.approx(series[-1], rel=1e-6)
+        assert float(last[x][-1]) == pytest.approx(float(run.series[x][-1]), rel=1e-9)
+        largest = data.largest_pressure.sel(wall="top", replica=number)
+        assert float(largest) == series.max() == series[-1]
+        assert float(data.smallest_filling_factor[number]) == run.series.filling_factor.min()
+        ends = data.stage_end_pressure.sel(wall="top", replica=number)
+        np.testing.assert_array_equal(ends, series[[39, 47, 99]])
+        np.testing.assert_array_equal(data.stage_end_time[number], run.series.time[[39, 47, 99]])
+        curve = analysis.compression_curve(run)
+        row = data.loading_pressure[number].dropna("loading_filling_factor")
+        np.testing.assert_array_equal(row, curve.pressure)
+        np.testing.assert_allclose(row.loading_filling_factor, curve.filling_factor, atol=0.005)
+    assert data.stage.values.tolist() == ["press", "unload", "reload"]
+    assert data.stage_end_time[3].isnull().all() and data.largest_pressure[3].isnull().all()
+    figure = plots.ensemble(data)
+    axes = figure.axes[0]
+    assert axes.get_xscale() == "log" and "pressure" in axes.get_xlabel()
+    line = max(axes.lines, key=lambda one: one.get_label().startswith("mean"))
+    np.testing.assert_allclose(line.get_xdata(), data.mean_loading_pressure.values / 1e3)
+
+
 def test_grid_of_a_sweep_has_its_dimensions():
     axes = {
         "boundary.wall_speed": xr.Variable("boundary.wall_speed", [0.01, 0.05], {"units": "m/s"}),
@@ -149,7 +209,10 @@ def test_common_coordinate_meets_the_points_of_series_written_every_so_often():
     multiples = [np.arange(60, 150) * 0.002, np.arange(71, 140) * 0.002]
     late = [np.concatenate([[m[0] - 0.0011], m + 1e-6 * rng.random(len(m))]) for m in multiples]
     grid = common_coordinate(late)
-    np.testing.assert_allclose(grid, np.arange(60, 150) * 0.002, rtol=1e-12)
+    ends = [end for one in late for end in (one[0], one[-1])]  # the range of every run
+    inner = grid[~np.isin(grid, ends)]
+    np.testing.assert_allclose(inner, np.arange(60, 150) * 0.002, rtol=1e-12)
+    assert np.isin(ends, grid).all()
     assert common_coordinate([np.array([0.5]), np.array([0.7])]).tolist() == [0.5, 0.7]
     assert common_coordinate([np.array([0.5])]).tolist() == [0.5]
     x, grid = np.array([0.0, 1.0, 3.0]), np.linspace(-1, 4, 51)

@@ -1,0 +1,107 @@
+"""Extremes, stages and compression curves of a dataset of several runs, beside its coordinate.
+
+Runs reach a common coordinate at different points and their stages begin at different times. Their
+extremes, the ends of their stages and their compression curves are therefore stored apart, from the
+records themselves.
+"""
+
+import numpy as np
+
+from dusttaichi.analysis.compression import BIN_WIDTH, compression_curve
+from dusttaichi.errors import DustError
+
+CURVE = "loading_pressure"  #: Pressure of the compression curves of runs with stages.
+CURVE_AXIS = "loading_filling_factor"  #: Their common coordinate.
+MAIN = "pressure stress filling_factor height kinetic coordination_number".split()
+
+
+def add_extremes(data, runs, dims, shape):
+    """Add smallest_NAME and largest_NAME, over all records, of every variable of the series."""
+    examples, found = {}, {}
+    for run in (one for one in runs if one is not None):
+        for name, variable in run.series.data_vars.items():
+            if variable.dims[:1] == ("time",) and variable.dtype.kind in "fi" and name != "stage":
+                examples.setdefault(name, variable)
+    for name, example in examples.items():
+        for word, of in (("smallest", np.fmin), ("largest", np.fmax)):
+            rows = [_extreme(run, name, of, example.shape[1:]) for run in runs]
+            about = {k: v for k, v in example.attrs.items() if k in ("units", "long_name")}
+            about["long_name"] = f"{about.get('long_name', name)}, {word} of a run"
+            values = np.array(rows).reshape(*shape, *example.shape[1:])
+            found[f"{word}_{name}"] = ((*dims, *example.dims[1:]), values, about)
+    data.update(found)
+    return list(found)
+
+
+def _extreme(run, name, of, shape):
+    if run is None or name not in run.series:
+        return np.full(shape, np.nan)
+    values = run.series[name].values.astype(float)
+    return of.reduce(values, axis=0) if len(values) else np.full(shape, np.nan)
+
+
+def add_stages(data, runs, dims, shape):
+    """Add the stages: their names as a coordinate, and the time and main numbers of their ends.
+
+    stage_end_NAME is NaN for a stage that a run has not begun. Runs without stages have none.
+    """
+    present = [run for run in runs if run is not None]
+    names = max((run.stages for run in present), key=len, default=())
+    if not names:
+        return []
+    parts = [{} if run is None else {p.stage_name: p for p in run.parts} for run in runs]
+    data.coords["stage"] = ("stage", list(names), {"long_name": "stages of the runs, in order"})
+    found, some = {}, present[0].series
+    for name in ("time", *(n for n in MAIN if n in some)):
+        example = some[name]
+        inner = example.dims[1:]
+        missing = np.full(example.shape[1:], np.nan)
+        rows = [[_end(own.get(stage), name, missing) for stage in names] for own in parts]
+        about = {k: v for k, v in example.attrs.items() if k in ("units", "long_name")}
+        about["long_name"] = f"{about.get('long_name', name)}, at the end of a stage"
+        values = np.array(rows, float).reshape(*shape, len(names), *example.shape[1:])
+        found[f"stage_end_{name}"] = ((*dims, "stage", *inner), values, about)
+    data.update(found)
+    return list(found)
+
+
+def _end(part, name, missing):
+    if part is None or name not in part.series or not len(part.series.time):
+        return missing
+    return part.series[name].values[-1]
+
+
+def add_compression(data, runs, dims, shape):
+    """Add the compression curves of runs with stages, in bins of filling factor.
+
+    They are those of `compression_curve`: all stages that compress, each beyond the largest filling
+    factor before. A run without one has NaN.
+    """
+    curves = [_curve(run) for run in runs]
+    numbers = [n for curve in curves for n in curve]
+    if not numbers:
+        return []
+    first = min(numbers)
+    count = max(numbers) - first + 1
+    values = np.full((len(runs), count), np.nan)
+    for row, curve in zip(values, curves, strict=True):
+        for number, pressure in curve.items():
+            row[number - first] = pressure
+    centres = (first + np.arange(count) + 0.5) * BIN_WIDTH
+    about = {"long_name": "filling factor, middles of the bins", "units": "1"}
+    data.coords[CURVE_AXIS] = (CURVE_AXIS, centres, about)
+    about = {"long_name": "median pressure on the top wall, of the loading", "units": "Pa"}
+    data[CURVE] = ((*dims, CURVE_AXIS), values.reshape(*shape, count), about)
+    return [CURVE]
+
+
+def _curve(run):
+    """Number of each bin -> its pressure [Pa]; {} for a run without stages that compress."""
+    if run is None or not run.stages or not any(part.compresses for part in run.parts):
+        return {}
+    try:
+        curve = compression_curve(run)
+    except DustError:
+        return {}
+    numbers = np.floor(curve.filling_factor / BIN_WIDTH + 1e-9).astype(int)
+    return dict(zip(numbers.tolist(), curve.pressure.tolist(), strict=True))
