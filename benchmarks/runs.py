@@ -60,7 +60,7 @@ def _rows(found):
 def answer(parent, *, do, grains, threads, steps, scene=SCENE):
     """Answer of the worker. do: "run"; scene: name of a bundled one; steps: None for all."""
     from benchmarks.task import Stopwatch
-    from dusttaichi.run.interface import simulate
+    from dusttaichi.running.interface import simulate
     from dusttaichi.scene import load
 
     scene = load(scene).with_values({"sample.grains": grains, "numerics.threads": threads})

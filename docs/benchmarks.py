@@ -21,7 +21,7 @@ from dusttaichi.continuum.physics.numbers import MaterialNumbers
 from dusttaichi.continuum.physics.point import MaterialPoint
 from dusttaichi.continuum.scene.material import ContinuumMaterial
 from dusttaichi.plots import style
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import load
 
 HERE = Path(__file__).parent

@@ -16,7 +16,7 @@ from dusttaichi import analysis
 from dusttaichi.analysis.summary import summary
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.physics.geometry import WALLS
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import Scene
 
 HERE = Path(__file__).parent

@@ -14,7 +14,7 @@ from dusttaichi.commands.app import EXIT_CODES, app
 PUBLIC = (
     ("scene", "Blocks of the YAML, quantities with units, checks."),
     ("samples", "Initial positions of the grains."),
-    ("run", "One run of a scene, from the YAML to the result."),
+    ("running", "One run of a scene, from the YAML to the result."),
     ("results", "The result file."),
     ("analysis", "Numbers derived from results; reads result files only."),
     ("plots", "Figures of results; they compute nothing."),
@@ -87,7 +87,7 @@ def api_page(subpackage, line):
 
 def aliases():
     """Name -> link of every public class, for the types in docstrings."""
-    links = {"Simulation": ":class:`~dusttaichi.run.interface.Simulation`"}
+    links = {"Simulation": ":class:`~dusttaichi.running.interface.Simulation`"}
     for name, _ in PUBLIC:
         package = importlib.import_module(f"dusttaichi.{name}")
         classes = (one for one in package.__all__ if isinstance(getattr(package, one), type))

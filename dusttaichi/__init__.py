@@ -19,7 +19,7 @@ _NAMES = {
     "Scene": "dusttaichi.scene",
     "make_sample": "dusttaichi.method",
     "Sample": "dusttaichi.samples",
-    "simulate": "dusttaichi.run.interface",
+    "simulate": "dusttaichi.running.interface",
     "open_run": "dusttaichi.analysis",
     "DustError": "dusttaichi.errors",
     "ti": "dusttaichi.compute.engine",

@@ -17,11 +17,11 @@ from dusttaichi.scene import extensions
 HERE = Path(__file__).parent
 # files that take longest: they come first, so that at the end no process waits for another
 LONG = (
-    "run/test_run.py", "studies/test_ensemble.py", "continuum/test_contact.py",
+    "running/test_run.py", "studies/test_ensemble.py", "continuum/test_contact.py",
     "continuum/test_options.py", "continuum/test_motion.py", "studies/test_sticking.py",
     "studies/test_collide.py", "studies/test_extremes.py", "docs/test_pages.py",
     "report/test_browser.py", "analysis/test_foreign.py", "benchmarks/test_parts.py",
-    "run/test_stages.py",
+    "running/test_stages.py",
 )  # fmt: skip
 # what is for one process, which keeps what it has compiled: scenes of grains that share structures
 TOGETHER = ("grains/", "physics/", "domain/", "test_brute_force.py")
@@ -166,10 +166,10 @@ def launches(monkeypatch):
 
 @pytest.fixture
 def toys(monkeypatch):
-    """What preparing the toy's method changes (run/toy.py) holds for this test alone."""
+    """What preparing the toy's method changes (running/toy.py) holds for this test alone."""
     from dusttaichi import method
     from dusttaichi.results import pieces, writer
-    from dusttaichi.run import loop
+    from dusttaichi.running import loop
 
     monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
     monkeypatch.setattr(loop, "BURST_SECONDS", loop.BURST_SECONDS)

@@ -212,11 +212,11 @@ def bundled(name):
 
 
 def write_spring(folder, more="method.register(METHOD)\n"):
-    """Write the method of run/spring.py, which compiles nothing, as a user's own file spring.py.
+    """Write the method of running/spring.py, which compiles nothing, as a user's file spring.py.
 
     more: what the file does at its end.
     """
-    text = (ROOT / "tests/run/spring.py").read_text()
+    text = (ROOT / "tests/running/spring.py").read_text()
     (folder / "spring.py").write_text(f"{text}\n\nfrom dusttaichi import method\n\n{more}")
 
 

@@ -22,18 +22,19 @@ LINES, FUNCTION, POSITIONAL, TOP = 350, 60, 5, 4
 # reached; a new one asks whether what it wants is in the right room.
 IMPORTS = {
     "__main__": "commands",
-    "benchmarks": "commands studies run grains samples method scene results physics compute units "
-    "errors",
+    "benchmarks": "commands studies running grains samples method scene results physics compute "
+    "units errors",
     "configs": "plots analysis physics.laws errors",
-    "commands": "studies export report continuum plots analysis run method scene results __init__ "
-    "compute errors",
-    "studies": "grains run analysis samples method scene results physics __init__ compute errors",
+    "commands": "studies export report continuum plots analysis running method scene results "
+    "__init__ compute errors",
+    "studies": "grains running analysis samples method scene results physics __init__ compute "
+    "errors",
     "export": "plots.grains analysis samples.formats results units errors",
     "report": "plots analysis results __init__ errors",
     "continuum": "plots analysis samples method domain scene results physics particles compute "
     "units errors",
     "plots": "analysis method results physics errors",
-    "run": "method domain scene results compute.compiler errors",
+    "running": "method domain scene results compute.compiler errors",
     "grains": "samples method domain scene results physics particles compute units errors",
     "analysis": "method scene results physics errors",
     "samples": "scene results physics errors",
@@ -240,7 +241,7 @@ def test_physics_touches_no_fields():
 # Rooms that must do for any method. The others are of one, or compare them (studies), or look one
 # up by its name (scene).
 NEUTRAL = {
-    "run",
+    "running",
     "results",
     "commands",
     "compute",

@@ -23,7 +23,7 @@ def found_of(study, *, quiet, things="runs", onward=None, log=None, every=None, 
     --resume. log: called with lines, by default printed above the bar. every: time [s] between two
     lines of progress in a log. how: arguments of `engine.run`. Raises DustError, Interrupted.
     """
-    from dusttaichi.run.progress import show_study
+    from dusttaichi.running.progress import show_study
     from dusttaichi.studies import engine
 
     done = nullcontext()

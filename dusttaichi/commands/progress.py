@@ -9,7 +9,7 @@ from dusttaichi.commands.console import err, remark
 
 def progress_bar(quiet=False, description=None, **how):
     """The ProgressBar of a command, on the console of its remarks; how: its further arguments."""
-    from dusttaichi.run.progress import ProgressBar  # with all that a run needs
+    from dusttaichi.running.progress import ProgressBar  # with all that a run needs
 
     return ProgressBar(quiet, description, console=err, **how)
 

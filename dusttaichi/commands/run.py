@@ -35,7 +35,7 @@ def run(
     verbose: options.Verbose = False,
 ):
     """Run a scene: result, figures and a short table."""
-    from dusttaichi.run import run_directory
+    from dusttaichi.running import run_directory
 
     options.refuse_both(force, resume)
     phases = Phases(verbose)
@@ -68,8 +68,8 @@ def run(
 
 def _run_one(scene, directory, *, quiet, phases, **how):
     """Run a scene. how: arguments of `execute`."""
-    from dusttaichi.run import execute
-    from dusttaichi.run.progress import show_run
+    from dusttaichi.running import execute
+    from dusttaichi.running.progress import show_run
 
     segments = _Segments(scene, phases)
     hooks = {"sampled": lambda sample: phases.end("sample"), "ready": segments.ready}

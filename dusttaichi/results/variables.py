@@ -180,7 +180,7 @@ _SERIES = declare(
         ("energy_residual_relative", "time", "1", "energy_residual over the energy that has gone "
          "through the system, |work| + initial kinetic + |initial potential| + |losses|, but no "
          "less than the largest change of the kinetic energy and the binding energy of the present "
-         "contacts", "dusttaichi.run.ledger.turnover", ""),
+         "contacts", "dusttaichi.running.ledger.turnover", ""),
         ("wall_clock", "time", "s", "real time spent in the run, interruptions left out", "", ""),
     ], {"step": "i8", "stage": "i4"},
 )

@@ -226,7 +226,7 @@ def _time(span):
 
 def _ledger():
     """Residual of the ledger over its turnover."""
-    from dusttaichi.run.ledger import turnover
+    from dusttaichi.running.ledger import turnover
 
     residual, through = turnover(_state["sim"].measure(), _state["start"])
     return {"residual": float(residual / through)}

@@ -11,7 +11,7 @@ from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.outcome import outcome_of
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.measure import grain_state
-from dusttaichi.run import ledger
+from dusttaichi.running import ledger
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies.bodies import TwoBodies
 

@@ -22,8 +22,8 @@ from dusttaichi.compute.processor import usable_cores
 from dusttaichi.errors import StartError
 from dusttaichi.results.pieces import already_there
 from dusttaichi.results.run_lock import RunLock
-from dusttaichi.run.interrupts import noted_signals
-from dusttaichi.run.progress import open_bar, show_study
+from dusttaichi.running.interrupts import noted_signals
+from dusttaichi.running.progress import open_bar, show_study
 from dusttaichi.scene import Scene
 from dusttaichi.studies.jobs import Task, content_of, jobs_of
 from dusttaichi.studies.pool import open_pool

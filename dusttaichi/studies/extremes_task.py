@@ -18,7 +18,7 @@ from dusttaichi.grains.moving_grains import MovingGrains
 from dusttaichi.grains.scene import GrainsScene
 from dusttaichi.grains.time_step import TimeStep
 from dusttaichi.method import Start
-from dusttaichi.run import ledger
+from dusttaichi.running import ledger
 from dusttaichi.scene import Scene
 from dusttaichi.studies import extremes_samples
 from dusttaichi.studies.extremes_cells import Cell, CellResult

@@ -201,7 +201,7 @@ def run(parent, *, scene, directory, mode, timed, how):
     cost. how: further arguments of `execute`. Reports the share that is done, and returns the
     `cost` of the steps. Raises the errors of `execute`.
     """
-    from dusttaichi.run import execute
+    from dusttaichi.running import execute
     from dusttaichi.scene import from_yaml
 
     def report(progress):

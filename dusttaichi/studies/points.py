@@ -20,8 +20,8 @@ from dusttaichi.results.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.results.integrity import DamagedFile
 from dusttaichi.results.pieces import already_there
 from dusttaichi.results.reading import open_tree
-from dusttaichi.run import checkpoint
-from dusttaichi.run.identity import package_hash, without
+from dusttaichi.running import checkpoint
+from dusttaichi.running.identity import package_hash, without
 from dusttaichi.scene import Scene
 from dusttaichi.studies.jobs import Task, content_of
 from dusttaichi.studies.settings import data_of, input_files, keys_of, portable

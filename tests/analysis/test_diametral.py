@@ -10,7 +10,7 @@ from scenes import RADIUS, bundled, extensions_forgotten, make_scene
 
 from dusttaichi import analysis, plots
 from dusttaichi.errors import DustError
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import Scene
 
 PAIR = ref.numbers()

@@ -15,13 +15,13 @@ from program import dust, python
 from rich.console import Console
 from scenes import CONFIGS
 
-from dusttaichi import run as run_package
+from dusttaichi import running as run_package
 from dusttaichi.commands import app as cli
 from dusttaichi.commands import completion, console, options
 from dusttaichi.commands.progress import progress_bar
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError, GuardStop, Interrupted
-from dusttaichi.run.progress import ProgressBar
+from dusttaichi.running.progress import ProgressBar
 from dusttaichi.scene import shipped
 from dusttaichi.studies.settings import with_common_settings
 from dusttaichi.studies.sweep import sweep

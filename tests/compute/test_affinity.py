@@ -8,7 +8,7 @@ import pytest
 
 from dusttaichi.compute.affinity import POOL, TASKS, thread_ids
 from dusttaichi.compute.processor import usable_cores
-from dusttaichi.run.interface import simulate
+from dusttaichi.running.interface import simulate
 from tests.scenes import make_scene
 
 pytestmark = pytest.mark.skipif(

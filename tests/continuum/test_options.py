@@ -12,7 +12,7 @@ from dusttaichi.continuum.physics import damage, strength
 from dusttaichi.continuum.physics.numbers import MaterialNumbers
 from dusttaichi.continuum.samples.flaws import flaws_of
 from dusttaichi.errors import DustError
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import Scene
 
 K, MU, ROW = dust.K, dust.MU, dust.ROW

@@ -18,7 +18,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains import build
 from dusttaichi.grains.kernels.numbers import numbers_type
 from dusttaichi.grains.moving_grains import MovingGrains
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import load
 
 ROOT = Path(__file__).parents[2]
@@ -194,7 +194,7 @@ def public():
         module = importlib.import_module(f"dusttaichi.{package}")
         for name in module.__all__:
             yield f"{package}.{name}", getattr(module, name)
-    interface = importlib.import_module("dusttaichi.run.interface")
+    interface = importlib.import_module("dusttaichi.running.interface")
     yield from (("simulate", interface.simulate), ("Simulation", interface.Simulation))
 
 

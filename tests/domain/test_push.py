@@ -9,7 +9,7 @@ from dusttaichi import analysis, samples
 from dusttaichi.errors import DustError
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.measure import energies
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import Scene
 
 MASS, _ = ref.mass_and_inertia()

@@ -18,7 +18,7 @@ from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import energies, grain_state
 from dusttaichi.method import State, of
 from dusttaichi.physics.contact import jkr as normal
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.samples import make
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.boundary import Drive

@@ -9,7 +9,7 @@ from dusttaichi import method
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.declare import GrainVariable, place
-from dusttaichi.run.ledger import turnover
+from dusttaichi.running.ledger import turnover
 
 
 @pytest.mark.long

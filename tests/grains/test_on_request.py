@@ -12,7 +12,7 @@ from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.measure import grain_state
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.physics.contact.parts import wall_parts
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.samples import make
 from dusttaichi.scene import from_yaml
 

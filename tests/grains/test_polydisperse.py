@@ -21,7 +21,7 @@ from dusttaichi.grains.measure import energies, measurement
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.interface import MIXING
 from dusttaichi.physics.contact.registry import chosen_model
-from dusttaichi.run.ledger import ledger
+from dusttaichi.running.ledger import ledger
 from dusttaichi.samples import Sample
 
 # Constants.

@@ -12,7 +12,7 @@ from dusttaichi.grains.grain_contacts import grain_properties
 from dusttaichi.grains.measure import energies
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics import geometry
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import Scene
 
 # Search.

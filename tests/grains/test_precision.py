@@ -12,7 +12,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
 from dusttaichi.grains.measure import energies, measurement
 from dusttaichi.grains.time_step import time_step
-from dusttaichi.run.ledger import ledger
+from dusttaichi.running.ledger import ledger
 
 R = 0.6e-6
 F_C = 3 * np.pi * 20e-3 * R / 2  # of two grains

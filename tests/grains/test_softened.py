@@ -13,7 +13,7 @@ from dusttaichi.grains.preview import preview
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import from_yaml, load
 
 S = 0.03

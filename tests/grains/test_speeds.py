@@ -9,7 +9,7 @@ from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics import encounter
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.samples import pushed
 from dusttaichi.scene import from_yaml
 

@@ -20,8 +20,8 @@ from dusttaichi.grains.measure import grain_state, loads, measurement
 from dusttaichi.grains.moving_grains import make
 from dusttaichi.method import Start
 from dusttaichi.physics.contact import constants
-from dusttaichi.run import execute
-from dusttaichi.run.ledger import ledger
+from dusttaichi.running import execute
+from dusttaichi.running.ledger import ledger
 from dusttaichi.scene.boundary import Drive
 
 FOLLOWED = {"variables": ["loss", "grain_loss", "sliding_force"]}

@@ -28,8 +28,8 @@ from dusttaichi.grains.measure import energies, measurement
 from dusttaichi.grains.preview import _contact
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants, register, registry
-from dusttaichi.run import execute
-from dusttaichi.run.ledger import ledger
+from dusttaichi.running import execute
+from dusttaichi.running.ledger import ledger
 from dusttaichi.samples import make
 from dusttaichi.scene import load
 

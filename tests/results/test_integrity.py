@@ -17,7 +17,7 @@ from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
 from dusttaichi.results import Writer, files, integrity, pieces, writer
 from dusttaichi.results import writer as writing
-from dusttaichi.run import checkpoint
+from dusttaichi.running import checkpoint
 
 GRAINS = 4
 
@@ -167,7 +167,9 @@ def test_a_flush_looks_at_no_other_part(made, tmp_path, monkeypatch):
 def processes():
     """Processes that fork from one which has imported what they need."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["dusttaichi.results", "dusttaichi.run.checkpoint", "records"])
+    context.set_forkserver_preload(
+        ["dusttaichi.results", "dusttaichi.running.checkpoint", "records"]
+    )
     return context
 
 

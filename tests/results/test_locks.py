@@ -19,7 +19,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.results import Writer, files, integrity, locks, outputs
 from dusttaichi.results.reading import open_tree
 from dusttaichi.results.run_lock import RunLock
-from dusttaichi.run import checkpoint, opening
+from dusttaichi.running import checkpoint, opening
 from dusttaichi.samples.files import read
 from dusttaichi.samples.formats.text import Source
 from dusttaichi.studies import points

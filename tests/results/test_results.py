@@ -22,7 +22,7 @@ from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results import Writer, files, pieces, provenance, select
 from dusttaichi.results import writer as writing
 from dusttaichi.results.run_lock import RunLock
-from dusttaichi.run import checkpoint
+from dusttaichi.running import checkpoint
 
 
 def test_round_trip_through_xarray(tmp_path):

@@ -14,7 +14,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
 from dusttaichi.physics.geometry import WALLS, nearest_image
 from dusttaichi.results.integrity import DIGEST
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.samples import Sample, make
 from dusttaichi.samples.taken import fragment
 from dusttaichi.scene import Scene, from_yaml

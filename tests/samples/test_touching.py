@@ -14,7 +14,7 @@ from dusttaichi.grains.measure import energies
 from dusttaichi.grains.method import METHOD
 from dusttaichi.method import Start
 from dusttaichi.physics.geometry import pairs_within
-from dusttaichi.run import ledger
+from dusttaichi.running import ledger
 from dusttaichi.samples import Materials
 from dusttaichi.samples.touching import deep_overlaps, rounding
 from dusttaichi.scene import load

@@ -17,8 +17,8 @@ from dusttaichi.commands import options
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import registry as laws
 from dusttaichi.results import shown
-from dusttaichi.run import execute
-from dusttaichi.run.identity import code_hash
+from dusttaichi.running import execute
+from dusttaichi.running.identity import code_hash
 from dusttaichi.samples import registry as kinds
 from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions
 from dusttaichi.scene.yaml_text import read

@@ -14,8 +14,8 @@ from dusttaichi.commands import completion
 from dusttaichi.commands.app import COMMANDS
 from dusttaichi.commands.options import with_user_paths
 from dusttaichi.continuum.scene import dusts
-from dusttaichi.run import run_directory
-from dusttaichi.run.interface import simulate
+from dusttaichi.running import run_directory
+from dusttaichi.running.interface import simulate
 from dusttaichi.scene import from_yaml, load
 from dusttaichi.scene.paths import user_path
 

@@ -19,7 +19,7 @@ from scenes import EXAMPLES, ROOT, extensions_forgotten, write_spring
 from dusttaichi.commands.options import part_of
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import RESULT
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import load
 from dusttaichi.studies import engine, pool
 from dusttaichi.studies.sweep import sweep

@@ -15,7 +15,7 @@ from scenes import scene
 
 from dusttaichi.commands.ensembles import failure
 from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.studies import engine, pool
 from dusttaichi.studies.engine import Found

@@ -12,7 +12,7 @@ from scenes import ROOT
 
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.method import Measurement, Start
-from dusttaichi.run import ledger
+from dusttaichi.running import ledger
 from dusttaichi.studies import engine, jobs
 from dusttaichi.studies import extremes as study
 from dusttaichi.studies.extremes import GROUPS, VERDICTS

@@ -18,7 +18,7 @@ from kills import CONTINUUM
 from tally import forked
 
 from dusttaichi.errors import DustError
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import from_yaml, quantities
 
 SECONDS = 1200  # of processor time; few scenes take more than one, the finest of them minutes

@@ -19,7 +19,7 @@ from tally import fork, forked
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError, Interrupted
-from dusttaichi.run import execute
+from dusttaichi.running import execute
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies import engine, sweep
 

@@ -7,9 +7,9 @@ its scheduled actions; persistence.py are its files.
 from pathlib import Path
 
 from dusttaichi.results.run_lock import RunLock
-from dusttaichi.run.interrupts import Interrupts, before_the_first_step
-from dusttaichi.run.opening import Opening
-from dusttaichi.run.state import Report
+from dusttaichi.running.interrupts import Interrupts, before_the_first_step
+from dusttaichi.running.opening import Opening
+from dusttaichi.running.state import Report
 from dusttaichi.scene.paths import user_path
 
 __all__ = ["Report", "execute", "run_directory"]

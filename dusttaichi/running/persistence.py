@@ -7,8 +7,8 @@ from pathlib import Path
 from dusttaichi.errors import DustError
 from dusttaichi.results import files, outputs
 from dusttaichi.results.files import CHECKPOINT
-from dusttaichi.run import checkpoint
-from dusttaichi.run.identity import input_files
+from dusttaichi.running import checkpoint
+from dusttaichi.running.identity import input_files
 
 FLUSH_SHARE = 0.02  # share of the real time for writing
 LEAST = 5.0  # s between two flushes

@@ -11,9 +11,9 @@ import numpy as np
 from dusttaichi.domain.clock import FARTHEST, NEVER
 from dusttaichi.errors import DustError
 from dusttaichi.results.variables import declare
-from dusttaichi.run.ledger import turnover
-from dusttaichi.run.schedule import bytes_of, next_step, steps_apart
-from dusttaichi.run.stop import LEAST_STEPS, TESTS
+from dusttaichi.running.ledger import turnover
+from dusttaichi.running.schedule import bytes_of, next_step, steps_apart
+from dusttaichi.running.stop import LEAST_STEPS, TESTS
 
 
 class Activity(ABC):

@@ -19,7 +19,7 @@ from dusttaichi import method
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.results.files import CHECKPOINT, RESULT
 from dusttaichi.results.run_lock import RunLock
-from dusttaichi.run import execute, identity, loop
+from dusttaichi.running import execute, identity, loop
 from dusttaichi.scene import from_yaml, load
 
 PLAIN, STAGED = toy.plain(), toy.staged()

@@ -10,12 +10,12 @@ from contextlib import AbstractContextManager
 from dusttaichi.errors import DustError
 from dusttaichi.results import Writer, files
 from dusttaichi.results.run_lock import RunLock
-from dusttaichi.run.activities import OwnRecords, records_now, series_record
-from dusttaichi.run.durations import interval_of, steps_of
-from dusttaichi.run.interrupts import Interrupts, before_the_first_step
-from dusttaichi.run.opening import Opening
-from dusttaichi.run.present import labelled, line_of, read_only
-from dusttaichi.run.progress import shown
+from dusttaichi.running.activities import OwnRecords, records_now, series_record
+from dusttaichi.running.durations import interval_of, steps_of
+from dusttaichi.running.interrupts import Interrupts, before_the_first_step
+from dusttaichi.running.opening import Opening
+from dusttaichi.running.present import labelled, line_of, read_only
+from dusttaichi.running.progress import shown
 from dusttaichi.scene.paths import user_path
 
 

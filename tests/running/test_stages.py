@@ -10,9 +10,9 @@ from bits import assert_same_bits
 
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.physics import geometry
-from dusttaichi.run import execute
-from dusttaichi.run import loop as running
-from dusttaichi.run.identity import check_same
+from dusttaichi.running import execute
+from dusttaichi.running import loop as running
+from dusttaichi.running.identity import check_same
 from dusttaichi.scene import from_yaml
 
 CELL = """

@@ -16,7 +16,7 @@ from program import wait_for
 from dusttaichi.analysis import open_run, summary, table
 from dusttaichi.commands.app import app, main
 from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.run import execute, interrupts
+from dusttaichi.running import execute, interrupts
 from dusttaichi.scene import from_yaml, load
 
 BOX = """

@@ -13,8 +13,8 @@ import numpy as np
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.domain.servo import EVEN, WALL
 from dusttaichi.results.variables import LABELS
-from dusttaichi.run.ledger import turnover
-from dusttaichi.run.state import Tension
+from dusttaichi.running.ledger import turnover
+from dusttaichi.running.state import Tension
 
 AVERAGED = 10  # records over which stop.past_maximum, plateau and creep average
 TESTS, LEAST_STEPS = 32, 200  # tests of an interval between records, and steps between two

@@ -8,11 +8,11 @@ from dusttaichi.results import Writer, opened, provenance
 from dusttaichi.results.files import CHECKPOINT, RESULT
 from dusttaichi.results.pieces import already_there
 from dusttaichi.results.plain import of_plain
-from dusttaichi.run import checkpoint
-from dusttaichi.run.identity import Origin, check_extensions, check_same, stage_stop
-from dusttaichi.run.loop import Run
-from dusttaichi.run.persistence import RunFiles, check_outputs, write_scene
-from dusttaichi.run.state import RunState
+from dusttaichi.running import checkpoint
+from dusttaichi.running.identity import Origin, check_extensions, check_same, stage_stop
+from dusttaichi.running.loop import Run
+from dusttaichi.running.persistence import RunFiles, check_outputs, write_scene
+from dusttaichi.running.state import RunState
 
 
 class Opening:

@@ -9,9 +9,9 @@ from contextlib import contextmanager, nullcontext
 
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.errors import GuardStop, Interrupted
-from dusttaichi.run import activities, ledger
-from dusttaichi.run.state import Report
-from dusttaichi.run.stop import End
+from dusttaichi.running import activities, ledger
+from dusttaichi.running.state import Report
+from dusttaichi.running.stop import End
 
 BURST_SECONDS = 0.25  # of real time between two checks of the clock, the guards and Ctrl-C
 BURST_STEPS = 20  # least number of steps between checks of the guards

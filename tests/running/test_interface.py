@@ -17,7 +17,7 @@ from scenes import law_of_the_docs
 import dusttaichi as dt
 from dusttaichi.errors import GuardStop
 from dusttaichi.results.files import RESULT
-from dusttaichi.run import execute, progress
+from dusttaichi.running import execute, progress
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 PLAIN, STAGED = toy.plain(), toy.staged()

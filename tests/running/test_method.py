@@ -26,8 +26,8 @@ from dusttaichi.grains.moving_grains import MovingGrains
 from dusttaichi.method import Measurement, SimpleSimulation, Start
 from dusttaichi.plots.registry import picture_of
 from dusttaichi.results.plain import of_plain, plain
-from dusttaichi.run import execute, ledger, loop
-from dusttaichi.run.state import RunState
+from dusttaichi.running import execute, ledger, loop
+from dusttaichi.running.state import RunState
 from dusttaichi.scene import from_yaml
 
 HERE = Path(__file__).parent

@@ -9,7 +9,7 @@ import spring
 
 from dusttaichi import method
 from dusttaichi.results import pieces, writer
-from dusttaichi.run import execute, loop
+from dusttaichi.running import execute, loop
 from dusttaichi.scene import from_yaml
 
 _HEAD = """

@@ -15,8 +15,8 @@ from dusttaichi.grains.build import build
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import contact_loads
-from dusttaichi.run import execute, schedule
-from dusttaichi.run.stop import AVERAGED, End, component, plateau
+from dusttaichi.running import execute, schedule
+from dusttaichi.running.stop import AVERAGED, End, component, plateau
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.boundary import Drive
 from dusttaichi.scene.stage import StagePlan
