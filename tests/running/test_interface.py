@@ -250,12 +250,12 @@ def test_a_run_imports_what_its_steps_need(tmp_path):
     """What analyses results is imported at the end of a run."""
     words = ["run", "smoke", "--set", "stop.steps=40", "--output", str(tmp_path / "out")]
     code = (
-        "import sys; from dusttaichi import run; from dusttaichi.commands.app import main\n"
-        "execute = run.execute\n"
+        "import sys; from dusttaichi import running; from dusttaichi.commands.app import main\n"
+        "execute = running.execute\n"
         "def end(*arguments, **options):\n"
         "    execute(*arguments, **options)\n"
         f"    sys.exit(repr([name for name in {LATER} if name in sys.modules]))\n"
-        f"run.execute, sys.argv[1:] = end, {words}\n"
+        f"running.execute, sys.argv[1:] = end, {words}\n"
         "main()\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
