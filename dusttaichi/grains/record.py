@@ -177,11 +177,22 @@ def _between_plates(sim, plates, mean_force, height):
 
 def slab_volumes(z, radius, edges):
     """Volume of spheres (centres z, radius or (N,)) between successive `edges`, exact by caps."""
-    radius = radius[:, None] if np.ndim(radius) else radius
+    if not len(z):
+        return np.zeros(len(edges) - 1)
+    slabs = len(edges) - 1
+    # slabs that a sphere reaches: a few, however many there are
+    first = np.maximum(np.searchsorted(edges, z - radius, side="right") - 1, 0)
+    last = np.minimum(np.searchsorted(edges, z + radius, side="left"), slabs)
+    slab = first[:, None] + np.arange(max(int((last - first).max()), 1))
+    radius = np.reshape(radius, (-1, 1))
     # volume of a unit of sphere below a plane at height t of its centre, t in [-r, r]
-    t = np.clip(edges[None, :] - z[:, None], -radius, radius)
+    ends = edges[np.minimum(first[:, None] + np.arange(slab.shape[1] + 1), slabs)]
+    t = np.clip(ends - z[:, None], -radius, radius)
     below = np.pi * (radius**2 * t - t**3 / 3.0 + 2.0 / 3.0 * radius**3)
-    return np.diff(below, axis=1).sum(axis=0)
+    volume, inside = np.diff(below, axis=1), slab < slabs
+    if slabs == 1:
+        return volume.sum(axis=0)
+    return np.bincount(slab[inside], volume[inside], slabs)
 
 
 def bin_edges(clock, radius):

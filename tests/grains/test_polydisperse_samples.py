@@ -94,6 +94,20 @@ def test_shadow_and_cylinder_of_unequal_grains():
     assert slabs.sum() == pytest.approx(np.sum(4 / 3 * np.pi * r**3), rel=1e-13)
 
 
+def test_slabs_have_what_lies_between_their_edges():
+    """A sphere counts in the few slabs that it reaches, with the cap below each edge."""
+    rng = np.random.default_rng(3)
+    z, r = rng.uniform(-2.0, 14.0, 200), rng.uniform(0.2, 2.0, 200)
+    for edges in np.arange(13.0), np.minimum(np.arange(13.0), 7.3), np.array([0.0, 12.0]):
+        t = np.clip(edges - z[:, None], -r[:, None], r[:, None])
+        below = np.pi * (r[:, None] ** 2 * t - t**3 / 3 + 2 / 3 * r[:, None] ** 3)
+        expected = np.diff(below, axis=1).sum(axis=0)
+        assert record.slab_volumes(z, r, edges) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+        assert record.slab_volumes(z, 0.7, edges) == pytest.approx(
+            record.slab_volumes(z, np.full(200, 0.7), edges), rel=1e-12
+        )
+
+
 def test_time_step_is_that_of_the_small_grains():
     """A small grain among large ones rings faster than among its like, by less than (4/3)^(1/2)
     of its period (R doubles at most: springs grow by 2^(2/3))."""
