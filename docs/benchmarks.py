@@ -315,17 +315,17 @@ def carried_out(name, resolution, folder):
     return rows, curves, float(np.abs(run.series.energy_residual_relative).max())
 
 
-@style.styled
+@style.apply_style
 def figure_of(own):
     """The curves of a benchmark."""
-    figure, (axes,) = style.new_figure(height=2.8)
+    figure, (axes,) = style.create_figure(height=2.8)
     axes.plot(*own.exact, color=style.BLACK, linewidth=1.0, label="closed form")
     axes.plot(*own.found, linestyle="none", marker=".", markersize=2.5, label="run")
     if own.decades:
         axes.set_yscale("log")
     axes.set_xlabel(own.x)
     axes.set_ylabel(own.y)
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 

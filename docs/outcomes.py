@@ -121,7 +121,7 @@ OTHER = (style.BLACK, "D", "three or more")
 COLUMNS = 2
 
 
-@style.styled
+@style.apply_style
 def figure(found, observables=()):
     """The figure of outcomes: a panel for each scene.
 
@@ -130,7 +130,7 @@ def figure(found, observables=()):
     """
     shown = found[(found.refused == "") & (found.settings != AS_IT_IS)]
     panels = list(shown.groupby(["scene", "grains"], sort=False))
-    figure, axes = style.new_grid(len(panels), COLUMNS, height=2.3)
+    figure, axes = style.create_grid(len(panels), COLUMNS, height=2.3)
     handles = {}
     for place, ((scene, grains), own) in zip(axes, panels, strict=True):
         names = own.observable.unique()
@@ -146,7 +146,7 @@ def figure(found, observables=()):
 def _panel(axes, found):
     scatter, errors = found.scatter.iloc[0], found.error.clip(lower=1e-4)
     axes.axhspan(1e-5, scatter, color=style.GREY, alpha=0.18, linewidth=0, label="scatter of seeds")
-    axes.axvline(0.2, **style.look(style.BLACK, 0.8, (0, (5, 2))))
+    axes.axvline(0.2, **style.line_look(style.BLACK, 0.8, (0, (5, 2))))
     for o, error in zip(found.itertuples(), errors, strict=True):
         colour, marker, label = _look(o.settings)
         open_ = {"markerfacecolor": "white"} if o.seeds < 2 else {}
@@ -159,7 +159,7 @@ def _panel(axes, found):
     axes.set_ylabel("error of the mean", fontsize=7)
     axes.set_xlim(min(0.05, 0.8 * found.cost.min()), 1.2)
     axes.tick_params(labelsize=7, which="both")
-    style.few_ticks(axes.xaxis)
+    style.set_few_ticks(axes.xaxis)
     axes.set_ylim(0.5 * min(errors.min(), scatter), 2.0 * max(errors.max(), scatter))
 
 

@@ -121,7 +121,7 @@ def strength_size(name, *words):
     return weibull.strength_samples(known)
 
 
-@style.styled
+@style.apply_style
 def compression_law():
     """Pressure of ice and silicate that is compressed from all sides beside both laws, and the
     share of each channel in the losses of ice; runs of a seed that continue each other are one
@@ -131,7 +131,7 @@ def compression_law():
     own = ice.surface_energy, ice.radius, ice.critical_rolling
     unit = laws.isotropic_pressure(1.0, *own)
     table = read("compression_law.csv").query("filling_factor > @LOOSEST")
-    figure, (axes, below) = style.new_figure(height=6.4, rows=2, ratios=[3, 2])
+    figure, (axes, below) = style.create_figure(height=6.4, rows=2, ratios=[3, 2])
     phi = np.geomspace(LOOSEST, 0.65, 200)
     for law, look, text in (
         (laws.isotropic_pressure, "-", r"$\phi^3$, T19 eq 9"),
@@ -156,12 +156,12 @@ def compression_law():
             below.plot(largest.filling_factor, largest[f"share_{name}"], **line)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    style.few_ticks(below.xaxis)
+    style.set_few_ticks(below.xaxis)
     below.set_xlabel(r"filling factor $\phi$")
     axes.set_ylabel(r"mean pressure over $E_{\rm roll}/r^3$")
     below.set_ylabel("share of the energy lost")
-    style.legend(axes)
-    style.legend(below, ncols=2)
+    style.draw_legend(axes)
+    style.draw_legend(below, ncols=2)
     return figure
 
 
@@ -169,10 +169,10 @@ LABORATORY = ((0.15, 1.0e3), (0.41, 2.4e3), (0.54, 3.7e3), (0.66, 6.3e3))
 """Filling factor and tensile strength [Pa] of cakes of 1.5 um spheres (G09 section 3.1)."""
 
 
-@style.styled
+@style.apply_style
 def diametral_strength():
     """Strength of discs beside cells that were pulled, and beside the laboratory."""
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     phi = np.linspace(0.13, 0.7, 200)
     silicate = Material(**NAMED["silicate_s12"])
     for law, dash, text in (
@@ -183,7 +183,7 @@ def diametral_strength():
             "T19 eq 33",
         ),
     ):
-        axes.plot(phi, law / 1e3, label=text, **style.look(style.BLACK, 1.1, dash))
+        axes.plot(phi, law / 1e3, label=text, **style.line_look(style.BLACK, 1.1, dash))
     x, y = np.array(LABORATORY).T
     axes.plot(x, y / 1e3, "s", color=style.BLACK, ms=5, mfc="white", label="laboratory, G09 3.1")
     pulled = read("dust_grains.csv").query("quantity == 'tension'")
@@ -197,8 +197,8 @@ def diametral_strength():
         if len(own):
             axes.plot(own.diametral_phi, own.diametral_strength / 1e3, "o", **look)
     axes.set(yscale="log", xlabel=r"filling factor $\phi$", ylabel="tensile strength (kPa)")
-    style.few_ticks(axes.yaxis)
-    style.legend(axes)
+    style.set_few_ticks(axes.yaxis)
+    style.draw_legend(axes)
     return figure
 
 
@@ -238,11 +238,11 @@ BODIES = {
 }
 
 
-@style.styled
+@style.apply_style
 def fragmentation():
     """Growth efficiency against the speed, and against the energy over that of all contacts."""
     table = read("fragmentation.csv")
-    figure, panels = style.new_figure(height=8.6, rows=3, ratios=[1, 1, 1], shared=False)
+    figure, panels = style.create_figure(height=8.6, rows=3, ratios=[1, 1, 1], shared=False)
     columns = "speed_m_per_s", "speed_m_per_s", "energy_over_breaking"
     energy = r"impact energy / $(N E_{\rm break})$"
     labels = "relative speed (m/s)", "relative speed (m/s)", energy
@@ -254,9 +254,9 @@ def fragmentation():
             line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4, "capsize": 2}
             axes.errorbar(own[column], own.growth_efficiency, own.growth_efficiency_error, **line)
         axes.set_xscale("log")
-        style.few_ticks(axes.xaxis)
+        style.set_few_ticks(axes.xaxis)
         axes.set(xlabel=label, ylabel="growth efficiency")
-        style.legend(axes)
+        style.draw_legend(axes)
     return figure
 
 
@@ -270,17 +270,17 @@ BOUNCING = {
 }
 
 
-@style.styled
+@style.apply_style
 def bouncing_threshold():
     """Share of the pairs that bounce, against the number of grains of a body."""
     table = read("bouncing_levels.csv").sort_values("grains_per_body")
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     for number, (key, text) in enumerate(BOUNCING.items()):
         own = table[(table.level == key[0]) & (table.speed_m_per_s == key[1])]
         line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4}
         axes.plot(own.grains_per_body, own.bouncing / own.pairs, **line)
     axes.set(xscale="log", xlabel="grains per body", ylabel="share of the pairs that bounce")
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 

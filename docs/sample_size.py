@@ -92,17 +92,17 @@ def page():
     )
 
 
-@style.styled
+@style.apply_style
 def figure():
     """Largest distance from S12 eq 31 against the cost; a point a sample, its grains beside it."""
-    drawing, (axes,) = style.new_figure()
+    drawing, (axes,) = style.create_figure()
     axes.axhspan(0.0, EXPERIMENT_SCATTER, color="#D9D9D9", label="scatter of the experiment")
     found = groups()
     markers = iter(MARKERS)
     for number, kind in enumerate(dict.fromkeys(kind for kind, _ in found)):
         own = [(grains, rows) for (other, grains), rows in found.items() if other == kind]
         label, several = kind.replace("`", "").replace("… ", ""), len(own) > 1
-        look = style.run_style(number) if several else style.look(style.BLACK, linestyle="")
+        look = style.run_style(number) if several else style.line_look(style.BLACK, linestyle="")
         look["marker"] = "o" if several else next(markers)
         means = [(rows.cost.mean(), rows.largest.mean()) for _, rows in own]
         axes.plot(*np.transpose(means), label=label, ms=4, **look)
@@ -113,8 +113,8 @@ def figure():
                 axes.annotate(f"{grains}", place, (4, 4), textcoords="offset points", fontsize=7)
     axes.set(xscale="log", xlim=(0.15, 10.0), ylim=(0.0, 0.07))
     axes.set(xlabel=r"cost ($10^9$ grain-steps)", ylabel=r"largest distance in $\phi$ from eq 31")
-    style.few_ticks(axes.xaxis)
-    style.legend(axes)
+    style.set_few_ticks(axes.xaxis)
+    style.draw_legend(axes)
     return drawing
 
 

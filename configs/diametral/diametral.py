@@ -150,14 +150,14 @@ def drawn(runs, labels=None):
     Lines are means over ten records, points the strengths; hollow: the force has not fallen yet.
     With a single run the records themselves too.
     """
-    runs, labels = style.named(runs, labels)
+    runs, labels = style.label_runs(runs, labels)
     found = [diametral(run) for run in runs]
-    figure, (axes,) = style.new_figure()
-    scale, unit = style.scaled(max(abs(one.strength) for one in found), style.PRESSURES)
+    figure, (axes,) = style.create_figure()
+    scale, unit = style.choose_unit(max(abs(one.strength) for one in found), style.PRESSURES)
     for number, (one, label) in enumerate(zip(found, labels, strict=True)):
         look = style.run_style(number)
         if len(found) == 1:
-            style.records(axes, one.strain, one.stress * scale, number)
+            style.draw_records(axes, one.strain, one.stress * scale, number)
         text = rf"{label}, $\phi$ = {one.filling_factor:.3g}"
         axes.plot(one.strain, one.mean * scale, label=text, **look)
         axes.plot(
@@ -174,7 +174,7 @@ def drawn(runs, labels=None):
     axes.axhline(0.0, color=style.GREY, linewidth=0.6)
     axes.set_xlabel("deflection over the diameter")
     axes.set_ylabel(rf"$2F/(\pi D L)$ ({unit})")
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 

@@ -217,7 +217,7 @@ def _between(fit, name, factor):
 # -- figure ----------------------------------------------------------------------------------------
 
 
-@style.styled
+@style.apply_style
 def strength_samples(groups):
     """Samples of several Strengths; None where none has a Weibull modulus.
 
@@ -228,8 +228,8 @@ def strength_samples(groups):
     if not any(group.fit for group in groups):
         return None
     effect = size_effect(groups)
-    figure, panels = style.new_grid(1 if effect is None else 2, 2, 3.2)
-    scale, unit = style.scaled(max(g.values.max() for g in groups), style.PRESSURES)
+    figure, panels = style.create_grid(1 if effect is None else 2, 2, 3.2)
+    scale, unit = style.choose_unit(max(g.values.max() for g in groups), style.PRESSURES)
     _probabilities(panels[0], groups, scale, unit)
     if effect is not None:
         _sizes(panels[1], groups, effect, (scale, unit))
@@ -254,8 +254,8 @@ def _probabilities(axes, groups, scale, unit):
     axes.set_yticks(_ordinate(ticks), [f"{tick:g}" for tick in ticks])
     axes.set(xscale="log", xlabel=f"tensile strength ({unit})", ylabel="share of weaker samples")
     axes.set_ylim(*_ordinate(np.array([0.02, 0.98])))
-    style.few_ticks(axes.xaxis)
-    style.legend(axes)
+    style.set_few_ticks(axes.xaxis)
+    style.draw_legend(axes)
 
 
 def _ordinate(share):
@@ -276,18 +276,18 @@ def _sizes(axes, groups, effect, scaling):
     ends = np.array([min(g.grains for g in groups), max(g.grains for g in groups)])
     line = np.geomspace(0.8 * ends[0], 1.25 * ends[1], 50)
     text = rf"fit, $\propto N^{{{effect.exponent:.3f}\pm{effect.exponent_sigma:.3f}}}$"
-    axes.plot(line, effect.strength(line) * scale, label=text, **style.look(style.GREY))
+    axes.plot(line, effect.strength(line) * scale, label=text, **style.line_look(style.GREY))
     weakest = effect.strength(ends[0]) * (line / ends[0]) ** effect.weakest_link
     text = rf"weakest link, $\propto N^{{{effect.weakest_link:.2f}}}$"
-    dashes = style.look(style.BLACK, 1.0, style.DASHED)
+    dashes = style.line_look(style.BLACK, 1.0, style.DASHED)
     axes.plot(line, weakest * scale, label=text, **dashes)
     axes.set(xscale="log", yscale="log", xlabel="number of grains N")
     axes.set_ylabel(f"tensile strength ({unit})")
     axes.set_xticks(sorted({g.grains for g in groups}), minor=False)
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:.0f}")
     axes.xaxis.set_minor_formatter(lambda value, _: "")
-    style.few_ticks(axes.yaxis)
-    style.legend(axes)
+    style.set_few_ticks(axes.yaxis)
+    style.draw_legend(axes)
 
 
 WEIBULL = Statistics(

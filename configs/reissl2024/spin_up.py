@@ -148,8 +148,8 @@ def drawn(runs, labels=None):
     dotted line; the dashed line is the share below which an aggregate counts as broken. Curves end
     with the first snapshot of the broken aggregate.
     """
-    runs, labels = style.named(runs, labels)
-    figure, (axes, below) = style.new_figure(height=4.6, rows=2)
+    runs, labels = style.label_runs(runs, labels)
+    figure, (axes, below) = style.create_figure(height=4.6, rows=2)
     found = [spin_up(run) for run in runs]
     for number, (one, label) in enumerate(zip(found, labels, strict=True)):
         look = style.run_style(number)
@@ -158,13 +158,13 @@ def drawn(runs, labels=None):
         below.plot(given / 1e6, share, **look)
     largest = max(float(one.given[: one.shown].max()) for one in found) / 1e6
     rigid = [0.0, largest]
-    axes.plot(rigid, rigid, **style.look(style.GREY, 1.0, style.DOTTED))
-    below.axhline(WHOLE, **style.look(style.GREY, 1.0, style.DASHED))
+    axes.plot(rigid, rigid, **style.line_look(style.GREY, 1.0, style.DOTTED))
+    below.axhline(WHOLE, **style.line_look(style.GREY, 1.0, style.DASHED))
     below.set_ylim(0.0, 1.05)
     below.set_xlabel(r"$L/I_0$ ($10^6$ rad/s)")
     axes.set_ylabel(r"rotation rate ($10^6$ rad/s)")
     below.set_ylabel("share of the mass\nin the largest fragment")
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 

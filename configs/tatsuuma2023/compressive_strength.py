@@ -115,14 +115,14 @@ def drawn_shares(run):
     In the paper rolling prevails below 0.1, sliding and twisting above.
     """
     result = loss_shares(run)
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     for name, share in result.by_channel.items():
         if np.any(share):
             colour = style.CHANNEL_COLOURS.get(name, style.GREY)
             axes.plot(result.filling_factor, share, color=colour, label=name)
-    style.logarithmic(axes, "x")
+    style.set_logarithmic(axes, "x")
     axes.set(xlabel=r"filling factor $\phi$", ylabel="share of the energy lost", ylim=(0.0, None))
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 

@@ -35,7 +35,7 @@ numbers.register(
 
 @figure("Energy lost per grain", applies=applies)
 def loss_per_grain(run):
-    drawn, (axes,) = style.new_figure()
+    drawn, (axes,) = style.create_figure()
     axes.plot(run.series.time * 1e6, lost(run) * 1e15)
     axes.set(xlabel="time (µs)", ylabel="energy lost per grain (fJ)")
     return drawn

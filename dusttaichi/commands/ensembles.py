@@ -79,9 +79,9 @@ def say_part(done, total, things):
 
 
 def _draw(data, sweep):
-    from dusttaichi.plots import drawn_statistics, ensemble, save
+    from dusttaichi.plots import draw_statistics, ensemble, save
 
-    found = list(drawn_statistics(data))
+    found = list(draw_statistics(data))
     drawn = {sweep.file.with_suffix(".png"): ensemble(data)}
     drawn |= {sweep.file.with_name(f"{row.name}.png"): one for row, one, why in found if not why}
     say_not_drawn([(row.title, why) for row, _, why in found if why])

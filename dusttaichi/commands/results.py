@@ -43,12 +43,12 @@ def plot(
 
     Curves, stress, profile, energy.
     """
-    from dusttaichi.plots.style import using
+    from dusttaichi.plots.style import use_style
 
     if file_format not in FORMATS:
         raise DustError(f"--format {file_format}; allowed: {', '.join(FORMATS)}.")
     options.import_files(extension)
-    with using(style), options.writing(force=force, inputs=runs):
+    with use_style(style), options.writing(force=force, inputs=runs):
         _plot(runs, output, f".{file_format}")
 
 
@@ -64,13 +64,13 @@ def _plot(runs, output, suffix):
     if len(runs) == 1 and analysis.is_ensemble(runs[0]):
         data, file = analysis.open_ensemble(runs[0])
         options.remark_missing([data.attrs])
-        say_written(plots.save_all(data, output or file.parent, suffix, failed))
+        say_written(plots.save_figures(data, output or file.parent, suffix, failed))
         return say_not_drawn(failed)
     with options.opened(runs) as of:
         folder = Path(".")
         if len(of) == 1:
             (of,), folder = of, options.folder_of(runs[0])
-        say_written(plots.save_all(of, output or folder, suffix, failed))
+        say_written(plots.save_figures(of, output or folder, suffix, failed))
     say_not_drawn(failed)
 
 
@@ -118,7 +118,7 @@ def compare(
         if figures is not None:
             from dusttaichi import plots  # with matplotlib, which the table does not wait for
 
-            drawn = plots.save_all(results, figures, failed=failed)
+            drawn = plots.save_figures(results, figures, failed=failed)
         if as_json:
             say_json(plain_runs(results))
         else:

@@ -133,7 +133,7 @@ def _show_result(directory, draw, as_json, phases):
         if draw:
             from dusttaichi import plots  # with matplotlib, which other runs do not wait for
 
-            figures = plots.save_all(result, directory, failed=failed)
+            figures = plots.save_figures(result, directory, failed=failed)
             phases.end(f"{len(figures)} figures")
         frames = result.snapshots
     if as_json:

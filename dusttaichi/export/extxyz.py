@@ -13,7 +13,7 @@ from ase import units as ase_units
 from ase.io import write as ase_write
 
 from dusttaichi.analysis.frame import grain_masses
-from dusttaichi.plots.grains import appearance_of, bodies_of, colouring_of
+from dusttaichi.plots.grains import choose_appearance, colour_grains, number_bodies
 from dusttaichi.results.outputs import check
 
 FILE = "grains.extxyz"
@@ -74,8 +74,8 @@ def _colours(run, frame):
     By body for a collision, else by coordination number, or height without contacts.
     """
     color = "body" if run.collides else "height" if frame.contacts is None else "coordination"
-    appearance = appearance_of([frame], color, "front", bodies=bodies_of(run, color))
-    return np.asarray(colouring_of(frame, appearance, None).colours)
+    appearance = choose_appearance([frame], color, "front", bodies=number_bodies(run, color))
+    return np.asarray(colour_grains(frame, appearance, None).colours)
 
 
 def _cell(frame, bounded):

@@ -29,41 +29,41 @@ from dusttaichi.plots.notebook import ShownFigures
 from dusttaichi.plots.numbers import numbers
 from dusttaichi.plots.registry import (
     Figure,
-    drawn,
-    drawn_statistics,
-    drawn_together,
+    draw_run,
+    draw_runs,
+    draw_statistics,
     figure,
-    figures,
-    in_package,
+    find_figures,
+    list_figures,
     register,
 )
-from dusttaichi.plots.style import bands, save, styled
+from dusttaichi.plots.style import apply_style, draw_bands, save
 from dusttaichi.plots.trade import trade
 
-_OF_RUNS = in_package(__name__)
+_OF_RUNS = find_figures(__name__)
 globals().update(_OF_RUNS)  # after their modules, whose names they have
 
 
 def __getattr__(name):
     """Drawing function of a figure that one method has; it is imported on first use."""
-    drawings = {row.draw.__name__: row.draw for row in figures()} if name[0] != "_" else {}
+    drawings = {row.draw.__name__: row.draw for row in list_figures()} if name[0] != "_" else {}
     if name not in drawings:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return drawings[name]
 
 
-def save_all(of, directory, suffix=".png", failed=None):
-    """Write every figure of `figures_of`.
+def save_figures(source, directory, suffix=".png", failed=None):
+    """Write every figure of `draw_figures`.
 
     Parameters
     ----------
-    of : Run, list of Run or xarray.Dataset
-        As in `figures_of`.
+    source : Run, list of Run or xarray.Dataset
+        As in `draw_figures`.
     directory : path
     suffix : str
         Format of matplotlib: .png, .pdf, .svg.
     failed : list, optional
-        As in `figures_of`.
+        As in `draw_figures`.
 
     Returns
     -------
@@ -75,18 +75,20 @@ def save_all(of, directory, suffix=".png", failed=None):
     DustError
         There are no figures of several runs, or the directory cannot be written.
     """
-    drawings = figures_of(of, failed)
-    if not drawings and isinstance(of, list):
+    drawings = draw_figures(source, failed)
+    if not drawings and isinstance(source, list):
         raise DustError(
             "There is no figure of these runs together: no two of them are compressed, stretched, "
             "pushed or move."
         )
-    return [save(one, Path(directory) / f"{name}{suffix}") for name, one in drawings.items()]
+    return [
+        save(drawing, Path(directory) / f"{name}{suffix}") for name, drawing in drawings.items()
+    ]
 
 
-@styled
-def figures_of(of, failed=None):
-    """Every figure of a run, of several runs together, or of an ensemble or a sweep, by name.
+@apply_style
+def draw_figures(source, failed=None):
+    """Draw every figure of a run, of several runs together, or of an ensemble or a sweep, by name.
 
     Runs have those of the registry that apply; a dataset of `analysis.gather` has:
 
@@ -97,7 +99,7 @@ def figures_of(of, failed=None):
 
     Parameters
     ----------
-    of : Run, list of Run or xarray.Dataset
+    source : Run, list of Run or xarray.Dataset
     failed : list, optional
         Receives (title, error) of failed figures; without it they raise DustError.
 
@@ -107,18 +109,21 @@ def figures_of(of, failed=None):
         Name -> matplotlib Figure; a notebook shows them.
     """
     drawings = {}
-    if isinstance(of, xr.Dataset):
-        drawings = {"sweep" if axes_of(of) else "ensemble": ensemble(of), "points": points(of)}
-        drawings |= {"numbers": numbers(of)}
-        rows = list(drawn_statistics(of))
+    if isinstance(source, xr.Dataset):
+        drawings = {
+            "sweep" if axes_of(source) else "ensemble": ensemble(source),
+            "points": points(source),
+        }
+        drawings |= {"numbers": numbers(source)}
+        rows = list(draw_statistics(source))
     else:
-        rows = list(drawn_together(of) if isinstance(of, list) else drawn(of))
-    problems = [(row.title, why) for row, _, why in rows if why]
+        rows = list(draw_runs(source) if isinstance(source, list) else draw_run(source))
+    problems = [(row.title, problem) for row, _, problem in rows if problem]
     if failed is None and problems:
-        raise DustError("; ".join(f"{title}: {why}" for title, why in problems))
+        raise DustError("; ".join(f"{title}: {problem}" for title, problem in problems))
     if failed is not None:
         failed += problems
-    drawings |= {row.name: drawing for row, drawing, why in rows if not why}
+    drawings |= {row.name: drawing for row, drawing, problem in rows if not problem}
     return ShownFigures(pair for pair in drawings.items() if pair[1] is not None)
 
 

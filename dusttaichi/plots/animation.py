@@ -49,7 +49,7 @@ def animation(run, path, color=None, view="oblique", *, rate=None, cell=True, dp
         film cannot be written.
     """
     path, count = Path(path), frame_count(run)
-    writers = {".gif": _gif, ".mp4": _mp4}
+    writers = {".gif": _write_gif, ".mp4": _write_mp4}
     if path.suffix not in writers:
         raise DustError(f"A film cannot be written to {path}; allowed: .gif and .mp4.")
     if count < 2:
@@ -59,19 +59,19 @@ def animation(run, path, color=None, view="oblique", *, rate=None, cell=True, dp
         rate = min(max(count / SECONDS, SLOWEST), FASTEST)
     figures = picture_of(run).film(run, color, view, cell=cell, dpi=dpi)
     try:
-        writers[path.suffix](path, map(_image, figures), rate)
+        writers[path.suffix](path, map(_render_image, figures), rate)
     except OSError as error:
         raise DustError(f"The film cannot be written to {path}: {error}.") from error
     return path
 
 
-def _image(figure):
+def _render_image(figure):
     """A Figure as (height, width, 3) bytes."""
     figure.canvas.draw()
     return np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
 
 
-def _gif(path, images, rate):
+def _write_gif(path, images, rate):
     # each frame has its own 256 colours: dithering would flicker and not compress
     paletted = [Image.fromarray(i).quantize(256, dither=Image.Dither.NONE) for i in images]
     duration = [round(1000.0 / rate)] * (len(paletted) - 1) + [round(1000.0 * LAST)]
@@ -86,8 +86,8 @@ def _gif(path, images, rate):
     )
 
 
-def _mp4(path, images, rate):
-    program, process = _ffmpeg(), None
+def _write_mp4(path, images, rate):
+    program, process = _find_ffmpeg(), None
     for image in images:
         if process is None:
             height, width = image.shape[:2]
@@ -108,7 +108,7 @@ def _mp4(path, images, rate):
         raise DustError(f"ffmpeg could not write {path}: {text}. Try a .gif.")
 
 
-def _ffmpeg():
+def _find_ffmpeg():
     """Path of ffmpeg: the system's, or that of the package imageio-ffmpeg."""
     program = shutil.which("ffmpeg")
     if program:

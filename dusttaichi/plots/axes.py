@@ -44,7 +44,7 @@ class FewTicks(Locator):
         return ticks[ticks > 0.0]
 
 
-def few_ticks(axis):
+def set_few_ticks(axis):
     """Label a logarithmic `axis` (axes.xaxis ...) by FewTicks: plain numbers, or powers of ten."""
 
     def label(value, _):
@@ -59,21 +59,21 @@ def few_ticks(axis):
     axis.set_minor_formatter(NullFormatter())
 
 
-def logarithmic(axes, which="xy"):
-    """Make the x axis, the y axis or both of some Axes logarithmic, labelled by `few_ticks`."""
+def set_logarithmic(axes, which="xy"):
+    """Make the x axis, the y axis or both of some Axes logarithmic, labelled by `set_few_ticks`."""
     axes.set(**{f"{name}scale": "log" for name in which})
     for name in which:
-        few_ticks(getattr(axes, f"{name}axis"))
+        set_few_ticks(getattr(axes, f"{name}axis"))
 
 
-def finish(figure):
-    """Label all logarithmic axes of a Figure by `few_ticks`, and break labels that are too long."""
+def finish_figure(figure):
+    """Label the logarithmic axes of a Figure by `set_few_ticks`, and break long labels."""
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
             if isinstance(axis.get_major_formatter(), LogFormatterSciNotation) and (
                 axis.get_scale() == "log"
             ):
-                few_ticks(axis)
+                set_few_ticks(axis)
     _break_labels(figure)
 
 
@@ -88,29 +88,38 @@ def _break_labels(figure):
     if long and figure.get_layout_engine() is not None:
         figure.get_layout_engine().execute(figure)
     for label, axes in long:
-        room = axes.get_window_extent(renderer).height
-        label.set_text(broken(label.get_text(), label.get_window_extent(renderer).height / room))
+        axes_height = axes.get_window_extent(renderer).height
+        label.set_text(
+            break_text(label.get_text(), label.get_window_extent(renderer).height / axes_height)
+        )
     common = getattr(figure, "_supylabel", None)
     if common is not None:
-        share = common.get_window_extent(renderer).height / (0.95 * height)
-        common.set_text(broken(common.get_text(), share))
+        relative_length = common.get_window_extent(renderer).height / (0.95 * height)
+        common.set_text(break_text(common.get_text(), relative_length))
 
 
-def broken(text, share):
-    """The text in as many lines as its length over the room, `share`, needs; not in formulas."""
-    if share <= 1.0 or "\n" in text:
+def break_text(text, relative_length):
+    """Break a text into lines that fit; not within formulas.
+
+    relative_length: of the text, over the available length.
+    """
+    if relative_length <= 1.0 or "\n" in text:
         return text
-    count = int(np.ceil(share))
+    count = int(np.ceil(relative_length))
     words = re.findall(r"(?:\$[^$]*\$|[^\s$])+", text)
-    lines, most = [""], _letters(text) / count
+    lines, letters_per_line = [""], _count_letters(text) / count
     for word in words:
-        full = lines[-1] and _letters(lines[-1]) + _letters(word) / 2 > most and len(lines) < count
+        full = (
+            lines[-1]
+            and _count_letters(lines[-1]) + _count_letters(word) / 2 > letters_per_line
+            and len(lines) < count
+        )
         lines[-1:] = [lines[-1], word] if full else [f"{lines[-1]} {word}".strip()]
     return "\n".join(lines)
 
 
-def _letters(text):
-    """Letters of a text, with formulas as they are shown."""
+def _count_letters(text):
+    """Count the letters of a text, with formulas as they are shown."""
     return len(re.sub(r"\\[A-Za-z]+", "x", re.sub(r"[${}^_]", "", text)))
 
 
@@ -122,21 +131,21 @@ def name_stages(axes, run, per_time):
     """
     if len(run.stages) < 2:
         return
-    starts = [float(part.start.time) * per_time for part in run.parts]
+    starts = [float(segment.start.time) * per_time for segment in run.parts]
     for start in starts[1:]:
         axes.axvline(start, color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))
-    lasts = np.diff([*starts, float(run.series.time[-1]) * per_time])
+    durations = np.diff([*starts, float(run.series.time[-1]) * per_time])
     axes.figure.get_layout_engine().execute(axes.figure)
-    taken = []
-    for n in np.argsort(-lasts, kind="stable"):
+    occupied_boxes = []
+    for n in np.argsort(-durations, kind="stable"):
         name = run.stages[int(run.parts[n].series.stage[-1])]
         for level in range(LEVELS):
-            if _name_stage(axes, name, starts[n], level, taken):
+            if _name_stage(axes, name, starts[n], level, occupied_boxes):
                 break
 
 
-def _name_stage(axes, name, start, level, taken):
-    """Write a name to one side of the start of its stage, if there is room; returns whether."""
+def _name_stage(axes, name, start, level, occupied_boxes):
+    """Write a name to one side of the start of its stage, if it fits; return whether it does."""
     renderer = axes.figure.canvas.get_renderer()
     for side, sign in (("left", 1.0), ("right", -1.0)):
         text = axes.annotate(
@@ -147,8 +156,8 @@ def _name_stage(axes, name, start, level, taken):
         text.set_position((sign * GAP, GAP + 1.25 * level * text.get_fontsize()))
         box = text.get_window_extent(renderer).padded(2)
         inside = axes.bbox.x0 - 1 <= box.x0 and box.x1 <= axes.bbox.x1 + 2 * box.height
-        if inside and not any(box.overlaps(other) for other in taken):
-            taken.append(box)
+        if inside and not any(box.overlaps(occupied) for occupied in occupied_boxes):
+            occupied_boxes.append(box)
             return True
         text.remove()
     return False

@@ -11,10 +11,10 @@ from dusttaichi.analysis.frame import frame_count, read_frame
 from dusttaichi.analysis.symbols import key_label
 from dusttaichi.plots import style
 from dusttaichi.plots.colouring import BODY_COLOURS, BODY_NAMES
-from dusttaichi.plots.frame_of_picture import scale_bar
+from dusttaichi.plots.frame_of_picture import draw_scale_bar
 from dusttaichi.plots.grains import FOOT, MARGIN
 from dusttaichi.plots.registry import figure
-from dusttaichi.plots.spheres import Camera, axes_of, picture
+from dusttaichi.plots.spheres import Camera, compute_camera_axes, render_spheres
 
 WIDTH, TALLEST, DPI = 6.4, 9.0, 200
 NOTE = 0.24  # height of the time above a picture [inches]
@@ -42,35 +42,35 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
     colours = np.empty((len(frames[0].radius), 3))
     for grains, colour in zip(run.bodies(), BODY_COLOURS, strict=True):
         colours[grains] = to_rgb(colour)
-    axes = axes_of(view)
-    ends = [_ends(frame, axes) for frame in frames]
-    size = np.array([high - low for low, high in ends])  # of each, right and up [m]
+    axes = compute_camera_axes(view)
+    bounds = [_find_bounds(frame, axes) for frame in frames]
+    size = np.array([high - low for low, high in bounds])  # of each, right and up [m]
     widest = float(size[:, 0].max())
     abreast = bool(len(size) * widest <= 4.0 * size[:, 1].max())  # not if they are wide
-    scale = _scale(size, abreast)
-    cameras = [_camera(low, high, widest, axes, scale) for low, high in ends]
+    scale = _compute_scale(size, abreast)
+    cameras = [_aim_camera(low, high, widest, axes, scale) for low, high in bounds]
     inches = np.array([(c.width, c.height) for c in cameras]) / DPI
-    places, extent = _places(inches, abreast)
-    figure = style.canvas(*extent, dpi=DPI)
-    factor, unit = style.scaled(frames[-1].time, style.TIMES)
-    for frame, camera, place, own in zip(frames, cameras, places, inches, strict=True):
-        left, bottom = place / extent
+    corners, extent = _arrange_pictures(inches, abreast)
+    figure = style.create_canvas(*extent, dpi=DPI)
+    factor, unit = style.choose_unit(frames[-1].time, style.TIMES)
+    for frame, camera, corner, panel_size in zip(frames, cameras, corners, inches, strict=True):
+        x_of_panel, y_of_panel = corner / extent
         time = f"{frame.time * factor:.3g} {unit}"
-        top = extent[1] if abreast else place[1] + own[1] + NOTE
-        figure.text(left, (top - 0.06) / extent[1], time, ha="left", va="top", fontsize=9)
-        panel = figure.add_axes((left, bottom, *(own / extent)))
+        top = extent[1] if abreast else corner[1] + panel_size[1] + NOTE
+        figure.text(x_of_panel, (top - 0.06) / extent[1], time, ha="left", va="top", fontsize=9)
+        panel = figure.add_axes((x_of_panel, y_of_panel, *(panel_size / extent)))
         panel.imshow(
-            picture(camera, frame.position, frame.radius, colours),
+            render_spheres(camera, frame.position, frame.radius, colours),
             interpolation="none",
             aspect="auto",
         )
         panel.set_axis_off()
-    scale_bar(figure, widest, scale, MARGIN, FOOT)
+    draw_scale_bar(figure, widest, scale, MARGIN, FOOT)
     _name_bodies(figure)
     return figure
 
 
-def _scale(size, abreast):
+def _compute_scale(size, abreast):
     """Largest scale [inches/m] of all pictures."""
     across, up = size[:, 0].max(), size[:, 1]
     if abreast:
@@ -80,20 +80,20 @@ def _scale(size, abreast):
     return min(wide / across, tall / up.sum())
 
 
-def _places(inches, abreast):
-    """(lower left corners, (pictures, 2), extent of the figure (2,)) of pictures [inches]."""
+def _arrange_pictures(inches, abreast):
+    """Arrange pictures: (lower left corners (pictures, 2), extent of the figure (2,)) [inches]."""
     count, across, up = len(inches), inches[:, 0].max(), inches[:, 1]
     if abreast:
-        left = MARGIN + np.arange(count) * (across + MARGIN)
-        extent = np.array([left[-1] + across + MARGIN, up.max() + NOTE + FOOT])
-        return np.stack([left, FOOT + 0.5 * (up.max() - up)], axis=1), extent
+        x = MARGIN + np.arange(count) * (across + MARGIN)
+        extent = np.array([x[-1] + across + MARGIN, up.max() + NOTE + FOOT])
+        return np.stack([x, FOOT + 0.5 * (up.max() - up)], axis=1), extent
     below = np.append(np.cumsum((up + NOTE)[:0:-1])[::-1], 0.0)
     extent = np.array([across + 2 * MARGIN, (up + NOTE).sum() + FOOT])
     return np.stack([np.full(count, MARGIN), FOOT + below], axis=1), extent
 
 
 def _name_bodies(figure):
-    """A legend of the two bodies beside the scale bar."""
+    """Draw a legend of the two bodies beside the scale bar."""
     dots = [
         Line2D([], [], linestyle="", marker="o", markersize=7, color=colour, label=name)
         for name, colour in zip(BODY_NAMES, BODY_COLOURS, strict=True)
@@ -101,20 +101,22 @@ def _name_bodies(figure):
     figure.legend(handles=dots, loc="lower right", ncols=2, frameon=False, handletextpad=0.1)
 
 
-def _ends(frame, axes):
+def _find_bounds(frame, axes):
     """Ends of the grains along right and up, (2, 2) [m], with a small margin."""
     seen, reach = frame.position @ axes[:2].T, 1.2 * frame.radius[:, None]
     return np.array([(seen - reach).min(axis=0), (seen + reach).max(axis=0)])
 
 
-def _camera(low, high, widest, axes, scale):
+def _aim_camera(low, high, widest, axes, scale):
     """A Camera that sees `widest` metres about the middle of low and high along right."""
     middle = 0.5 * (low[0] + high[0])
     columns, rows = (int(np.ceil(e * scale * DPI)) for e in (widest, high[1] - low[1]))
-    left, bottom = middle - 0.5 * widest, low[1]
+    left_edge, bottom_edge = middle - 0.5 * widest, low[1]
     # the rounded number of pixels sees a little more, so that pixels stay square
-    far = np.array([left + columns / (scale * DPI), bottom + rows / (scale * DPI)])
-    return Camera(axes, np.array([left, bottom]), far, columns, rows)
+    upper_corner = np.array(
+        [left_edge + columns / (scale * DPI), bottom_edge + rows / (scale * DPI)]
+    )
+    return Camera(axes, np.array([left_edge, bottom_edge]), upper_corner, columns, rows)
 
 
 @figure(
@@ -135,8 +137,8 @@ def bodies(run):
     orbital, series = orbital_momentum(run)[:, 2], run.whole.series
     names, velocity = series.body.values.tolist(), series.body_velocity.values
     spin = dict(zip(names, series.body_angular_momentum.values[:, :, 2].T, strict=True))
-    figure, (speeds, turning) = style.new_figure(height=5.2, rows=2)
-    per_time, seconds = style.scaled(float(series.time[-1]), style.TIMES)
+    figure, (speeds, turning) = style.create_figure(height=5.2, rows=2)
+    per_time, seconds = style.choose_unit(float(series.time[-1]), style.TIMES)
     time = series.time.values * per_time
     for number, name in enumerate(names):
         line = style.run_style(number)
@@ -144,22 +146,24 @@ def bodies(run):
         faint = line | {"linestyle": (0, (1, 1.5)), "linewidth": 1.0}
         speeds.plot(time, velocity[:, number, 1], label=f"{name}, along y", **faint)
     speeds.set_ylabel("velocity (m/s)")
-    style.legend(speeds, ncols=2)
-    parts = {"about each other": orbital}
-    parts |= {f"of the {name}": own for name, own in spin.items()}
-    parts["of all"] = sum(parts.values())
-    per_unit, unit = style.scaled(max(np.abs(a).max() for a in parts.values()), MOMENTA)
-    for number, (name, values) in enumerate(parts.items()):
+    style.draw_legend(speeds, ncols=2)
+    angular_momenta = {"about each other": orbital}
+    angular_momenta |= {f"of the {name}": momentum for name, momentum in spin.items()}
+    angular_momenta["of all"] = sum(angular_momenta.values())
+    per_unit, unit = style.choose_unit(
+        max(np.abs(a).max() for a in angular_momenta.values()), MOMENTA
+    )
+    for number, (name, values) in enumerate(angular_momenta.items()):
         line = style.run_style(number)
         if name == "of all":
             line = {"color": style.BLACK, "linewidth": 1.0, "linestyle": style.DASHED}
         turning.plot(time, values * per_unit, label=name, **line)
     turning.set(ylabel=f"angular momentum\nalong z ({unit} kg m²/s)", xlabel=f"time ({seconds})")
-    style.legend(turning, ncols=2)
+    style.draw_legend(turning, ncols=2)
     return figure
 
 
-@style.styled
+@style.apply_style
 def restitution(speeds, coefficients, sticking_speed=None, label="run"):
     """Coefficient of restitution against the impact speed.
 
@@ -176,7 +180,7 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
         Label of the coefficients.
     """
     speeds, coefficients = np.asarray(speeds, float), np.asarray(coefficients, float)
-    figure, (axes,) = style.new_figure(height=3.4)
+    figure, (axes,) = style.create_figure(height=3.4)
     if sticking_speed is not None:
         low, high = min(speeds.min(), sticking_speed) * 0.8, max(speeds.max(), sticking_speed) * 1.2
         # dense where the curve leaves 0 with an upright tangent
@@ -184,15 +188,15 @@ def restitution(speeds, coefficients, sticking_speed=None, label="run"):
         closed = np.sqrt(np.maximum(0.0, 1.0 - (sticking_speed / above) ** 2))
         x, y = np.append(low, above), np.append(0.0, closed)
         text = rf"$\sqrt{{1-(v_s/v)^2}}$, $v_s$ = {sticking_speed:.4g} m/s"
-        axes.plot(x, y, label=text, **style.look(style.BLACK, 1.2))
+        axes.plot(x, y, label=text, **style.line_look(style.BLACK, 1.2))
     rows = np.atleast_2d(coefficients)
     labels = [label] if isinstance(label, str) else label
     for number, (row, text) in enumerate(zip(rows, labels, strict=True)):
         colour = style.run_style(number)["color"]
         axes.plot(speeds, row, "o", ms=4, color=colour, label=text, clip_on=False, zorder=3)
-    style.logarithmic(axes, "x")
+    style.set_logarithmic(axes, "x")
     axes.set(ylim=(0.0, 1.02), xlabel="impact speed (m/s)", ylabel="coefficient of restitution")
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 
@@ -209,13 +213,13 @@ def restitution_map(data):
     """
     *names, _ = data.restitution.dims
     points = itertools.product(*(data[name].values for name in names))
-    labels = [", ".join(map(_said, names, point, itertools.repeat(data))) for point in points]
+    labels = [", ".join(map(_format_key, names, point, itertools.repeat(data))) for point in points]
     closed = data.attrs["sticking_speed"] if data.attrs["closed_form"] else None
     rows = data.restitution.values.reshape(-1, data.sizes["speed"])
     return restitution(data.speed, rows, closed, labels if names else "simulated")
 
 
-def _said(name, value, data):
+def _format_key(name, value, data):
     """Key and value of a map for a legend: the label of the key, angles in degrees."""
     word, unit = key_label(name), style.typeset(data[name].attrs.get("units", ""))
     if isinstance(value, str):

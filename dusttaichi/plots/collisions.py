@@ -45,16 +45,20 @@ def collision_figures(data):
     dict
         Name -> matplotlib Figure.
     """
-    drawn = {"outcomes": outcome_map(data)}
+    figures_by_name = {"outcomes": outcome_map(data)}
     if data.sizes["mass_ratio"] > 1:
-        drawn["outcomes_mass_ratio"] = outcome_map(data, "mass_ratio")
+        figures_by_name["outcomes_mass_ratio"] = outcome_map(data, "mass_ratio")
     if data.sizes["body"] > 1:
-        drawn["thresholds"] = threshold_speeds(data, thresholds(data))
-    drawn |= {"growth": growth(data), "spectrum": fragment_spectrum(data), "phases": phases(data)}
-    return {name: figure for name, figure in drawn.items() if figure is not None}
+        figures_by_name["thresholds"] = threshold_speeds(data, thresholds(data))
+    figures_by_name |= {
+        "growth": growth(data),
+        "spectrum": fragment_spectrum(data),
+        "phases": phases(data),
+    }
+    return {name: figure for name, figure in figures_by_name.items() if figure is not None}
 
 
-@style.styled
+@style.apply_style
 def outcome_map(data, against="impact_parameter"):
     """Shares of the outcomes over the speed and the impact parameter or the mass ratio.
 
@@ -69,33 +73,33 @@ def outcome_map(data, against="impact_parameter"):
         Dimension of the vertical axis.
     """
     bodies = data.body.values.tolist()
-    figure, panels = style.new_grid(len(bodies), 2 if len(bodies) > 1 else 1, 3.4)
+    figure, panels = style.create_grid(len(bodies), 2 if len(bodies) > 1 else 1, 3.4)
     for axes, body in zip(panels, bodies, strict=True):
-        own = data.outcome.sel(body=body).transpose("speed", against, ...).values
-        own = own.reshape(*own.shape[:2], -1)
-        for x, y in np.ndindex(own.shape[:2]):
-            _cell(axes, x, y, own[x, y])
-        _label(axes, data, "speed", "x")
-        _label(axes, data, against, "y")
+        outcomes = data.outcome.sel(body=body).transpose("speed", against, ...).values
+        outcomes = outcomes.reshape(*outcomes.shape[:2], -1)
+        for x, y in np.ndindex(outcomes.shape[:2]):
+            _draw_cell(axes, x, y, outcomes[x, y])
+        _label_axis(axes, data, "speed", "x")
+        _label_axis(axes, data, against, "y")
         if len(bodies) > 1:
             axes.set_title(str(body))
-    there = [name for name in (*OUTCOMES, FAILED) if (data.outcome.values == name).any()]
-    handles = [Patch(facecolor=COLOURS[name], label=name) for name in there]
+    outcomes_present = [name for name in (*OUTCOMES, FAILED) if (data.outcome.values == name).any()]
+    handles = [Patch(facecolor=COLOURS[name], label=name) for name in outcomes_present]
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
     return figure
 
 
-def _cell(axes, x, y, outcomes):
-    """A rectangle of width 1 about (x, y), divided from the left by the shares of its outcomes."""
-    left = x - 0.47
+def _draw_cell(axes, x, y, outcomes):
+    """Draw a rectangle of width 1 about (x, y), divided by the shares of its outcomes."""
+    left_edge = x - 0.47
     for name in (*OUTCOMES, FAILED):
         width = 0.94 * np.mean(outcomes == name)
         if width > 0.0:
-            axes.add_patch(Rectangle((left, y - 0.45), width, 0.9, color=COLOURS[name], lw=0))
-        left += width
+            axes.add_patch(Rectangle((left_edge, y - 0.45), width, 0.9, color=COLOURS[name], lw=0))
+        left_edge += width
 
 
-def _label(axes, data, name, which):
+def _label_axis(axes, data, name, which):
     values = data[name].values
     axis = getattr(axes, f"{which}axis")
     axis.set_ticks(np.arange(len(values)), [f"{value:.3g}" for value in values])
@@ -104,69 +108,77 @@ def _label(axes, data, name, which):
     axes.tick_params(which="both", length=0)
 
 
-@style.styled
+@style.apply_style
 def growth(data):
     """Growth efficiency against the speed, a line for every body and mass ratio.
 
     Means and standard errors over seeds and impact parameters in which the bodies touched.
     """
-    figure, (axes,) = style.new_figure(height=3.4)
+    figure, (axes,) = style.create_figure(height=3.4)
     axes.axhline(0.0, color=style.GREY, linewidth=0.8)
-    several = _means(axes, data, data.growth_efficiency, "o-", "")
-    style.logarithmic(axes, "x")
+    several = _draw_means(axes, data, data.growth_efficiency, "o-", "")
+    style.set_logarithmic(axes, "x")
     axes.set(xlabel=NAMES["speed"], ylabel="growth efficiency")
     if several:
-        style.legend(axes)
+        style.draw_legend(axes)
     return figure
 
 
-def _means(axes, data, values, look, text):
-    """Means and standard errors against the speed, a line for every body and mass ratio.
+def _draw_means(axes, data, values, format_string, text):
+    """Draw means and standard errors against the speed, a line for every body and mass ratio.
 
-    look: marker and dashes. text: end of the labels. Returns whether there are several lines.
+    format_string: marker and dashes. text: end of the labels. Returns whether there are several
+    lines.
     """
     values = values.transpose("body", "mass_ratio", "speed", ...).values
     values = values.reshape(*values.shape[:3], -1)
     several = values.shape[:2] != (1, 1)
     for number, index in enumerate(np.ndindex(values.shape[:2])):
-        mean, error = np.array([mean_and_error(own) for own in values[index]]).T
+        mean, error = np.array([mean_and_error(row) for row in values[index]]).T
         name = f"{data.body.values[index[0]]}, {data.mass_ratio.values[index[1]]:g}:1"
         label = ", ".join([name] * several + [text] * bool(text))
-        how = {"fmt": look, "ms": 4, "capsize": 2, "color": style.run_style(number)["color"]}
-        axes.errorbar(data.speed, mean, np.nan_to_num(error), label=label, **how)
+        bar_style = {
+            "fmt": format_string,
+            "ms": 4,
+            "capsize": 2,
+            "color": style.run_style(number)["color"],
+        }
+        axes.errorbar(data.speed, mean, np.nan_to_num(error), label=label, **bar_style)
     return several
 
 
 PHASES = {"compression_loss": "in compression", "stretching_loss": "in stretching, of the rest"}
 
 
-@style.styled
+@style.apply_style
 def phases(data):
     """Shares of the energy dissipated in compression and in stretching against the speed.
 
     They are those of `phase_losses`: mean and standard error over seeds and impact parameters, a
     colour for every body and mass ratio. None where no collision has them.
     """
-    found = {name: values for name, values in phase_losses(data).items() if values.notnull().any()}
-    if not found:
+    shares_by_phase = {
+        name: values for name, values in phase_losses(data).items() if values.notnull().any()
+    }
+    if not shares_by_phase:
         return None
-    figure, (axes,) = style.new_figure(height=3.4)
-    for look, (name, values) in zip(("o-", "s--"), found.items(), strict=False):
-        _means(axes, data, values, look, PHASES[name])
-    style.logarithmic(axes, "x")
+    figure, (axes,) = style.create_figure(height=3.4)
+    for format_string, (name, values) in zip(("o-", "s--"), shares_by_phase.items(), strict=False):
+        _draw_means(axes, data, values, format_string, PHASES[name])
+    style.set_logarithmic(axes, "x")
     axes.set(xlabel=NAMES["speed"], ylabel="share of the energy dissipated")
     axes.set_ylim(0.0, 1.05)
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 
-@style.styled
+@style.apply_style
 def fragment_spectrum(data):
     """Number of fragments of at least a number of grains, except the two largest, by speed.
 
     A line for each of at most six speeds has the slope of n(N) ~ N^-tau.
     """
-    figure, (axes,) = style.new_figure(height=3.4)
+    figure, (axes,) = style.create_figure(height=3.4)
     speeds = data.speed.values
     drawn = 0
     picked = np.unique(np.linspace(0, len(speeds) - 1, min(6, len(speeds))).round().astype(int))
@@ -189,12 +201,12 @@ def fragment_spectrum(data):
         xlabel="grains of the fragment",
         ylabel="fragments of at least that many grains,\nin a collision",
     )
-    _legend_or(axes, drawn, "no fragments beside the two largest")
+    _draw_legend_or_text(axes, drawn, "no fragments beside the two largest")
     return figure
 
 
-@style.styled
-def threshold_speeds(data, found):
+@style.apply_style
+def threshold_speeds(data, speed_thresholds):
     """Threshold speeds of bodies and mass ratios against the filling factor of the targets.
 
     Bars are confidence intervals; thresholds outside the speeds of the study are left out.
@@ -203,33 +215,33 @@ def threshold_speeds(data, found):
     ----------
     data : xarray.Dataset
         From analysis.collisions.collisions_dataset.
-    found : list
+    speed_thresholds : list
         The `thresholds` of the dataset.
     """
-    figure, (axes,) = style.new_figure(height=3.4)
-    names = dict.fromkeys(t.name for t in found)
-    found = [t for t in found if 0.0 < t.speed < np.inf]
+    figure, (axes,) = style.create_figure(height=3.4)
+    names = dict.fromkeys(t.name for t in speed_thresholds)
+    speed_thresholds = [t for t in speed_thresholds if 0.0 < t.speed < np.inf]
     for number, name in enumerate(names):
-        own = [t for t in found if t.name == name]
-        if not own:
+        thresholds_of_outcome = [t for t in speed_thresholds if t.name == name]
+        if not thresholds_of_outcome:
             continue
-        phi, speed = np.array([(t.filling_factor, t.speed) for t in own]).T
-        ends = np.array([(t.low, t.high) for t in own]).T
-        ends = np.where(np.isnan(ends), speed, ends)
-        ends = np.clip(ends, data.speed.values.min(), data.speed.values.max())
+        phi, speed = np.array([(t.filling_factor, t.speed) for t in thresholds_of_outcome]).T
+        interval = np.array([(t.low, t.high) for t in thresholds_of_outcome]).T
+        interval = np.where(np.isnan(interval), speed, interval)
+        interval = np.clip(interval, data.speed.values.min(), data.speed.values.max())
         look = {"fmt": "o", "ms": 4, "capsize": 2, "color": style.RUN_COLOURS[number]}
         label = rf"$v_{{\rm {name}}}$"
-        axes.errorbar(phi, speed, np.abs(ends - speed), label=label, **look)
-    style.logarithmic(axes, "y")
+        axes.errorbar(phi, speed, np.abs(interval - speed), label=label, **look)
+    style.set_logarithmic(axes, "y")
     axes.set_xlabel(r"filling factor of the target $\phi$")
     axes.set_ylabel("threshold speed (m/s)")
-    _legend_or(axes, found, "no threshold within the speeds")
+    _draw_legend_or_text(axes, speed_thresholds, "no threshold within the speeds")
     return figure
 
 
-def _legend_or(axes, drawn, text):
-    """A legend of what is drawn, or that text where nothing is."""
+def _draw_legend_or_text(axes, drawn, text):
+    """Draw a legend of the curves, or that text where there are none."""
     if drawn:
-        style.legend(axes)
+        style.draw_legend(axes)
     else:
         axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center")

@@ -30,47 +30,47 @@ class Colouring:
     extend: str = "neither"
 
 
-def colour_map() -> Colormap:
+def make_colour_map() -> Colormap:
     """Viridis without its darkest part and paler, since shading darkens it."""
     colours = colormaps["viridis"](np.linspace(0.08, 1.0, 256))
     colours[:, :3] += 0.1 * (1.0 - colours[:, :3])
     return ListedColormap(colours)
 
 
-def by_number(values, most):
-    """Whole numbers from 0 to `most`, each in a colour."""
-    colours = ListedColormap(colour_map()(np.linspace(0.0, 1.0, most + 1)))
-    bar = ScalarMappable(BoundaryNorm(np.arange(-0.5, most + 1.0), most + 1), colours)
-    step = max(1, -(-(most + 1) // 12))
-    ticks = list(range(0, most + 1, step))
+def colour_by_number(values, largest):
+    """Colour whole numbers from 0 to `largest`, each in a colour."""
+    colours = ListedColormap(make_colour_map()(np.linspace(0.0, 1.0, largest + 1)))
+    bar = ScalarMappable(BoundaryNorm(np.arange(-0.5, largest + 1.0), largest + 1), colours)
+    step = max(1, -(-(largest + 1) // 12))
+    ticks = list(range(0, largest + 1, step))
     return Colouring(bar.to_rgba(values)[:, :3], bar, "contacts of a grain", ticks)
 
 
-def by_body(bodies):
-    """The Colouring by body: Fragments, or the numbers of the two bodies of a collision."""
+def colour_by_body(bodies):
+    """Colour by body: Fragments, or the numbers of the two bodies of a collision."""
     if isinstance(bodies, Fragments):
-        return by_fragment(bodies, "grains of the body at the start")
+        return colour_by_fragment(bodies, "grains of the body at the start")
     bar = ScalarMappable(BoundaryNorm([-0.5, 0.5, 1.5], 2), ListedColormap(BODY_COLOURS))
     return Colouring(bar.to_rgba(bodies)[:, :3], bar, "", [0, 1], list(BODY_NAMES))
 
 
-def by_fragment(parts, label):
-    """The Colouring by the fragments of `parts`, the largest ones each in a colour."""
-    named = min(np.count_nonzero(parts.grains > 1), len(PALETTE))
-    palette = PALETTE[:named]
-    names = [f"{count:,}" for count in parts.grains[:named]]
-    if len(parts) > named:
+def colour_by_fragment(fragments, label):
+    """Colour by Fragments, the largest ones each in a colour."""
+    count_named = min(np.count_nonzero(fragments.grains > 1), len(PALETTE))
+    palette = PALETTE[:count_named]
+    names = [f"{count:,}" for count in fragments.grains[:count_named]]
+    if len(fragments) > count_named:
         palette.append("#CFCFCF")
-        names.append(f"others ({len(parts) - named:,})")
+        names.append(f"others ({len(fragments) - count_named:,})")
     count = len(palette)
     bar = ScalarMappable(BoundaryNorm(np.arange(-0.5, count), count), ListedColormap(palette))
-    colours = bar.to_rgba(np.minimum(parts.label, count - 1))[:, :3]
+    colours = bar.to_rgba(np.minimum(fragments.label, count - 1))[:, :3]
     return Colouring(colours, bar, label, list(range(count)), names)
 
 
-def colour_bar(figure, place, colouring):
-    """Draw the bar of a Colouring at a place of a figure."""
-    bar = figure.colorbar(colouring.bar, cax=figure.add_axes(place), extend=colouring.extend)
+def draw_colour_bar(figure, rectangle, colouring):
+    """Draw the bar of a Colouring in a rectangle (left, bottom, width, height) of a figure."""
+    bar = figure.colorbar(colouring.bar, cax=figure.add_axes(rectangle), extend=colouring.extend)
     bar.set_label(colouring.label)
     bar.outline.set_linewidth(0.6)
     bar.ax.tick_params(

@@ -27,62 +27,68 @@ def cycles(run):
     DustError
         No stage unloads.
     """
-    known = [unloading for unloading in unloadings(run) if np.isfinite(unloading.modulus)]
-    if known:
-        figure, (path, moduli) = style.new_figure(5.6, rows=2, ratios=(1.6, 1.0), shared=False)
-        _moduli(moduli, known)
+    measured = [unloading for unloading in unloadings(run) if np.isfinite(unloading.modulus)]
+    if measured:
+        figure, (path, moduli) = style.create_figure(5.6, rows=2, ratios=(1.6, 1.0), shared=False)
+        _draw_moduli(moduli, measured)
     else:
-        figure, (path,) = style.new_figure()
-    _path(path, run)
-    style.legend(path)
+        figure, (path,) = style.create_figure()
+    _draw_path(path, run)
+    style.draw_legend(path)
     return figure
 
 
-def _path(axes, run):
-    """Pressure and filling factor of all records of a Run."""
-    kinds = {
-        part.stage_name: "pulling" if part.stretches else "unloading" if part.unloads else "loading"
-        for part in run.parts
+def _draw_path(axes, run):
+    """Draw filling factor against pressure of all records of a Run, a line for each stage."""
+    branches = {
+        segment.stage_name: "pulling"
+        if segment.stretches
+        else "unloading"
+        if segment.unloads
+        else "loading"
+        for segment in run.parts
     }
-    pulled, largest, named = "pulling" in kinds.values(), 0.0, set()
-    for part in run.parts:
-        records, kind = (part.start, part.series), kinds[part.stage_name]
-        pressure = np.hstack([pressure_of(one) for one in records]) / 1e3
-        phi = np.hstack([one.filling_factor.values for one in records])
-        shown = np.isfinite(pressure) if pulled else pressure > 0.0
-        color, width, order = LOOKS[kind]
-        label = None if kind in named else kind
+    has_tension, largest, labelled = "pulling" in branches.values(), 0.0, set()
+    for segment in run.parts:
+        records, branch = (segment.start, segment.series), branches[segment.stage_name]
+        pressure = np.hstack([pressure_of(record) for record in records]) / 1e3
+        phi = np.hstack([record.filling_factor.values for record in records])
+        shown = np.isfinite(pressure) if has_tension else pressure > 0.0
+        color, width, order = LOOKS[branch]
+        label = None if branch in labelled else branch
         axes.plot(
             pressure[shown], phi[shown], color=color, linewidth=width, zorder=order, label=label
         )
-        named.add(kind)
+        labelled.add(branch)
         largest = max(largest, *pressure)
-    if pulled:
+    if has_tension:
         decade = np.ceil(np.log10(LINEAR * largest)) if largest > 0.0 else 0.0
         axes.set_xscale("symlog", linthresh=10.0**decade)
         axes.xaxis.set_major_formatter("{x:g}")
         axes.axvline(0.0, color=style.GREY, linewidth=0.6)
     else:
         axes.set_xscale("log")
-    if largest > 0.0 and not pulled:
+    if largest > 0.0 and not has_tension:
         axes.set_xlim(max(axes.get_xlim()[0], LEAST * largest), 1.5 * largest)
     axes.set(
-        xlabel="pressure (kPa)" + (", negative in tension" if pulled else ""),
+        xlabel="pressure (kPa)" + (", negative in tension" if has_tension else ""),
         ylabel=r"filling factor $\phi$",
     )
 
 
-def _moduli(axes, known):
-    """The modulus of every Release that has one against its filling factor."""
-    scale, unit = style.scaled(max(unloading.modulus for unloading in known), style.PRESSURES)
+def _draw_moduli(axes, measured):
+    """Draw the modulus of unloadings that have one against their filling factor."""
+    scale, unit = style.choose_unit(
+        max(unloading.modulus for unloading in measured), style.PRESSURES
+    )
     axes.errorbar(
-        [unloading.filling_factor for unloading in known],
-        [unloading.modulus * scale for unloading in known],
-        [unloading.modulus_sigma * scale for unloading in known],
+        [unloading.filling_factor for unloading in measured],
+        [unloading.modulus * scale for unloading in measured],
+        [unloading.modulus_sigma * scale for unloading in measured],
         fmt="o-",
         color=style.ORANGE,
         markersize=4,
         linewidth=1.0,
     )
-    style.logarithmic(axes, "y")
+    style.set_logarithmic(axes, "y")
     axes.set(xlabel=r"filling factor $\phi$", ylabel=f"unloading modulus ({unit})")

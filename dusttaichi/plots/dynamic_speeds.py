@@ -6,7 +6,7 @@ from dusttaichi.analysis.dynamic import dynamic
 from dusttaichi.analysis.kind import is_dynamic
 from dusttaichi.physics.laws import delta_dynamic, p_m_fast
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure, in_common
+from dusttaichi.plots.registry import figure, select_in_common
 
 FITS = {
     ("plateau", "bins"): ("fit up to 0.4", "v"),
@@ -15,7 +15,7 @@ FITS = {
 }
 
 
-@figure("Fits and fronts of fast walls", 180, together=in_common(is_dynamic))
+@figure("Fits and fronts of fast walls", 180, together=select_in_common(is_dynamic))
 def dynamic_speeds(runs):
     """Plateau and fits of S12 eq 31 against the wall speed of several dynamic compressions.
 
@@ -28,32 +28,32 @@ def dynamic_speeds(runs):
     DustError
         A run is no dynamic compression.
     """
-    figure, axes = style.new_figure(height=5.8, rows=2)
-    found = [(run.grains or 0, dynamic(run)) for run in runs]
-    sizes = sorted({grains for grains, _ in found})
+    figure, axes = style.create_figure(height=5.8, rows=2)
+    results = [(run.grains or 0, dynamic(run)) for run in runs]
+    sizes = sorted({grains for grains, _ in results})
     # within what S12 eqs 33 and 35 were fitted to
-    own = [d.speed for _, d in found]
-    speeds = np.geomspace(max(1.0, 0.8 * min(own)), min(25.0, 1.25 * max(own)), 61)
+    wall_speeds = [d.speed for _, d in results]
+    speeds = np.geomspace(max(1.0, 0.8 * min(wall_speeds)), min(25.0, 1.25 * max(wall_speeds)), 61)
     colours = dict(zip(FITS, (style.GREEN, style.RED, style.PURPLE), strict=True))
-    for grains, d in found:
+    for grains, d in results:
         look = {"markersize": 4 + 2 * sizes.index(grains), "alpha": 0.75, "markeredgewidth": 0}
         axes[0].plot(d.speed, d.plateau / 1e3, "o", color=style.BLUE, **look)
         for which, (_, marker) in FITS.items():
             if (fit := d.fits[which]) is not None:
                 axes[0].plot(d.speed, fit.p_m / 1e3, marker, color=colours[which], **look)
                 axes[1].plot(d.speed, fit.delta, marker, color=colours[which], **look)
-    share = np.nanmedian([d.momentum / d.speed**2 for _, d in found])
+    momentum_ratio = np.nanmedian([d.momentum / d.speed**2 for _, d in results])
     points = {"linestyle": "", "markeredgewidth": 0, "markersize": 5}
     axes[0].plot([], [], "o", color=style.BLUE, label="plateau", **points)
     for which, (name, marker) in FITS.items():
         axes[0].plot([], [], marker, color=colours[which], label=f"$p_m$, {name}", **points)
-    momentum, dashed = style.look(style.BLUE), style.look(style.BLACK, 1.0, style.DASHED)
-    axes[0].plot(speeds, share * speeds**2 / 1e3, label="momentum", **momentum)
+    momentum, dashed = style.line_look(style.BLUE), style.line_look(style.BLACK, 1.0, style.DASHED)
+    axes[0].plot(speeds, momentum_ratio * speeds**2 / 1e3, label="momentum", **momentum)
     axes[0].plot(speeds, p_m_fast(speeds) / 1e3, label="S12 eqs 33, 35", **dashed)
     axes[1].plot(speeds, delta_dynamic(speeds), **dashed)
-    style.legend(axes[0])
-    for one in axes:
-        style.logarithmic(one)
+    style.draw_legend(axes[0])
+    for panel in axes:
+        style.set_logarithmic(panel)
     axes[0].set_ylabel("pressure (kPa)")
     axes[1].set(ylabel=r"$\Delta$ (dex)", xlabel="speed of the wall (m/s)")
     return figure

@@ -8,14 +8,14 @@ from dusttaichi.analysis.ensemble_stages import CURVE, CURVE_AXIS
 from dusttaichi.analysis.ensemble_tables import axes_of, bands
 from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL, CompressionLaw
 from dusttaichi.plots import style
-from dusttaichi.plots.compression import laboratory
+from dusttaichi.plots.compression import draw_laboratory_laws
 from dusttaichi.results.variables import COMMON
 
 MOST = 12  # bands in one figure
 FAINT = "#C4C8CE"
 
 
-@style.styled
+@style.apply_style
 def ensemble(data):
     """The figure of a dataset of `analysis.gather`: mean, and a band of one standard deviation.
 
@@ -25,36 +25,36 @@ def ensemble(data):
     coordination number and the first variable of the method, against the filling factor or the
     time. Of more than 12 points of a sweep, 12 evenly spaced ones are drawn.
     """
-    curves = _curves(data)
-    figure, (axes,) = style.new_figure()
-    _frame(axes, curves)
-    chosen = _spread(curves.bands)
-    for band, look in zip(chosen, style.looks(len(chosen)), strict=True):
-        _draw(axes, curves, band, look, _label(band))
+    curves = _collect_curves(data)
+    figure, (axes,) = style.create_figure()
+    _set_frame(axes, curves)
+    drawn_bands = _thin_bands(curves.bands)
+    for band, look in zip(drawn_bands, style.run_styles(len(drawn_bands)), strict=True):
+        _draw_band(axes, curves, band, look, _label_band(band))
     points = int(np.prod([data.sizes[axis] for axis in axes_of(data)]))
-    style.legend(axes, title=f"{MOST} of {points} points" if points > MOST else None)
+    style.draw_legend(axes, title=f"{MOST} of {points} points" if points > MOST else None)
     return figure
 
 
-@style.styled
+@style.apply_style
 def points(data):
     """The curves of `ensemble`, each in a panel with the others faint in the background.
 
     Curves are the points of a sweep or the replicas of an ensemble, at most 12, evenly spaced. None
     for a single curve.
     """
-    curves = _curves(data, apart=not axes_of(data))
-    chosen = _spread(curves.bands)
-    if len(chosen) < 2:
+    curves = _collect_curves(data, apart=not axes_of(data))
+    drawn_bands = _thin_bands(curves.bands)
+    if len(drawn_bands) < 2:
         return None
-    figure, panels = style.new_grid(len(chosen), 3, 1.7, shared=True)
-    for panel, band in zip(panels, chosen, strict=True):
-        _frame(panel, curves, labels=False)
-        for other in chosen:
-            if other is not band:
+    figure, panels = style.create_grid(len(drawn_bands), 3, 1.7, shared=True)
+    for panel, band in zip(panels, drawn_bands, strict=True):
+        _set_frame(panel, curves, labels=False)
+        for background in drawn_bands:
+            if background is not band:
                 look = {"color": FAINT, "linewidth": 0.7, "zorder": 1.5}
-                panel.plot(*_line(curves, other), label="_", **look)
-        _draw(panel, curves, band, {"color": style.BLUE, "linewidth": 1.4}, "_")
+                panel.plot(*_scale_line(curves, background), label="_", **look)
+        _draw_band(panel, curves, band, {"color": style.BLUE, "linewidth": 1.4}, "_")
         panel.set_title(
             style.typeset(band.label).replace(", ", "\n"), fontsize="small", loc="left", pad=3
         )
@@ -80,60 +80,67 @@ class _Curves:
     law: CompressionLaw | None = None
 
 
-def _curves(data, apart=False):
+def _collect_curves(data, apart=False):
     """The _Curves of a dataset. apart: a band for each replica instead of one for all."""
     x = data.attrs["coordinate"]
     phi = r"filling factor $\phi$"
     law = UNIDIRECTIONAL if "projected_area" in data else S12_STATIC
     if CURVE in data:
-        found = _bands(data, apart, CURVE, along=CURVE_AXIS)
-        return _Curves(found, "pressure on the top wall (kPa)", phi, 1e-3, 1.0, law)
+        curve_bands = _compute_bands(data, apart, CURVE, along=CURVE_AXIS)
+        return _Curves(curve_bands, "pressure on the top wall (kPa)", phi, 1e-3, 1.0, law)
     if x == "filling_factor" and "pressure" in data:
-        found = _bands(data, apart, "pressure", wall="top")
-        return _Curves(found, "pressure on the top wall (kPa)", phi, 1e-3, 1.0, law)
-    found, text, known_units = _subject(data, apart)
-    largest = max((np.nanmax(np.abs(band.mean)) for band in found), default=0.0)
-    per_y, unit = style.scaled(largest, known_units)
+        curve_bands = _compute_bands(data, apart, "pressure", wall="top")
+        return _Curves(curve_bands, "pressure on the top wall (kPa)", phi, 1e-3, 1.0, law)
+    curve_bands, text, known_units = _choose_variable(data, apart)
+    largest = max((np.nanmax(np.abs(band.mean)) for band in curve_bands), default=0.0)
+    per_y, unit = style.choose_unit(largest, known_units)
     text = f"{text} ({unit})" if unit else text
     if x != "time":
-        return _Curves(found, phi, text, 1.0, per_y)
-    per_x, x_unit = style.scaled(float(data.time[-1]), style.TIMES)
-    return _Curves(found, f"time ({x_unit})", text, per_x, per_y)
+        return _Curves(curve_bands, phi, text, 1.0, per_y)
+    per_x, x_unit = style.choose_unit(float(data.time[-1]), style.TIMES)
+    return _Curves(curve_bands, f"time ({x_unit})", text, per_x, per_y)
 
 
 PRESSURES = ((1e9, "GPa"), *style.PRESSURES)
 
 
-def _subject(data, apart):
-    """(bands, label, units of the axis) of the first variable that is not 0."""
+def _choose_variable(data, apart):
+    """Choose the first variable that is not 0: (its bands, label, units of the axis)."""
     for name, text, units, options in (
-        ("stress", "stress along {axis}, positive in tension", PRESSURES, _components(data)),
+        ("stress", "stress along {axis}, positive in tension", PRESSURES, _list_components(data)),
         ("pressure", "pressure on the top wall", PRESSURES, [{"wall": "top"}]),
         ("sphere_position", "height of the sphere", style.LENGTHS, [{"xyz": "z"}]),
-        ("body_position", "height of the {rigid}", style.LENGTHS, _bodies(data)),
+        ("body_position", "height of the {rigid}", style.LENGTHS, _list_moving_bodies(data)),
         ("coordination_number", "coordination number", ((1.0, ""),), [{}]),
         ("kinetic", "kinetic energy", style.ENERGIES, [{}]),
     ):
-        sizes = [_largest(data[name].sel(one)) for one in (options if name in data else [])]
+        sizes = [
+            _largest_mean(data[name].sel(selection))
+            for selection in (options if name in data else [])
+        ]
         if max(sizes, default=0.0) > 0.0:
-            chosen = options[int(np.argmax(sizes))]
-            return _bands(data, apart, name, **chosen), text.format(**chosen), units
+            largest_selection = options[int(np.argmax(sizes))]
+            return (
+                _compute_bands(data, apart, name, **largest_selection),
+                text.format(**largest_selection),
+                units,
+            )
     along = [n for n in data.data_vars if data.attrs["coordinate"] in data[n].dims]
     name = next((n for n in along if n not in COMMON), along[0])
     unit = data[name].attrs.get("units", "").removeprefix("1")
-    return _bands(data, apart, name), data[name].long_name, ((1.0, unit),)
+    return _compute_bands(data, apart, name), data[name].long_name, ((1.0, unit),)
 
 
-def _largest(values):
+def _largest_mean(values):
     """Largest size of the mean over the runs."""
     return float(np.abs(values.mean("replica")).max(skipna=True))
 
 
-def _components(data):
+def _list_components(data):
     return [{"xyz": a, "axis": a} for a in "xyz"] if "axis" in data else []
 
 
-def _bodies(data):
+def _list_moving_bodies(data):
     """Selections of the rigid bodies that move."""
     if "rigid" not in data.dims or "body_position" not in data:
         return []
@@ -144,17 +151,23 @@ def _bodies(data):
     return [{"rigid": str(name), "xyz": "z"} for name in moving]
 
 
-def _bands(data, apart, name, **selected):
+def _compute_bands(data, apart, name, **selected):
     if not apart:
         return bands(data, name, **selected)
-    each = [bands(data.isel(replica=[n]), name, **selected) for n in range(data.sizes["replica"])]
-    return [band.named(f"replica {n}") for n, found in enumerate(each) for band in found]
+    bands_by_replica = [
+        bands(data.isel(replica=[n]), name, **selected) for n in range(data.sizes["replica"])
+    ]
+    return [
+        band.named(f"replica {n}")
+        for n, replica_bands in enumerate(bands_by_replica)
+        for band in replica_bands
+    ]
 
 
-def _frame(axes, curves, labels=True):
-    """Scales, limits and labels of the axes, and the law of the laboratory."""
+def _set_frame(axes, curves, labels=True):
+    """Set scales, limits and labels of the axes, and draw the law of the laboratory."""
     if curves.law is not None:
-        laboratory(axes, np.logspace(1, 7, 301), (curves.law,))
+        draw_laboratory_laws(axes, np.logspace(1, 7, 301), (curves.law,))
         for artist in () if labels else (*axes.lines, *axes.collections):
             artist.set_label("_")
         axes.set(xscale="log", xlim=(0.05, 2e3))
@@ -164,7 +177,7 @@ def _frame(axes, curves, labels=True):
         axes.set(xlabel=curves.x_text, ylabel=curves.y_text)
 
 
-def _line(curves, band):
+def _scale_line(curves, band):
     """(x, y) of the mean of a Band in the units of the axes."""
     if curves.law is None:
         return band.x * curves.per_x, band.mean * curves.per_y
@@ -172,9 +185,9 @@ def _line(curves, band):
     return np.where(kpa > 0, kpa, np.nan), band.x
 
 
-def _draw(axes, curves, band, look, label):
-    """The mean of a Band, and its scatter."""
-    axes.plot(*_line(curves, band), label=label, **look)
+def _draw_band(axes, curves, band, look, label):
+    """Draw the mean of a Band, and its scatter."""
+    axes.plot(*_scale_line(curves, band), label=label, **look)
     faint = {"color": look["color"], "alpha": 0.25, "linewidth": 0}
     low, high = band.mean - band.std, band.mean + band.std
     if curves.law is None:
@@ -186,14 +199,14 @@ def _draw(axes, curves, band, look, label):
     axes.fill_betweenx(band.x, *ends, **faint)
 
 
-def _spread(found):
+def _thin_bands(all_bands):
     """At most MOST of the bands, evenly."""
-    if len(found) <= MOST:
-        return found
-    return [found[i] for i in np.linspace(0, len(found) - 1, MOST).round().astype(int)]
+    if len(all_bands) <= MOST:
+        return all_bands
+    return [all_bands[i] for i in np.linspace(0, len(all_bands) - 1, MOST).round().astype(int)]
 
 
-def _label(band):
+def _label_band(band):
     if band.label:
         return style.typeset(band.label)
     scatter = " ± standard deviation" if band.replicas > 1 else ""

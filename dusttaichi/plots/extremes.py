@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.patches import Patch, Rectangle
 
-from dusttaichi.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, canvas, styled
+from dusttaichi.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, apply_style, create_canvas
 
 COLOURS = {"stable": GREEN, "refused": GREY, "stopped": ORANGE, "WRONG": BLACK}
 SHADES = (-16.0, -2.0)  # powers of ten of the residual, from pale to full
@@ -11,7 +11,7 @@ BAND = 0.2
 ABREAST = 56  # letters of the column names that fit horizontally
 
 
-@styled
+@apply_style
 def extremes(data):
     """Figure of a map, the dataset of extremes.results: a panel a group.
 
@@ -19,28 +19,28 @@ def extremes(data):
     its residual. The last panel has the ratio of estimated and measured limits within its band.
     """
     groups = list(dict.fromkeys(data.group.values.tolist()))
-    parts = [data.where(data.group == name, drop=True) for name in groups]
-    heights = [2.2 + len(_values(part, "row")) for part in parts] + [9.0]
-    left, right = _columns(heights)
-    tallest = max(sum(heights[n] for n in c) for c in (left, right))
-    figure = canvas(11.5, 0.19 * tallest + 0.9, layout="constrained")
+    cells_by_group = [data.where(data.group == name, drop=True) for name in groups]
+    heights = [2.2 + len(_list_values(cells, "row")) for cells in cells_by_group] + [9.0]
+    left_panels, right_panels = _split_columns(heights)
+    tallest = max(sum(heights[n] for n in numbers) for numbers in (left_panels, right_panels))
+    figure = create_canvas(11.5, 0.19 * tallest + 0.9, layout="constrained")
     halves = figure.subfigures(1, 2, wspace=0.03)
-    for half, members in zip(halves, (left, right), strict=True):
+    for half, members in zip(halves, (left_panels, right_panels), strict=True):
         axes = half.subplots(
             len(members), 1, squeeze=False, height_ratios=[heights[n] for n in members]
         )[:, 0]
         for panel, n in zip(axes, members, strict=True):
-            if n == len(parts):
-                _limits(panel, data, groups)
+            if n == len(cells_by_group):
+                _draw_limits(panel, data, groups)
             else:
-                _cells(panel, parts[n], groups[n])
+                _draw_cells(panel, cells_by_group[n], groups[n])
     handles = [Patch(color=colour, label=verdict) for verdict, colour in COLOURS.items()]
     title = "number in a stable cell: power of ten of the ledger's residual"
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), title=title)
     return figure
 
 
-def _columns(heights):
+def _split_columns(heights):
     """Numbers of the panels of two columns of about the same height, in their order."""
     total, half = sum(heights), 0.0
     for n, height in enumerate(heights):
@@ -50,16 +50,20 @@ def _columns(heights):
     return list(range(len(heights) - 1)), [len(heights) - 1]
 
 
-def _values(part, name):
-    return list(dict.fromkeys(part[name].values.tolist()))
+def _list_values(cells, name):
+    return list(dict.fromkeys(cells[name].values.tolist()))
 
 
-def _cells(axes, part, title):
-    rows, columns = _values(part, "row"), _values(part, "column")
+def _draw_cells(axes, cells, title):
+    rows, columns = _list_values(cells, "row"), _list_values(cells, "column")
     if all(_is_number(c) for c in columns):
         columns.sort(key=float)
     for row, column, verdict, residual in zip(
-        part.row.values, part.column.values, part.verdict.values, part.residual.values, strict=True
+        cells.row.values,
+        cells.column.values,
+        cells.verdict.values,
+        cells.residual.values,
+        strict=True,
     ):
         x, y = columns.index(column), rows.index(row)
         power, alpha = "", 1.0
@@ -89,28 +93,28 @@ def _is_number(text):
     return True
 
 
-def _limits(axes, data, groups):
-    """Estimated over measured limit against the measured one."""
+def _draw_limits(axes, data, groups):
+    """Draw the estimated over the measured limit against the measured one."""
     markers = "osD^v<>Ph"
     axes.axhspan(1.0 - BAND, 1.0 + BAND, color=BLUE, alpha=0.12, linewidth=0)
     axes.axhline(1.0, color=GREY, linewidth=0.8)
-    known = np.isfinite(data.ratio.values.astype(float))
+    measured = np.isfinite(data.ratio.values.astype(float))
     for n, group in enumerate(groups):
-        own = known & (data.group.values == group)
-        if own.any():
+        of_group = measured & (data.group.values == group)
+        if of_group.any():
             line_style = {"markersize": 3.5, "color": (BLUE, RED, GREEN, ORANGE)[n % 4]}
             axes.plot(
-                data.measured.values[own],
-                data.ratio.values[own],
+                data.measured.values[of_group],
+                data.ratio.values[of_group],
                 markers[n % len(markers)],
                 label=group,
                 **line_style,
             )
     axes.set_title("largest stable step", fontsize=9, loc="left", pad=3)
     axes.set(xlabel="measured (s)", ylabel="estimated / measured", ylim=(0.7, 1.3))
-    if known.any():  # nothing outside is hidden
-        found = data.ratio.values[known].astype(float)
-        axes.set_ylim(min(0.7, 0.95 * found.min()), max(1.3, 1.05 * found.max()))
-    if known.any():
+    if measured.any():  # nothing outside is hidden
+        ratios = data.ratio.values[measured].astype(float)
+        axes.set_ylim(min(0.7, 0.95 * ratios.min()), max(1.3, 1.05 * ratios.max()))
+    if measured.any():
         axes.set_xscale("log")
         axes.legend(loc="upper right", ncols=3)

@@ -10,7 +10,7 @@ from dusttaichi.plots.registry import figure
 from dusttaichi.plots.structure import has_structure
 
 
-@style.styled
+@style.apply_style
 def mass_spectrum(spectra, labels=None):
     """Number of fragments of at least a mass against that mass.
 
@@ -24,18 +24,18 @@ def mass_spectrum(spectra, labels=None):
     """
     spectra = list(spectra) if isinstance(spectra, (list, tuple)) else [spectra]
     labels = [None] * len(spectra) if labels is None else list(labels)
-    figure, (axes,) = style.new_figure(height=3.4)
+    figure, (axes,) = style.create_figure(height=3.4)
     for number, (spectrum, label) in enumerate(zip(spectra, labels, strict=True)):
         # the count holds from below its mass to it
         mass = np.concatenate([spectrum.mass[:1] * 0.8, spectrum.mass]) / spectrum.mass.sum()
         count = np.concatenate([spectrum.count[:1], spectrum.count])
         axes.step(mass, count, where="pre", label=label, **style.run_style(number))
         axes.plot(mass[-1], count[-1], "o", ms=4, color=style.run_style(number)["color"])
-    style.logarithmic(axes)
+    style.set_logarithmic(axes)
     axes.set_ylim(0.8, None)
     axes.set(xlabel="mass of the fragment / total mass", ylabel="fragments of at least this mass")
     if any(labels):
-        style.legend(axes)
+        style.draw_legend(axes)
     return figure
 
 
@@ -67,15 +67,17 @@ def fragment_dimension(run, snapshot=-1, fragment=0):
     DustError
         The fragment is too small.
     """
-    found = dimension_of(run, snapshot, fragment)
-    figure, (axes,) = style.new_figure(height=3.4)
-    x = found.radius / found.grain_radius
-    axes.plot(x, found.number, "o", color=style.BLUE, label=f"{found.grains} grains")
-    line = np.exp(np.mean(np.log(found.number)) - found.dimension * np.mean(np.log(x)))
-    axes.plot(x, line * x**found.dimension, color=style.ORANGE, label=f"D = {found.dimension:.2f}")
-    style.logarithmic(axes)
+    counts = dimension_of(run, snapshot, fragment)
+    figure, (axes,) = style.create_figure(height=3.4)
+    x = counts.radius / counts.grain_radius
+    axes.plot(x, counts.number, "o", color=style.BLUE, label=f"{counts.grains} grains")
+    line = np.exp(np.mean(np.log(counts.number)) - counts.dimension * np.mean(np.log(x)))
+    axes.plot(
+        x, line * x**counts.dimension, color=style.ORANGE, label=f"D = {counts.dimension:.2f}"
+    )
+    style.set_logarithmic(axes)
     axes.set(
         xlabel="R over the mean radius of a grain", ylabel="grains within R of a grain of the core"
     )
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure

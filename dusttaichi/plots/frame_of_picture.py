@@ -6,21 +6,21 @@ from dusttaichi.plots import style
 from dusttaichi.plots.spheres import Lines
 
 
-def cell_segments(frame):
+def find_cell_edges(frame):
     """Edges of the present faces: ends (L, 2, 3) [m], and which are dashed (L,).
 
     A face without a neighbour ends where the grains end. Edges of periodic faces alone are dashed.
     """
     low = (frame.position - frame.radius[:, None]).min(axis=0)
     high = (frame.position + frame.radius[:, None]).max(axis=0)
-    there = np.isfinite(frame.cell)
-    ends = np.where(there, frame.cell, np.stack([low, high], axis=1))
-    wall = there & ~frame.periodic[:, None]
+    present = np.isfinite(frame.cell)
+    ends = np.where(present, frame.cell, np.stack([low, high], axis=1))
+    wall = present & ~frame.periodic[:, None]
     segments, dashed = [], []
     for axis in range(3):
         b, c = (axis + 1) % 3, (axis + 2) % 3
         for side in np.ndindex(2, 2):
-            if not (there[b, side[0]] or there[c, side[1]]):
+            if not (present[b, side[0]] or present[c, side[1]]):
                 continue
             segment = np.empty((2, 3))
             segment[:, axis] = ends[axis]
@@ -33,28 +33,28 @@ def cell_segments(frame):
     return np.array(segments).reshape(-1, 2, 3), np.array(dashed, dtype=bool)
 
 
-def cell_lines(frame, dpi):
+def make_cell_lines(frame, dpi):
     """The edges of the cell as Lines of half a point, or None."""
-    segments, dashed = cell_segments(frame)
+    segments, dashed = find_cell_edges(frame)
     return Lines(segments, dashed, width=0.0065 * dpi) if len(segments) else None
 
 
-def nice_length(largest):
+def round_length(largest):
     """The largest of 1, 2, 5 x 10^n that is no more than `largest`."""
     power = 10.0 ** np.floor(np.log10(largest))
     # with a tolerance for rounding
     return float(max(m for m in (1, 2, 5) if m * power <= largest * (1 + 1e-9)) * power)
 
 
-def scale_bar(figure, widest, scale, margin, foot):
-    """A bar of a round length below the picture, at its left.
+def draw_scale_bar(figure, widest, scale, margin, foot):
+    """Draw a bar of a round length below the picture, at its left.
 
     widest [m]: width of the picture; scale [inches/m]; margin, foot: on the left and below
     [inches].
     """
     width, height = figure.get_size_inches()
-    length = nice_length(0.25 * widest)
-    factor, unit = style.scaled(length * (1 + 1e-9), style.LENGTHS)
+    length = round_length(0.25 * widest)
+    factor, unit = style.choose_unit(length * (1 + 1e-9), style.LENGTHS)
     axes = figure.add_axes((0.0, 0.0, 1.0, foot / height))
     axes.set(xlim=(0.0, width), ylim=(0.0, foot))
     axes.set_axis_off()

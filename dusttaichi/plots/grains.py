@@ -12,15 +12,15 @@ from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.colouring import (
     Colouring,
-    by_body,
-    by_fragment,
-    by_number,
-    colour_bar,
-    colour_map,
+    colour_by_body,
+    colour_by_fragment,
+    colour_by_number,
+    draw_colour_bar,
+    make_colour_map,
 )
-from dusttaichi.plots.frame_of_picture import cell_lines, cell_segments, scale_bar
+from dusttaichi.plots.frame_of_picture import draw_scale_bar, find_cell_edges, make_cell_lines
 from dusttaichi.plots.registry import Picture
-from dusttaichi.plots.spheres import Camera, axes_of, picture
+from dusttaichi.plots.spheres import Camera, compute_camera_axes, render_spheres
 
 VIEWS = {
     "oblique": (-0.5, -1.0, 0.42),
@@ -50,10 +50,10 @@ class Appearance:
     cell: bool
     bounds: np.ndarray  # (2, 2) [m]: ends along right and up
     dpi: int
-    bodies: Fragments | np.ndarray | None = None  # of bodies_of, for that colour
+    bodies: Fragments | np.ndarray | None = None  # of number_bodies, for that colour
 
 
-@style.styled
+@style.apply_style
 def grains(
     run, snapshot=-1, color=USUAL, view="oblique", *, limits=None, label=None, cell=True, dpi=300
 ):
@@ -85,7 +85,7 @@ def grains(
     """
     frame = read_frame(run, snapshot)
     masses = grain_masses(run) if isinstance(color, str) and color == "fragment" else None
-    appearance = appearance_of(
+    appearance = choose_appearance(
         [frame],
         color,
         view,
@@ -93,12 +93,12 @@ def grains(
         label=label,
         cell=cell,
         dpi=dpi,
-        bodies=bodies_of(run, color),
+        bodies=number_bodies(run, color),
     )
-    return draw(frame, appearance, masses)
+    return draw_frame(frame, appearance, masses)
 
 
-def bodies_of(run, color):
+def number_bodies(run, color):
     """Bodies for that colour: of a collision the numbers of the bodies of the grains, (N,).
 
     Else the Fragments of the first snapshot; None for another colour.
@@ -112,19 +112,23 @@ def bodies_of(run, color):
     return number
 
 
-def appearance_of(frames, color, view, *, limits=None, label=None, cell=True, dpi=300, bodies=None):
-    """The Appearance for all of `frames`: common colours and bounds. bodies: of `bodies_of`."""
-    view = direction(view)
+def choose_appearance(
+    frames, color, view, *, limits=None, label=None, cell=True, dpi=300, bodies=None
+):
+    """The Appearance for all of `frames`: common colours and bounds. bodies: of `number_bodies`."""
+    view = parse_direction(view)
     if isinstance(color, str) and color not in COLOURS:
         raise DustError(f'There is no colour by "{color}"; allowed: {", ".join(COLOURS)}.')
-    low, high = zip(*(_extent(frame, axes_of(view), cell) for frame in frames), strict=True)
-    if limits is None and None not in (ends := [_limits(frame, color) for frame in frames]):
+    low, high = zip(
+        *(_find_extent(frame, compute_camera_axes(view), cell) for frame in frames), strict=True
+    )
+    if limits is None and None not in (ends := [_find_limits(frame, color) for frame in frames]):
         limits = (min(first for first, _ in ends), max(last for _, last in ends))
     bounds = np.array([np.min(low, axis=0), np.max(high, axis=0)])
     return Appearance(color, view, limits, label or "", cell, bounds, dpi, bodies)
 
 
-def direction(view):
+def parse_direction(view):
     """A direction (3,) from a name of VIEWS, or three numbers, also as text "1,0,0.5"."""
     if isinstance(view, str) and view in VIEWS:
         return VIEWS[view]
@@ -140,40 +144,40 @@ def direction(view):
     return vector
 
 
-@style.styled
-def draw(frame, appearance, masses=None, note=None):
-    """One Frame as a Figure with an Appearance. note: text at the top left.
+@style.apply_style
+def draw_frame(frame, appearance, masses=None, note=None):
+    """Draw a Frame as a Figure with an Appearance. note: text at the top left.
 
     masses: of the grains [kg], (N,), for the colours of fragments.
     """
-    colouring = colouring_of(frame, appearance, masses)
+    colouring = colour_grains(frame, appearance, masses)
     bar = 0.0 if colouring.bar is None else BAR + NAMES * (colouring.names is not None)
     head = MARGIN + HEAD if note else MARGIN
-    camera, (width, height) = _camera(appearance, bar, head)
-    lines = cell_lines(frame, appearance.dpi) if appearance.cell else None
-    places, radii, colours = frame.position, frame.radius, colouring.colours
+    camera, (width, height) = _aim_camera(appearance, bar, head)
+    lines = make_cell_lines(frame, appearance.dpi) if appearance.cell else None
+    centres, radii, colours = frame.position, frame.radius, colouring.colours
     if frame.sphere is not None:
-        places, radii = np.vstack([places, frame.sphere[:3]]), np.append(radii, frame.sphere[3])
+        centres, radii = np.vstack([centres, frame.sphere[:3]]), np.append(radii, frame.sphere[3])
         colours = np.vstack([colours, RIGID])
-    image = picture(camera, places, radii, colours, lines=lines)
-    figure = style.canvas(width, height, dpi=appearance.dpi)
-    part = (camera.width / appearance.dpi / width, camera.height / appearance.dpi / height)
-    axes = figure.add_axes((MARGIN / width, FOOT / height, *part))
+    image = render_spheres(camera, centres, radii, colours, lines=lines)
+    figure = style.create_canvas(width, height, dpi=appearance.dpi)
+    picture_size = (camera.width / appearance.dpi / width, camera.height / appearance.dpi / height)
+    axes = figure.add_axes((MARGIN / width, FOOT / height, *picture_size))
     axes.imshow(image, interpolation="none", aspect="auto")
     axes.set_axis_off()
     widest = camera.width / camera.scale
-    scale_bar(figure, widest, camera.scale / appearance.dpi, MARGIN, FOOT)
+    draw_scale_bar(figure, widest, camera.scale / appearance.dpi, MARGIN, FOOT)
     if note:
         figure.text(MARGIN / width, 1.0 - MARGIN / height, note, ha="left", va="top", fontsize=9)
     if colouring.bar is not None:
-        long = min(part[1], 2.6 / height)
-        middle = FOOT / height + 0.5 * part[1]
-        place = (1.0 - (bar - 0.12) / width, middle - 0.5 * long, 0.14 / width, long)
-        colour_bar(figure, place, colouring)
+        long = min(picture_size[1], 2.6 / height)
+        middle = FOOT / height + 0.5 * picture_size[1]
+        bar_rectangle = (1.0 - (bar - 0.12) / width, middle - 0.5 * long, 0.14 / width, long)
+        draw_colour_bar(figure, bar_rectangle, colouring)
     return figure
 
 
-def _camera(appearance, bar, head):
+def _aim_camera(appearance, bar, head):
     """Camera of an Appearance, and width and height of the figure [inches].
 
     bar, head: width of the colour bar, margin above the picture [inches].
@@ -186,28 +190,31 @@ def _camera(appearance, bar, head):
     # the rounded number of pixels sees a little more, so that pixels stay square
     seen = np.array([columns, rows]) / (scale * appearance.dpi)
     low = appearance.bounds.mean(axis=0) - 0.5 * seen
-    camera = Camera(axes_of(appearance.view), low, low + seen, int(columns), int(rows))
+    camera = Camera(compute_camera_axes(appearance.view), low, low + seen, int(columns), int(rows))
     inches = np.array([columns, rows]) / appearance.dpi + (2 * MARGIN + bar, head + FOOT)
     return camera, np.ceil(inches * appearance.dpi) / appearance.dpi
 
 
-def _extent(frame, axes, cell):
+def _find_extent(frame, axes, cell):
     """Ends of the drawn objects along right and up, (2, 2) [m], with a small margin."""
-    places, radius = frame.position, frame.radius[:, None]
+    centres, radius = frame.position, frame.radius[:, None]
     if frame.sphere is not None:
-        places, radius = np.vstack([places, frame.sphere[:3]]), np.vstack([radius, frame.sphere[3]])
-    seen = places @ axes[:2].T
+        centres, radius = (
+            np.vstack([centres, frame.sphere[:3]]),
+            np.vstack([radius, frame.sphere[3]]),
+        )
+    seen = centres @ axes[:2].T
     low, high = (seen - radius).min(axis=0), (seen + radius).max(axis=0)
     if cell:
-        corners = cell_segments(frame)[0].reshape(-1, 3) @ axes[:2].T
+        corners = find_cell_edges(frame)[0].reshape(-1, 3) @ axes[:2].T
         if len(corners):
             low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
     margin = 0.012 * (high - low).max()
     return np.array([low - margin, high + margin])
 
 
-def _values(frame, color):
-    """Numbers to colour by, (N,) SI, of what has a continuous scale; None of the rest."""
+def _colour_values(frame, color):
+    """Numbers to colour by, (N,) SI, of a continuous scale; None for other colours."""
     if not isinstance(color, str):
         values = np.asarray(color, dtype=float)
         if values.shape != frame.radius.shape:
@@ -221,10 +228,10 @@ def _values(frame, color):
     return frame.position[:, 2] if color == "height" else None
 
 
-def _limits(frame, color):
+def _find_limits(frame, color):
     if isinstance(color, str) and color == "coordination":
         return 0, int(frame.coordination.max())
-    values = _values(frame, color)
+    values = _colour_values(frame, color)
     if values is None:
         return None
     if isinstance(color, str) and color == "speed":
@@ -233,44 +240,46 @@ def _limits(frame, color):
     return float(values.min()), float(values.max())
 
 
-def colouring_of(frame, appearance, masses):
+def colour_grains(frame, appearance, masses):
     """The Colouring of the grains of a Frame; masses [kg] (N,): only of colour by fragment."""
     color = appearance.color
     if isinstance(color, str):
         if color == "uniform":
             return Colouring(np.tile((0.78, 0.74, 0.67), (len(frame.radius), 1)))
         if color == "fragment":
-            return by_fragment(fragments_of(frame, masses), "grains of the fragment")
+            return colour_by_fragment(fragments_of(frame, masses), "grains of the fragment")
         if color == "body":
-            return by_body(appearance.bodies)
+            return colour_by_body(appearance.bodies)
         if color == "coordination":
-            return by_number(frame.coordination, int(appearance.limits[1]))
-    values, (low, high) = _values(frame, color), appearance.limits
+            return colour_by_number(frame.coordination, int(appearance.limits[1]))
+    values, (low, high) = _colour_values(frame, color), appearance.limits
     factor, label = 1.0, appearance.label
     if isinstance(color, str):
         units = SPEEDS if color == "speed" else style.LENGTHS
-        factor, unit = style.scaled(max(abs(low), abs(high)), units)
+        factor, unit = style.choose_unit(max(abs(low), abs(high)), units)
         label = f"{color} ({unit})"
     norm = Normalize(factor * low, factor * high if high > low else factor * low + 1.0)
-    bar = ScalarMappable(norm, colour_map())
+    bar = ScalarMappable(norm, make_colour_map())
     above = (values > high).any()
     return Colouring(
         bar.to_rgba(factor * values)[:, :3], bar, label, extend="max" if above else "neither"
     )
 
 
-def _film(run, color, view, *, cell, dpi):
+def _draw_film(run, color, view, *, cell, dpi):
     """Figures of the snapshots of a run of grains, one after another."""
     color, frames = color or USUAL, [read_frame(run, n) for n in range(frame_count(run))]
     masses = grain_masses(run) if color == "fragment" else None
-    bodies = bodies_of(run, color)
-    appearance = appearance_of(frames, color, view, cell=cell, dpi=dpi, bodies=bodies)
-    factor, unit = style.scaled(frames[-1].time, style.TIMES)
+    bodies = number_bodies(run, color)
+    appearance = choose_appearance(frames, color, view, cell=cell, dpi=dpi, bodies=bodies)
+    factor, unit = style.choose_unit(frames[-1].time, style.TIMES)
     for f in frames:
-        yield draw(f, appearance, masses, f"{f.time * factor:.3g} {unit}{_filling(run, f)}")
+        yield draw_frame(
+            f, appearance, masses, f"{f.time * factor:.3g} {unit}{_format_filling_factor(run, f)}"
+        )
 
 
-def _filling(run, frame):
+def _format_filling_factor(run, frame):
     """The filling factor at the time of a frame, where the run has one."""
     series = run.series
     if "filling_factor" not in series or not len(series.time):
@@ -281,6 +290,8 @@ def _filling(run, frame):
 
 PICTURE = Picture(
     "grains",
-    lambda run, snapshot, color, view, **how: grains(run, snapshot, color or USUAL, view, **how),
-    _film,
+    lambda run, snapshot, color, view, **options: grains(
+        run, snapshot, color or USUAL, view, **options
+    ),
+    _draw_film,
 )

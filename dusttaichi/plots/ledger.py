@@ -1,4 +1,4 @@
-"""Energies of a run, where they went, and kinetic energies of several."""
+"""Energies of a run with their losses by channel, and kinetic energies of several runs."""
 
 import numpy as np
 
@@ -19,13 +19,13 @@ def ledger(run):
     panel shows the residual over the energy that has gone through the system.
     """
     energies = ledger_of(run)
-    figure, (axes, below) = style.new_figure(height=4.8, rows=2, ratios=[3, 1])
-    per_time, time_unit = style.scaled(np.max(energies.time, initial=0.0), style.TIMES)
+    figure, (axes, below) = style.create_figure(height=4.8, rows=2, ratios=[3, 1])
+    per_time, time_unit = style.choose_unit(np.max(energies.time, initial=0.0), style.TIMES)
     lost = {name: values for name, values in energies.losses.items() if np.any(values)}
     dissipated = energies.work - energies.stored
     sizes = (energies.work, dissipated, sum(energies.losses.values()))
     largest = max(np.max(np.abs(values), initial=0.0) for values in sizes)
-    per_energy, energy_unit = style.scaled(largest, style.ENERGIES)
+    per_energy, energy_unit = style.choose_unit(largest, style.ENERGIES)
     time = energies.time * per_time
     if lost:
         axes.stackplot(
@@ -35,13 +35,13 @@ def ledger(run):
             colors=[style.CHANNEL_COLOURS.get(name, style.GREY) for name in lost],
             linewidth=0,
         )
-    done = "work done from outside"
-    axes.plot(time, energies.work * per_energy, color=style.BLACK, label=done)
+    work_label = "work done from outside"
+    axes.plot(time, energies.work * per_energy, color=style.BLACK, label=work_label)
     axes.plot(
         time,
         dissipated * per_energy,
         label="work less what is stored",
-        **style.look(style.BLACK, 1.2, style.DASHED),
+        **style.line_look(style.BLACK, 1.2, style.DASHED),
     )
     axes.set(ylabel=f"energy since the start ({energy_unit})", xlim=(time[0], time[-1]))
     axes.margins(y=0.05)
@@ -54,9 +54,9 @@ def ledger(run):
     style.name_stages(axes, run, per_time)
     below.set_xlabel(f"time ({time_unit})")
     handles, labels = axes.get_legend_handles_labels()
-    work = labels.index(done)
+    work = labels.index(work_label)
     order = [work, work + 1, *reversed(range(work))]  # as they lie above each other
-    style.legend(axes, [handles[i] for i in order], [labels[i] for i in order], ncols=2)
+    style.draw_legend(axes, [handles[i] for i in order], [labels[i] for i in order], ncols=2)
     return figure
 
 
@@ -72,8 +72,8 @@ def losses(run):
         There is no filling factor.
     """
     result = losses_against_filling_factor(run)
-    figure, (axes,) = style.new_figure()
-    scale, unit = style.scaled(max(result.total.max(), 0.0), style.ENERGIES)
+    figure, (axes,) = style.create_figure()
+    scale, unit = style.choose_unit(max(result.total.max(), 0.0), style.ENERGIES)
     axes.plot(result.filling_factor, result.total * scale, color=style.BLACK, label="all losses")
     for name, energy in result.by_channel.items():
         axes.plot(
@@ -87,19 +87,19 @@ def losses(run):
         axes.axvline(
             tensile(run).strength_phi,
             label="largest stress",
-            **style.look(style.GREY, 1.0, style.DASHED),
+            **style.line_look(style.GREY, 1.0, style.DASHED),
         )
     axes.set(ylim=(0.0, None), xlabel=r"filling factor $\phi$", ylabel=f"energy lost ({unit})")
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 
-def _in_motion(runs, others):
+def _select_moving(runs, figure_names):
     """All of several Runs, where they collide, or have nothing else in common."""
-    return runs if len(runs) > 1 and (all(r.collides for r in runs) or not others) else []
+    return runs if len(runs) > 1 and (all(r.collides for r in runs) or not figure_names) else []
 
 
-@figure("Kinetic energy", 1000, together=_in_motion, optional=True)
+@figure("Kinetic energy", 1000, together=_select_moving, optional=True)
 def kinetic(runs, labels=None):
     """Kinetic energy over its largest value against time, for several runs of any kind.
 
@@ -108,23 +108,23 @@ def kinetic(runs, labels=None):
     DustError
         No run has a kinetic energy, or labels do not match the runs.
     """
-    runs, labels = style.named(runs, labels)
-    energies = [_kinetic(run) for run in runs]
+    runs, labels = style.label_runs(runs, labels)
+    energies = [_sum_kinetic(run) for run in runs]
     if all(energy is None for energy in energies):
         raise DustError("None of these runs has records of its kinetic energy.")
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     last = max(float(run.series.time[-1]) for run in runs if len(run.series.time))
-    per_time, unit = style.scaled(last, style.TIMES)
+    per_time, unit = style.choose_unit(last, style.TIMES)
     for number, (run, energy, label) in enumerate(zip(runs, energies, labels, strict=True)):
         if energy is not None:
             time = run.series.time.values * per_time
             axes.plot(time, energy / energy.max(), label=label, **style.run_style(number))
     axes.set(ylim=(0.0, 1.05), xlabel=f"time ({unit})", ylabel="kinetic energy over its largest")
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 
-def _kinetic(run):
-    parts = [run.series[n].values for n in run.series if str(n).startswith("kinetic")]
-    total = np.sum(parts, axis=0) if parts else np.zeros(0)
+def _sum_kinetic(run):
+    energies = [run.series[n].values for n in run.series if str(n).startswith("kinetic")]
+    total = np.sum(energies, axis=0) if energies else np.zeros(0)
     return total if total.ndim == 1 and len(total) and total.max() > 0.0 else None

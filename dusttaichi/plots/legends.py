@@ -9,8 +9,8 @@ from matplotlib.patches import StepPatch
 _limits = WeakKeyDictionary()  # of the y axes that were lengthened for a legend
 
 
-def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
-    """The legend of an Axes: inside where it hides nothing; else below the figure.
+def draw_legend(axes, handles=None, labels=None, *, title=None, ncols=1):
+    """Draw the legend of an Axes: inside where it hides nothing; else below the figure.
 
     In a figure of several Axes above the curves, for which the y axis becomes longer.
     """
@@ -22,7 +22,7 @@ def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
     figure = axes.figure
     figure.get_layout_engine().execute(figure)
     box = inside.get_window_extent(figure.canvas.get_renderer())
-    if not _hides(box, axes):
+    if not _hides_curve(box, axes):
         return
     inside.remove()
     if len(figure.axes) > 1:
@@ -37,9 +37,9 @@ def legend(axes, handles=None, labels=None, *, title=None, ncols=1):
     figure.set_figheight(figure.get_figheight() + tall)  # the Axes keeps its size
 
 
-def _hides(box, axes):
+def _hides_curve(box, axes):
     """True if a box of the screen hides a part of a line, of steps or of an area of an Axes."""
-    if any(within(box, _along(line, axes)).any() for line in axes.lines):
+    if any(is_within(box, _sample_line(line, axes)).any() for line in axes.lines):
         return True
     for patch in axes.patches:
         outline = patch.get_path().transformed(patch.get_transform())
@@ -52,32 +52,32 @@ def _hides(box, axes):
     return any(outline.intersects_bbox(box, filled=True) for outline in outlines)
 
 
-def _lengthen(axes, share):
-    """Lengthen the y axis so that this share of an Axes, at its top, is empty."""
-    share = min(share + 0.04, 0.6)
+def _lengthen(axes, empty_fraction):
+    """Lengthen the y axis so that this fraction of an Axes, at its top, is empty."""
+    empty_fraction = min(empty_fraction + 0.04, 0.6)
     _limits[axes] = axes.get_ylim()
     bottom, top = (axes.transAxes.transform((0.0, y))[1] for y in (0.0, 1.0))
-    beyond = bottom + (top - bottom) / (1.0 - share)
+    beyond = bottom + (top - bottom) / (1.0 - empty_fraction)
     axes.set_ylim(top=axes.transData.inverted().transform((0.0, beyond))[1])
 
 
-def own_limits(axes, which):
+def get_original_limits(axes, which):
     """Limits of the "x" or "y" axis of an Axes, before it was lengthened for a legend."""
     lengthened = which == "y" and axes in _limits
     return _limits[axes] if lengthened else getattr(axes, f"get_{which}lim")()
 
 
-def _along(line, axes):
+def _sample_line(line, axes):
     """Points of the screen along the visible part of a line of an Axes."""
     points = line.get_transform().transform(np.asarray(line.get_xydata(), dtype=float))
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) > 1 and line.get_linestyle() not in ("None", "", " "):
         between = np.linspace(0.0, 1.0, 8)[:, None, None]
         points = (points[:-1] + between * np.diff(points, axis=0)).reshape(-1, 2)
-    return points[within(axes.get_window_extent(), points)]
+    return points[is_within(axes.get_window_extent(), points)]
 
 
-def within(box, points):
+def is_within(box, points):
     """True for points (N, 2) of the screen in a box of it, (N,)."""
     points = np.reshape(points, (-1, 2))
     return ((points >= box.min) & (points <= box.max)).all(axis=1)

@@ -13,7 +13,7 @@ class ShownFigure(Figure):
 
     def _repr_png_(self):
         """(PNG, its size on the screen)."""
-        return png_of(self)
+        return render_png(self)
 
 
 class ShownFigures(dict):
@@ -22,14 +22,14 @@ class ShownFigures(dict):
     def _repr_html_(self):
         shown = []
         for name, figure in self.items():
-            png, size = png_of(figure)
+            png, size = render_png(figure)
             url = f"data:image/png;base64,{base64.b64encode(png).decode()}"
             image = f'<img src="{url}" width="{size["width"]}" alt="{name}">'
             shown.append(f"<figure><figcaption>{name}</figcaption>{image}</figure>")
         return "".join(shown)
 
 
-def png_of(figure):
+def render_png(figure):
     """(PNG of a figure, its `width` and `height` on the screen in pixels)."""
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi="figure")

@@ -13,7 +13,7 @@ MOST_LINES = 12
 LOOK = {"marker": "o", "markersize": 3.5, "linewidth": 1.1, "capsize": 2, "elinewidth": 1.0}
 
 
-@style.styled
+@style.apply_style
 def numbers(data):
     """Each number of the table of a dataset of `analysis.gather` against the swept key.
 
@@ -21,13 +21,13 @@ def numbers(data):
     of the other keys is a line. Bars are standard deviations over the replicas, faint points the
     runs. None where no number differs between the runs.
     """
-    drawn = [against(data, name) for name in table_numbers(data)]
-    drawn = [one for one in drawn if one.varies]
-    if not drawn:
+    tables = [against(data, name) for name in table_numbers(data)]
+    tables = [table for table in tables if table.varies]
+    if not tables:
         return None
-    figure, panels = style.new_grid(len(drawn), 3, 1.6)
-    for panel, one in zip(panels, drawn, strict=True):
-        _panel(panel, one)
+    figure, panels = style.create_grid(len(tables), 3, 1.6)
+    for panel, table in zip(panels, tables, strict=True):
+        _draw_panel(panel, table)
     handles, labels = panels[0].get_legend_handles_labels()
     if len(handles) > 1:
         columns = max(1, 64 // (8 + max(map(len, labels))))
@@ -35,52 +35,52 @@ def numbers(data):
     return figure
 
 
-def _panel(panel, one: Against):
-    count = min(len(one.lines), MOST_LINES)
-    chosen = np.linspace(0, len(one.lines) - 1, count).round().astype(int)
-    for own, n in zip(style.looks(count), chosen, strict=True):
-        label, look = one.lines[n], LOOK | own
-        runs = np.broadcast_to(one.x[:, None], one.runs[n].shape)
-        if one.runs.shape[-1] > 1:
+def _draw_panel(panel, table: Against):
+    count = min(len(table.lines), MOST_LINES)
+    line_numbers = np.linspace(0, len(table.lines) - 1, count).round().astype(int)
+    for line_style, n in zip(style.run_styles(count), line_numbers, strict=True):
+        label, look = table.lines[n], LOOK | line_style
+        runs = np.broadcast_to(table.x[:, None], table.runs[n].shape)
+        if table.runs.shape[-1] > 1:
             dots = {"markersize": 2.5, "markeredgewidth": 0, "alpha": 0.4}
-            panel.plot(runs.ravel(), one.runs[n].ravel(), "o", color=look["color"], **dots)
-        bars = np.where(np.isfinite(one.std[n]), one.std[n], 0.0)
-        if one.ticks is not None:  # nothing is between two names, or two samples
+            panel.plot(runs.ravel(), table.runs[n].ravel(), "o", color=look["color"], **dots)
+        bars = np.where(np.isfinite(table.std[n]), table.std[n], 0.0)
+        if table.ticks is not None:  # nothing is between two names, or two samples
             look = look | {"linestyle": "none"}
         label = style.typeset(label) or "_"
         # with a gap where no run has the number
-        panel.errorbar(one.x, one.mean[n], bars, label=label, **look)
-    _axes(panel, one)
+        panel.errorbar(table.x, table.mean[n], bars, label=label, **look)
+    _set_axes(panel, table)
 
 
-def _axes(panel, one):
-    if one.ticks is not None:
-        panel.set_xticks(one.x, one.ticks)
-        panel.set_xlim(one.x[0] - 0.4, one.x[-1] + 0.4)
-    elif _wide(one.x):
+def _set_axes(panel, table):
+    if table.ticks is not None:
+        panel.set_xticks(table.x, table.ticks)
+        panel.set_xlim(table.x[0] - 0.4, table.x[-1] + 0.4)
+    elif _is_wide(table.x):
         panel.set_xscale("log")
-        style.few_ticks(panel.xaxis)
-    elif np.ptp(one.x) > 0.0:  # the same in all panels, also where few runs have the number
-        margin = 0.06 * np.ptp(one.x)
-        panel.set_xlim(one.x.min() - margin, one.x.max() + margin)
-    if _wide(one.runs):
+        style.set_few_ticks(panel.xaxis)
+    elif np.ptp(table.x) > 0.0:  # the same in all panels, also where few runs have the number
+        margin = 0.06 * np.ptp(table.x)
+        panel.set_xlim(table.x.min() - margin, table.x.max() + margin)
+    if _is_wide(table.runs):
         panel.set_yscale("log")
-        if np.nanmax(one.runs) < 100 * np.nanmin(one.runs):
-            style.few_ticks(panel.yaxis)
+        if np.nanmax(table.runs) < 100 * np.nanmin(table.runs):
+            style.set_few_ticks(panel.yaxis)
     else:
         panel.yaxis.set_major_locator(MaxNLocator(4))
-    panel.set_title(_named(one.name, one.unit), loc="left", fontsize="small", pad=4)
-    unit = f" ({style.typeset(one.x_unit)})" if one.x_unit else ""
-    panel.set_xlabel(f"{key_label(one.key)}{unit}", fontsize="small")
+    panel.set_title(_label_number(table.name, table.unit), loc="left", fontsize="small", pad=4)
+    unit = f" ({style.typeset(table.x_unit)})" if table.x_unit else ""
+    panel.set_xlabel(f"{key_label(table.key)}{unit}", fontsize="small")
     panel.tick_params(which="both", labelsize="x-small")
 
 
-def _named(name, unit):
+def _label_number(name, unit):
     number = known().get(name)
     text = number and number.symbol or title_of(name)
     return f"{text} ({style.typeset(unit)})" if unit else text
 
 
-def _wide(values):
-    known = values[np.isfinite(values)]
-    return len(known) and known.min() > 0 and known.max() >= WIDE * known.min()
+def _is_wide(values):
+    finite = values[np.isfinite(values)]
+    return len(finite) and finite.min() > 0 and finite.max() >= WIDE * finite.min()

@@ -7,13 +7,13 @@ from dusttaichi.plots.registry import figure
 
 
 @figure("Filling factor over the height", 150, applies=lambda run: run.profiles is not None)
-def profile(run, most=8):
+def profile(run, max_profiles=8):
     """Height against filling factor for some profiles of a run.
 
     Parameters
     ----------
     run : Run
-    most : int
+    max_profiles : int
         Largest number of profiles.
 
     Raises
@@ -21,27 +21,29 @@ def profile(run, most=8):
     DustError
         The result has no profiles.
     """
-    profiles = without_cut_bins(profile_of(run, most))
+    profiles = without_cut_bins(profile_of(run, max_profiles))
     written = run.profiles.sizes["profile"]
-    figure, (axes,) = style.new_figure(height=4.0)
+    figure, (axes,) = style.create_figure(height=4.0)
     count = profiles.sizes["profile"]
-    colours = style.gradient(count)
+    colours = style.sample_gradient(count)
     for number in range(count):
-        one = profiles.isel(profile=number)
+        layer_means = profiles.isel(profile=number)
         axes.plot(
-            one.filling_factor,
-            one.middle * 1e6,
+            layer_means.filling_factor,
+            layer_means.middle * 1e6,
             color=colours[number],
-            label=rf"$\phi$ = {float(one.box_filling_factor):.2f}",
+            label=rf"$\phi$ = {float(layer_means.box_filling_factor):.2f}",
         )
-        axes.axhline(float(one.height) * 1e6, **style.look(colours[number], 0.6, style.DOTTED))
+        axes.axhline(
+            float(layer_means.height) * 1e6, **style.line_look(colours[number], 0.6, style.DOTTED)
+        )
     axes.set(
         xlim=(0, None),
         ylim=(0, 1.04 * float(profiles.height.max()) * 1e6),
         xlabel=r"filling factor, averaged horizontally",
         ylabel="height above the bottom wall (µm)",
     )
-    axes.plot([], [], label="top wall", **style.look(style.GREY, 0.6, style.DOTTED))
-    left = f", {count} of {written} profiles" if count < written else ""
-    style.legend(axes, title=f"whole box{left}")
+    axes.plot([], [], label="top wall", **style.line_look(style.GREY, 0.6, style.DOTTED))
+    remark = f", {count} of {written} profiles" if count < written else ""
+    style.draw_legend(axes, title=f"whole box{remark}")
     return figure

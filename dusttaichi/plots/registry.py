@@ -13,18 +13,18 @@ from dusttaichi.analysis.kind import draft_of
 from dusttaichi.analysis.numbers import reason, statistics
 from dusttaichi.errors import DustError
 from dusttaichi.method import attribute
-from dusttaichi.plots.style import GREY, styled
+from dusttaichi.plots.style import GREY, apply_style
 from dusttaichi.results.shown import FIGURES
 
 
-def in_common(does):
-    """Rule for a figure of several Runs: all to which it applies, if two or more."""
+def select_in_common(applies):
+    """Make the rule for a figure of several Runs: all to which it applies, if two or more."""
 
-    def chosen(runs, others=()):
-        able = [run for run in runs if does(run)]
-        return able if len(able) > 1 else []
+    def select_runs(runs, figure_names=()):
+        shown_runs = [run for run in runs if applies(run)]
+        return shown_runs if len(shown_runs) > 1 else []
 
-    return chosen
+    return select_runs
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +40,10 @@ class Figure:
     #: Function from several Runs, and the names of their figures so far, to those in one figure.
     together: Callable[..., list] | None = None
     optional: bool = False  #: True if a DustError of `draw` means that there is nothing to show.
-    place: float = 500.0  #: Position in the order of figures.
+    order: float = 500.0  #: Position in the order of figures.
 
-    def of(self, runs):
-        """The matplotlib Figure of a run or several, or None if there is nothing to show."""
+    def draw_or_skip(self, runs):
+        """Draw a run or several: a matplotlib Figure, or None if there is nothing to show."""
         try:
             return self.draw(runs)
         except DustError:
@@ -52,14 +52,14 @@ class Figure:
             raise
 
 
-def figure(title, place=500, *, applies=None, name="", together=False, optional=False):
+def figure(title, order=500, *, applies=None, name="", together=False, optional=False):
     """Register a drawing function as a figure (decorator).
 
     Parameters
     ----------
     title : str
         Title in the report.
-    place : int
+    order : int
         Position in the order of figures.
     applies : function, optional
         True for a Run that the figure shows. Default: every Run, with `together` no single one.
@@ -79,21 +79,21 @@ def figure(title, place=500, *, applies=None, name="", together=False, optional=
     if applies is None:
         applies = (lambda run: False) if together else (lambda run: True)
 
-    def registered(function):
-        function.__doc__ = _with_labels(function)
-        drawn = styled(function)
+    def register_function(function):
+        function.__doc__ = _document_labels(function)
+        drawn = apply_style(function)
         drawn.row = Figure(
             name=name or function.__name__,
             title=title,
             draw=drawn,
             applies=applies,
-            together=in_common(applies) if together is True else together or None,
+            together=select_in_common(applies) if together is True else together or None,
             optional=optional,
-            place=place,
+            order=order,
         )
         return drawn
 
-    return registered
+    return register_function
 
 
 LABELS = """runs : Run or list of Run
@@ -102,15 +102,15 @@ labels : list of str, optional
 """
 
 
-def _with_labels(function):
+def _document_labels(function):
     """Docstring of a drawing function with its parameters `runs` and `labels`, if it has them."""
     text, heading = inspect.cleandoc(function.__doc__ or ""), "Parameters\n----------\n"
     if not {"runs", "labels"} <= set(inspect.signature(function).parameters) or "labels :" in text:
         return text
     if heading in text:
         return text.replace(heading, heading + LABELS)
-    before, errors, after = text.partition("Raises\n------\n")
-    return f"{before.rstrip()}\n\n{heading}{LABELS}\n{errors}{after}"
+    summary, errors, following = text.partition("Raises\n------\n")
+    return f"{summary.rstrip()}\n\n{heading}{LABELS}\n{errors}{following}"
 
 
 def register(row: Figure) -> None:
@@ -124,79 +124,88 @@ def register(row: Figure) -> None:
         Another figure has the name.
     """
     row = getattr(row, "row", row)
-    if any(known.name == row.name and known != row for known in figures()):
+    if any(row_of_name.name == row.name and row_of_name != row for row_of_name in list_figures()):
         raise ValueError(f"there is a figure {row.name}; another name is needed")
     FIGURES[row.name] = row
 
 
-def figures(of: method.Method | None = None) -> list[Figure]:
-    """The figures of runs of a method (default: of all methods) in order."""
-    methods = [of] if of is not None else [method.named(name) for name in method.METHODS]
-    own = [getattr(row, "row", row) for one in methods for row in method.rows(one.figures)]
-    return sorted([*_built_in(), *FIGURES.values(), *own], key=lambda row: row.place)
+def list_figures(of_method: method.Method | None = None) -> list[Figure]:
+    """List the figures of runs of a method (default: of all methods) in order."""
+    methods = (
+        [of_method] if of_method is not None else [method.named(name) for name in method.METHODS]
+    )
+    method_rows = [
+        getattr(row, "row", row)
+        for each_method in methods
+        for row in method.rows(each_method.figures)
+    ]
+    return sorted([*_find_built_in(), *FIGURES.values(), *method_rows], key=lambda row: row.order)
 
 
-def marked(figure, run):
-    """A matplotlib Figure, or None, with a mark if the Run is a draft."""
+def mark_draft(figure, run):
+    """Mark a matplotlib Figure, which may be None, if the Run is a draft; return it."""
     text = draft_of(run.scene)
     if figure is not None and text:
-        place = {"ha": "right", "va": "bottom", "fontsize": 7, "color": GREY}
-        figure.text(0.995, 0.005, text, **place)
+        text_style = {"ha": "right", "va": "bottom", "fontsize": 7, "color": GREY}
+        figure.text(0.995, 0.005, text, **text_style)
     return figure
 
 
-def drawn(run):
-    """Every figure of a run; an error of one does not affect the others.
+def draw_run(run):
+    """Draw every figure of a run; an error of one does not affect the others.
 
     Returns
     -------
     iterator of tuple
         (Figure, drawing or None, error or "").
     """
-    return _drawn(
-        figures(run.method), lambda row: marked(row.of(run), run) if row.applies(run) else None
+    return _draw_rows(
+        list_figures(run.method),
+        lambda row: mark_draft(row.draw_or_skip(run), run) if row.applies(run) else None,
     )
 
 
-def _drawn(rows, draw):
+def _draw_rows(rows, draw):
     for row in rows:
         try:
-            drawing, why = draw(row), ""
+            drawing, problem = draw(row), ""
         except Exception as error:
-            drawing, why = None, reason(error)
-        if drawing is not None or why:
-            yield row, drawing, why
+            drawing, problem = None, reason(error)
+        if drawing is not None or problem:
+            yield row, drawing, problem
 
 
-def drawn_together(runs):
-    """Figures of several runs together, as in `drawn`."""
-    rows, names = {row.name: row for run in runs for row in figures(run.method)}, []
+def draw_runs(runs):
+    """Draw the figures of several runs together, as in `draw_run`."""
+    rows, names = {row.name: row for run in runs for row in list_figures(run.method)}, []
 
     def draw(row):
-        chosen = [] if row.together is None else row.together(runs, names)
-        return row.of(chosen) if chosen else None
+        shown_runs = [] if row.together is None else row.together(runs, names)
+        return row.draw_or_skip(shown_runs) if shown_runs else None
 
-    for found in _drawn(sorted(rows.values(), key=lambda row: row.place), draw):
-        names.append(found[0].name)
-        yield found
-
-
-def drawn_statistics(data):
-    """Figures of the Statistics of a dataset of `analysis.gather`, as in `drawn`."""
-    return _drawn(statistics(), lambda row: row.draw(data))
+    for result in _draw_rows(sorted(rows.values(), key=lambda row: row.order), draw):
+        names.append(result[0].name)
+        yield result
 
 
-def in_package(name):
-    """Drawing functions of the modules of a package of figures, by their names."""
+def draw_statistics(data):
+    """Draw the figures of the Statistics of a dataset of `analysis.gather`, as in `draw_run`."""
+    return _draw_rows(statistics(), lambda row: row.draw(data))
+
+
+def find_figures(name):
+    """Find the drawing functions in the modules of a package of figures, by their names."""
     modules = pkgutil.iter_modules(import_module(name).__path__)
-    names = [f"{name}.{one.name}" for one in modules if not one.ispkg]
-    members = [pair for module in names for pair in vars(import_module(module)).items()]
-    return {key: thing for key, thing in members if hasattr(thing, "row")}
+    module_names = [f"{name}.{info.name}" for info in modules if not info.ispkg]
+    members = [
+        pair for module_name in module_names for pair in vars(import_module(module_name)).items()
+    ]
+    return {key: member for key, member in members if hasattr(member, "row")}
 
 
 @cache
-def _built_in():
-    return tuple(function.row for function in in_package("dusttaichi.plots").values())
+def _find_built_in():
+    return tuple(function.row for function in find_figures("dusttaichi.plots").values())
 
 
 @dataclass(frozen=True)
@@ -215,7 +224,7 @@ class Picture:
 
 def picture_of(run) -> Picture:
     """The Picture of the method of a Run. Raises DustError where it has none."""
-    found = attribute(run.method.picture)
-    if found is None:
+    picture = attribute(run.method.picture)
+    if picture is None:
         raise DustError(f"{run.path}: there are no pictures of method: {run.method.name}.")
-    return found
+    return picture

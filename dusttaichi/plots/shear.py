@@ -17,7 +17,7 @@ from dusttaichi.plots.registry import figure
 
 
 @figure("Shear stress and strength", 90, applies=lambda run: run.sheared, optional=True)
-def shear(run, others=()):
+def shear(run, repeats=()):
     """Shear stress of a run against the shear strain of each stage that shears.
 
     For cyclic shear it is drawn against the total shear strain. Below, of several stages with a
@@ -27,7 +27,7 @@ def shear(run, others=()):
     Parameters
     ----------
     run : Run
-    others : sequence of Run
+    repeats : sequence of Run
         Runs of the same scene on other samples: open points, and part of the line.
 
     Raises
@@ -35,58 +35,69 @@ def shear(run, others=()):
     DustError
         Nothing is sheared.
     """
-    found = shearings(run)
-    loaded = [one for one in found if one.has_friction]
-    more = [one for other in others for one in shearings(other) if one.has_friction]
-    several = len(loaded) + len(more) > 1
-    figure, (curves, *below) = style.new_figure(
+    stages = shearings(run)
+    loaded = [shearing for shearing in stages if shearing.has_friction]
+    repeated_stages = [
+        shearing for repeat in repeats for shearing in shearings(repeat) if shearing.has_friction
+    ]
+    several = len(loaded) + len(repeated_stages) > 1
+    figure, (curves, *below) = style.create_figure(
         height=7.2 if several else 3.7,
         rows=3 if several else 1,
         ratios=(1.4, 1.0, 1.0) if several else None,
         shared=False,
     )
-    scale, unit = style.scaled(max(np.abs(one.shear).max() for one in found), style.PRESSURES)
-    colors = _shear_curves(curves, found, scale)
+    scale, unit = style.choose_unit(
+        max(np.abs(shearing.shear).max() for shearing in stages), style.PRESSURES
+    )
+    colors = _draw_shear_curves(curves, stages, scale)
     curves.set_ylabel(f"shear stress ({unit})")
     if several:
-        _strengths(below, [*loaded, *more], len(loaded), colors=colors, scale=scale, unit=unit)
+        _draw_strengths(
+            below, [*loaded, *repeated_stages], len(loaded), colors=colors, scale=scale, unit=unit
+        )
     return figure
 
 
-def _shear_curves(axes, found, scale):
-    """Draws the shear stress of Shearings; the colour of each stage, by its name."""
-    cyclic = len({one.direction for one in found}) > 1
-    controlled = all(one.controlled for one in found)
+def _draw_shear_curves(axes, stages, scale):
+    """Draw the shear stress of Shearings; return the colour of each stage by its name."""
+    cyclic = len({shearing.direction for shearing in stages}) > 1
+    controlled = all(shearing.controlled for shearing in stages)
     colors = {}
-    for number, one in enumerate(found):
-        own = style.run_style(number)
-        colors[one.stage] = own["color"]
-        label = load_text(one) if controlled else one.stage or "sheared"
+    for number, shearing in enumerate(stages):
+        line_style = style.run_style(number)
+        colors[shearing.stage] = line_style["color"]
+        label = load_text(shearing) if controlled else shearing.stage or "sheared"
         if cyclic:
-            axes.plot(one.total_strain, one.direction * one.shear * scale, label=label, **own)
+            axes.plot(
+                shearing.total_strain,
+                shearing.direction * shearing.shear * scale,
+                label=label,
+                **line_style,
+            )
         else:
-            axes.plot(one.strain, one.shear * scale, label=label, **own)
+            axes.plot(shearing.strain, shearing.shear * scale, label=label, **line_style)
     if cyclic:
         axes.axhline(0.0, color=style.GREY, linewidth=0.6)
     axes.set_xlabel("total shear strain" if cyclic else "shear strain of the stage")
     title = "normal stress" if controlled else "normal stress not prescribed"
-    style.legend(axes, title=title, ncols=2)
+    style.draw_legend(axes, title=title, ncols=2)
     return colors
 
 
-def _strengths(panels, found, own, *, colors, scale, unit):
-    """Strengths of Shearings over load and filling factor, filled the first `own` of them."""
+def _draw_strengths(panels, stages, count_filled, *, colors, scale, unit):
+    """Draw strengths of Shearings over load and filling factor, filled the first count_filled."""
     line, density = panels
-    for number, one in enumerate(found):
-        filled = {} if number < own else {"markerfacecolor": "none"}
-        for axes, x in ((line, one.load * scale), (density, one.density)):
+    for number, shearing in enumerate(stages):
+        filled = {} if number < count_filled else {"markerfacecolor": "none"}
+        for axes, x in ((line, shearing.load * scale), (density, shearing.density)):
             axes.errorbar(
-                x, one.strength * scale, one.strength_sigma * scale, fmt="o",
-                color=colors.get(one.stage, style.GREY), markersize=5, **filled,
+                x, shearing.strength * scale, shearing.strength_sigma * scale, fmt="o",
+                color=colors.get(shearing.stage, style.GREY), markersize=5, **filled,
             )  # fmt: skip
-    fit = friction(found)
+    fit = friction(stages)
     if fit is not None:
-        x = np.array([0.0, 1.05 * max(one.load for one in found)])
+        x = np.array([0.0, 1.05 * max(shearing.load for shearing in stages)])
         slope = f"{fit.slope:+.2f}"
         text = rf"$\tau = {fit.cohesion * scale:.2g}$ {unit} ${slope}\,\sigma_n$"
         line.plot(
@@ -96,7 +107,7 @@ def _strengths(panels, found, own, *, colors, scale, unit):
             linewidth=1.0,
             label=f"{text}, friction angle {fit.angle:.0f}°",
         )
-        style.legend(line)
+        style.draw_legend(line)
     line.set_xlabel(f"normal stress ({unit})")
     density.set_xlabel(r"filling factor $\phi$")
     for axes in (line, density):
@@ -104,7 +115,7 @@ def _strengths(panels, found, own, *, colors, scale, unit):
 
 
 @figure("Triaxial tests", 100, applies=is_triaxial, optional=True)
-def triaxial(run, others=()):
+def triaxial(run, repeats=()):
     """Deviator and filling factor of a run against the strain of each triaxial test.
 
     Below, Mohr's circles of their strengths, with the line of friction as their tangent.
@@ -112,7 +123,7 @@ def triaxial(run, others=()):
     Parameters
     ----------
     run : Run
-    others : sequence of Run
+    repeats : sequence of Run
         Runs of the same scene on other samples: thin circles, and part of the line.
 
     Raises
@@ -120,23 +131,28 @@ def triaxial(run, others=()):
     DustError
         There is no test.
     """
-    found, more = triaxials(run), [one for other in others for one in triaxials(other)]
-    figure, (curves, density, circles) = style.new_figure(
+    tests, repeated_tests = (
+        triaxials(run),
+        [test for repeat in repeats for test in triaxials(repeat)],
+    )
+    figure, (curves, density, circles) = style.create_figure(
         height=7.2, rows=3, ratios=(1.4, 1.0, 1.1), shared=False
     )
-    scale, unit = style.scaled(max(np.abs(one.deviator).max() for one in found), style.PRESSURES)
-    for number, one in enumerate(found):
-        own = style.run_style(number)
-        label = load_text(one)
-        curves.plot(one.strain, one.deviator * scale, label=label, **own)
-        density.plot(one.strain, one.filling_factor, **own)
-        circles.plot(*_circle(one, scale), **own)
-        for other in more:
-            if other.stage == one.stage:
-                circles.plot(*_circle(other, scale), **(own | {"linewidth": 0.7}))
-    _touching(circles, friction([*found, *more]), scale)
+    scale, unit = style.choose_unit(
+        max(np.abs(test.deviator).max() for test in tests), style.PRESSURES
+    )
+    for number, test in enumerate(tests):
+        line_style = style.run_style(number)
+        label = load_text(test)
+        curves.plot(test.strain, test.deviator * scale, label=label, **line_style)
+        density.plot(test.strain, test.filling_factor, **line_style)
+        circles.plot(*_compute_circle(test, scale), **line_style)
+        for repeat in repeated_tests:
+            if repeat.stage == test.stage:
+                circles.plot(*_compute_circle(repeat, scale), **(line_style | {"linewidth": 0.7}))
+    _draw_tangent(circles, friction([*tests, *repeated_tests]), scale)
     curves.set_ylabel(f"deviator ({unit})")
-    style.legend(curves, title="confining stress")
+    style.draw_legend(curves, title="confining stress")
     density.set_ylabel(r"filling factor $\phi$")
     for axes in (curves, density):
         axes.set_xlabel("axial strain of the stage")
@@ -146,26 +162,26 @@ def triaxial(run, others=()):
     return figure
 
 
-def _circle(test, scale):
-    """The upper half of Mohr's circle of a Triaxial: (normal, shear stress)."""
+def _compute_circle(test, scale):
+    """Compute the upper half of Mohr's circle of a Triaxial: (normal, shear stress)."""
     turn, radius = np.linspace(0.0, np.pi, 90), 0.5 * test.strength
     middle = test.load + radius
     return (middle + radius * np.cos(turn)) * scale, radius * np.sin(turn) * scale
 
 
-def _touching(axes, fit, scale):
-    """Draws the tangent of the circles, of their Friction, if there is one."""
+def _draw_tangent(axes, fit, scale):
+    """Draw the tangent of the circles, of their Friction, if there is one."""
     if fit is None:
         return
     x = np.array([0.0, axes.get_xlim()[1]])
     y = fit.triaxial_cohesion * scale + np.tan(np.radians(fit.triaxial_angle)) * x
     text = f"friction angle {fit.triaxial_angle:.0f}°"
     axes.plot(x, y, color=style.BLACK, linewidth=1.0, label=text)
-    style.legend(axes)
+    style.draw_legend(axes)
 
 
 @figure("Filling factor under each load", 80, applies=lambda run: bool(controlled_loads(run)))
-def loads(run, others=(), repeats=()):
+def loads(run, constant_speed_runs=(), repeats=()):
     """Filling factor against pressure of a run with load steps.
 
     The thin line is its path; points are the settled state of each load.
@@ -173,7 +189,7 @@ def loads(run, others=(), repeats=()):
     Parameters
     ----------
     run : Run
-    others : sequence of Run
+    constant_speed_runs : sequence of Run
         Runs of the same sample at constant speed, drawn as lines.
     repeats : sequence of Run
         Runs of the same steps on other samples: points are means, bars standard deviations between
@@ -184,17 +200,19 @@ def loads(run, others=(), repeats=()):
     DustError
         No stage controls a pressure.
     """
-    found = controlled_loads(run)
-    if not found:
+    load_steps = controlled_loads(run)
+    if not load_steps:
         raise DustError(f"{run.path}: no stage controls a pressure; it needs drive: pressure.")
-    samples = [found, *(controlled_loads(other) for other in repeats)]
-    pressure = np.array([[load.pressure for load in one] for one in samples]) / 1e3
-    density = np.array([[load.filling_factor for load in one] for one in samples])
-    figure, (axes,) = style.new_figure()
-    path = _path(run)
+    samples = [load_steps, *(controlled_loads(reference) for reference in repeats)]
+    pressure = np.array([[load.pressure for load in steps] for steps in samples]) / 1e3
+    density = np.array([[load.filling_factor for load in steps] for steps in samples])
+    figure, (axes,) = style.create_figure()
+    path = _collect_path(run)
     axes.plot(*path, color=style.GREY, linewidth=0.7, label="under load, not settled")
-    for number, (other, label) in enumerate(zip(*style.named(others), strict=True)):
-        axes.plot(*_path(other), label=label, **style.run_style(number))
+    for number, (reference, label) in enumerate(
+        zip(*style.label_runs(constant_speed_runs), strict=True)
+    ):
+        axes.plot(*_collect_path(reference), label=label, **style.run_style(number))
     axes.errorbar(
         pressure.mean(axis=0),
         density.mean(axis=0),
@@ -206,19 +224,19 @@ def loads(run, others=(), repeats=()):
         label="under load, settled",
     )
     axes.set_xscale("log")
-    lowest = min(load.wanted for load in found) / 1e3
+    lowest = min(load.wanted for load in load_steps) / 1e3
     # of a load that is not reached the reached pressure
     reached = np.quantile(path[0], 0.9) if len(path[0]) else lowest
     axes.set(
-        xlim=(0.1 * min(lowest, reached), 2.0 * max(load.wanted for load in found) / 1e3),
+        xlim=(0.1 * min(lowest, reached), 2.0 * max(load.wanted for load in load_steps) / 1e3),
         xlabel="pressure (kPa)",
         ylabel=r"filling factor $\phi$",
     )
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 
-def _path(run):
+def _collect_path(run):
     """Pressure [kPa] and filling factor of all records with a positive pressure."""
     pressure = pressure_of(run.series) / 1e3
     shown = pressure > 0.0

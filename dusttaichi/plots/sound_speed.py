@@ -23,26 +23,26 @@ def sound_speed(runs, labels=None):
     DustError
         A run has no snapshots that show the arrival, or labels do not match the runs.
     """
-    runs, labels = style.named(runs, labels)
-    figure, (axes,) = style.new_figure(height=3.4)
+    runs, labels = style.label_runs(runs, labels)
+    figure, (axes,) = style.create_figure(height=3.4)
     arrivals = [arrival(run) for run in runs]
-    factor, unit = style.scaled(max(a.distance.max() for a in arrivals), style.LENGTHS)
-    for number, (found, label) in enumerate(zip(arrivals, labels, strict=True)):
-        fit, look = fit_speed(found), style.run_style(number)
+    factor, unit = style.choose_unit(max(a.distance.max() for a in arrivals), style.LENGTHS)
+    for number, (wave, label) in enumerate(zip(arrivals, labels, strict=True)):
+        fit, look = fit_speed(wave), style.run_style(number)
         dots = {"ms": 2.5, "mew": 0, "alpha": 0.65, "color": look["color"], "zorder": 4}
         name = "_"
         if len(runs) == 1:
-            name, label, look = "grains: distance / time", "fit", style.look(style.RED, 1.6)
+            name, label, look = "grains: distance / time", "fit", style.line_look(style.RED, 1.6)
             ends = fit.speed - fit.sigma, fit.speed + fit.sigma
             axes.axhspan(*ends, color=style.RED, alpha=0.2, linewidth=0)
-        axes.plot(found.distance * factor, found.speed, "o", label=name, **dots)
-        said = rf"{label}: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s"
-        axes.plot([0, found.distance.max() * factor], [fit.speed] * 2, label=said, **look)
+        axes.plot(wave.distance * factor, wave.speed, "o", label=name, **dots)
+        speed_label = rf"{label}: {fit.speed:.4g} $\pm$ {fit.sigma:.1g} m/s"
+        axes.plot([0, wave.distance.max() * factor], [fit.speed] * 2, label=speed_label, **look)
     axes.set(
         xlim=(0.0, None),
         ylim=(0.0, None),
         xlabel=f"distance from the push ({unit})",
         ylabel="speed of sound (m/s)",
     )
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure

@@ -10,17 +10,17 @@ from dusttaichi.plots.registry import figure
 FORCES = ((1e-3, "mN"), (1e-6, "µN"), (1e-9, "nN"))
 
 
-def with_spheres(runs, others=()):
-    """Runs in which a sphere penetrates dust, at least one of grains."""
-    able = [run for run in runs if run.has_sphere or run.intrudes]
-    return able if len(able) > 1 and any(run.has_sphere for run in able) else []
+def select_spheres(runs, figure_names=()):
+    """Select the runs in which a sphere penetrates dust, at least one of grains."""
+    shown_runs = [run for run in runs if run.has_sphere or run.intrudes]
+    return shown_runs if len(shown_runs) > 1 and any(run.has_sphere for run in shown_runs) else []
 
 
 @figure(
     "The sphere over time",
     160,
     applies=lambda run: run.has_sphere,
-    together=with_spheres,
+    together=select_spheres,
     optional=True,
 )
 def sphere(runs, labels=None):
@@ -33,20 +33,25 @@ def sphere(runs, labels=None):
     DustError
         A run has no sphere.
     """
-    runs, labels = style.named(runs, labels)
-    ways = [penetration(run) for run in runs]
-    figure, panels = style.new_figure(height=6.2, rows=3)
-    per_time, seconds = style.scaled(max(way.time[-1] for way in ways), style.TIMES)
-    per_length, metres = style.scaled(max(way.radius for way in ways), style.LENGTHS)
-    per_force, newtons = style.scaled(max(np.abs(way.force).max() for way in ways), FORCES)
-    for number, (way, label) in enumerate(zip(ways, labels, strict=True)):
-        line, time = style.run_style(number), way.time * per_time
-        panels[0].plot(time, way.depth * per_length, label=label, **line)
-        panels[1].plot(time, -way.velocity, **line)
-        panels[2].plot(time, way.force * per_force, **line)
-        if way.stop is not None:
+    runs, labels = style.label_runs(runs, labels)
+    motions = [penetration(run) for run in runs]
+    figure, panels = style.create_figure(height=6.2, rows=3)
+    per_time, seconds = style.choose_unit(max(motion.time[-1] for motion in motions), style.TIMES)
+    per_length, metres = style.choose_unit(max(motion.radius for motion in motions), style.LENGTHS)
+    per_force, newtons = style.choose_unit(
+        max(np.abs(motion.force).max() for motion in motions), FORCES
+    )
+    for number, (motion, label) in enumerate(zip(motions, labels, strict=True)):
+        line, time = style.run_style(number), motion.time * per_time
+        panels[0].plot(time, motion.depth * per_length, label=label, **line)
+        panels[1].plot(time, -motion.velocity, **line)
+        panels[2].plot(time, motion.force * per_force, **line)
+        if motion.stop is not None:
             panels[0].plot(
-                way.stop.time * per_time, way.stop.depth * per_length, "o", color=line["color"]
+                motion.stop.time * per_time,
+                motion.stop.depth * per_length,
+                "o",
+                color=line["color"],
             )
     panels[0].invert_yaxis()
     panels[0].set_ylabel(f"depth ({metres})")
@@ -55,7 +60,7 @@ def sphere(runs, labels=None):
         ylabel=f"force upwards ({newtons})",
         xlabel=f"time since the sphere is at the surface ({seconds})",
     )
-    style.legend(panels[0])
+    style.draw_legend(panels[0])
     return figure
 
 
@@ -63,7 +68,7 @@ def sphere(runs, labels=None):
     "Filling factor below the sphere",
     161,
     applies=lambda run: run.has_sphere and run.snapshots is not None,
-    together=with_spheres,
+    together=select_spheres,
     optional=True,
 )
 def sphere_column(runs, labels=None):
@@ -74,29 +79,37 @@ def sphere_column(runs, labels=None):
     DustError
         A run has no sphere, or no snapshots.
     """
-    runs, labels = style.named(runs, labels)
+    runs, labels = style.label_runs(runs, labels)
     if any(run.snapshots is None for run in runs):
         raise DustError("There are no snapshots: set output: snapshots in the scene.")
-    figure, (axes,) = style.new_figure(height=4.4)
-    per_length, metres = style.scaled(max(penetration(run).radius for run in runs), style.LENGTHS)
-    before, lowest = {"linewidth": 0.8, "linestyle": style.DOTTED}, {"linewidth": 0.6}
+    figure, (axes,) = style.create_figure(height=4.4)
+    per_length, metres = style.choose_unit(
+        max(penetration(run).radius for run in runs), style.LENGTHS
+    )
+    before_style, lowest_style = {"linewidth": 0.8, "linestyle": style.DOTTED}, {"linewidth": 0.6}
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
-        line, now, first = style.run_style(number), column(run), column(run, 0)
-        axes.plot(now.filling_factor, now.depth * per_length, label=label, marker=".", **line)
-        below = first.depth > 0.0
+        line, last_column, first_column = style.run_style(number), column(run), column(run, 0)
         axes.plot(
-            first.filling_factor[below],
-            first.depth[below] * per_length,
-            color=line["color"],
-            **before,
+            last_column.filling_factor,
+            last_column.depth * per_length,
+            label=label,
+            marker=".",
+            **line,
         )
-        axes.axhline(now.sphere * per_length, color=line["color"], **lowest)
-    axes.plot([], [], color=style.GREY, label="before the impact", **before)
-    axes.plot([], [], color=style.GREY, label="lowest point of the sphere", **lowest)
+        below = first_column.depth > 0.0
+        axes.plot(
+            first_column.filling_factor[below],
+            first_column.depth[below] * per_length,
+            color=line["color"],
+            **before_style,
+        )
+        axes.axhline(last_column.sphere * per_length, color=line["color"], **lowest_style)
+    axes.plot([], [], color=style.GREY, label="before the impact", **before_style)
+    axes.plot([], [], color=style.GREY, label="lowest point of the sphere", **lowest_style)
     axes.invert_yaxis()
     axes.set(
         xlabel=r"filling factor $\phi$ below the sphere",
         ylabel=f"depth below the surface ({metres})",
     )
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure

@@ -59,8 +59,8 @@ class Camera:
         )
 
 
-def axes_of(view):
-    """Axes of a Camera that looks from the direction `view`, (3,): z upwards where it can be."""
+def compute_camera_axes(view):
+    """Compute the axes of a Camera that looks from the direction `view`, (3,): z upwards or y."""
     towards = np.asarray(view, dtype=float) / np.linalg.norm(view)
     up = np.array([0.0, 1.0, 0.0]) if abs(towards[2]) > 0.999 else np.array([0.0, 0.0, 1.0])
     right = np.cross(up, towards)
@@ -78,33 +78,33 @@ class Lines:
     width: float = 2.0
 
 
-def picture(camera, position, radius, colour, *, lines=None, samples=SAMPLES):
-    """Spheres and lines in the view of a camera: (height, width, 3) floats from 0 to 1.
+def render_spheres(camera, position, radius, colour, *, lines=None, samples=SAMPLES):
+    """Render spheres and lines in the view of a camera: (height, width, 3) floats from 0 to 1.
 
     position (N, 3), radius (N,) [m]; colour (N, 3). Nearer objects hide farther ones, spheres and
     lines.
     """
     centre = camera.project(position, samples)
     size = radius * camera.scale * samples
-    hidden = occlusion(position, radius)
+    hidden = compute_occlusion(position, radius)
     hidden[:, 1:] = hidden[:, 1:] @ camera.axes.T  # shades are computed in the camera's axes
     shadows = Shadows(centre / samples, size / samples, samples)
     spheres = (centre, size, np.asarray(colour, np.float32), hidden.astype(np.float32), shadows)
     if lines is not None:
-        core, halo = (_line_points(camera, lines, samples, wider) for wider in (1.0, HALO[0]))
+        core, halo = (_sample_lines(camera, lines, samples, wider) for wider in (1.0, HALO[0]))
     image = np.empty((camera.height, camera.width, 3), dtype=np.float32)
     for first in range(0, camera.height, BAND):
         last = min(first + BAND, camera.height)
-        band = _band(first * samples, last * samples, camera.width * samples, spheres)
+        band = _render_band(first * samples, last * samples, camera.width * samples, spheres)
         if lines is not None:
             _draw_halo(*band, halo, first * samples)
-            band[0][_seen(band[1], core, first * samples)] = lines.colour
+            band[0][_find_visible(band[1], core, first * samples)] = lines.colour
         rows = band[0].reshape(last - first, samples, camera.width, samples, 3)
         image[first:last] = rows.mean(axis=(1, 3))
     return np.clip(image, 0.0, 1.0)
 
 
-def occlusion(position, radius):
+def compute_occlusion(position, radius):
     """Ambient occlusion of each sphere by its neighbours: (N, 4), a mean and a vector.
 
     A point of the surface with normal n sees exp(-OCCLUSION (mean + vector . n)) of the light from
@@ -118,13 +118,13 @@ def occlusion(position, radius):
     distance = np.maximum(np.linalg.norm(between, axis=1), 0.5 * (radius[i] + radius[j]))
     towards = between / distance[:, None]
     out = np.zeros((len(radius), 4))
-    for own, other, sign in ((i, j, 1.0), (j, i, -1.0)):
+    for shaded, shading, sign in ((i, j, 1.0), (j, i, -1.0)):
         # decreases to 0 at the end of the reach
-        hidden = (radius[other] / distance) ** 2 * (1.0 - distance / reach)
-        out[:, 0] += np.bincount(own, 0.25 * hidden, minlength=len(radius))
+        hidden = (radius[shading] / distance) ** 2 * (1.0 - distance / reach)
+        out[:, 0] += np.bincount(shaded, 0.25 * hidden, minlength=len(radius))
         for axis in range(3):
-            part = 0.5 * sign * hidden * towards[:, axis]
-            out[:, 1 + axis] += np.bincount(own, part, minlength=len(radius))
+            component = 0.5 * sign * hidden * towards[:, axis]
+            out[:, 1 + axis] += np.bincount(shaded, component, minlength=len(radius))
     return out
 
 
@@ -137,7 +137,7 @@ class Shadows:
     def __init__(self, centre, size, samples):
         self.samples, self.softness = samples, max(1.0, SOFTNESS * float(size.max()))
         flipped = centre * (1.0, -1.0, 1.0)
-        self.axes = axes_of(LIGHT)
+        self.axes = compute_camera_axes(LIGHT)
         seen = flipped @ self.axes.T
         low, high = (seen[:, :2] - size[:, None]).min(axis=0), (seen[:, :2] + size[:, None]).max(0)
         self.corner = low - 4.0 * self.softness
@@ -148,7 +148,7 @@ class Shadows:
         for k in range(len(size)):
             _draw_sphere(self.depth, owner, k, seen[k], size[k])
 
-    def dark(self, column, row, depth, bias):
+    def sample_shadow(self, column, row, depth, bias):
         """Shadow of samples of the picture, (S,), from 0 to 1."""
         scale = np.float32(1.0 / self.samples)
         x, y, z = column * scale, -row * scale, depth * scale
@@ -165,7 +165,7 @@ class Shadows:
         return np.float32(0.25) * dark
 
 
-def _band(top, bottom, width, spheres):
+def _render_band(top, bottom, width, spheres):
     """Colours (rows, width, 3) and depths (rows, width) of the samples of rows top to bottom."""
     centre, size = spheres[:2]
     depth = np.full((bottom - top, width), -np.inf, dtype=np.float32)
@@ -182,34 +182,37 @@ def _band(top, bottom, width, spheres):
 
 
 def _draw_sphere(depth, owner, number, centre, size):
-    """One sphere into the buffers; samples sit at half-integer places."""
+    """Draw a sphere into the buffers; samples are at half-integer positions."""
     rows, columns = depth.shape
-    left, right = max(int(centre[0] - size), 0), min(int(centre[0] + size) + 1, columns)
-    top, bottom = max(int(centre[1] - size), 0), min(int(centre[1] + size) + 1, rows)
-    if left >= right or top >= bottom:
+    first_column, last_column = (
+        max(int(centre[0] - size), 0),
+        min(int(centre[0] + size) + 1, columns),
+    )
+    first_row, last_row = max(int(centre[1] - size), 0), min(int(centre[1] + size) + 1, rows)
+    if first_column >= last_column or first_row >= last_row:
         return
-    across = np.arange(left, right, dtype=np.float32) + np.float32(0.5 - centre[0])
-    down = np.arange(top, bottom, dtype=np.float32) + np.float32(0.5 - centre[1])
+    across = np.arange(first_column, last_column, dtype=np.float32) + np.float32(0.5 - centre[0])
+    down = np.arange(first_row, last_row, dtype=np.float32) + np.float32(0.5 - centre[1])
     square = np.float32(size**2) - across**2 - (down**2)[:, None]
     height = np.sqrt(np.maximum(square, 0.0)) + np.float32(centre[2])
-    there = depth[top:bottom, left:right]
-    nearer = (square > 0.0) & (height > there)
-    np.copyto(there, height, where=nearer)
-    np.copyto(owner[top:bottom, left:right], number, where=nearer)
+    depth_of_region = depth[first_row:last_row, first_column:last_column]
+    nearer = (square > 0.0) & (height > depth_of_region)
+    np.copyto(depth_of_region, height, where=nearer)
+    np.copyto(owner[first_row:last_row, first_column:last_column], number, where=nearer)
 
 
 def _shade(column, row, depth, owner, spheres):
     """Colours of samples, (S, 3): light from the upper left, gloss, and shade of neighbours."""
     centre, size, colour, hidden, shadows = spheres
-    own, radius = centre[owner].astype(np.float32), size[owner].astype(np.float32)
-    x, y = (column - own[:, 0]) / radius, (own[:, 1] - row) / radius
+    centres, radius = centre[owner].astype(np.float32), size[owner].astype(np.float32)
+    x, y = (column - centres[:, 0]) / radius, (centres[:, 1] - row) / radius
     z = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
     near = hidden[owner]
     covered = near[:, 0] + near[:, 1] * x + near[:, 2] * y + near[:, 3] * z
     sky = np.exp(-OCCLUSION * np.maximum(covered, 0.0))
     light = (LIGHT / np.linalg.norm(LIGHT)).astype(np.float32)
     facing = np.maximum(light[0] * x + light[1] * y + light[2] * z, 0.0)
-    dark = shadows.dark(column, row, depth, 0.15 * radius / shadows.samples + 1.0)
+    dark = shadows.sample_shadow(column, row, depth, 0.15 * radius / shadows.samples + 1.0)
     half = light + np.array([0.0, 0.0, 1.0], dtype=np.float32)
     half /= np.linalg.norm(half)
     mirrored = np.maximum(half[0] * x + half[1] * y + half[2] * z, 0.0)
@@ -219,7 +222,7 @@ def _shade(column, row, depth, owner, spheres):
     return colour[owner] * shade[:, None] + glint[:, None]
 
 
-def _line_points(camera, lines, samples, wider):
+def _sample_lines(camera, lines, samples, wider):
     """Samples on the lines: column, row, depth, (P, 3), half a sample apart, by rising row.
 
     wider: widths of the line.
@@ -232,11 +235,11 @@ def _line_points(camera, lines, samples, wider):
         length = np.linalg.norm(along)
         if length < 1.0:  # seen end on
             continue
-        part = np.linspace(0.0, 1.0, int(2 * length) + 2)
+        fractions = np.linspace(0.0, 1.0, int(2 * length) + 2)
         if dashed:
             dashes = max(1, round(length / (12.0 * width)))  # whole ones: both ends are drawn
-            part = part[np.abs((part * dashes + 0.5) % 1.0 - 0.5) < 0.3]
-        line = ends[0] + part[:, None] * (ends[1] - ends[0])
+            fractions = fractions[np.abs((fractions * dashes + 0.5) % 1.0 - 0.5) < 0.3]
+        line = ends[0] + fractions[:, None] * (ends[1] - ends[0])
         normal = np.array([-along[1], along[0], 0.0]) / length
         points.append((line[:, None] + aside[:, None] * normal).reshape(-1, 3))
     if not points:
@@ -245,7 +248,7 @@ def _line_points(camera, lines, samples, wider):
     return points[np.argsort(points[:, 1])]
 
 
-def _seen(depth, points, top):
+def _find_visible(depth, points, top):
     """Rows and columns of a band where points are inside it and nearer than the spheres."""
     rows, columns = depth.shape
     points = points[slice(*np.searchsorted(points[:, 1], (top, top + rows)))]
@@ -258,7 +261,7 @@ def _seen(depth, points, top):
 
 def _draw_halo(image, depth, points, top):
     """Make the samples paler that are next to a line, so that it shows on dark spheres."""
-    row, column = _seen(depth, points, top)
+    row, column = _find_visible(depth, points, top)
     near = np.zeros(depth.shape, dtype=bool)
     near[row, column] = True
     image[near] += HALO[1] * (PAPER - image[near])

@@ -21,11 +21,11 @@ def stress(run):
     if "stress" not in run.series:
         raise DustError(f"{run.path} has no stress: it needs a periodic boundary.")
     tensor = run.series.stress.transpose("time", "xyz", "axis").values
-    figure, (axes, below) = style.new_figure(height=4.6, rows=2, ratios=[2, 1])
+    figure, (axes, below) = style.create_figure(height=4.6, rows=2, ratios=[2, 1])
     time = run.series.time.values
-    per_time, time_unit = style.scaled(np.max(time, initial=0.0), style.TIMES)
-    known = np.abs(tensor[np.isfinite(tensor)])
-    scale, unit = style.scaled(np.max(known, initial=0.0), style.PRESSURES)
+    per_time, time_unit = style.choose_unit(np.max(time, initial=0.0), style.TIMES)
+    finite_sizes = np.abs(tensor[np.isfinite(tensor)])
+    scale, unit = style.choose_unit(np.max(finite_sizes, initial=0.0), style.PRESSURES)
     for number, axis in enumerate("xyz"):
         axes.plot(
             time * per_time,
@@ -45,14 +45,14 @@ def stress(run):
     for panel in (axes, below):
         panel.axhline(0.0, color=style.GREY, linewidth=0.6)
     style.name_stages(axes, run, per_time)
-    for part in run.parts[1:]:
-        start = float(part.start.time) * per_time
-        below.axvline(start, **style.look(style.GREY, 0.9, style.DOTTED))
+    for segment in run.parts[1:]:
+        start = float(segment.start.time) * per_time
+        below.axvline(start, **style.line_look(style.GREY, 0.9, style.DOTTED))
     axes.set(
         xlim=(time[0] * per_time, time[-1] * per_time),
         ylabel=f"stress, positive in tension ({unit})",
     )
     below.set(ylabel=f"shear ({unit})", xlabel=f"time ({time_unit})")
     for panel in (axes, below):
-        style.legend(panel, ncols=3)
+        style.draw_legend(panel, ncols=3)
     return figure

@@ -34,53 +34,56 @@ def structure(run, snapshot=-1):
     DustError
         The snapshot has no contacts.
     """
-    found = structure_of(run, snapshot)
-    drawn = [_neighbours, _directions]
-    drawn += [_forces] if len(found.normal_force) else []
-    drawn += [_correlation] if np.isfinite(found.correlation).any() else []
-    figure, axes = style.new_figure(height=1.2 + 1.9 * len(drawn), rows=len(drawn), shared=False)
-    for draw, place in zip(drawn, axes, strict=True):
-        draw(found, place)
+    network = structure_of(run, snapshot)
+    panels = [_draw_neighbours, _draw_directions]
+    panels += [_draw_forces] if len(network.normal_force) else []
+    panels += [_draw_correlation] if np.isfinite(network.correlation).any() else []
+    height = 1.2 + 1.9 * len(panels)
+    figure, axes = style.create_figure(height=height, rows=len(panels), shared=False)
+    for draw_panel, panel_axes in zip(panels, axes, strict=True):
+        draw_panel(network, panel_axes)
     return figure
 
 
-def _neighbours(found, axes):
-    axes.bar(np.arange(len(found.coordination)), found.coordination, color=style.BLUE, width=0.8)
+def _draw_neighbours(network, axes):
+    axes.bar(
+        np.arange(len(network.coordination)), network.coordination, color=style.BLUE, width=0.8
+    )
     axes.xaxis.set_major_locator(MaxNLocator(10, integer=True))
     axes.set(xlabel="grains that a grain touches", ylabel="share of the grains")
 
 
-def _directions(found, axes):
-    """Share of the contacts by the cosine of their angle to each axis: constant if isotropic."""
+def _draw_directions(network, axes):
+    """Draw the contacts by the cosine of their angle to each axis: constant if isotropic."""
     bins = np.linspace(0.0, 1.0, 11)
     highest = 1.0
     for column, name in enumerate("xyz"):
-        share = np.histogram(np.abs(found.normal[:, column]), bins)[0] / len(found.normal)
-        label = f"{name}: fabric {found.fabric[column, column]:.3f}"
-        highest = max(highest, 10.0 * share.max())
-        axes.stairs(10.0 * share, bins, baseline=None, label=label, **style.run_style(column))
+        fractions = np.histogram(np.abs(network.normal[:, column]), bins)[0] / len(network.normal)
+        label = f"{name}: fabric {network.fabric[column, column]:.3f}"
+        highest = max(highest, 10.0 * fractions.max())
+        axes.stairs(10.0 * fractions, bins, baseline=None, label=label, **style.run_style(column))
     axes.axhline(1.0, color=style.GREY, linewidth=0.8)
     axes.set(
         ylim=(0, 1.05 * highest),
         xlabel="cosine of the angle of a contact to an axis",
         ylabel="contacts over isotropic",
     )
-    style.legend(axes)
+    style.draw_legend(axes)
 
 
-def _forces(found, axes):
+def _draw_forces(network, axes):
     scale, unit = 1e9, "nN"
-    low, high = np.percentile(found.normal_force, [0.5, 99.5]) * scale
-    axes.hist(found.normal_force * scale, np.linspace(low, high, 61), color=style.ORANGE)
+    low, high = np.percentile(network.normal_force, [0.5, 99.5]) * scale
+    axes.hist(network.normal_force * scale, np.linspace(low, high, 61), color=style.ORANGE)
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)
     axes.set(xlabel=f"normal force ({unit}), positive for repulsion", ylabel="contacts")
 
 
-def _correlation(found, axes):
-    axes.plot(found.distance, found.correlation, color=style.GREEN)
+def _draw_correlation(network, axes):
+    axes.plot(network.distance, network.correlation, color=style.GREEN)
     axes.axhline(1.0, color=style.GREY, linewidth=0.8)
     axes.set(xlabel="distance (mean diameters)", ylabel="g(r)")
-    largest = float(np.nanmax(found.correlation_error))
+    largest = float(np.nanmax(network.correlation_error))
     if largest > 0.0:
         title = f"about {CENTRES:,} random grains, standard error at most {largest:.2g}"
         axes.set_title(title, fontsize=8)
@@ -105,14 +108,14 @@ def pores(run, snapshot=-1):
     DustError
         The boundary is open.
     """
-    found = pores_of(run, snapshot)
-    figure, (axes,) = style.new_figure(height=3.2)
-    factor, unit = style.scaled(found.largest, style.LENGTHS)
-    axes.plot(found.radius * factor, found.share, color=style.BLUE)
+    void_pores = pores_of(run, snapshot)
+    figure, (axes,) = style.create_figure(height=3.2)
+    factor, unit = style.choose_unit(void_pores.largest, style.LENGTHS)
+    axes.plot(void_pores.radius * factor, void_pores.share, color=style.BLUE)
     axes.axvline(
-        found.median * factor,
-        label=f"half of the void: {found.median * factor:.3g} {unit}",
-        **style.look(style.GREY, 0.8, style.DASHED),
+        void_pores.median * factor,
+        label=f"half of the void: {void_pores.median * factor:.3g} {unit}",
+        **style.line_look(style.GREY, 0.8, style.DASHED),
     )
     axes.set(
         xlabel=f"radius of the pore ({unit})",
@@ -121,20 +124,21 @@ def pores(run, snapshot=-1):
         ylim=(0, 1.05),
     )
     title = (
-        f"void fraction {found.void:.3f} ± {found.void_error:.3f}, {found.points:,} random points"
+        f"void fraction {void_pores.void:.3f} ± {void_pores.void_error:.3f}, "
+        f"{void_pores.points:,} random points"
     )
     axes.set_title(title, fontsize=8)
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 
-def _frames(run):
-    """True where it is stretched, with at least two snapshots, in a cell without a tilt."""
+def _has_frames(run):
+    """True where a run is stretched, with at least two snapshots, in a cell without a tilt."""
     frames = run.part_that("stretches").snapshots if run.stretches else None
     return frames is not None and frames.sizes["snapshot"] > 1 and "tilt" not in frames
 
 
-@figure("Fractal dimension", 113, applies=_frames)
+@figure("Fractal dimension", 113, applies=_has_frames)
 def fractal(run, snapshots=None):
     """N(r < r_in) and its local slope for some snapshots of a run; see `analysis.fractal`.
 
@@ -152,11 +156,11 @@ def fractal(run, snapshots=None):
         There are no snapshots.
     """
     result = fractal_of(run, snapshots)
-    figure, (axes, below) = style.new_figure(height=4.8, rows=2, ratios=[2.4, 1])
+    figure, (axes, below) = style.create_figure(height=4.8, rows=2, ratios=[2.4, 1])
     x = result.radius_in / result.grain_radius
-    colours = style.gradient(len(result.number))
+    colours = style.sample_gradient(len(result.number))
     phi = result.filling_factor
-    per_time, time_unit = style.scaled(result.time.max(), style.TIMES)
+    per_time, time_unit = style.choose_unit(result.time.max(), style.TIMES)
     for number, colour in enumerate(colours):
         text = rf"$\phi$ = {phi[number]:.3g}"
         if np.isnan(phi[number]):
@@ -173,13 +177,13 @@ def fractal(run, snapshots=None):
             x,
             line,
             label=rf"$\propto r_{{\rm in}}^{slope}$",
-            **style.look(style.BLACK, 0.9, dashes),
+            **style.line_look(style.BLACK, 0.9, dashes),
         )
-        below.axhline(slope, **style.look(style.BLACK, 0.9, dashes))
+        below.axhline(slope, **style.line_look(style.BLACK, 0.9, dashes))
     axes.set(xscale="log", yscale="log")
-    style.few_ticks(below.xaxis)
+    style.set_few_ticks(below.xaxis)
     axes.set(ylim=(0.5, 2 * result.number.max()), ylabel=r"grains nearer than $r_{\rm in}$")
-    style.legend(axes, ncols=2)
+    style.draw_legend(axes, ncols=2)
     below.set(
         ylim=(0.0, 4.0), ylabel="local slope $D$", xlabel=r"$r_{\rm in}$ over the radius of a grain"
     )

@@ -13,8 +13,8 @@ from matplotlib.ticker import MaxNLocator
 from dusttaichi.analysis.names import labels_of
 from dusttaichi.analysis.texts import typeset  # noqa: F401, as style.typeset
 from dusttaichi.errors import DustError
-from dusttaichi.plots.axes import few_ticks, finish, logarithmic, name_stages  # noqa: F401
-from dusttaichi.plots.legends import legend, own_limits, within  # noqa: F401, as style.legend
+from dusttaichi.plots.axes import finish_figure, name_stages, set_few_ticks, set_logarithmic  # noqa: F401
+from dusttaichi.plots.legends import draw_legend, get_original_limits, is_within  # noqa: F401
 from dusttaichi.plots.notebook import ShownFigure
 from dusttaichi.results.files import explain
 from dusttaichi.results.outputs import MARK, check
@@ -79,8 +79,8 @@ _style = ContextVar("style", default="page")
 
 
 @contextmanager
-def using(name):
-    """Context in which figures have another of STYLES. Raises DustError for an unknown name."""
+def use_style(name):
+    """Use another of STYLES for the figures of a context. Raises DustError for an unknown name."""
     if name not in STYLES:
         raise DustError(f"There is no style {name}; allowed: {', '.join(STYLES)}.")
     token = _style.set(name)
@@ -90,54 +90,54 @@ def using(name):
         _style.reset(token)
 
 
-def styled(function):
+def apply_style(function):
     """Draw with the settings of this module, not those of the user (decorator)."""
 
     @wraps(function)
-    def drawn(*args, **kwargs):
+    def draw_in_style(*args, **kwargs):
         with rc_context(_RC | STYLES[_style.get()][1]):
             result = function(*args, **kwargs)
             if isinstance(result, ShownFigure):
-                finish(result)
+                finish_figure(result)
             return result
 
-    return drawn
+    return draw_in_style
 
 
-def canvas(*inches, **how):
-    """A Figure of that width and height without a display; how: as for matplotlib's."""
-    figure = ShownFigure(figsize=inches, **how)
+def create_canvas(*inches, **options):
+    """Create a Figure of that width and height without a display; options: as for matplotlib's."""
+    figure = ShownFigure(figsize=inches, **options)
     FigureCanvasAgg(figure)
     return figure
 
 
-def _empty(height):
+def _create_empty(height):
     width = STYLES[_style.get()][0]
-    return canvas(width, height * width / WIDTH, layout="constrained")
+    return create_canvas(width, height * width / WIDTH, layout="constrained")
 
 
-def new_figure(height=3.7, rows=1, ratios=None, shared=True):
-    """A Figure with `rows` axes above each other that share the x axis: (figure, [axes]).
+def create_figure(height=3.7, rows=1, ratios=None, shared=True):
+    """Create a Figure with `rows` axes above each other that share the x axis: (figure, [axes]).
 
     shared: False where each has an x axis of its own. height [inches]: on a page; figures of other
     styles have its proportions.
     """
-    figure = _empty(height)
+    figure = _create_empty(height)
     axes = figure.subplots(rows, 1, sharex=shared, squeeze=False, height_ratios=ratios)
     for panel in axes[:, 0]:  # so few that long numbers do not run together
         panel.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
     return figure, list(axes[:, 0])
 
 
-def new_grid(panels, columns, height, shared=False):
-    """A Figure with `panels` axes in rows of `columns`: (figure, [axes]).
+def create_grid(panels, columns, height, shared=False):
+    """Create a Figure with `panels` axes in rows of `columns`: (figure, [axes]).
 
     height [inches]: of a row on a page. shared: whether the panels share both axes, of which only
     the outer ones are labelled.
     """
     columns = max(1, min(columns, panels))
     rows = -(-panels // columns)
-    figure = _empty(rows * height)
+    figure = _create_empty(rows * height)
     grid = figure.subplots(rows, columns, sharex=shared, sharey=shared, squeeze=False).ravel()
     for spare in grid[panels:]:
         spare.remove()
@@ -147,13 +147,13 @@ def new_grid(panels, columns, height, shared=False):
     return figure, list(grid[:panels])
 
 
-def scaled(largest, units):
+def choose_unit(largest, units):
     """(factor, unit) for values up to `largest`: the first of `units` (scale, name) that fits."""
     scale, name = next((unit for unit in units if largest >= unit[0]), units[-1])
     return 1.0 / scale, name
 
 
-def named(runs, labels=None):
+def label_runs(runs, labels=None):
     """(runs, labels) as lists, for one Run or several; labels default to `analysis.labels_of`.
 
     More runs than fit into a legend are counted in it, not named. Raises DustError where labels do
@@ -170,7 +170,7 @@ def named(runs, labels=None):
     return runs, labels
 
 
-def bands(x, mean, std, axes, *, label, number=0):
+def draw_bands(x, mean, std, axes, *, label, number=0):
     """Draw a mean with a band of one standard deviation to either side.
 
     For an ensemble: its mean and standard deviation over the replicas.
@@ -202,7 +202,7 @@ def bands(x, mean, std, axes, *, label, number=0):
 _CREATOR = {".png": "Software", ".pdf": "Creator", ".svg": "Creator"}  # name in the metadata
 
 
-@styled
+@apply_style
 def save(figure, path):
     """Write a figure, creating its folder.
 
@@ -222,23 +222,23 @@ def save(figure, path):
         The file cannot be written, or another file exists.
     """
     suffix = Path(check(path)).suffix
-    known = {"metadata": {_CREATOR[suffix]: MARK}} if suffix in _CREATOR else {}
+    metadata = {"metadata": {_CREATOR[suffix]: MARK}} if suffix in _CREATOR else {}
     try:
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, **known)
+        figure.savefig(path, **metadata)
     except (OSError, ValueError) as error:  # ValueError: such as an unknown format
         reason = explain(error, path) if isinstance(error, OSError) else error
         raise DustError(f"The figure cannot be written to {path}: {reason}.") from error
     return path
 
 
-def records(axes, x, y, number=0):
+def draw_records(axes, x, y, number=0):
     """Draw the single records behind the averages of run `number`, small and faint."""
     colour = run_style(number)["color"]
     axes.plot(x, y, ".", markersize=2.5, color=colour, alpha=0.35, markeredgewidth=0)
 
 
-def gradient(count):
+def sample_gradient(count):
     """Colours of `count` curves in an order, from dark to light."""
     return colormaps["viridis"](np.linspace(0.0, 0.87, count))
 
@@ -250,21 +250,21 @@ ENERGIES = ((1e-3, "mJ"), (1e-6, "µJ"), (1e-9, "nJ"), (1e-12, "pJ"), (1e-15, "f
             (1e-21, "zJ"), (1e-24, "yJ"))  # fmt: skip
 
 
-def look(color, linewidth=1.0, linestyle="-"):
+def line_look(color, linewidth=1.0, linestyle="-"):
     """Colour, width and dashes of a line, as keywords of matplotlib."""
     return {"color": color, "linewidth": linewidth, "linestyle": linestyle}
 
 
 def law_style(number, linewidth=1.0):
-    """Look of the line of a law, black, with the dashes of this number."""
-    return look(BLACK, linewidth, RUN_DASHES[number % len(RUN_DASHES)])
+    """Look of the line of law `number`: black, with its dashes."""
+    return line_look(BLACK, linewidth, RUN_DASHES[number % len(RUN_DASHES)])
 
 
-def looks(count):
-    """Colours and dashes of `count` curves; of more than there are colours a `gradient`."""
+def run_styles(count):
+    """Colours and dashes of `count` curves; a gradient if there are too few colours."""
     if count <= len(RUN_COLOURS):
         return [run_style(number) for number in range(count)]
-    return [{"color": colour} for colour in gradient(count)]
+    return [{"color": colour} for colour in sample_gradient(count)]
 
 
 def run_style(number):

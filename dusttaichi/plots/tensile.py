@@ -7,7 +7,7 @@ from dusttaichi.analysis import tensile as tensile_of
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure, in_common
+from dusttaichi.plots.registry import figure, select_in_common
 
 
 @figure("Stress while it is stretched", 110, applies=lambda run: run.stretches, together=True)
@@ -22,15 +22,15 @@ def tensile(runs, labels=None):
     DustError
         Nothing is stretched, or labels do not match the runs.
     """
-    runs, labels = style.named(runs, labels)
+    runs, labels = style.label_runs(runs, labels)
     results = [tensile_of(run) for run in runs]
-    figure, (axes,) = style.new_figure()
-    scale, unit = style.scaled(max(abs(t.strength) for t in results), style.PRESSURES)
+    figure, (axes,) = style.create_figure()
+    scale, unit = style.choose_unit(max(abs(t.strength) for t in results), style.PRESSURES)
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
         line_style = style.run_style(number)
         if len(runs) == 1:
-            style.records(axes, t.raw_filling_factor, t.raw_stress * scale, number)
-        _averages(axes, t, scale, label=label, number=number)
+            style.draw_records(axes, t.raw_filling_factor, t.raw_stress * scale, number)
+        _draw_averages(axes, t, scale, label=label, number=number)
         axes.plot(
             t.strength_phi,
             t.strength * scale,
@@ -38,35 +38,35 @@ def tensile(runs, labels=None):
             markersize=6,
             color=line_style["color"],
             markeredgecolor="white",
-            label=_text(t, scale, unit) if len(runs) == 1 else None,
+            label=_describe_strength(t, scale, unit) if len(runs) == 1 else None,
             zorder=4,
         )
     if len(runs) == 1 and np.isfinite(results[0].law):
         (t,) = results
         text = rf"strength by T19 eq 33 for $\phi_{{\rm init}}$ = {t.phi_init:.3g}"
-        axes.axhline(t.law * scale, label=text, **style.look(style.BLACK, 1.0, style.DASHED))
+        axes.axhline(t.law * scale, label=text, **style.line_look(style.BLACK, 1.0, style.DASHED))
     axes.axhline(0.0, color=style.GREY, linewidth=0.6)
     if max(t.strength for t in results) > 10 * min(t.strength for t in results) > 0:
-        _logarithmic(axes, results, scale)
+        _set_logarithmic(axes, results, scale)
     else:
-        _linear(axes, results, scale)
+        _set_linear(axes, results, scale)
     axes.set_xlabel(r"filling factor $\phi$ (stretching proceeds to the left)")
     along = f" along {results[0].axis}" if len({t.axis for t in results}) == 1 else ""
     axes.set_ylabel(f"tensile stress{along} ({unit})")
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 
-def _averages(axes, t, scale, *, label, number):
-    """The averages of a Tensile, with a band of their uncertainty where it is known."""
+def _draw_averages(axes, t, scale, *, label, number):
+    """Draw the averages of a Tensile, with a band of their uncertainty where it is known."""
     phi, stress = t.filling_factor, t.stress * scale
     if np.isfinite(t.sigma).all():
-        style.bands(phi, stress, t.sigma * scale, axes, label=label, number=number)
+        style.draw_bands(phi, stress, t.sigma * scale, axes, label=label, number=number)
     else:
         axes.plot(phi, stress, label=label, **style.run_style(number))
 
 
-def _linear(axes, results, scale):
+def _set_linear(axes, results, scale):
     low = min(np.min(t.stress - np.nan_to_num(t.sigma)) for t in results) * scale
     high = max(max(t.strength, np.nan_to_num(t.law)) for t in results) * scale
     if high > 0:
@@ -74,21 +74,21 @@ def _linear(axes, results, scale):
     axes.set_xlim(0.0, 1.04 * max(t.phi_init for t in results))
 
 
-def _logarithmic(axes, results, scale):
-    """For strengths that differ more than tenfold. Where there is pressure nothing is drawn."""
+def _set_logarithmic(axes, results, scale):
+    """Set logarithmic axes, for strengths that differ more than tenfold; pressures are hidden."""
     axes.set(xscale="log", yscale="log")
-    style.few_ticks(axes.xaxis)
+    style.set_few_ticks(axes.xaxis)
     strengths = [t.strength * scale for t in results]
     axes.set_ylim(0.05 * min(strengths), 20 * max(strengths))
 
 
-def _text(t, scale, unit):
-    most = "largest average" if t.passed else "so far at least"
+def _describe_strength(t, scale, unit):
+    maximum = "largest average" if t.passed else "so far at least"
     sigma = "" if np.isnan(t.strength_sigma) else f" ± {t.strength_sigma * scale:.2g}"
-    return rf"{most}: {t.strength * scale:.3g}{sigma} {unit} at $\phi$ = {t.strength_phi:.3g}"
+    return rf"{maximum}: {t.strength * scale:.3g}{sigma} {unit} at $\phi$ = {t.strength_phi:.3g}"
 
 
-@figure("Tensile strength", 111, together=in_common(lambda run: run.stretches))
+@figure("Tensile strength", 111, together=select_in_common(lambda run: run.stretches))
 def strength(runs, labels=None):
     """Tensile strength against initial filling factor for several runs, on logarithmic axes.
 
@@ -100,19 +100,19 @@ def strength(runs, labels=None):
     DustError
         Nothing is stretched, or labels do not match the runs.
     """
-    runs, labels = style.named(runs, labels)
+    runs, labels = style.label_runs(runs, labels)
     return strengths([tensile_of(run) for run in runs], labels, [run.material for run in runs])
 
 
-@style.styled
+@style.apply_style
 def strengths(results, labels, materials):
     """The figure of `strength` of Tensile results, with a label each and the materials of them."""
     if any(t.strength <= 0 for t in results):
         raise DustError(
             "The largest stress of a run is still a pressure: it has no tensile strength to draw."
         )
-    figure, (axes,) = style.new_figure()
-    scale, unit = style.scaled(max(t.strength for t in results), style.PRESSURES)
+    figure, (axes,) = style.create_figure()
+    scale, unit = style.choose_unit(max(t.strength for t in results), style.PRESSURES)
     phi = [t.phi_init for t in results]
     line = np.geomspace(0.7 * min(phi), 1.4 * max(phi), 100)
     distinct = {(m.surface_energy, m.radius): m for m in materials if m}
@@ -125,20 +125,20 @@ def strengths(results, labels, materials):
     if fit is not None:
         sigma = "" if np.isnan(fit.exponent_sigma) else rf"\pm{fit.exponent_sigma:.2f}"
         text = rf"fit, $\propto\phi^{{{fit.exponent:.2f}{sigma}}}$"
-        axes.plot(line, fit.strength(line) * scale, label=text, **style.look(style.GREY))
-    _points(axes, results, labels, scale)
-    style.logarithmic(axes)
+        axes.plot(line, fit.strength(line) * scale, label=text, **style.line_look(style.GREY))
+    _draw_points(axes, results, labels, scale)
+    style.set_logarithmic(axes)
     axes.set_xlabel(r"initial filling factor $\phi_{\rm init}$")
     axes.set_ylabel(f"tensile strength ({unit})")
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 
-def _points(axes, results, labels, scale):
-    """A point for each Tensile with its standard error, and the key of hollow points and bars."""
-    many = len(results) > len(style.RUN_COLOURS)  # more than there are colours
+def _draw_points(axes, results, labels, scale):
+    """Draw a point for each Tensile with its standard error, and the key of the symbols."""
+    exceeds_colours = len(results) > len(style.RUN_COLOURS)  # more than there are colours
     for number, (t, label) in enumerate(zip(results, labels, strict=True)):
-        colour = style.BLUE if many else style.run_style(number)["color"]
+        colour = style.BLUE if exceeds_colours else style.run_style(number)["color"]
         look = {"fmt": "o", "markersize": 5, "capsize": 2, "color": colour, "label": label}
         look["markerfacecolor"] = colour if t.passed else "white"
         sigma = np.nan_to_num(t.strength_sigma)

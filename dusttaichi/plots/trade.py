@@ -35,31 +35,33 @@ LOOKS = {  # parameter -> colour, marker
 MARKED = {"preset": (style.BLACK, "X", 7), "default": (style.RED, "*", 10)}
 
 
-@style.styled
+@style.apply_style
 def trade(data):
     """The figure of the dataset of a trade (trade.nc).
 
     An error of 0, and that of the reference against itself, is drawn at the lower edge.
     """
-    figure, (axes,) = style.new_figure(height=5.2)
+    figure, (axes,) = style.create_figure(height=5.2)
     cost, error = data.cost_ratio.values, data.error.values.copy()
-    known = np.isfinite(cost) & np.isfinite(error) & (cost > 0)
-    lowest = _lowest(data, error[known])
+    is_measured = np.isfinite(cost) & np.isfinite(error) & (cost > 0)
+    lowest = _find_lowest(data, error[is_measured])
     shown = np.maximum(error, lowest)
-    best = front(np.where(known, cost, np.nan), error)
-    _thresholds(axes, data, lowest)
-    parameters = np.where(known, data.parameter.values, "")
+    best = front(np.where(is_measured, cost, np.nan), error)
+    _draw_thresholds(axes, data, lowest)
+    parameters = np.where(is_measured, data.parameter.values, "")
     edge = {"markeredgecolor": "white", "markeredgewidth": 0.4, "markersize": 4.5}
-    for name in dict.fromkeys(parameters[known].tolist()):
+    for name in dict.fromkeys(parameters[is_measured].tolist()):
         if name not in MARKED:
-            (colour, marker), here = LOOKS.get(name, (style.GREY, ".")), parameters == name
+            (colour, marker), of_parameter = LOOKS.get(name, (style.GREY, ".")), parameters == name
             label = name.replace("_", " ")
-            axes.plot(cost[here], shown[here], marker, color=colour, label=label, **edge)
+            axes.plot(
+                cost[of_parameter], shown[of_parameter], marker, color=colour, label=label, **edge
+            )
     axes.plot(cost[best], shown[best], color=style.BLACK, linewidth=1.0, zorder=1.5, label="front")
     edge |= {"markeredgewidth": 0.6, "zorder": 4}  # presets and the default, above all others
     for name, (colour, marker, size) in MARKED.items():
-        here, look = parameters == name, edge | {"markersize": size, "color": colour}
-        axes.plot(cost[here], shown[here], marker, label=name, **look)
+        of_parameter, look = parameters == name, edge | {"markersize": size, "color": colour}
+        axes.plot(cost[of_parameter], shown[of_parameter], marker, label=name, **look)
     name = data.attrs["observable"]
     axes.set(
         xscale="log",
@@ -67,11 +69,13 @@ def trade(data):
         xlabel="cost over that of the default",
         ylabel="error: " + about(name)[0].replace("phi(P)", r"$\phi(P)$"),
     )
-    _limits(axes, cost[known], shown[known], data.attrs["tolerance"], lowest)
-    style.few_ticks(axes.xaxis)
-    marked = np.isin(data.parameter.values, list(MARKED)) & known
+    _set_limits(axes, cost[is_measured], shown[is_measured], data.attrs["tolerance"], lowest)
+    style.set_few_ticks(axes.xaxis)
+    is_marked = np.isin(data.parameter.values, list(MARKED)) & is_measured
     figure.legend(loc="outside lower center", ncols=4, fontsize=7)
-    _label_points(figure, axes, data, _Points(cost, shown, best), [*np.flatnonzero(marked), *best])
+    _label_points(
+        figure, axes, data, _Points(cost, shown, best), [*np.flatnonzero(is_marked), *best]
+    )
     return figure
 
 
@@ -84,30 +88,38 @@ class _Points:
     front: list
 
 
-def _thresholds(axes, data, lowest):
-    """The scatter between seeds, the error of the reference itself, and the tolerance."""
-    floor, own = _of(data, "scatter"), _of(data, "convergence")
-    if np.isfinite(floor):
+def _draw_thresholds(axes, data, lowest):
+    """Draw the scatter between seeds, the error of the reference itself, and the tolerance."""
+    scatter, reference_error = (
+        _select_observable(data, "scatter"),
+        _select_observable(data, "convergence"),
+    )
+    if np.isfinite(scatter):
         look = {"color": style.GREY, "alpha": 0.18, "linewidth": 0}
-        axes.axhspan(lowest / 2, floor, label="scatter between seeds", **look)
-    if np.isfinite(own) and own > 0:
+        axes.axhspan(lowest / 2, scatter, label="scatter between seeds", **look)
+    if np.isfinite(reference_error) and reference_error > 0:
         text = f"reference at {data.attrs.get('check', 'half its step')}"
-        axes.axhline(own, label=text, **style.look(style.GREY, 1.0, style.FINE))
-    look = style.look(style.BLACK, 0.8, (0, (5, 2)))
+        axes.axhline(reference_error, label=text, **style.line_look(style.GREY, 1.0, style.FINE))
+    look = style.line_look(style.BLACK, 0.8, (0, (5, 2)))
     axes.axhline(data.attrs["tolerance"], label="tolerance", **look)
 
 
-def _of(data, name):
+def _select_observable(data, name):
     return float(data[name].sel(observable=data.attrs["observable"]))
 
 
-def _lowest(data, errors):
+def _find_lowest(data, errors):
     """Level at which an error of 0 is drawn: a factor of three below the least other one."""
-    marks = [*errors, _of(data, "scatter"), _of(data, "convergence"), data.attrs["tolerance"]]
+    marks = [
+        *errors,
+        _select_observable(data, "scatter"),
+        _select_observable(data, "convergence"),
+        data.attrs["tolerance"],
+    ]
     return min(v for v in marks if np.isfinite(v) and v > 0) / 3.0
 
 
-def _limits(axes, cost, shown, tolerance, lowest):
+def _set_limits(axes, cost, shown, tolerance, lowest):
     axes.set_xlim(min(cost.min() / 1.4, 0.45), max(cost.max() * 1.6, 2.2))
     finite = shown[np.isfinite(shown)]
     axes.set_ylim(lowest / 1.5, 3.0 * max(finite.max(), tolerance))
@@ -121,7 +133,7 @@ APART = 2.0  # distance [points] between labels and from other marks
 
 
 def _label_points(figure, axes, data, points, numbers):
-    """Labels of some points where they hide least; points at one place have a common label.
+    """Label some points where it hides least; points that coincide have a common label.
 
     Labels of the front that would hide another label are left out.
     """
@@ -136,35 +148,35 @@ def _label_points(figure, axes, data, points, numbers):
         for a, b in zip(corners, corners[1:], strict=False)
         for t in np.linspace(0.02, 0.98, 40)
     ]
-    window, taken, groups = axes.get_window_extent(renderer), [], {}
+    window, occupied_boxes, groups = axes.get_window_extent(renderer), [], {}
     for n in dict.fromkeys(int(n) for n in numbers):
-        place = groups.setdefault((float(cost[n]), float(shown[n])), [])
-        if not place or data.parameter.values[n] in MARKED:
-            place.append(n)
-    for place, members in groups.items():
-        text, choices = ", ".join(_short(str(data.label.values[n])) for n in members), []
-        for ring, direction, box in _boxes(axes, text, place, pixel):
-            hidden = 10 * sum(box.overlaps(other) for other in taken)
+        location = groups.setdefault((float(cost[n]), float(shown[n])), [])
+        if not location or data.parameter.values[n] in MARKED:
+            location.append(n)
+    for location, members in groups.items():
+        text, choices = ", ".join(_shorten(str(data.label.values[n])) for n in members), []
+        for ring, direction, box in _list_boxes(axes, text, location, pixel):
+            hidden = 10 * sum(box.overlaps(occupied) for occupied in occupied_boxes)
             wide = box.padded((APART + 2.0) * pixel)
-            hidden += 3 * np.count_nonzero(style.within(wide, spots))
-            hidden += 4 * bool(np.any(style.within(box, line)))
+            hidden += 3 * np.count_nonzero(style.is_within(wide, spots))
+            hidden += 4 * bool(np.any(style.is_within(box, line)))
             hidden += 20 * (not (window.contains(*wide.min) and window.contains(*wide.max)))
             choices.append((hidden + 0.4 * ring, len(choices), ring, direction, box))
         hidden, _, ring, direction, box = min(choices, key=lambda choice: choice[:2])
         if hidden < 10 or data.parameter.values[members[0]] in MARKED:
-            _label(axes, text, place, RINGS[ring] * direction, ring)
-            taken.append(box.padded(APART * pixel))
+            _draw_label(axes, text, location, RINGS[ring] * direction, ring)
+            occupied_boxes.append(box.padded(APART * pixel))
 
 
-def _boxes(axes, text, place, pixel):
-    """Possible places of a label: (ring, direction, its Bbox with the line, in pixels)."""
-    label = _label(axes, text, place, RINGS[0] * DIRECTIONS[0], 0)
+def _list_boxes(axes, text, location, pixel):
+    """List possible positions of a label: (ring, direction, its Bbox with the line, in pixels)."""
+    label = _draw_label(axes, text, location, RINGS[0] * DIRECTIONS[0], 0)
     size = label.get_window_extent(axes.figure.canvas.get_renderer()).size
     label.remove()
-    mark = axes.transData.transform(place)
+    mark = axes.transData.transform(location)
     for ring, radius in enumerate(RINGS):
         for direction in DIRECTIONS:
-            edge = {"center": 0.5, "left": 0.0, "right": 1.0}[_side(direction)]
+            edge = {"center": 0.5, "left": 0.0, "right": 1.0}[_choose_side(direction)]
             corner = mark + radius * pixel * direction - size * (edge, 0.5)
             box = Bbox([corner, corner + size])
             if ring:
@@ -173,21 +185,21 @@ def _boxes(axes, text, place, pixel):
             yield ring, direction, box
 
 
-def _side(direction):
+def _choose_side(direction):
     """Side of a label that faces its mark, by the direction (2,) from the mark."""
     cosine = direction[0] / np.hypot(*direction)
     return "center" if abs(cosine) < 0.1 else ("left" if cosine > 0 else "right")
 
 
-def _label(axes, text, place, offset, ring):
-    """A label, its near edge `offset`, (2,) in points, from its place in the data."""
+def _draw_label(axes, text, location, offset, ring):
+    """Draw a label, its near edge at `offset`, (2,) in points, from its location in the data."""
     arrow = {"arrowstyle": "-", "linewidth": 0.4, "color": style.GREY, "shrinkB": SHRUNK}
     label = axes.annotate(
         text,
-        place,
+        location,
         tuple(offset),
         textcoords="offset points",
-        ha=_side(offset),
+        ha=_choose_side(offset),
         va="center",
         fontsize=6.5,
         zorder=5,
@@ -198,7 +210,7 @@ def _label(axes, text, place, offset, ring):
     return label
 
 
-def _short(text):
-    """Short label: of a combination of more than two the last one."""
-    parts = text.replace("_", " ").split(" + ")
-    return "\n+ ".join(parts) if len(parts) < 3 else f"… + {parts[-1]}"
+def _shorten(text):
+    """Shorten a label: of a combination of more than two, to the last one."""
+    words = text.replace("_", " ").split(" + ")
+    return "\n+ ".join(words) if len(words) < 3 else f"… + {words[-1]}"

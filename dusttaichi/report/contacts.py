@@ -58,7 +58,7 @@ def contacts_of(run, frames, selection):
             number_quantity("sum of contact forces", "nN", 1e9 * np.array(load), rows)
         )
     if lost:
-        factor, unit = style.scaled(float(np.max(lost)), style.ENERGIES)
+        factor, unit = style.choose_unit(float(np.max(lost)), style.ENERGIES)
         quantities.append(number_quantity(DISSIPATED, unit, factor * np.array(lost), rows))
     if run.collides:
         body = np.zeros(count, int)

@@ -31,7 +31,7 @@ def ensemble_data(data, file):
     table, remark = _table(data)
     titles = FIGURES | {row.name: row.title for row in statistics()}
     failed = []
-    figures = plots.figures_of(data, failed)
+    figures = plots.draw_figures(data, failed)
     lost = [f"no {what}{label and f', {label}'} ({runs}): {why}" for what, label, runs, why in
             tables.missing(data)]  # fmt: skip
     lost += [f"figure not drawn: {title}: {why}" for title, why in failed]

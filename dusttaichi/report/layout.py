@@ -7,7 +7,7 @@ from matplotlib.colors import to_hex, to_rgba
 from matplotlib.patches import Polygon, Rectangle
 from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
 
-from dusttaichi.plots.style import own_limits
+from dusttaichi.plots.style import get_original_limits
 
 PER_POINT = 96.0 / 72.0 * 0.9
 LINES_PER_POINT = 1.5  # pixels of the page between texts, of which a figure has a point
@@ -55,7 +55,7 @@ def layout_of(figure, axes):
 def _axis(axes, which):
     log = getattr(axes, f"get_{which}scale")() == "log"
     own = getattr(axes, f"{which}axis")
-    limits = [float(np.log10(v)) if log else float(v) for v in own_limits(axes, which)]
+    limits = [float(np.log10(v)) if log else float(v) for v in get_original_limits(axes, which)]
     shown = own.get_tick_params().get("labelbottom" if which == "x" else "labelleft", True)
     about = {
         "title": {

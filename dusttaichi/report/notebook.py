@@ -4,7 +4,7 @@ from html import escape
 
 from dusttaichi.analysis import summary, table
 from dusttaichi.errors import DustError
-from dusttaichi.plots import figures_of
+from dusttaichi.plots import draw_figures
 from dusttaichi.report.interactive import picture
 from dusttaichi.report.page import html
 from dusttaichi.report.particles import particles
@@ -43,7 +43,7 @@ def run_html(run):
         for row in cells
     )
     shown = f"<table><caption><b>{escape(run.name)}</b></caption>{rows}</table>"
-    figures = figures_of(run, failed=[])
+    figures = draw_figures(run, failed=[])
     name = next((name for name in (*MAIN, *figures) if name in figures), None)
     image = "" if name is None else f'<img src="{picture(figures[name])}" style="max-width:520px">'
     return f'<div style="display:flex;flex-wrap:wrap;gap:1.5em">{shown}<div>{image}</div></div>'

@@ -35,7 +35,7 @@ def report_data(runs):
     names = labels_of(runs) if len(runs) > 1 else [one.name]
     data["runs"] = [_run(run, name) for run, name in zip(runs, names, strict=True)]
     if len(runs) > 1:
-        data["figures"], failed = _shown(plots.drawn_together(runs))
+        data["figures"], failed = _shown(plots.draw_runs(runs))
         rest = [""] * (len(runs) - 1)
         data["table"] = _side_by_side(runs) + [[what, why, *rest] for what, why, _ in failed]
     return data
@@ -57,7 +57,7 @@ def _lead(run):
 
 
 def _run(run, name):
-    figures, failed = _shown(plots.drawn(run))
+    figures, failed = _shown(plots.draw_run(run))
     return {
         "name": name,
         "status": run.status,
@@ -75,7 +75,7 @@ def provenance(attrs):
 
 
 def _shown(drawn):
-    """(interactive figures, table rows of the failed ones), of the results of `plots.drawn`."""
+    """(interactive figures, table rows of the failed ones), of the results of `plots.draw_run`."""
     shown, failed = [], []
     for row, figure, why in drawn:
         try:

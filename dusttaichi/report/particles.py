@@ -101,7 +101,7 @@ def radii(run, frames):
 def frame_texts(run, frames):
     """A line for each snapshot: time, filling factor, pressure and shear strain, if recorded."""
     series, lines = run.series, []
-    factor, unit = style.scaled(float(frames.snapshot_time.values[-1]) or 1.0, style.TIMES)
+    factor, unit = style.choose_unit(float(frames.snapshot_time.values[-1]) or 1.0, style.TIMES)
     steps, pressure = series.step.values, _pressure(series)
     for time, step in zip(frames.snapshot_time.values, frames.step.values, strict=True):
         words = [f"t = {time * factor:.4g} {unit}"]
@@ -111,7 +111,7 @@ def frame_texts(run, frames):
             if "filling_factor" in series and np.isfinite(now.filling_factor):
                 words.append(f"φ = {float(now.filling_factor):.3f}")
             if pressure is not None and np.isfinite(pressure[number]):
-                scale, pascal = style.scaled(abs(pressure[number]), style.PRESSURES)
+                scale, pascal = style.choose_unit(abs(pressure[number]), style.PRESSURES)
                 words.append(f"P = {pressure[number] * scale:.3g} {pascal}")
             if "shear_strain" in series:
                 words.append(f"γ = {float(now.shear_strain):.3g}")
@@ -144,7 +144,7 @@ def _quantities(run, frames, radius, unit):
     if "velocity" in frames:
         speed = np.linalg.norm(frames.velocity.values, axis=-1)
         largest = float(np.nanmax(speed, initial=0.0))
-        factor, name = style.scaled(largest, ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s")))
+        factor, name = style.choose_unit(largest, ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s")))
         found.append(number_quantity("speed", name, speed * factor, rows))
     found.append(number_quantity("height", unit, x[..., 2] / SCALE[unit], rows))
     if np.ptp(radius) > 1e-6 * np.max(radius) and "radius" in frames:
@@ -165,7 +165,7 @@ def dissipated_by_channel(loss, rows):
     loss [J]: (snapshots, grains, channels).
     """
     whole = loss.sum("channel").values
-    factor, unit = style.scaled(float(np.max(whole, initial=0.0)), style.ENERGIES)
+    factor, unit = style.choose_unit(float(np.max(whole, initial=0.0)), style.ENERGIES)
     found = [number_quantity(ALL_DISSIPATED, unit, factor * whole, rows)]
     for name in loss.channel.values:
         own = loss.sel(channel=name).values
@@ -189,7 +189,7 @@ def _of_continuum(run, frames, rows):
     if "pressure" in frames:
         values = np.where(stressed, frames.pressure.values, np.nan)
         top = float(np.nanmax(np.abs(values), initial=0.0))
-        factor, unit = style.scaled(top, style.PRESSURES)
+        factor, unit = style.choose_unit(top, style.PRESSURES)
         found.append(number_quantity("pressure", unit, values * factor, rows))
     found.append(class_quantity("role", frames.role.values, ROLES, rows))
     return found

@@ -284,7 +284,7 @@ def test_ratio_and_figure_with_both_laws(own, cell):
     assert thin.value == pytest.approx(1.3 * (1 - 0.033 / 0.74) ** 3, rel=0.05)
     assert np.isnan(own.dense_ratio(cell).value)  # pressed to 0.1 only
     assert analysis.summary(cell)["dense_ratio"] is None
-    (axes,) = plots.figures_of(cell)["isotropic"].axes
+    (axes,) = plots.draw_figures(cell)["isotropic"].axes
     labels = legend(axes)
     assert sum("E_" in text for text in labels) == 2
     assert any("Tatsuuma" in text for text in labels)
@@ -309,7 +309,7 @@ def test_shares_of_the_channels(own, cell):
     for name, share in result.by_channel.items():
         wanted = synthetic.SHARES[list(cell.series.channel.values).index(name)]
         np.testing.assert_allclose(share, wanted / synthetic.SHARES.sum(), rtol=1e-9)
-    (axes,) = plots.figures_of(cell)["loss_shares"].axes
+    (axes,) = plots.draw_figures(cell)["loss_shares"].axes
     np.testing.assert_allclose(line(axes, "rolling").get_ydata(), result.by_channel["rolling"])
     with pytest.raises(DustError, match="not compressed enough"):
         own.loss_shares(cell, decades=3.0)

@@ -14,7 +14,7 @@ from dusttaichi.continuum.analysis.numbers import numerical_dissipation
 from dusttaichi.continuum.analysis.pieces import pieces_of
 from dusttaichi.errors import DustError
 from dusttaichi.export import export
-from dusttaichi.plots import animation, save_all
+from dusttaichi.plots import animation, save_figures
 
 A, G, SOLID = 1e-4, 9.81, 2000.0
 T, D = 3.1e-3, 1.2e-3
@@ -382,11 +382,11 @@ def test_a_bead_that_falls_beside_dust_has_no_depth(tmp_path):
 
 
 def test_figures_film_and_table_of_runs(fallen, tmp_path):
-    names = {path.stem for path in save_all(fallen, tmp_path)}
+    names = {path.stem for path in save_figures(fallen, tmp_path)}
     assert names == {"dust", "filling_factors", "impact", "bead_profile", "deceleration",
                      "compacted_volume"}  # fmt: skip
     assert animation(fallen, tmp_path / "dust.gif", dpi=40).stat().st_size > 1000
-    names = {path.stem for path in save_all([fallen, fallen], tmp_path)}
+    names = {path.stem for path in save_figures([fallen, fallen], tmp_path)}
     assert names == {"bead_profile", "compacted_volume", "deceleration", "drops", "resolution"}
 
 

@@ -69,7 +69,7 @@ def test_four_grains_break_where_mechanics_says(own, rhombus):
     numbers, failed = own.DIAMETRAL.of(rhombus)
     assert not failed and numbers["diametral_strength"] == own.diametral(rhombus).strength
     assert 0.0 < numbers["diametral_strain"] < 4e-4 and numbers["diametral_passed"]
-    (axes,) = plots.figures_of(rhombus)["diametral"].axes
+    (axes,) = plots.draw_figures(rhombus)["diametral"].axes
     assert axes.get_xlabel() == "deflection over the diameter"
     assert any(row[0] == "diametral strength" for row in analysis.table(analysis.summary(rhombus)))
 
@@ -234,7 +234,7 @@ def test_a_chain_breaks_where_its_middle_pulls_with_the_largest_force(spin_up, s
     square = 5.0 / 3.0 * 1.25 * (2 * RADIUS - PAIR.delta0) ** 2
     stress = 3 * 4 * MASS / (16 * np.pi * np.sqrt(square)) * numbers["spin_rate"] ** 2
     assert numbers["spin_stress"] == pytest.approx(stress, rel=1e-3)
-    upper, lower = plots.figures_of(run)["spin_up"].axes
+    upper, lower = plots.draw_figures(run)["spin_up"].axes
     assert "rad/s" in upper.get_ylabel() and "largest fragment" in lower.get_ylabel()
 
 

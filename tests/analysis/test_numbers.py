@@ -17,7 +17,7 @@ from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.analysis.plain import plain_ensemble, plain_runs
 from dusttaichi.analysis.summary import columns
 from dusttaichi.commands import options
-from dusttaichi.plots.registry import marked
+from dusttaichi.plots.registry import mark_draft
 from dusttaichi.report import page
 from dusttaichi.results import shown
 from dusttaichi.scene import from_yaml
@@ -54,7 +54,7 @@ def test_one_file_adds_a_number_with_its_figure(own, tmp_path, monkeypatch):
     assert {f["name"]: f["title"] for f in one["figures"]}[
         "loss_per_grain"
     ] == "Energy lost per grain"
-    assert "loss_per_grain" in plots.figures_of(runs[0])
+    assert "loss_per_grain" in plots.draw_figures(runs[0])
     entry = plain_runs(runs)["runs"][1]["numbers"]["loss_per_grain"]
     assert entry["unit"] == "J" and entry["value"] == pytest.approx(lost)
     data = analysis.gather(runs, attrs={"title": "made"})
@@ -118,7 +118,7 @@ def test_names_are_unique_and_what_rows_refer_to_is_there():
         numbers.register(
             Family(name="x", title="x", place=1, numbers=(Observable(name="p_m", title="x"),))
         )
-    known, figures = numbers.known(), {row.name for row in plots.figures()}
+    known, figures = numbers.known(), {row.name for row in plots.list_figures()}
     for number in known.values():
         assert {number.error, number.why} - {""} <= known.keys(), number.name
         assert not number.figure or number.figure in figures, number.name
@@ -141,10 +141,10 @@ def test_names_figures_and_runs_side_by_side_say_that_they_are_drafts():
     assert "drafts beside others: one." in text
     assert mixture([run("one", **DRAFT), run("two", **DRAFT)]) == ""
     assert mixture([run("one"), run("two")]) == ""
-    drawn = marked(Figure(), run("one", **DRAFT))
+    drawn = mark_draft(Figure(), run("one", **DRAFT))
     assert [text.get_text() for text in drawn.texts] == ["draft"]
-    assert marked(None, run("one", **DRAFT)) is None
-    assert not marked(Figure(), run("one")).texts
+    assert mark_draft(None, run("one", **DRAFT)) is None
+    assert not mark_draft(Figure(), run("one")).texts
 
 
 def test_a_draft_has_the_numbers_of_its_preset():

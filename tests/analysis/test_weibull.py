@@ -131,7 +131,7 @@ def ensemble(tmp_path):
 def test_a_file_of_replicas_brings_its_statistics(ensemble, capsys):
     data, folder = ensemble
     with extensions_forgotten():
-        assert "weibull" not in plots.figures_of(data)
+        assert "weibull" not in plots.draw_figures(data)
         dust("plot", folder)
         assert (folder / "weibull.png").exists()
         titles = [figure["title"] for figure in ensemble_data(data, folder)["figures"]]
@@ -151,7 +151,7 @@ def test_statistics_that_fail_do_not_affect_the_others(ensemble, capsys):
         numbers.register(numbers.Statistics(name="wrong", title="own", table=fails, draw=fails))
         ensembles._say_statistics(data)
         failed = []
-        assert "weibull" in plots.figures_of(data, failed)
+        assert "weibull" in plots.draw_figures(data, failed)
         assert failed == [("own", "KeyError: 'strength_of_another_name'")]
         remark = ensemble_data(data, folder)["remark"]
         assert "own: KeyError" in remark

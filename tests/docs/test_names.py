@@ -176,7 +176,7 @@ def faults_of_layout(function, text):
         yield f"Parameters must be {', '.join(named)}"
     if "Parameters" not in parts and len(named) > 1:
         yield "several arguments need a section Parameters"
-    drawing = any("styled" in ast.unparse(d) or "figure" in ast.unparse(d)
+    drawing = any("apply_style" in ast.unparse(d) or "figure" in ast.unparse(d)
                   for d in function.decorator_list)  # returns a Figure  # fmt: skip
     silent = not drawing and "Returns" not in parts and function.returns is None
     if "Parameters" in parts and silent and returns_a_value(function):

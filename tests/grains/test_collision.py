@@ -97,7 +97,7 @@ def test_grains_at_rest_are_no_collision(tmp_path):
 
 def test_figures(tmp_path):
     with made(tmp_path, links((0, 5), (6, 10)), BOTH) as run:
-        paths = plots.save_all(run, tmp_path / "figures")
+        paths = plots.save_figures(run, tmp_path / "figures")
         assert {path.name for path in paths} == {"ledger.png", "collision.png", "fragments.png"}
         bar = plots.grains(run, color="body", dpi=60).axes[-1]
         assert [label.get_text() for label in bar.get_yticklabels()] == ["target", "projectile"]

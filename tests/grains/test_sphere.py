@@ -233,7 +233,7 @@ def test_a_run_on_disk(on_disk, tmp_path):
         below = analysis.column(run)
         assert below.sphere == pytest.approx(way.depth[-1], rel=1e-9)
         assert "largest depth of the sphere" in dict(r[:2] for r in table(analysis.summary(run)))
-        assert {"sphere", "sphere_column"} <= set(plots.figures_of(run))
+        assert {"sphere", "sphere_column"} <= set(plots.draw_figures(run))
         assert analysis.read_frame(run).sphere[3] == pytest.approx(BALL)
         plots.grains(run, color="uniform", dpi=40)
 

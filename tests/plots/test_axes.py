@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dusttaichi.plots import style
-from dusttaichi.plots.axes import broken, finish
+from dusttaichi.plots.axes import break_text, finish_figure
 from dusttaichi.report.dark import at_night, darken
 from dusttaichi.report.interactive import html, interactive
 
@@ -28,17 +28,17 @@ def shown_ticks(axes):
     ],
 )
 def test_every_logarithmic_axis_has_labels(limits, first, count):
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     axes.plot([0, 1], limits)
     axes.set(yscale="log", ylim=limits)
-    finish(figure)
+    finish_figure(figure)
     ticks = shown_ticks(axes)
     assert ticks[0] == first and len(ticks) == count
 
 
 def test_no_name_of_a_font_is_in_a_label():
     assert html(r"$\mathdefault{2\times10^{-3}}$") == "2×10<sup>−3</sup>"
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     axes.loglog([3.0, 40.0], [1.0, 2.0])  # as an extension may leave it
     layout = interactive(figure, "one", "One")["layout"]
     assert "math" not in str(layout) and layout["xaxis"]["ticktext"]
@@ -46,13 +46,13 @@ def test_no_name_of_a_font_is_in_a_label():
 
 def test_a_label_longer_than_its_axes_is_broken():
     text = r"stress along x, $\sigma_{xx}$ of all, positive in tension (kPa)"
-    assert broken(text, 0.9) == text
-    assert broken(text, 1.3).count("\n") == 1 and "$\\sigma_{xx}$" in broken(text, 1.9)
-    figure, panels = style.new_grid(3, 3, 1.7, shared=True)
+    assert break_text(text, 0.9) == text
+    assert break_text(text, 1.3).count("\n") == 1 and "$\\sigma_{xx}$" in break_text(text, 1.9)
+    figure, panels = style.create_grid(3, 3, 1.7, shared=True)
     for panel in panels:
         panel.plot([0, 1], [0, 1])
     figure.supylabel(text)
-    finish(figure)
+    finish_figure(figure)
     figure.canvas.draw()
     box = figure._supylabel.get_window_extent(figure.canvas.get_renderer())
     assert box.y0 >= 0 and box.y1 <= figure.bbox.y1
@@ -75,7 +75,7 @@ def staged_run(ends):
 
 
 def test_short_stages_are_named_too():
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     axes.set_xlim(0.0, 10.0)
     style.name_stages(axes, staged_run([0.05, 9.9, 9.95, 10.0]), 1.0)
     names = [text.get_text() for text in axes.texts]
@@ -89,7 +89,7 @@ def test_short_stages_are_named_too():
 
 
 def test_pictures_have_a_variant_for_dark_pages():
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     image = axes.imshow([[0.0, 1.0]])
     figure.colorbar(image, label="numbers")
     before = image.cmap(0.0)
@@ -98,7 +98,7 @@ def test_pictures_have_a_variant_for_dark_pages():
     assert image.cmap(0.0) == before and figure.patch.get_alpha() == 0.0
     assert min(axes.xaxis.label.get_color()[:3]) > 0.8 and axes.patch.get_alpha() == 1.0
     assert at_night("white")[0] < 0.1 and at_night("black")[0] > 0.8
-    pixels = style.canvas(2, 2)
+    pixels = style.create_canvas(2, 2)
     panel = pixels.subplots()
     picture = panel.imshow(np.array([[[255, 255, 255], [9, 9, 9]]], np.uint8))
     darken(pixels)

@@ -24,9 +24,9 @@ def runs(tmp_path_factory):
         yield [one, other]
 
 
-def test_save_all(runs, tmp_path):
+def test_save_figures(runs, tmp_path):
     before = dict(matplotlib.rcParams)
-    paths = plots.save_all(runs[0], tmp_path / "figures")
+    paths = plots.save_figures(runs[0], tmp_path / "figures")
     names = {path.name for path in paths}
     assert names == {"compression.png", "coordination.png", "ledger.png", "profile.png"}
     for path in paths:
@@ -36,7 +36,7 @@ def test_save_all(runs, tmp_path):
     assert dict(matplotlib.rcParams) == before
     (tmp_path / "file").write_text("")
     with pytest.raises(DustError, match="cannot be written"):
-        plots.save_all(runs[0], tmp_path / "file" / "figures")
+        plots.save_figures(runs[0], tmp_path / "file" / "figures")
 
 
 def test_compression_shows_runs_and_laboratory(runs):
@@ -58,7 +58,7 @@ def test_ledger_and_profile_have_units(runs):
     upper, lower = plots.ledger(runs[0]).axes
     assert "J)" in upper.get_ylabel() and lower.get_yscale() == "log"
     assert "s)" in lower.get_xlabel() and len(legend(upper)) == 8
-    (axes,) = plots.profile(runs[0], most=3).axes
+    (axes,) = plots.profile(runs[0], max_profiles=3).axes
     assert "µm" in axes.get_ylabel() and len(legend(axes)) == 4
 
 
@@ -68,24 +68,24 @@ def test_a_scene_without_walls_has_a_ledger_only(tmp_path):
         for step in range(3):
             writer.append("series", synthetic.series_record(step, features))
     with analysis.open_run(tmp_path) as run:
-        assert [path.stem for path in plots.save_all(run, tmp_path, ".svg")] == ["ledger"]
+        assert [path.stem for path in plots.save_figures(run, tmp_path, ".svg")] == ["ledger"]
 
 
 def test_styles_differ_in_size_and_keep_the_proportions(runs):
     sizes = {}
     for name in style.STYLES:
-        with style.using(name):
+        with style.use_style(name):
             sizes[name] = plots.coordination(runs[0]).get_size_inches()
     assert sizes["column"][0] == 3.46 and sizes["talk"][0] > sizes["page"][0]
     assert len({round(height / width, 6) for width, height in sizes.values()}) == 1
     with pytest.raises(DustError, match="allowed: page, column, talk"):
-        with style.using("poster"):
+        with style.use_style("poster"):
             pass
 
 
 def test_notebooks_show_figures():
     """As a PNG on the screen's scale, also where no backend of matplotlib is active."""
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     axes.plot([0, 1], [0, 1])
     png, size = figure._repr_png_()
     assert png.startswith(b"\x89PNG") and size == {"width": 499, "height": 355}
@@ -94,15 +94,15 @@ def test_notebooks_show_figures():
 
 
 def test_a_legend_that_would_hide_a_curve_stands_below():
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     for n in range(40):  # curves everywhere
         axes.plot([0, 1], [n / 40, n / 40], label=f"curve {n}" if n < 5 else None)
-    style.legend(axes)
+    style.draw_legend(axes)
     assert axes.get_legend() is None and len(figure.legends) == 1
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     axes.plot([0, 1], [0, 0.1], label="low")
     axes.set_ylim(0, 1)
-    style.legend(axes)
+    style.draw_legend(axes)
     assert axes.get_legend() is not None and not figure.legends
 
 
@@ -149,13 +149,13 @@ def test_what_each_run_and_several_have_figures_for(cells, tmp_path):
         pulled: {"ledger", "tensile", "losses"},
     }
     for run, names in expected.items():
-        assert set(plots.figures_of(run)) == names
-    names = {path.stem for path in plots.save_all(cells, tmp_path, ".svg")}
+        assert set(plots.draw_figures(run)) == names
+    names = {path.stem for path in plots.save_figures(cells, tmp_path, ".svg")}
     assert names == {"isotropic", "tensile", "strength"}  # one alone is compressed by a wall
     # of runs that have nothing else in common what moves
-    assert set(plots.figures_of([cells[3], cells[4]])) == {"kinetic"}
+    assert set(plots.draw_figures([cells[3], cells[4]])) == {"kinetic"}
     with pytest.raises(DustError, match="no figure"):
-        plots.save_all([cells[3]], tmp_path)
+        plots.save_figures([cells[3]], tmp_path)
 
 
 def test_tensile_of_one_run_and_several(cells):
@@ -218,7 +218,7 @@ def test_fractal_and_losses_and_stress(cells):
 def test_bands():
     axes = Figure().subplots()
     x, mean, std = np.arange(4.0), np.array([1.0, 2.0, np.nan, 4.0]), np.full(4, 0.5)
-    drawn = plots.bands(x, mean, std, axes, label="ten replicas", number=2)
+    drawn = plots.draw_bands(x, mean, std, axes, label="ten replicas", number=2)
     assert drawn.get_label() == "ten replicas"
     np.testing.assert_array_equal(drawn.get_ydata(), mean)
     (band,) = axes.collections

@@ -13,8 +13,8 @@ from program import dust
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.frame import read_frame
 from dusttaichi.errors import DustError
-from dusttaichi.plots.frame_of_picture import cell_segments, nice_length
-from dusttaichi.plots.spheres import Camera, Lines, axes_of, picture
+from dusttaichi.plots.frame_of_picture import find_cell_edges, round_length
+from dusttaichi.plots.spheres import Camera, Lines, compute_camera_axes, render_spheres
 
 # functions of these names stand before the modules
 drawing = import_module("dusttaichi.plots.grains")
@@ -26,7 +26,9 @@ EYE = np.array([0.3, -1.0, 0.4])
 
 
 def camera(view, half=3.0, pixels=PIXELS):
-    return Camera(axes_of(view), np.array([-half, -half]), np.array([half, half]), pixels, pixels)
+    return Camera(
+        compute_camera_axes(view), np.array([-half, -half]), np.array([half, half]), pixels, pixels
+    )
 
 
 def is_red(pixel):
@@ -39,7 +41,7 @@ def is_white(pixel):
 
 @pytest.mark.parametrize("view", [(0, -1, 0), (1, 0, 0), (0, 0, 1), (0, 0, -1), EYE])
 def test_axes_are_a_right_handed_frame(view):
-    axes = axes_of(view)
+    axes = compute_camera_axes(view)
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(axes) == pytest.approx(1.0)
     np.testing.assert_allclose(axes[2], np.array(view) / np.linalg.norm(view))
@@ -52,7 +54,7 @@ def test_the_nearer_sphere_hides_the_farther_one(order):
     toward = EYE / np.linalg.norm(EYE)
     position = np.array([toward, -toward])[list(order)]
     colour = np.array([RED, BLUE])[list(order)]
-    image = picture(camera(EYE), position, np.array([0.8, 0.8]), colour)
+    image = render_spheres(camera(EYE), position, np.array([0.8, 0.8]), colour)
     assert is_red(image[PIXELS // 2, PIXELS // 2])
     assert not (image[..., 2] > 2 * image[..., 0]).any()  # no blue anywhere
 
@@ -63,7 +65,7 @@ def test_each_pixel_is_that_of_a_ray_through_it():
     position, radius = rng.uniform(-1.8, 1.8, (30, 3)), rng.uniform(0.3, 0.9, 30)
     colour = np.eye(3)[np.arange(30) % 3]
     view = camera(EYE, pixels=60)
-    image = picture(view, position, radius, colour, samples=1)
+    image = render_spheres(view, position, radius, colour, samples=1)
     seen = position @ view.axes.T
     for row, column in rng.integers(0, 60, (400, 2)):
         ray = np.array([-3 + (column + 0.5) * 0.1, 3 - (row + 0.5) * 0.1])
@@ -82,9 +84,9 @@ def test_each_pixel_is_that_of_a_ray_through_it():
 
 def test_size_place_and_edges():
     """One sphere off centre: its area and its middle to a part of a pixel."""
-    axes = axes_of(EYE)
+    axes = compute_camera_axes(EYE)
     position = (np.array([0.73, -0.41, 0.0]) @ axes)[None]
-    image = picture(camera(EYE), position, np.array([1.0]), np.array([[0.0, 0.0, 0.0]]))
+    image = render_spheres(camera(EYE), position, np.array([1.0]), np.array([[0.0, 0.0, 0.0]]))
     # black but for its glint, so darkness on the sphere's outer half measures coverage
     cover = 1.0 - image.min(axis=2)
     rows, columns = np.nonzero(cover > 0.02)
@@ -99,7 +101,9 @@ def test_size_place_and_edges():
 
 
 def test_light_comes_from_the_upper_left():
-    image = picture(camera(EYE), np.zeros((1, 3)), np.array([2.0]), np.array([[0.5, 0.5, 0.5]]))
+    image = render_spheres(
+        camera(EYE), np.zeros((1, 3)), np.array([2.0]), np.array([[0.5, 0.5, 0.5]])
+    )
     middle, off = PIXELS // 2, PIXELS // 5
     assert image[middle - off, middle - off, 1] > 1.3 * image[middle + off, middle + off, 1]
 
@@ -108,11 +112,11 @@ def test_a_sphere_casts_its_shadow():
     """On what lies behind it, away from the light; light itself falls beside it."""
     from dusttaichi.plots.spheres import LIGHT
 
-    axes = axes_of(EYE)
+    axes = compute_camera_axes(EYE)
     light = LIGHT / np.linalg.norm(LIGHT)
     grey = np.full((2, 3), 0.5)
-    alone = picture(camera(EYE), np.zeros((1, 3)), np.array([1.5]), grey[:1])
-    both = picture(
+    alone = render_spheres(camera(EYE), np.zeros((1, 3)), np.array([1.5]), grey[:1])
+    both = render_spheres(
         camera(EYE), np.array([np.zeros(3), 4.0 * light @ axes]), np.array([1.5, 0.4]), grey
     )
     column = int((3.0 + 1.5 * light[0]) * PIXELS / 6.0)
@@ -125,10 +129,12 @@ def test_a_sphere_casts_its_shadow():
 
 @pytest.mark.parametrize("depth, shown", [(1.5, True), (-1.5, False)])
 def test_lines_pass_in_front_and_behind(depth, shown):
-    axes = axes_of(EYE)
+    axes = compute_camera_axes(EYE)
     ends = (np.array([[-2.5, 0.0, depth], [2.5, 0.0, depth]]) @ axes)[None]
     lines = Lines(ends, np.array([False]), colour=(0.0, 1.0, 0.0))
-    image = picture(camera(EYE), np.zeros((1, 3)), np.array([1.0]), np.array([RED]), lines=lines)
+    image = render_spheres(
+        camera(EYE), np.zeros((1, 3)), np.array([1.0]), np.array([RED]), lines=lines
+    )
     green = (image[..., 1] > 0.9) & (image[..., 0] < 0.3)
     middle = PIXELS // 2
     assert green[middle - 1 : middle + 1, middle].any() == shown
@@ -221,7 +227,7 @@ def test_scale_bar_has_its_length(run):
     "largest, nice", [(5.0, 5.0), (4.99, 2.0), (1e-6, 1e-6), (9.9e-7, 5e-7), (0.3, 0.2)]
 )
 def test_nice_length(largest, nice):
-    assert nice_length(largest) == pytest.approx(nice)
+    assert round_length(largest) == pytest.approx(nice)
 
 
 def test_edges_of_cells(run, tmp_path):
@@ -232,7 +238,7 @@ def test_edges_of_cells(run, tmp_path):
         frame = {"position": np.full((1, 3), 0.5e-6)}
         path = snapshots.write(tmp_path / name, [frame], R, box=np.array(box), periodic=periodic)
         with analysis.open_run(path) as made:
-            return cell_segments(read_frame(made))
+            return find_cell_edges(read_frame(made))
 
     ends, dashed = segments([0, 1e-6] * 3)
     assert len(ends) == 12 and not dashed.any()

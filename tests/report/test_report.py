@@ -189,8 +189,8 @@ def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeyp
         raise IndexError("index 3 is out of bounds")
 
     own, grains = plots.coordination.row, method.named("grains")
-    rows = [replace(row, draw=broken) if row is own else row for row in plots.figures(grains)]
-    monkeypatch.setattr(plots.registry, "figures", lambda of=None: rows)
+    rows = [replace(row, draw=broken) if row is own else row for row in plots.list_figures(grains)]
+    monkeypatch.setattr(plots.registry, "list_figures", lambda of_method=None: rows)
     synthetic.compression_run(tmp_path / "result.nc")
     with open_run(tmp_path) as run:
         (one,) = report.report_data([run])["runs"]

@@ -84,7 +84,7 @@ class Spring(SimpleSimulation):
 
 @figure("Displacement over time", 10)
 def places(run):
-    own, (axes,) = style.new_figure()
+    own, (axes,) = style.create_figure()
     axes.plot(run.series.time, run.series.place)
     axes.set(xlabel="time (s)", ylabel="displacement (m)")
     return own

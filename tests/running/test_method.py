@@ -147,7 +147,7 @@ def test_its_results_have_its_numbers_and_figures(tmp_path, monkeypatch):
         numbers = analysis.summary(run)
         assert run.method is spring.METHOD and numbers["swing"] == pytest.approx(1e-6)
         assert ("largest displacement", "1 um", "") in analysis.table(numbers)
-        assert not numbers["problems"] and set(plots.figures_of(run)) == {"places"}
+        assert not numbers["problems"] and set(plots.draw_figures(run)) == {"places"}
         data = report.report_data([run])
         assert dict(columns(analysis.compare([run])))["swing"] == ["1 um"]
         assert plain_runs([run])["runs"][0]["numbers"]["swing"]["unit"] == "m"
@@ -182,7 +182,7 @@ def test_results_of_a_method_that_is_not_here(tmp_path, monkeypatch):
         numbers = analysis.summary(run)
         assert numbers["method"] == "spring" and "swing" not in numbers
         assert ("steps", "2,000", "") in analysis.table(numbers)
-        assert plots.figures_of(run) == {}
+        assert plots.draw_figures(run) == {}
 
 
 def test_a_sweep_has_its_numbers(tmp_path):
@@ -196,4 +196,4 @@ def test_a_sweep_has_its_numbers(tmp_path):
     points = plain_ensemble(data)["points"]
     assert [p["keys"]["start"]["value"] for p in points] == [1e-6, 2e-6]
     assert [p["numbers"]["swing"]["mean"] for p in points] == pytest.approx([1e-6, 2e-6])
-    assert {"numbers", "sweep"} <= set(plots.figures_of(data))
+    assert {"numbers", "sweep"} <= set(plots.draw_figures(data))

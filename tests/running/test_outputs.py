@@ -109,8 +109,8 @@ def test_figures_films_pages_and_tables(tmp_path, run):
         for _ in range(2):
             report.write(report.report_data([result]), tmp_path / "page.html")
             to_csv(compare([result]), tmp_path / "table.csv")
-    from dusttaichi.plots.animation import _gif
+    from dusttaichi.plots.animation import _write_gif
 
     images = [np.full((8, 8, 3), level, np.uint8) for level in (0, 200)]
-    _gif(tmp_path / "film.gif", images, 5.0)
+    _write_gif(tmp_path / "film.gif", images, 5.0)
     assert is_ours(tmp_path / "film.gif")

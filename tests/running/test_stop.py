@@ -158,7 +158,7 @@ def test_contacts_carry_their_forces(pressed):
     last, walls = pressed.contacts(), pressed.contacts(group="wall_contacts")
     assert np.all(last.step == frames.step[-1]) and len(last.contact) == 144
     assert len(walls.wall) == 6 * 16 and last.force.dtype == np.float32
-    assert set(plots.figures_of(pressed)) >= {"structure", "cycles"}
+    assert set(plots.draw_figures(pressed)) >= {"structure", "cycles"}
 
 
 def test_forces_add_up(pressed):

@@ -12,7 +12,7 @@ from dusttaichi.continuum.analysis import (
 )
 from dusttaichi.continuum.plots.dust import COLOURS, EVERYDAY, extent_of, intrudes, limits_of, paint
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure, in_common
+from dusttaichi.plots.registry import figure, select_in_common
 
 
 def draw_profile(axes, runs, labels):
@@ -23,15 +23,15 @@ def draw_profile(axes, runs, labels):
         axes.plot(
             found.filling_factor[seen], found.depth[seen] * 1e3, label=label, marker=".", **line
         )
-        axes.axhline(found.bead * 1e3, **style.look(line["color"], 0.6, style.DOTTED))
+        axes.axhline(found.bead * 1e3, **style.line_look(line["color"], 0.6, style.DOTTED))
     axes.axvline(
         laboratory.MOST_FREQUENT,
         label="most frequent below\nthe bead (G09 Fig 11)",
-        **style.look(style.BLACK, 1.0, style.DASHED),
+        **style.line_look(style.BLACK, 1.0, style.DASHED),
     )
     axes.set(xlabel=r"filling factor $\phi$ below the bead", ylabel="depth below the surface (mm)")
     axes.invert_yaxis()
-    style.legend(axes)
+    style.draw_legend(axes)
 
 
 @figure("Filling factor below the bead", 174, applies=intrudes, together=True)
@@ -45,8 +45,8 @@ def bead_profile(runs, labels=None):
     DustError
         A run has no rigid projectile.
     """
-    runs, labels = style.named(runs, labels)
-    figure, (axes,) = style.new_figure(height=4.0)
+    runs, labels = style.label_runs(runs, labels)
+    figure, (axes,) = style.create_figure(height=4.0)
     draw_profile(axes, runs, labels)
     return figure
 
@@ -68,7 +68,7 @@ def draw_way(axes, runs, labels):
     axes.set_xlabel("time over stopping time t / T")
     axes.set_ylabel("height over depth h / D")
     axes.set_ylim(-1.05, 0.32)  # space for the legend
-    style.legend(axes)
+    style.draw_legend(axes)
 
 
 @figure("Motion of the bead", 175, applies=intrudes, together=True)
@@ -82,8 +82,8 @@ def deceleration(runs, labels=None):
     DustError
         A run has no projectile.
     """
-    runs, labels = style.named(runs, labels)
-    figure, (axes,) = style.new_figure()
+    runs, labels = style.label_runs(runs, labels)
+    figure, (axes,) = style.create_figure()
     draw_way(axes, runs, labels)
     return figure
 
@@ -103,14 +103,14 @@ def compacted_volume(runs, labels=None, scatter=0.0):
     DustError
         A run has no rigid projectile.
     """
-    runs, labels = style.named(runs, labels)
-    figure, (axes,) = style.new_figure()
+    runs, labels = style.label_runs(runs, labels)
+    figure, (axes,) = style.create_figure()
     low, high = laboratory.COMPACTED
     axes.axhspan(low, high, color="#D9D9D9", linewidth=0, label="compacted volume (G09 3.4.2)")
     axes.axvline(
         laboratory.LEAST_COMPARED,
         label="compared from here on (G09 Fig 15)",
-        **style.look(style.GREY, 0.8, style.DOTTED),
+        **style.line_look(style.GREY, 0.8, style.DOTTED),
     )
     ends = []
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
@@ -123,7 +123,7 @@ def compacted_volume(runs, labels=None, scatter=0.0):
         xlabel=r"filling factor $\phi$",
         ylabel="volume that is denser (volumes of the bead)",
     )
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 
@@ -136,7 +136,7 @@ def impact(run):
     DustError
         The run has no rigid projectile.
     """
-    figure = style.canvas(10.0, 3.2, layout="constrained")
+    figure = style.create_canvas(10.0, 3.2, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.08)
     wide, *beside = figure.subplots(1, 3, width_ratios=[1.7, 1.0, 1.0])
     frame = read_particles(run, -1)
@@ -151,7 +151,7 @@ def impact(run):
 SMALL = 2e-3  # diameter [m] that parts the two sizes of the laboratory
 
 
-@figure("Depth and stopping time of the beads", 177, together=in_common(intrudes))
+@figure("Depth and stopping time of the beads", 177, together=select_in_common(intrudes))
 def drops(runs):
     """Depth D and stopping time T against m v / A of several runs with beads, without free fall.
 
@@ -163,7 +163,7 @@ def drops(runs):
     DustError
         A run has no rigid projectile.
     """
-    figure, axes = style.new_figure(height=5.4, rows=2)
+    figure, axes = style.create_figure(height=5.4, rows=2)
     lab = laboratory.drops()
     for large, face in ((True, "none"), (False, style.BLACK)):
         chosen = (lab["diameter"] > SMALL) == large
@@ -183,14 +183,14 @@ def drops(runs):
         axes[0].plot(momentum, depth * 1e3, label=f"{diameter:g} mm", **line)
         axes[1].plot(momentum, time * 1e3, **line)
     for one, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
-        style.logarithmic(one)
+        style.set_logarithmic(one)
         one.set_ylabel(name)
     axes[1].set_xlabel(r"momentum over cross-section $m v / A$ (kg m$^{-1}$ s$^{-1}$)")
-    style.legend(axes[0])
+    style.draw_legend(axes[0])
     return figure
 
 
-@figure("Depth and stopping time at spacing zero", 178, together=in_common(intrudes))
+@figure("Depth and stopping time at spacing zero", 178, together=select_in_common(intrudes))
 def resolution(runs):
     """Depth D and stopping time T of one bead over the spacing, without the free-fall term.
 
@@ -209,7 +209,7 @@ def resolution(runs):
             alpha = run.scene["numerics"]["viscosity"]["contact"]
             point = (float(run.attrs["spacing"]), stop.depth * 1e3, stop.time * 1e3)
             found.setdefault(float(alpha), []).append(point)
-    figure, axes = style.new_figure(height=5.0, rows=2)
+    figure, axes = style.create_figure(height=5.0, rows=2)
     for number, (alpha, points) in enumerate(sorted(found.items(), reverse=True)):
         spacing, *values = np.array(sorted(points)).T
         look = style.run_style(number)
@@ -223,6 +223,6 @@ def resolution(runs):
     for one, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
         one.set(ylabel=name, xlim=(0.0, None))
         if one.get_legend_handles_labels()[0]:
-            style.legend(one, title="at spacing zero")
+            style.draw_legend(one, title="at spacing zero")
     axes[1].set_xlabel("spacing of particles (µm)")
     return figure

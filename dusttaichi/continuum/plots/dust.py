@@ -88,12 +88,12 @@ def dust(run, snapshot=-1, color=None, *, limits=None, dpi=200):
     return draw(run, frame, color, limits, extent_of([frame]), dpi=dpi)
 
 
-@style.styled
+@style.apply_style
 def draw(run, frame, color, limits, extent, *, note=None, dpi=200):
     """One ParticleFrame as a Figure. extent: left, right, bottom, top [m]. note: text above."""
     left, right, bottom, top = extent
     height = min((WIDTH - 1.4) * (top - bottom) / (right - left) + 0.7, TALLEST)
-    figure = style.canvas(WIDTH, max(height, 2.4), dpi=dpi, layout="constrained")
+    figure = style.create_canvas(WIDTH, max(height, 2.4), dpi=dpi, layout="constrained")
     axes = figure.subplots()
     image = paint(axes, run, frame, color, limits, extent=extent)
     label = COLOURS[color][0]
@@ -150,7 +150,7 @@ def _film(run, color, view, *, cell, dpi):
     color = color or everyday(run)
     frames = [read_particles(run, number) for number in range(frame_count(run))]
     limits, extent = limits_of(frames, color), extent_of(frames)
-    factor, unit = style.scaled(frames[-1].time, style.TIMES)
+    factor, unit = style.choose_unit(frames[-1].time, style.TIMES)
     for frame in frames:
         note = f"{frame.time * factor:.3g} {unit}"
         yield draw(run, frame, color, limits, extent, note=note, dpi=dpi)
@@ -168,13 +168,13 @@ PICTURE = Picture(
 )
 def filling_factors(run):
     """Share of the dust by filling factor, at the start and at the end of a Run."""
-    figure, (axes,) = style.new_figure()
+    figure, (axes,) = style.create_figure()
     for number, (snapshot, label) in enumerate(((0, "start"), (-1, "end"))):
         edges, share = histogram(run, snapshot)
         axes.stairs(share, edges, label=label, **style.run_style(number))
-    style.logarithmic(axes, "y")
+    style.set_logarithmic(axes, "y")
     axes.set(xlabel=r"filling factor $\phi$", ylabel="share of the volume")
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure
 
 
@@ -188,12 +188,12 @@ def wall_forces(run):
     """Pressure on those faces of a Run of the continuum where something stands, over time."""
     series = run.whole.series
     boundary = run.scene.get("boundary", {})
-    figure, (axes,) = style.new_figure()
-    per_time, unit = style.scaled(float(series.time[-1]), style.TIMES)
+    figure, (axes,) = style.create_figure()
+    per_time, unit = style.choose_unit(float(series.time[-1]), style.TIMES)
     pressure, walls = series.pressure.values, [str(wall) for wall in series.wall.values]
     seen = [n for n, wall in enumerate(walls) if boundary.get(wall, "open") != "open"]
     largest = np.nanmax(np.abs(pressure[:, seen]))
-    per_pressure, pressure_unit = style.scaled(largest, style.PRESSURES)
+    per_pressure, pressure_unit = style.choose_unit(largest, style.PRESSURES)
     for number, n in enumerate(seen):
         axes.plot(
             series.time.values * per_time,
@@ -202,5 +202,5 @@ def wall_forces(run):
             **style.run_style(number),
         )
     axes.set(xlabel=f"time ({unit})", ylabel=f"pressure on the face ({pressure_unit})")
-    style.legend(axes)
+    style.draw_legend(axes)
     return figure

@@ -11,13 +11,13 @@ CALIBRATED = 1.3e3  #: p_m of G09's law for the pressure, by the bead (section 4
 _MARKS = ("o", "s", "^", "D", "v", "P")
 
 
-@style.styled
+@style.apply_style
 def continuum_fit(fit):
     """Four panels over the filling factor: pressures, shear, slopes and tension of a Fit.
 
     Points are the grains', one mark for each seed; lines are the material's.
     """
-    figure, axes = style.new_figure(height=9.0, rows=4)
+    figure, axes = style.create_figure(height=9.0, rows=4)
     phi = np.linspace(*_range(fit), 200)
     m = fit.numbers
     seeds = sorted({test.seed for test, _ in fit.rows})
@@ -59,10 +59,10 @@ def continuum_fit(fit):
     )
     for panel in axes:
         panel.set_yscale("log")
-        style.legend(panel)
+        style.draw_legend(panel)
     for panel, text in zip(axes, ("stress", "shear stress", "modulus", "tension"), strict=True):
         panel.set_ylabel(f"{text} (kPa)")
-    style.few_ticks(axes[3].yaxis)
+    style.set_few_ticks(axes[3].yaxis)
     axes[-1].set_xlabel(r"filling factor $\phi$")
     return figure
 
@@ -72,13 +72,13 @@ def _range(fit):
     return min(phi), max(phi)
 
 
-@style.styled
+@style.apply_style
 def pressing_speeds(curves):
     """Axial stress and mean pressure over the filling factor at each rate of pressing, beside G09.
 
     curves: of analysis.continuum_observations.curves.
     """
-    figure, axes = style.new_figure(height=6.4, rows=2)
+    figure, axes = style.create_figure(height=6.4, rows=2)
     groups = {}
     for curve in curves:
         groups.setdefault((curve.rate, curve.grains), []).append(curve)
@@ -107,8 +107,8 @@ def pressing_speeds(curves):
                 )
     for panel, text in zip(axes, ("axial stress", "mean pressure"), strict=True):
         panel.set(yscale="log", ylabel=f"{text} (kPa)", ylim=(0.02, 60))
-    style.legend(axes[0], title=r"nearest $p_{\rm m}$ of G09's law")
-    style.legend(axes[1], title="the same, colours as above", ncols=2)
+    style.draw_legend(axes[0], title=r"nearest $p_{\rm m}$ of G09's law")
+    style.draw_legend(axes[1], title="the same, colours as above", ncols=2)
     axes[-1].set_xlabel(r"filling factor $\phi$")
     return figure
 
