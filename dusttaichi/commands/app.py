@@ -16,7 +16,7 @@ NO_MEMORY = (
 NO_GPU = "Try fewer grains, no other program on the GPU, or numerics.backend: cpu."
 
 
-def by_an_interrupt(error):
+def is_interrupt(error):
     """True where Ctrl-C caused it: a compiled module that is being imported raises ImportError."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
@@ -40,7 +40,7 @@ try:
     from dusttaichi.commands.check import check, schema
     from dusttaichi.commands.collide import collide
     from dusttaichi.commands.console import err, say
-    from dusttaichi.commands.environment import guarded
+    from dusttaichi.commands.environment import guard_streams
     from dusttaichi.commands.extremes import extremes
     from dusttaichi.commands.fit import fit
     from dusttaichi.commands.new import new
@@ -59,14 +59,14 @@ try:
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         help="Grain-by-grain and continuum simulation of porous dust.",
-        epilog="Exit codes: " + "; ".join(f"{code} {what}" for code, what in EXIT_CODES) + ".",
+        epilog=f"Exit codes: {'; '.join(f'{code} {meaning}' for code, meaning in EXIT_CODES)}.",
     )
     COMMANDS = (new, run, sweep, study, collide, trade, sticking, extremes, check, schema)
     COMMANDS += (report, watch, plot, compare, fit, bench, export, render)
     for command in COMMANDS:
         app.command()(with_user_paths(command))
 except (KeyboardInterrupt, ImportError) as error:  # Ctrl-C meanwhile would print a traceback
-    if not by_an_interrupt(error):
+    if not is_interrupt(error):
         mend_bytecode(error)
         raise
     import signal
@@ -99,11 +99,11 @@ def main(commands=None):
     commands: a typer app, by default `app`.
     """
     try:
-        with guarded():
+        with guard_streams():
             _run(app if commands is None else commands)
     except DustError as error:
         _end(error)
-    except KeyboardInterrupt:  # another one, while the first was being reported
+    except KeyboardInterrupt:  # a second one, while the first was being reported
         _end(Interrupted("interrupted"))
 
 
@@ -112,22 +112,22 @@ def _run(commands):
     for number in _deadly_signals():
         signal.signal(number, signal.default_int_handler)
     try:
-        if commands(standalone_mode=False) == Interrupted.exit_code:  # what typer makes of Ctrl-C
+        if commands(standalone_mode=False) == Interrupted.exit_code:  # of typer after Ctrl-C
             raise Interrupted("interrupted")
     except DustError as error:
         _end(error)
     except (KeyboardInterrupt, typer.Abort):
         _end(Interrupted("interrupted"))
-    except OSError as error:  # of the system, where nothing closer to it knows what was done
+    except OSError as error:  # of the system, where no caller has a better message
         _end(DustError(f"the system refuses: {error}"))
     except MemoryError:
         _end(DustError(NO_MEMORY))
     except Exception as error:
         mend_bytecode(error)
-        if by_an_interrupt(error):
+        if is_interrupt(error):
             _end(Interrupted("interrupted"))
-        if isinstance(error, RuntimeError) and (found := re.search(CUDA_ERROR, str(error))):
-            _end(DustError(f"numerics.backend = cuda: the GPU refuses: {found[0]}. {NO_GPU}"))
+        if isinstance(error, RuntimeError) and (cuda_error := re.search(CUDA_ERROR, str(error))):
+            _end(DustError(f"numerics.backend = cuda: the GPU refuses: {cuda_error[0]}. {NO_GPU}"))
         if type(error).__module__.startswith(("click", "typer")):
             error.show()
             sys.exit(error.exit_code)
@@ -135,7 +135,7 @@ def _run(commands):
 
 
 def _deadly_signals():
-    """Signals beside Ctrl-C that would end this process silently: a kill, a closed terminal.
+    """Signals other than Ctrl-C that would end this process silently: a kill, a closed terminal.
 
     Signals that are ignored, as under nohup, stay ignored.
     """

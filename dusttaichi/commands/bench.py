@@ -6,7 +6,7 @@ from dusttaichi.commands.console import remark, say
 def bench():
     """Measure how fast this machine is.
 
-    Steps/s of two scenes, how far their ledgers close, the width of vectors.
+    Steps/s of two scenes, relative error of their energy balance, width of vectors.
     """
     from dusttaichi.studies import bench
 

@@ -44,10 +44,10 @@ def check(
             from dusttaichi.studies.sweep import taken
 
             scene = scene.with_values(taken(scene, 0))
-        how = method.of(scene)
+        scene_method = method.of(scene)
         # the preview may still refuse the scene, and the plan its study
-        preview = None if how.preview is None else how.preview(scene)
-        return scene, how, preview, _plan(scene)
+        preview = None if scene_method.preview is None else scene_method.preview(scene)
+        return scene, scene_method, preview, _plan(scene)
 
     if as_json:
         try:
@@ -55,9 +55,9 @@ def check(
         except DustError as error:
             say_json(_json_of_refusal(error))
             raise
-        found = _json_of_scene(scene, preview, measure_it=time)
-        return say_json(found | ({} if plan is None else {"study": _json_of_plan(plan)}))
-    scene, how, preview, plan = read()
+        numbers = _json_of_scene(scene, preview, measure_it=time)
+        return say_json(numbers | ({} if plan is None else {"study": _json_of_plan(plan)}))
+    scene, scene_method, preview, plan = read()
     say(f"{scene.name} is a valid scene of the method {scene.method}.")
     if plan is not None:
         say(f"{STUDY} runs the {plan.count:,} collisions of its last section; the other sections")
@@ -74,11 +74,17 @@ def check(
         from dusttaichi.compute.taichi_internals import source_reading
 
         compiler = [("processor", processor.model()), *source_reading.rows(scene.numerics.debug)]
-        _show([("Processor and compiler", compiler), *how.internals(scene)])
+        _show([("Processor and compiler", compiler), *scene_method.internals(scene)])
     if forces:
-        _show(how.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
-    rest = {"--time": time, "--scene": resolved, "--internals": internals, "--forces": forces}
-    say(f"\nmore: {', '.join(option for option, there in rest.items() if not there)}")
+        _show(scene_method.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
+    sections_by_option = {
+        "--time": time,
+        "--scene": resolved,
+        "--internals": internals,
+        "--forces": forces,
+    }
+    further = (option for option, is_shown in sections_by_option.items() if not is_shown)
+    say(f"\nmore: {', '.join(further)}")
 
 
 def _plan(scene):
@@ -123,9 +129,9 @@ def _sections(scene, preview):
 def _show(sections):
     for title, rows in sections:
         console.print(f"\n{title}", style="bold")
-        width = max([LABEL, *(len(what) for what, _ in rows)])
-        for what, value in rows:
-            say(f"  {what:<{width}} {value}")
+        width = max([LABEL, *(len(label) for label, _ in rows)])
+        for label, value in rows:
+            say(f"  {label:<{width}} {value}")
 
 
 def _cost(scene, preview, *, measure_it):
@@ -134,21 +140,21 @@ def _cost(scene, preview, *, measure_it):
 
     rows, total = [], 0
     for name, steps, reason in preview.plan:
-        what = f"steps at most, stage {name}" if name else "steps at most"
+        label = f"steps at most, stage {name}" if name else "steps at most"
         if steps == inf:
-            rows.append((what, "not known beforehand: a measured quantity ends the run"))
+            rows.append((label, "not known beforehand: a measured quantity ends the run"))
             total = inf
             break
         total += steps
         time = quantities.format(steps * preview.dt, "time", 5)
-        rows.append((what, f"{steps:,} ({time}; {reason})"))
-    least, seconds, most = _seconds(scene, preview, measure_it=measure_it)
+        rows.append((label, f"{steps:,} ({time}; {reason})"))
+    shortest, seconds, longest = _seconds(scene, preview, measure_it=measure_it)
     rate = 1.0 / seconds if measure_it else float(f"{1.0 / seconds:.1g}")
     speed = f"{quantities.rate_text(rate)} steps/s"
-    how = "measured now" if measure_it else "an order of magnitude; --time measures it"
-    rows += [("speed", f"{speed}, {how}")]
+    source = "measured now" if measure_it else "an order of magnitude; --time measures it"
+    rows += [("speed", f"{speed}, {source}")]
     if total < inf:
-        low, high = _duration(total * least), _duration(total * most)
+        low, high = _duration(total * shortest), _duration(total * longest)
         text = low if low == high else f"{low} to {high}"
         rows.append(("run time at most", f"{text}, and the start"))
     return rows
@@ -172,17 +178,17 @@ def _duration(seconds):
 
 def _json_of_scene(scene, preview, *, measure_it):
     """Size, time step, stages, run time on this machine, and rows of text of a valid scene."""
-    found = {"format": FORMAT, "version": __version__, "valid": True, "problems": []}
-    found |= {"name": scene.name, "method": scene.method}
+    numbers = {"format": FORMAT, "version": __version__, "valid": True, "problems": []}
+    numbers |= {"name": scene.name, "method": scene.method}
     if preview is not None:
-        found |= {
+        numbers |= {
             "particles": preview.size,
             "time_step_s": preview.dt,
             "stages": [_stage(*stage, preview.dt) for stage in preview.plan],
             "run_time_s": _run_time(scene, preview, measure_it=measure_it),
             "text": {title: dict(rows) for title, rows in _sections(scene, preview)},
         }
-    return found
+    return numbers
 
 
 def _json_of_refusal(error):
@@ -193,12 +199,12 @@ def _json_of_refusal(error):
 
 
 def _stage(name, steps, reason, dt):
-    known = steps < inf
+    is_limited = steps < inf
     return {
         "name": name,
-        "most_steps": int(steps) if known else None,
-        "most_time_s": steps * dt if known else None,
-        "ends": reason if known else None,
+        "most_steps": int(steps) if is_limited else None,
+        "most_time_s": steps * dt if is_limited else None,
+        "ends": reason if is_limited else None,
     }
 
 
@@ -207,8 +213,10 @@ def _run_time(scene, preview, *, measure_it):
     steps = sum(plan[1] for plan in preview.plan)
     if steps == inf:
         return None
-    each = _seconds(scene, preview, measure_it=measure_it)
-    return {name: steps * s for name, s in zip(("least", "likely", "most"), each, strict=True)}
+    step_seconds = _seconds(scene, preview, measure_it=measure_it)
+    return {
+        name: steps * s for name, s in zip(("least", "likely", "most"), step_seconds, strict=True)
+    }
 
 
 def schema(

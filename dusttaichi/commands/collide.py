@@ -4,7 +4,7 @@ from contextlib import suppress
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_abreast
-from dusttaichi.commands.ensembles import found_of, say_part, tell
+from dusttaichi.commands.ensembles import run_study, say_part, say_result
 from dusttaichi.errors import DustError
 
 THRESHOLDS = "thresholds, with 68 % confidence"
@@ -35,29 +35,29 @@ def collide(
 
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, settings, extensions)
-    study = Collisions(scene, options.beside(scene, "collisions", output))
+    study = Collisions(scene, options.study_directory(scene, "collisions", output))
     _remark_model(scene)
     with options.writing(force=force, inputs=[file]):
-        how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
-        how["part"] = options.part_of(part)
-        found = found_of(study, quiet=quiet, things="collisions", **how)
-        failed = [one.text for one in found.values() if not one.ok]
-        if how["part"] != (1, 1):
-            say_part(len(found), len(study.requests()), "collisions")
-            return _refuse_failed(failed, len(found))
-        if len(failed) == len(found):
+        engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
+        engine_options["part"] = options.part_of(part)
+        point_results = run_study(study, quiet=quiet, noun="collisions", **engine_options)
+        failed = [result.text for result in point_results.values() if not result.ok]
+        if engine_options["part"] != (1, 1):
+            say_part(len(point_results), len(study.requests()), "collisions")
+            return _refuse_failed(failed, len(point_results))
+        if len(failed) == len(point_results):
             raise DustError(
-                f"{len(failed)} of {len(found)} collisions failed (--resume tries them again). "
-                f"The first: {failed[0]}"
+                f"{len(failed)} of {len(point_results)} collisions failed "
+                f"(--resume tries them again). The first: {failed[0]}"
             )
-        data = study.dataset(found)
+        data = study.dataset(point_results)
         speeds = thresholds(data)
         written = _write(data, speeds, study.file, figures)
     open_ends = int((data.settled == 0).sum())
     if open_ends:
         remark(f"{open_ends} collisions ended while fragments still changed: increase stop.time")
-    tell(data, lambda: _show(data, speeds), written, as_json=as_json)
-    _refuse_failed(failed, len(found))
+    say_result(data, lambda: _show(data, speeds), written, as_json=as_json)
+    _refuse_failed(failed, len(point_results))
 
 
 def _remark_model(scene):

@@ -10,24 +10,26 @@ from dusttaichi.scene.paths import user_path
 MOST = 200  # examined entries of a folder
 
 
-def scenes(incomplete: str):
+def complete_scenes(incomplete: str):
     """Names of bundled scenes, and YAML files."""
-    return shipped(incomplete) + _files(incomplete, lambda path: path.suffix in (".yaml", ".yml"))
+    return complete_bundled_scenes(incomplete) + _files(
+        incomplete, lambda path: path.suffix in (".yaml", ".yml")
+    )
 
 
-def shipped(incomplete: str):
+def complete_bundled_scenes(incomplete: str):
     """Names of bundled scenes."""
     from dusttaichi.scene.shipped import names
 
     return [name for name in names() if name.startswith(incomplete)]
 
 
-def runs(incomplete: str):
+def complete_runs(incomplete: str):
     """Run directories, and result files."""
     return _files(incomplete, lambda path: path.suffix == ".nc")
 
 
-def keys(incomplete: str):
+def complete_keys(incomplete: str):
     """Keys of the YAML, with the equals sign that --set needs."""
     from dusttaichi.scene.keys import rows
 
@@ -41,9 +43,9 @@ def _files(incomplete, fits):
         entries = sorted(user_path(folder).iterdir())[:MOST]
     except OSError:
         return []
-    found = []
+    completions = []
     for path in entries:
-        text = (folder / path.name).as_posix()  # as it was begun, with ~
+        text = (folder / path.name).as_posix()  # as typed, with ~
         if text.startswith(incomplete) and (path.is_dir() or fits(path)):
-            found.append(text)
-    return found
+            completions.append(text)
+    return completions

@@ -24,9 +24,9 @@ console = _console(stderr=False)
 err = _console(stderr=True)
 
 
-def say(text="", **how):
+def say(text="", **print_options):
     """Print a line of a result, which a narrow terminal does not truncate."""
-    console.print(text, soft_wrap=True, **how)
+    console.print(text, soft_wrap=True, **print_options)
 
 
 def remark(text):
@@ -48,8 +48,8 @@ def say_written(paths, write=say):
 
 def say_not_drawn(failed):
     """List the figures, (title, reason), that could not be drawn."""
-    for title, why in failed:
-        remark(f"figure not drawn: {title}: {why}")
+    for title, reason in failed:
+        remark(f"figure not drawn: {title}: {reason}")
 
 
 def say_abreast(keys, columns, title=None):
@@ -59,13 +59,13 @@ def say_abreast(keys, columns, title=None):
     only long keys.
     """
     front = [min(_width([head], texts), LONG) for head, texts in keys]
-    left, rest = console.width - sum(front) - GAP * len(front), list(columns)
-    while rest:
-        broken = sum(_width([head], texts) + GAP for head, texts in rest) > left
-        widths = [_width(head.split() if broken else [head], texts) for head, texts in rest]
+    available_width, remaining = console.width - sum(front) - GAP * len(front), list(columns)
+    while remaining:
+        broken = sum(_width([head], texts) + GAP for head, texts in remaining) > available_width
+        widths = [_width(head.split() if broken else [head], texts) for head, texts in remaining]
         ends = list(accumulate(width + GAP for width in widths))
-        here = max(1, sum(end - GAP <= left for end in ends))
-        shown, rest = rest[:here], rest[here:]
+        fitting = max(1, sum(end - GAP <= available_width for end in ends))
+        shown, remaining = remaining[:fitting], remaining[fitting:]
         say_table(
             zip(*(texts for _, texts in [*keys, *shown]), strict=True),
             *({"header": key[0], "width": n} for key, n in zip(keys, front, strict=True)),
@@ -76,7 +76,7 @@ def say_abreast(keys, columns, title=None):
             title=title,
         )
         title = None
-        if rest:
+        if remaining:
             say()
 
 
@@ -89,7 +89,7 @@ def say_table(rows, *headings, title=None, wrap=False):
     """Print rows of texts as a table without lines.
 
     headings: dicts of `header`, `justify`, `no_wrap` and `overflow`, or the headers alone,
-    right-justified but the first. wrap: where the terminal is too narrow.
+    right-justified except the first. wrap: where the terminal is too narrow.
     """
     table = Table(title=title, title_justify="left", box=None, pad_edge=False)
     for n, heading in enumerate(headings):

@@ -11,35 +11,38 @@ from dusttaichi.commands.console import (
     say_table,
     say_written,
 )
-from dusttaichi.commands.options import again, resumable
+from dusttaichi.commands.options import resumable, resume_command
 from dusttaichi.commands.progress import Phases, progress_bar
 from dusttaichi.errors import DustError, GuardStop
 
 
-def found_of(study, *, quiet, things="runs", onward=None, log=None, every=None, **how):
-    """Run a Study (engine.Study) with a progress bar; returns label -> Found of its points.
+def run_study(study, *, quiet, noun="runs", onward=None, log=None, every=None, **engine_options):
+    """Run a Study (engine.Study) with a progress bar; returns label -> result of its points.
 
-    things: what its points are called. onward: command that continues, by default this one with
-    --resume. log: called with lines, by default printed above the bar. every: time [s] between two
-    lines of progress in a log. how: arguments of `engine.run`. Raises DustError, Interrupted.
+    noun: plural noun for its points, for the user. onward: command that continues, by default this
+    command with --resume. log: called with lines, by default printed above the bar. every: time [s]
+    between two lines of progress in a log. engine_options: arguments of `engine.run`. Raises
+    DustError, Interrupted.
     """
     from dusttaichi.running.progress import show_study
     from dusttaichi.studies import engine
 
-    done = nullcontext()
+    interruption = nullcontext()
     if study.directory is not None:
-        done = resumable(f"finished {things} are in {study.directory}", onward or again("--resume"))
-    shown = {} if every is None else {"every": every}
-    with progress_bar(quiet, **shown) as bar, done:
-        return engine.run(study, report=show_study(bar, things), log=log or bar.log, **how)
+        interruption = resumable(
+            f"finished {noun} are in {study.directory}", onward or resume_command("--resume")
+        )
+    bar_options = {} if every is None else {"every": every}
+    with progress_bar(quiet, **bar_options) as bar, interruption:
+        return engine.run(study, report=show_study(bar, noun), log=log or bar.log, **engine_options)
 
 
-def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how):
+def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **engine_options):
     """Run a Sweep, gather it, print its table, or its numbers as JSON, and draw its figure.
 
-    figures: one figure of all runs; those of a single run are made by `dust plot`. how: arguments
-    of `engine.run`. Raises DustError for invalid input, Interrupted, and, after everything else is
-    done, GuardStop or DustError for runs that failed.
+    figures: a figure of all runs; `dust plot` draws the figures of a single run. engine_options:
+    arguments of `engine.run`. Raises DustError for invalid input, Interrupted, and, after all
+    output is written, GuardStop or DustError for runs that failed.
     """
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.analysis.ensemble_tables import missing
@@ -47,48 +50,52 @@ def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **how
 
     phases = Phases(verbose)
     phases.end("imports and scenes")
-    found = found_of(sweep, quiet=quiet, **how)
-    failed = [one for one in found.values() if not one.ok]
-    part = how.get("part", (1, 1)) != (1, 1)
-    if failed and (part or len(failed) == len(found)):
-        raise failure(failed, len(sweep.members))
-    phases.end(f"{len(found)} runs")
-    if part:
-        return say_part(len(found), len(sweep.members), "runs")
-    data = sweep.dataset(found)
+    point_results = run_study(sweep, quiet=quiet, **engine_options)
+    failed = [result for result in point_results.values() if not result.ok]
+    is_part = engine_options.get("part", (1, 1)) != (1, 1)
+    if failed and (is_part or len(failed) == len(point_results)):
+        raise build_failure_error(failed, len(sweep.members))
+    phases.end(f"{len(point_results)} runs")
+    if is_part:
+        return say_part(len(point_results), len(sweep.members), "runs")
+    data = sweep.dataset(point_results)
     save_ensemble(data, sweep.file)
     phases.end("gathered")
     written = [sweep.file, *(_draw(data, sweep) if figures else [])]
-    write = remark if as_json else say
+    write_line = remark if as_json else say
     if as_json:
         say_json(plain_ensemble(data))
     else:
         _say_table(data)
         _say_statistics(data)
-    for what, label, runs, why in missing(data):
-        write(f"no {what} for {runs}{f', {label}' if label else ''}: {why}")
-    say_written(written, write)
+    for number_title, label, runs, reason in missing(data):
+        write_line(f"no {number_title} for {runs}{f', {label}' if label else ''}: {reason}")
+    say_written(written, write_line)
     if failed:
-        raise failure(failed, len(sweep.members))
+        raise build_failure_error(failed, len(sweep.members))
 
 
-def say_part(done, total, things):
-    """Print how much of a study its part is, and the command that gathers all parts."""
-    onward = again("--resume", without="--part")
-    say(f"{done} of {total} {things}; when all are done: {onward}")
+def say_part(finished, total, noun):
+    """Print how many points a part of a study has run, and the command that gathers all parts."""
+    onward = resume_command("--resume", without="--part")
+    say(f"{finished} of {total} {noun}; when all are done: {onward}")
 
 
 def _draw(data, sweep):
     from dusttaichi.plots import draw_statistics, ensemble, save
 
-    found = list(draw_statistics(data))
-    drawn = {sweep.file.with_suffix(".png"): ensemble(data)}
-    drawn |= {sweep.file.with_name(f"{row.name}.png"): one for row, one, why in found if not why}
-    say_not_drawn([(row.title, why) for row, _, why in found if why])
-    return [save(figure, path) for path, figure in drawn.items()]
+    statistics_figures = list(draw_statistics(data))
+    figures = {sweep.file.with_suffix(".png"): ensemble(data)}
+    figures |= {
+        sweep.file.with_name(f"{row.name}.png"): drawing
+        for row, drawing, reason in statistics_figures
+        if not reason
+    }
+    say_not_drawn([(row.title, reason) for row, _, reason in statistics_figures if reason])
+    return [save(drawing, path) for path, drawing in figures.items()]
 
 
-def tell(data, show, paths, *, as_json):
+def say_result(data, show, paths, *, as_json):
     """Print a dataset, or plain data, as JSON, or call show() instead; list the written files."""
     from dusttaichi.analysis.plain import plain, plain_dataset
 
@@ -99,15 +106,18 @@ def tell(data, show, paths, *, as_json):
     say_written(paths, remark if as_json else say)
 
 
-def failure(failed, count):
-    """The error about failed runs (engine.Found), `count` in all, one line for each reason."""
+def build_failure_error(failed, count):
+    """The error about failed runs (results of their points), with a line for each reason.
+
+    count: number of all runs of the study.
+    """
     reasons = {}
-    for one in failed:
-        reasons.setdefault(one.text, []).append(one.point.label)
+    for result in failed:
+        reasons.setdefault(result.text, []).append(result.point.label)
     lines = [f"{', '.join(labels)}: {text}" for text, labels in reasons.items()]
-    guarded = any(one.code == GuardStop.exit_code for one in failed)
+    has_guard_stop = any(result.code == GuardStop.exit_code for result in failed)
     count = f"{len(failed)} of {count} runs failed:"
-    return (GuardStop if guarded else DustError)("\n  ".join([count, *lines]))
+    return (GuardStop if has_guard_stop else DustError)("\n  ".join([count, *lines]))
 
 
 def _say_table(data):
@@ -127,9 +137,9 @@ def _say_table(data):
 def _say_statistics(data):
     from dusttaichi.analysis.ensemble_tables import statistics_tables
 
-    for row, columns, lines, why in statistics_tables(data):
-        if why:
-            remark(f"no {row.title}: {why}")
+    for row, columns, lines, reason in statistics_tables(data):
+        if reason:
+            remark(f"no {row.title}: {reason}")
         if columns:
             say()
             say_abreast(columns[:1], columns[1:], row.title)

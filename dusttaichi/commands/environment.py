@@ -14,8 +14,8 @@ from dusttaichi.errors import DustError
 class Output:
     """A stream that does not raise where it cannot be written; further output is discarded.
 
-    A run of weeks does not end because the disk of its log is full. error: the first one, or
-    None.
+    A run of weeks does not end because the disk of its log is full. error: the first
+    OSError, or None.
     """
 
     def __init__(self, stream):
@@ -66,7 +66,7 @@ def _let_print_anything(stream):
 
 
 @contextmanager
-def guarded():
+def guard_streams():
     """Context in which streams and variables of the shell raise no exceptions.
 
     At its end, raises DustError if results could not be printed. A reader that has closed its end,
@@ -76,7 +76,7 @@ def guarded():
     os.environ.setdefault(HDF5_LOCKS, "FALSE")
     for stream in (sys.stdout, sys.stderr):
         _let_print_anything(stream)
-    before = sys.stdout, sys.stderr, sys.__stdout__
+    original_streams = sys.stdout, sys.stderr, sys.__stdout__
     sys.stdout, sys.stderr = Output(sys.stdout), Output(sys.stderr)
     sys.__stdout__ = sys.stdout  # Taichi would assume a notebook if they differed
     try:
@@ -86,7 +86,7 @@ def guarded():
     finally:
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
-        sys.stdout, sys.stderr, sys.__stdout__ = before
+        sys.stdout, sys.stderr, sys.__stdout__ = original_streams
     if error is not None and error.errno not in (errno.EPIPE, errno.EBADF):
         raise DustError(f"the output could not be printed: {error.strerror}")
 

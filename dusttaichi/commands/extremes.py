@@ -8,7 +8,7 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import say, say_table
-from dusttaichi.commands.ensembles import found_of, tell
+from dusttaichi.commands.ensembles import run_study, say_result
 
 
 def extremes(
@@ -34,13 +34,13 @@ def extremes(
 
     folder = output or Path("runs/extremes")
     study = ExtremesMap(folder, quick=quick, only=only, threads=threads)
-    how = {"force": force, "resume": not force, "onward": options.again()}
-    how |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "things": "cells"}
+    engine_options = {"force": force, "resume": not force, "onward": options.resume_command()}
+    engine_options |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "noun": "cells"}
     with options.writing(force=force):
-        data = study.dataset(found_of(study, **how))
+        data = study.dataset(run_study(study, **engine_options))
         paths = save(data, study.file)
         paths.append(plots.save(plots.extremes(data), study.file.with_suffix(".png")))
-    tell(data, lambda: _show(data), paths, as_json=as_json)
+    say_result(data, lambda: _show(data), paths, as_json=as_json)
     if (data.verdict == "WRONG").any():
         sys.exit(1)
 
@@ -53,8 +53,8 @@ def _show(data):
         for n, heading in enumerate(HEADINGS)
     ]
     say_table(summary(data), *headings)
-    part = data.where(data.verdict == "WRONG", drop=True)
+    wrong_cells = data.where(data.verdict == "WRONG", drop=True)
     for group, name, reason in zip(
-        part.group.values, part.name.values, part.reason.values, strict=True
+        wrong_cells.group.values, wrong_cells.name.values, wrong_cells.reason.values, strict=True
     ):
         say(f"WRONG  {group}: {name}: {reason}")

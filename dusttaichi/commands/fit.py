@@ -7,14 +7,14 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import say, say_table
-from dusttaichi.commands.ensembles import found_of, tell
+from dusttaichi.commands.ensembles import run_study, say_result
 from dusttaichi.errors import DustError
 
-WHAT = ("asperities", "continuum")
+TARGETS = ("asperities", "continuum")
 
 
 def fit(
-    what: Annotated[str, typer.Argument(help=" or ".join(WHAT), metavar="WHAT")],
+    target: Annotated[str, typer.Argument(help=" or ".join(TARGETS), metavar="WHAT")],
     runs: Annotated[
         list[Path] | None, typer.Argument(help="continuum: grain runs, or folders of them")
     ] = None,
@@ -45,9 +45,11 @@ def fit(
     grain runs with compression, partial unloading and tension; configs/continuum_calibration has
     scenes.
     """
-    if what not in WHAT:
-        raise DustError(f"fit {what}: there is no fit of that name; allowed: {', '.join(WHAT)}")
-    if what == "asperities":
+    if target not in TARGETS:
+        raise DustError(
+            f"fit {target}: there is no fit of that name; allowed: {', '.join(TARGETS)}"
+        )
+    if target == "asperities":
         _asperities(material, speed, as_json, jobs=jobs, scheduler=scheduler, quiet=quiet)
         return
     for name, value in (("--jobs", jobs), ("--scheduler", scheduler)):
@@ -57,21 +59,21 @@ def fit(
         _continuum(runs or [], output, phi_2, rate, as_json=as_json)
 
 
-def _asperities(material, speed, as_json, **how):
+def _asperities(material, speed, as_json, **engine_options):
     from dusttaichi.scene import quantities
     from dusttaichi.studies import asperity_fit
 
-    wanted = quantities.parse(speed, "speed", "--speed")
-    if wanted <= 0.0:
+    sticking_speed = quantities.parse(speed, "speed", "--speed")
+    if sticking_speed <= 0.0:
         raise DustError(f"--speed = {speed!r}: a speed above 0 is needed")
-    study = asperity_fit.AsperityFit(material, wanted)
-    numbers = study.result(found_of(study, things="simulations", **how))
+    study = asperity_fit.AsperityFit(material, sticking_speed)
+    numbers = study.result(run_study(study, noun="simulations", **engine_options))
 
     def show():
         for text in asperity_fit.lines(numbers):
             say(text)
 
-    tell(numbers, show, [], as_json=as_json)
+    say_result(numbers, show, [], as_json=as_json)
 
 
 def _continuum(runs, output, phi_2, rate, *, as_json):
@@ -81,13 +83,13 @@ def _continuum(runs, output, phi_2, rate, *, as_json):
         raise DustError(f"--output = {output}: a file name that ends in .yaml is needed")
     if not 0.2 < phi_2 < 0.75:
         raise DustError(f"--phi-2 = {phi_2:g}: a number above 0.2 and below 0.75 is needed")
-    found = tables.fit_runs(runs, phi_2, rate)
-    paths = write(found, output)
-    tell(tables.numbers(found), lambda: _show(found), paths, as_json=as_json)
+    material_fit = tables.fit_runs(runs, phi_2, rate)
+    paths = write(material_fit, output)
+    say_result(tables.numbers(material_fit), lambda: _show(material_fit), paths, as_json=as_json)
 
 
 def write(fit, path):
-    """Write the material of a continuum_fit.Fit, figures and tables beside it; returns the paths.
+    """Write material, figures and tables of a continuum_fit.Fit; returns the paths.
 
     Raises DustError.
     """
@@ -97,14 +99,14 @@ def write(fit, path):
     from dusttaichi.plots import save
     from dusttaichi.results import outputs
 
-    beside = path.with_name(f"{path.stem}_speeds")
+    speeds_path = path.with_name(f"{path.stem}_speeds")
     texts = {path: tables.material_text(fit, path.stem)}
     texts[path.with_suffix(".csv")] = tables.observations_csv(fit)
-    texts[beside.with_suffix(".csv")] = tables.curves_csv(fit)
+    texts[speeds_path.with_suffix(".csv")] = tables.curves_csv(fit)
     for file, text in texts.items():
         outputs.write(file, text, text.partition("\n")[0])
-    drawn = {path: continuum_fit(fit), beside: pressing_speeds(curves(fit.tests))}
-    return [*texts, *(save(one, file.with_suffix(".png")) for file, one in drawn.items())]
+    figures = {path: continuum_fit(fit), speeds_path: pressing_speeds(curves(fit.tests))}
+    return [*texts, *(save(figure, file.with_suffix(".png")) for file, figure in figures.items())]
 
 
 def _show(fit):

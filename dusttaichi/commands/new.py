@@ -7,7 +7,7 @@ import typer
 
 from dusttaichi.commands import completion
 from dusttaichi.commands.console import say, say_table, say_written
-from dusttaichi.commands.options import flag, output_to
+from dusttaichi.commands.options import flag, output_option
 from dusttaichi.errors import DustError
 
 NAMED = 3  # scenes that an error suggests
@@ -19,10 +19,10 @@ def new(
         typer.Argument(
             help="one of the bundled scenes, or a word that those to be listed have",
             metavar="[NAME]",
-            autocompletion=completion.shipped,
+            autocompletion=completion.complete_bundled_scenes,
         ),
     ] = None,
-    output: output_to("the file, by default NAME.yaml in the current directory") = None,
+    output: output_option("the file, by default NAME.yaml in the current directory") = None,
     force: flag("--force", "overwrite an existing file") = False,
 ):
     """Copy a bundled scene to edit; without a name, list them; with a word, those that have it.
@@ -47,12 +47,12 @@ def new(
     copies = {path: texts.pop(source.name)}
     copies |= {path.with_name(name): text for name, text in texts.items()}
     try:
-        for one in [] if force else copies:
-            if one.exists() and (one == path or one.read_bytes() != copies[one].encode()):
-                raise DustError(f"{one} exists; --force overwrites it, --output names another.")
+        for copy in [] if force else copies:
+            if copy.exists() and (copy == path or copy.read_bytes() != copies[copy].encode()):
+                raise DustError(f"{copy} exists; --force overwrites it, --output names another.")
         path.parent.mkdir(parents=True, exist_ok=True)
-        for one, text in copies.items():
-            one.write_text(text, encoding="utf-8")
+        for copy, text in copies.items():
+            copy.write_text(text, encoding="utf-8")
     except OSError as error:
         from dusttaichi.results.files import explain
 
@@ -63,13 +63,13 @@ def new(
 
 
 def _hint(text, matches):
-    """A question about the scene or word that was meant; matches: scenes that have the word."""
+    """A question that suggests scenes or a word; matches: scenes whose text has the word."""
     from dusttaichi.scene import shipped
 
-    meant = [*(matches or shipped.resembling(text))[:NAMED]]
+    suggestions = [*(matches or shipped.resembling(text))[:NAMED]]
     word = None if matches else shipped.similar_word(text)
-    meant += [f"the word {word} (`dust new {word}`)"] if word else []
-    return f"do you mean {' or '.join(meant)}? " if meant else ""
+    suggestions += [f"the word {word} (`dust new {word}`)"] if word else []
+    return f"do you mean {' or '.join(suggestions)}? " if suggestions else ""
 
 
 def _show(names):

@@ -16,14 +16,14 @@ from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.scene.paths import user_path
 
 
-def flag(name, what):
-    """Type of an option without a value; what: its help text."""
-    return Annotated[bool, typer.Option(name, help=what)]
+def flag(name, help_text):
+    """Type of an option without a value."""
+    return Annotated[bool, typer.Option(name, help=help_text)]
 
 
-def output_to(what):
-    """Type of the option --output; what: its help text."""
-    return Annotated[Path | None, typer.Option("--output", "-o", help=what)]
+def output_option(help_text):
+    """Type of the option --output."""
+    return Annotated[Path | None, typer.Option("--output", "-o", help=help_text)]
 
 
 SceneFile = Annotated[
@@ -31,28 +31,28 @@ SceneFile = Annotated[
     typer.Argument(
         help="YAML file of the scene, or the name of a bundled one",
         metavar="FILE",
-        autocompletion=completion.scenes,
+        autocompletion=completion.complete_scenes,
     ),
 ]
 RunPath = Annotated[
     Path,
     typer.Argument(
-        help="run directory or result file", metavar="RUN", autocompletion=completion.runs
+        help="run directory or result file", metavar="RUN", autocompletion=completion.complete_runs
     ),
 ]
 RunPaths = Annotated[
     list[Path],
-    typer.Argument(help="run directories or result files", autocompletion=completion.runs),
+    typer.Argument(help="run directories or result files", autocompletion=completion.complete_runs),
 ]
-Output = output_to("directory of the results")
-MapOutput = output_to("directory of the map")
+Output = output_option("directory of the results")
+MapOutput = output_option("directory of the map")
 Settings = Annotated[
     list[str] | None,
     typer.Option(
         "--set",
         help="value of a key, instead of that in the file",
         metavar="KEY=VALUE",
-        autocompletion=completion.keys,
+        autocompletion=completion.complete_keys,
     ),
 ]
 Threads = Annotated[int | None, typer.Option(min=1, help="CPU threads of each run")]
@@ -75,7 +75,7 @@ Extensions = Annotated[
     ),
 ]
 Json = flag("--json", "print the numbers as JSON instead of the table")
-Added = Annotated[
+ExtensionFiles = Annotated[
     list[Path] | None,
     typer.Option(
         "--extension",
@@ -98,20 +98,22 @@ def with_user_paths(command):
     A shell replaces it in `-o ~/runs`, but not in `--output=~/runs`.
     """
 
-    def expanded(value):
+    def expand_paths(value):
         if isinstance(value, list):
-            return [expanded(entry) for entry in value]
+            return [expand_paths(entry) for entry in value]
         return user_path(value) if isinstance(value, Path) else value
 
     @wraps(command)
-    def expanding(*arguments, **options):
-        return command(*map(expanded, arguments), **{k: expanded(v) for k, v in options.items()})
+    def call_with_expanded_paths(*arguments, **options):
+        return command(
+            *map(expand_paths, arguments), **{k: expand_paths(v) for k, v in options.items()}
+        )
 
-    return expanding
+    return call_with_expanded_paths
 
 
 @contextmanager
-def writing(**how):
+def writing(**rules):
     """Context in which files of others are not overwritten (`results.outputs.writing`).
 
     Faults of results are error messages (`analysis.foreign.understood`).
@@ -119,7 +121,7 @@ def writing(**how):
     from dusttaichi.analysis import foreign  # imported late for the sake of --help
     from dusttaichi.results import outputs
 
-    with outputs.writing(**how), foreign.understood(how.get("inputs", ())):
+    with outputs.writing(**rules), foreign.understood(rules.get("inputs", ())):
         yield
 
 
@@ -162,8 +164,8 @@ def load_scene(file, threads=None, settings=None, extensions=None):
     return scene if threads is None else scene.with_value("numerics.threads", threads)
 
 
-def beside(scene, word, output=None):
-    """Directory of a study: `output`, or one beside the runs of its scene, with a word."""
+def study_directory(scene, word, output=None):
+    """Directory of a study: `output`, or that of the runs of its scene with a word appended."""
     runs = scene.output.directory
     return output or runs.with_name(f"{runs.name}-{word}")
 
@@ -190,8 +192,8 @@ def folder_of(run):
 
 
 @contextmanager
-def opened(paths):
-    """Context with the Runs of result files, whose missing extensions are named."""
+def open_runs(paths):
+    """Context with the Runs of result files; names their missing extensions."""
     from dusttaichi import analysis
 
     with ExitStack() as stack:
@@ -201,14 +203,15 @@ def opened(paths):
 
 
 def remark_missing(attributes):
-    """Name the extensions of results that are not imported. attributes: those of each result."""
+    """Name the extensions of results that are not imported; attributes: a mapping for each."""
     from dusttaichi.scene import extensions
 
-    found = {n for one in attributes for n in extensions.missing(str(one.get(extensions.KEY, "")))}
-    if found:
-        remark(
-            f"without numbers and figures of {', '.join(sorted(found))}; --extension FILE adds them"
-        )
+    missing_names = {
+        n for attrs in attributes for n in extensions.missing(str(attrs.get(extensions.KEY, "")))
+    }
+    if missing_names:
+        names = ", ".join(sorted(missing_names))
+        remark(f"without numbers and figures of {names}; --extension FILE adds them")
 
 
 def refuse_both(force, resume):
@@ -217,10 +220,10 @@ def refuse_both(force, resume):
         raise DustError("--force starts again, --resume continues: give only one of them")
 
 
-def again(*further, without=None):
-    """The command that continues after an interruption: this one, with `further` words.
+def resume_command(*further, without=None):
+    """The command that continues after an interruption: this command, with `further` words.
 
-    without: an option that is left out, with its value.
+    without: an option that is omitted, with its value.
     """
     words = [word for word in sys.argv[1:] if word != "--force"]
     for number, word in enumerate(words):
@@ -230,9 +233,9 @@ def again(*further, without=None):
 
 
 @contextmanager
-def resumable(done, onward):
-    """Context in which Ctrl-C raises Interrupted with what is done, and the command to continue."""
+def resumable(progress, command):
+    """Context in which Ctrl-C raises Interrupted with the progress and the command to continue."""
     try:
         yield
     except KeyboardInterrupt:
-        raise Interrupted(f"interrupted; {done}. Continue with: {onward}") from None
+        raise Interrupted(f"interrupted; {progress}. Continue with: {command}") from None

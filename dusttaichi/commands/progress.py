@@ -7,11 +7,11 @@ from pathlib import Path
 from dusttaichi.commands.console import err, remark
 
 
-def progress_bar(quiet=False, description=None, **how):
-    """The ProgressBar of a command, on the console of its remarks; how: its further arguments."""
+def progress_bar(quiet=False, description=None, **bar_options):
+    """The ProgressBar of a command, on the console of its remarks."""
     from dusttaichi.running.progress import ProgressBar  # with all that a run needs
 
-    return ProgressBar(quiet, description, console=err, **how)
+    return ProgressBar(quiet, description, console=err, **bar_options)
 
 
 class Phases:
@@ -24,11 +24,14 @@ class Phases:
         self._on = on
         self._began = self._start = real_time.monotonic() - _age()
 
-    def end(self, what, seconds=None):
-        """End a phase and print its time; seconds: of the part of it that is meant."""
+    def end(self, phase, seconds=None):
+        """End a phase and print its time.
+
+        seconds: its duration, by default the time since the last phase.
+        """
         seconds = real_time.monotonic() - self._began if seconds is None else seconds
         if self._on:
-            remark(f"{seconds:8.2f} s  {what}")
+            remark(f"{seconds:8.2f} s  {phase}")
         self._began += seconds
 
     def total(self):

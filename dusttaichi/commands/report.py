@@ -16,8 +16,8 @@ from dusttaichi.compute.processes import python_command
 
 def report(
     runs: options.RunPaths,
-    output: options.output_to("the HTML file, by default in the run directory") = None,
-    extension: options.Added = None,
+    output: options.output_option("the HTML file, by default in the run directory") = None,
+    extension: options.ExtensionFiles = None,
     force: options.Overwrite = False,
 ):
     """Write an interactive report of runs, one HTML file.
@@ -33,15 +33,15 @@ def report(
     with options.writing(force=force, inputs=runs):
         page.check_output(path)
         if len(runs) == 1 and analysis.is_ensemble(runs[0]):
-            found = analysis.open_ensemble(runs[0])
-            options.remark_missing([found[0].attrs])
-            data = page.ensemble_data(*found)
+            dataset_and_file = analysis.open_ensemble(runs[0])
+            options.remark_missing([dataset_and_file[0].attrs])
+            data = page.ensemble_data(*dataset_and_file)
         elif len(runs) == 1 and analysis.is_collisions(runs[0]):
             collisions = analysis.open_collisions(runs[0])[0]
             options.remark_missing([collisions.attrs])
             data = page.collisions_data(collisions)
         else:
-            with options.opened(runs) as results:
+            with options.open_runs(runs) as results:
                 data = page.report_data(results)
         say_written([page.write(data, path)])
     say(f"{path.stat().st_size / 1e6:.1f} MB; opens in any browser, without a network")
@@ -52,7 +52,7 @@ def watch(
     *,
     port: Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free one")] = 0,
     browse: Annotated[bool, typer.Option(help="open it in a browser")] = True,
-    extension: options.Added = None,
+    extension: options.ExtensionFiles = None,
     until_input_ends: Annotated[bool, typer.Option(hidden=True)] = False,
 ):
     """Serve the report of a run in progress.
@@ -81,7 +81,7 @@ def watch(
 
 
 @contextmanager
-def watched(directory, on):
+def serve_report(directory, on):
     """Serve the report of a run in a separate process that ends after the run."""
     if not on:
         yield

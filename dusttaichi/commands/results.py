@@ -33,10 +33,10 @@ def _say_side_by_side(columns):
 def plot(
     runs: options.RunPaths,
     *,
-    output: options.output_to("directory of the figures") = None,
+    output: options.output_option("directory of the figures") = None,
     style: Annotated[str, typer.Option(help="page, column (of a journal, 88 mm) or talk")] = "page",
     file_format: Annotated[str, typer.Option("--format", help="png, pdf or svg")] = "png",
-    extension: options.Added = None,
+    extension: options.ExtensionFiles = None,
     force: options.Overwrite = False,
 ):
     """Draw figures of a run; several share each figure.
@@ -59,18 +59,18 @@ def _plot(runs, output, suffix):
     if len(runs) == 1 and (drawn := _figures_of_study(runs[0])) is not None:
         figures, file = drawn
         folder = output or file.parent
-        paths = [plots.save(one, folder / f"{name}{suffix}") for name, one in figures.items()]
+        paths = [plots.save(figure, folder / f"{name}{suffix}") for name, figure in figures.items()]
         return say_written(paths)
     if len(runs) == 1 and analysis.is_ensemble(runs[0]):
         data, file = analysis.open_ensemble(runs[0])
         options.remark_missing([data.attrs])
         say_written(plots.save_figures(data, output or file.parent, suffix, failed))
         return say_not_drawn(failed)
-    with options.opened(runs) as of:
+    with options.open_runs(runs) as results:
         folder = Path(".")
-        if len(of) == 1:
-            (of,), folder = of, options.folder_of(runs[0])
-        say_written(plots.save_figures(of, output or folder, suffix, failed))
+        if len(results) == 1:
+            (results,), folder = results, options.folder_of(runs[0])
+        say_written(plots.save_figures(results, output or folder, suffix, failed))
     say_not_drawn(failed)
 
 
@@ -94,12 +94,12 @@ def _figures_of_study(path):
 def compare(
     runs: options.RunPaths,
     *,
-    output: options.output_to("CSV file of all numbers") = None,
+    output: options.output_option("CSV file of all numbers") = None,
     figures: Annotated[
         Path | None, typer.Option(help="directory of common figures", metavar="DIR")
     ] = None,
     as_json: options.Json = False,
-    extension: options.Added = None,
+    extension: options.ExtensionFiles = None,
     force: options.Overwrite = False,
 ):
     """Compare runs: a table of all their numbers, side by side."""
@@ -110,7 +110,7 @@ def compare(
     from dusttaichi.analysis.summary import columns, has_fit_error
 
     options.import_files(extension)
-    with options.writing(force=force, inputs=runs), options.opened(runs) as results:
+    with options.writing(force=force, inputs=runs), options.open_runs(runs) as results:
         rows = analysis.compare(results)
         if text := mixture(results):
             remark(f"warning: {text}")
@@ -129,8 +129,8 @@ def compare(
             if any(map(has_fit_error, rows)):
                 say("±: one sample each, fit error only; replicas show the scatter between samples")
         for row in rows:
-            for title, why in row["problems"]:
-                remark(f"{row['name']}: number not found: {title}: {why}")
+            for title, reason in row["problems"]:
+                remark(f"{row['name']}: number not found: {title}: {reason}")
         if output is not None:
             analysis.to_csv(rows, output)
             drawn = [output, *drawn]
@@ -141,7 +141,7 @@ def compare(
 def export(
     run: options.RunPath,
     to: Annotated[str, typer.Option(help="vtk, extxyz, lammps, lammps-data or lammps-restart")],
-    output: options.output_to("directory of the files") = None,
+    output: options.output_option("directory of the files") = None,
     snapshot: Annotated[str, typer.Option(help="number, from the end if negative, or all")] = "all",
     force: options.Overwrite = False,
 ):
@@ -176,7 +176,7 @@ def render(
     view: Annotated[
         str, typer.Option(help="oblique, front, side, top, bottom or direction x,y,z of the camera")
     ] = "oblique",
-    output: options.output_to("file: .png, .pdf; .gif, .mp4") = None,
+    output: options.output_option("file: .png, .pdf; .gif, .mp4") = None,
     animate: options.flag("--animate", "a film of all snapshots") = False,
     rate: Annotated[
         float | None, typer.Option(min=0.5, max=60.0, help="frames per second of a film")

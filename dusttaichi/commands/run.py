@@ -13,7 +13,7 @@ from dusttaichi.commands.console import (
 )
 from dusttaichi.commands.ensembles import run_sweep
 from dusttaichi.commands.progress import Phases, progress_bar
-from dusttaichi.commands.report import watched
+from dusttaichi.commands.report import serve_report
 from dusttaichi.errors import DustError, Interrupted
 
 
@@ -47,18 +47,23 @@ def run(
         from dusttaichi.studies.sweep import replicas
 
         study = replicas(scene, directory)
-        how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
+        engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         with options.writing(force=force, inputs=[file]):
-            shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
-            run_sweep(study, **shown, **how)
+            output_options = {
+                "quiet": quiet,
+                "verbose": verbose,
+                "figures": figures,
+                "as_json": as_json,
+            }
+            run_sweep(study, figures=figures, **output_options, **engine_options)
         return
     for option, value in (("--scheduler", scheduler), ("--jobs", jobs)):
         if value is not None:
             raise DustError(f"{option} is for many runs: a scene with replicas, or dust sweep")
-    how = {"force": force, "resume": resume}
+    engine_options = {"force": force, "resume": resume}
     phases.end("imports and scene")
-    with watched(directory, watch):
-        _run_one(scene, directory, quiet=quiet, phases=phases, **how)
+    with serve_report(directory, watch):
+        _run_one(scene, directory, quiet=quiet, phases=phases, **engine_options)
     with options.writing(force=force, inputs=[file]):
         frames = _show_result(directory, figures, as_json, phases)
     if not (quiet or as_json):
@@ -66,8 +71,8 @@ def run(
     phases.total()
 
 
-def _run_one(scene, directory, *, quiet, phases, **how):
-    """Run a scene. how: arguments of `execute`."""
+def _run_one(scene, directory, *, quiet, phases, **run_options):
+    """Run a scene. run_options: arguments of `execute`."""
     from dusttaichi.running import execute
     from dusttaichi.running.progress import show_run
 
@@ -76,19 +81,21 @@ def _run_one(scene, directory, *, quiet, phases, **how):
     hooks["advancing"] = segments
     with progress_bar(quiet, "building") as bar:
         try:
-            execute(scene, directory, report=show_run(bar), log=bar.log, **hooks, **how)
+            execute(scene, directory, report=show_run(bar), log=bar.log, **hooks, **run_options)
             phases.end("steps", segments.seconds)
             phases.end("output")
         except Interrupted as stop:
             if not stop.resumable:
                 raise
-            raise Interrupted(f"{stop}. Continue with: {options.again('--resume')}") from None
+            raise Interrupted(
+                f"{stop}. Continue with: {options.resume_command('--resume')}"
+            ) from None
 
 
 class _Segments:
-    """Context around each segment of steps. The first, a step, belongs to the kernels.
+    """Context around each segment of steps. The first, a single step, compiles the kernels.
 
-    seconds: of all others.
+    seconds: time of the other segments.
     """
 
     def __init__(self, scene, phases):
@@ -104,11 +111,11 @@ class _Segments:
         if self._sim is None:
             self.seconds += monotonic() - self._began
         else:
-            self._phases.end(_built(self._scene, self._sim))
+            self._phases.end(_describe_build(self._scene, self._sim))
             self._sim = None
 
 
-def _built(scene, sim):
+def _describe_build(scene, sim):
     """Output of --verbose about a simulation after its first step."""
     from dusttaichi.scene import quantities
 
@@ -150,7 +157,7 @@ def _say_table(name, rows):
         {"header": heading, "no_wrap": heading == " "}  # no label is cut
         for heading in (" ", "run", "literature")
     ]
-    shown = 3 if any(beside for _, _, beside in rows) else 2
+    shown = 3 if any(literature for _, _, literature in rows) else 2
     say_table((row[:shown] for row in rows), *headings[:shown], title=name, wrap=True)
 
 
@@ -163,5 +170,5 @@ def _say_next(directory, frames):
         f"dust compare {directory} OTHER": "comparison with other runs",
     }
     width = max(map(len, commands))
-    for number, (command, what) in enumerate(commands.items()):
-        say(f"{'next:' if number == 0 else '':<6}{command:<{width}}  # {what}")
+    for number, (command, description) in enumerate(commands.items()):
+        say(f"{'next:' if number == 0 else '':<6}{command:<{width}}  # {description}")

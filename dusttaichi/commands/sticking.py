@@ -6,7 +6,7 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say
-from dusttaichi.commands.ensembles import found_of, tell
+from dusttaichi.commands.ensembles import run_study, say_result
 
 SHOWN_EVERY = 30.0  # s between two lines of progress in a log: a bundle may take hours
 
@@ -51,14 +51,14 @@ def sticking(
 
     scene = options.load_scene(file, threads, extensions=extensions)
     folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
-    how = {"scheduler": scheduler, "jobs": jobs, "quiet": quiet, "things": "collisions"}
-    how |= {"force": not resume, "resume": resume, "every": SHOWN_EVERY}
+    engine_options = {"scheduler": scheduler, "jobs": jobs, "quiet": quiet, "noun": "collisions"}
+    engine_options |= {"force": not resume, "resume": resume, "every": SHOWN_EVERY}
     if chart is not None:
         study = restitution.RestitutionMap(scene, folder, chart, tolerance, settings or [])
         _remark_model(study)
         with options.writing(force=force, inputs=[file]):
-            data = study.dataset(found_of(study, **how))
-            paths = _saved(data, study.file)
+            data = study.dataset(run_study(study, **engine_options))
+            paths = _save_map(data, study.file)
         rows, numbers = restitution.map_rows(data), data
     else:
         scene = with_settings(scene, settings or [])
@@ -66,14 +66,14 @@ def sticking(
         ends = (search.speed_of(*end) for end in (("--low", low), ("--high", high)))
         study = search.Search(scene, tolerance, *ends, directory=folder, log=log)
         _remark_model(study)
-        found, paths = study.result(found_of(study, **how)), [study.file]
-        rows, numbers = search.rows(found), plain(found) | {"speed": found.speed}
+        bracket, paths = study.result(run_study(study, **engine_options)), [study.file]
+        rows, numbers = search.rows(bracket), plain(bracket) | {"speed": bracket.speed}
 
     def show():
-        for what, value in rows:
-            say(f"{what:<44} {value}")
+        for label, value in rows:
+            say(f"{label:<44} {value}")
 
-    tell(numbers, show, paths, as_json=as_json)
+    say_result(numbers, show, paths, as_json=as_json)
 
 
 def _remark_model(study):
@@ -82,8 +82,8 @@ def _remark_model(study):
         remark(study.beyond)
 
 
-def _saved(data, file):
-    """Paths of the file of a map, and of its figure beside it."""
+def _save_map(data, file):
+    """Save the dataset of a map and its figure; returns their paths."""
     from dusttaichi import plots  # with matplotlib, which a search does not wait for
     from dusttaichi.analysis.ensemble import save_ensemble
 

@@ -7,7 +7,7 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import say_table
-from dusttaichi.commands.ensembles import failure, found_of, tell
+from dusttaichi.commands.ensembles import build_failure_error, run_study, say_result
 
 
 def study(
@@ -35,14 +35,14 @@ def study(
 
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, settings, extensions)
-    mine = own.load(program, scene, options.beside(scene, program.stem, output))
+    mine = own.load(program, scene, options.study_directory(scene, program.stem, output))
     with options.writing(force=force, inputs=[file]):
-        how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
-        found = found_of(mine, quiet=quiet, **how)
-        failed = [one for one in found.values() if not one.ok]
-        if failed and len(failed) == len(found):
-            raise failure(failed, len(found))
-        data = mine.dataset(found)
+        engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
+        point_results = run_study(mine, quiet=quiet, **engine_options)
+        failed = [result for result in point_results.values() if not result.ok]
+        if failed and len(failed) == len(point_results):
+            raise build_failure_error(failed, len(point_results))
+        data = mine.dataset(point_results)
         data.attrs = of_study(scene) | data.attrs
         save_ensemble(data, mine.file)
 
@@ -50,10 +50,11 @@ def study(
         names = [name for name in data.data_vars if data[name].dtype.kind in "fi"]
         columns = [data[name].values for name in names]
         rows = [
-            (label, *(f"{column[n]:.6g}" for column in columns)) for n, label in enumerate(found)
+            (label, *(f"{column[n]:.6g}" for column in columns))
+            for n, label in enumerate(point_results)
         ]
         say_table(rows, "point", *names, title=data.attrs.get("title"))
 
-    tell(data, show, [mine.file], as_json=as_json)
+    say_result(data, show, [mine.file], as_json=as_json)
     if failed:
-        raise failure(failed, len(found))
+        raise build_failure_error(failed, len(point_results))

@@ -17,7 +17,7 @@ def sweep(
             "--set",
             help="a key and its values, key=value,value",
             metavar="KEY=VALUES",
-            autocompletion=completion.keys,
+            autocompletion=completion.complete_keys,
         ),
     ],
     force: options.ForceResults = False,
@@ -40,9 +40,14 @@ def sweep(
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, extensions=extensions)
     scene, swept = with_common_settings(scene, settings)
-    study = studies.sweep(scene, swept, options.beside(scene, "sweep", output))
+    study = studies.sweep(scene, swept, options.study_directory(scene, "sweep", output))
     with options.writing(force=force, inputs=[file]):
-        how = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
-        how["part"] = options.part_of(part)
-        shown = {"quiet": quiet, "verbose": verbose, "figures": figures, "as_json": as_json}
-        run_sweep(study, **shown, **how)
+        engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
+        engine_options["part"] = options.part_of(part)
+        output_options = {
+            "quiet": quiet,
+            "verbose": verbose,
+            "figures": figures,
+            "as_json": as_json,
+        }
+        run_sweep(study, figures=figures, **output_options, **engine_options)

@@ -6,7 +6,7 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_table
-from dusttaichi.commands.ensembles import found_of, tell
+from dusttaichi.commands.ensembles import run_study, say_result
 
 
 def trade(
@@ -48,34 +48,43 @@ def trade(
     if suggest:
         _suggest(scene)
         return
-    names, share = trade_points.chosen(parameters), trade_points.share_of(tolerance)
-    wanted = Wanted(names, quick, seeds, share, observable)
+    names, error_limit = trade_points.chosen(parameters), trade_points.share_of(tolerance)
+    requests = Wanted(names, quick, seeds, error_limit, observable)
     with options.writing(force=force, inputs=[file]):
         log = (lambda text: None) if quiet else remark
         study = TradeStudy(
-            scene, options.beside(scene, "trade", output), wanted, threads=threads, log=log
+            scene,
+            options.study_directory(scene, "trade", output),
+            requests,
+            threads=threads,
+            log=log,
         )
         fraction = trade_points.parameters_of(study.scene).fraction(study.scene)
         if fraction is not None:
             log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
-        how = {"force": force, "resume": not force, "onward": options.again(), "log": log}
-        how |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "things": "points"}
-        data = study.dataset(found_of(study, **how))
+        engine_options = {
+            "force": force,
+            "resume": not force,
+            "onward": options.resume_command(),
+            "log": log,
+        }
+        engine_options |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "noun": "points"}
+        data = study.dataset(run_study(study, **engine_options))
         data.attrs |= {} if jobs is None else {"jobs": jobs}
         save_ensemble(data, study.file)
         paths = [study.file, save(draw(data), study.file.with_suffix(".png"))]
-    tell(data, lambda: _show(study.found, scene), paths, as_json=as_json)
+    say_result(data, lambda: _show(study.found, scene), paths, as_json=as_json)
 
 
-def _show(found, scene):
+def _show(measured_trade, scene):
     """Print table and advice of a Trade."""
     from dusttaichi.studies import trade_report as report
 
-    title, headings, rows = report.table(found)
+    title, headings, rows = report.table(measured_trade)
     say_table(rows, *headings, title=title)
-    for line in report.sentences(found):
+    for line in report.sentences(measured_trade):
         say(line)
-    for heading, text in report.advice(found, scene):
+    for heading, text in report.advice(measured_trade, scene):
         say(f"\n{heading}")
         if text:
             say(text)
@@ -86,9 +95,9 @@ def _suggest(scene):
     """Print the output of `--suggest`."""
     from dusttaichi.studies.suggest import kind_of, suggestions
 
-    found = suggestions(scene)
+    cheapest_settings = suggestions(scene)
     say(f"cheapest settings measured for {kind_of(scene)}, costs in steps of accuracy: balanced:")
-    for settings, text in found:
+    for settings, text in cheapest_settings:
         say(f"  {settings}: {text}")
-    if not found:
+    if not cheapest_settings:
         say("  none within 5 % or the scatter of seeds: the unchanged scene")

@@ -117,7 +117,7 @@ def test_an_interruption_says_how_to_go_on_where_anything_was_computed(interrupt
 def test_of_a_part_all_parts_are_gathered(monkeypatch):
     for part in (["--part", "1/3"], ["--part=1/3"]):
         monkeypatch.setattr("sys.argv", ["dust", "sweep", "a.yaml", *part, "--set", "a.b=2 cm/s"])
-        onward = options.again("--resume", without="--part")
+        onward = options.resume_command("--resume", without="--part")
         assert onward == "dust sweep a.yaml --set 'a.b=2 cm/s' --resume"
 
 
@@ -199,9 +199,9 @@ def test_run_directories_are_completed(tmp_path):
     (tmp_path / "runs/one").mkdir(parents=True)
     (tmp_path / "runs/result.nc").touch()
     (tmp_path / "runs/other.txt").touch()
-    found = completion.runs(f"{tmp_path}/runs/")
+    found = completion.complete_runs(f"{tmp_path}/runs/")
     assert [Path(path).name for path in found] == ["one", "result.nc"]
-    assert completion.runs(f"{tmp_path}/nowhere/") == []
+    assert completion.complete_runs(f"{tmp_path}/nowhere/") == []
 
 
 def test_names_of_scenes_are_not_cut(capsys, monkeypatch):

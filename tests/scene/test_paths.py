@@ -52,7 +52,7 @@ def test_the_dust_of_a_continuum_from_a_file(home):
 def test_the_command_line(home):
     done = invoked("new", "omni_static", "--output=~/copy.yaml")
     assert done.exit_code == 0 and (home / "copy.yaml").exists(), done.output
-    assert completion.scenes("~/co") == ["~/copy.yaml"]
+    assert completion.complete_scenes("~/co") == ["~/copy.yaml"]
     assert invoked("check", "~/copy.yaml", "--scene").exit_code == 0
     synthetic.writer(home / "run" / "result.nc", 4).close()
     assert str(open_run("~/run").path.parent) == str(home / "run")

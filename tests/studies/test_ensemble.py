@@ -13,7 +13,7 @@ from bits import assert_same_bits
 from program import dust, wait_for
 from scenes import scene
 
-from dusttaichi.commands.ensembles import failure
+from dusttaichi.commands.ensembles import build_failure_error
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.running import execute
 from dusttaichi.scene import Scene, from_yaml
@@ -217,10 +217,10 @@ def test_failures_are_told_by_reason(tmp_path):
     plan = replicas(cake().with_value("replicas", 3), tmp_path)
     first, second, third = plan.members
     same = [Found(first, 2, "too long a step"), Found(third, 2, "too long a step")]
-    error = failure(same, 3)
+    error = build_failure_error(same, 3)
     assert "2 of 3 runs failed" in str(error) and "replica_0, replica_2: too long" in str(error)
     assert error.exit_code == 2
-    assert isinstance(failure([*same, Found(second, 3, "runaway")], 3), GuardStop)
+    assert isinstance(build_failure_error([*same, Found(second, 3, "runaway")], 3), GuardStop)
 
 
 TINY = """
