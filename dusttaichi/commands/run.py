@@ -55,7 +55,7 @@ def run(
                 "figures": figures,
                 "as_json": as_json,
             }
-            run_sweep(study, figures=figures, **output_options, **engine_options)
+            run_sweep(study, **output_options, **engine_options)
         return
     for option, value in (("--scheduler", scheduler), ("--jobs", jobs)):
         if value is not None:

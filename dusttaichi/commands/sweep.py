@@ -50,4 +50,4 @@ def sweep(
             "figures": figures,
             "as_json": as_json,
         }
-        run_sweep(study, figures=figures, **output_options, **engine_options)
+        run_sweep(study, **output_options, **engine_options)
