@@ -291,7 +291,7 @@ def test_a_run_that_fails_does_not_end_the_others(tmp_path, capsys):
     setting = ["--set", "boundary.wall_speed=1m/s,20m/s"]
     with pytest.raises(GuardStop, match=r"1 of 2 runs failed:\n.*wall_speed=20m_s: At .* µs"):
         dust("sweep", tmp_path / "tiny.yaml", *setting, "-q", "-o", tmp_path / "s")
-    assert "wall_speed" in capsys.readouterr().out
+    assert "wall speed" in capsys.readouterr().out
     with xr.open_dataset(tmp_path / "s/sweep.nc") as data:
         np.testing.assert_array_equal(data.boundary_wall_speed, [1.0, 20.0])
         assert data.boundary_wall_speed.attrs["units"] == "m/s"
