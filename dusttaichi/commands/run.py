@@ -49,13 +49,8 @@ def run(
         study = replicas(scene, directory)
         engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         with options.writing(force=force, inputs=[file]):
-            output_options = {
-                "quiet": quiet,
-                "verbose": verbose,
-                "figures": figures,
-                "as_json": as_json,
-            }
-            run_sweep(study, **output_options, **engine_options)
+            engine_options |= {"quiet": quiet, "verbose": verbose}
+            run_sweep(study, figures=figures, as_json=as_json, **engine_options)
         return
     for option, value in (("--scheduler", scheduler), ("--jobs", jobs)):
         if value is not None:

@@ -44,10 +44,5 @@ def sweep(
     with options.writing(force=force, inputs=[file]):
         engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         engine_options["part"] = options.part_of(part)
-        output_options = {
-            "quiet": quiet,
-            "verbose": verbose,
-            "figures": figures,
-            "as_json": as_json,
-        }
-        run_sweep(study, **output_options, **engine_options)
+        engine_options |= {"quiet": quiet, "verbose": verbose}
+        run_sweep(study, figures=figures, as_json=as_json, **engine_options)

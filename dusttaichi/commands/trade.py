@@ -52,23 +52,14 @@ def trade(
     requests = Wanted(names, quick, seeds, error_limit, observable)
     with options.writing(force=force, inputs=[file]):
         log = (lambda text: None) if quiet else remark
-        study = TradeStudy(
-            scene,
-            options.study_directory(scene, "trade", output),
-            requests,
-            threads=threads,
-            log=log,
-        )
+        folder = options.study_directory(scene, "trade", output)
+        study = TradeStudy(scene, folder, requests, threads=threads, log=log)
         fraction = trade_points.parameters_of(study.scene).fraction(study.scene)
         if fraction is not None:
             log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
-        engine_options = {
-            "force": force,
-            "resume": not force,
-            "onward": options.resume_command(),
-            "log": log,
-        }
-        engine_options |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "noun": "points"}
+        engine_options = {"force": force, "resume": not force, "log": log, "quiet": quiet}
+        engine_options |= {"jobs": jobs, "scheduler": scheduler}
+        engine_options |= {"noun": "points", "onward": options.resume_command()}
         data = study.dataset(run_study(study, **engine_options))
         data.attrs |= {} if jobs is None else {"jobs": jobs}
         save_ensemble(data, study.file)
