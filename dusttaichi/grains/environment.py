@@ -10,6 +10,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.grain_contacts import wall_overlaps
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.physics.geometry import AXES, WALLS, pairs_within
+from dusttaichi.physics.near import are_apart
 
 
 def environment(scene, sample, own, contacts):
@@ -164,8 +165,10 @@ def _check_images(positions, cell, radius):
         nearest = pairs_within(inside, radius, CLOSEST, edges)[2].min(initial=np.inf)
         allowed = np.inf
     else:
-        nearest = scipy.spatial.cKDTree(inside, boxsize=edges).query(inside, k=2)[0][:, 1].min()
         allowed = CLOSEST * 2.0 * radius
+        if are_apart(inside, allowed, np.where(cell.start > 0.0, edges, np.inf)):
+            return
+        nearest = scipy.spatial.cKDTree(inside, boxsize=edges).query(inside, k=2)[0][:, 1].min()
     if nearest < allowed:
         raise DustError(
             "boundary.size: the periodic cell is too small: grains of the sample overlap with "

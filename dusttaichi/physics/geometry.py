@@ -306,8 +306,9 @@ def grains_within(positions, radius, gyration):
     core = core[:: -(-len(core) // most)]
     radii = np.geomspace(3 * radius, largest, SHELLS)
     counts = np.zeros(SHELLS)
+    x, y, z = np.ascontiguousarray(positions.T)
     for centre in positions[core]:
-        distance = np.sqrt(((positions - centre) ** 2).sum(axis=1))
+        distance = np.sqrt((x - centre[0]) ** 2 + (y - centre[1]) ** 2 + (z - centre[2]) ** 2)
         counts += np.searchsorted(np.sort(distance[distance <= largest]), radii, "right") - 1
     return None if counts[0] == 0 else (radii, counts / len(core))
 

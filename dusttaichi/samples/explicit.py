@@ -11,6 +11,7 @@ from pydantic import Field
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.physics.geometry import pairs_within
+from dusttaichi.physics.near import are_apart
 from dusttaichi.samples import files, taken
 from dusttaichi.samples.flags import with_flags
 from dusttaichi.samples.formats.grains import materials_of, remark_on_matter
@@ -266,6 +267,8 @@ def check_apart(positions: np.ndarray, radius, where: str) -> None:
     radii = np.broadcast_to(radius, len(positions))
     if np.ndim(radius):
         i, j, distance = pairs_within(positions, radius, CLOSEST)
+    elif are_apart(positions, CLOSEST * 2.0 * radius):
+        return
     else:  # the nearest neighbours suffice, also for very many grains at one place
         near, other = scipy.spatial.cKDTree(positions).query(positions, k=2)
         row = np.argmin(near[:, 1])

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 
 from dusttaichi.physics.geometry import nearest_image, pairs_within
+from dusttaichi.physics.near import near_pairs
 
 
 @dataclass(frozen=True)
@@ -62,15 +63,29 @@ class Cell:
         low, high = x.min(axis=0) - reach, x.max(axis=0) + reach
         number, places = [np.arange(len(x))], [x]
         for turns in product(*((-1, 0, 1) if n in self.axes else (0,) for n in range(3))):
-            image = x + np.array(turns) @ vectors
-            near = np.flatnonzero(np.all((image > low) & (image < high), axis=1))
             if any(turns):
-                number.append(near)
+                rows = self._at_faces(x, turns, low, high)
+                image = x[rows] + np.array(turns) @ vectors
+                near = np.all((image > low) & (image < high), axis=1)
+                number.append(rows[near])
                 places.append(image[near])
-        number = np.concatenate(number)
-        i, j = pairs_within(np.concatenate(places), radii[number], factor)[:2]
+        number, places = np.concatenate(number), np.concatenate(places)
+        if np.ptp(radii) == 0.0:
+            i, j = near_pairs(places, reach)[:2]
+        else:
+            i, j = pairs_within(places, radii[number], factor)[:2]
         i, j = number[i[i < len(x)]], number[j[i < len(x)]]
-        return np.unique(np.sort(np.column_stack([i, j])[i != j], axis=1), axis=0)
+        first, second = np.minimum(i, j)[i != j], np.maximum(i, j)[i != j]
+        return np.column_stack(np.divmod(np.unique(first * len(x) + second), len(x)))
+
+    def _at_faces(self, x, turns, low, high):
+        """Rows whose images by these turns are between two corners along y and z, and x."""
+        edges = np.diag(self.vectors) * turns
+        sure = [n for n in np.flatnonzero(turns) if n or not self.tilt]
+        between = np.ones(len(x), bool)
+        for n in sure:  # a turn along z shifts along x too
+            between &= (x[:, n] + edges[n] > low[n]) & (x[:, n] + edges[n] < high[n])
+        return np.flatnonzero(between)
 
 
 OPEN = Cell(np.full(3, np.inf))

@@ -19,16 +19,17 @@ too: filling factors are 0.24 up to 6 r above the floor, 0.175 up to 15 r, 0.165
 
 import functools
 import math
+from itertools import product
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
 from dusttaichi.errors import DustError
+from dusttaichi.physics.near import near, near_pairs
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, mixed, sized
-from dusttaichi.samples.near import near
 from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, check_grains
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
@@ -107,8 +108,6 @@ class Deposit:
         self._half_diagonal = 0.5 * float(np.hypot(*edges))
         self._cell_edges = edges
         self._landing = np.full(cells, crowd.smallest, dtype=np.float64)
-        centres = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in cells), indexing="ij"), -1)
-        self._centres = (centres * edges).reshape(-1, 2)
 
     @property
     def widest(self) -> float:
@@ -140,12 +139,16 @@ class Deposit:
             i, j, _ = near(xy, earlier, reach, self.period)
             i, j, rise = self._support(i + start, self._reachable[j])
             np.maximum.at(z, i - start, self.positions[j, 2] + rise)
-        i, j, _ = near(xy, xy, reach, self.period)
-        i, j, rise = self._support(i[j < i] + start, j[j < i] + start)
+        earlier, later, _ = near_pairs(xy, reach, self.period)
+        i, j, rise = self._support(later + start, earlier + start)
+        i, j = i - start, j - start
+        moved = np.ones(len(z), bool)
         while True:
+            rows = np.flatnonzero(moved[j])  # only what they support can change
             raised = z.copy()
-            np.maximum.at(raised, i - start, z[j - start] + rise)
-            if np.array_equal(raised, z):
+            np.maximum.at(raised, i[rows], z[j[rows]] + rise[rows])
+            moved = raised != z
+            if not moved.any():
                 break
             z[:] = raised
         self._raise_landing(xy, z, grains)
@@ -154,10 +157,14 @@ class Deposit:
 
     def _support(self, upper, lower):
         """Pairs of grains that can touch, and the height of the upper above the lower one then."""
-        apart = self.positions[upper, :2] - self.positions[lower, :2]
-        apart -= self.period * np.round(apart / self.period)
+        square = np.zeros(len(upper))
+        for axis, period in enumerate(self.period):
+            x = self.positions[:, axis]
+            apart = x[upper] - x[lower]
+            apart -= period * np.round(apart / period)
+            square += apart**2
         touch = self.grains.distance(upper, lower)
-        left = touch**2 - (apart[:, 0] ** 2 + apart[:, 1] ** 2)
+        left = touch**2 - square
         able = left > 0
         return upper[able], lower[able], np.sqrt(left[able])
 
@@ -166,10 +173,26 @@ class Deposit:
         within = least - self._half_diagonal
         if within.max(initial=0.0) <= 0.0:
             return
-        i, j, apart = near(xy, self._centres, within.max(), self.period)
-        i, j, apart = (part[apart <= within[i]] for part in (i, j, apart))
-        rise = np.sqrt(np.maximum(least[i] ** 2 - (apart + self._half_diagonal) ** 2, 0.0))
-        np.maximum.at(self._landing.reshape(-1), j, z[i] + rise)
+        beside = np.ceil(within.max() / self._cell_edges + 0.5).astype(int)
+        numbers, squares = zip(*map(self._cells_beside, (0, 1), xy.T, beside), strict=True)
+        for m, n in product(*(range(2 * most + 1) for most in beside)):
+            apart = np.sqrt(squares[0][m] + squares[1][n])
+            rows = np.flatnonzero(apart <= within)
+            reached = (apart[rows] + self._half_diagonal) ** 2
+            rise = np.sqrt(np.maximum(least[rows] ** 2 - reached, 0.0))
+            cells = numbers[0][m][rows] * self._landing.shape[1] + numbers[1][n][rows]
+            np.maximum.at(self._landing.reshape(-1), cells, z[rows] + rise)
+
+    def _cells_beside(self, axis, x, beside):
+        """Numbers of cells up to `beside` from that of each x, and squares of distances [m^2]."""
+        cells, period = self._landing.shape[axis], self.period[axis]
+        at, numbers, squares = (x / self._cell_edges[axis]).astype(int), [], []
+        for shift in range(-beside, beside + 1):
+            number = (at + shift) % cells
+            apart = np.abs(x - (number + 0.5) * self._cell_edges[axis])
+            numbers.append(number)
+            squares.append(np.minimum(apart, period - apart) ** 2)
+        return numbers, squares
 
     def _forget_covered(self) -> None:
         """Remove grains out of reach: all around them drops rest higher than on their tops."""
@@ -250,10 +273,9 @@ def _one_period(spec, materials: Materials) -> Sample:
     deposit, top = Deposit(edges[:2], crowd), edges[2] if spec.grains is None else math.inf
     while deposit.complete_below <= spec.base + top - crowd.smallest:
         _drop_batch(deposit, rng)
-        x, radii = _placed(deposit, spec), deposit.grains.radii
-        tops = np.where(x[:, 2] >= radii, x[:, 2] + radii, math.inf)
-        if spec.grains is not None and len(tops) >= spec.grains:
-            top = np.partition(tops, spec.grains - 1)[spec.grains - 1]
+        if spec.grains is not None and len(deposit.positions) >= spec.grains:
+            top = np.partition(_tops(deposit, spec), spec.grains - 1)[spec.grains - 1]
+    x, tops = _placed(deposit, spec), _tops(deposit, spec)
     lowest = np.flatnonzero(tops <= top)
     if spec.grains is not None:
         lowest = np.sort(np.argsort(tops, kind="stable")[: spec.grains])
@@ -283,6 +305,12 @@ def _scale(deposit, spec, edges):
     """Factors (N,) on the edges of the cut with which each grain is just inside."""
     x, radii = _placed(deposit, spec), deposit.grains.radii
     return np.where(x[:, 2] >= radii, cut.scale(x, spec.shape, edges, radii), math.inf)
+
+
+def _tops(deposit, spec):
+    """Heights (N,) of the tops of all grains above the base, inf of those below it [m]."""
+    z, radii = deposit.positions[:, 2] - spec.base, deposit.grains.radii
+    return np.where(z >= radii, z + radii, math.inf)
 
 
 def _check_drops(period, height, radius) -> None:

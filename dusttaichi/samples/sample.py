@@ -8,7 +8,7 @@ import scipy
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES, LYING, grains_within, power
-from dusttaichi.samples.near import near
+from dusttaichi.physics.near import near_pairs
 
 ROUNDING = 1e-9  # of the touching distance: far above rounding, far below the overlap delta0
 BYTES = 1000  # least memory of a grain in sample and simulation
@@ -220,8 +220,7 @@ def touching_pairs(positions: np.ndarray, distance: float, period=None) -> np.nd
         positions = np.mod(positions, period)
         # a coordinate that is rounded to the far face belongs on the near one
         positions = np.where(positions >= period, 0.0, positions)
-    i, j, _ = near(positions, positions, distance, period)
-    return np.column_stack([i, j])[i < j]
+    return np.column_stack(near_pairs(positions, distance, period)[:2])
 
 
 def smallest_gap(positions: np.ndarray, radius) -> float:

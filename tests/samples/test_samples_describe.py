@@ -6,8 +6,8 @@ from bodies import D, R, made, scene
 from scipy.spatial import cKDTree
 
 from dusttaichi.grains.preview import preview
+from dusttaichi.physics.near import are_apart, near, near_pairs
 from dusttaichi.samples import describe, fractal_dimension, make, radius_of_gyration
-from dusttaichi.samples.near import near
 from dusttaichi.samples.sample import Sample
 
 KINDS = {
@@ -110,22 +110,51 @@ def test_few_grains_have_no_fractal_dimension():
     assert info["coordination"] == pytest.approx(4 / 3)
 
 
-@pytest.mark.parametrize("edges", [None, [1.0, 0.7], [1.0, 0.7, 0.3], [1.0, 0.11]])
+EDGES = [None, [1.0, 0.7], [1.0, 0.7, 0.3], [1.0, 0.11], [1.0, np.inf, 0.3], [np.inf, 1.0]]
+
+
+def _sorted(i, j, distance):
+    order = np.lexsort((j, i))
+    return i[order], j[order], distance[order]
+
+
+@pytest.mark.parametrize("edges", EDGES)
 @pytest.mark.parametrize("reach", [0.02, 0.05, 0.2])
 def test_pairs_are_those_of_a_tree(edges, reach):
     rng = np.random.default_rng(1)
-    size = np.array(edges or [1.0, 0.7, 0.3])
+    size = np.where(np.isfinite(edges or [1.0, 0.7, 0.3]), edges or [1.0, 0.7, 0.3], 0.8)
     a, b = (rng.random((n, len(size))) * size for n in (300, 200))
     b[:50] = a[:50]  # at no distance
-    period = edges and size
-    trees = [cKDTree(points, boxsize=period) for points in (a, b)]
-    expected = trees[0].sparse_distance_matrix(trees[1], reach, output_type="ndarray")
-    i, j, distance = near(a, b, reach, period)
-    order, other = np.lexsort((j, i)), np.lexsort((expected["j"], expected["i"]))
-    np.testing.assert_array_equal(i[order], expected["i"][other])
-    np.testing.assert_array_equal(j[order], expected["j"][other])
-    np.testing.assert_array_equal(distance[order], expected["v"][other])
-    assert len(i) >= 50
+    # of the tree, 0 is an open axis
+    box = None if edges is None else np.where(np.isfinite(edges), edges, 0.0)
+    period = None if edges is None else np.array(edges)
+    first, second = (cKDTree(points, boxsize=box) for points in (a, b))
+
+    def expected(other):
+        pairs = first.sparse_distance_matrix(other, reach, output_type="ndarray")
+        return _sorted(pairs["i"], pairs["j"], pairs["v"])
+
+    pairs = near(a, b, reach, period)
+    assert len(pairs[0]) >= 50
+    np.testing.assert_array_equal(_sorted(*pairs), expected(second))
+    i, j, distance = expected(first)
+    np.testing.assert_array_equal(
+        _sorted(*near_pairs(a, reach, period)), (i[i < j], j[i < j], distance[i < j])
+    )
+    closest = distance[i < j].min()
+    assert are_apart(a, closest, period)
+    assert not are_apart(a, np.nextafter(closest, 1.0), period)
+
+
+def test_pairs_of_a_loose_cluster_and_of_a_heap():
+    """Neither a body that is mostly empty nor points at one place make a slow search."""
+    far = np.random.default_rng(2).random((2000, 3)) * 1e9
+    x = np.concatenate([far, far + [0.4, 0.0, 0.0]])
+    i, j, _ = near_pairs(x, 0.5)
+    np.testing.assert_array_equal(_sorted(i, j, i)[0], np.arange(2000))
+    np.testing.assert_array_equal(j - i, np.full(2000, 2000))
+    assert not are_apart(np.zeros((200_000, 3)), 1.0)
+    assert are_apart(np.zeros((1, 3)), 1.0)
 
 
 def test_points_of_a_line_a_single_point_and_none():

@@ -1,0 +1,178 @@
+"""Pairs of points near each other, by sorted cells: N log N however points are distributed.
+
+scipy.spatial takes 0.3 s to import, and as long to search or longer.
+"""
+
+from itertools import product
+
+import numpy as np
+
+WIDER = 1 + 1e-9  # cells over the reach, by more than rounding
+BATCH = 1 << 18  # pairs that are compared at a time: their numbers stay in the cache
+KEYS = 60  # bits of the number of a cell
+
+
+def near(a, b, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of points of `a` (N, D) and `b` (M, D) at most `reach` apart: i, j, distance.
+
+    period: edges (D,) of a periodic cell that has all points, [0, period), whose nearest images
+    count, inf along axes that are open; None: no images. Pairs and distances are those of scipy's
+    cKDTree, in another order.
+    """
+    if not (len(a) and len(b)):
+        return _joined([])
+    grid = _Grid((a, b), reach, period)
+    points, targets = _Sorted(grid, a), _Sorted(grid, b, images=True)
+    found = []
+    for row in product((-1, 0, 1), repeat=a.shape[1] - 1):
+        middle = grid.shift(row)
+        begin, end = targets.between(points.cells + (middle - 1), points.cells + (middle + 1))
+        candidates = _Candidates(begin, end, points.counts)
+        found += candidates.close(points, targets, reach, period)
+    return _joined(found)
+
+
+def near_pairs(x, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs i < j of points (N, D) at most `reach` apart: i, j, distance; arguments as of `near`.
+
+    In no particular order.
+    """
+    if len(x) < 2:
+        return _joined([])
+    grid = _Grid((x,), reach, period)
+    points, targets = _Sorted(grid, x), _Sorted(grid, x, images=True)
+    found = []
+    for row in product((-1, 0, 1), repeat=x.shape[1] - 1):
+        if row < (0,) * len(row):
+            continue  # each two cells are compared once
+        here, middle = not any(row), grid.shift(row)
+        first = points.cells + (middle if here else middle - 1)
+        begin, end = targets.between(first, points.cells + (middle + 1))
+        candidates = _Candidates(begin, end, points.counts, behind=here)
+        found += candidates.close(points, targets, reach, period)
+    i, j, distance = _joined(found)
+    return np.minimum(i, j), np.maximum(i, j), distance
+
+
+def are_apart(x, reach: float, period=None) -> bool:
+    """True where no two points (N, D) are less than `reach` apart; period as of `near`.
+
+    Very many points at one place cost no more.
+    """
+    if len(x) < 2:
+        return True
+    grid = _Grid((x,), reach, period)
+    # a cell is less than twice as wide as the reach; 4^D parts of it have room for a point each
+    if not grid.coarse and _Sorted(grid, x).counts.max() > 4 ** x.shape[1]:
+        return False
+    return not (near_pairs(x, reach, period)[2] < reach).any()
+
+
+def _joined(found):
+    if not found:
+        return np.empty(0, int), np.empty(0, int), np.empty(0)
+    return tuple(np.concatenate(part) for part in zip(*found, strict=True))
+
+
+class _Grid:
+    """Cells at least as wide as the reach around all points, with an empty layer at each side.
+
+    coarse: they are far wider, of points that are very far apart.
+    """
+
+    def __init__(self, bodies, reach, period):
+        low = np.min([x.min(axis=0) for x in bodies], axis=0)
+        edges = np.max([x.max(axis=0) for x in bodies], axis=0) - low
+        self.periodic = np.zeros(len(low), bool)
+        if period is not None:
+            self.periodic = np.isfinite(period)
+            low, edges = np.where(self.periodic, 0.0, low), np.where(self.periodic, period, edges)
+        most = 2 ** (KEYS // len(low)) - 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cells = np.where(edges > 0.0, edges / (reach * WIDER), 1.0)
+        self.coarse = bool(cells.max() > most)
+        self.cells = np.clip(cells, 1, most).astype(np.int64)
+        self.low, self.size = low, np.where(edges > 0.0, edges, 1.0) / self.cells
+        strides = np.cumprod([1, *(self.cells[:0:-1] + 2)])
+        self.strides = strides[::-1]
+
+    def places(self, x):
+        """Cells (N, D) of points, from 1 on."""
+        places = ((x - self.low) / self.size).astype(np.int64)
+        return np.clip(places, 0, self.cells - 1) + 1
+
+    def shift(self, row):
+        """Difference of the numbers of two cells that are that far apart along all axes but one."""
+        return int(np.dot(row, self.strides[:-1]))
+
+
+class _Sorted:
+    """Points in the order of their cells; images: with those beside the faces of a periodic cell.
+
+    rows: numbers of the points in their order; columns: coordinates (D arrays). cells: numbers of
+    the cells that have points; first: of each, its first place in the order.
+    """
+
+    def __init__(self, grid, x, *, images=False):
+        places, self.rows = grid.places(x), np.arange(len(x))
+        if images:
+            places, self.rows = _with_images(grid, places, self.rows)
+        keys = places @ grid.strides
+        order = np.argsort(keys, kind="stable")
+        self.keys, self.rows = keys[order], self.rows[order]
+        self.columns = [np.take(column, self.rows) for column in x.T]
+        self.first = np.flatnonzero(np.diff(self.keys, prepend=-1))
+        self.cells = self.keys[self.first]
+        self.counts = np.diff(self.first, append=len(self.keys))
+
+    def between(self, low, high):
+        """Places (begin, end) in the order of the points of cells from `low` to `high`."""
+        first = np.append(self.first, len(self.keys))
+        begin = first[np.searchsorted(self.cells, low, "left")]
+        return begin, first[np.searchsorted(self.cells, high, "right")]
+
+
+class _Candidates:
+    """Of each point in its order a range of the targets in theirs.
+
+    begin, end: of the points of each cell; counts: number of these points; behind: begin with the
+    target after the point itself.
+    """
+
+    def __init__(self, begin, end, counts, *, behind=False):
+        start, number = np.repeat(begin, counts), np.repeat(end - begin, counts)
+        if behind:
+            rank = np.arange(len(start)) - np.repeat(np.cumsum(counts) - counts, counts) + 1
+            start, number = start + rank, number - rank
+        self.points = np.flatnonzero(number > 0)
+        self.start, self.number = start[self.points], number[self.points]
+
+    def close(self, points, targets, reach, period):
+        """Pairs at most `reach` apart: (i, j, distance) of each batch."""
+        ends = np.cumsum(self.number)
+        total = ends[-1] if len(ends) else 0
+        cuts = np.searchsorted(ends, np.arange(BATCH, total, BATCH))
+        for begin, end in zip([0, *cuts], [*cuts, len(ends)], strict=True):
+            number = self.number[begin:end]
+            before = np.cumsum(number) - number
+            i = np.repeat(self.points[begin:end], number)
+            j = np.arange(len(i)) + np.repeat(self.start[begin:end] - before, number)
+            square = np.zeros(len(i))
+            for k, (x, y) in enumerate(zip(points.columns, targets.columns, strict=True)):
+                apart = np.abs(x[i] - y[j])
+                if period is not None and np.isfinite(period[k]):
+                    apart = np.minimum(apart, period[k] - apart)
+                square += apart**2
+            near = np.flatnonzero(square <= reach**2)
+            yield points.rows[i[near]], targets.rows[j[near]], np.sqrt(square[near])
+
+
+def _with_images(grid, places, rows):
+    """Cells and numbers of points, and of the images beside the faces of at least three cells."""
+    for axis in np.flatnonzero(grid.periodic & (grid.cells >= 3)):
+        for end, beyond in ((1, grid.cells[axis] + 1), (grid.cells[axis], 0)):
+            at_face = np.flatnonzero(places[: len(rows), axis] == end)
+            image = places[at_face]
+            image[:, axis] = beyond
+            places, rows = np.concatenate([places, image]), np.append(rows, rows[at_face])
+    return places, rows
