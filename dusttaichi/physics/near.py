@@ -62,7 +62,7 @@ def are_apart(x, reach: float, period=None) -> bool:
     if len(x) < 2:
         return True
     grid = _Grid((x,), reach, period)
-    # a cell is less than twice as wide as the reach; 4^D parts of it have room for a point each
+    # a cell is less than twice as wide as the reach; each of 4^D parts of it has one point at most
     if not grid.coarse and _Sorted(grid, x).counts.max() > 4 ** x.shape[1]:
         return False
     return not (near_pairs(x, reach, period)[2] < reach).any()
@@ -133,7 +133,7 @@ class _Sorted:
 
 
 class _Candidates:
-    """Of each point in its order a range of the targets in theirs.
+    """Ranges of the ordered targets, one for each of the ordered points.
 
     begin, end: of the points of each cell; counts: number of these points; behind: begin with the
     target after the point itself.
