@@ -23,7 +23,7 @@ from tables import main
 
 from dusttaichi.analysis.collisions import FAILED, MISS, fragment_slope, mean_and_error, spectrum
 from dusttaichi.analysis.thresholds import thresholds
-from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.physics.contact import jkr
 from dusttaichi.physics.contact.numbers import CHANNELS
 from dusttaichi.scene import from_yaml
@@ -34,7 +34,7 @@ ROUNDING = 1e-9  # of shares of the mass
 
 def breaking_energy(scene):
     """Work [J] that pulls two grains of the scene apart from equilibrium."""
-    c, _ = contact_constants(scene)
+    c = ContactTable(scene).farthest_pair
     s = (1.0 / 6.0) ** (1.0 / 3.0)  # at pull-off
     return 4.0 * c.F_c * c.delta0 * (jkr.energy(s) - jkr.energy(1.0))
 

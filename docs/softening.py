@@ -6,7 +6,7 @@ import numpy as np
 from outcomes import CURVE, PHI, outcomes
 from tables import markdown, read
 
-from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.scene import load
 from dusttaichi.studies.suggest import AS_IT_IS
 
@@ -96,7 +96,7 @@ def causes(table):
         levels[f"{s}, 5 cm/s"] = s, _runs(table, SLOW, settings).loc[base.index]
     scene, lines = load(SCENE), []
     for name, (s, runs) in levels.items():
-        pair = contact_constants(scene.with_value(f"numerics.{STIFFNESS}", float(s)))[0]
+        pair = ContactTable(scene.with_value(f"numerics.{STIFFNESS}", float(s))).farthest_pair
         lost = runs[[f"lost {name} [J]" for name in CHANNELS]].fillna(0.0).mean()
         touch = -float(pair.curve(np.array([0.0]))[1][0])
         formed = lost["lost forming [J]"] / touch / runs.grains.iloc[0]

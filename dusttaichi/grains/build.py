@@ -11,14 +11,9 @@ from dusttaichi.compute.memory import COARSE, capacity_for
 from dusttaichi.domain.domain import Domain, lengths
 from dusttaichi.errors import DustError
 from dusttaichi.grains.compiled import compiled_for, interfaces
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.environment import environment, is_tilted
-from dusttaichi.grains.grain_contacts import (
-    contact_constants,
-    equal_properties,
-    farthest_contacts,
-    grain_properties,
-    scaled,
-)
+from dusttaichi.grains.grain_properties import equal_properties, scaled
 from dusttaichi.grains.gravity import make_gravity
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
@@ -28,7 +23,7 @@ from dusttaichi.grains.order import grain_order
 from dusttaichi.grains.pushes import make_push
 from dusttaichi.grains.setup import Prepared
 from dusttaichi.grains.simulation import Simulation
-from dusttaichi.grains.sphere import placed_sphere, sphere_contacts
+from dusttaichi.grains.sphere import placed_sphere
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model
@@ -53,25 +48,25 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
     rows = {var.name: var.shape[0] for var in declare(grains, layout, walls)}
     tables = STRUCTURES.tables(compiled, rows)
     tables[0]["counts"].from_numpy(np.array(store.sizes(grains, layout, walls)))
-    *numbers, table = chosen_numbers(parts.scene, layout.model, parts.polydisperse, parts.contacts)
-    if table is not None:
-        tables[1]["interfaces"].from_numpy(table)
+    *numbers, rows = chosen_numbers(parts.contact_table, layout.model)
+    if rows is not None:
+        tables[1]["interfaces"].from_numpy(rows)
     return Simulation(compiled, tables, parts, numbers)
 
 
 def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     """Prepared of a scene with a sample; nothing is compiled. Arguments, errors as of `build`."""
     sample, scene = samples.pushed(scene, sample), scaled(scene)
-    own = grain_properties(scene, sample)
-    check_precision(scene, sample, contact_constants(scene)[0].rest_overlap)
-    step = step or chosen_step(scene, sample, own)
+    table = ContactTable.for_sample(scene, sample)
+    own = table.properties
+    check_precision(scene, sample, ContactTable(scene).farthest_pair.rest_overlap)
+    step = step or chosen_step(table, sample)
     properties = equal_properties(scene.material) if own is None else own
     radii, dt = properties.radius / units.LENGTH, step.dt / units.TIME
     smallest, largest = float(np.min(radii)), float(np.max(radii))
     order = grain_order(sample.positions / units.LENGTH, 4.0 * float(np.median(radii)))
     push = make_push(scene.push, sample.info, order, dt, {push.kind for push in of_stages(scene)})
-    contacts = farthest_contacts(scene, own)
-    box, cell = environment(scene, sample, own, contacts)
+    box, cell = environment(table, sample)
     sample = with_images(scene, sample, cell)
     volume = len(order) * 4.0 / 3.0 * np.pi * radii**3
     if own is not None:
@@ -96,7 +91,7 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
         sphere=placed_sphere(scene, sample, own, box),
         gravity=make_gravity(scene.gravity),
         push=push,
-        contacts=contacts,
+        contact_table=table,
         skin=None if skin == "auto" else skin * smallest,
         threads=threads_of(scene, len(order)),
         loops=loops,
@@ -122,18 +117,17 @@ def with_images(scene, sample, cell):
     return samples.described(sample, materials.radii_of(sample), around)
 
 
-def chosen_numbers(scene, model, own, contacts):
+def chosen_numbers(table, model):
     """Internal numbers of a contact of two grains, with a wall and with the sphere (None without).
 
-    Each is that which reaches farthest; also the table of interfaces (None of equal grains). scene:
-    `scaled`. own: GrainProperties, or None of equal grains. contacts: `farthest_contacts`.
+    Each is that of a ContactTable which reaches farthest; also the rows of interfaces (None of
+    equal grains).
     """
-    pair, wall = (internal_numbers(contact, model) for contact in contacts)
-    with_sphere, table = None, None if own is None else interfaces(scene, model)
-    if scene.sphere is not None:
-        farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
-        with_sphere = internal_numbers(farthest, model)
-    return pair, wall, with_sphere, table
+    pair, wall = (internal_numbers(c, model) for c in (table.farthest_pair, table.farthest_wall))
+    sphere = table.farthest_sphere
+    on_sphere = None if sphere is None else internal_numbers(sphere, model)
+    rows = None if table.properties is None else interfaces(table.scene, model)
+    return pair, wall, on_sphere, rows
 
 
 def chosen_layout(scene, model, loops, push, polydisperse):

@@ -6,6 +6,7 @@ from dusttaichi.compute.blocks import on_device
 from dusttaichi.compute.compiled import Compiled
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import advance_by
+from dusttaichi.grains.contact_table import surface_of
 from dusttaichi.grains.kernels import search
 from dusttaichi.grains.kernels.cell import make_wrap
 from dusttaichi.grains.kernels.contacts import ContactPass
@@ -16,7 +17,6 @@ from dusttaichi.grains.kernels.load_sums import make_load_sums, place_load_sums
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
 from dusttaichi.grains.kernels.neighbour_lists import make_neighbour_lists
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants
-from dusttaichi.grains.sphere import surface_of
 from dusttaichi.grains.step import Phases, make_evaluate, steps_of
 
 

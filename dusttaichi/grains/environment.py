@@ -7,28 +7,25 @@ from dusttaichi import units
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.walls import make_box
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import wall_overlaps
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.physics.geometry import AXES, WALLS, pairs_within
 from dusttaichi.physics.near import are_apart
 
 
-def environment(scene, sample, own, contacts):
-    """(Box or None, Cell or None) around the sample of a scene at rest.
+def environment(table, sample):
+    """(Box or None, Cell or None) around the sample of the scene of a ContactTable, at rest.
 
-    own: GrainProperties or None of equal grains. contacts: ContactConstants of the pair and of the
-    wall contact that reach farthest. With `size: fit` the outermost grains are in equilibrium
+    With `size: fit` the outermost grains are in equilibrium
     contact with their wall, or with each other across the faces. A sample may have a `period` (3,),
     and of the run that it is taken from the `room` (6,): positions of walls and faces, NaN where
     there is none, and the `tilt`: shift of the image above its cell. Raises DustError for a sample
     that does not fit.
     """
-    boundary, positions, (pair, wall) = scene.boundary, sample.positions / units.LENGTH, contacts
-    radius, overlap = scene.material.radius, wall.rest_overlap
-    if own is not None:
-        radius, overlap = own.radius, wall_overlaps(scene, own)
-    radius, overlap = radius / units.LENGTH, overlap / units.LENGTH
-    contact = 2.0 * radius - pair.rest_overlap / units.LENGTH
+    scene, positions = table.scene, sample.positions / units.LENGTH
+    boundary, equal = scene.boundary, table.properties is None
+    radius = (scene.material.radius if equal else table.properties.radius) / units.LENGTH
+    overlap = table.wall_overlaps() / units.LENGTH
+    contact = 2.0 * radius - table.farthest_pair.rest_overlap / units.LENGTH
     axes = tuple(AXES.index(axis) for axis in boundary.periodic_axes)
     periodic = np.isin(np.arange(3), axes)
     low, high = positions.min(axis=0), positions.max(axis=0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import inf
 
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.validity import LARGEST_OVERLAP
 from dusttaichi.physics import encounter
 from dusttaichi.scene import quantities
@@ -97,12 +97,13 @@ def check(impact):
 
 def with_and_without_scaling(scene):
     """ContactConstants of two grains of the scene's material without scaling, and with it."""
-    found = []
+    pairs = []
     for scale in (1.0, scene.numerics.stiffness_scaling):
         factors = {"mass_scaling": 1.0, "stiffness_scaling": scale}
         numerics = scene.numerics.model_copy(update=factors)
-        found.append(contact_constants(scene.model_copy(update={"numerics": numerics}))[0])
-    return found
+        table = ContactTable(scene.model_copy(update={"numerics": numerics}))
+        pairs.append(table.farthest_pair)
+    return pairs
 
 
 def softened_rows(scene):

@@ -1,17 +1,13 @@
 """The contacts of a simulation as a network of springs: its stiffest period and stable step."""
 
-from functools import cache
-
 import numpy as np
 
 from dusttaichi import units
 from dusttaichi.grains.contacts import contact_state, touch, wall_contact_state
-from dusttaichi.grains.grain_contacts import contact_constants, glued, scaled
-from dusttaichi.physics.contact import constants
 from dusttaichi.physics.network import Contacts, limit
 
 
-def stable_step(sim, scene):
+def stable_step(sim):
     """(shortest period [s], largest stable step [s]) of the contacts that there are now.
 
     Every contact with the slope of its force and the damping where it is; walls with their
@@ -21,14 +17,14 @@ def stable_step(sim, scene):
     mass = np.broadcast_to(np.ravel(sim.mass), sim.grains) * units.MASS
     if sim.polydisperse is not None:
         mass = sim.polydisperse.mass  # in the sample's order
-    return limit(contacts_of(sim, scene), mass)
+    return limit(contacts_of(sim), mass)
 
 
-def contacts_of(sim, scene):
+def contacts_of(sim):
     """physics.network.Contacts of a simulation, grains by the sample's numbers."""
     pairs = contact_state(sim)
     i, j, overlap = pairs["grain_i"], pairs["grain_j"], pairs["overlap"]
-    kind = _kinds(sim, scene)
+    kind = _kinds(sim)
     kinds = [kind(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
     normal = _normals(sim, i, j, touch(sim, i, j) - overlap)
     strength = np.ones(len(i))
@@ -79,34 +75,26 @@ def _normals(sim, i, j, distance):
     return d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-300)
 
 
-def _kinds(sim, scene):
+def _kinds(sim):
     """Function (grain, other grain or None: a wall) -> (ContactConstants, r1/r2)."""
-    if sim.polydisperse is None:
-        pair, wall = contact_constants(scene)
+    table, properties = sim.contact_table, sim.polydisperse
+    if properties is None:
+        pair, wall = table.farthest_pair, table.farthest_wall
         return lambda i, j: (wall, 1.0) if j is None else (pair, 1.0)
-    heavy, bodies = scaled(scene), sim.polydisperse
-    kinds, interaction = heavy.all_materials, heavy.interaction
+    materials, radii = properties.material.tolist(), properties.radius.tolist()
 
-    @cache
-    def contact(a, r1, b, r2):
-        if b is None:
-            own = constants.wall_constants(kinds[a], interaction, r1, heavy.material)
-            return glued(own, heavy.boundary), 1.0
-        return constants.mixed_constants(kinds[a], r1, kinds[b], r2, interaction), r1 / r2
-
-    def of(i, j):
-        number, radius = bodies.material, bodies.radius
-        one = int(number[i]), float(radius[i])
+    def constants_of(i, j):
+        first = materials[i], radii[i]
         if j is None:
-            return contact(*one, None, None)
-        return contact(*one, int(number[j]), float(radius[j]))
+            return table.wall(first), 1.0
+        return table.pair(first, (materials[j], radii[j])), radii[i] / radii[j]
 
-    return of
+    return constants_of
 
 
-def rows(scene, sim):
+def rows(sim):
     """Rows (what, value) of `dust check --internals`: the contacts at the start."""
-    period, stable = stable_step(sim, scene)
+    period, stable = stable_step(sim)
     if not np.isfinite(stable):
         return [("contacts", "none")]
     return [

@@ -7,11 +7,9 @@ from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.grains import network
 from dusttaichi.grains.advice import advice
 from dusttaichi.grains.build import build, prepared
-from dusttaichi.grains.grain_contacts import contact_constants, glued
 from dusttaichi.grains.impacts import softened_remarks, softened_rows
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows
 from dusttaichi.grains.kernels.declare import declare
-from dusttaichi.grains.sphere import sphere_contacts
 from dusttaichi.grains.time_step import short_loads
 from dusttaichi.method import Preview
 from dusttaichi.physics.contact import constants
@@ -25,13 +23,13 @@ def preview(scene):
     """The Preview of a scene (dusttaichi.method): its sample is made, nothing is compiled."""
     sample = samples.make(scene)
     parts = prepared(scene, sample)
-    scene, own, step, domain = parts.scene, parts.polydisperse, parts.step, parts.domain
+    scene, step, domain = parts.scene, parts.step, parts.domain
     domain.driven(scene.stage_plans[0].drive, 0).check_start()
-    sections = [("Sample", _sample(scene, parts)), *_contacts(scene, own)]
+    sections = [("Sample", _sample(scene, parts)), *_contacts(parts.contact_table)]
     if parts.sphere is not None:
         sections.append(("Sphere", _sphere(parts.sphere, parts.properties.radius)))
-        farthest = max(sphere_contacts(scene, own), key=lambda c: c.delta0)
-        sections.append(("Contact of a grain and the sphere", _contact(farthest, scene)))
+        contact = _contact(parts.contact_table.farthest_sphere, scene)
+        sections.append(("Contact of a grain and the sphere", contact))
     if scene.gravity is not None:
         sections.append(("Gravity", _gravity(scene)))
     if scene.softened:
@@ -46,54 +44,48 @@ def preview(scene):
     return Preview(sections, len(sample), step.dt, domain.planned(scene))
 
 
-def _contacts(scene, own):
+def _contacts(table):
     """Sections of the contacts of the scene's material, and of it with a wall.
 
     Where grains differ, of every two materials that they have, at their median radii; each with a
     wall.
     """
-    if own is None:
-        pair, wall = contact_constants(scene)
-        pairs, walls = {"two grains": pair}, {"a grain and a wall": wall}
+    if table.properties is None:
+        pairs = {"two grains": table.farthest_pair}
+        walls = {"a grain and a wall": table.farthest_wall}
     else:
-        pairs, walls = _of_materials(scene, own)
+        pairs, walls = _median_contacts(table)
     sections = {f"Contact of {name}": c for name, c in pairs.items()}
-    if scene.boundary.walls:
+    if table.scene.boundary.walls:
         sections |= {f"Contact of {name}": c for name, c in walls.items()}
-    return [(title, _contact(c, scene)) for title, c in sections.items()]
+    return [(title, _contact(c, table.scene)) for title, c in sections.items()]
 
 
-def _of_materials(scene, own):
+def _median_contacts(table):
     """(name -> ContactConstants of every two materials, and of each and a wall)."""
-    kinds, names = scene.all_materials, [DEFAULT, *scene.materials]
-    used = [int(n) for n in np.unique(own.material)]
-    radius = {n: float(np.median(own.radius[own.material == n])) for n in used}
+    names, properties = [DEFAULT, *table.scene.materials], table.properties
+    grains = []
+    for number in np.unique(properties.material).tolist():
+        radii = properties.radius[properties.material == number]
+        grains.append((number, float(np.median(radii))))
 
-    def named(n):
-        return f"{names[n]} ({quantities.format(radius[n], 'length', digits=3)})"
+    def name_of(grain):
+        number, radius = grain
+        return f"{names[number]} ({quantities.format(radius, 'length', digits=3)})"
 
     pairs = {
-        f"two grains, {named(a)} and {named(b)}": constants.mixed_constants(
-            kinds[a], radius[a], kinds[b], radius[b], scene.interaction
-        )
-        for k, a in enumerate(used)
-        for b in used[k:]
+        f"two grains, {name_of(a)} and {name_of(b)}": table.pair(a, b)
+        for k, a in enumerate(grains)
+        for b in grains[k:]
     }
-    walls = {
-        f"a grain, {named(n)}, and a wall": glued(
-            constants.wall_constants(kinds[n], scene.interaction, radius[n], scene.material),
-            scene.boundary,
-        )
-        for n in used
-    }
-    return pairs, walls
+    return pairs, {f"a grain, {name_of(a)}, and a wall": table.wall(a) for a in grains}
 
 
 def internals(scene):
     """More sections, of the scene built: what is compiled in, fields, contacts at the start."""
     sim = build(scene, samples.make(scene))
     return [
-        ("Contacts at the start", network.rows(scene, sim)),
+        ("Contacts at the start", network.rows(sim)),
         ("Accuracy", preset_rows(scene)),
         ("Compiled in", compiled_rows(scene, sim)),
         ("Fields", field_rows(sim)),

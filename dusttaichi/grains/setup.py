@@ -7,6 +7,7 @@ import numpy as np
 
 from dusttaichi.compute.backend import Loops
 from dusttaichi.domain.domain import Domain
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.gravity import Gravity
 from dusttaichi.grains.kernels.store import Layout
 from dusttaichi.grains.pushes import Push
@@ -19,10 +20,9 @@ from dusttaichi.grains.time_step import TimeStep
 class Prepared:
     """All that a Simulation is made from beside its kernels and fields.
 
-    scene: `grain_contacts.scaled`. sample: `samples.pushed`. order (N,): numbers of the grains in
-    the sample, in internal order. domain: at rest, internal units. contacts: ContactConstants of
-    two grains and of a grain and a wall that reach farthest. skin: of the search [um], None as it
-    suits.
+    scene: `grain_properties.scaled`. sample: `samples.pushed`. order (N,): numbers of the grains in
+    the sample, in internal order. domain: at rest, internal units. skin: of the search [um],
+    None as it suits.
     """
 
     scene: Any
@@ -34,7 +34,7 @@ class Prepared:
     sphere: RigidSphere | None
     gravity: Gravity | None
     push: Push
-    contacts: tuple
+    contact_table: ContactTable
     skin: float | None
     threads: int
     loops: Loops

@@ -63,7 +63,7 @@ class Simulation:
         self.state = GrainState(self.fields, self.layout, self.order)
         self.pair, self.wall, on_sphere = numbers
         self.stiffness = parts.scene.numerics.stiffness_scaling
-        self.polydisperse = parts.polydisperse
+        self.polydisperse, self.contact_table = parts.polydisperse, parts.contact_table
         self._set_masses(parts.properties)
         around = parts.domain
         self.dt, self.step, self.volume, self.t_c = around.dt, 0, around.volume, around.t_c

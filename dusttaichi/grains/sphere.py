@@ -1,17 +1,16 @@
 """The rigid sphere of a scene: what it is, where it starts, how it moves. Internal units."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from dusttaichi import units
 from dusttaichi.errors import DustError
+from dusttaichi.grains.contact_table import surface_of
 from dusttaichi.grains.contacts import touching_pairs
-from dusttaichi.grains.grain_contacts import radius_ends, scaled
 from dusttaichi.grains.kernels.store import SPHERE
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.geometry import AXES, WALLS
-from dusttaichi.scene.sphere import SMOOTH
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,29 +28,6 @@ class RigidSphere:
     velocity: np.ndarray
     spin: np.ndarray
     speed: np.ndarray | None
-
-
-def surface_of(scene):
-    """(Material with the sphere's own density, factor on the surface energy), None without one."""
-    if scene.sphere is None:
-        return None
-    material = scene.sphere.surface(scene.all_materials, scene.material_names)
-    return material, scene.sphere.adhesion or SMOOTH
-
-
-def sphere_contact(scene, material, radius):
-    """ContactConstants of a grain of that material and radius [m] and the sphere of the scene."""
-    surface, adhesion = surface_of(scene)
-    found = constants.mixed_constants(
-        material, radius, surface, scene.sphere.radius, scene.interaction
-    )
-    return replace(found, gamma=adhesion * found.gamma)
-
-
-def sphere_contacts(scene, polydisperse=None):
-    """ContactConstants of the sphere with grains: of the two ends of the radii of each material."""
-    scene = scaled(scene)
-    return [sphere_contact(scene, *end) for end in radius_ends(scene, polydisperse)]
 
 
 def placed_sphere(scene, sample, own, box):

@@ -8,11 +8,8 @@ from math import inf, pi
 
 import numpy as np
 
-from dusttaichi.domain.walls import wall_strengths
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import glued, radius_ends, scaled, size_ranges
 from dusttaichi.grains.impacts import Impact, check, hardest_impact
-from dusttaichi.grains.sphere import sphere_contact, sphere_contacts
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
 from dusttaichi.scene import quantities
@@ -22,7 +19,6 @@ from dusttaichi.scene.push import of_stages
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
 LOOSE = 1.0  # contacts a grain, below which hardly any energy is bound at the start
-FLOOR = (None, None, None, None, 1.0, None)  # strengths of a wall below alone
 FEW = 13  # grains below which one collision is most of what happens
 SETTLING = 15_000
 """Steps within which a load is reached; with or without softening it took 4000 to 13,000
@@ -44,43 +40,45 @@ class TimeStep:
     impact: Impact | None = None
 
 
-def chosen_step(scene, sample, polydisperse=None):
-    """The TimeStep that a scene takes with a sample (pushed).
+def chosen_step(table, sample):
+    """The TimeStep that the scene of a ContactTable takes with a sample (pushed).
 
     Raises DustError for a step that cannot be stable, or speeds that the contacts are not for.
     """
-    radii = scene.material.radius if polydisperse is None else polydisperse.radius
-    motion = fastest(scene, sample, radii)
-    impact = hardest_impact(contact_extremes(scene, polydisperse)[0], motion.thrown)
+    equal = table.properties is None
+    radii = table.scene.material.radius if equal else table.properties.radius
+    motion = fastest(table.scene, sample, radii)
+    impact = hardest_impact(table.extreme_pairs, motion.thrown)
     check(impact)
-    return replace(time_step(scene, len(sample), polydisperse, motion), impact=impact)
+    return replace(time_step(table, len(sample), motion), impact=impact)
 
 
-def time_step(scene, grains, polydisperse=None, motion=None):
-    """The step of a scene of `grains` grains; polydisperse: GrainProperties, None of equal grains.
+def time_step(table, grains, motion=None):
+    """The step of the scene of a ContactTable with that number of grains.
 
     motion: Motion of the sample; without it nothing moves fast. `auto` is step_fraction of the
     stiffest period, or less where fast grains need it.
     Raises DustError when the requested step cannot be stable.
     """
-    period, rate = stiffest_of(scene, grains, polydisperse)
+    numerics = table.scene.numerics
+    period, rate = stiffest_of(table, grains)
     limit = stability.largest_stable_step(period, rate)
-    resolved = inf if motion is None else step_of_motion(scene, polydisperse, motion)
-    if scene.numerics.time_step == "auto":
+    resolved = inf if motion is None else step_of_motion(table, motion)
+    if numerics.time_step == "auto":
         if not np.isfinite(period):
             raise DustError(
                 "numerics.time_step = auto: one free grain has no period to take the step from; "
                 'give a step, for example "0.3 ns"'
             )
-        fraction = scene.numerics.step_fraction
+        fraction = numerics.step_fraction
         resolved *= min(1.0, fraction / BALANCED)
         dt = min(fraction * period, fraction * pi * limit * SAFE, resolved)
         return TimeStep(dt, period, limit, resolved)
-    dt = scene.numerics.time_step
+    dt = numerics.time_step
     if rate > 0.0 and dt >= limit:
         limit = min(
             stability.damped_limit(mass, pair, wall, grains, strengths)
-            for mass, pair, wall, strengths in arrangements(scene, polydisperse)
+            for mass, pair, wall, strengths in table.clusters()
         )
     if dt >= limit:
         raise DustError(
@@ -91,7 +89,7 @@ def time_step(scene, grains, polydisperse=None, motion=None):
     return TimeStep(dt, period, limit, resolved)
 
 
-def stiffest_of(scene, grains, polydisperse):
+def stiffest_of(table, grains):
     """(shortest period [s], highest damping rate [1/s]), see physics.stability.
 
     For polydisperse grains each cluster has grains of the smallest radius of a
@@ -101,56 +99,20 @@ def stiffest_of(scene, grains, polydisperse):
     """
     found = [
         stability.stiffest(mass, pair, wall, grains, strengths)
-        for mass, pair, wall, strengths in arrangements(scene, polydisperse)
+        for mass, pair, wall, strengths in table.clusters()
     ]
     return min(period for period, _ in found), max(rate for _, rate in found)
 
 
-def arrangements(scene, polydisperse):
-    """(mass [kg], ContactConstants of a pair, of a wall, strengths of the walls) of clusters.
-
-    The clusters are those of `stiffest_of`; a rigid sphere counts as a wall that grains touch.
-    """
-    scene = scaled(scene)
-    strengths = wall_strengths(scene.boundary)
-    found, kinds = [], size_ranges(scene, polydisperse)
-    for a, small, _ in kinds:
-        wall = constants.wall_constants(a, scene.interaction, small, scene.material)
-        mass = constants.sphere_mass(small, a.density)
-        for b, _, large in kinds:
-            pair = constants.mixed_constants(a, small, b, large, scene.interaction)
-            found.append((mass, pair, glued(wall, scene.boundary), strengths))
-            if scene.sphere is not None:
-                found.append((mass, pair, sphere_contact(scene, a, small), FLOOR))
-    return found
-
-
-def contact_extremes(scene, polydisperse):
-    """ContactConstants of two grains and of a grain and a wall, (list, list).
-
-    The ends of the radii of every two materials.
-    """
-    scene = scaled(scene)
-    ends = radius_ends(scene, polydisperse)
-    pairs = [
-        constants.mixed_constants(a, r1, b, r2, scene.interaction)
-        for a, r1 in ends
-        for b, r2 in ends
-    ]
-    walls = [constants.wall_constants(a, scene.interaction, r, scene.material) for a, r in ends]
-    return pairs, [glued(wall, scene.boundary) for wall in walls]
-
-
-def step_of_motion(scene, polydisperse, motion):
+def step_of_motion(table, motion):
     """Longest step [s] that resolves how fast bodies meet and turn; see physics.encounter."""
-    pairs, walls = contact_extremes(scene, polydisperse)
-    found = [encounter.step(c, motion.grains, motion.alone) for c in pairs]
-    if scene.boundary.walls:
-        found += [encounter.step(c, motion.walls, motion.alone) for c in walls]
-    if scene.sphere is not None:
-        on_sphere = sphere_contacts(scene, polydisperse)
-        found += [encounter.step(c, motion.sphere, motion.alone) for c in on_sphere]
-    return min(*found, encounter.TURN / motion.spin if motion.spin > 0.0 else inf)
+    alone = motion.alone
+    steps = [encounter.step(c, motion.grains, alone) for c in table.extreme_pairs]
+    if table.scene.boundary.walls:
+        steps += [encounter.step(c, motion.walls, alone) for c in table.extreme_walls]
+    if table.scene.sphere is not None:
+        steps += [encounter.step(c, motion.sphere, alone) for c in table.extreme_spheres]
+    return min(*steps, encounter.TURN / motion.spin if motion.spin > 0.0 else inf)
 
 
 @dataclass(frozen=True)

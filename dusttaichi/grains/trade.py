@@ -2,7 +2,7 @@
 
 from dusttaichi import samples
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import grain_properties
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.method.trade import (
     NUMERICAL,
@@ -242,7 +242,7 @@ def _half_step(scene):
 def own_step(scene):
     """Time step of a scene [s]."""
     sample = samples.pushed(scene, samples.make(scene))
-    return chosen_step(scene, sample, grain_properties(scene, sample)).dt
+    return chosen_step(ContactTable.for_sample(scene, sample), sample).dt
 
 
 def own_fraction(scene):

@@ -7,9 +7,9 @@ import numpy as np
 
 from dusttaichi.compute.processor import usable_cores
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import grain_properties
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.impacts import Impact, beyond_model, hardest_impact
-from dusttaichi.grains.time_step import chosen_step, contact_extremes
+from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.scene import quantities
 from dusttaichi.studies.collide import Collisions
 from dusttaichi.studies.requests import cores_of
@@ -90,14 +90,13 @@ def plan_of(scene):
     grains, impacts, refused = [], [], set()
     steps, seconds = 0, np.zeros(3)
     for sample_scene, sample in study.samples_at(speeds[-1]):
-        properties, each = grain_properties(sample_scene, sample), 0
-        pairs = contact_extremes(sample_scene, properties)[0]
-        impacts.append(hardest_impact(pairs, speeds[-1]))
+        table, each = ContactTable.for_sample(sample_scene, sample), 0
+        impacts.append(hardest_impact(table.extreme_pairs, speeds[-1]))
         grains.append(len(sample))
         for speed in speeds:
             slower = replace(sample, velocities=sample.velocities * (speed / speeds[-1]))
             try:
-                dt = chosen_step(sample_scene, slower, properties).dt
+                dt = chosen_step(table, slower).dt
             except DustError:
                 if speed <= impacts[-1].model_end:  # not for its speed
                     raise

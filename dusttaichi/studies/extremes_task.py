@@ -63,12 +63,12 @@ def _attempt(cell):
     if cell.fraction is not None:
         # a first build, with any step, for its contacts
         sim = build(scene, sample, step=TimeStep(1e-15, inf, inf))
-        period, stable = network.stable_step(sim, scene)
+        period, stable = network.stable_step(sim)
         step = TimeStep(cell.fraction * pi * stable, period, stable)
     sim = build(scene, sample, step=step)
     estimated = measured = nan
     if cell.limit:
-        estimated = network.stable_step(sim, scene)[1]
+        estimated = network.stable_step(sim)[1]
         measured = measured_limit(sim, estimated)
     moving = MovingGrains(scene, sample, sim)
     result = watched(moving, scene, cell.steps, lambda: grain_state(sim))

@@ -8,9 +8,9 @@ import numpy as np
 
 from dusttaichi import samples
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import glued, grain_properties
+from dusttaichi.grains.contact_table import ContactTable, glued
 from dusttaichi.grains.impacts import beyond_model, hardest_impact
-from dusttaichi.grains.time_step import chosen_step, contact_extremes
+from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.samples.materials import Materials
 from dusttaichi.scene import Scene, quantities
@@ -68,7 +68,7 @@ class Collision:
         self._file, (scene, self.start) = file, _apart(scene)
         self.sample, _, _ = moving_bodies(scene)
         self.closed = closed_form(scene, self.sample)
-        own = chosen_step(scene, self.sample, grain_properties(scene, self.sample)).dt
+        own = chosen_step(ContactTable.for_sample(scene, self.sample), self.sample).dt
         self.time = _stop_time(scene, own)
         if len(self.sample) <= 2:
             overlap = meeting(scene, self.sample).delta0
@@ -90,10 +90,9 @@ class Collision:
 
     def beyond(self, speeds):
         """Sentence about the `speeds` [m/s], ascending, beyond the contact model, or ""."""
-        properties = grain_properties(self.scene, self.sample)
-        pairs, walls = contact_extremes(self.scene, properties)
-        met = walls if self.scene.boundary.walls else pairs
-        return beyond_model(speeds, hardest_impact(met, speeds[-1]))
+        table = ContactTable.for_sample(self.scene, self.sample)
+        contacts = table.extreme_walls if self.scene.boundary.walls else table.extreme_pairs
+        return beyond_model(speeds, hardest_impact(contacts, speeds[-1]))
 
     def request(self, speed, looks=LOOKS):
         """The Request of the outcome at a relative speed of the bodies [m/s]."""

@@ -8,8 +8,8 @@ from dusttaichi import samples
 from dusttaichi.domain.clock import NEVER, Clock
 from dusttaichi.domain.domain import Domain
 from dusttaichi.errors import DustError
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.environment import environment
-from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.grains.measure import energies
 from dusttaichi.scene import from_yaml, quantities
 from dusttaichi.scene.boundary import own_drive
@@ -29,7 +29,7 @@ def domain(boundary, cells="4, 5, 3"):
     """The domain of that room at the start of its drive, and its scene."""
     text = TEXT.replace("4, 5, 3", cells).replace("BOUNDARY", boundary)
     scene = from_yaml(text)
-    room = environment(scene, samples.make(scene), None, contact_constants(scene))
+    room = environment(ContactTable(scene), samples.make(scene))
     made = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(own_drive(scene.boundary), 0)
     return made, scene
 

@@ -12,8 +12,8 @@ from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVERY
 from dusttaichi.errors import DustError, GuardStop
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
-from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import energies, grain_state
 from dusttaichi.method import State, of
@@ -23,7 +23,8 @@ from dusttaichi.samples import make
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.boundary import Drive
 
-PAIR, WALL = contact_constants(make_scene(damping="viscoelastic"))
+TABLE = ContactTable(make_scene(damping="viscoelastic"))
+PAIR, WALL = TABLE.farthest_pair, TABLE.farthest_wall
 REST = 2 * RADIUS - PAIR.delta0
 SIDE = 2.4e-6  # of the box of one grain [m]
 

@@ -8,7 +8,7 @@ from scenes import FAR, Probe, box, grain, make_scene, masses_of, polydisperse, 
 from dusttaichi import analysis, samples
 from dusttaichi.errors import DustError
 from dusttaichi.grains import record
-from dusttaichi.grains.grain_contacts import grain_properties
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.measure import energies
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics import geometry
@@ -113,11 +113,11 @@ def test_time_step_is_that_of_the_small_grains():
     of its period (R doubles at most: springs grow by 2^(2/3))."""
     scene = two_materials(dt="0.1 ps")
     mixture = polydisperse(np.arange(39).reshape(13, 3) * 1e-4, [0.1e-6] * 9 + [10e-6] * 4)
-    period = time_step(scene, 13, grain_properties(scene, mixture)).period
+    period = time_step(ContactTable.for_sample(scene, mixture), 13).period
     like = Scene.from_dict(
         {**scene._given, "material": {"base": "silicate_s12", "radius": "0.1 um"}}
     )
-    alone = time_step(like, 13).period
+    alone = time_step(ContactTable(like), 13).period
     assert 0.75 * alone < period < alone
 
 

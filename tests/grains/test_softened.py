@@ -6,7 +6,8 @@ import xarray as xr
 from scenes import CONFIGS, FAR, Probe, box, make_scene, polydisperse, sample_of, two_materials
 
 from dusttaichi.errors import DustError
-from dusttaichi.grains.grain_contacts import contact_constants, scaled
+from dusttaichi.grains.contact_table import ContactTable
+from dusttaichi.grains.grain_properties import scaled
 from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
 from dusttaichi.grains.preview import preview
@@ -17,6 +18,11 @@ from dusttaichi.running import execute
 from dusttaichi.scene import from_yaml, load
 
 S = 0.03
+
+
+def pair_and_wall(scene):
+    table = ContactTable(scene)
+    return table.farthest_pair, table.farthest_wall
 
 
 def softer(scene, scale=S):
@@ -38,9 +44,7 @@ def test_dust_check_warns_of_impacts_that_break_contacts(speed, warns):
 def test_what_a_softened_contact_keeps(damping, scale):
     """Powers of s by hand; all are products of a few roots: 1e-12 is rounding."""
     scene = make_scene(damping=damping, modifiers={"rolling": 8.0, "sliding": 2.5})
-    for own, soft in zip(
-        contact_constants(scene), contact_constants(softer(scene, scale)), strict=True
-    ):
+    for own, soft in zip(pair_and_wall(scene), pair_and_wall(softer(scene, scale)), strict=True):
 
         def ratio(number, own=own, soft=soft):
             return number(soft) / number(own)
@@ -70,7 +74,7 @@ def test_what_a_softened_contact_keeps(damping, scale):
 def test_periods_grow_with_the_root_of_the_normal_stiffness():
     """Where rolling and twisting, whose springs stay, are left out."""
     scene = make_scene(effects=("sliding",), boundary=box(wall_speed=0.01), dt="auto")
-    periods = [time_step(softer(scene, scale), 100).period for scale in (1.0, S)]
+    periods = [time_step(ContactTable(softer(scene, scale)), 100).period for scale in (1.0, S)]
     assert periods[1] / periods[0] == pytest.approx(S ** (-1 / 3), rel=1e-9)
 
 
@@ -110,7 +114,7 @@ def test_grains_at_rest_stay_and_pull_as_hard():
     """At the distance of hard grains at rest nothing pulls; at first touch JKR pulls with 8/9 of
     the pull-off force 3 pi gamma R (s^3 = 2/3), whatever the stiffness."""
     scene = softer(make_scene(boundary=FAR))
-    pair = contact_constants(scene)[0]
+    pair = ContactTable(scene).farthest_pair
     rest = 2 * pair.r - pair.rest_overlap
 
     def force(gap):

@@ -6,7 +6,7 @@ from scenes import FAR, RADIUS, Probe, make_scene, sample_of
 
 from dusttaichi import samples
 from dusttaichi.errors import DustError, GuardStop
-from dusttaichi.grains.grain_contacts import contact_constants
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics import encounter
 from dusttaichi.running import execute
@@ -26,7 +26,7 @@ stop: {{steps: 200}}
 
 def step_of(speed):
     scene = from_yaml(PAIR.format(speed=speed, step="auto"))
-    return scene, chosen_step(scene, pushed(scene, samples.make(scene)))
+    return scene, chosen_step(ContactTable(scene), pushed(scene, samples.make(scene)))
 
 
 @pytest.mark.parametrize("step", ("0.3 ns", "auto"))
@@ -42,7 +42,7 @@ def test_grains_that_would_swallow_each_other_are_refused(tmp_path, speed, step)
 
 def test_the_end_of_the_model_is_where_the_overlap_is_a_tenth():
     scene, step = step_of("50 m/s")
-    pair, _ = contact_constants(scene)
+    pair = ContactTable(scene).farthest_pair
     end = step.impact.model_end
     # both are closed forms of one potential; the tolerance is that of the root
     assert encounter.overlap(pair, end) == pytest.approx(0.1 * RADIUS, rel=1e-6)
@@ -52,7 +52,7 @@ def test_the_end_of_the_model_is_where_the_overlap_is_a_tenth():
 def test_a_hard_impact_is_told():
     """Energy goes with the square of the speed: ten times that of pull-off at 3.16 v_s."""
     scene, _ = step_of("1 m/s")
-    speed = encounter.breaking_speed(contact_constants(scene)[0])
+    speed = encounter.breaking_speed(ContactTable(scene).farthest_pair)
     assert not step_of(f"{3.1 * speed} m/s")[1].impact.remarks()
     (told,) = step_of(f"{3.2 * speed} m/s")[1].impact.remarks()
     assert "10.2 times the energy that breaks a contact" in told

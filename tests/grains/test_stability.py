@@ -7,7 +7,8 @@ from scenes import CONFIGS, FAR, RADIUS, Probe, box, make_scene, sample_of, two_
 from dusttaichi.errors import DustError
 from dusttaichi.grains import network
 from dusttaichi.grains.build import build
-from dusttaichi.grains.grain_contacts import grain_properties
+from dusttaichi.grains.contact_table import ContactTable
+from dusttaichi.grains.grain_properties import grain_properties
 from dusttaichi.grains.measure import energies
 from dusttaichi.grains.preview import preview
 from dusttaichi.grains.time_step import fastest, short_loads, step_of_motion, time_step
@@ -21,6 +22,10 @@ from dusttaichi.studies.extremes_task import measured_limit
 D = 2 * RADIUS - 0.16627e-9
 
 
+def step_of(scene, grains, motion=None):
+    return time_step(ContactTable(scene), grains, motion)
+
+
 def cluster(n):
     return stability.close_packed(n) * D
 
@@ -30,7 +35,7 @@ def growth(n, factor):
 
     The amplitude is so small that no spring comes near its limit: the motion is linear.
     """
-    limit = time_step(make_scene(dt="0.01 ns"), n).limit
+    limit = step_of(make_scene(dt="0.01 ns"), n).limit
     rng = np.random.default_rng(41)
     w = 1e-6 * rng.normal(size=(n, 3))
     probe = Probe(make_scene(dt="0.01 ns", boundary=FAR), sample_of(cluster(n), None, w))
@@ -55,15 +60,15 @@ def test_unstable_step_is_refused():
 
 def test_auto_is_a_fraction_of_the_stiffest_period():
     scene = make_scene(dt="auto", numerics={"step_fraction": 0.1})
-    assert time_step(scene, 2).dt == pytest.approx(0.1 * 4.6813e-9, rel=1e-4)
-    assert time_step(scene, 13).dt < time_step(scene, 3).dt < time_step(scene, 2).dt
+    assert step_of(scene, 2).dt == pytest.approx(0.1 * 4.6813e-9, rel=1e-4)
+    assert step_of(scene, 13).dt < step_of(scene, 3).dt < step_of(scene, 2).dt
 
 
 def test_walls_count():
     """One grain on a wall: sliding and turning, w^2 = (1 + 5/2) k_s/m with the wall's k_s, which is
     2^(2/3) times that of a pair (a0 ~ R^(2/3)); at least that stiff is what auto must assume."""
     scene = make_scene(dt="auto", boundary=box("bottom"))
-    period = time_step(scene, 1).period
+    period = step_of(scene, 1).period
     assert period <= 12.39e-9 / np.sqrt(3.5 * 2 ** (2 / 3)) * 1.001
 
 
@@ -109,8 +114,8 @@ def test_contacts_as_they_are_give_the_period_of_the_cluster():
     that differ by rounding only)."""
     scene = make_scene(dt="auto", boundary=FAR)
     sim = build(scene, sample_of(cluster(13)))
-    period, limit = network.stable_step(sim, scene)
-    assert period == pytest.approx(time_step(make_scene(dt="auto"), 13).period, rel=1e-4)
+    period, limit = network.stable_step(sim)
+    assert period == pytest.approx(step_of(make_scene(dt="auto"), 13).period, rel=1e-4)
     assert limit == pytest.approx(period / np.pi, rel=1e-4)
 
 
@@ -118,9 +123,9 @@ def test_sparse_and_dense_eigenvalues_agree(monkeypatch):
     """eigsh is asked for 1e-4."""
     scene = make_scene(dt="auto", boundary=FAR)
     sim = build(scene, sample_of(cluster(13)))
-    dense = network.stable_step(sim, scene)[0]
+    dense = network.stable_step(sim)[0]
     monkeypatch.setattr(springs, "DENSE", 10)
-    assert network.stable_step(sim, scene)[0] == pytest.approx(dense, rel=1e-4)
+    assert network.stable_step(sim)[0] == pytest.approx(dense, rel=1e-4)
 
 
 def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
@@ -135,7 +140,7 @@ def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
     x = np.array([[0, 0, height], [0, 0, height + apart[0]], [apart[1], 0, height]])
     still = np.zeros((3, 3))
     sim = build(scene, Sample(x, still, still.copy(), radii=r))
-    estimate = network.stable_step(sim, scene)[1]
+    estimate = network.stable_step(sim)[1]
     assert measured_limit(sim, estimate) == pytest.approx(estimate, rel=0.05)
 
 
@@ -145,7 +150,7 @@ def test_limit_of_strong_damping_is_the_measured_one(time):
     damping = {"model": "viscoelastic", "time": time}
     scene = make_scene(dt="0.01 ns", boundary=FAR, damping=damping)
     sim = build(scene, sample_of(cluster(3)))
-    estimate = network.stable_step(sim, scene)[1]
+    estimate = network.stable_step(sim)[1]
     assert measured_limit(sim, estimate) == pytest.approx(estimate, rel=0.02)
     found = stability.damped_limit(
         constants.grain_mass(scene.material),
@@ -191,26 +196,28 @@ def test_slow_bodies_keep_the_step_of_the_stiffest_period():
     motion = fastest(scene, sample, RADIUS)
     assert not motion.alone
     assert motion.grains == pytest.approx(0.1)
-    assert time_step(scene, 13, None, motion).dt == time_step(scene, 13).dt
+    assert step_of(scene, 13, motion).dt == step_of(scene, 13).dt
     fast = scene.with_value("boundary.wall_speed", "30 m/s")
-    assert time_step(fast, 13, None, fastest(fast, sample, RADIUS)).dt < 0.5 * motion_free(fast)
+    assert step_of(fast, 13, fastest(fast, sample, RADIUS)).dt < 0.5 * motion_free(fast)
 
 
 def motion_free(scene):
-    return time_step(scene, 13).dt
+    return step_of(scene, 13).dt
 
 
 def test_spins_and_unlike_grains_are_resolved():
     scene = make_scene(dt="auto")
     sample = sample_of(cluster(2), None, [[0, 0, 1e9], [0, 0, 0]])
-    assert time_step(scene, 2, None, fastest(scene, sample, RADIUS)).dt * 1e9 <= encounter.TURN
+    assert step_of(scene, 2, fastest(scene, sample, RADIUS)).dt * 1e9 <= encounter.TURN
     mixture = Sample(
         sample.positions, sample.velocities, sample.spins * 0, radii=np.array([0.1, 1.0]) * RADIUS
     )
     bodies = grain_properties(scene, mixture)
     motion = fastest(scene, mixture, mixture.radii)
-    own = step_of_motion(scene, None, motion)
-    assert step_of_motion(scene, bodies, motion) < 0.2 * own  # the small grain's contacts ring so
+    own = step_of_motion(ContactTable(scene), motion)
+    assert (
+        step_of_motion(ContactTable(scene, bodies), motion) < 0.2 * own
+    )  # the small grain's contacts ring so
 
 
 def test_a_draft_has_too_few_steps_for_a_load_of_the_same_time():

@@ -22,8 +22,8 @@ from scenes import (
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
+from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
-from dusttaichi.grains.grain_contacts import contact_constants
 from dusttaichi.grains.measure import energies, measurement
 from dusttaichi.grains.preview import _contact
 from dusttaichi.grains.time_step import time_step
@@ -55,8 +55,8 @@ def test_unscaled_sliding_is_that_of_contacts_that_are_not_softened():
     with extensions_forgotten():
         scene = load(EXAMPLES / "unscaled_sliding.yaml")
         soft = scene.with_value("numerics.stiffness_scaling", 0.1)
-        own, same = contact_constants(scene)[0], contact_constants(soft)[0]
-        linear = contact_constants(soft.with_value("interaction.sliding.law", "linear"))[0]
+        own, same = ContactTable(scene).farthest_pair, ContactTable(soft).farthest_pair
+        linear = ContactTable(soft.with_value("interaction.sliding.law", "linear")).farthest_pair
         for name, factor in (("k_s", 0.1 ** (2 / 3)), ("zeta_crit", 0.1 ** (-2 / 3))):
             # to rounding
             assert same.numbers[name] == pytest.approx(own.numbers[name], rel=1e-12)
@@ -186,8 +186,8 @@ def test_the_automatic_step_knows_stiff_necks():
     """Shorter by about the root of the stiffnesses' ratio: twelve along the normal alone."""
     with example("sintered_neck.py"):
         material = {"base": "silicate_s12", "properties": {"neck_strength": "1 GPa"}}
-        bare = time_step(scene_of(material=material, dt="auto"), 2)
-        stiff = time_step(scene_of(NECK, material=material, dt="auto"), 2)
+        bare = time_step(ContactTable(scene_of(material=material, dt="auto")), 2)
+        stiff = time_step(ContactTable(scene_of(NECK, material=material, dt="auto")), 2)
         assert 2.0 < bare.period / stiff.period < 8.0
 
 

@@ -1,0 +1,165 @@
+"""Constants of every contact that the grains of a scene can have, each computed once, in SI."""
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from dusttaichi.domain.walls import wall_strengths
+from dusttaichi.grains.grain_properties import grain_properties, scaled
+from dusttaichi.physics.contact import constants
+from dusttaichi.scene.sphere import SMOOTH
+
+FLOOR = (None, None, None, None, 1.0, None)  # strengths of a wall below alone
+
+
+def glued(wall, boundary):
+    """Constants of a wall contact [SI] with the normal force of glued plates."""
+    return replace(wall, glue=boundary.glue if boundary.kind == "plates" else 1.0)
+
+
+def surface_of(scene):
+    """(Material with the sphere's density, factor on the surface energy), None without a sphere."""
+    if scene.sphere is None:
+        return None
+    material = scene.sphere.surface(scene.all_materials, scene.material_names)
+    return material, scene.sphere.adhesion or SMOOTH
+
+
+class ContactTable:
+    """ContactConstants of the grains of a scene with each other, with walls and with the sphere.
+
+    Grains are given as (number of the material, radius [m]).
+
+    scene: as it is computed (grain_properties.scaled). properties: GrainProperties, None of equal
+    grains.
+    """
+
+    def __init__(self, scene, properties=None):
+        self.scene, self.properties = scaled(scene), properties
+        self._computed = {}
+
+    @classmethod
+    def for_sample(cls, scene, sample):
+        """The table of a scene with the grains of a Sample."""
+        return cls(scene, grain_properties(scene, sample))
+
+    # -- single contacts -------------------------------------------------------------------------
+
+    def pair(self, first, second):
+        """ContactConstants of two grains."""
+        return self._once(("pair", first, second), self._make_pair)
+
+    def wall(self, grain):
+        """ContactConstants of a grain and a wall, which is of the scene's material."""
+        return self._once(("wall", grain), self._make_wall)
+
+    def sphere(self, grain):
+        """ContactConstants of a grain and the rigid sphere of the scene."""
+        return self._once(("sphere", grain), self._make_sphere)
+
+    def _once(self, key, make):
+        if key not in self._computed:
+            self._computed[key] = make(*key[1:])
+        return self._computed[key]
+
+    def _make_pair(self, first, second):
+        (a, r1), (b, r2) = first, second
+        materials = self.scene.all_materials
+        return constants.mixed_constants(materials[a], r1, materials[b], r2, self.scene.interaction)
+
+    def _make_wall(self, grain):
+        number, radius = grain
+        scene = self.scene
+        material = scene.all_materials[number]
+        wall = constants.wall_constants(material, scene.interaction, radius, scene.material)
+        return glued(wall, scene.boundary)
+
+    def _make_sphere(self, grain):
+        number, radius = grain
+        scene, (surface, adhesion) = self.scene, surface_of(self.scene)
+        contact = constants.mixed_constants(
+            scene.all_materials[number], radius, surface, scene.sphere.radius, scene.interaction
+        )
+        return replace(contact, gamma=adhesion * contact.gamma)
+
+    # -- extremes --------------------------------------------------------------------------------
+
+    @cached_property
+    def size_ranges(self):
+        """(number of the material, smallest, largest radius [m]) of the materials of the grains."""
+        if self.properties is None:
+            radius = self.scene.material.radius
+            return [(0, radius, radius)]
+        ranges = []
+        for number in np.unique(self.properties.material).tolist():
+            radii = self.properties.radius[self.properties.material == number]
+            ranges.append((number, float(radii.min()), float(radii.max())))
+        return ranges
+
+    @cached_property
+    def extreme_grains(self):
+        """The smallest and the largest grain of each material."""
+        return [(number, r) for number, *radii in self.size_ranges for r in sorted(set(radii))]
+
+    @property
+    def extreme_pairs(self):
+        """ContactConstants of every two of the extreme grains."""
+        return [self.pair(a, b) for a in self.extreme_grains for b in self.extreme_grains]
+
+    @property
+    def extreme_walls(self):
+        """ContactConstants of the extreme grains and a wall."""
+        return [self.wall(grain) for grain in self.extreme_grains]
+
+    @property
+    def extreme_spheres(self):
+        """ContactConstants of the extreme grains and the sphere."""
+        return [self.sphere(grain) for grain in self.extreme_grains]
+
+    @cached_property
+    def farthest_pair(self):
+        """ContactConstants of the two grains that hold on farthest."""
+        largest = [(number, radius) for number, _, radius in self.size_ranges]
+        return max((self.pair(a, b) for a in largest for b in largest), key=lambda c: c.delta0)
+
+    @cached_property
+    def farthest_wall(self):
+        """ContactConstants of the grain and a wall that hold on farthest."""
+        largest = [(number, radius) for number, _, radius in self.size_ranges]
+        return max((self.wall(grain) for grain in largest), key=lambda c: c.delta0)
+
+    @cached_property
+    def farthest_sphere(self):
+        """ContactConstants of the grain and the sphere that hold on farthest; None without one."""
+        if self.scene.sphere is None:
+            return None
+        return max(self.extreme_spheres, key=lambda c: c.delta0)
+
+    # -- all grains ------------------------------------------------------------------------------
+
+    def wall_overlaps(self):
+        """Overlap of each grain in equilibrium with a wall [m], (N,), or of equal grains."""
+        if self.properties is None:
+            return self.farthest_wall.rest_overlap
+        numbers, radii = self.properties.material.tolist(), self.properties.radius.tolist()
+        grains = list(zip(numbers, radii, strict=True))
+        # constants of as many contacts as grains would take much memory
+        overlaps = {grain: self._make_wall(grain).rest_overlap for grain in set(grains)}
+        return np.array([overlaps[grain] for grain in grains])
+
+    def clusters(self):
+        """(mass [kg], ContactConstants of a pair, of a wall, strengths of the walls) of clusters.
+
+        In each all grains are the smallest of a material, with the springs of its contact with the
+        largest of a material; a rigid sphere counts as a wall that grains touch.
+        """
+        strengths, clusters = wall_strengths(self.scene.boundary), []
+        for a, small, _ in self.size_ranges:
+            mass = constants.sphere_mass(small, self.scene.all_materials[a].density)
+            for b, _, large in self.size_ranges:
+                pair = self.pair((a, small), (b, large))
+                clusters.append((mass, pair, self.wall((a, small)), strengths))
+                if self.scene.sphere is not None:
+                    clusters.append((mass, pair, self.sphere((a, small)), FLOOR))
+        return clusters
