@@ -252,11 +252,11 @@ class Run(Kind, AbstractContextManager):
         DustError
             There are no snapshots.
         """
-        return importlib.import_module(SHOWN_BY).particle_view(self)
+        return importlib.import_module(SHOWN_BY).view_particles(self)
 
     def _repr_html_(self):
         """HTML for a notebook: status, numbers and main figure of the run."""
-        return importlib.import_module(SHOWN_BY).run_html(self)
+        return importlib.import_module(SHOWN_BY).render_run(self)
 
     def close(self):
         """Close the file. `series` and `profiles` stay usable."""

@@ -35,14 +35,14 @@ def report(
         if len(runs) == 1 and analysis.is_ensemble(runs[0]):
             dataset_and_file = analysis.open_ensemble(runs[0])
             options.remark_missing([dataset_and_file[0].attrs])
-            data = page.ensemble_data(*dataset_and_file)
+            data = page.collect_ensemble_data(*dataset_and_file)
         elif len(runs) == 1 and analysis.is_collisions(runs[0]):
             collisions = analysis.open_collisions(runs[0])[0]
             options.remark_missing([collisions.attrs])
-            data = page.collisions_data(collisions)
+            data = page.collect_collisions_data(collisions)
         else:
             with options.open_runs(runs) as results:
-                data = page.report_data(results)
+                data = page.collect_report_data(results)
         say_written([page.write(data, path)])
     say(f"{path.stat().st_size / 1e6:.1f} MB; opens in any browser, without a network")
 
@@ -59,11 +59,11 @@ def watch(
 
     On this machine, updated as the run continues.
     """
-    from dusttaichi.report.watch import result_of, serve
+    from dusttaichi.report.watch import find_result_file, serve
 
     options.import_files(extension)
-    if not result_of(run).exists():
-        remark(f"there is no result at {result_of(run)} yet; the report waits for it")
+    if not find_result_file(run).exists():
+        remark(f"there is no result at {find_result_file(run)} yet; the report waits for it")
     stop = None
     if until_input_ends:
         stop = threading.Event()

@@ -36,7 +36,7 @@ def export(run, to, output=None, snapshot="all"):
         The format or the snapshot does not exist, the library of the format is not installed, or
         the files cannot be written.
     """
-    write = _writer(run, to)
+    write = _get_writer(run, to)
     numbers = range(frame_count(run)) if snapshot == "all" else [snapshot]
     frames = (run.method.read(run, number) for number in numbers)
     folder = Path(output) if output is not None else run.path.parent / to
@@ -44,17 +44,19 @@ def export(run, to, output=None, snapshot="all"):
         folder.mkdir(parents=True, exist_ok=True)
         return write(run, frames, folder)
     except OSError as error:
-        why = explain(error, folder / to)
-        raise DustError(f"Cannot write to {folder}: {why}.") from error
+        problem = explain(error, folder / to)
+        raise DustError(f"Cannot write to {folder}: {problem}.") from error
 
 
-def _writer(run, to):
-    how = run.method
-    if to not in how.exports:
-        allowed = ", ".join(how.exports) or "none"
-        raise DustError(f'A run of method: {how.name} has no format "{to}"; allowed: {allowed}.')
+def _get_writer(run, to):
+    run_method = run.method
+    if to not in run_method.exports:
+        allowed = ", ".join(run_method.exports) or "none"
+        raise DustError(
+            f'A run of method: {run_method.name} has no format "{to}"; allowed: {allowed}.'
+        )
     try:
-        return how.writer(to)
+        return run_method.writer(to)
     except ModuleNotFoundError as error:
         library = _NEEDS.get(to)
         if error.name != library:

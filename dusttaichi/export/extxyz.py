@@ -27,22 +27,22 @@ def write(run, frames, folder):
     masses = grain_masses(run)
     images = []
     for frame in frames:
-        image = atoms(frame, masses)
-        image.set_array("color", np.round(_colours(run, frame), 3))  # for OVITO
+        image = make_atoms(frame, masses)
+        image.set_array("color", np.round(_compute_colours(run, frame), 3))  # for OVITO
         images.append(image)
     ase_write(check(folder / FILE, UNITS), images, format="extxyz")
     return [folder / FILE]
 
 
-def atoms(frame, masses):
-    """A Frame as ase.Atoms; the masses of its grains [kg], (N,)."""
+def make_atoms(frame, masses):
+    """Make ase.Atoms of a Frame; the masses of its grains [kg], (N,)."""
     bounded = np.isfinite(frame.edges)
     shift = np.array([0.5 * frame.tilt, 0.0, 0.0])  # a cell is sheared about its centre
     image = Atoms(
         numbers=np.zeros(len(masses), dtype=int),  # "X": no chemical element
         positions=frame.position / ANGSTROM,
         masses=masses / DALTON,
-        cell=_cell(frame, bounded) / ANGSTROM,
+        cell=_compute_cell(frame, bounded) / ANGSTROM,
         pbc=frame.periodic,
         info={
             "Origin": (np.where(bounded, frame.cell[:, 0], 0.0) - shift) / ANGSTROM,
@@ -68,7 +68,7 @@ def atoms(frame, masses):
     return image
 
 
-def _colours(run, frame):
+def _compute_colours(run, frame):
     """Colours of the grains of a Frame, (N, 3) of 0 to 1.
 
     By body for a collision, else by coordination number, or height without contacts.
@@ -78,7 +78,7 @@ def _colours(run, frame):
     return np.asarray(colour_grains(frame, appearance, None).colours)
 
 
-def _cell(frame, bounded):
+def _compute_cell(frame, bounded):
     """Vectors of the cell [m], (3, 3), with the tilt of a sheared cell."""
     vectors = np.diag(np.where(bounded, frame.edges, 0.0))
     vectors[2, 0] = frame.tilt

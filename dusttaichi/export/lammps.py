@@ -36,64 +36,68 @@ def write(run, frames, folder):
             return files[name]
 
         for frame in frames:
-            bounds, forces = _bounds(frame), frame.forces
-            header = _header(frame, bounds, "ATOMS")
-            rows, more = _with(_grains(frame, masses), None if forces is None else forces[0])
-            _item(file(GRAINS), header, GRAIN_COLUMNS + TOTAL * more, rows)
-            header = _header(frame, bounds, "ENTRIES")
+            bounds, forces = _format_bounds(frame), frame.forces
+            header = _format_header(frame, bounds, "ATOMS")
+            rows, has_forces = _append_forces(
+                _tabulate_grains(frame, masses), None if forces is None else forces[0]
+            )
+            _write_item(file(GRAINS), header, GRAIN_COLUMNS + TOTAL * has_forces, rows)
+            header = _format_header(frame, bounds, "ENTRIES")
             if frame.contacts is not None:
-                pushes = None if forces is None else _forces(frame.contacts, forces[1])
-                rows, more = _with(_rows(frame.contacts, frame.pairs + 1), pushes)
-                _item(file(CONTACTS), header, CONTACT_COLUMNS + OF_EACH * more, rows)
+                pushes = None if forces is None else _collect_forces(frame.contacts, forces[1])
+                rows, has_forces = _append_forces(
+                    _tabulate_contacts(frame.contacts, frame.pairs + 1), pushes
+                )
+                _write_item(file(CONTACTS), header, CONTACT_COLUMNS + OF_EACH * has_forces, rows)
             if frame.wall_contacts is not None:
-                pushes = None if forces is None else _forces(frame.wall_contacts, forces[2])
-                own = frame.wall_contacts
-                ends = np.column_stack([own.grain.values + 1, own.wall.values])
-                rows, more = _with(_rows(own, ends), pushes)
-                _item(file(WALL_CONTACTS), header, WALL_COLUMNS + OF_EACH * more, rows)
+                pushes = None if forces is None else _collect_forces(frame.wall_contacts, forces[2])
+                wall_contacts = frame.wall_contacts
+                ends = np.column_stack([wall_contacts.grain.values + 1, wall_contacts.wall.values])
+                rows, has_forces = _append_forces(_tabulate_contacts(wall_contacts, ends), pushes)
+                _write_item(file(WALL_CONTACTS), header, WALL_COLUMNS + OF_EACH * has_forces, rows)
     return [folder / name for name in files]
 
 
-def _with(rows, forces):
+def _append_forces(rows, forces):
     """(rows with forces [N] as further columns [nN], True); or (rows, False) without any."""
     if forces is None:
         return rows, False
     return np.column_stack([rows, forces / FORCE]), True
 
 
-def _forces(contacts, parts):
-    return np.column_stack([parts["normal_force"], contacts.force.values.astype(float)])
+def _collect_forces(contacts, force_components):
+    return np.column_stack([force_components["normal_force"], contacts.force.values.astype(float)])
 
 
-def _header(frame, bounds, kind):
+def _format_header(frame, bounds, entry_name):
     """Header of LAMMPS with `dump_modify units yes time yes`; {} for the number of rows."""
     return (
         f"{UNITS}\nITEM: TIME\n{frame.time / TIME:.16g}\nITEM: TIMESTEP\n{frame.step}\n"
-        f"ITEM: NUMBER OF {kind}\n{{}}\n{bounds}ITEM: {kind} "
+        f"ITEM: NUMBER OF {entry_name}\n{{}}\n{bounds}ITEM: {entry_name} "
     )
 
 
-def _item(file, header, columns, rows):
-    """One snapshot: its header and its rows."""
+def _write_item(file, header, columns, rows):
+    """Write a snapshot: its header and its rows."""
     file.write(f"{header.format(len(rows))}{columns}\n")
-    whole = {"id", "type", "index", "batom1", "batom2", "wall"}
-    formats = ["%d" if name in whole else "%.16g" for name in columns.split()]
+    integer_columns = {"id", "type", "index", "batom1", "batom2", "wall"}
+    formats = ["%d" if name in integer_columns else "%.16g" for name in columns.split()]
     np.savetxt(file, rows, fmt=" ".join(formats))
 
 
-def _bounds(frame):
+def _format_bounds(frame):
     """BOX BOUNDS: of a cell that is sheared about its centre those of all its corners."""
-    ends, kinds = box_ends(frame), boundary_styles(frame)
+    ends, styles = find_box_ends(frame), choose_boundary_styles(frame)
     ends[0] += 0.5 * abs(frame.tilt) * np.array([-1.0, 1.0])
     lines = [f"{low:.16g} {high:.16g}\n" for low, high in ends / LENGTH]
     if frame.tilt:
         tilts = ("0", f"{frame.tilt / LENGTH:.16g}", "0")
         lines = [f"{line[:-1]} {tilt}\n" for line, tilt in zip(lines, tilts, strict=True)]
-        kinds = ["xy xz yz", *kinds]
-    return f"ITEM: BOX BOUNDS {' '.join(kinds)}\n" + "".join(lines)
+        styles = ["xy xz yz", *styles]
+    return f"ITEM: BOX BOUNDS {' '.join(styles)}\n" + "".join(lines)
 
 
-def box_ends(frame):
+def find_box_ends(frame):
     """Lower and upper end of the box along each axis [m], (3, 2).
 
     Walls and faces of the cell, or the outermost surface of a grain.
@@ -103,7 +107,7 @@ def box_ends(frame):
     return np.where(np.isnan(frame.cell), np.stack([low, high], axis=1), frame.cell)
 
 
-def boundary_styles(frame):
+def choose_boundary_styles(frame):
     """Boundary style of LAMMPS along each axis: p periodic, f a wall, s open."""
     walls = np.where(np.isnan(frame.cell), "s", "f")
     return [
@@ -112,13 +116,13 @@ def boundary_styles(frame):
     ]
 
 
-def _grains(frame, masses):
-    ids, kind = np.arange(1, len(masses) + 1), frame.material + 1
+def _tabulate_grains(frame, masses):
+    ids, atom_type = np.arange(1, len(masses) + 1), frame.material + 1
     state = frame.position / LENGTH, frame.velocity / SPEED, frame.radius / LENGTH
-    return np.column_stack([ids, kind, *state, masses, frame.spin / SPIN])
+    return np.column_stack([ids, atom_type, *state, masses, frame.spin / SPIN])
 
 
-def _rows(contacts, ends):
+def _tabulate_contacts(contacts, ends):
     numbers, overlap = np.arange(1, len(ends) + 1), contacts.overlap.values / LENGTH
     twist, approach = contacts.twist.values, contacts.approach.values / SPEED
     return np.column_stack([numbers, ends, overlap, twist, approach])

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi.analysis.frame import grain_masses
-from dusttaichi.export.lammps import boundary_styles, box_ends
+from dusttaichi.export.lammps import choose_boundary_styles, find_box_ends
 from dusttaichi.results.outputs import check
 from dusttaichi.samples.formats.lammps import lammps_program, run_lammps
 from dusttaichi.units import LENGTH, MASS, SPEED, SPIN, TIME
@@ -25,23 +25,24 @@ def write(run, frames, folder):
     """Write the frames to `folder`. Returns the paths."""
     masses = grain_masses(run) / MASS
     return [
-        write_one(frame, masses, folder / f"grains_{frame.number:04d}.data") for frame in frames
+        write_data_file(frame, masses, folder / f"grains_{frame.number:04d}.data")
+        for frame in frames
     ]
 
 
-def write_one(frame, masses, path):
+def write_data_file(frame, masses, path):
     """Write a Frame, the masses of its grains [pg] (N,), to `path`; returns it."""
     radius, count = frame.radius / LENGTH, len(masses)
     ids = np.arange(1, count + 1)
-    kind = frame.material + 1
+    atom_type = frame.material + 1
     density = masses / (4.0 / 3.0 * np.pi * radius**3)
-    atoms = np.column_stack([ids, kind, 2.0 * radius, density, frame.position / LENGTH])
+    atoms = np.column_stack([ids, atom_type, 2.0 * radius, density, frame.position / LENGTH])
     moves = np.column_stack([ids, frame.velocity / SPEED, frame.spin / SPIN])
-    ends = box_ends(frame)
+    ends = find_box_ends(frame)
     ends[0] -= 0.5 * frame.tilt  # lower corner of a cell that is sheared about its centre
     with check(path, MARK).open("w", encoding="ascii") as file:
         file.write(f"LAMMPS data file, {MARK}, time {frame.time / TIME:.12g} us\n\n")
-        file.write(f"{count} atoms\n{int(kind.max())} atom types\n\n")
+        file.write(f"{count} atoms\n{int(atom_type.max())} atom types\n\n")
         for axis, (low, high) in zip("xyz", ends / LENGTH, strict=True):
             file.write(f"{low:.16g} {high:.16g} {axis}lo {axis}hi\n")
         if frame.tilt:
@@ -71,8 +72,8 @@ def write_restart(run, frames, folder):
         paths.append(check(folder / f"grains_{frame.number:04d}.restart", RESTART))
         with tempfile.TemporaryDirectory() as scratch:
             folder_of_run = Path(scratch)
-            write_one(frame, masses, folder_of_run / "grains.data")
-            styles = " ".join(boundary_styles(frame))
+            write_data_file(frame, masses, folder_of_run / "grains.data")
+            styles = " ".join(choose_boundary_styles(frame))
             (folder_of_run / "in").write_text(SCRIPT.format(boundary=styles), encoding="ascii")
             run_lammps(folder_of_run, "-in", "in")
             shutil.move(folder_of_run / "grains.restart", paths[-1])

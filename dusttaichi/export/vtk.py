@@ -64,41 +64,41 @@ _COMMENT = f"{MARK}\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.it
 def write(run, frames, folder):
     """Write the frames to `folder`. Returns the paths, that of the collection first."""
     masses, frames = grain_masses(run), list(frames)
-    paths = _collection(folder / COLLECTION, ((f, mesh(f, masses)) for f in frames))
+    paths = _write_collection(folder / COLLECTION, ((f, make_mesh(f, masses)) for f in frames))
     if any(f.wall_contacts is not None for f in frames):
-        paths += _collection(folder / WALLS, ((f, wall_mesh(f)) for f in frames))
+        paths += _write_collection(folder / WALLS, ((f, make_wall_mesh(f)) for f in frames))
     return paths
 
 
 def write_particles(run, frames, folder):
     """Write the frames of a run of the continuum to `folder`. Returns the paths."""
-    return _collection(folder / "dust.pvd", ((f, particles(f)) for f in frames))
+    return _write_collection(folder / "dust.pvd", ((f, make_particle_mesh(f)) for f in frames))
 
 
-def _collection(path, meshes):
+def _write_collection(path, meshes):
     """Write meshes, (frame, meshio.Mesh), and the collection at `path`. Returns the paths."""
-    listed = ET.Element("VTKFile", type="Collection", version="0.1")
-    collection, paths = ET.SubElement(listed, "Collection"), [path]
-    for frame, drawn in meshes:
+    root = ET.Element("VTKFile", type="Collection", version="0.1")
+    collection, paths = ET.SubElement(root, "Collection"), [path]
+    for frame, mesh_of_frame in meshes:
         paths.append(path.with_name(f"{path.stem}_{frame.number:04d}.vtu"))
-        drawn.write(check(paths[-1], MARK))
-        _state_units(paths[-1])
+        mesh_of_frame.write(check(paths[-1], MARK))
+        _insert_units(paths[-1])
         ET.SubElement(collection, "DataSet", timestep=repr(frame.time), file=paths[-1].name)
     check(path, MARK)
-    ET.indent(listed)
-    ET.ElementTree(listed).write(path, encoding="utf-8", xml_declaration=True)
-    _state_units(path)
+    ET.indent(root)
+    ET.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+    _insert_units(path)
     return paths
 
 
-def _state_units(path):
-    """A comment below the XML declaration: VTK has no place for units."""
+def _insert_units(path):
+    """Insert a comment below the XML declaration: VTK has no field for units."""
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("?>", f"?>\n{_COMMENT}", 1), encoding="utf-8")
 
 
-def particles(frame):
-    """A ParticleFrame as a meshio.Mesh, SI."""
+def make_particle_mesh(frame):
+    """Make a meshio.Mesh of a ParticleFrame, SI."""
     xx, yy, zz, xy, xz, yz = frame.deviator.T
     tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1)
     points = {name: getattr(frame, name) for name in PARTICLE_UNITS} | {"velocity": frame.velocity}
@@ -107,8 +107,8 @@ def particles(frame):
     return meshio.Mesh(frame.position, cells, point_data=points | {"deviator": tensor})
 
 
-def mesh(frame, masses):
-    """A Frame as a meshio.Mesh, SI; the masses of its grains [kg], (N,)."""
+def make_mesh(frame, masses):
+    """Make a meshio.Mesh of a Frame, SI; the masses of its grains [kg], (N,)."""
     grains, forces = len(frame.radius), frame.forces
     points = {"radius": frame.radius, "velocity": frame.velocity, "spin": frame.spin}
     points |= {"material": frame.material.astype(float), "mass": masses}
@@ -121,24 +121,26 @@ def mesh(frame, masses):
         # a block without cells confuses readers
         if len(frame.pairs):
             cells.append(("line", frame.pairs))
-            found = _contact_data(frame) | ({} if forces is None else forces[1])
+            contact_data = _collect_contact_data(frame) | ({} if forces is None else forces[1])
             data = {
                 name: [np.full((grains, *values.shape[1:]), np.nan), values]
-                for name, values in found.items()
+                for name, values in contact_data.items()
             }
     return meshio.Mesh(frame.position, cells, point_data=points, cell_data=data)
 
 
-def wall_mesh(frame):
-    """The wall contacts of a Frame as a meshio.Mesh of points on the walls, SI."""
+def make_wall_mesh(frame):
+    """Make a meshio.Mesh of the wall contacts of a Frame: points on the walls, SI."""
     contacts, forces = frame.wall_contacts, frame.forces
     points = {name: contacts[name].values.astype(float) for name in ("grain", "wall", "overlap")}
     points |= {} if forces is None else forces[2]
-    places = frame.wall_points
-    return meshio.Mesh(places, [("vertex", np.arange(len(places))[:, None])], point_data=points)
+    positions = frame.wall_points
+    return meshio.Mesh(
+        positions, [("vertex", np.arange(len(positions))[:, None])], point_data=points
+    )
 
 
-def _contact_data(frame):
+def _collect_contact_data(frame):
     """Cell data of the lines, each (C,) float."""
     contacts, (i, j) = frame.contacts, frame.pairs.T
     separation = frame.position[i] - frame.position[j]

@@ -1,17 +1,17 @@
 """Interactive report of runs: a self-contained HTML file, also updated while a run proceeds."""
 
-from dusttaichi.report.collisions import collisions_data
-from dusttaichi.report.ensemble import ensemble_data
-from dusttaichi.report.notebook import particle_view, run_html
-from dusttaichi.report.page import check_output, html, report_data, write
+from dusttaichi.report.collisions import collect_collisions_data
+from dusttaichi.report.ensemble import collect_ensemble_data
+from dusttaichi.report.notebook import render_run, view_particles
+from dusttaichi.report.page import check_output, collect_report_data, render_page, write
 
 __all__ = [
     "check_output",
-    "collisions_data",
-    "ensemble_data",
-    "html",
-    "particle_view",
-    "report_data",
-    "run_html",
+    "collect_collisions_data",
+    "collect_ensemble_data",
+    "render_page",
+    "view_particles",
+    "collect_report_data",
+    "render_run",
     "write",
 ]

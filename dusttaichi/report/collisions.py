@@ -7,8 +7,8 @@ from dusttaichi.analysis.collisions import summary_columns
 from dusttaichi.analysis.outcome import PAGE
 from dusttaichi.analysis.threshold_tables import threshold_columns, without_thresholds
 from dusttaichi.analysis.thresholds import thresholds
-from dusttaichi.report.interactive import interactive, picture
-from dusttaichi.report.page import blank, provenance
+from dusttaichi.report.interactive import make_interactive, render_picture
+from dusttaichi.report.page import list_provenance, make_blank_report
 
 FIGURES = {
     "outcomes": "Outcomes over speed and impact parameter",
@@ -21,28 +21,34 @@ FIGURES = {
 MAPS = {"outcomes", "outcomes_mass_ratio"}  # of rectangles, which are shown as a picture
 
 
-def collisions_data(data):
-    """Content of the report of a dataset of `analysis.open_collisions`, as a dict for JSON."""
+def collect_collisions_data(data):
+    """Collect the report of a dataset of `analysis.open_collisions`: a dict for JSON."""
     keys, columns = threshold_columns(thresholds(data))
     names = [
         f"{body}, {ratio}:1" for body, ratio in zip(*(texts for _, texts in keys), strict=True)
     ]
-    said = [
-        f"{name.removesuffix(' m/s')} of {of}: {text} m/s"
+    threshold_lines = [
+        f"{name.removesuffix(' m/s')} of {body_name}: {speed_text} m/s"
         for name, texts in columns
-        for of, text in zip(names, texts, strict=True)
+        for body_name, speed_text in zip(names, texts, strict=True)
     ]
-    said = [text for text in said if not text.endswith(": - m/s")]
-    lines = [*said, *without_thresholds(data), f"outcomes and thresholds are defined in {PAGE}"]
+    threshold_lines = [
+        speed_text for speed_text in threshold_lines if not speed_text.endswith(": - m/s")
+    ]
+    lines = [
+        *threshold_lines,
+        *without_thresholds(data),
+        f"outcomes and thresholds are defined in {PAGE}",
+    ]
     title = f"{data.attrs.get('title', 'collisions')}, collisions"
-    return blank(title, f"{data.outcome.size:,} collisions") | {
+    return make_blank_report(title, f"{data.outcome.size:,} collisions") | {
         "table": _table(data),
         "remark": "; ".join(lines),
         "views": [],
         "members": [],
         "figures": [_figure(*pair) for pair in plots.collision_figures(data).items()],
         "scene": str(np.atleast_1d(data.attrs.get("scene_resolved", ""))[0]).strip(),
-        "provenance": provenance(data.attrs),
+        "provenance": list_provenance(data.attrs),
     }
 
 
@@ -56,5 +62,10 @@ def _table(data):
 
 def _figure(name, figure):
     if name in MAPS:
-        return {"name": name, "title": FIGURES[name], "image": picture(figure), "wide": False}
-    return interactive(figure, name, FIGURES[name])
+        return {
+            "name": name,
+            "title": FIGURES[name],
+            "image": render_picture(figure),
+            "wide": False,
+        }
+    return make_interactive(figure, name, FIGURES[name])

@@ -1,4 +1,4 @@
-"""Pictures of figures for dark pages: greys turned round, data colours as they are.
+"""Pictures of figures for dark pages: inverted greys, and unchanged data colours.
 
 Lines and labels are lighter on dark, like those that plotly.js draws (source/figures.js); a map of
 numbers keeps its colours, on a ground from which the darkest of them differs.
@@ -17,10 +17,10 @@ GREY = 0.08  # largest difference of the channels of a grey
 WHITE = 250  # least value of the paper in a picture of pixels
 
 
-def at_night(colour):
-    """A colour that was chosen for white paper, for a dark page, as RGBA.
+def darken_colour(colour):
+    """Change a colour that was chosen for white paper for a dark page, as RGBA.
 
-    Greys are turned round, other colours too dark to be seen become lighter.
+    Greys are inverted, other colours too dark to be seen become lighter.
     """
     *rgb, alpha = to_rgba(colour)
     rgb = np.array(rgb)
@@ -33,14 +33,14 @@ def at_night(colour):
 
 
 def darken(figure):
-    """Change the colours of a Figure, which lies on a dark page and has no paper of its own."""
+    """Change the colours of a Figure for a dark page, and make its background transparent."""
     figure.patch.set_alpha(0.0)
     grounds = {id(axes.patch) for axes in figure.axes} | {id(figure.patch)}
     for artist in figure.findobj():
         if id(artist) in grounds:
             continue
         if isinstance(artist, (Text, Line2D)):
-            artist.set_color(at_night(artist.get_color()))
+            artist.set_color(darken_colour(artist.get_color()))
         if isinstance(artist, Line2D):
             for name in ("markerfacecolor", "markeredgecolor"):
                 _turn(artist, name)
@@ -50,7 +50,9 @@ def darken(figure):
             _cut_out(artist)
     for axes in figure.axes:
         maps = [*axes.collections, *axes.images]
-        axes.patch.set(facecolor=GROUND, alpha=float(any(_is_map(one) for one in maps)))
+        axes.patch.set(
+            facecolor=GROUND, alpha=float(any(_is_map(artist_of_axes) for artist_of_axes in maps))
+        )
 
 
 def _is_map(artist):
@@ -62,7 +64,7 @@ def _is_map(artist):
 def _turn(artist, name):
     colour = getattr(artist, f"get_{name}")()
     if not (isinstance(colour, str) and colour == "none"):
-        getattr(artist, f"set_{name}")(at_night(colour))
+        getattr(artist, f"set_{name}")(darken_colour(colour))
 
 
 def _turn_areas(artist):
@@ -71,7 +73,7 @@ def _turn_areas(artist):
     for name in (*["facecolor"] * faces, "edgecolor"):
         colours = to_rgba_array(getattr(artist, f"get_{name}")())
         if len(colours) and np.any(colours[:, 3]):  # else an `alpha` would make them visible
-            turned = [at_night(colour) for colour in colours]
+            turned = [darken_colour(colour) for colour in colours]
             getattr(artist, f"set_{name}")(turned if isinstance(artist, Collection) else turned[0])
 
 

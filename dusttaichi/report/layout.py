@@ -14,8 +14,8 @@ LINES_PER_POINT = 1.5  # pixels of the page between texts, of which a figure has
 PER_INCH = 96.0  # pixels per inch of a figure, more for figures in columns
 
 
-def layout_of(figure, axes):
-    """(layout, ends, height) of a Figure with these Axes.
+def make_layout(figure, axes):
+    """Make (layout, ends, height) of a Figure with these Axes.
 
     ends: suffixes of the names of their axes, "" or "2" ...; height: pixels without the legend,
     whose height depends on the width of the page (source/figures.js).
@@ -32,34 +32,34 @@ def layout_of(figure, axes):
     }
     boxes = np.array([a.get_position().extents for a in axes])  # x0, y0, x1, y1
     low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
-    shares = (boxes - np.tile(low, 2)) / np.tile(high - low, 2)
+    relative_boxes = (boxes - np.tile(low, 2)) / np.tile(high - low, 2)
     ends = ["" if number == 0 else str(number + 1) for number in range(len(axes))]
-    for one, share, end in zip(axes, shares.round(4).tolist(), ends, strict=True):
-        for which, other, start in (("x", "y", 0), ("y", "x", 1)):
-            about = {"anchor": f"{other}{end}", "domain": share[start::2]}
-            if end and getattr(one, f"get_shared_{which}_axes")().joined(one, axes[0]):
-                about["matches"] = which
-            layout[f"{which}axis{end}"] = _axis(one, which) | about
-        layout["shapes"] += _across(one, end)
-        layout["annotations"] += _names(one, end)
+    for panel, relative_box, end in zip(axes, relative_boxes.round(4).tolist(), ends, strict=True):
+        for which, other_direction, start in (("x", "y", 0), ("y", "x", 1)):
+            axis_layout = {"anchor": f"{other_direction}{end}", "domain": relative_box[start::2]}
+            if end and getattr(panel, f"get_shared_{which}_axes")().joined(panel, axes[0]):
+                axis_layout["matches"] = which
+            layout[f"{which}axis{end}"] = _make_axis(panel, which) | axis_layout
+        layout["shapes"] += _list_spans(panel, end)
+        layout["annotations"] += _list_titles(panel, end)
     if any(a.get_title("left") or a.get_title() for a in axes):
         layout["margin"]["t"] = 34
     above = [note.get("yshift", 0.0) for note in layout["annotations"]]
     layout["margin"]["t"] = max(layout["margin"]["t"], 18 + round(max(above, default=-4)))
-    layout["annotations"] += _around(figure)
-    across = len({round(x, 2) for x in shares[:, 0]})
+    layout["annotations"] += _list_common_labels(figure)
+    across = len({round(x, 2) for x in relative_boxes[:, 0]})
     tall = figure.get_figheight() * PER_INCH * (1.6 if across > 1 else 1.0)
     return layout, ends, round(tall)
 
 
-def _axis(axes, which):
+def _make_axis(axes, which):
     log = getattr(axes, f"get_{which}scale")() == "log"
-    own = getattr(axes, f"{which}axis")
+    axis = getattr(axes, f"{which}axis")
     limits = [float(np.log10(v)) if log else float(v) for v in get_original_limits(axes, which)]
-    shown = own.get_tick_params().get("labelbottom" if which == "x" else "labelleft", True)
-    about = {
+    tick_labels = axis.get_tick_params().get("labelbottom" if which == "x" else "labelleft", True)
+    axis_layout = {
         "title": {
-            "text": html(getattr(axes, f"get_{which}label")()),
+            "text": convert_label(getattr(axes, f"get_{which}label")()),
             "font": {"size": 12},
             "standoff": 6,
         },
@@ -72,23 +72,23 @@ def _axis(axes, which):
         "zeroline": False,
         "ticks": "inside",
         "exponentformat": "power",
-        "showticklabels": bool(shown),
+        "showticklabels": bool(tick_labels),
     }
     if log and limits[1] - limits[0] > 2:
-        about["dtick"] = 1
+        axis_layout["dtick"] = 1
     # set_ticks with labels makes a function of them
-    named = isinstance(own.get_major_formatter(), (FixedFormatter, FuncFormatter))
-    named &= isinstance(own.get_major_locator(), FixedLocator)
+    named = isinstance(axis.get_major_formatter(), (FixedFormatter, FuncFormatter))
+    named &= isinstance(axis.get_major_locator(), FixedLocator)
     if named or (log and limits[1] - limits[0] <= 2):  # plotly.js would show a single digit
-        ticks = [*own.get_major_ticks(), *([] if named else own.get_minor_ticks())]
-        shown = [tick for tick in ticks if tick.label1.get_text()]
-        about["tickvals"] = [float(tick.get_loc()) for tick in shown]
-        about["ticktext"] = [html(tick.label1.get_text()) for tick in shown]
-    return about
+        ticks = [*axis.get_major_ticks(), *([] if named else axis.get_minor_ticks())]
+        tick_labels = [tick for tick in ticks if tick.label1.get_text()]
+        axis_layout["tickvals"] = [float(tick.get_loc()) for tick in tick_labels]
+        axis_layout["ticktext"] = [convert_label(tick.label1.get_text()) for tick in tick_labels]
+    return axis_layout
 
 
-def stroke(line, colour=None):
-    """Colour, width and dashes of a matplotlib line for plotly.js; colour: replaces its own."""
+def make_stroke(line, colour=None):
+    """Make colour, width and dashes of a line for plotly.js; colour: instead of the line's."""
     pattern = getattr(line, "_unscaled_dash_pattern", (0, None))[1]
     return {
         "color": colour or to_hex(line.get_color()),
@@ -97,83 +97,90 @@ def stroke(line, colour=None):
     }
 
 
-def _note(text, **where):
-    return {"text": html(text).replace("\n", "<br>"), "showarrow": False, **where}
+def _make_note(text, **position):
+    return {"text": convert_label(text).replace("\n", "<br>"), "showarrow": False, **position}
 
 
-def _names(axes, end):
+def _list_titles(axes, end):
     """The title of an Axes and texts at its upper edge, such as the names of stages."""
-    here = {"xref": f"x{end} domain", "yref": f"y{end} domain", "yanchor": "bottom", "y": 1.0}
-    found = []
+    upper_edge = {"xref": f"x{end} domain", "yref": f"y{end} domain", "yanchor": "bottom", "y": 1.0}
+    notes = []
     for side, x in (("left", 0.0), ("center", 0.5)):
         if axes.get_title(side):
             look = {"xanchor": side, "align": side, "font": {"size": 11}}
-            found.append(_note(axes.get_title(side), **here, **look, x=x))
+            notes.append(_make_note(axes.get_title(side), **upper_edge, **look, x=x))
     for text in axes.texts:
         if getattr(text, "xycoords", None) == ("data", "axes fraction"):
             look = {"xanchor": text.get_ha(), "font": {"size": 11, "color": "#444"}}
             look |= {"x": float(text.xy[0]), "yshift": text.get_position()[1] * LINES_PER_POINT}
-            found.append(_note(text.get_text(), **here | {"xref": f"x{end}"}, **look))
-    return found
+            notes.append(_make_note(text.get_text(), **upper_edge | {"xref": f"x{end}"}, **look))
+    return notes
 
 
-def _around(figure):
+def _list_common_labels(figure):
     """The common axis labels of a figure."""
-    here, found = {"xref": "paper", "yref": "paper"}, []
+    figure_frame, notes = {"xref": "paper", "yref": "paper"}, []
     if figure.get_supxlabel():
-        below = {"x": 0.5, "y": 0.0, "yshift": -30, "yanchor": "top"}
-        found.append(_note(figure.get_supxlabel(), **here, **below))
+        below_figure = {"x": 0.5, "y": 0.0, "yshift": -30, "yanchor": "top"}
+        notes.append(_make_note(figure.get_supxlabel(), **figure_frame, **below_figure))
     if figure.get_supylabel():
-        beside = {"x": 0.0, "y": 0.5, "xshift": -44, "xanchor": "right", "textangle": -90}
-        found.append(_note(figure.get_supylabel(), **here, **beside))
-    return found
+        left_of_figure = {"x": 0.0, "y": 0.5, "xshift": -44, "xanchor": "right", "textangle": -90}
+        notes.append(_make_note(figure.get_supylabel(), **figure_frame, **left_of_figure))
+    return notes
 
 
-def _across(axes, end):
+def _list_spans(axes, end):
     """Shapes that span the axes: axhline and axvline, axhspan and axvspan."""
     shapes = []
     for line in axes.lines:
         x, y = np.atleast_1d(line.get_xdata()), np.atleast_1d(line.get_ydata())
-        shape = _shape("line", (x, y), in_data(line, axes), end) if len(x) == 2 else None
+        shape = (
+            _make_shape("line", (x, y), has_data_coordinates(line, axes), end)
+            if len(x) == 2
+            else None
+        )
         if shape is not None:
-            shapes.append(shape | {"line": stroke(line)} | _entry(line))
+            shapes.append(shape | {"line": make_stroke(line)} | _make_legend_entry(line))
     for patch in axes.patches:
         if isinstance(patch, (Rectangle, Polygon)):
             box = patch.get_path().get_extents(patch.get_patch_transform())
             ends = (box.x0, box.x1), (box.y0, box.y1)
-            shape = _shape("rect", ends, in_data(patch, axes), end)
+            shape = _make_shape("rect", ends, has_data_coordinates(patch, axes), end)
             if shape is not None:
-                fill = {"fillcolor": css(to_rgba(patch.get_facecolor())), "line": {"width": 0}}
-                shapes.append(shape | fill | {"layer": "below"} | _entry(patch))
+                fill = {
+                    "fillcolor": format_colour(to_rgba(patch.get_facecolor())),
+                    "line": {"width": 0},
+                }
+                shapes.append(shape | fill | {"layer": "below"} | _make_legend_entry(patch))
     return shapes
 
 
-def _entry(artist):
+def _make_legend_entry(artist):
     """The name of a shape in the legend."""
-    name = shown_name(artist.get_label())
+    name = get_legend_name(artist.get_label())
     return {"name": name, "showlegend": True} if name else {}
 
 
-def shown_name(label):
+def get_legend_name(label):
     """Name of an artist with that label in the legend, "" where it has none."""
     label = str(label)
-    return "" if label.startswith("_") else html(label)
+    return "" if label.startswith("_") else convert_label(label)
 
 
-def in_data(artist, axes):
-    """(x, y): whether an artist has data coordinates along these axes."""
+def has_data_coordinates(artist, axes):
+    """Whether an artist has data coordinates along x and y: (bool, bool)."""
     return artist.get_transform().contains_branch_seperately(axes.transData)
 
 
-def _shape(kind, ends, within, end):
+def _make_shape(shape_type, ends, follows_data, end):
     """A shape that spans one direction, or None."""
-    if within[0] == within[1]:
+    if follows_data[0] == follows_data[1]:
         return None
     axes = {"xref": f"x{end}", "yref": f"y{end} domain"}
-    if within[1]:
+    if follows_data[1]:
         axes = {"xref": f"x{end} domain", "yref": f"y{end}"}
-    places = zip(("x0", "x1", "y0", "y1"), (*ends[0], *ends[1]), strict=True)
-    return {"type": kind, **axes, **{name: float(value) for name, value in places}}
+    coordinates = zip(("x0", "x1", "y0", "y1"), (*ends[0], *ends[1]), strict=True)
+    return {"type": shape_type, **axes, **{name: float(value) for name, value in coordinates}}
 
 
 GREEK = {
@@ -185,13 +192,13 @@ GREEK = {
 }  # fmt: skip
 
 
-def html(text):
-    """A label with formulas ($...$, for matplotlib) as HTML."""
+def convert_label(text):
+    """Convert a label with formulas ($...$, for matplotlib) to HTML."""
     text = text.replace("<", "&lt;")
-    return re.sub(r"\$([^$]*)\$", lambda found: _formula(found[1]), text)
+    return re.sub(r"\$([^$]*)\$", lambda match: _convert_formula(match[1]), text)
 
 
-def _formula(text):
+def _convert_formula(text):
     text = re.sub(r"\\(?:math[a-z]+|rm|text|left|right|!)\s?", "", text)
     text = re.sub(r"\\[,; ]", " ", text)
     text = re.sub(r"\\([A-Za-z]+)", lambda m: GREEK.get(m[1], m[1]), text)
@@ -201,8 +208,8 @@ def _formula(text):
     return re.sub(r" +", " ", text.replace("{", "").replace("}", "").replace("-", "−")).strip()
 
 
-def css(colour):
-    """A colour of matplotlib for CSS; "none" is transparent."""
+def format_colour(colour):
+    """Format a colour of matplotlib for CSS; "none" is transparent."""
     if isinstance(colour, str) and colour == "none":
         return "rgba(0,0,0,0)"
     r, g, b, a = to_rgba(colour)

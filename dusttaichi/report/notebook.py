@@ -5,9 +5,9 @@ from html import escape
 from dusttaichi.analysis import summary, table
 from dusttaichi.errors import DustError
 from dusttaichi.plots import draw_figures
-from dusttaichi.report.interactive import picture
-from dusttaichi.report.page import html
-from dusttaichi.report.particles import particles
+from dusttaichi.report.interactive import render_picture
+from dusttaichi.report.page import render_page
+from dusttaichi.report.particles import collect_particles
 
 # main figures in the order of their priority
 MAIN = ("compression", "tensile", "isotropic", "collision", "impact", "dust", "sound_speed")
@@ -27,16 +27,16 @@ class View:
         )
 
 
-def particle_view(run):
-    """The particles of a Run in 3-D, a View. Raises DustError for a run without snapshots."""
-    view = particles(run) if run.tree is not None else None
+def view_particles(run):
+    """Show the particles of a Run in 3-D, a View. Raises DustError for a run without snapshots."""
+    view = collect_particles(run) if run.tree is not None else None
     if view is None:
         raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")
-    return View(html({"title": run.name, "viewer": view}))
+    return View(render_page({"title": run.name, "viewer": view}))
 
 
-def run_html(run):
-    """Name, numbers with those of the literature, and main figure of a Run, as HTML."""
+def render_run(run):
+    """Render name, numbers with those of the literature, and main figure of a Run as HTML."""
     cells = [[*row] for row in table(summary(run))]
     rows = "".join(
         "<tr>" + "".join(f"<td style='text-align:left'>{escape(c)}</td>" for c in row) + "</tr>"
@@ -45,5 +45,9 @@ def run_html(run):
     shown = f"<table><caption><b>{escape(run.name)}</b></caption>{rows}</table>"
     figures = draw_figures(run, failed=[])
     name = next((name for name in (*MAIN, *figures) if name in figures), None)
-    image = "" if name is None else f'<img src="{picture(figures[name])}" style="max-width:520px">'
+    image = (
+        ""
+        if name is None
+        else f'<img src="{render_picture(figures[name])}" style="max-width:520px">'
+    )
     return f'<div style="display:flex;flex-wrap:wrap;gap:1.5em">{shown}<div>{image}</div></div>'

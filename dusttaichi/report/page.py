@@ -10,8 +10,8 @@ from dusttaichi.analysis import summary, table
 from dusttaichi.analysis.names import labels_of
 from dusttaichi.analysis.numbers import reason
 from dusttaichi.analysis.plain import plain
-from dusttaichi.report.interactive import interactive
-from dusttaichi.report.particles import particles
+from dusttaichi.report.interactive import make_interactive
+from dusttaichi.report.particles import collect_particles
 from dusttaichi.results import outputs
 
 MARK = '<meta name="generator" content="dusttaichi'
@@ -22,73 +22,81 @@ NOT_SHOWN = (
 )
 
 
-def report_data(runs):
-    """Content of the report of Runs, a dict for JSON: title, lead, runs.
+def collect_report_data(runs):
+    """Collect the content of the report of Runs, a dict for JSON: title, lead, runs.
 
     Several runs have a table and figures that compare them.
     """
-    one = runs[0]
+    first_run = runs[0]
     if len(runs) == 1:
-        data = blank(one.name, _lead(one))
+        data = make_blank_report(first_run.name, _describe_run(first_run))
     else:
-        data = blank(f"{len(runs)} runs", ", ".join(labels_of(runs)))
-    names = labels_of(runs) if len(runs) > 1 else [one.name]
-    data["runs"] = [_run(run, name) for run, name in zip(runs, names, strict=True)]
+        data = make_blank_report(f"{len(runs)} runs", ", ".join(labels_of(runs)))
+    names = labels_of(runs) if len(runs) > 1 else [first_run.name]
+    data["runs"] = [_make_run_entry(run, name) for run, name in zip(runs, names, strict=True)]
     if len(runs) > 1:
-        data["figures"], failed = _shown(plots.draw_runs(runs))
-        rest = [""] * (len(runs) - 1)
-        data["table"] = _side_by_side(runs) + [[what, why, *rest] for what, why, _ in failed]
+        data["figures"], failed = _convert_figures(plots.draw_runs(runs))
+        empty_cells = [""] * (len(runs) - 1)
+        data["table"] = _compare_numbers(runs) + [
+            [heading, problem, *empty_cells] for heading, problem, _ in failed
+        ]
     return data
 
 
-def blank(title, lead):
-    """A report without content."""
+def make_blank_report(title, lead):
+    """Make a report without content."""
     empty = {"table": [], "figures": [], "runs": []}
     return {"title": title, "lead": lead, "live": False, "stamp": 0, **empty}
 
 
-def _lead(run):
+def _describe_run(run):
     count, word = (run.attrs.get("particles"), "particles")
     if run.grains:
         count, word = run.grains, "grains"
-    kind = {"box": "in a box", "plates": "between plates", "periodic": "in a periodic cell"}
-    what = f"{int(count):,} {word}" if count else ""
-    return f"{what} {kind.get(run.boundary, '')}".strip()
+    boundary_texts = {
+        "box": "in a box",
+        "plates": "between plates",
+        "periodic": "in a periodic cell",
+    }
+    count_text = f"{int(count):,} {word}" if count else ""
+    return f"{count_text} {boundary_texts.get(run.boundary, '')}".strip()
 
 
-def _run(run, name):
-    figures, failed = _shown(plots.draw_run(run))
+def _make_run_entry(run, name):
+    figures, failed = _convert_figures(plots.draw_run(run))
     return {
         "name": name,
         "status": run.status,
         "table": [list(row) for row in [*table(summary(run)), *failed]],
         "figures": figures,
-        "particles": particles(run) if run.tree is not None else None,
+        "particles": collect_particles(run) if run.tree is not None else None,
         "scene": run.attrs.get("scene_resolved", "").strip(),
-        "provenance": provenance(run.attrs),
+        "provenance": list_provenance(run.attrs),
     }
 
 
-def provenance(attrs):
-    """Rows of the provenance in the attributes of a result."""
+def list_provenance(attrs):
+    """List the provenance in the attributes of a result, as rows."""
     return [[name, f"{value}"] for name, value in attrs.items() if name not in NOT_SHOWN]
 
 
-def _shown(drawn):
+def _convert_figures(figure_results):
     """(interactive figures, table rows of the failed ones), of the results of `plots.draw_run`."""
-    shown, failed = [], []
-    for row, figure, why in drawn:
+    interactive_figures, failed = [], []
+    for row, figure, problem in figure_results:
         try:
-            shown += [] if why else [interactive(figure, row.name, row.title)]
+            interactive_figures += (
+                [] if problem else [make_interactive(figure, row.name, row.title)]
+            )
         except Exception as error:  # does not affect the others
-            why = reason(error)
-        failed += [(NOT_DRAWN, f"{row.title}: {why}", "")] if why else []
-    return shown, failed
+            problem = reason(error)
+        failed += [(NOT_DRAWN, f"{row.title}: {problem}", "")] if problem else []
+    return interactive_figures, failed
 
 
-def _side_by_side(runs):
+def _compare_numbers(runs):
     """Rows of the numbers, a column for each run."""
-    tables = [dict((what, value) for what, value, _ in table(summary(run))) for run in runs]
+    tables = [dict((heading, value) for heading, value, _ in table(summary(run))) for run in runs]
     names = list(dict.fromkeys(name for rows in tables for name in rows))
     rows = [[name, *(rows.get(name, "") for rows in tables)] for name in names]
     return [["", *labels_of(runs)], *rows]
@@ -98,23 +106,23 @@ def _side_by_side(runs):
 
 
 @cache
-def asset(name):
-    """The text of a bundled file."""
+def read_asset(name):
+    """Read the text of a bundled file."""
     return resources.files("dusttaichi.report").joinpath("assets", name).read_text("utf-8")
 
 
-def as_json(data):
+def format_json(data):
     """JSON that is valid in HTML: without infinities and ends of scripts."""
     return json.dumps(plain(data), ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
 
 
-def html(data):
-    """The report of `report_data` as one self-contained HTML text."""
+def render_page(data):
+    """Render the report of `collect_report_data` as one self-contained HTML text."""
 
     def script(name):
-        return asset(name).replace("</script", "<\\/script")
+        return read_asset(name).replace("</script", "<\\/script")
 
-    licence = asset("LICENSES.txt").replace("--", "- -")
+    licence = read_asset("LICENSES.txt").replace("--", "- -")
     return "\n".join(
         [
             "<!DOCTYPE html>",
@@ -124,9 +132,9 @@ def html(data):
             '<link rel="icon" href="data:,">',
             f"<title>{escape(data['title'], quote=False)}</title>",
             f"<!--\n{licence}\n-->",
-            f"<style>{asset('report.css')}</style></head>",
+            f"<style>{read_asset('report.css')}</style></head>",
             "<body><main><p>This page needs JavaScript.</p></main>",
-            f'<script type="application/json" id="data">{as_json(data)}</script>',
+            f'<script type="application/json" id="data">{format_json(data)}</script>',
             *([] if "viewer" in data else [f"<script>{script('plotly.js')}</script>"]),
             f"<script>{script('report.js')}</script>",
             "</body></html>",
@@ -141,4 +149,4 @@ def check_output(path):
 
 def write(data, path):
     """Write the report to `path`; returns it. Raises DustError where it cannot be written."""
-    return outputs.write(path, html(data), MARK)
+    return outputs.write(path, render_page(data), MARK)

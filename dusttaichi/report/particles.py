@@ -4,8 +4,13 @@ import numpy as np
 
 from dusttaichi.analysis.cycles import cell_pressure
 from dusttaichi.plots import style
-from dusttaichi.report.contacts import BODY, COORDINATION, DISSIPATED, contacts_of
-from dusttaichi.report.packing import class_quantity, number_quantity, packed, quantised
+from dusttaichi.report.contacts import BODY, COORDINATION, DISSIPATED, collect_contacts
+from dusttaichi.report.packing import (
+    make_class_quantity,
+    make_number_quantity,
+    pack_array,
+    quantise,
+)
 from dusttaichi.report.selection import MOST_SHOWN, select_particles
 from dusttaichi.results.roles import DUST, ELASTIC, FIXED, RIGID, WALL
 
@@ -23,8 +28,10 @@ ROLES = {
 }
 
 
-def particles(run, most=MOST):
-    """Data of a Run for the viewer, None without snapshots; most: particles times snapshots.
+def collect_particles(run, max_points=MOST):
+    """Data of a Run for the viewer, None without snapshots.
+
+    max_points: largest number of particles times snapshots.
 
     count, frames; said: a line for each snapshot; position (frames, count, 3), radius; quantities:
     for colours; colour: number of the initial one; pairs: contacts of all snapshots in order, those
@@ -36,57 +43,58 @@ def particles(run, most=MOST):
         return None  # no particles known to the viewer
     flat = int(run.attrs.get("dimension", 3)) == 2
     frames = frames[[name for name in frames.variables if name not in NOT_SHOWN]]
-    frames = frames.isel(snapshot=chosen(frames, most))
+    frames = frames.isel(snapshot=choose_snapshots(frames, max_points))
     selection = select_particles(frames, flat)
     frames = selection.read(frames)
     x = frames.position.values
-    radius = radii(run, frames)
+    radius = compute_radii(run, frames)
     extent = float(np.nanmax(np.ptp(x.reshape(-1, 3), axis=0))) + 2.0 * float(np.max(radius))
     unit = next(name for least, name in LENGTHS if extent >= least)
     scale = SCALE[unit]
     rows = x.shape[0]
     grains = "radius" in frames
-    pairs, more = contacts_of(run, frames, selection) if grains else (None, [])
-    quantities = [*more, *_quantities(run, frames, radius / scale, unit)]
+    pairs, contact_quantities = collect_contacts(run, frames, selection) if grains else (None, [])
+    quantities = [*contact_quantities, *_list_quantities(run, frames, radius / scale, unit)]
     radius_rows = np.broadcast_to(radius, (1, x.shape[1])) if radius.ndim == 1 else radius
-    about = [selection.text] if selection.text else []
+    selection_text = [selection.text] if selection.text else []
     return {
         "count": x.shape[1],
         "frames": rows,
         "word": "grains" if grains else "particles",
         "length_unit": unit,
         "view": "front" if flat else "oblique",
-        "said": [", ".join([text, *about]) for text in frame_texts(run, frames)],
-        "position": quantised(x / scale, rows),
-        "radius": packed((radius_rows / scale).astype("f4")),
+        "said": [", ".join([text, *selection_text]) for text in describe_snapshots(run, frames)],
+        "position": quantise(x / scale, rows),
+        "radius": pack_array((radius_rows / scale).astype("f4")),
         "largest_radius": float(np.max(radius) / scale),
         "quantities": quantities,
-        "colour": first_colour(run, [quantity["label"] for quantity in quantities]),
+        "colour": choose_colour(run, [quantity["label"] for quantity in quantities]),
         "pairs": pairs,
-        "room": _faces(frames, scale),
+        "room": _list_faces(frames, scale),
         "tilt": (frames.tilt.values / scale).tolist() if "tilt" in frames else None,
-        "sphere": _sphere(run, frames, scale),
+        "sphere": _get_sphere(run, frames, scale),
         "periodic": [axis in run.attrs.get("periodic_axes", "").split() for axis in "xyz"],
     }
 
 
-def first_colour(run, labels):
-    """Number of the initial colouring: energy dissipated if requested, else body or coordination.
+def choose_colour(run, labels):
+    """Choose the number of the initial colouring.
 
-    By body for a collision, by coordination number with contacts, else the first one.
+    By the energy dissipated if it is recorded; else by body for a collision, by coordination
+    number with contacts, else the first one.
     """
-    wanted = (ALL_DISSIPATED, DISSIPATED, BODY if run.collides else COORDINATION)
-    return next((labels.index(label) for label in wanted if label in labels), 0)
+    preferred_labels = (ALL_DISSIPATED, DISSIPATED, BODY if run.collides else COORDINATION)
+    return next((labels.index(label) for label in preferred_labels if label in labels), 0)
 
 
-def chosen(frames, most=MOST):
-    """Numbers of the snapshots in a report, evenly from the last to the first."""
+def choose_snapshots(frames, max_points=MOST):
+    """Choose the numbers of the snapshots in a report, evenly from the last to the first."""
     count, size = frames.sizes["snapshot"], min(frames.position.shape[1], MOST_SHOWN)
-    most = max(most // max(size, 1), 1)
-    return np.unique(np.linspace(count - 1, 0, min(count, most)).round().astype(int))
+    max_points = max(max_points // max(size, 1), 1)
+    return np.unique(np.linspace(count - 1, 0, min(count, max_points)).round().astype(int))
 
 
-def radii(run, frames):
+def compute_radii(run, frames):
     """Radii of the drawn spheres [m]: of grains (count,), or of particles (frames, count).
 
     A particle has half of the edge of the cube (in two dimensions the square) of its volume.
@@ -98,28 +106,28 @@ def radii(run, frames):
     return np.atleast_2d(0.5 * volume ** (1.0 / dimension))
 
 
-def frame_texts(run, frames):
-    """A line for each snapshot: time, filling factor, pressure and shear strain, if recorded."""
+def describe_snapshots(run, frames):
+    """Describe each snapshot: time, filling factor, pressure and shear strain, if recorded."""
     series, lines = run.series, []
     factor, unit = style.choose_unit(float(frames.snapshot_time.values[-1]) or 1.0, style.TIMES)
-    steps, pressure = series.step.values, _pressure(series)
+    steps, pressure = series.step.values, _get_pressure(series)
     for time, step in zip(frames.snapshot_time.values, frames.step.values, strict=True):
         words = [f"t = {time * factor:.4g} {unit}"]
         if len(steps):
             number = int(np.argmin(np.abs(steps - step)))
-            now = series.isel(time=number)
-            if "filling_factor" in series and np.isfinite(now.filling_factor):
-                words.append(f"φ = {float(now.filling_factor):.3f}")
+            record = series.isel(time=number)
+            if "filling_factor" in series and np.isfinite(record.filling_factor):
+                words.append(f"φ = {float(record.filling_factor):.3f}")
             if pressure is not None and np.isfinite(pressure[number]):
                 scale, pascal = style.choose_unit(abs(pressure[number]), style.PRESSURES)
                 words.append(f"P = {pressure[number] * scale:.3g} {pascal}")
             if "shear_strain" in series:
-                words.append(f"γ = {float(now.shear_strain):.3g}")
+                words.append(f"γ = {float(record.shear_strain):.3g}")
         lines.append(", ".join(words))
     return lines
 
 
-def _pressure(series):
+def _get_pressure(series):
     """Pressure over the series [Pa], (times,): of the cell, or on the top wall.
 
     None where neither is recorded or all are 0.
@@ -133,76 +141,82 @@ def _pressure(series):
     return pressure if np.nanmax(np.abs(pressure), initial=0.0) > 0.0 else None
 
 
-def _quantities(run, frames, radius, unit):
+def _list_quantities(run, frames, radius, unit):
     """Quantities of the particles of any method, without those by contacts."""
     rows, x = frames.sizes["snapshot"], frames.position.values
-    found = []
+    quantities = []
     if "grain_loss" in frames:
-        found += dissipated_by_channel(frames.grain_loss, rows)
+        quantities += list_dissipation(frames.grain_loss, rows)
     if "density" in frames:
-        found += _of_continuum(run, frames, rows)
+        quantities += _list_continuum_quantities(run, frames, rows)
     if "velocity" in frames:
         speed = np.linalg.norm(frames.velocity.values, axis=-1)
         largest = float(np.nanmax(speed, initial=0.0))
         factor, name = style.choose_unit(largest, ((1.0, "m/s"), (1e-2, "cm/s"), (1e-3, "mm/s")))
-        found.append(number_quantity("speed", name, speed * factor, rows))
-    found.append(number_quantity("height", unit, x[..., 2] / SCALE[unit], rows))
+        quantities.append(make_number_quantity("speed", name, speed * factor, rows))
+    quantities.append(make_number_quantity("height", unit, x[..., 2] / SCALE[unit], rows))
     if np.ptp(radius) > 1e-6 * np.max(radius) and "radius" in frames:
-        found.append(number_quantity("radius", unit, radius, rows))
+        quantities.append(make_number_quantity("radius", unit, radius, rows))
     if "material" in frames:
         names = dict(enumerate(str(run.attrs.get("materials", "")).replace(",", " ").split()))
-        found.append(class_quantity("material", frames.material.values, names, rows))
+        quantities.append(make_class_quantity("material", frames.material.values, names, rows))
     if "body" in frames and frames.body.dtype.kind in "iu":  # no names
         bodies = frames.body.values
         names = {n + 1: f"body {n}" if n >= 0 else "fixed" for n in np.unique(bodies)}
-        found.append(class_quantity("body", bodies + 1, names, rows))
-    return [quantity for quantity in found if quantity is not None]
+        quantities.append(make_class_quantity("body", bodies + 1, names, rows))
+    return [quantity for quantity in quantities if quantity is not None]
 
 
-def dissipated_by_channel(loss, rows):
-    """Energy dissipated at each grain since the start: in all, and by each channel that has any.
+def list_dissipation(loss, rows):
+    """List the energy dissipated at each grain since the start: in total and by channel.
 
     loss [J]: (snapshots, grains, channels).
     """
-    whole = loss.sum("channel").values
-    factor, unit = style.choose_unit(float(np.max(whole, initial=0.0)), style.ENERGIES)
-    found = [number_quantity(ALL_DISSIPATED, unit, factor * whole, rows)]
+    total = loss.sum("channel").values
+    factor, unit = style.choose_unit(float(np.max(total, initial=0.0)), style.ENERGIES)
+    quantities = [make_number_quantity(ALL_DISSIPATED, unit, factor * total, rows)]
     for name in loss.channel.values:
-        own = loss.sel(channel=name).values
-        if np.any(own):
-            found.append(number_quantity(f"dissipated by {name}", unit, factor * own, rows))
-    return found
+        channel_loss = loss.sel(channel=name).values
+        if np.any(channel_loss):
+            quantities.append(
+                make_number_quantity(f"dissipated by {name}", unit, factor * channel_loss, rows)
+            )
+    return quantities
 
 
-def _of_continuum(run, frames, rows):
+def _list_continuum_quantities(run, frames, rows):
     density, role = frames.density.values, np.broadcast_to(frames.role.values, frames.density.shape)
     dust, stressed = np.isin(role, (DUST, FIXED)), np.isin(role, (DUST, FIXED, ELASTIC))
-    found = []
+    quantities = []
     solid = run.attrs.get("solid_density")
     if "solid_density" in frames:
         solid = frames.solid_density.values
     phi = None if solid is None else density / np.asarray(solid, dtype=float)
     if phi is not None:
-        found.append(number_quantity("filling factor φ", "", np.where(dust, phi, np.nan), rows))
+        quantities.append(
+            make_number_quantity("filling factor φ", "", np.where(dust, phi, np.nan), rows)
+        )
     else:
-        found.append(number_quantity("density", "kg/m³", np.where(dust, density, np.nan), rows))
+        quantities.append(
+            make_number_quantity("density", "kg/m³", np.where(dust, density, np.nan), rows)
+        )
     if "pressure" in frames:
         values = np.where(stressed, frames.pressure.values, np.nan)
         top = float(np.nanmax(np.abs(values), initial=0.0))
         factor, unit = style.choose_unit(top, style.PRESSURES)
-        found.append(number_quantity("pressure", unit, values * factor, rows))
-    found.append(class_quantity("role", frames.role.values, ROLES, rows))
-    return found
+        quantities.append(make_number_quantity("pressure", unit, values * factor, rows))
+    quantities.append(make_class_quantity("role", frames.role.values, ROLES, rows))
+    return quantities
 
 
-def _faces(frames, scale):
+def _list_faces(frames, scale):
     if "box" not in frames:
         return None
     faces = frames.box.values / scale
     return [[round(v, 6) if np.isfinite(v) else None for v in row] for row in faces.tolist()]
 
 
-def _sphere(run, frames, scale):
+def _get_sphere(run, frames, scale):
     if "sphere_position" not in frames:
         return None
     centres = np.round(frames.sphere_position.values / scale, 6).tolist()

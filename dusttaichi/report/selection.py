@@ -61,20 +61,20 @@ class Selection:
         return xr.Dataset(variables, coordinates, frames.attrs)
 
 
-def select_particles(frames, flat=False, most=MOST_SHOWN):
-    """Selection of at most `most` particles of these snapshots, the same in all.
+def select_particles(frames, flat=False, max_count=MOST_SHOWN):
+    """Select at most `max_count` particles of these snapshots, the same in all.
 
     Those nearest to the middle plane across y in the last snapshot, so that contacts remain; of a
     flat body (in two dimensions) random ones.
     """
     count = frames.position.shape[1]
-    if count <= most:
+    if count <= max_count:
         return Selection(count)
     name = "grains" if "grain" in frames.dims else "particles"
     if flat:
-        numbers = np.random.default_rng(1).choice(count, most, replace=False)
-        return Selection(count, np.sort(numbers), f"{most:,} random ones of {count:,} {name}")
+        numbers = np.random.default_rng(1).choice(count, max_count, replace=False)
+        return Selection(count, np.sort(numbers), f"{max_count:,} random ones of {count:,} {name}")
     y = frames.position.isel(snapshot=-1).values[:, 1]
     distance = np.abs(y - 0.5 * (y.min() + y.max()))
-    numbers = np.sort(np.argpartition(distance, most)[:most])
-    return Selection(count, numbers, f"a slice of {most:,} of {count:,} {name}")
+    numbers = np.sort(np.argpartition(distance, max_count)[:max_count])
+    return Selection(count, numbers, f"a slice of {max_count:,} of {count:,} {name}")

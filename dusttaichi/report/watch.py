@@ -11,7 +11,7 @@ from urllib.parse import parse_qs, urlparse
 from dusttaichi.analysis import open_run
 from dusttaichi.analysis.foreign import understood
 from dusttaichi.errors import DustError
-from dusttaichi.report.page import as_json, html, report_data
+from dusttaichi.report.page import collect_report_data, format_json, render_page
 from dusttaichi.results.files import parts_folder
 
 HOST = "127.0.0.1"
@@ -20,8 +20,8 @@ SHARE = 0.1  # of a core's time for the report: it is updated after ten times it
 LAST = 6.0  # s during which a page may fetch the end before the server ends
 
 
-def result_of(path):
-    """The result file of a run, which need not exist yet: of its directory, or itself."""
+def find_result_file(path):
+    """Find the result file of a run, which need not exist yet: of its directory, or itself."""
     path = Path(path)
     return path / "result.nc" if path.is_dir() or not path.suffix else path
 
@@ -30,37 +30,37 @@ class Source:
     """Data of the report of a run, updated when the result grows and SHARE allows it."""
 
     def __init__(self, path):
-        self.path = result_of(path)
+        self.path = find_result_file(path)
         self._data, self._next, self._seen = None, 0.0, None
         self._lock = threading.Lock()
 
     def data(self):
-        """Current `report_data`, with `live` and a `stamp` that grows with every update.
+        """Current `collect_report_data`, with `live` and a `stamp` that grows with every update.
 
         Raises DustError where there is no result yet.
         """
         with self._lock:
-            began = real_time.monotonic()
-            seen = self._changed()
-            if self._data is None or (seen != self._seen and began >= self._next):
+            start = real_time.monotonic()
+            change_stamp = self._read_change_stamp()
+            if self._data is None or (change_stamp != self._seen and start >= self._next):
                 with understood([self.path]), open_run(self.path) as run:
-                    fresh = report_data([run])
-                    fresh["live"] = run.status == "running"
+                    new_data = collect_report_data([run])
+                    new_data["live"] = run.status == "running"
                 stamp = self._data["stamp"] + 1 if self._data else 1
-                self._data, self._seen = fresh | {"stamp": stamp}, seen
-                took = real_time.monotonic() - began
-                self._next = real_time.monotonic() + took / SHARE
+                self._data, self._seen = new_data | {"stamp": stamp}, change_stamp
+                elapsed = real_time.monotonic() - start
+                self._next = real_time.monotonic() + elapsed / SHARE
             return self._data
 
-    def _changed(self):
-        """Value that changes when the result grows: of its file, and its further parts."""
+    def _read_change_stamp(self):
+        """Read a value that changes when the result grows: of its file and its segments."""
         stamp = []
         for path in [self.path, *sorted(parts_folder(self.path).glob("*.nc"))]:
             try:
-                about = path.stat()
+                file_status = path.stat()
             except OSError:  # not there yet, or just joined with the others
                 continue
-            stamp.append((path.name, about.st_mtime_ns, about.st_size))
+            stamp.append((path.name, file_status.st_mtime_ns, file_status.st_size))
         if not stamp:
             raise DustError(f"There is no result at {self.path} yet.")
         return stamp
@@ -70,7 +70,7 @@ class Handler(BaseHTTPRequestHandler):
     """The report, and its data after a stamp: 204 without an update."""
 
     def do_GET(self):
-        if not self._of_this_machine():
+        if not self._is_from_this_machine():
             return self._answer(403, "text/plain", f"only {self.server.url} is served")
         url = urlparse(self.path)
         if url.path not in ("/", "/data.json"):
@@ -82,20 +82,20 @@ class Handler(BaseHTTPRequestHandler):
             text = f"{head}<p>{escape(str(error), quote=False)}"
             return self._answer(503, "text/html; charset=utf-8", text)
         if url.path == "/":
-            return self._answer(200, "text/html; charset=utf-8", html(data))
+            return self._answer(200, "text/html; charset=utf-8", render_page(data))
         if str(data["stamp"]) in parse_qs(url.query).get("after", []):
             return self._answer(204, "application/json", "")
-        return self._answer(200, "application/json", as_json(data))
+        return self._answer(200, "application/json", format_json(data))
 
-    def _of_this_machine(self):
+    def _is_from_this_machine(self):
         """False for a request with another host name, as by DNS rebinding of a foreign page."""
         host, _, port = self.headers.get("Host", "").rpartition(":")
         return host in NAMES and port == str(self.server.server_address[1])
 
-    def _answer(self, code, kind, text):
+    def _answer(self, code, content_type, text):
         body = text.encode()
         self.send_response(code)
-        self.send_header("Content-Type", kind)
+        self.send_header("Content-Type", content_type)
         self.send_header("Cache-Control", "no-store")
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()

@@ -23,7 +23,7 @@ from dusttaichi.analysis.threshold_tables import (
 )
 from dusttaichi.analysis.thresholds import thresholds
 from dusttaichi.errors import DustError
-from dusttaichi.report import collisions_data
+from dusttaichi.report import collect_collisions_data
 
 
 def dataset(rows, by_area=1):
@@ -103,7 +103,7 @@ def test_thresholds_with_their_confidence():
 
 def test_a_study_has_a_report():
     """Its figures and the means at each speed; the thresholds with their intervals."""
-    found = collisions_data(at_speeds([STICKS] * 2, [FAILS] * 2, [BREAKS] * 2))
+    found = collect_collisions_data(at_speeds([STICKS] * 2, [FAILS] * 2, [BREAKS] * 2))
     assert "v_stick of a, 1:1: 30 (10 to 90; censored at 30) m/s" in found["remark"]
     assert "docs/studies/outcomes.md" in found["remark"]
     assert found["table"][0][0] == "speed m/s" and [row[0] for row in found["table"][1:]] == [
@@ -111,7 +111,7 @@ def test_a_study_has_a_report():
     ]  # fmt: skip
     names = [figure["name"] for figure in found["figures"]]
     assert names == ["outcomes", "growth", "spectrum"] and "image" in found["figures"][0]
-    assert "v_stick" not in collisions_data(at_speeds([FAILS, MISSES]))["remark"]
+    assert "v_stick" not in collect_collisions_data(at_speeds([FAILS, MISSES]))["remark"]
 
 
 def test_a_folder_without_a_result_says_what_is_in_it(tmp_path):

@@ -39,7 +39,7 @@ def made(path, seed=0):
 
 
 def test_one_file_adds_a_number_with_its_figure(own, tmp_path, monkeypatch):
-    monkeypatch.setattr(page, "particles", lambda run: None)
+    monkeypatch.setattr(page, "collect_particles", lambda run: None)
     options.import_files([OWN])
     runs = [
         analysis.open_run(made(tmp_path / name / "result.nc", n)) for n, name in enumerate("ab")
@@ -49,7 +49,7 @@ def test_one_file_adds_a_number_with_its_figure(own, tmp_path, monkeypatch):
     assert analysis.summary(runs[0])["loss_per_grain"] == pytest.approx(lost)
     assert ("energy lost per grain", value, "") in analysis.table(analysis.summary(runs[0]))
     assert dict(columns(analysis.compare(runs)))["loss per grain"][0] == value
-    (one,) = report.report_data(runs[:1])["runs"]
+    (one,) = report.collect_report_data(runs[:1])["runs"]
     assert ["energy lost per grain", value, ""] in one["table"]
     assert {f["name"]: f["title"] for f in one["figures"]}[
         "loss_per_grain"

@@ -16,7 +16,7 @@ from dusttaichi.analysis import numbers
 from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.analysis.plain import plain_ensemble
 from dusttaichi.commands import ensembles
-from dusttaichi.report import ensemble_data
+from dusttaichi.report import collect_ensemble_data
 
 OWN = "kimura2020/weibull.py"
 with bundled(OWN) as own:
@@ -134,7 +134,7 @@ def test_a_file_of_replicas_brings_its_statistics(ensemble, capsys):
         assert "weibull" not in plots.draw_figures(data)
         dust("plot", folder)
         assert (folder / "weibull.png").exists()
-        titles = [figure["title"] for figure in ensemble_data(data, folder)["figures"]]
+        titles = [figure["title"] for figure in collect_ensemble_data(data, folder)["figures"]]
         assert "Weibull statistics of the tensile strength" in titles
         ensembles._say_statistics(data)
     said = capsys.readouterr().out
@@ -153,7 +153,7 @@ def test_statistics_that_fail_do_not_affect_the_others(ensemble, capsys):
         failed = []
         assert "weibull" in plots.draw_figures(data, failed)
         assert failed == [("own", "KeyError: 'strength_of_another_name'")]
-        remark = ensemble_data(data, folder)["remark"]
+        remark = collect_ensemble_data(data, folder)["remark"]
         assert "own: KeyError" in remark
         others, wrong = plain_ensemble(data)["statistics"]
         assert "KeyError" in wrong["why"] and others["name"] == "weibull"

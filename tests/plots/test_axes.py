@@ -5,8 +5,8 @@ import pytest
 
 from dusttaichi.plots import style
 from dusttaichi.plots.axes import break_text, finish_figure
-from dusttaichi.report.dark import at_night, darken
-from dusttaichi.report.interactive import html, interactive
+from dusttaichi.report.dark import darken, darken_colour
+from dusttaichi.report.interactive import convert_label, make_interactive
 
 
 def shown_ticks(axes):
@@ -37,10 +37,10 @@ def test_every_logarithmic_axis_has_labels(limits, first, count):
 
 
 def test_no_name_of_a_font_is_in_a_label():
-    assert html(r"$\mathdefault{2\times10^{-3}}$") == "2×10<sup>−3</sup>"
+    assert convert_label(r"$\mathdefault{2\times10^{-3}}$") == "2×10<sup>−3</sup>"
     figure, (axes,) = style.create_figure()
     axes.loglog([3.0, 40.0], [1.0, 2.0])  # as an extension may leave it
-    layout = interactive(figure, "one", "One")["layout"]
+    layout = make_interactive(figure, "one", "One")["layout"]
     assert "math" not in str(layout) and layout["xaxis"]["ticktext"]
 
 
@@ -83,7 +83,7 @@ def test_short_stages_are_named_too():
     boxes = [text.get_window_extent() for text in axes.texts]
     assert not any(a.overlaps(b) for n, a in enumerate(boxes) for b in boxes[:n])
     axes.plot([0, 10], [0, 1])
-    layout = interactive(figure, "one", "One")["layout"]
+    layout = make_interactive(figure, "one", "One")["layout"]
     shifts = [note["yshift"] for note in layout["annotations"]]
     assert len(set(shifts)) > 1 and layout["margin"]["t"] > max(shifts) + 12
 
@@ -93,11 +93,11 @@ def test_pictures_have_a_variant_for_dark_pages():
     image = axes.imshow([[0.0, 1.0]])
     figure.colorbar(image, label="numbers")
     before = image.cmap(0.0)
-    found = interactive(figure, "map", "Map")
+    found = make_interactive(figure, "map", "Map")
     assert found["image"] != found["image_dark"]
     assert image.cmap(0.0) == before and figure.patch.get_alpha() == 0.0
     assert min(axes.xaxis.label.get_color()[:3]) > 0.8 and axes.patch.get_alpha() == 1.0
-    assert at_night("white")[0] < 0.1 and at_night("black")[0] > 0.8
+    assert darken_colour("white")[0] < 0.1 and darken_colour("black")[0] > 0.8
     pixels = style.create_canvas(2, 2)
     panel = pixels.subplots()
     picture = panel.imshow(np.array([[[255, 255, 255], [9, 9, 9]]], np.uint8))

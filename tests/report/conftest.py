@@ -32,7 +32,7 @@ def data(tmp_path_factory):
     path = tmp_path_factory.mktemp("report") / "result.nc"
     snapshots.write(path, frames, RADIUS, box=np.zeros(6), scene=SCENE)
     with open_run(path) as run:
-        return report.report_data([run])
+        return report.collect_report_data([run])
 
 
 @pytest.fixture(scope="session")
@@ -55,7 +55,7 @@ def sweep(tmp_path_factory):
     labels = {"status": ["finished", "finished", "a guard stopped it"], "directory": names}
     data = gather(runs, axes, labels, {"title": "made", "scene_resolved": [SCENE]})
     save_ensemble(data, folder / "sweep.nc")
-    return report.ensemble_data(*open_ensemble(folder))
+    return report.collect_ensemble_data(*open_ensemble(folder))
 
 
 @pytest.fixture(scope="module")

@@ -98,7 +98,7 @@ def main(cases):
             result = made(folder / f"{grains}.nc", grains, count)
             began = time.process_time()
             with open_run(result) as run:
-                data = report.report_data([run])
+                data = report.collect_report_data([run])
             path = report.write(data, folder / f"{grains}.html")
             took = time.process_time() - began
             contacts = data["runs"][0]["particles"]["pairs"]["counts"][-1]

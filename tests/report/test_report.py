@@ -24,9 +24,14 @@ from dusttaichi.analysis import is_ensemble, open_ensemble, open_run
 from dusttaichi.analysis.run import Run
 from dusttaichi.errors import DustError
 from dusttaichi.report import contacts, page
-from dusttaichi.report.interactive import html, interactive
-from dusttaichi.report.packing import packed, quantised
-from dusttaichi.report.particles import chosen, dissipated_by_channel, first_colour, particles
+from dusttaichi.report.interactive import convert_label, make_interactive
+from dusttaichi.report.packing import pack_array, quantise
+from dusttaichi.report.particles import (
+    choose_colour,
+    choose_snapshots,
+    collect_particles,
+    list_dissipation,
+)
 from dusttaichi.report.selection import select_particles
 from dusttaichi.scene import load
 
@@ -38,7 +43,7 @@ SOURCE = ROOT / "dusttaichi/report/source"
 
 
 def unpacked(result):
-    """The numbers of `packed` or `quantised`, flat; as data.js does."""
+    """The numbers of `pack_array` or `quantise`, flat; as data.js does."""
     size = int(result["type"][1])
     planes = np.frombuffer(zlib.decompress(base64.b64decode(result["data"])), np.uint8)
     values = np.ascontiguousarray(planes.reshape(size, -1).T).view(f"<{result['type']}").ravel()
@@ -53,12 +58,12 @@ def unpacked(result):
 def test_numbers_are_packed_and_come_back():
     rng = np.random.default_rng(1)
     whole = rng.integers(0, 2**16, (3, 40)).astype("u2")
-    assert np.array_equal(unpacked(packed(whole, 3)), whole.ravel())
+    assert np.array_equal(unpacked(pack_array(whole, 3)), whole.ravel())
     real = rng.normal(size=(5, 30)).astype("f4")
-    assert np.array_equal(unpacked(packed(real)), real.ravel())
-    back = unpacked(quantised(real, 5))
+    assert np.array_equal(unpacked(pack_array(real)), real.ravel())
+    back = unpacked(quantise(real, 5))
     assert np.abs(back - real.ravel()).max() <= 0.51 * np.ptp(real) / 65535
-    kept = quantised([1.0, np.nan, 3.0])
+    kept = quantise([1.0, np.nan, 3.0])
     assert (
         unpacked(kept) == pytest.approx([1.0, kept["low"], 3.0]) and kept["low"] < kept["gap"] < 1
     )
@@ -99,7 +104,7 @@ def test_force_chains_go_on_to_the_walls(tmp_path):
     box = np.array([-4, 4, -4, 4, 0, 8]) * RADIUS
     path = snapshots.write(tmp_path / "result.nc", [frame], RADIUS, box=box, scene=SCENE)
     with open_run(path) as run:
-        view = particles(run)
+        view = collect_particles(run)
     assert view["pairs"]["counts"] == [2]
     assert unpacked(view["pairs"]["ends"]).reshape(2, 2).tolist() == [[1, 0], [0, 2 + 4]]
     assert unpacked(view["pairs"]["force"]) == pytest.approx([5.0, 9.0], rel=1e-4)
@@ -129,7 +134,7 @@ def test_a_page_of_many_grains_shows_a_slice(tmp_path, monkeypatch):
     path = snapshots.write(tmp_path / "result.nc", [frame, frame], RADIUS, box=box, scene=SCENE)
     monkeypatch.setattr(select_particles, "__defaults__", (False, len(middle)))
     with open_run(path) as run:
-        view = particles(run)
+        view = collect_particles(run)
     assert view["count"] == 3 and view["frames"] == 2
     assert all("a slice of 3 of 5 grains" in text for text in view["said"])
     x = unpacked(view["position"]).reshape(2, 3, 3)
@@ -147,15 +152,15 @@ def test_a_page_of_many_grains_shows_a_slice(tmp_path, monkeypatch):
 def test_a_flat_body_has_random_particles():
     x = np.zeros((1, 50, 3))
     frames = xr.Dataset({"position": (("snapshot", "particle", "xyz"), x)})
-    selection = select_particles(frames, flat=True, most=20)
+    selection = select_particles(frames, flat=True, max_count=20)
     assert selection.size == 20 == len(set(selection.numbers))
     assert selection.text == "20 random ones of 50 particles"
-    assert select_particles(frames, flat=True, most=50).text == ""
+    assert select_particles(frames, flat=True, max_count=50).text == ""
 
 
 def test_pages_of_many_particles_keep_fewer_snapshots():
     frames = xr.Dataset({"position": (("snapshot", "grain", "xyz"), np.zeros((50, 40_000, 1)))})
-    numbers = chosen(frames)
+    numbers = choose_snapshots(frames)
     assert len(numbers) == 15 and numbers[0] == 0 and numbers[-1] == 49
     series = xr.Dataset({"shear_strain": ("time", [0.0, 0.1])})
     assert Run("run", series, None, None).sheared
@@ -163,27 +168,27 @@ def test_pages_of_many_particles_keep_fewer_snapshots():
 
 
 def test_runs_have_their_figures_and_numbers_one_alone_or_side_by_side(tmp_path, monkeypatch):
-    monkeypatch.setattr(page, "particles", lambda run: None)
+    monkeypatch.setattr(page, "collect_particles", lambda run: None)
     synthetic.compression_run(tmp_path / "result.nc")
     with open_run(tmp_path) as run:
-        data = report.report_data([run])
+        data = report.collect_report_data([run])
     (one,) = data["runs"]
     assert {"compression", "ledger", "profile"} <= {f["name"] for f in one["figures"]}
     assert dict((row[0], row[1]) for row in one["table"])["grains"] == "1,000"
-    monkeypatch.setattr(page, "particles", lambda run: None)
-    monkeypatch.setattr(page.plots, "drawn", lambda run: [])
+    monkeypatch.setattr(page, "collect_particles", lambda run: None)
+    monkeypatch.setattr(page.plots, "draw_run", lambda run: [])
     paths = [tmp_path / name / "result.nc" for name in "ab"]
     for seed, path in enumerate(paths):
         path.parent.mkdir()
         synthetic.compression_run(path, seed=seed)
     runs = [open_run(path) for path in paths]
-    data = report.report_data(runs)
+    data = report.collect_report_data(runs)
     assert len(data["runs"]) == 2 and len(data["table"][0]) == 3
     assert [f["name"] for f in data["figures"]] == ["compression"]
 
 
 def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeypatch):
-    monkeypatch.setattr(page, "particles", lambda run: None)
+    monkeypatch.setattr(page, "collect_particles", lambda run: None)
 
     def broken(run):
         raise IndexError("index 3 is out of bounds")
@@ -193,7 +198,7 @@ def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeyp
     monkeypatch.setattr(plots.registry, "list_figures", lambda of_method=None: rows)
     synthetic.compression_run(tmp_path / "result.nc")
     with open_run(tmp_path) as run:
-        (one,) = report.report_data([run])["runs"]
+        (one,) = report.collect_report_data([run])["runs"]
     assert {f["name"] for f in one["figures"]} == {"compression", "ledger", "profile"}
     failed = [row for row in one["table"] if row[0] == "figure not drawn"]
     assert failed == [["figure not drawn", "Contacts: IndexError: index 3 is out of bounds", ""]]
@@ -211,7 +216,7 @@ def test_figures_become_interactive():
     axes.axhline(2.5, linestyle="--")
     axes.axvspan(3, 4, color="grey")
     axes.set(xscale="log", xlabel=r"pressure $p_{\rm m}$ (kPa)")
-    found = interactive(figure, "one", "One")
+    found = make_interactive(figure, "one", "One")
     names = {trace["name"]: trace for trace in found["data"]}
     law = names["law, φ<sup>1.8</sup>"]
     assert law["line"]["color"] == "#ff0000" and "px" in law["line"]["dash"]
@@ -223,21 +228,23 @@ def test_figures_become_interactive():
     assert names["steps"]["line"]["shape"] == "vh" and names["with a bar"]["showlegend"]
     assert "px" in found["layout"]["shapes"][0]["line"]["dash"]
     assert [s["type"] for s in found["layout"]["shapes"]] == ["line", "rect"]
-    assert html(r"$-1 \pm 2$, $E_{\rm roll}/r^3$") == "−1 ± 2, E<sub>roll</sub>/r<sup>3</sup>"
+    assert (
+        convert_label(r"$-1 \pm 2$, $E_{\rm roll}/r^3$") == "−1 ± 2, E<sub>roll</sub>/r<sup>3</sup>"
+    )
 
 
 def test_histograms_keep_all_their_steps():
     """matplotlib leaves out of a long path what is finer than a pixel; here a pixel is no unit."""
     figure, shares = Figure(), np.linspace(0.0, 1.0, 100) ** 2
     figure.subplots().stairs(shares, np.linspace(0.1, 0.6, 101), label="end")
-    (trace,) = interactive(figure, "one", "One")["data"]
+    (trace,) = make_interactive(figure, "one", "One")["data"]
     heights = {y for y in trace["y"] if y is not None}
     assert heights == {float(f"{share:.5g}") for share in shares}
     figure = Figure()
     axes = figure.subplots()
     axes.plot([0, 1], [2.0, 3.0])
     axes.set_xticks([0, 1], ["none", "viscous"])
-    layout = interactive(figure, "one", "One")["layout"]
+    layout = make_interactive(figure, "one", "One")["layout"]
     assert layout["xaxis"]["ticktext"] == ["none", "viscous"]
     assert layout["xaxis"]["tickvals"] == [0.0, 1.0] and "tickvals" not in layout["yaxis"]
 
@@ -247,7 +254,7 @@ def test_pictures_stay_pictures():
     for width, wide in ((5.0, False), (10.0, True)):
         figure = Figure(figsize=(width, 1.0))
         figure.subplots().imshow(np.zeros((2, 2)))
-        shown = json.loads(page.as_json(interactive(figure, "one", "One")))
+        shown = json.loads(page.format_json(make_interactive(figure, "one", "One")))
         assert shown["image"].startswith("data:image/png") and shown["wide"] is wide
 
 
@@ -296,7 +303,7 @@ def test_the_engine_reads_what_python_has_packed(data):
     code += f"const a = await unpack({json.dumps(view['position'])});\n"
     code += f"const b = await unpack({json.dumps(view['pairs']['ends'])});\n"
     for name in ("plotly.js", "report.js"):
-        code += f"new Function({json.dumps(page.asset(name))});\n"
+        code += f"new Function({json.dumps(page.read_asset(name))});\n"
     code += "console.log(JSON.stringify([[...a], [...b]]));"
     position, ends = json.loads(node(code))
     assert np.allclose(position, unpacked(view["position"]), atol=1e-6)
@@ -308,7 +315,7 @@ def test_figures_fit_a_narrow_and_a_dark_page():
     figure = Figure(figsize=(10.0, 3.0))
     for number, axes in enumerate(figure.subplots(1, 3, sharey=True)):
         axes.plot([1, 2], [number, 2], color="black", label=f"a name of some length, {number}")
-    given = interactive(figure, "three", "Three")
+    given = make_interactive(figure, "three", "Three")
     code = (SOURCE / "figures.js").read_text(encoding="utf-8")
     code += f"const figure = {json.dumps(given)};\n"
     code += "const made = [arranged(figure, 1100, false), arranged(figure, 360, true)];\n"
@@ -335,18 +342,18 @@ def test_what_was_asked_for_colours_at_first(data):
         radius=np.ones(3), contacts=lost, wall_contacts=None, pairs=np.array([[0, 1], [1, 2]])
     )
     run = SimpleNamespace(tree=SimpleNamespace(children=()))
-    assert contacts.dissipated(run, frame).tolist() == [1.0, 3.0, 2.0]
+    assert contacts.sum_dissipation(run, frame).tolist() == [1.0, 3.0, 2.0]
     labels = ["coordination number", contacts.BODY, contacts.DISSIPATED]
     of_grains = xr.DataArray(
         [[[1.0, 0.0, 2.0]] * 3], {"channel": ["rolling", "sliding", "damping"]},
         ("snapshot", "grain", "channel"),
     )  # fmt: skip
-    labels += [quantity["label"] for quantity in dissipated_by_channel(of_grains, 1)]
+    labels += [quantity["label"] for quantity in list_dissipation(of_grains, 1)]
     assert labels[3:] == [
         "energy dissipated since the start", "dissipated by rolling", "dissipated by damping",
     ]  # fmt: skip
     for collides, there, first in ((True, 2, 1), (False, 2, 0), (True, 3, 2), (True, 6, 3)):
-        assert first_colour(SimpleNamespace(collides=collides), labels[:there]) == first
+        assert choose_colour(SimpleNamespace(collides=collides), labels[:there]) == first
 
 
 def asked(url, host=None):

@@ -148,7 +148,7 @@ def test_its_results_have_its_numbers_and_figures(tmp_path, monkeypatch):
         assert run.method is spring.METHOD and numbers["swing"] == pytest.approx(1e-6)
         assert ("largest displacement", "1 um", "") in analysis.table(numbers)
         assert not numbers["problems"] and set(plots.draw_figures(run)) == {"places"}
-        data = report.report_data([run])
+        data = report.collect_report_data([run])
         assert dict(columns(analysis.compare([run])))["swing"] == ["1 um"]
         assert plain_runs([run])["runs"][0]["numbers"]["swing"]["unit"] == "m"
         with pytest.raises(DustError, match="no pictures of method: spring"):

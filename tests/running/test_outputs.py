@@ -107,7 +107,7 @@ def test_figures_are_drawn_again(tmp_path, suffix):
 def test_figures_films_pages_and_tables(tmp_path, run):
     with open_run(run) as result:
         for _ in range(2):
-            report.write(report.report_data([result]), tmp_path / "page.html")
+            report.write(report.collect_report_data([result]), tmp_path / "page.html")
             to_csv(compare([result]), tmp_path / "table.csv")
     from dusttaichi.plots.animation import _write_gif
 
