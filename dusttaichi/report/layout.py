@@ -168,7 +168,7 @@ def get_legend_name(label):
 
 
 def has_data_coordinates(artist, axes):
-    """Whether an artist has data coordinates along x and y: (bool, bool)."""
+    """Test along x and y if an artist has data coordinates there: (bool, bool)."""
     return artist.get_transform().contains_branch_seperately(axes.transData)
 
 
