@@ -96,8 +96,8 @@ def denser_than(phi, volume, scatter=0.0):
     """Filling factors (POINTS,) and the volume (POINTS,) of particles that are denser."""
     grid = np.linspace(phi.min() - 4 * scatter, phi.max() + 4 * scatter, POINTS)
     if scatter > 0.0:
-        share = 0.5 * scipy.special.erfc((grid[:, None] - phi[None, :]) / (2**0.5 * scatter))
-        return grid, share @ volume
+        fraction = 0.5 * scipy.special.erfc((grid[:, None] - phi[None, :]) / (2**0.5 * scatter))
+        return grid, fraction @ volume
     order = np.argsort(phi, kind="stable")
     above = np.append(np.cumsum(volume[order][::-1])[::-1], 0.0)
     return grid, above[np.searchsorted(phi[order], grid, "right")]
@@ -109,8 +109,8 @@ def histogram(run, snapshot=-1):
     phi, volume = frame.filling_factor[frame.is_dust], frame.volume[frame.is_dust]
     low, high = np.floor(phi.min() / BIN), np.ceil(phi.max() / BIN + 1e-9)
     edges = BIN * np.arange(low, max(high, low + 1) + 1)
-    share, _ = np.histogram(phi, edges, weights=volume / volume.sum())
-    return edges, share
+    volume_fractions, _ = np.histogram(phi, edges, weights=volume / volume.sum())
+    return edges, volume_fractions
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ def section(frame, values, extent=None, pixels=400):
     return Map(shown.reshape(rows, columns), (left, right, bottom, top))
 
 
-def compacted(frame, start):
+def measure_compacted_mass(frame, start):
     """Share of the dust's mass whose filling factor is above that of a start by 5 % of it."""
     dust = frame.is_dust
     denser = frame.filling_factor[dust] > 1.05 * start.filling_factor[dust]

@@ -89,19 +89,19 @@ def stresses(test, m):
     return out
 
 
-def predicted(test, found, m):
-    """Predictions of the materials m for the Observations `found`, (found, m)."""
+def predict_observations(test, test_observations, m):
+    """Predictions of the materials m for Observations of a test, (observations, m)."""
     history = stresses(test, m)
     return np.array(
         [
             seen(
-                one.quantity,
-                middle(test.segments[one.segment].strain)[one.rows],
-                history[one.segment][one.rows],
+                observation.quantity,
+                middle(test.segments[observation.segment].strain)[observation.rows],
+                history[observation.segment][observation.rows],
             )
-            for one in found
+            for observation in test_observations
         ]
-    ).reshape(len(found), -1)
+    ).reshape(len(test_observations), -1)
 
 
 @dataclass(frozen=True)
@@ -138,23 +138,25 @@ class Fit:
 
         quantity: of QUANTITIES.
         """
-        rows = [
-            (model - one.value) / one.scale if quantity == "lambda" else np.log(model / one.value)
-            for (_, one), model in zip(self.rows, self.model, strict=True)
-            if one.quantity == quantity
+        differences = [
+            (model - observation.value) / observation.scale
+            if quantity == "lambda"
+            else np.log(model / observation.value)
+            for (_, observation), model in zip(self.rows, self.model, strict=True)
+            if observation.quantity == quantity
         ]
-        return float(np.sqrt(np.mean(np.square(rows)))) if rows else np.nan
+        return float(np.sqrt(np.mean(np.square(differences)))) if differences else np.nan
 
 
 def all_rows(tests):
     """(test, Observation) of all tests, without duplicates of runs with common first stages."""
-    rows, known = [], set()
+    rows, seen_keys = [], set()
     for test in tests:
-        for one in observations(test):
-            key = (test.seed, test.grains, one.quantity, one.phi, one.value)
-            if key not in known:
-                known.add(key)
-                rows.append((test, one))
+        for observation in observations(test):
+            key = (test.seed, test.grains, observation.quantity, observation.phi, observation.value)
+            if key not in seen_keys:
+                seen_keys.add(key)
+                rows.append((test, observation))
     return rows
 
 
@@ -172,14 +174,17 @@ def fit(tests, phi_2=0.58, rate=None):
     solid = {test.solid_density for test, _ in rows}
     if len(solid) > 1:
         raise DustError("The grains of the runs have several densities; use runs of one material.")
-    whole = _by_seed(rows, rate)
+    rows_by_seed = _by_seed(rows, rate)
     fixed = {
         "solid_density": solid.pop(),
         "density": float(np.mean([test.phi * test.solid_density for test, _ in rows])),
         "phi_2": phi_2,
     }
     best = _least_squares(rows, _inner(np.array(START)), fixed)
-    by_seed = {seed: _outer(_least_squares(own, best, fixed)) for seed, own in whole.items()}
+    by_seed = {
+        seed: _outer(_least_squares(seed_rows, best, fixed))
+        for seed, seed_rows in rows_by_seed.items()
+    }
     values = _outer(best)
     return Fit(
         tests=tuple(tests),
@@ -187,15 +192,15 @@ def fit(tests, phi_2=0.58, rate=None):
         values=values,
         by_seed=by_seed,
         covariance=np.cov(np.array(list(by_seed.values())), rowvar=False),
-        model=_predicted(rows, values[None], fixed)[:, 0],
+        model=_predict_rows(rows, values[None], fixed)[:, 0],
         rate=rate,
         **fixed,
     )
 
 
 def _refuse_missing(tests, rows):
-    there = {one.quantity for _, one in rows}
-    missing = [text for quantity, text in NEEDED.items() if quantity not in there]
+    observed = {observation.quantity for _, observation in rows}
+    missing = [text for quantity, text in NEEDED.items() if quantity not in observed]
     if missing:
         names = ", ".join(test.name for test in tests) or "none"
         raise DustError(
@@ -211,29 +216,33 @@ def _by_seed(rows, rate):
     for less than two seeds.
     """
     seeds = sorted({test.seed for test, _ in rows})
-    whole = {}
+    rows_by_seed = {}
     for seed in seeds:
-        own = [row for row in rows if row[0].seed == seed]
-        seen_in = {one.quantity for _, one in own}
+        seed_rows = [row for row in rows if row[0].seed == seed]
+        seen_in = {observation.quantity for _, observation in seed_rows}
         if {"p", "q", "M"} <= seen_in:
-            phi = [one.phi for _, one in own if one.quantity == "tension"]
+            phi = [
+                observation.phi for _, observation in seed_rows if observation.quantity == "tension"
+            ]
             if not phi or np.ptp(phi) < LEAST_PULLED_SPAN:
-                own = [row for row in own if row[1].quantity != "tension"]
-                own += [row for row in rows if row[1].quantity == "tension"]
-            whole[seed] = own
-    if len(whole) < 2:
+                seed_rows = [row for row in seed_rows if row[1].quantity != "tension"]
+                seed_rows += [row for row in rows if row[1].quantity == "tension"]
+            rows_by_seed[seed] = seed_rows
+    if len(rows_by_seed) < 2:
         raise DustError(
             "A fit needs compression and a small unloading of at least two seeds. At "
-            f"{rate:.3g} 1/s there are such runs for {len(whole)} of the seeds "
+            f"{rate:.3g} 1/s there are such runs for {len(rows_by_seed)} of the seeds "
             f"{', '.join(map(str, seeds)) or '(none)'}; another --rate may have more."
         )
-    return whole
+    return rows_by_seed
 
 
 def _main_rate(rows):
     """Rate of the compression with unloading that has most grains in all [1/s]."""
     grains = defaultdict(int)
-    for rate, size in {(one.rate, t.grains) for t, one in rows if one.quantity == "M"}:
+    for rate, size in {
+        (observation.rate, t.grains) for t, observation in rows if observation.quantity == "M"
+    }:
         grains[rate] += size
     return max(grains, key=grains.get)
 
@@ -241,20 +250,28 @@ def _main_rate(rows):
 def _with_errors(rows):
     """The rows with the scatter over the seeds added to the errors of the observations."""
     same = defaultdict(list)
-    for test, one in rows:
-        same[_key(test, one)].append(np.log(max(one.value, 1e-3 * one.scale)))
+    for test, observation in rows:
+        same[_key(test, observation)].append(
+            np.log(max(observation.value, 1e-3 * observation.scale))
+        )
     spread = {key: np.std(v, ddof=1) if len(v) > 1 else 0.0 for key, v in same.items()}
     return [
-        (test, replace(one, error=float(np.hypot(one.error, spread[_key(test, one)]))))
-        if one.quantity != "lambda"
-        else (test, one)
-        for test, one in rows
+        (
+            test,
+            replace(
+                observation,
+                error=float(np.hypot(observation.error, spread[_key(test, observation)])),
+            ),
+        )
+        if observation.quantity != "lambda"
+        else (test, observation)
+        for test, observation in rows
     ]
 
 
-def _key(test, one):
-    width = BIN if one.quantity in ("p", "q") else 0.02
-    return (one.quantity, test.grains, round(one.phi / width))
+def _key(test, observation):
+    width = BIN if observation.quantity in ("p", "q") else 0.02
+    return (observation.quantity, test.grains, round(observation.phi / width))
 
 
 def _inner(values):
@@ -265,7 +282,7 @@ def _outer(inner):
     return np.where(LOGS, np.exp(np.where(LOGS, inner, 0.0)), inner)
 
 
-def _predicted(rows, values, fixed):
+def _predict_rows(rows, values, fixed):
     """Predictions of materials (materials, parameters) for the rows, (rows, materials)."""
     m = numbers_of(values, **fixed)
     of_test = defaultdict(list)
@@ -274,7 +291,7 @@ def _predicted(rows, values, fixed):
     out = np.empty((len(rows), len(values)))
     for numbers in of_test.values():
         test = rows[numbers[0]][0]
-        out[numbers] = predicted(test, [rows[n][1] for n in numbers], m)
+        out[numbers] = predict_observations(test, [rows[n][1] for n in numbers], m)
     return out
 
 
@@ -285,39 +302,41 @@ def _residuals(rows, predicted_values):
     """
     out = np.empty_like(predicted_values)
     counts = {name: count for name, count in quantities(rows).items() if count}
-    for n, (_, one) in enumerate(rows):
-        new = predicted_values[n]
-        if one.quantity == "lambda":
-            out[n] = (new - one.value) / one.scale / one.error
+    for n, (_, observation) in enumerate(rows):
+        predictions = predicted_values[n]
+        if observation.quantity == "lambda":
+            out[n] = (predictions - observation.value) / observation.scale / observation.error
         else:
             # a logarithm down to a tenth, then a straight line, which has no pole
-            ratio = new / one.value
+            ratio = predictions / observation.value
             low = np.log(0.1) + (ratio - 0.1) / 0.1
-            out[n] = np.where(ratio > 0.1, np.log(np.maximum(ratio, 0.1)), low) / one.error
-        out[n] *= np.sqrt(len(rows) / len(counts) / counts[one.quantity])
+            out[n] = np.where(ratio > 0.1, np.log(np.maximum(ratio, 0.1)), low) / observation.error
+        out[n] *= np.sqrt(len(rows) / len(counts) / counts[observation.quantity])
     return out
 
 
 def _least_squares(rows, start, fixed):
     lowest, highest = LOWEST + 2 * STEP, HIGHEST - 2 * STEP
-    least_phi = min(one.phi for _, one in rows)
+    least_phi = min(observation.phi for _, observation in rows)
     highest[list(PARAMETERS).index("compressive.phi_1")] = least_phi - 0.006
 
     def differences(x):
-        return _residuals(rows, _predicted(rows, _outer(x)[None], fixed))[:, 0]
+        return _residuals(rows, _predict_rows(rows, _outer(x)[None], fixed))[:, 0]
 
     def slopes(x):
         moved = x + STEP * np.vstack([np.eye(len(x)), -np.eye(len(x))])
-        both = _residuals(rows, _predicted(rows, _outer(moved), fixed))
+        both = _residuals(rows, _predict_rows(rows, _outer(moved), fixed))
         return (both[:, : len(x)] - both[:, len(x) :]) / (2 * STEP)
 
     start = np.clip(start, lowest + 1e-6, highest - 1e-6)
-    found = scipy.optimize.least_squares(
+    minimum = scipy.optimize.least_squares(
         differences, start, slopes, (lowest, highest), loss="soft_l1", xtol=1e-6, max_nfev=60
     )
-    return found.x
+    return minimum.x
 
 
 def quantities(rows):
     """Number of rows of each quantity."""
-    return {name: sum(one.quantity == name for _, one in rows) for name in QUANTITIES}
+    return {
+        name: sum(observation.quantity == name for _, observation in rows) for name in QUANTITIES
+    }

@@ -31,11 +31,11 @@ def result_files(paths):
     """Result files of runs, or of all runs in folders of replicas. Raises DustError."""
     files = []
     for path in map(Path, paths):
-        own = path if path.suffix == ".nc" else path / RESULT
-        below = [] if own.exists() else sorted(path.glob(f"*/{RESULT}"))
-        if not own.exists() and not below:
+        file = path if path.suffix == ".nc" else path / RESULT
+        below = [] if file.exists() else sorted(path.glob(f"*/{RESULT}"))
+        if not file.exists() and not below:
             raise DustError(f"{path} has no run: neither {RESULT} nor folders with one.")
-        files += below or [own]
+        files += below or [file]
     if not files:
         raise DustError(
             "dust fit continuum needs grain runs, such as those of the scenes in "
@@ -50,26 +50,26 @@ def fit_runs(paths, phi_2=0.58, rate=None):
     Raises DustError where observations are missing, or where the result is not a valid material.
     """
     tests = [grain_test(open_run(path)) for path in result_files(paths)]
-    found = continuum_fit.fit(tests, phi_2, rate)
+    material_fit = continuum_fit.fit(tests, phi_2, rate)
     try:
-        ContinuumMaterial.model_validate(block(found, "dust"))
+        ContinuumMaterial.model_validate(block(material_fit, "dust"))
     except ValidationError as error:
         first = error.errors()[0]
         raise DustError(
             f"The fit gives no valid material: {'.'.join(map(str, first['loc']))} {first['msg']}"
         ) from None
-    return found
+    return material_fit
 
 
 def block(fit, name):
     """The material of a Fit as plain data of the YAML, with the source of every number."""
-    values = dict(zip(PARAMETERS, (_rounded(v) for v in fit.values), strict=True))
+    values = dict(zip(PARAMETERS, (_round_number(v) for v in fit.values), strict=True))
     data = {
         "name": name,
         "bulk_modulus": f"{values['bulk_modulus']:g} Pa",
         "exponent": values["exponent"],
         "solid_density": f"{fit.solid_density:g} kg/m^3",
-        "density": f"{_rounded(fit.density):g} kg/m^3",
+        "density": f"{_round_number(fit.density):g} kg/m^3",
         "shear_ratio": values["shear_ratio"],
         "compressive": {
             "phi_1": values["compressive.phi_1"],
@@ -96,19 +96,19 @@ def block(fit, name):
     return {**data, "source": source}
 
 
-def _rounded(value):
+def _round_number(value):
     return float(f"{value:.{DIGITS}g}")
 
 
 def _reach(fit):
-    return max(one.phi for _, one in fit.rows)
+    return max(observation.phi for _, observation in fit.rows)
 
 
 def _source(fit, key):
     """Source of a number: points, seeds, grains, rate, and standard deviation over the seeds."""
     counts = quantities(fit.rows)
     seen = " and ".join(f"{counts[name]} of {name}" for name in _SEEN_IN[key])
-    tests = [test for test, one in fit.rows if one.quantity in _SEEN_IN[key]]
+    tests = [test for test, observation in fit.rows if observation.quantity in _SEEN_IN[key]]
     grains = sorted({test.grains for test in tests})
     unit = PARAMETERS[key][0].replace("1", "")
     return (
@@ -129,7 +129,7 @@ def numbers(fit):
     return {
         "material": block(fit, "dust"),
         "deviations": {name: fit.deviation(name) for name in QUANTITIES},
-        "speeds": [asdict(one) for one in speeds(curves(fit.tests))],
+        "speeds": [asdict(speed) for speed in speeds(curves(fit.tests))],
     }
 
 
@@ -161,13 +161,13 @@ def speeds_table(fit):
 
     return [
         (
-            "at rest" if one.rate == 0 else f"{one.rate:.3g}",
-            str(one.grains),
-            str(one.runs),
-            text(one.axial, one.axial_spread),
-            text(one.p, one.p_spread),
+            "at rest" if speed.rate == 0 else f"{speed.rate:.3g}",
+            str(speed.grains),
+            str(speed.runs),
+            text(speed.axial, speed.axial_spread),
+            text(speed.p, speed.p_spread),
         )
-        for one in speeds(curves(fit.tests))
+        for speed in speeds(curves(fit.tests))
     ]
 
 
@@ -187,9 +187,9 @@ def observations_csv(fit):
     names = ["run", "seed", "grains", "rate [1/s]", "quantity", "filling factor", "grains [Pa]",
              "material [Pa]", "relative error"]  # fmt: skip
     rows = [
-        (test.name, test.seed, test.grains, f"{one.rate:.4g}", one.quantity, one.phi, one.value,
-         model, one.error)
-        for (test, one), model in zip(fit.rows, fit.model, strict=True)
+        (test.name, test.seed, test.grains, f"{observation.rate:.4g}", observation.quantity,
+         observation.phi, observation.value, model, observation.error)
+        for (test, observation), model in zip(fit.rows, fit.model, strict=True)
     ]  # fmt: skip
     return _csv(names, rows)
 

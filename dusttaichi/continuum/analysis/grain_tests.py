@@ -68,8 +68,8 @@ class GrainTest:
 
 def grain_test(run):
     """The GrainTest of a Run. Raises DustError without stress, or where it is not confined."""
-    whole = run.series
-    if "stress" not in whole or "filling_factor" not in whole:
+    series = run.series
+    if "stress" not in series or "filling_factor" not in series:
         raise DustError(
             f"{run.path} has no stress of the grains, and the stress at the sides is needed beside "
             "that along z: set output.stress: true (a periodic cell has it by default)."
@@ -78,7 +78,7 @@ def grain_test(run):
         raise DustError(f"{run.path} has no material of grains: it is no run of grains.")
     if run.sheared:
         raise DustError(f"{run.path} is no confined test: its cell is sheared.")
-    segments = tuple(filter(None, (_segment(run, part) for part in run.parts)))
+    segments = tuple(filter(None, (_segment(run, stage) for stage in run.parts)))
     sideways = max((np.abs(s.strain[:, :2]).max() for s in segments), default=0.0)
     along = max((np.abs(s.strain[:, 2]).max() for s in segments), default=0.0)
     if not along or sideways > SIDEWAYS * along:
@@ -93,22 +93,22 @@ def grain_test(run):
         seed=int(sample.get("seed", 0)),
         grains=run.grains,
         solid_density=float(run.material.density),
-        phi=float(whole.filling_factor[0]),
+        phi=float(series.filling_factor[0]),
         segments=segments,
     )
 
 
-def _segment(run, part):
+def _segment(run, stage):
     """The Segment of a stage, or of a run without stages; None where it has no records."""
     first = run.series.isel(time=0)
-    includes_start = part.start.step >= part.series.step[0]
-    series = part.series.isel(time=slice(int(includes_start), None))
+    includes_start = stage.start.step >= stage.series.step[0]
+    series = stage.series.isel(time=slice(int(includes_start), None))
     if not len(series.time):
         return None
-    strain = np.vstack([_strain(part.start, first)[None], _strain(series, first)])
+    strain = np.vstack([_strain(stage.start, first)[None], _strain(series, first)])
     stress = -np.stack([series.stress.values[:, k, k] for k in range(3)], axis=1)
-    whole = np.isfinite(stress).all(axis=1)
-    strain, stress = strain[np.r_[True, whole]], stress[whole]
+    is_complete = np.isfinite(stress).all(axis=1)
+    strain, stress = strain[np.r_[True, is_complete]], stress[is_complete]
     if not len(stress):
         return None
     grown = -(strain[-1] - strain[0]).sum()
@@ -116,7 +116,7 @@ def _segment(run, part):
     if abs(grown) < 1e-6:
         kind = "rest"
     middle = 0.5 * (strain[1:] + strain[:-1]).sum(axis=1)
-    span = float(series.time[-1] - part.start.time)
+    span = float(series.time[-1] - stage.start.time)
     return Segment(
         kind=kind,
         name=run.whole.stages[int(series.stage[-1])] if run.whole.stages else "",

@@ -91,7 +91,7 @@ def intrusion(run):
     dimension = int(run.attrs["dimension"])
     stop = first_stop(time, height, velocity)
     falling = height + 0.5 * gravity * time**2, velocity + gravity * time
-    after = velocity[time > stop.time] if stop is not None else np.zeros(0)
+    speeds_after_stop = velocity[time > stop.time] if stop is not None else np.zeros(0)
     return Intrusion(
         name=bead["name"],
         time=time,
@@ -104,5 +104,5 @@ def intrusion(run):
         momentum=momentum_per_area(bead["mass"], speed, bead["diameter"], dimension),
         stop=stop,
         without_gravity=first_stop(time, *falling),
-        rebound=float(max(after.max(initial=0.0), 0.0)),
+        rebound=float(max(speeds_after_stop.max(initial=0.0), 0.0)),
     )

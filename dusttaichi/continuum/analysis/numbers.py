@@ -7,7 +7,11 @@ from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.analysis.numbers.registry import quiet
 from dusttaichi.analysis.settings import value_at
 from dusttaichi.continuum.analysis import laboratory
-from dusttaichi.continuum.analysis.filling import axis_profile, compacted, cumulated_volume
+from dusttaichi.continuum.analysis.filling import (
+    axis_profile,
+    cumulated_volume,
+    measure_compacted_mass,
+)
 from dusttaichi.continuum.analysis.intrusion import intrusion
 from dusttaichi.continuum.analysis.particles import read_particles
 from dusttaichi.continuum.analysis.pieces import (
@@ -26,18 +30,18 @@ LEAST_NET = 0.1  # of losses and gains together: else gains are nearly as large 
 
 
 def _measure(run):
-    found = {"particles": int(run.attrs["particles"])} | numerical_dissipation(ledger(run))
+    numbers = {"particles": int(run.attrs["particles"])} | numerical_dissipation(ledger(run))
     if len(run.series.time) and "substeps" in run.series:
-        found["time_steps"] = int(run.series.substeps[-1])
+        numbers["time_steps"] = int(run.series.substeps[-1])
     if len(run.series.time) and "largest_filling_factor" in run.series:
         largest = float(run.series.largest_filling_factor.max())
-        found["largest_filling_factor"] = largest or None  # 0 without dust
+        numbers["largest_filling_factor"] = largest or None  # 0 without dust
     if run.snapshots is None:
-        return found
+        return numbers
     first, last = read_particles(run, 0), read_particles(run, -1)
     if first.is_dust.any():
-        found["compacted_mass"] = compacted(last, first)
-    return found | (_impact(run) if run.intrudes else _flight(run))
+        numbers["compacted_mass"] = measure_compacted_mass(last, first)
+    return numbers | (_impact(run) if run.intrudes else _flight(run))
 
 
 def numerical_dissipation(energies):
@@ -52,8 +56,8 @@ def numerical_dissipation(energies):
     lost, size = sum(ends.values()), sum(map(abs, ends.values()))
     energy = energies.reference[-1]
     if lost >= LEAST_LOST * energy and lost >= LEAST_NET * size:
-        share = sum(energies.shares.get(channel, 0.0) for channel in NUMERICAL)
-        return {"numerical_dissipation": share}
+        fraction = sum(energies.shares.get(channel, 0.0) for channel in NUMERICAL)
+        return {"numerical_dissipation": fraction}
     numerical = sum(ends.get(channel, 0.0) for channel in NUMERICAL)
     return {
         "numerical_dissipation_problem": f"{100 * numerical / energy:.2g}% of the energy; all "
@@ -66,7 +70,7 @@ def _impact(run):
         way = intrusion(run)
     except DustError as error:  # nothing has happened to the dust
         return {"stop_problem": f"none: {error}"}
-    found = {
+    numbers = {
         "impact_speed": way.speed,
         "momentum_per_area": way.momentum,
         "rebound": way.rebound if way.stop else None,
@@ -75,19 +79,19 @@ def _impact(run):
     }
     for name, stop in (("", way.stop), ("_weightless", way.without_gravity)):
         if stop is None:
-            found |= {} if name else {"stop_problem": "not reached: the run ended before"}
+            numbers |= {} if name else {"stop_problem": "not reached: the run ended before"}
         else:
-            found |= {f"stopping_time{name}": stop.time, f"depth{name}": stop.depth}
+            numbers |= {f"stopping_time{name}": stop.time, f"depth{name}": stop.depth}
     if way.stop is not None:
-        found["sine_rms"] = (way.without_gravity or way.stop).rms
+        numbers["sine_rms"] = (way.without_gravity or way.stop).rms
     density = way.mass / (np.pi / 4.0 * way.diameter**2)
     mass = way.mass
     if way.dimension == 2:
         mass = laboratory.sphere_mass(way.diameter, density)
     if way.speed > 0.0:
-        found["depth_law"] = laboratory.depth(mass, way.speed)
-        found["stopping_time_law"] = laboratory.stopping_time(mass, way.speed)
-    return found
+        numbers["depth_law"] = laboratory.depth(mass, way.speed)
+        numbers["stopping_time_law"] = laboratory.stopping_time(mass, way.speed)
+    return numbers
 
 
 def _flight(run):
@@ -95,45 +99,47 @@ def _flight(run):
     start = velocities_at_start(run)
     if not any(np.linalg.norm(velocity) > 0.0 for velocity in start.values()):
         return {}
-    parts = pieces(run)
-    found = {
-        "pieces": len(parts.mass),
-        "largest_piece": parts.largest_share,
-        "sticking_mass": parts.sticking_share if parts.walled and is_pushed(run) else None,
+    end_pieces = pieces(run)
+    numbers = {
+        "pieces": len(end_pieces.mass),
+        "largest_piece": end_pieces.largest_share,
+        "sticking_mass": end_pieces.sticking_share
+        if end_pieces.walled and is_pushed(run)
+        else None,
     }
     if len(start) == 1:
         try:
             back = bounce(run)
         except DustError as error:
-            return found | {"restitution_problem": f"none: {error}"}
-        found |= {"dust_restitution": back.coefficient, "largest_rebound": back.rebound}
+            return numbers | {"restitution_problem": f"none: {error}"}
+        numbers |= {"dust_restitution": back.coefficient, "largest_rebound": back.rebound}
     elif len(start) == 2:
         back = collide(run)
-        found |= {"dust_restitution": back.coefficient, "restitution_problem": back.problem}
-    return found
+        numbers |= {"dust_restitution": back.coefficient, "restitution_problem": back.problem}
+    return numbers
 
 
 def _number(value):
     return value if np.isfinite(value) else None
 
 
-def _scaled(scale, text, unit):
+def _scale_text(scale, text, unit):
     return lambda value, n: f"{value * scale:{text}} {unit}"
 
 
 def _law(key, scale, unit, equation):
     """Text of the laws of G09 beside the numbers of a sphere."""
 
-    def beside(n):
+    def write_law(n):
         law = n[key]
         return "" if law is None else f"{law * scale:.3g} {unit} (G09 eq {equation})"
 
-    return beside
+    return write_law
 
 
 def _pieces(value, n):
-    share = f"{n['largest_piece']:.1%} of the mass in the largest"
-    return f"{value}, {share}" if value > 1 else "1"
+    largest_text = f"{n['largest_piece']:.1%} of the mass in the largest"
+    return f"{value}, {largest_text}" if value > 1 else "1"
 
 
 LOW, HIGH = laboratory.COMPACTED
@@ -149,9 +155,9 @@ DUST = Family(
         Observable(name="stop_problem", title="stopping time", unit="", column=None,
                    about="why there is no stopping time"),
         Observable(name="stopping_time", title="stopping time", unit="s", why="stop_problem",
-                   text=_scaled(1e3, ".3f", "ms"), column=None, figure="deceleration"),
+                   text=_scale_text(1e3, ".3f", "ms"), column=None, figure="deceleration"),
         Observable(name="stopping_time_weightless", title="… with g t^2/2 taken away", unit="s",
-                   text=_scaled(1e3, ".3f", "ms"),
+                   text=_scale_text(1e3, ".3f", "ms"),
                    literature=_law("stopping_time_law", 1e3, "ms", 13),
                    column=("stopping time ms", "{:.2f}", 1e-3), wanted=7,
                    trade_name="stopping_time", about="stopping time of a bead, g t^2/2 taken away",
@@ -159,14 +165,14 @@ DUST = Family(
         Observable(name="depth_problem", title="depth", unit="", column=None,
                    about="why there is no depth",
                    value=lambda found: found.get("stop_problem")),
-        Observable(name="depth", title="depth", unit="m", text=_scaled(1e3, ".3f", "mm"),
+        Observable(name="depth", title="depth", unit="m", text=_scale_text(1e3, ".3f", "mm"),
                    why="stop_problem", column=None, figure="deceleration"),
         Observable(name="depth_weightless", title="… with g t^2/2 taken away", unit="m",
-                   text=_scaled(1e3, ".3f", "mm"), literature=_law("depth_law", 1e3, "mm", 12),
+                   text=_scale_text(1e3, ".3f", "mm"), literature=_law("depth_law", 1e3, "mm", 12),
                    column=("depth mm", "{:.3f}", 1e-3), wanted=6, trade_name="depth",
                    about="depth of a bead, g t^2/2 taken away", figure="deceleration"),
         Observable(name="sine_rms", title="rms from the sine", unit="m", column=None,
-                   text=_scaled(1e6, ".1f", "µm"), literature="2.5-28 µm (G09)"),
+                   text=_scale_text(1e6, ".1f", "µm"), literature="2.5-28 µm (G09)"),
         Observable(name="rebound", title="fastest rebound", unit="m/s", text="{:.4f} m/s",
                    column=None),
         quiet("stopping_time_law", "stopping time by G09 eq 13", "s"),

@@ -54,15 +54,15 @@ class Observation:
 
 def observations(test):
     """All Observations of a GrainTest."""
-    found = []
+    rows = []
     for number, segment in enumerate(test.segments):
         if segment.kind == "press":
-            found += _pressed(number, segment, test.phi)
+            rows += _observe_compression(number, segment, test.phi)
         elif segment.kind == "release":
-            found += _unloaded(number, segment, _rate_before(test, number))
+            rows += _observe_unloading(number, segment, _rate_before(test, number))
         elif segment.kind == "pull":
-            found += _pulled(number, segment, _rate_before(test, number))
-    return found
+            rows += _observe_tension(number, segment, _rate_before(test, number))
+    return rows
 
 
 def _rate_before(test, number):
@@ -101,39 +101,39 @@ def middle(strain):
     return 0.5 * (strain[1:] + strain[:-1])
 
 
-def _pressed(number, segment, start):
+def _observe_compression(number, segment, start):
     bins = np.floor(segment.phi / BIN).astype(int)
-    for one in np.unique(bins):
-        rows = np.flatnonzero(bins == one)
+    for bin_number in np.unique(bins):
+        rows = np.flatnonzero(bins == bin_number)
         phi = float(segment.phi[rows].mean())
         if phi < LEAST_GROWTH * start or len(rows) < 2:
             continue
-        part = slice(int(rows[0]), int(rows[-1]) + 1)
+        records = slice(int(rows[0]), int(rows[-1]) + 1)
         for quantity in ("p", "q"):
-            value = float(seen(quantity, None, segment.stress[part]))
+            value = float(seen(quantity, None, segment.stress[records]))
             if value > 0:
-                yield Observation(quantity, number, phi, value, 0.05, part, segment.rate, value)
+                yield Observation(quantity, number, phi, value, 0.05, records, segment.rate, value)
 
 
-def _unloaded(number, segment, rate):
+def _observe_unloading(number, segment, rate):
     first = int(np.ceil(SETTLING * len(segment.stress)))
-    part = slice(first, len(segment.stress))
+    records = slice(first, len(segment.stress))
     if len(segment.stress) - first < LEAST_RECORDS:
         return
-    strain, stress = middle(segment.strain)[part], segment.stress[part]
+    strain, stress = middle(segment.strain)[records], segment.stress[records]
     M = float(seen("M", strain, stress))
     x = strain[:, 2] - strain[:, 2].mean()
-    left = stress[:, 2] - stress[:, 2].mean() + M * x
-    error = float(np.sqrt((left @ left) / (len(x) - 2) / (x @ x)))
+    residuals = stress[:, 2] - stress[:, 2].mean() + M * x
+    error = float(np.sqrt((residuals @ residuals) / (len(x) - 2) / (x @ x)))
     if M <= 0 or error > UNCERTAIN * M:
         return
-    phi = float(segment.phi[part].mean())
+    phi = float(segment.phi[records].mean())
     for quantity in ("M", "lambda"):
         value = float(seen(quantity, strain, stress))
-        yield Observation(quantity, number, phi, value, max(error / M, 0.05), part, rate, M)
+        yield Observation(quantity, number, phi, value, max(error / M, 0.05), records, rate, M)
 
 
-def _pulled(number, segment, rate):
+def _observe_tension(number, segment, rate):
     pull = smooth(-segment.pressure)
     top = int(np.argmax(pull))
     if pull[top] > 0 and top < len(pull) - 1:
@@ -142,9 +142,9 @@ def _pulled(number, segment, rate):
         yield Observation("tension", number, phi, value, 0.05, rows, rate, value)
 
 
-def same_rate(one, other):
+def same_rate(rate, other_rate):
     """True for rates within a factor of two."""
-    return bool(one > 0 and other > 0 and 0.5 < one / other < 2.0)
+    return bool(rate > 0 and other_rate > 0 and 0.5 < rate / other_rate < 2.0)
 
 
 @dataclass(frozen=True)
@@ -193,12 +193,14 @@ def _reach(test):
 
 
 def _curves(tests):
-    found = []
+    drawn_curves = []
     for test in tests:
         points = defaultdict(dict)
-        for one in observations(test):
-            if one.quantity in ("p", "q"):
-                points[one.rate].setdefault(one.phi, {})[one.quantity] = one.value
+        for observation in observations(test):
+            if observation.quantity in ("p", "q"):
+                points[observation.rate].setdefault(observation.phi, {})[observation.quantity] = (
+                    observation.value
+                )
         for number, segment in enumerate(test.segments):
             if segment.kind == "rest" and number and test.segments[number - 1].kind == "press":
                 last = slice(-max(len(segment.stress) // 3, 1), None)
@@ -206,12 +208,14 @@ def _curves(tests):
                 if p > 0 and q > 0:
                     points[0.0][float(segment.phi[-1])] = {"p": p, "q": q}
         for rate, of_rate in points.items():
-            whole = sorted((phi, v["p"], v["q"]) for phi, v in of_rate.items() if len(v) == 2)
-            if whole:
-                phi, p, q = np.array(whole).T
+            complete_points = sorted(
+                (phi, v["p"], v["q"]) for phi, v in of_rate.items() if len(v) == 2
+            )
+            if complete_points:
+                phi, p, q = np.array(complete_points).T
                 axial = p + 2.0 / 3.0 * q
-                found.append(Curve(test.name, test.seed, test.grains, rate, phi, p, axial))
-    return found
+                drawn_curves.append(Curve(test.name, test.seed, test.grains, rate, phi, p, axial))
+    return drawn_curves
 
 
 @dataclass(frozen=True)
@@ -231,10 +235,10 @@ class Speed:
     p_spread: float
 
 
-def speeds(found):
+def speeds(rate_curves):
     """A Speed for each rate and number of grains of the Curves within COMPARED."""
     groups = []
-    for curve in found:
+    for curve in rate_curves:
         for group in groups:
             alike = same_rate(group[0].rate, curve.rate) or group[0].rate == curve.rate
             if alike and group[0].grains == curve.grains:

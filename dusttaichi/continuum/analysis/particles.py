@@ -89,8 +89,8 @@ class ParticleFrame:
     @property
     def size(self):
         """Distance (N,) [m] to the nearest particles in a close packing of such volumes."""
-        share = TRIANGULAR if self.dimension == 2 else HEXAGONAL
-        return (self.volume / share) ** (1.0 / self.dimension)
+        packing_factor = TRIANGULAR if self.dimension == 2 else HEXAGONAL
+        return (self.volume / packing_factor) ** (1.0 / self.dimension)
 
 
 def has_dust(run):

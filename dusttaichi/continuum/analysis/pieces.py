@@ -73,8 +73,8 @@ def pieces_of(frame, planes=()):
     i, j = pairs.T
     near = np.linalg.norm(x[i] - x[j], axis=1) < APART * 0.5 * (size[i] + size[j])
     weight = frame.mass[moves]
-    count, found = connected(pairs[near], len(x))
-    label = largest_first(found, weight)
+    count, component = connected(pairs[near], len(x))
+    label = largest_first(component, weight)
     mass = np.bincount(label, weight, minlength=count)
 
     def mean(vectors):
@@ -113,14 +113,14 @@ def velocities_at_start(run):
     It is 0 for a body whose particles move without it.
     """
     frame = read_particles(run, 0)
-    moves, found = frame.flies, {}
+    moves, velocities = frame.flies, {}
     for n in np.unique(frame.body[moves]):
-        own = moves & (frame.body == n)
-        velocity = np.average(frame.velocity[own], axis=0, weights=frame.mass[own])
-        fastest = np.linalg.norm(frame.velocity[own], axis=1).max()
+        members = moves & (frame.body == n)
+        velocity = np.average(frame.velocity[members], axis=0, weights=frame.mass[members])
+        fastest = np.linalg.norm(frame.velocity[members], axis=1).max()
         flies = np.linalg.norm(velocity) > STILL * fastest
-        found[int(n)] = velocity if flies else np.zeros(3)
-    return found
+        velocities[int(n)] = velocity if flies else np.zeros(3)
+    return velocities
 
 
 def is_pushed(run):
@@ -221,16 +221,16 @@ def bounce(run):
     """
     if not (is_pushed(run) or _is_deflected(run)):
         raise DustError("the body has met nothing")
-    parts = pieces(run)
+    end_pieces = pieces(run)
     start = velocities_at_start(run)[0]
     axis = int(np.argmax(np.abs(start)))
     momentum = run.whole.series.momentum.isel(xyz=axis).values
-    back = -momentum / (parts.mass.sum() * start[axis])
-    fixed = parts.sticks[0] and _pushed_at_the_end(run)
-    coefficient = 0.0 if fixed else -parts.velocity[0, axis] / start[axis]
+    back = -momentum / (end_pieces.mass.sum() * start[axis])
+    fixed = end_pieces.sticks[0] and _pushed_at_the_end(run)
+    coefficient = 0.0 if fixed else -end_pieces.velocity[0, axis] / start[axis]
     if coefficient < 0.0:
         raise DustError("the body still moves on; let the run continue")
-    return Bounce(float(coefficient), float(back.max(initial=0.0)), parts, AXES[axis])
+    return Bounce(float(coefficient), float(back.max(initial=0.0)), end_pieces, AXES[axis])
 
 
 def _pushed_at_the_end(run):
@@ -260,7 +260,7 @@ def collide(run):
     pieces of both leave each other, along the line between them, over the relative speed at the
     start.
     """
-    frame, parts = read_particles(run), pieces(run)
+    frame, end_pieces = read_particles(run), pieces(run)
     start = velocities_at_start(run)
     bodies = list(start)[:2]
     approach = float(np.linalg.norm(start[bodies[1]] - start[bodies[0]]))
@@ -268,15 +268,15 @@ def collide(run):
         return Rebound(None, "none: the bodies do not approach each other")
     if is_pushed(run):
         return Rebound(None, "none: a wall or fixed dust has acted on a body")
-    first, second = (_piece_of(frame, parts, n) for n in bodies)
+    first, second = (_piece_of(frame, end_pieces, n) for n in bodies)
     if None in (first, second):
         return Rebound(None, "none: a body has broken up, and no piece has half of its mass")
     if first == second:
         return Rebound(None, "none: the bodies stick together")
     if not _have_touched(run, bodies):
         return Rebound(None, f"none: {_untouched_reason(frame, bodies)}")
-    apart = parts.centre[second] - parts.centre[first]
-    opening = float((parts.velocity[second] - parts.velocity[first]) @ apart)
+    apart = end_pieces.centre[second] - end_pieces.centre[first]
+    opening = float((end_pieces.velocity[second] - end_pieces.velocity[first]) @ apart)
     opening /= float(np.linalg.norm(apart))
     if opening < 0.0:
         return Rebound(None, "none: the bodies still approach each other; let the run continue")
@@ -292,8 +292,10 @@ def _untouched_reason(frame, bodies):
     return "the bodies passed each other without touching"
 
 
-def _piece_of(frame, parts, body):
+def _piece_of(frame, end_pieces, body):
     """Number of the piece with more than half of the mass of a body; None where there is none."""
-    own = frame.flies & (frame.body == body)
-    shares = np.bincount(parts.number[own], frame.mass[own]) / frame.mass[own].sum()
-    return int(shares.argmax()) if shares.max() > 0.5 else None
+    members = frame.flies & (frame.body == body)
+    mass_fractions = (
+        np.bincount(end_pieces.number[members], frame.mass[members]) / frame.mass[members].sum()
+    )
+    return int(mass_fractions.argmax()) if mass_fractions.max() > 0.5 else None
