@@ -259,7 +259,7 @@ def test_the_tools_know_the_folder_of_a_study(done, capsys):
     for words in (("compare", out), ("render", out)):
         with pytest.raises(DustError, match="is the folder of a study of collisions, not of a run"):
             dust(*words)
-    with pytest.raises(DustError, match="`dust plot .*` draws it, in Python .*open_collisions"):
+    with pytest.raises(DustError, match="`dust plot .*` draws it, .* in Python .*open_collisions"):
         analysis.open_run(out)
     data, file = analysis.open_collisions(out)
     assert file == out / "collisions.nc" and data.outcome.dims == AXES
