@@ -1,5 +1,9 @@
 """Errors for the user. The command line prints them without a traceback."""
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class DustError(Exception):
     """Error that the user can correct: bad input, a missing file, a full disk. Exit code 2."""
@@ -31,3 +35,20 @@ class Interrupted(DustError):
     def __init__(self, text="interrupted", resumable=True):
         super().__init__(text)
         self.resumable = resumable
+
+
+def with_keywords(text: str) -> str:
+    """The text of an error with keywords of Python in place of options of `dust`."""
+    text = re.sub(r"--(force|resume)\b", r"\1=True", text)
+    text = text.replace("--set ", "").replace("--output", "directory")
+    return re.sub(r"(?<![\w-])--([a-z]+)\b", r"\1", text)
+
+
+@contextmanager
+def naming_keywords() -> Iterator[None]:
+    """Context in which a DustError names keywords of Python in place of options of `dust`."""
+    try:
+        yield
+    except DustError as error:
+        error.args = tuple(with_keywords(part) for part in error.args)
+        raise

@@ -9,6 +9,7 @@ from pathlib import Path
 import yaml
 
 from dusttaichi.errors import DustError
+from dusttaichi.results import outputs
 from dusttaichi.results.integrity import DIGEST, DamagedFile, open_netcdf, refusal
 
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # a terminal would obey them
@@ -91,6 +92,16 @@ def understood(paths):
             f"{foreign[0]} cannot be used ({type(error).__name__}: {lines[0]:.200}). It has no "
             f"attribute {DIGEST}, and its content is not that of a result. {_ADVICE}"
         ) from error
+
+
+@contextmanager
+def writing(*, force=False, inputs=()):
+    """Context in which files of others are not overwritten (`results.outputs.writing`).
+
+    Faults of results are error messages (`understood`). inputs: paths that are read.
+    """
+    with outputs.writing(force=force, inputs=inputs), understood(inputs):
+        yield
 
 
 def _is_foreign(file):

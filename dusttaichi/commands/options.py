@@ -12,7 +12,7 @@ import typer
 
 from dusttaichi.commands import completion
 from dusttaichi.commands.console import remark
-from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.errors import DustError
 from dusttaichi.scene.paths import user_path
 
 
@@ -112,17 +112,11 @@ def with_user_paths(command):
     return call_with_expanded_paths
 
 
-@contextmanager
 def writing(**rules):
-    """Context in which files of others are not overwritten (`results.outputs.writing`).
+    """The context of `analysis.foreign.writing`, imported late for the sake of --help."""
+    from dusttaichi.analysis import foreign
 
-    Faults of results are error messages (`analysis.foreign.understood`).
-    """
-    from dusttaichi.analysis import foreign  # imported late for the sake of --help
-    from dusttaichi.results import outputs
-
-    with outputs.writing(**rules), foreign.understood(rules.get("inputs", ())):
-        yield
+    return foreign.writing(**rules)
 
 
 @contextmanager
@@ -162,12 +156,6 @@ def load_scene(file, threads=None, settings=None, extensions=None):
 
         scene = with_settings(scene, settings)
     return scene if threads is None else scene.with_value("numerics.threads", threads)
-
-
-def study_directory(scene, word, output=None):
-    """Directory of a study: `output`, or that of the runs of its scene with a word appended."""
-    runs = scene.output.directory
-    return output or runs.with_name(f"{runs.name}-{word}")
 
 
 def import_files(files):
@@ -230,12 +218,3 @@ def resume_command(*further, without=None):
         if without and word.partition("=")[0] == without:
             del words[number : number + (1 if "=" in word else 2)]
     return shlex.join(["dust", *(word for word in words if word not in further), *further])
-
-
-@contextmanager
-def resumable(progress, command):
-    """Context in which Ctrl-C raises Interrupted with the progress and the command to continue."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise Interrupted(f"interrupted; {progress}. Continue with: {command}") from None

@@ -14,7 +14,7 @@ from dusttaichi.commands.console import (
 from dusttaichi.commands.ensembles import run_sweep
 from dusttaichi.commands.progress import Phases, progress_bar
 from dusttaichi.commands.report import serve_report
-from dusttaichi.errors import DustError, Interrupted
+from dusttaichi.errors import DustError
 
 
 def run(
@@ -69,22 +69,17 @@ def run(
 def _run_one(scene, directory, *, quiet, phases, **run_options):
     """Run a scene. run_options: arguments of `execute`."""
     from dusttaichi.running import execute
+    from dusttaichi.running.interrupts import resumable
     from dusttaichi.running.progress import show_run
 
     segments = _Segments(scene, phases)
     hooks = {"sampled": lambda sample: phases.end("sample"), "ready": segments.ready}
     hooks["advancing"] = segments
     with progress_bar(quiet, "building") as bar:
-        try:
+        with resumable(options.resume_command("--resume")):
             execute(scene, directory, report=show_run(bar), log=bar.log, **hooks, **run_options)
-            phases.end("steps", segments.seconds)
-            phases.end("output")
-        except Interrupted as stop:
-            if not stop.resumable:
-                raise
-            raise Interrupted(
-                f"{stop}. Continue with: {options.resume_command('--resume')}"
-            ) from None
+        phases.end("steps", segments.seconds)
+        phases.end("output")
 
 
 class _Segments:

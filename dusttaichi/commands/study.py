@@ -7,7 +7,7 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import say_table
-from dusttaichi.commands.ensembles import build_failure_error, run_study, say_result
+from dusttaichi.commands.ensembles import run_study, say_result
 
 
 def study(
@@ -29,22 +29,18 @@ def study(
 
     The file says which runs of a scene it wants, given those that it has.
     """
-    from dusttaichi.analysis.ensemble import save_ensemble
-    from dusttaichi.results.provenance import of_study
+    from dusttaichi.running import study_directory
     from dusttaichi.studies import own
+    from dusttaichi.studies.finish import finish_study
 
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, settings, extensions)
-    mine = own.load(program, scene, options.study_directory(scene, program.stem, output))
+    mine = own.load(program, scene, study_directory(scene, program.stem, output))
     with options.writing(force=force, inputs=[file]):
         engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         point_results = run_study(mine, quiet=quiet, **engine_options)
-        failed = [result for result in point_results.values() if not result.ok]
-        if failed and len(failed) == len(point_results):
-            raise build_failure_error(failed, len(point_results))
-        data = mine.dataset(point_results)
-        data.attrs = of_study(scene) | data.attrs
-        save_ensemble(data, mine.file)
+        results = finish_study(mine, point_results)
+    data = results.data
 
     def show():
         names = [name for name in data.data_vars if data[name].dtype.kind in "fi"]
@@ -55,6 +51,6 @@ def study(
         ]
         say_table(rows, "point", *names, title=data.attrs.get("title"))
 
-    say_result(data, show, [mine.file], as_json=as_json)
-    if failed:
-        raise build_failure_error(failed, len(point_results))
+    say_result(data, show, results.files, as_json=as_json)
+    if results.failure:
+        raise results.failure

@@ -34,13 +34,14 @@ def sweep(
     verbose: options.Verbose = False,
 ):
     """Run a scene over a grid of values: dataset, figure, table."""
+    from dusttaichi.running import study_directory
     from dusttaichi.studies import sweep as studies
     from dusttaichi.studies.settings import with_common_settings
 
     options.refuse_both(force, resume)
     scene = options.load_scene(file, threads, extensions=extensions)
     scene, swept = with_common_settings(scene, settings)
-    study = studies.sweep(scene, swept, options.study_directory(scene, "sweep", output))
+    study = studies.sweep(scene, swept, study_directory(scene, "sweep", output))
     with options.writing(force=force, inputs=[file]):
         engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
         engine_options["part"] = options.part_of(part)

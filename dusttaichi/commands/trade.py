@@ -41,6 +41,7 @@ def trade(
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.plots import save
     from dusttaichi.plots import trade as draw
+    from dusttaichi.running import study_directory
     from dusttaichi.studies import trade_points
     from dusttaichi.studies.trade import TradeStudy, Wanted
 
@@ -52,7 +53,7 @@ def trade(
     requests = Wanted(names, quick, seeds, error_limit, observable)
     with options.writing(force=force, inputs=[file]):
         log = (lambda text: None) if quiet else remark
-        folder = options.study_directory(scene, "trade", output)
+        folder = study_directory(scene, "trade", output)
         study = TradeStudy(scene, folder, requests, threads=threads, log=log)
         fraction = trade_points.parameters_of(study.scene).fraction(study.scene)
         if fraction is not None:

@@ -12,7 +12,7 @@ from dusttaichi.running.opening import Opening
 from dusttaichi.running.state import Report
 from dusttaichi.scene.paths import user_path
 
-__all__ = ["Report", "execute", "run_directory"]
+__all__ = ["Report", "execute", "run_directory", "study_directory"]
 
 
 def run_directory(scene, output=None) -> Path:
@@ -25,6 +25,22 @@ def run_directory(scene, output=None) -> Path:
         Directory to use instead of the scene's.
     """
     return Path(output) if output is not None else Path(scene.output.directory)
+
+
+def study_directory(scene, word, output=None) -> Path:
+    """Directory of a study of a scene: beside that of its run, with a word.
+
+    Parameters
+    ----------
+    scene : Scene
+    word : str
+    output : path, optional
+        Directory to use instead.
+    """
+    if output is not None:
+        return Path(output)
+    runs = Path(scene.output.directory)
+    return runs.with_name(f"{runs.name}-{word}")
 
 
 def execute(

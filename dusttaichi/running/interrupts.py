@@ -90,3 +90,22 @@ def before_the_first_step():
     except KeyboardInterrupt:
         text = "interrupted before the first step: nothing was computed"
         raise Interrupted(text, resumable=False) from None
+
+
+@contextmanager
+def resumable(onward, done=None):
+    """Context in which an interruption raises an Interrupted that says how to continue.
+
+    onward: how, such as a command. done: sentence about what is finished, of a study; without it a
+    KeyboardInterrupt stays one.
+    """
+    try:
+        yield
+    except Interrupted as stop:
+        if not stop.resumable:
+            raise
+        raise Interrupted(f"{stop}. Continue with: {onward}") from None
+    except KeyboardInterrupt:
+        if done is None:
+            raise
+        raise Interrupted(f"interrupted; {done}. Continue with: {onward}") from None

@@ -9,7 +9,7 @@ _HOMES = {
     "boundary": "BoxBoundary Drive OpenBoundary PeriodicBoundary PlatesBoundary bounded_axes "
     "filling_direction own_drive strains",
     "interaction": "Asperities Effect Interaction NoDamping Scaled Viscoelastic Viscous",
-    "loading": "from_yaml json_schema load load_extensions schema_text",
+    "loading": "as_scene from_yaml json_schema load load_extensions schema_text",
     "material": "NAMED Material",
     "numerics": "Numerics",
     "output": "Interval Output",

@@ -1,6 +1,7 @@
 """Reads a scene from a YAML file; the JSON Schema of such files."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +70,36 @@ def from_yaml(
     )
     scene._source = text
     return scene
+
+
+def as_scene(source: Scene | str | Path | Mapping[str, Any]) -> Scene:
+    """Scene of anything that defines one.
+
+    Parameters
+    ----------
+    source
+        A Scene, a file, the name of a bundled scene, YAML as text (several lines, or one that
+        begins with a brace), or plain data with the keys of a file.
+
+    Raises
+    ------
+    DustError
+        It cannot be read, or is no valid scene.
+    """
+    if isinstance(source, Scene):
+        return source
+    if isinstance(source, Mapping):
+        from dusttaichi.results.plain import plain  # with libraries that names do not wait for
+
+        return Scene.from_dict(plain(dict(source)))
+    if isinstance(source, str) and ("\n" in source or source.lstrip().startswith("{")):
+        return from_yaml(source)
+    if isinstance(source, (str, Path)):
+        return load(source)
+    raise DustError(
+        f"{source!r:.60} ({type(source).__name__}) is no scene; a Scene, the path of a YAML file, "
+        "the name of a bundled scene, YAML as text or a dictionary is needed."
+    )
 
 
 def load_extensions(path: str | Path) -> None:

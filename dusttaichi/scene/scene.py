@@ -217,7 +217,9 @@ class Scene(Block):
 
     def with_values(self, values: dict[str, Any]) -> "Scene":
         """New scene with several values changed at once (path -> value), as by `with_value`."""
-        data = self.given
+        from dusttaichi.results.plain import plain as without_numpy  # names do not wait for it
+
+        data, values = self.given, {path: without_numpy(v) for path, v in values.items()}
         for path, value in values.items():
             plain.set_value(data, path.split("."), value, path)
         changes = ", ".join(f"{path} = {value!r}" for path, value in values.items())

@@ -3,14 +3,15 @@
 import itertools
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
 
 from dusttaichi.errors import DustError
+from dusttaichi.results.plain import plain
 from dusttaichi.scene import Scene
 from dusttaichi.scene.fields import Block
 from dusttaichi.scene.keys import parts_of
@@ -18,6 +19,17 @@ from dusttaichi.scene.quantities import DIMENSIONS, Quantity, number_and_unit
 from dusttaichi.scene.yaml_text import read
 
 ONCE = ("name", "replicas")  # keys of which all runs of a sweep have the same value
+
+
+class Choice(NamedTuple):
+    """A value of a key: as text, which names directories, and as plain data of the YAML."""
+
+    text: str
+    value: Any
+
+
+# Settings of a sweep: texts "key=value,value", or the values of each key as plain data or Choices.
+Settings = list[str] | Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -100,18 +112,15 @@ def as_files(paths: list[str]) -> list[str]:
     return [os.path.join(path, "result.nc") if os.path.isdir(path) else path for path in paths]
 
 
-def grid(scene: Scene, settings: list[str]) -> tuple[tuple[Axis, ...], list[Scene]]:
-    """(axes, scenes of all points, the last axis fastest) of `settings`, texts "key=value,value".
-
-    Raises DustError.
-    """
-    axes = _axes(scene, _settings(settings)) if settings else ()
+def grid(scene: Scene, settings: Settings) -> tuple[tuple[Axis, ...], list[Scene]]:
+    """(axes, scenes of all points, the last axis fastest) of `settings`. Raises DustError."""
+    axes = _axes(scene, choices_of(settings)) if settings else ()
     points = itertools.product(*(range(len(axis.texts)) for axis in axes))
     return axes, [_point(scene, axes, point) for point in points]
 
 
-def with_settings(scene: Scene, settings: list[str]) -> Scene:
-    """The scene with `settings`, texts "key=value", applied. Raises DustError."""
+def with_settings(scene: Scene, settings: Settings) -> Scene:
+    """The scene with `settings` of a single value each applied. Raises DustError."""
     axes, scenes = grid(scene, settings)
     for axis in axes:
         if len(axis.texts) > 1:
@@ -120,18 +129,51 @@ def with_settings(scene: Scene, settings: list[str]) -> Scene:
     return scenes[0]
 
 
-def with_common_settings(scene: Scene, settings: list[str]) -> tuple[Scene, list[str]]:
+def with_common_settings(scene: Scene, settings: Settings) -> tuple[Scene, dict[str, list[Choice]]]:
     """(scene with the settings of ONCE, the other settings). Raises DustError."""
-    common = [one for one in settings if one.partition("=")[0].strip() in ONCE]
-    left = [one for one in settings if one not in common]
-    return (with_settings(scene, common) if common else scene), left
+    choices = choices_of(settings)
+    common = {key: choices.pop(key) for key in ONCE if key in choices}
+    return (with_settings(scene, common) if common else scene), choices
 
 
 # -- sweeps --------------------------------------------------------------------------------------
 
 
-def _settings(settings: list[str]) -> dict[str, list[str]]:
-    """key -> texts of its values."""
+def choices_of(settings: Settings) -> dict[str, list[Choice]]:
+    """Values of each key of settings. Raises DustError."""
+    if isinstance(settings, Mapping):
+        choices = {key: _choices(key, values) for key, values in settings.items()}
+    else:
+        texts_of = _texts_of(settings).items()
+        choices = {key: [Choice(t, _value(key, t)) for t in texts] for key, texts in texts_of}
+    if "output.directory" in choices:
+        raise DustError("--set output.directory: use --output instead")
+    return choices
+
+
+def _choices(key: str, values: Any) -> list[Choice]:
+    """The Choices of a key from the value, or values, of a script."""
+    if isinstance(values, (str, bytes, Mapping)) or not isinstance(values, Iterable):
+        values = [values]
+    choices = [v if isinstance(v, Choice) else Choice(_text_of(v), plain(v)) for v in values]
+    if not choices:
+        raise DustError(f"{key}: at least one value is needed")
+    return choices
+
+
+def _text_of(value: Any) -> str:
+    """Text of a value, as one would write it in YAML on one line."""
+    value = plain(value)
+    if isinstance(value, str):
+        return value
+    if isinstance(value, float):
+        return repr(value)
+    text = yaml.safe_dump(value, default_flow_style=True, width=10**6, sort_keys=False)
+    return text.removesuffix("...\n").strip()
+
+
+def _texts_of(settings: list[str]) -> dict[str, list[str]]:
+    """Texts of the values of each key."""
     found: dict[str, list[str]] = {}
     for setting in settings:
         key, equals, text = setting.partition("=")
@@ -141,8 +183,6 @@ def _settings(settings: list[str]) -> dict[str, list[str]]:
                 f"--set {setting}: must be a key and its values, such as "
                 "--set boundary.wall_speed=1cm/s,5cm/s"
             )
-        if key == "output.directory":
-            raise DustError(f"--set {key}: use --output instead")
         if key in found:
             raise DustError(f"--set {key}: given twice; separate its values by commas")
         found[key] = texts
@@ -176,22 +216,21 @@ def _split(text: str) -> list[str]:
     return parts
 
 
-def _axes(scene: Scene, settings: dict[str, list[str]]) -> tuple[Axis, ...]:
-    """The axes of settings. Keys with a single value may need each other: they change together."""
+def _axes(scene: Scene, choices: dict[str, list[Choice]]) -> tuple[Axis, ...]:
+    """The axes of choices. Keys with a single value may need each other: they change together."""
     axes, problems = [], []
-    values = {key: [_value(key, text) for text in texts] for key, texts in settings.items()}
-    if single := {key: own[0] for key, own in values.items() if len(own) == 1}:
+    if single := {key: own[0].value for key, own in choices.items() if len(own) == 1}:
         scene = scene.with_values(single)
-    for key, texts in settings.items():
+    for key, of_key in choices.items():
+        texts, values = zip(*of_key, strict=True)
         scenes = [scene] if key in single else []
-        for value in [] if key in single else values[key]:
+        for value in [] if key in single else values:
             try:
                 scenes.append(scene.with_value(key, value))
             except DustError as error:
                 problems.append(str(error))
         if len(scenes) == len(texts):
-            found = _coordinate(scenes, key, texts)
-            axes.append(Axis(key, tuple(texts), tuple(values[key]), *found))
+            axes.append(Axis(key, texts, values, *_coordinate(scenes, key, texts)))
     for axis in axes:
         if len(set(axis.coordinate.tolist())) < len(axis.texts):
             problems.append(f"--set {axis.key}={','.join(axis.texts)}: a value is given twice")
@@ -215,7 +254,9 @@ def _point(scene: Scene, axes: tuple[Axis, ...], point: tuple[int, ...]) -> Scen
     return scene.with_values(values) if values else scene
 
 
-def _coordinate(scenes: list[Scene], key: str, texts: list[str]) -> tuple[np.ndarray, str | None]:
+def _coordinate(
+    scenes: list[Scene], key: str, texts: tuple[str, ...]
+) -> tuple[np.ndarray, str | None]:
     """(values, unit) of a key in resolved scenes; (texts, None) where they are not numbers."""
     found = [_resolved(scene, key.split(".")) for scene in scenes]
     if all(isinstance(v, (int, float)) and not isinstance(v, bool) for v, _ in found):

@@ -11,7 +11,7 @@ import xarray as xr
 from dusttaichi.errors import DustError
 from dusttaichi.scene import Scene
 from dusttaichi.studies.points import Point, name_of
-from dusttaichi.studies.settings import Axis, data_of, grid, keys_of
+from dusttaichi.studies.settings import Axis, Settings, data_of, grid, keys_of
 
 LONGEST = 150  # characters of a directory's name
 REPLICA = "replica_"  # begin of the names of directories of replicas
@@ -83,11 +83,11 @@ def replicas(scene: Scene, directory: Path) -> Sweep:
     return Sweep(scene, Path(directory), (), scene.replicas, tuple(members))
 
 
-def sweep(scene: Scene, settings: list[str], directory: Path) -> Sweep:
-    """The full grid over `settings`, texts "key=value,value,...", times the scene's replicas.
+def sweep(scene: Scene, settings: Settings, directory: Path) -> Sweep:
+    """The full grid over `settings`, times the scene's replicas.
 
-    Directory of a point: directory/<key=value__key=value...>. Raises DustError with all invalid
-    settings.
+    settings: texts "key=value,value,...", or the values of each key. Directory of a point:
+    directory/<key=value__key=value...>. Raises DustError with all invalid settings.
     """
     if not settings:
         raise DustError("a sweep needs --set, such as --set boundary.wall_speed=1cm/s,5cm/s")

@@ -13,12 +13,12 @@ from bits import assert_same_bits
 from program import dust, wait_for
 from scenes import scene
 
-from dusttaichi.commands.ensembles import build_failure_error
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.running import execute
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.studies import engine, pool
 from dusttaichi.studies.engine import Found
+from dusttaichi.studies.finish import build_failure_error
 from dusttaichi.studies.jobs import Job, Task
 from dusttaichi.studies.points import Point
 from dusttaichi.studies.settings import input_files, with_settings
