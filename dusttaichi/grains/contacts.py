@@ -28,12 +28,12 @@ def touching_pairs(sim, rows, bodies, radii):
     bodies: numbers of the first and the second body of each pair; radii [um]: of both. In the dict
     are the overlap, the loads and their parts, and what of the history the result has.
     """
-    state = sim.state.rows("history")[rows]
+    state, load = (sim.state.rows_of(part, rows) for part in ("history", "load"))
     on = touching(sim.layout, state)
     rows, state, (r1, r2) = rows[on], state[on], (r[on] for r in radii)
     d = distances(sim, rows, *(body[on] for body in bodies))
     distance = np.linalg.norm(d, axis=1)
-    load = sim.state.rows("load")[rows].astype(float)
+    load = load[on].astype(float)
     load, normal = (load[:, :3], load[:, 3:6], load[:, 6:9]), d / distance[:, None]
     found = {"overlap": r1 + r2 - distance, "force": load[0]}
     found |= {"torque_i": load[1], "torque_j": load[2]}
@@ -45,11 +45,11 @@ def wall_contact_state(sim):
 
     force [nN], torque [nN um]: on the grain, and the parts of these (physics.contact.parts).
     """
-    rows, grain, wall = sim.state.wall_lanes()
-    state = sim.state.rows("history")[rows]
+    blocks, grain, wall = sim.state.wall_lanes()
+    state, load = (sim.state.rows(part, blocks) for part in ("history", "load"))
     on = touching(sim.layout, state)
     grain, wall, state = grain[on], wall[on], state[on]
-    load = sim.state.rows("load")[rows][on].astype(float)
+    load = load[on].astype(float)
     x, normal = sim.state["x"][grain], sim.box.normal[wall]
     radius = sim.grain_radii[sim.order[grain]]
     # foot points are those on the wall, wherever it has gone along itself
@@ -77,7 +77,10 @@ def distances(sim, rows, i, j):
 def edges_between(sim, rows):
     """Edges of the cell from the second grains to the first of pairs in these rows, (n, 3)."""
     out = np.zeros((len(rows), 3))
-    out[:, list(sim.cell.axes)] = sim.state.lanes("shift")[rows]
+    if len(rows):
+        blocks = sim.state.blocks_of(rows)
+        shift = sim.state.lanes("shift", blocks)[rows - blocks.start * sim.layout.width]
+        out[:, list(sim.cell.axes)] = shift
     return out
 
 

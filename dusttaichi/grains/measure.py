@@ -242,7 +242,17 @@ def grain_state(sim):
         x = x - sim.cell.across(out_of, sim.time)
         v = v - sim.cell.speeds_across(out_of, sim.time)
     out = np.empty((3, sim.grains, 3))
-    out[:, sim.order] = x, v, w
+    for own, values in zip(out, (x, v, w), strict=True):
+        own[sim.order] = values
+    return out
+
+
+def positions(sim):
+    """Positions of the grains [um], (N, 3), as `grain_state` has them."""
+    x, out = sim.state.of_grains("x"), np.empty((sim.grains, 3))
+    if sim.cell is not None:
+        x = x - sim.cell.across(sim.cell.outside(x, sim.time), sim.time)
+    out[sim.order] = x
     return out
 
 
@@ -258,9 +268,15 @@ def grain_losses(sim):
     return out
 
 
-def wall_distances(sim):
-    """Distance of every centre from every wall [um], (N, 6), in the sample's order."""
-    x = sim.state.of_grains("x")
-    out = np.empty((sim.grains, 6))
-    out[sim.order] = x @ sim.box.normal.T - sim.box.offsets(sim.time)
-    return out
+def nearest_to_walls(sim):
+    """(distance [um], grain, wall) of the centre that is nearest to its wall, or beyond it most.
+
+    The grain is that of the sample; distances are negative beyond the wall.
+    """
+    x, offsets = sim.state.of_grains("x"), sim.box.offsets(sim.time)
+    nearest = np.inf, -1, -1
+    for wall in np.flatnonzero(sim.box.present):
+        distance = x @ sim.box.normal[wall] - offsets[wall]
+        grain = int(np.argmin(distance))
+        nearest = min(nearest, (float(distance[grain]), int(sim.order[grain]), int(wall)))
+    return nearest

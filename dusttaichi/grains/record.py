@@ -6,7 +6,7 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
-from dusttaichi.grains.measure import grain_losses, grain_state
+from dusttaichi.grains.measure import grain_losses, grain_state, positions
 from dusttaichi.physics import geometry
 from dusttaichi.physics.geometry import WALLS
 
@@ -160,7 +160,7 @@ def _pressure(sim, mean_force, areas):
 
 def _between_plates(sim, plates, mean_force, height):
     """Shadow of the grains, filling factor from it (S12 section 3.2), and that of PD08."""
-    x, _, _ = grain_state(sim)
+    x = positions(sim)
     area = geometry.union_area(x[:, :2], sim.radii)
     bottom = sim.box.planes(sim.time)[WALLS.index("bottom")]
     inside = geometry.cylinder_volume(
@@ -205,7 +205,7 @@ def profile(sim, clock, edges, time):
     """Filling factor in horizontal slices; not a number above the top wall. time: recorded."""
     bottom = sim.domain.room(sim.step)[WALLS.index("bottom")]
     height = clock.height_at(sim.step)
-    x, _, _ = grain_state(sim)
+    x = positions(sim)
     inside = np.minimum(edges, height)
     volume = slab_volumes(x[:, 2] - bottom, sim.radii, inside) if len(x) else 0.0
     area = clock.area_at(sim.step)

@@ -16,6 +16,7 @@ from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVEN, WALL, Servo
 from dusttaichi.domain.walls import TOP, Box
 from dusttaichi.grains.contacts import distances
+from dusttaichi.grains.ledger_sums import LedgerSums
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import (
     contact_loads,
@@ -28,7 +29,7 @@ from dusttaichi.grains.measure import (
 from dusttaichi.grains.pushes import push_anew
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
-from dusttaichi.grains.state import GrainState, LedgerSums
+from dusttaichi.grains.state import GrainState
 from dusttaichi.grains.step import step_numbers, walls_argument
 from dusttaichi.results.plain import of_plain, plain
 from dusttaichi.units import GRAINS
@@ -131,7 +132,8 @@ class Simulation:
         self._restore_contacts(sample)
         self._load_contacts()
         state.clear_sums()
-        self.push.begin(state["x"], contact_loads(self)[0])
+        if self.push.works:
+            self.push.begin(state["x"], contact_loads(self)[0])
         set_back(self, state.of_grains("v"), state.of_grains("w"))
         if self.sphere is not None:
             self.sphere.set_back()
@@ -280,10 +282,12 @@ class Simulation:
         Grains are in the sample's order. Nothing is changed; forces that act during one step only
         (first touches) are not included.
         """
-        loads = self.state.rows("load")
+        used = self.state.used_blocks()
+        loads = [self.state.rows("load", blocks) for blocks in used]
         self.kernels.evaluate(self.step, self.dt, self.walls_argument)
         found = contact_loads(self)
-        self.state.put_rows("load", loads)
+        for own, blocks in zip(loads, used, strict=True):
+            self.state.put_rows("load", own, blocks)
         out = np.empty((2, self.grains, 3))
         out[:, self.order] = found
         return out[0], out[1]

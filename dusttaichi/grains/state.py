@@ -1,6 +1,6 @@
-"""State of a simulation: the used part of its fields, and the ends of its sums over steps."""
+"""State of a simulation: the used part of its fields."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +27,8 @@ def _by_contact(a):
     return np.ascontiguousarray(a.transpose(0, 2, 1)).reshape(-1, a.shape[1])
 
 
+# fields with a row for each block of contacts
+OF_BLOCKS = ("contact", "load", "pair_i", "pair_j", "shift", "touch")
 FAR = 1e6  # of the grains that fill empty lanes [um]
 
 
@@ -44,33 +46,10 @@ class GrainProperties:
     material: np.ndarray | None = None
 
 
-@dataclass
-class LedgerSums:
-    """Ends of the sums over steps: the force of a step acts half before and half after it.
-
-    wall_force (6, 3), face_power: at the start of the present drive and of the run. wall_work,
-    impulse (6, 3): of earlier drives. sphere_force, sphere_impulse (3,), sphere_work: the same of a
-    sphere that is driven. face_jumps: what changes of the drive leave over. damping: half of the
-    work of step 0, which would belong to a time before it (pairs, walls, the sphere). push_work: of
-    pushes that have ended.
-    """
-
-    wall_force: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
-    impulse: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
-    sphere_force: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    sphere_impulse: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    sphere_work: float = 0.0
-    push_work: float = 0.0
-    wall_work: float = 0.0
-    face_power: float = 0.0
-    face_jumps: float = 0.0
-    pending: list = field(default_factory=lambda: [[0.0]] * 3)
-
-
 class WallLanes(NamedTuple):
-    """Lanes of the wall contacts: their rows in `GrainState.lanes`, grain and wall of each."""
+    """Lanes of the wall contacts: their blocks, and grain and wall of each lane."""
 
-    rows: slice
+    blocks: slice
     grain: np.ndarray
     wall: np.ndarray
 
@@ -116,10 +95,11 @@ class GrainState:
                 self.fields[name].fill(0.0)
         own = [self.layout.rows[name] for name in ("lost", "recent") if name in self.layout.rows]
         if own:
-            history = self.rows("history")
-            for first, width in own:
-                history[:, first : first + width] = 0.0
-            self.put_rows("history", history)
+            for blocks in self.used_blocks():
+                history = self.rows("history", blocks)
+                for first, width in own:
+                    history[:, first : first + width] = 0.0
+                self.put_rows("history", history, blocks)
 
     # -- contacts --------------------------------------------------------------------------------
 
@@ -175,27 +155,51 @@ class GrainState:
         first, blocks = int(counts[FIRST_WALL]), int(counts[WALL_BLOCKS])
         grain = self.fields["wall_grain"].to_numpy(blocks).reshape(-1)
         wall = np.repeat(self.fields["wall_of"].to_numpy(blocks), width)
-        return WallLanes(slice(first * width, (first + blocks) * width), grain, wall)
+        return WallLanes(slice(first, first + blocks), grain, wall)
 
-    def lanes(self, name):
+    def used_blocks(self):
+        """Slices of the blocks that have contacts: pairs, those with the sphere, with walls.
+
+        No kernel reads others.
+        """
+        counts, width = self["counts"], self.layout.width
+        numbers = -(-counts[PAIRS] // width), -(-counts[ON_SPHERE] // width), counts[WALL_BLOCKS]
+        starts = 0, counts[FIRST_SPHERE], counts[FIRST_WALL]
+        return [slice(int(a), int(a + n)) for a, n in zip(starts, numbers, strict=True)]
+
+    def lanes(self, name, blocks=slice(None)):
         """A field (blocks, components, lanes) as an array (contacts, components)."""
-        return _by_contact(self[name])
+        first, end, _ = blocks.indices(self.fields[name].rows)
+        return _by_contact(self.fields[name].part(first, end))
 
-    def rows(self, part, blocks=None):
-        """History ("history") or loads ("load") of the contacts, (contacts, rows).
+    def rows(self, part, blocks):
+        """History ("history") or loads ("load") of the contacts of these blocks.
 
-        Blocks are all, or the first ones.
+        (contacts, rows). blocks: a slice.
         """
         name, rows = self._place_of(part)
-        return _by_contact(self.fields[name].to_numpy(blocks, rows))
+        return _by_contact(self.fields[name].part(blocks.start, blocks.stop, rows))
 
-    def put_rows(self, part, values):
-        """The reverse of `rows` of all blocks."""
+    def rows_of(self, part, contacts):
+        """`rows` of the contacts with these numbers, which rise without gaps."""
+        if len(contacts) == 0:
+            return self.rows(part, slice(0, 0))
+        blocks = self.blocks_of(contacts)
+        first = int(contacts[0]) - blocks.start * self.layout.width
+        return self.rows(part, blocks)[first : first + len(contacts)]
+
+    def blocks_of(self, contacts):
+        """Slice of the blocks around the contacts with these numbers, of which there are some."""
+        width = self.layout.width
+        return slice(int(np.min(contacts)) // width, int(np.max(contacts)) // width + 1)
+
+    def put_rows(self, part, values, blocks):
+        """The reverse of `rows`."""
         name, rows = self._place_of(part)
-        whole = self[name]
+        numbers = self.fields[name].part(blocks.start, blocks.stop)
         shape = (-1, self.layout.width, values.shape[1])
-        whole[:, rows] = values.reshape(shape).transpose(0, 2, 1)
-        self[name] = whole
+        numbers[:, rows] = values.reshape(shape).transpose(0, 2, 1)
+        self.fields[name].from_numpy(numbers, blocks.start)
 
     def _place_of(self, part):
         """Name of the field of `part` and its rows there."""
@@ -247,7 +251,7 @@ class GrainState:
         order = np.argsort(key, kind="stable")
         place = order[np.minimum(np.searchsorted(key[order], wanted), len(key) - 1)]
         known = key[place] == wanted
-        rows = place[known] + lanes.rows.start
+        rows = place[known] + lanes.blocks.start * self.layout.width
         grain, wall = contacts["grain"][known], contacts["wall"][known]
         around = self["x"][self.rank[grain]], radii[grain, None], normals[wall]
         pointer, foot = contacts["pointer"][known], contacts["foot"][known] / LENGTH
@@ -261,9 +265,11 @@ class GrainState:
         """
         if ratio == 1.0:
             return
-        history, (first, width) = self.rows("history"), self.layout.rows["zeta"]
-        history[:, first : first + width] *= ratio ** (2.0 / 3.0)
-        self.put_rows("history", history)
+        first, width = self.layout.rows["zeta"]
+        for blocks in self.used_blocks():
+            history = self.rows("history", blocks)
+            history[:, first : first + width] *= ratio ** (2.0 / 3.0)
+            self.put_rows("history", history, blocks)
 
     def _put_springs(self, rows, contacts, displacements, order=1.0):
         """Put the displacements of contacts into these rows.
@@ -272,7 +278,10 @@ class GrainState:
         the result. order: -1 where the sample has the two bodies of a contact the other way round,
         (rows, 1).
         """
-        history, layout = self.rows("history"), self.layout
+        if len(rows) == 0:
+            return
+        blocks, layout = self.blocks_of(rows), self.layout
+        history, rows = self.rows("history", blocks), rows - blocks.start * layout.width
         springs = (*displacements, np.ones((len(rows), 1)))
         for name, values in zip(("xi", "zeta", "touched"), springs, strict=True):
             first, width = layout.rows[name]
@@ -284,15 +293,44 @@ class GrainState:
                 if values.shape[1] == width:  # another effect may have used the name otherwise
                     values = own.sign * values / GRAINS(own.unit) * (order if own.odd else 1.0)
                     history[rows, first : first + width] = values
-        self.put_rows("history", history)
+        self.put_rows("history", history, blocks)
 
     # -- checkpoint ------------------------------------------------------------------------------
 
     def arrays(self):
-        """All state, for a checkpoint: the used part of what `kernels.declare` lists."""
-        return {name: table.to_numpy() for name, table in self.fields.items()}
+        """All state, for a checkpoint: the used part of what `kernels.declare` lists.
+
+        Blocks without contacts are left out.
+        """
+        arrays, used = {}, self.used_blocks()
+        for name, table in self.fields.items():
+            if name in OF_BLOCKS:
+                rest = (slice(LOADS),) if name == "load" else ()
+                parts = [table.part(b.start, b.stop, *rest) for b in _within(used, table.rows)]
+                arrays[name] = np.concatenate(parts)
+            else:
+                entries = self["entry_start"][-1] if name == "entry" else None
+                arrays[name] = table.to_numpy(entries)
+        return arrays
 
     def restore(self, arrays):
         """Go back to the arrays of a checkpoint of the same scene and sample."""
+        self["counts"] = arrays["counts"]
+        used = self.used_blocks()
         for name, table in self.fields.items():
-            table.from_numpy(arrays[name])
+            if name not in OF_BLOCKS:
+                table.from_numpy(arrays[name])
+                continue
+            first = 0
+            for blocks in _within(used, table.rows):
+                values = arrays[name][first : first + blocks.stop - blocks.start]
+                first += len(values)
+                if name == "load":
+                    self.put_rows("load", _by_contact(values), blocks)
+                else:
+                    table.from_numpy(values, blocks.start)
+
+
+def _within(slices, rows):
+    """The slices of blocks that a field of `rows` rows has."""
+    return [s for s in slices if s.stop <= rows]

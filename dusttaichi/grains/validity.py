@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains.contacts import contact_state
-from dusttaichi.grains.measure import grain_state, wall_distances
+from dusttaichi.grains.measure import grain_state, nearest_to_walls
 from dusttaichi.method import moment
 from dusttaichi.physics.geometry import WALLS
 
@@ -62,11 +62,9 @@ def _inside(sim, when):
         )
     if sim.box is None:
         return
-    distance = wall_distances(sim)
-    distance[:, sim.box.present == 0] = np.inf
-    worst = np.unravel_index(np.argmin(distance), distance.shape)
-    if distance[worst] < 0.0:
+    distance, grain, wall = nearest_to_walls(sim)
+    if distance < 0.0:
         raise GuardStop(
-            f"{when} the centre of grain {worst[0]} has gone through the wall {WALLS[worst[1]]}. "
+            f"{when} the centre of grain {grain} has gone through the wall {WALLS[wall]}. "
             "Try a lower speed or a smaller numerics.time_step."
         )

@@ -138,6 +138,11 @@ def test_a_checkpoint_is_as_large_as_its_scene(states):
     arrays = states[0][0]
     assert len(arrays["x"]) == 23 + 2
     assert sum(a.nbytes for a in arrays.values()) < 23 * 10_000
+    counts, width = arrays["counts"], arrays["pair_i"].shape[1]
+    pairs, on_walls = -(-counts[store.PAIRS] // width), counts[store.WALL_BLOCKS]
+    assert len(arrays["pair_i"]) == len(arrays["pair_j"]) == pairs, "not its capacity"
+    assert len(arrays["contact"]) == len(arrays["load"]) == pairs + on_walls
+    assert len(arrays["entry"]) == arrays["entry_start"][-1]
 
 
 def test_memory_is_where_taichi_has_it():
