@@ -22,7 +22,7 @@ from tables import main
 from dusttaichi.analysis.collisions import FAILED, MISS, mean_and_error
 from dusttaichi.scene import extensions
 
-bouncing = extensions.module("oshiro2025/bouncing.py")
+bouncing = extensions.import_extension("oshiro2025/bouncing.py")
 
 
 def rows(path):

@@ -21,7 +21,7 @@ from dusttaichi.physics import laws
 from dusttaichi.physics.contact.numbers import CHANNELS
 from dusttaichi.scene import extensions
 
-TATSUUMA_2023 = extensions.module("tatsuuma2023/compressive_strength.py")
+TATSUUMA_2023 = extensions.import_extension("tatsuuma2023/compressive_strength.py")
 
 DECADES = 0.1
 

@@ -20,7 +20,7 @@ from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.physics.contact.registry import table_of_numbers
 from dusttaichi.results.shown import NUMBERS
 from dusttaichi.scene import NAMED, extensions, shipped
-from dusttaichi.scene.keys import rows
+from dusttaichi.scene.keys import list_keys
 
 HERE = Path(__file__).parent
 OUTPUT = HERE / "generated"
@@ -59,7 +59,9 @@ def main():
     packages = interface.PUBLIC + interface.INNER
     pages = {
         **{f"keys_{block}.md": keys(block) for block in blocks()},
-        "keys_continuum.md": keys_of(key for key in rows("continuum") if key not in rows()),
+        "keys_continuum.md": keys_of(
+            key for key in list_keys("continuum") if key not in list_keys()
+        ),
         "materials.md": materials(),
         "contact_numbers.md": contact_numbers(),
         "numbers.md": numbers(family for family in built_in() if not family.compared),
@@ -91,7 +93,10 @@ def main():
 
 def blocks():
     """Names of the tables of keys: `scene` for the top level, and every block of it."""
-    return ["scene", *dict.fromkeys(key.path.split(".")[0] for key in rows() if "." in key.path)]
+    return [
+        "scene",
+        *dict.fromkeys(key.path.split(".")[0] for key in list_keys() if "." in key.path),
+    ]
 
 
 def keys(block):
@@ -101,7 +106,7 @@ def keys(block):
         first, _, below = key.path.partition(".")
         return (block == first and below) or (block == "scene" and not below)
 
-    return keys_of(key for key in rows() if belongs(key))
+    return keys_of(key for key in list_keys() if belongs(key))
 
 
 def keys_of(chosen):
@@ -112,7 +117,7 @@ def keys_of(chosen):
         example = f", as `{key.example}`" if key.example else ""
         return {
             "key": f"`{key.path}`",
-            "default": f"`{key.default}`" if key.default else "*needed*" if key.needed else "",
+            "default": f"`{key.default}`" if key.default else "*needed*" if key.required else "",
             "meaning": f"{of}{key.meaning}<br>*{key.allowed}{example}*",
         }
 
@@ -154,9 +159,9 @@ def built_in():
 def bundled():
     """(families of the bundled extensions, family -> file that it is of)."""
     found = {}
-    for path in shipped.extensions_named("*.py"):
-        own = vars(extensions.module(path)).values()
-        name = path.relative_to(shipped.folder()).as_posix()
+    for path in shipped.find_extensions("*.py"):
+        own = vars(extensions.import_extension(path)).values()
+        name = path.relative_to(shipped.get_folder()).as_posix()
         found |= {family.name: (family, name) for family in own if isinstance(family, Family)}
     return [family for family, _ in found.values()], {n: file for n, (_, file) in found.items()}
 

@@ -105,7 +105,7 @@ def strength_size(name, *words):
     """
     table = read(name).dropna(subset="strength")
     table = table[table.name.str.contains("|".join(words))]
-    weibull = extensions.module("kimura2020/weibull.py")
+    weibull = extensions.import_extension("kimura2020/weibull.py")
     known = [
         weibull.Strengths(f"{grains} grains", grains, own.values, weibull.weibull(own.values))
         for grains, own in table.groupby("grains").strength
@@ -126,7 +126,7 @@ def compression_law():
     """Pressure of ice and silicate that is compressed from all sides beside both laws, and the
     share of each channel in the losses of ice; runs of a seed that continue each other are one
     line."""
-    compressive_strength = extensions.module(DENSE).compressive_strength
+    compressive_strength = extensions.import_extension(DENSE).compressive_strength
     ice = Material(**NAMED["ice_t19"])
     own = ice.surface_energy, ice.radius, ice.critical_rolling
     unit = laws.isotropic_pressure(1.0, *own)

@@ -148,9 +148,9 @@ def pytest_collection_finish():
 def registries_as_before():
     """A test that registers a law, a kind of sample or a method removes it again: what the schema
     says, and so other tests of the same process, depend on it."""
-    before = {kind: set(table) for kind, table in extensions._tables().items()}
+    before = {kind: set(table) for kind, table in extensions._get_tables().items()}
     yield
-    after = {kind: set(table) for kind, table in extensions._tables().items()}
+    after = {kind: set(table) for kind, table in extensions._get_tables().items()}
     others = {kind: names ^ before.get(kind, set()) for kind, names in after.items()}
     assert not any(others.values()), f"the test leaves registered: {others}"
 

@@ -190,25 +190,25 @@ def extensions_forgotten():
     """What files of a scene's `extensions` register within, and which they are, is forgotten; what
     they have registered before is unknown within."""
     before, tables = (
-        {word: dict(table) for word, table in extensions._tables().items()} for _ in range(2)
+        {word: dict(table) for word, table in extensions._get_tables().items()} for _ in range(2)
     )
     for word, name in extensions._owners:
         tables[word].pop(name, None)
-    extensions._restore(tables)
+    extensions._restore_tables(tables)
     try:
         with pytest.MonkeyPatch.context() as patch:
             for name in ("_imported", "_owners"):
                 patch.setattr(extensions, name, {})
             yield
     finally:
-        extensions._restore(before)
+        extensions._restore_tables(before)
 
 
 @contextmanager
 def bundled(name):
     """Module of a bundled extension, such as "reissl2024/spin_up.py", which is forgotten again."""
     with extensions_forgotten():
-        yield extensions.module(name)
+        yield extensions.import_extension(name)
 
 
 def write_spring(folder, more="method.register(METHOD)\n"):

@@ -150,7 +150,7 @@ def _cost(scene, preview, *, measure_it):
         rows.append((label, f"{steps:,} ({time}; {reason})"))
     shortest, seconds, longest = _seconds(scene, preview, measure_it=measure_it)
     rate = 1.0 / seconds if measure_it else float(f"{1.0 / seconds:.1g}")
-    speed = f"{quantities.rate_text(rate)} steps/s"
+    speed = f"{quantities.format_rate(rate)} steps/s"
     source = "measured now" if measure_it else "an order of magnitude; --time measures it"
     rows += [("speed", f"{speed}, {source}")]
     if total < inf:

@@ -19,9 +19,9 @@ def complete_scenes(incomplete: str):
 
 def complete_bundled_scenes(incomplete: str):
     """Names of bundled scenes."""
-    from dusttaichi.scene.shipped import names
+    from dusttaichi.scene.shipped import list_names
 
-    return [name for name in names() if name.startswith(incomplete)]
+    return [name for name in list_names() if name.startswith(incomplete)]
 
 
 def complete_runs(incomplete: str):
@@ -31,9 +31,9 @@ def complete_runs(incomplete: str):
 
 def complete_keys(incomplete: str):
     """Keys of the YAML, with the equals sign that --set needs."""
-    from dusttaichi.scene.keys import rows
+    from dusttaichi.scene.keys import list_keys
 
-    return [f"{row.path}=" for row in rows() if row.path.startswith(incomplete)]
+    return [f"{row.path}=" for row in list_keys() if row.path.startswith(incomplete)]
 
 
 def _files(incomplete, fits):

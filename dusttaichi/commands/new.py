@@ -32,10 +32,10 @@ def new(
     from dusttaichi.scene import shipped
 
     if name is None:
-        return _show(shipped.names())
-    source = shipped.find(name)
+        return _show(shipped.list_names())
+    source = shipped.find_scene(name)
     if source is None:
-        matches = shipped.with_words(name)
+        matches = shipped.search_words(name)
         if not matches or output is not None or force:
             raise DustError(
                 f"There is no scene {name}: {_hint(name, matches)}`dust new` lists all."
@@ -43,7 +43,7 @@ def new(
         return _show(matches)
     path = Path(source.name) if output is None else output
     path = path / source.name if path.is_dir() else path
-    texts = shipped.copies_of(source)
+    texts = shipped.copy_texts(source)
     copies = {path: texts.pop(source.name)}
     copies |= {path.with_name(name): text for name, text in texts.items()}
     try:
@@ -59,15 +59,15 @@ def new(
         raise DustError(f"{path} cannot be written: {explain(error, path)}.") from None
     say_written(copies)
     say(f"next: dust check {path}")
-    say(f"      dust {shipped.study_of(source)} {path}")
+    say(f"      dust {shipped.choose_command(source)} {path}")
 
 
 def _hint(text, matches):
     """A question that suggests scenes or a word; matches: scenes whose text has the word."""
     from dusttaichi.scene import shipped
 
-    suggestions = [*(matches or shipped.resembling(text))[:NAMED]]
-    word = None if matches else shipped.similar_word(text)
+    suggestions = [*(matches or shipped.find_similar_names(text))[:NAMED]]
+    word = None if matches else shipped.find_similar_word(text)
     suggestions += [f"the word {word} (`dust new {word}`)"] if word else []
     return f"do you mean {' or '.join(suggestions)}? " if suggestions else ""
 
@@ -77,7 +77,7 @@ def _show(names):
     from dusttaichi.scene import shipped
 
     say_table(
-        ((name, shipped.about(shipped.folder() / f"{name}.yaml")) for name in names),
+        ((name, shipped.read_summary(shipped.get_folder() / f"{name}.yaml")) for name in names),
         {"header": "scene", "no_wrap": True, "min_width": max(map(len, names))},
         {"header": "description"},
         wrap=True,

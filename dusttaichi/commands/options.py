@@ -131,14 +131,14 @@ def importing(allowed):
     def decide(path, folder):
         if allowed is False:
             return f"--no-extensions was given, and the scene would run the code of {path}"
-        if allowed or not extensions.outside(path, folder):
+        if allowed or not extensions.is_outside(path, folder):
             return None
         text = f"{path} is outside of the folder of the scene, and its code would run"
         if sys.stdin.isatty() and sys.stderr.isatty():
             return None if typer.confirm(f"{text}. Continue?", err=True) else "not to be imported"
         return f"{text}; allow it with --extensions, or put the file beside the scene"
 
-    with extensions.allowed_by(decide):
+    with extensions.restrict_imports(decide):
         yield
 
 
@@ -195,7 +195,9 @@ def remark_missing(attributes):
     from dusttaichi.scene import extensions
 
     missing_names = {
-        n for attrs in attributes for n in extensions.missing(str(attrs.get(extensions.KEY, "")))
+        n
+        for attrs in attributes
+        for n in extensions.list_missing(str(attrs.get(extensions.KEY, "")))
     }
     if missing_names:
         names = ", ".join(sorted(missing_names))

@@ -33,7 +33,7 @@ class MovingDust(SimpleSimulation):
         self.size, self.dt = sim.n, sim.output_step
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         self.around = domain_of(scene, sample, self.dt)
-        self.variables = select(VARIABLES, self._features(), *scene.output.chosen)
+        self.variables = select(VARIABLES, self._features(), *scene.output.variable_selection)
         self.started = measure.energies(sim)["loss"]
         self._pairing = Pairing(sim, sample)
         self._warms = measure.Warming(scene, sample, sim) if sim.layout.heat else None

@@ -28,7 +28,7 @@ from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model
 from dusttaichi.physics.geometry import AXES
-from dusttaichi.scene.push import of_stages
+from dusttaichi.scene.push import list_stage_pushes
 
 RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 
@@ -65,7 +65,7 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     radii, dt = properties.radius / units.LENGTH, step.dt / units.TIME
     smallest, largest = float(np.min(radii)), float(np.max(radii))
     order = grain_order(sample.positions / units.LENGTH, 4.0 * float(np.median(radii)))
-    push = make_push(scene.push, sample.info, order, dt, {push.kind for push in of_stages(scene)})
+    push = make_push(scene.push, sample.info, order, dt, {push.kind for push in list_stage_pushes(scene)})
     box, cell = environment(table, sample)
     sample = with_images(scene, sample, cell)
     volume = len(order) * 4.0 / 3.0 * np.pi * radii**3

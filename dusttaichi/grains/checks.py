@@ -103,7 +103,7 @@ def _depends_on(scene, reasons: dict[str, str]) -> str | None:
     """The first of the reasons, by what may be in a scene, that applies to this one."""
     sphere = scene.sphere
     present = {
-        "push": scene.push or push.of_stages(scene),
+        "push": scene.push or push.list_stage_pushes(scene),
         "free sphere": sphere is not None and not sphere.driven,
         "gravity": scene.gravity is not None,
         "flight": scene.sample.flies,

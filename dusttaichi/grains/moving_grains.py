@@ -40,7 +40,7 @@ class MovingGrains(SimpleSimulation):
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         features = features_of(scene, self.sample, sim)
         every = (*VARIABLES.values(), *variables_of(sim.layout.model))
-        self.variables = select(every, features, *scene.output.chosen)
+        self.variables = select(every, features, *scene.output.variable_selection)
         self.bins = None
         if "profiles" in features:
             self.bins = record.bin_edges(sim.domain.clock(), sim.radius)

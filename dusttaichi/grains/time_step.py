@@ -14,7 +14,7 @@ from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
 from dusttaichi.scene import quantities
 from dusttaichi.scene.drive import STRAIN_RATE
-from dusttaichi.scene.push import of_stages
+from dusttaichi.scene.push import list_stage_pushes
 
 BALANCED = 0.2  # step_fraction that physics.encounter is made for
 SAFE = 1.4  # a step that strong damping limits may be this much nearer to its limit
@@ -145,7 +145,7 @@ def fastest(scene, sample, radii):
     spin = float(np.max(np.linalg.norm(sample.spins, axis=1), initial=0.0))
     wall = max(_wall_speed(plan.drive) for plan in scene.stage_plans)
     face = max(_face_speed(scene, plan.drive, sample, radii) for plan in scene.stage_plans)
-    later = [p.velocity or p.speed or (0.0,) * 3 for p in of_stages(scene)]
+    later = [p.velocity or p.speed or (0.0,) * 3 for p in list_stage_pushes(scene)]
     later = max((float(np.linalg.norm(speed)) for speed in later), default=0.0)
     own = float(np.max(np.linalg.norm(v, axis=1), initial=0.0)) + later
     loose = sample.info.get("coordination", 2.0 * LOOSE) < LOOSE

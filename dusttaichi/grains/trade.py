@@ -218,7 +218,7 @@ def reference(scene):
 
 
 def _numerics(scene, which):
-    given = scene.given.get("numerics") or {}
+    given = scene.input_data.get("numerics") or {}
     return {key: value for key, value in given.items() if which(key)}
 
 

@@ -137,9 +137,12 @@ def code_hash(scene):
     The package, external code of its method, such as laws of the user, and the extensions.
     """
     digest = hashlib.sha256(package_hash().encode())
-    own = [(extensions.imported(path), path) for path in method.of(scene).code(scene)]
+    own = [(extensions.find_imported(path), path) for path in method.of(scene).code(scene)]
     # as imported, even if the files have changed since
-    known = {*scene.imported, *(extension for extension, _ in own if extension is not None)}
+    known = {
+        *scene.imported_extensions,
+        *(extension for extension, _ in own if extension is not None),
+    }
     for content in sorted({extension.digest for extension in known}):
         digest.update(content.encode())
     for path in (path for extension, path in own if extension is None):

@@ -167,7 +167,7 @@ def show_run(bar):
         if report.pressure is not None:
             state.append(f"P {report.pressure / 1e3:.3g} kPa")
         if report.steps_per_second > 0.0:
-            state.append(f"{quantities.rate_text(report.steps_per_second)} steps/s")
+            state.append(f"{quantities.format_rate(report.steps_per_second)} steps/s")
         bar.show(f"step {report.step:,}", report.step, report.end, "  ".join(state))
 
     return show

@@ -55,7 +55,7 @@ class End:
     def _reached(self, record, domain, step):
         stop, reason = self.plan.stop, ""
         for name, value, bounds in self.bounded(record, domain):
-            if level := bounds.crossed(value):
+            if level := bounds.describe_crossing(value):
                 reason = f"{name} {level}"
                 if (overshoot := bounds.overshoot(value)) > OVERSHOOT:
                     reason += f", exceeded by {overshoot:.0%}: {value / 1e3:.4g} kPa"
@@ -76,7 +76,7 @@ class End:
         stop, out = self.plan.stop, []
         if stop.pressure is not None:
             out.append(("pressure", pressure(record, domain), stop.pressure_bounds))
-        for name, bounds in stop.stress.given.items() if stop.stress is not None else ():
+        for name, bounds in stop.stress.components.items() if stop.stress is not None else ():
             out.append((f"stress {name}", component(record["stress"], name), bounds))
         return out
 

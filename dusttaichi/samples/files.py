@@ -9,7 +9,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.samples import formats
 from dusttaichi.samples.formats.text import Source
 from dusttaichi.samples.sample import memory
-from dusttaichi.scene.fields import needed, refuse_unreadable
+from dusttaichi.scene.fields import build_value_error, refuse_unreadable
 from dusttaichi.scene.paths import path_in
 
 
@@ -88,9 +88,9 @@ def _found(path: Path, info: ValidationInfo) -> Path:
     try:
         there = path.exists() or not context.get("check_files")
     except OSError as error:  # such as a path that is too long
-        raise needed(f"it cannot be a file: {error.strerror}") from None
+        raise build_value_error(f"it cannot be a file: {error.strerror}") from None
     if not there:
-        raise needed(f"there is no such file ({path})")
+        raise build_value_error(f"there is no such file ({path})")
     return path
 
 

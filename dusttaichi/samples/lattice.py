@@ -16,7 +16,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.values import BoxSize, Seed, exactly_one
-from dusttaichi.scene.fields import Count, Faults, Number, needed
+from dusttaichi.scene.fields import Count, Faults, Number, build_value_error
 
 MOST_GRAINS = 2e7  # a mistyped size must not fill the memory
 
@@ -74,7 +74,9 @@ class LatticeSample(SampleBlock):
     @classmethod
     def _three(cls, value: Any) -> Any:
         if value is not None and not (isinstance(value, (list, tuple)) and len(value) == 3):
-            raise needed("a list of 3 whole numbers of at least 1 is needed, such as [10, 10, 10]")
+            raise build_value_error(
+                "a list of 3 whole numbers of at least 1 is needed, such as [10, 10, 10]"
+            )
         return value
 
     def faults(self) -> Faults:

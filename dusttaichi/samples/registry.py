@@ -57,7 +57,7 @@ class SampleBlock(KindBlock):
 
 GRAINS = Kinds(__package__, "kind of sample")
 KINDS = GRAINS.kinds
-reads_samples = GRAINS.reads
+reads_samples = GRAINS.add_reader
 
 
 def register(block: type[SampleBlock]) -> Callable[[Make], Make]:

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError
 
-from dusttaichi.scene.fields import Block, Count, Faults, Mark, Number, needed
+from dusttaichi.scene.fields import Block, Count, Faults, Mark, Number, build_value_error
 from dusttaichi.scene.fields import Seed as Seed
 from dusttaichi.scene.quantities import Quantity, Vector, format
 
@@ -59,7 +59,7 @@ CutSize = Annotated[
 def _material_name(value: Any) -> str | int:
     whole = isinstance(value, int) and not isinstance(value, bool)
     if not (whole or isinstance(value, str)):
-        raise needed(
+        raise build_value_error(
             "the name of one of the scene's materials is needed, or its number: 0 for material, "
             "from 1 on for materials"
         )
@@ -88,7 +88,7 @@ _LENGTH = TypeAdapter(Annotated[float, Quantity("length", ge=0)])
 class _ImpactMark(Mark):
     """Marks an Impact, written as a text with a unit, or as a plain number."""
 
-    needed = (
+    requirement = (
         "a length of at least 0 is needed, or a number of at least 0, a fraction of the sum of "
         'the radii, for example "0.5 um" or 0.5'
     )
@@ -101,7 +101,7 @@ class _ImpactMark(Mark):
                 return Impact(form.validate_python(value), fraction)
             except ValidationError:
                 continue
-        raise needed(self.needed)
+        raise build_value_error(self.requirement)
 
     def _serialize(self, value: Impact) -> Any:
         return value.value if value.fraction else format(value.value, "length")

@@ -7,7 +7,7 @@ import importlib
 
 _HOMES = {
     "boundary": "BoxBoundary Drive OpenBoundary PeriodicBoundary PlatesBoundary bounded_axes "
-    "filling_direction own_drive strains",
+    "filling_direction get_drive has_strain",
     "interaction": "Asperities Effect Interaction NoDamping Scaled Viscoelastic Viscous",
     "loading": "as_scene from_yaml json_schema load load_extensions schema_text",
     "material": "NAMED Material",

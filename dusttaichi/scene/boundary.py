@@ -17,7 +17,7 @@ from dusttaichi.scene.drive import (
     Speed,
     Speeds,
     Stresses,
-    together,
+    find_conflicts,
 )
 from dusttaichi.scene.fields import Block, Faults, Number, some_of
 from dusttaichi.scene.quantities import Quantity, Vector
@@ -26,7 +26,7 @@ AxisName, Axes, Walls = Literal[AXES], some_of(AXES), some_of(WALLS)
 
 
 class BoundaryBlock(Block):
-    """Block of a kind of boundary; its `walls` are the names of those that it has."""
+    """Block of a kind of boundary; its `walls` are the names of its walls."""
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:
@@ -35,14 +35,16 @@ class BoundaryBlock(Block):
 
     @property
     def drives(self) -> tuple[str, ...]:
-        """Keys of a Drive that move something of this boundary."""
-        there = {
+        """Keys of a Drive that move walls or faces of this boundary."""
+        has_target = {
             "top": "top" in self.walls,
             "faces": bool(self.periodic_axes),
             "cell": self.periodic_axes == AXES,
         }
-        own = (key for key in MOVES if key in type(self).model_fields)
-        return tuple(key for key in own if any(there[what] for what in MOVES[key].what))
+        keys = (key for key in MOVES if key in type(self).model_fields)
+        return tuple(
+            key for key in keys if any(has_target[target] for target in MOVES[key].targets)
+        )
 
 
 class OpenBoundary(BoundaryBlock):
@@ -99,7 +101,7 @@ class BoxBoundary(BoundaryBlock):
     def faults(self) -> Faults:
         if self.omit == WALLS:
             yield "omit", "at least one wall must remain; without walls write kind: open"
-        yield from together(self)
+        yield from find_conflicts(self)
         sizes = ("fit",) * 3 if self.size == "fit" else self.size
         for axis, size in zip(AXES, sizes, strict=True):
             if self.at is not None and getattr(self.at, axis) is not None and size != "fit":
@@ -163,17 +165,17 @@ class PeriodicBoundary(BoundaryBlock):
         for wall in self.walls:
             if (axis := AXES[WALLS.index(wall) // 2]) in self.axes:
                 yield "walls", f"{wall} is on the axis {axis}, which is periodic"
-        yield from together(self)
+        yield from find_conflicts(self)
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:
         return self.axes
 
 
-def own_drive(boundary: Block) -> Drive:
-    """The drive in the block of a boundary, for a scene without stages."""
-    given = {name: getattr(boundary, name, None) for name in Drive.model_fields}
-    return Drive.model_construct(**given | {"push": ()})
+def get_drive(boundary: Block) -> Drive:
+    """The Drive with the keys of a boundary, for a scene without stages."""
+    values = {name: getattr(boundary, name, None) for name in Drive.model_fields}
+    return Drive.model_construct(**values | {"push": ()})
 
 
 def bounded_axes(boundary: Block) -> tuple[str, ...]:
@@ -185,7 +187,7 @@ def bounded_axes(boundary: Block) -> tuple[str, ...]:
     )
 
 
-def strains(boundary: Block, drive: Drive) -> bool:
+def has_strain(boundary: Block, drive: Drive) -> bool:
     """True where the height, an edge or a shear changes at a prescribed rate.
 
     Parameters

@@ -26,12 +26,12 @@ WALL_SPEED, STRAIN_RATE = 0.05, 1000.0
 class Moves:
     """Marks a key of a Drive.
 
-    how: "speed", "load" (controlled), "shear" (motion along itself) or "gain" (of a load).
-    what: what it moves: "top" wall, "faces" of periodic axes, "cell" periodic along all axes.
+    motion: "speed", "load" (controlled), "shear" (motion along itself) or "gain" (of a load).
+    targets: what it moves: "top" wall, "faces" of periodic axes, "cell" periodic along all axes.
     """
 
-    how: str
-    what: tuple[str, ...]
+    motion: str
+    targets: tuple[str, ...]
 
 
 # for every boundary with a top
@@ -101,7 +101,7 @@ class Drive(Block):
     )
 
     def faults(self) -> Faults:
-        return together(self)
+        return find_conflicts(self)
 
     @property
     def moving_faces(self) -> bool:
@@ -153,37 +153,37 @@ MOVES = {
     if isinstance(mark, Moves)
 }
 SPEEDS, LOADS, SHEARS = (
-    tuple(key for key, moves in MOVES.items() if moves.how == how)
-    for how in ("speed", "load", "shear")
+    tuple(key for key, moves in MOVES.items() if moves.motion == motion)
+    for motion in ("speed", "load", "shear")
 )
-FACE_LAWS = tuple(key for key in SPEEDS if "faces" in MOVES[key].what)
+FACE_LAWS = tuple(key for key in SPEEDS if "faces" in MOVES[key].targets)
 
 
-def together(block: Block) -> Faults:
+def find_conflicts(block: Block) -> Faults:
     """Conflicts between the keys of a drive; block: a Drive, or a boundary."""
-    given = [name for name in Drive.model_fields if getattr(block, name, None) is not None]
-    laws = [name for name in FACE_LAWS if name in given]
+    present_keys = [name for name in Drive.model_fields if getattr(block, name, None) is not None]
+    laws = [name for name in FACE_LAWS if name in present_keys]
     if len(laws) > 1:
         yield laws[1], f"it is not allowed together with {laws[0]}"
-    if "stress" in given:
-        yield from _stress(block, given)
-    pressed = "pressure" in given
+    if "stress" in present_keys:
+        yield from _find_stress_conflicts(block, present_keys)
+    pressed = "pressure" in present_keys
     if pressed and (block.wall_speed or 0.0) < 0.0:
         yield "wall_speed", "with pressure it is the largest speed; a positive one"
-    if "gain" in given and not pressed and "stress" not in given:
+    if "gain" in present_keys and not pressed and "stress" not in present_keys:
         yield "gain", "it belongs to pressure or stress, and neither is given"
-    for other in ("compression_rate", "face_speed"):
-        if "shear_rate" in given and other in given:
-            text = f"it is not allowed together with {other}; use strain_rate or stress"
+    for conflicting in ("compression_rate", "face_speed"):
+        if "shear_rate" in present_keys and conflicting in present_keys:
+            text = f"it is not allowed together with {conflicting}; use strain_rate or stress"
             yield "shear_rate", text
 
 
-def _stress(block, given) -> Faults:
+def _find_stress_conflicts(block, present_keys) -> Faults:
     levels = block.stress
     controlled = [n for n in range(3) if levels[n] != "free"]
-    for other in ("pressure", "compression_rate", "face_speed"):
-        if other in given:
-            yield other, "it is not allowed together with stress"
+    for conflicting in ("pressure", "compression_rate", "face_speed"):
+        if conflicting in present_keys:
+            yield conflicting, "it is not allowed together with stress"
     if not any(levels[n] for n in controlled):
         text = "at least one axis with a stress other than 0 is needed: it sets the scale"
         yield "stress", text

@@ -1,7 +1,7 @@
 """Python files that a scene names under `extensions`, imported before the rest of it is read.
 
-Laws, kinds of samples and methods that such a file registers are then known to this process, and to
-every other one that reads the scene. A file is imported once per process and identified by its
+This process, and every other one that reads the scene, then has the laws, kinds of samples and
+methods that such a file registers. A file is imported once per process and identified by its
 content, so that a copy is the same file.
 """
 
@@ -54,35 +54,39 @@ _imported: dict[Path, Extension] = {}
 _owners: dict[tuple[str, Any], tuple[Extension, Any]] = {}  # (table, name) -> (file, value)
 
 
-class _Refused(Exception):
+class _Refusal(Exception):
     """Reason why a file cannot be used, as the end of a line about it."""
 
 
-_allows: ContextVar[Callable[[Path, Path], str | None] | None] = ContextVar("allows", default=None)
+_decide_import: ContextVar[Callable[[Path, Path], str | None] | None] = ContextVar(
+    "allows", default=None
+)
 
 
 @contextmanager
-def allowed_by(decide: Callable[[Path, Path], str | None]) -> Iterator[None]:
+def restrict_imports(decide: Callable[[Path, Path], str | None]) -> Iterator[None]:
     """Context in which decide(file, folder of the scene) may refuse a file before it is read.
 
     decide returns the reason, or None. Without it every file that a scene names is imported.
     """
-    token = _allows.set(decide)
+    token = _decide_import.set(decide)
     try:
         yield
     finally:
-        _allows.reset(token)
+        _decide_import.reset(token)
 
 
-def outside(path: Path, folder: Path) -> bool:
-    """True for a file (a resolved path) neither bundled nor in the folder of its scene or below."""
-    return not any(path.is_relative_to(of.resolve()) for of in (folder, shipped.folder()))
+def is_outside(path: Path, folder: Path) -> bool:
+    """True for a file (resolved path) that is neither bundled nor below the folder of its scene."""
+    return not any(
+        path.is_relative_to(parent.resolve()) for parent in (folder, shipped.get_folder())
+    )
 
 
-def path_of(entry: str | Path, folder: str | Path | None) -> Path:
+def find_file(entry: str | Path, folder: str | Path | None) -> Path:
     """File of an entry of `extensions` in the folder of its scene, else the bundled one."""
     path = path_in(folder, entry)
-    return path if os.path.exists(path) else shipped.extension(entry) or path
+    return path if os.path.exists(path) else shipped.find_extension(entry) or path
 
 
 def load(
@@ -99,22 +103,22 @@ def load(
     that has changed since it was imported. Raises DustError with one line for each fault.
     """
     entries = data.get(KEY, [])
-    found, wrong = [], []
+    imported_files, faults = [], []
     if not isinstance(entries, (list, tuple)):
         text = f"a list of Python files is needed, {_EXAMPLE.replace('rolling', '[rolling')}]"
-        wrong.append(problems.line((KEY,), text, data, lines))
+        faults.append(problems.format_line((KEY,), text, data, lines))
         entries = []
     for number, entry in enumerate(entries):
         try:
-            found.append(_extension(entry, Path(folder or "."), unchanged))
-        except _Refused as error:
-            wrong.append(problems.line((KEY, number), str(error), data, lines))
-    if wrong:
-        raise problems.refusal(title, wrong)
-    return tuple(found)
+            imported_files.append(_import_file(entry, Path(folder or "."), unchanged))
+        except _Refusal as error:
+            faults.append(problems.format_line((KEY, number), str(error), data, lines))
+    if faults:
+        raise problems.build_refusal(title, faults)
+    return tuple(imported_files)
 
 
-def module(path: str | Path) -> types.ModuleType:
+def import_extension(path: str | Path) -> types.ModuleType:
     """Module of an extension, imported if it is not yet: of a file, or a bundled one by its name.
 
     Raises DustError where it cannot be imported.
@@ -123,86 +127,93 @@ def module(path: str | Path) -> types.ModuleType:
     return sys.modules[extension.module]
 
 
-def import_bundled(named: str) -> None:
-    """Import the bundled ones among the files that a result names in its attribute `extensions`.
+def import_bundled(attribute: str) -> None:
+    """Import the bundled files that a result names in its attribute `extensions`.
 
-    A file is found by its name and content. One whose names another file has taken is left.
+    A file is identified by its name and content. It is skipped if another file has registered its
+    names.
     """
-    for name, digest in _NAMED.findall(named):
-        known = {extension.digest for extension in _imported.values()}
-        for path in [] if digest in known else shipped.extensions_named(name):
+    for name, digest in _NAMED.findall(attribute):
+        imported_digests = {extension.digest for extension in _imported.values()}
+        for path in [] if digest in imported_digests else shipped.find_extensions(name):
             if hashlib.sha256(path.read_bytes()).hexdigest() == digest:
                 with suppress(DustError):
                     load({KEY: [path]}, None, lines={}, title=name)
 
 
-def missing(named: str) -> list[str]:
-    """Names of the files in such an attribute that this process has not imported."""
-    known = {extension.digest for extension in _imported.values()}
-    return [name for name, digest in _NAMED.findall(named) if digest not in known]
+def list_missing(attribute: str) -> list[str]:
+    """Names of the files in an attribute `extensions` that this process has not imported."""
+    imported_digests = {extension.digest for extension in _imported.values()}
+    return [name for name, digest in _NAMED.findall(attribute) if digest not in imported_digests]
 
 
-def imported(path: str | Path) -> Extension | None:
+def find_imported(path: str | Path) -> Extension | None:
     """The Extension of a file that this process has imported, otherwise None."""
     return _imported.get(Path(path).resolve())
 
 
-def _extension(entry: Any, folder: Path, unchanged: bool) -> Extension:
+def _import_file(entry: Any, folder: Path, unchanged: bool) -> Extension:
     if not isinstance(entry, (str, Path)) or Path(entry).suffix != ".py":
-        raise _Refused(f"a Python file is needed, whose name ends in .py, {_EXAMPLE}")
+        raise _Refusal(f"a Python file is needed, whose name ends in .py, {_EXAMPLE}")
     try:
-        path = path_of(entry, folder).resolve()
+        path = find_file(entry, folder).resolve()
     except (OSError, RuntimeError) as error:  # RuntimeError of a loop of links, up to Python 3.12
-        raise _Refused(f"it cannot be found: {error}") from None
-    known = _imported.get(path)
-    if known is not None and not unchanged:
-        return known  # whether the file has changed or not
-    decide = _allows.get()
-    if known is None and decide is not None and (why := decide(path, folder)) is not None:
-        raise _Refused(why)
+        raise _Refusal(f"it cannot be found: {error}") from None
+    imported_file = _imported.get(path)
+    if imported_file is not None and not unchanged:
+        return imported_file  # whether the file has changed or not
+    decide = _decide_import.get()
+    if (
+        imported_file is None
+        and decide is not None
+        and (reason := decide(path, folder)) is not None
+    ):
+        raise _Refusal(reason)
     try:
         refuse_unreadable(path, MOST_BYTES)
         source = path.read_bytes()
     except (OSError, ValueError) as error:
-        why = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
-        raise _Refused(
-            f"{why} ({path}); a Python file is needed, relative to the folder of the YAML file"
+        reason = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
+        raise _Refusal(
+            f"{reason} ({path}); a Python file is needed, relative to the folder of the YAML file"
         ) from None
     extension = Extension(path, hashlib.sha256(source).hexdigest())
-    if known is not None and known.digest != extension.digest:
-        raise _Refused(
+    if imported_file is not None and imported_file.digest != extension.digest:
+        raise _Refusal(
             f"{path} has changed since this process imported it; restart Python to use the new "
             "version, or restore the old one"
         )
-    if extension.digest not in {other.digest for other in _imported.values()}:
+    if extension.digest not in {
+        imported_extension.digest for imported_extension in _imported.values()
+    }:
         _import(extension, source)
     return _imported.setdefault(path, extension)
 
 
 def _import(extension: Extension, source: bytes) -> None:
     """Run a file as a module; its registrations are undone where it cannot be used."""
-    before = {word: dict(table) for word, table in _tables().items()}
+    former_tables = {word: dict(table) for word, table in _get_tables().items()}
     _imported[extension.path] = extension
     try:
-        _run(extension, source)
-        _own(extension, before)
+        _run_file(extension, source)
+        _record_owners(extension, former_tables)
     except BaseException:
         del _imported[extension.path]
-        _restore(before)
+        _restore_tables(former_tables)
         raise
 
 
-def _run(extension: Extension, source: bytes) -> None:
+def _run_file(extension: Extension, source: bytes) -> None:
     path = str(extension.path)
     module = types.ModuleType(extension.module)
     module.__file__ = path
     try:
         code = compile(source, path, "exec", dont_inherit=True)
     except SyntaxError as error:
-        where = path if error.lineno is None else f"{path}, line {error.lineno}"
-        raise _Refused(f"it is not valid Python: {error.msg} ({where})") from None
+        location = path if error.lineno is None else f"{path}, line {error.lineno}"
+        raise _Refusal(f"it is not valid Python: {error.msg} ({location})") from None
     except ValueError as error:
-        raise _Refused(f"it is not valid Python: {error} ({path})") from None
+        raise _Refusal(f"it is not valid Python: {error} ({path})") from None
     # Taichi compiles from the text when a kernel is first needed; it must be the imported text
     text = source.decode("utf-8", "replace")
     linecache.cache[path] = (len(source), None, text.splitlines(keepends=True), path)
@@ -213,34 +224,36 @@ def _run(extension: Extension, source: bytes) -> None:
         raise
     except BaseException as error:  # any class of error that the file may define
         del sys.modules[module.__name__]
-        raise _Refused(_said(error, path)) from None
+        raise _Refusal(_describe_exception(error, path)) from None
     _refuse_another_compiler(module)
 
 
 def _refuse_another_compiler(module: types.ModuleType) -> None:
-    """Its functions would not be known to the compiler of all others."""
+    """Refuse a module that imports another compiler, which cannot call its kernels' functions."""
     modules = [value for value in vars(module).values() if isinstance(value, types.ModuleType)]
-    for other in {found.__name__ for found in modules} & compiler.PREFIX.keys() - {compiler.name()}:
-        raise _Refused(
-            f"it imports {other}, while {compiler.name()} compiles the kernels; write `from "
+    for name in {
+        imported_module.__name__ for imported_module in modules
+    } & compiler.PREFIX.keys() - {compiler.name()}:
+        raise _Refusal(
+            f"it imports {name}, while {compiler.name()} compiles the kernels; write `from "
             f"dusttaichi import ti` instead ({module.__file__})"
         )
 
 
-def _said(error: BaseException, path: str) -> str:
+def _describe_exception(error: BaseException, path: str) -> str:
     """Exception and its line in the file, as one line."""
     frames = traceback.extract_tb(error.__traceback__)
     line = next((frame.lineno for frame in reversed(frames) if frame.filename == path), None)
-    where = path if line is None else f"{path}, line {line}"
-    what = " ".join([f"{type(error).__name__}:", *str(error).split()]).removesuffix(":")
-    return f"it cannot be imported, its code raises {what} ({where})"
+    location = path if line is None else f"{path}, line {line}"
+    message = " ".join([f"{type(error).__name__}:", *str(error).split()]).removesuffix(":")
+    return f"it cannot be imported, its code raises {message} ({location})"
 
 
-# -- what is registered --------------------------------------------------------------------------
+# -- registrations ------------------------------------------------------------------------------
 
 
-def _tables() -> dict[str, dict]:
-    """The tables of registered things, by name."""
+def _get_tables() -> dict[str, dict]:
+    """Tables of everything that a file can register, by name."""
     from dusttaichi.results import shown
 
     return {
@@ -252,33 +265,37 @@ def _tables() -> dict[str, dict]:
         "statistics": shown.STATISTICS,
         "threshold": shown.THRESHOLDS,
         "law of the pressure": shown.PRESSURES,
-        **{kinds.word: kinds.added for kinds in Kinds.known},
+        **{registry.word: registry.added for registry in Kinds.registries},
     }
 
 
-def _own(extension: Extension, before: dict[str, dict]) -> None:
+def _record_owners(extension: Extension, former_tables: dict[str, dict]) -> None:
     """Record the registrations of this file. Refuses names that another file has registered."""
-    new = {}
-    for word, table in _tables().items():
-        old = before.get(word, {})
+    new_owners = {}
+    for word, table in _get_tables().items():
+        former_table = former_tables.get(word, {})
         for name, value in table.items():
-            owner, known = _owners.get((word, name), (None, None))
-            # registered before, known as "module:attribute", or registered by an imported file
-            if value is old.get(name) or isinstance(old.get(name), str) or value is known:
+            owner, owned_value = _owners.get((word, name), (None, None))
+            # registered earlier, still a text "module:attribute", or registered by an imported file
+            if (
+                value is former_table.get(name)
+                or isinstance(former_table.get(name), str)
+                or value is owned_value
+            ):
                 continue
             if owner is not None:
                 text = ".".join(name) if isinstance(name, tuple) else name
-                raise _Refused(
+                raise _Refusal(
                     f"it registers the {word} {text}, as {owner.path} does, which differs; a name "
                     "of its own is needed"
                 )
-            new[word, name] = (extension, value)
-    _owners.update(new)
+            new_owners[word, name] = (extension, value)
+    _owners.update(new_owners)
 
 
-def _restore(before: dict[str, dict]) -> None:
-    for word, table in _tables().items():
+def _restore_tables(former_tables: dict[str, dict]) -> None:
+    for word, table in _get_tables().items():
         table.clear()
-        table.update(before.get(word, {}))
-    for kinds in Kinds.known:
-        kinds.follow()
+        table.update(former_tables.get(word, {}))
+    for registry in Kinds.registries:
+        registry.rebuild_readers()

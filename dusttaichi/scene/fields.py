@@ -64,16 +64,16 @@ class Block(BaseModel):
 
     @model_validator(mode="after")
     def _refuse_faults(self):
-        if found := list(self.faults()):
-            raise problems(found)
+        if faults := list(self.faults()):
+            raise build_faults_error(faults)
         return self
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name.startswith("_"):  # private, not of the YAML
             return super().__setattr__(name, value)
-        from dusttaichi.scene.keys import path_of  # which imports this module
+        from dusttaichi.scene.keys import find_key_path  # which imports this module
 
-        path = path_of(type(self), name)
+        path = find_key_path(type(self), name)
         raise DustError(
             f"{path}: a scene is immutable; scene.with_value({path!r}, ...) returns a changed one"
         )
@@ -87,7 +87,7 @@ class NamedBlock(Block):
     """A block that may be written as one of its WORDS, each of which sets some of its numbers."""
 
     WORDS: ClassVar[dict[str, dict[str, Any]]]
-    needed: ClassVar[str]
+    requirement: ClassVar[str]
 
     @model_validator(mode="before")
     @classmethod
@@ -95,7 +95,7 @@ class NamedBlock(Block):
         if isinstance(data, (dict, cls)):
             return data
         if not isinstance(data, str) or data not in cls.WORDS:
-            raise needed(cls.needed)
+            raise build_value_error(cls.requirement)
         return cls.WORDS[data]
 
     @classmethod
@@ -119,7 +119,7 @@ def name_like(pattern: str, text: str) -> Any:
         if not isinstance(value, str):
             raise PydanticCustomError("text_needed", "{text}", {"text": text})
         if not re.fullmatch(pattern, value):
-            raise needed(text)
+            raise build_value_error(text)
         return value
 
     return Annotated[
@@ -145,15 +145,15 @@ class Mark:
         )
 
 
-def needed(text: str) -> PydanticCustomError:
+def build_value_error(text: str) -> PydanticCustomError:
     """An error whose text ends the line 'path = value: ...'."""
     return PydanticCustomError("needed", "{text}", {"text": text})
 
 
-def problems(found: list[tuple[str, str]]) -> PydanticCustomError:
+def build_faults_error(faults: list[tuple[str, str]]) -> PydanticCustomError:
     """An error about several keys at once, from the `Faults` of a block."""
-    text = "; ".join(f"{path}: {what}" for path, what in found)
-    return PydanticCustomError("problems", "{text}", {"text": text, "found": found})
+    text = "; ".join(f"{path}: {message}" for path, message in faults)
+    return PydanticCustomError("problems", "{text}", {"text": text, "found": faults})
 
 
 # Least and largest size of plain numbers other than 0: all that can be computed with.
@@ -165,7 +165,7 @@ BOUNDS = {"gt": "above", "ge": "of at least", "lt": "below", "le": "at most"}
 class Number:
     """Marks a field that is a plain number, finite, within bounds; a word may be allowed too.
 
-    pydantic checks the bounds; whatever is wrong, the error says what is needed. note: ends that.
+    pydantic checks the bounds; the error states what is allowed. note: its end.
     """
 
     whole: bool = False
@@ -177,16 +177,16 @@ class Number:
     note: str = ""
 
     @property
-    def needed(self) -> str:
+    def requirement(self) -> str:
         """Allowed values, as the end of an error message."""
         limits = [
             f" {words} {getattr(self, key):.12g}"
             for key, words in BOUNDS.items()
             if getattr(self, key) is not None
         ]
-        what = "a whole number" if self.whole else "a number"
+        noun = "a whole number" if self.whole else "a number"
         word = f'"{self.word}" or ' if self.word else ""
-        return f"{word}{what}{' and'.join(limits)} is needed{self.note}"
+        return f"{word}{noun}{' and'.join(limits)} is needed{self.note}"
 
     def _read(self, value: Any) -> Any:
         # YAML 1.1 readers return 1e-3 as text, NumPy has its own types of numbers, 1e6 is whole.
@@ -207,22 +207,22 @@ class Number:
             schema = core_schema.float_schema(strict=True, allow_inf_nan=False, **bounds)
         if self.word is not None:
             schema = core_schema.union_schema([core_schema.literal_schema([self.word]), schema])
-        known = core_schema.custom_error_schema(
+        checked_schema = core_schema.custom_error_schema(
             core_schema.no_info_before_validator_function(self._read, schema),
             custom_error_type="needed",
             custom_error_message="{text}",
-            custom_error_context={"text": self.needed},
+            custom_error_context={"text": self.requirement},
         )
-        return core_schema.no_info_after_validator_function(self._sized, known)
+        return core_schema.no_info_after_validator_function(self._check_size, checked_schema)
 
-    def _sized(self, value: Any) -> Any:
+    def _check_size(self, value: Any) -> Any:
         """The value, if it is of a size that can be computed with."""
         if isinstance(value, str) or not value:
             return value
         if self.whole and abs(value) > MOST_WHOLE:
-            raise needed(f"it is too large; at most {MOST_WHOLE:g} can be computed with")
+            raise build_value_error(f"it is too large; at most {MOST_WHOLE:g} can be computed with")
         if not self.whole and not LEAST <= abs(value) <= MOST:
-            raise needed(f"it cannot be computed with ({LEAST:g} to {MOST:g} can)")
+            raise build_value_error(f"it cannot be computed with ({LEAST:g} to {MOST:g} can)")
         return value
 
 
@@ -234,11 +234,11 @@ class Switch:
     and true, 1.2 readers leave the words. Both count.
     """
 
-    needed: str
+    requirement: str
     on: bool = False
     auto: bool = False
 
-    def written(self, value: Any) -> str:
+    def write_default(self, value: Any) -> str:
         """A default as the YAML has it."""
         return "off" if value is None else value if isinstance(value, str) else "on"
 
@@ -252,7 +252,7 @@ class Switch:
             return {}
         if isinstance(value, (dict, BaseModel)):
             return value
-        raise needed(self.needed)
+        raise build_value_error(self.requirement)
 
     def __get_pydantic_core_schema__(self, source, handler):
         inner = handler(source)
@@ -282,18 +282,18 @@ Seed = Annotated[int, Number(whole=True, ge=0, le=2**32 - 1)]
 UserPath = Annotated[Path, AfterValidator(user_path)]
 
 
-def refuse_unreadable(path: str | Path, most: float | None = None) -> None:
+def refuse_unreadable(path: str | Path, max_bytes: float | None = None) -> None:
     """Raise ValueError if `path` is not a regular file of at most `most` bytes.
 
     It is not opened, because a pipe may block. FileNotFoundError if it does not exist.
     """
     try:
-        found = Path(path).stat()
+        status = Path(path).stat()
     except FileNotFoundError:
         raise
     except OSError as error:  # a loop of links, a name that is too long
         raise ValueError(f"it cannot be read ({error.strerror})") from None
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         raise ValueError(f"it is a {'directory' if Path(path).is_dir() else 'device or a pipe'}")
-    if most is not None and found.st_size > most:
-        raise ValueError(f"it has {found.st_size:,} bytes, {int(most):,} are allowed")
+    if max_bytes is not None and status.st_size > max_bytes:
+        raise ValueError(f"it has {status.st_size:,} bytes, {int(max_bytes):,} are allowed")

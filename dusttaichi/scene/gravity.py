@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES
-from dusttaichi.scene.fields import Block, Faults, Number, Switch, needed
+from dusttaichi.scene.fields import Block, Faults, Number, Switch, build_value_error
 from dusttaichi.scene.quantities import Quantity, Vector, parse
 
 G = 6.6743e-11  # m^3 kg^-1 s^-2, CODATA 2018
@@ -54,7 +54,7 @@ DOWNWARDS = Quantity("acceleration", ge=0, example="9.81 m/s^2")
 class Gravity(Block):
     """One of `acceleration` and `central`; `gravity: 9.81 m/s^2` is that along -z."""
 
-    needed: ClassVar[str] = (
+    requirement: ClassVar[str] = (
         'an acceleration of at least 0 (downwards) is needed, for example "9.81 m/s^2", or a block '
         "such as {acceleration: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]}"
     )
@@ -74,9 +74,9 @@ class Gravity(Block):
         try:
             size = parse(data, "acceleration")
         except DustError:
-            raise needed(cls.needed) from None
+            raise build_value_error(cls.requirement) from None
         if size < 0.0:
-            raise needed(cls.needed)
+            raise build_value_error(cls.requirement)
         return {"acceleration": ("0 m/s^2", "0 m/s^2", f"-{str(data).strip().lstrip('+-')}")}
 
     def faults(self) -> Faults:
@@ -96,8 +96,8 @@ class Gravity(Block):
     @classmethod
     def __get_pydantic_json_schema__(cls, schema, handler):
         block = handler.resolve_ref_schema(handler(schema))
-        either = block["properties"]["acceleration"]["anyOf"]
-        vector = next(one for one in either if one["type"] == "array")
+        alternatives = block["properties"]["acceleration"]["anyOf"]
+        vector = next(alternative for alternative in alternatives if alternative["type"] == "array")
         vector["minItems"] = 2  # [x, z] in plane strain
         size = DOWNWARDS.__get_pydantic_json_schema__(schema, handler)
         return {"anyOf": [size, vector, block]}

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, SerializeAsAny, field_validator
 
 from dusttaichi.physics.contact import registry
-from dusttaichi.scene.fields import Block, Number, Switch, needed, problems
+from dusttaichi.scene.fields import Block, Number, Switch, build_faults_error, build_value_error
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -87,7 +87,7 @@ _ASPERITIES = Switch(
 class _DampingWord:
     """Allows the damping to be written as one word, with the default numbers."""
 
-    needed = (
+    requirement = (
         f"{', '.join(_MODELS)} or a block is needed, for example "
         "{model: viscous, kappa: 1e-6 g/s}"
     )
@@ -97,7 +97,7 @@ class _DampingWord:
         return {"anyOf": [{"enum": [*_MODELS, None]}, handler(schema)]}
 
 
-def _block(effect: str, key: str, value: Any) -> Block | None:
+def _validate_law(effect: str, key: str, value: Any) -> Block | None:
     """Block of a registered law; None for a built-in one, or where none is named."""
     name = value.get(key) if isinstance(value, dict) else getattr(value, key, None)
     if not isinstance(name, str) or name == "none":
@@ -105,36 +105,42 @@ def _block(effect: str, key: str, value: Any) -> Block | None:
     if name not in registry.names(effect):
         if effect == "damping":
             return None  # pydantic lists the allowed ones
-        there = ", ".join(registry.names(effect))
-        raise problems([(key, f"{there} is needed, or the name of a law that is registered")])
+        names = ", ".join(registry.names(effect))
+        raise build_faults_error(
+            [(key, f"{names} is needed, or the name of a law that is registered")]
+        )
     block = registry.block_of(effect, name)
     return None if block is None else block.model_validate(value)
 
 
-class _Registered:
+class _RegisteredLaws:
     """Adds the blocks of the registered laws of an effect to its JSON Schema."""
 
     def __init__(self, effect: str, key: str):
         self.effect, self.key = effect, key
 
     def __get_pydantic_json_schema__(self, schema, handler):
-        own = handler(schema)
+        built_in_schema = handler(schema)
         names = [n for n in registry.names(self.effect) if registry.block_of(self.effect, n)]
-        blocks = [self._block(name) for name in names]
-        return {"anyOf": [*own.get("anyOf", [own]), *blocks]} if blocks else own
+        blocks = [self._build_schema(name) for name in names]
+        return (
+            {"anyOf": [*built_in_schema.get("anyOf", [built_in_schema]), *blocks]}
+            if blocks
+            else built_in_schema
+        )
 
     def block_of(self, value: Any) -> type[Block] | None:
         """Block of the registered law that a value of the YAML names; None for others."""
         name = value.get(self.key) if isinstance(value, dict) else None
-        known = isinstance(name, str) and name in registry.names(self.effect)
-        return registry.block_of(self.effect, name) if known else None
+        is_registered = isinstance(name, str) and name in registry.names(self.effect)
+        return registry.block_of(self.effect, name) if is_registered else None
 
-    def _block(self, name: str) -> dict:
+    def _build_schema(self, name: str) -> dict:
         schema = registry.block_of(self.effect, name).model_json_schema()
         if "$defs" in schema:  # a resource of its own, to which its references are relative
             schema["$id"] = f"urn:dusttaichi:{self.effect}:{name}"
-        named = {"const": name, "type": "string", "description": "name of the law"}
-        schema["properties"] = {**schema["properties"], self.key: named}
+        name_schema = {"const": name, "type": "string", "description": "name of the law"}
+        schema["properties"] = {**schema["properties"], self.key: name_schema}
         schema["required"] = sorted({*schema.get("required", []), self.key})
         return schema
 
@@ -145,8 +151,8 @@ class _Effects:
     @classmethod
     def __get_pydantic_json_schema__(cls, schema, handler):
         blocks = {name: registry.block_of("effects", name) for name in registry.names("effects")}
-        found = {name: block.model_json_schema() for name, block in blocks.items()}
-        return {"type": "object", "properties": found, "additionalProperties": False}
+        schemas = {name: block.model_json_schema() for name, block in blocks.items()}
+        return {"type": "object", "properties": schemas, "additionalProperties": False}
 
 
 class Interaction(Block):
@@ -161,18 +167,18 @@ class Interaction(Block):
         description="surface energy of a contact between different materials: root of the product, "
         "mean, or gamma1 + gamma2 - 2/(1/gamma1 + 1/gamma2)",
     )
-    normal: Annotated[SerializeAsAny[NormalLaw], _Registered("normal", "law")] = Field(
+    normal: Annotated[SerializeAsAny[NormalLaw], _RegisteredLaws("normal", "law")] = Field(
         {}, description="force along the normal: law jkr, or one that is registered"
     )
-    rolling: Annotated[SerializeAsAny[Effect] | None, _SWITCH, _Registered("rolling", "law")] = (
-        Field({}, description="resistance to rolling")
-    )
-    sliding: Annotated[SerializeAsAny[Effect] | None, _SWITCH, _Registered("sliding", "law")] = (
-        Field({}, description="resistance to sliding")
-    )
-    twisting: Annotated[SerializeAsAny[Effect] | None, _SWITCH, _Registered("twisting", "law")] = (
-        Field({}, description="resistance to twisting")
-    )
+    rolling: Annotated[
+        SerializeAsAny[Effect] | None, _SWITCH, _RegisteredLaws("rolling", "law")
+    ] = Field({}, description="resistance to rolling")
+    sliding: Annotated[
+        SerializeAsAny[Effect] | None, _SWITCH, _RegisteredLaws("sliding", "law")
+    ] = Field({}, description="resistance to sliding")
+    twisting: Annotated[
+        SerializeAsAny[Effect] | None, _SWITCH, _RegisteredLaws("twisting", "law")
+    ] = Field({}, description="resistance to twisting")
     asperities: Annotated[Asperities | None, _ASPERITIES] = Field(
         None, description="energy lost on flattening asperities at first touch"
     )
@@ -181,7 +187,7 @@ class Interaction(Block):
             BuiltInDamping,
             Field(discriminator="model"),
             _DampingWord(),
-            _Registered("damping", "model"),
+            _RegisteredLaws("damping", "model"),
         ]
     ] = Field({"model": "viscous"}, description="damping of the normal motion of a contact")
 
@@ -196,39 +202,41 @@ class Interaction(Block):
         """
         if self.asperities is None:
             return 0.0
-        own = self.asperities.volume
-        return (material.asperity_volume or 0.0) if own is None else own
+        scene_volume = self.asperities.volume
+        return (material.asperity_volume or 0.0) if scene_volume is None else scene_volume
 
     @field_validator("effects", mode="wrap")
     @classmethod
-    def _of_their_own(cls, value: Any, handler: Any) -> Any:
+    def _validate_effects(cls, value: Any, handler: Any) -> Any:
         if not isinstance(value, dict):
-            raise needed("effects by name are needed, for example {sintered_neck: {}}")
+            raise build_value_error("effects by name are needed, for example {sintered_neck: {}}")
         out = {}
         for name, block in value.items():
-            own = registry.block_of("effects", name)
-            if own is None:
-                there = ", ".join(registry.names("effects")) or "none is registered here"
-                raise problems([(str(name), f"the name of a registered effect is needed: {there}")])
-            out[name] = own.model_validate({} if block in (True, "on", None) else block)
+            effect_block = registry.block_of("effects", name)
+            if effect_block is None:
+                names = ", ".join(registry.names("effects")) or "none is registered here"
+                raise build_faults_error(
+                    [(str(name), f"the name of a registered effect is needed: {names}")]
+                )
+            out[name] = effect_block.model_validate({} if block in (True, "on", None) else block)
         return out
 
     @field_validator("normal", "rolling", "sliding", "twisting", mode="wrap")
     @classmethod
-    def _registered(cls, value: Any, handler: Any, info: Any) -> Any:
-        return _block(info.field_name, "law", value) or handler(value)
+    def _validate_registered_law(cls, value: Any, handler: Any, info: Any) -> Any:
+        return _validate_law(info.field_name, "law", value) or handler(value)
 
     @field_validator("damping", mode="wrap")
     @classmethod
-    def _word(cls, value: Any, handler: Any) -> Any:
-        return _block("damping", "model", value) or handler(cls._damping(value))
+    def _expand_damping_word(cls, value: Any, handler: Any) -> Any:
+        return _validate_law("damping", "model", value) or handler(cls._expand_damping(value))
 
     @staticmethod
-    def _damping(value: Any) -> Any:
+    def _expand_damping(value: Any) -> Any:
         if value is None or value is False or value == "off":
             return {"model": "none"}
         if isinstance(value, str) and value in _MODELS:
             return {"model": value}
         if not isinstance(value, (dict, Block)):
-            raise needed(_DampingWord.needed)
+            raise build_value_error(_DampingWord.requirement)
         return value

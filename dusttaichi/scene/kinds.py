@@ -31,7 +31,7 @@ class KindBlock(Block):
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind: its YAML block, and the function that makes a sample of it."""
+    """A kind: its YAML block, and the function that makes a sample from it."""
 
     block: type
     make: Callable
@@ -44,14 +44,14 @@ class Kinds:
     such a kind in errors.
     """
 
-    known: ClassVar[list["Kinds"]] = []
+    registries: ClassVar[list["Kinds"]] = []
 
     def __init__(self, package: str, word: str):
         self.package, self.word = package, word
         self.built_in: dict[str, Kind] = {}
         self.added: dict[str, Kind] = {}
         self.kinds = ChainMap(self.built_in, self.added)
-        Kinds.known.append(self)
+        Kinds.registries.append(self)
         self._readers: list[type[BaseModel]] = []
 
     def register(self, block: type) -> Callable:
@@ -67,25 +67,25 @@ class Kinds:
             raise TypeError(
                 f'{block.__name__}: a field kind: Literal["name of the kind"] is needed'
             )
-        own = block.__module__ == f"{self.package}.{name}"
-        if name in self.built_in and not own:
+        is_built_in = block.__module__ == f"{self.package}.{name}"
+        if name in self.built_in and not is_built_in:
             raise ValueError(f"{name} is a kind of this package; another name is needed")
 
-        def known(make: Callable) -> Callable:
-            (self.built_in if own else self.added)[name] = Kind(block, make)
-            self.follow()
+        def register_kind(make: Callable) -> Callable:
+            (self.built_in if is_built_in else self.added)[name] = Kind(block, make)
+            self.rebuild_readers()
             return make
 
-        return known
+        return register_kind
 
-    def follow(self) -> None:
+    def rebuild_readers(self) -> None:
         """Update the blocks with a field for any kind."""
         for reader in self._readers:
             if reader.__pydantic_complete__:
                 reader.model_rebuild(force=True)
 
-    def reads(self, model: type[BaseModel]) -> type[BaseModel]:
-        """Let `follow` update a block that has a field for any kind (decorator)."""
+    def add_reader(self, model: type[BaseModel]) -> type[BaseModel]:
+        """Let `rebuild_readers` update a block that has a field for any kind (decorator)."""
         self._readers.append(model)
         return model
 
@@ -103,8 +103,8 @@ class AnyOf:
     @property
     def blocks(self) -> list[type]:
         """The blocks in the order of their kinds."""
-        found = [self.kinds.kinds[name].block for name in sorted(self.kinds.kinds)]
-        return [block for block in found if block.is_body or not self.bodies]
+        blocks = [self.kinds.kinds[name].block for name in sorted(self.kinds.kinds)]
+        return [block for block in blocks if block.is_body or not self.bodies]
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any):
         union = Union[tuple(self.blocks)]  # noqa: UP007

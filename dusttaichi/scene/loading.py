@@ -12,7 +12,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.scene import extensions, problems, shipped, yaml_text
 from dusttaichi.scene.fields import refuse_unreadable
 from dusttaichi.scene.paths import user_path
-from dusttaichi.scene.readable_schema import by_key, readable
+from dusttaichi.scene.readable_schema import make_readable, select_by_key
 from dusttaichi.scene.scene import Scene
 from dusttaichi.scene.yaml_text import MOST_CHARACTERS
 
@@ -33,8 +33,8 @@ def load(path: str | Path) -> Scene:
         The file is missing, not readable, not YAML, or not a scene; the last with one line for each
         fault, with its path in the YAML, value, allowed values, and line number.
     """
-    path = _found(path)
-    scene = from_yaml(_text(path), path.parent, title=str(path), check_files=True)
+    path = _find_file(path)
+    scene = from_yaml(_read_text(path), path.parent, title=str(path), check_files=True)
     scene._path = path
     return scene
 
@@ -63,7 +63,7 @@ def from_yaml(
     DustError
         The text is not YAML or no valid scene.
     """
-    document = _document(text, title)
+    document = _read_document(text, title)
     _refuse_problems(document, title)
     scene = Scene.from_dict(
         document.data, folder, lines=document.lines, title=title, check_files=check_files
@@ -112,37 +112,39 @@ def load_extensions(path: str | Path) -> None:
     DustError
         The file or an extension cannot be read.
     """
-    path, title = _found(path), str(path)
-    document = _document(_text(path), title)
+    path, title = _find_file(path), str(path)
+    document = _read_document(_read_text(path), title)
     _refuse_problems(document, title)
     extensions.load(document.data, path.parent, lines=document.lines, title=title, unchanged=True)
 
 
 def _refuse_problems(document: yaml_text.Document, title: str) -> None:
     if document.problems:
-        found = [problems.line(p, t, None, document.lines) for p, t in document.problems]
-        raise problems.refusal(title, found)
+        problem_lines = [
+            problems.format_line(p, t, None, document.lines) for p, t in document.problems
+        ]
+        raise problems.build_refusal(title, problem_lines)
 
 
-def _found(path: str | Path) -> Path:
+def _find_file(path: str | Path) -> Path:
     """The file itself; where there is none, the bundled scene of that name."""
     path = user_path(path)
     try:
-        return path if path.is_file() else shipped.find(path) or path
+        return path if path.is_file() else shipped.find_scene(path) or path
     except OSError:  # such as a name that is too long
         return path
 
 
-def _text(path: Path) -> str:
+def _read_text(path: Path) -> str:
     try:
         refuse_unreadable(path, MOST_CHARACTERS)
         return path.read_text(encoding="utf-8")
     except UnicodeDecodeError:
         raise DustError(f"{path} is not a text file in UTF-8; a YAML file is needed.") from None
     except ValueError as error:
-        raise DustError(f"{_short(path)}: {error}; a YAML file is needed.") from None
+        raise DustError(f"{_shorten(path)}: {error}; a YAML file is needed.") from None
     except FileNotFoundError:
-        near = shipped.resembling(path)
+        near = shipped.find_similar_names(path)
         hint = f" Do you mean the bundled scene {near[0]}?" if near else ""
         raise DustError(f"{path}: there is no such file.{hint}") from None
     except PermissionError:
@@ -151,19 +153,19 @@ def _text(path: Path) -> str:
         raise DustError(f"{path} cannot be read: {error.strerror or error}.") from None
 
 
-def _short(path: Path) -> str:
+def _shorten(path: Path) -> str:
     """A path for a message; a very long one is shortened."""
     text = str(path)
     return text if len(text) <= 200 else f"{text[:150]}...{text[-40:]}"
 
 
-def _document(text: str, title: str) -> yaml_text.Document:
+def _read_document(text: str, title: str) -> yaml_text.Document:
     try:
         document = yaml_text.read(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        where = f" (line {mark.line + 1}, column {mark.column + 1})" if mark else ""
-        raise DustError(f"{title} is not valid YAML: {error.problem}{where}.") from None
+        location = f" (line {mark.line + 1}, column {mark.column + 1})" if mark else ""
+        raise DustError(f"{title} is not valid YAML: {error.problem}{location}.") from None
     except (yaml.YAMLError, RecursionError) as error:
         raise DustError(f"{title} is not valid YAML: {str(error).splitlines()[0]}.") from None
     if document.data is None:
@@ -186,14 +188,17 @@ def json_schema() -> dict[str, Any]:
     ]
     head = {"$schema": DRAFT, "title": "dusttaichi scene", "description": "One run of dusttaichi."}
     blocks = {name: block for schema in schemas for name, block in schema.pop("$defs").items()}
-    blocks = {name: readable(block, blocks) for name, block in blocks.items()}
+    blocks = {name: make_readable(block, blocks) for name, block in blocks.items()}
     scenes = {
-        name: readable(schema, blocks) for name, schema in zip(method.METHODS, schemas, strict=True)
+        name: make_readable(schema, blocks)
+        for name, schema in zip(method.METHODS, schemas, strict=True)
     }
-    whole = by_key("method", scenes, method.DEFAULT)
-    about = next(iter(scenes.values()))["properties"]["method"].get("description", "method")
-    whole["properties"]["method"]["description"] = about
-    return {**head, **whole, "$defs": blocks}
+    scene_schema = select_by_key("method", scenes, method.DEFAULT)
+    method_description = next(iter(scenes.values()))["properties"]["method"].get(
+        "description", "method"
+    )
+    scene_schema["properties"]["method"]["description"] = method_description
+    return {**head, **scene_schema, "$defs": blocks}
 
 
 def schema_text() -> str:

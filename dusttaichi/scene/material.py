@@ -7,7 +7,14 @@ from pydantic_core import PydanticCustomError
 
 from dusttaichi.physics.contact import registry
 from dusttaichi.scene import quantities
-from dusttaichi.scene.fields import Block, Faults, Mark, Number, needed, problems
+from dusttaichi.scene.fields import (
+    Block,
+    Faults,
+    Mark,
+    Number,
+    build_faults_error,
+    build_value_error,
+)
 from dusttaichi.scene.quantities import Quantity
 
 DEFAULT = "default"  # name of the scene's `material` beside those of `materials`
@@ -50,9 +57,9 @@ _MIXTURE = (
 )
 
 
-def _named(name: Any) -> dict[str, Any]:
+def _look_up(name: Any) -> dict[str, Any]:
     if not isinstance(name, str) or name not in NAMED:
-        raise needed(Material.needed)
+        raise build_value_error(Material.requirement)
     return NAMED[name]
 
 
@@ -63,40 +70,42 @@ class _Properties(Mark):
     """
 
     @staticmethod
-    def _declared(name: str):
-        found = registry.properties().get(name)
-        if found is None:
-            there = ", ".join(registry.properties()) or "none is registered here"
-            raise problems(
-                [(name, f"a property that a registered law declares is needed: {there}")]
+    def _find_property(name: str):
+        declared_property = registry.properties().get(name)
+        if declared_property is None:
+            names = ", ".join(registry.properties()) or "none is registered here"
+            raise build_faults_error(
+                [(name, f"a property that a registered law declares is needed: {names}")]
             )
-        return found
+        return declared_property
 
     @classmethod
     def _validate(cls, value: Any) -> tuple[tuple[str, float], ...]:
         if isinstance(value, tuple):
             return value
         if not isinstance(value, dict):
-            raise needed("properties by name are needed, for example {neck_strength: 5 MPa}")
+            raise build_value_error(
+                "properties by name are needed, for example {neck_strength: 5 MPa}"
+            )
         out = {}
-        for name, own in value.items():
-            quantity = Quantity(cls._declared(str(name)).dimension)
+        for name, value_text in value.items():
+            quantity = Quantity(cls._find_property(str(name)).dimension)
             try:
-                out[str(name)] = quantity._validate(own)
+                out[str(name)] = quantity._validate(value_text)
             except PydanticCustomError as error:
-                raise problems([(str(name), error.message())]) from None
+                raise build_faults_error([(str(name), error.message())]) from None
         return tuple(sorted(out.items()))
 
     @classmethod
     def _serialize(cls, value: Any) -> Any:
-        return {n: quantities.format(v, cls._declared(n).dimension) for n, v in value}
+        return {n: quantities.format(v, cls._find_property(n).dimension) for n, v in value}
 
     def __get_pydantic_json_schema__(self, schema, handler):
-        found = {
+        property_schemas = {
             name: {"type": "string", "description": p.meaning}
             for name, p in registry.properties().items()
         }
-        return {"type": "object", "properties": found, "additionalProperties": False}
+        return {"type": "object", "properties": property_schemas, "additionalProperties": False}
 
 
 class Material(Block):
@@ -104,7 +113,7 @@ class Material(Block):
 
     extra_keys: ClassVar[tuple[str, ...]] = ("base",)
     shorthands: ClassVar[tuple[str, ...]] = tuple(NAMED)
-    needed: ClassVar[str] = (
+    requirement: ClassVar[str] = (
         f"{', '.join(NAMED)} or a block is needed, for example "
         "{base: silicate_s12, surface_energy: 25 mJ/m^2}"
     )
@@ -133,32 +142,32 @@ class Material(Block):
     properties: Annotated[tuple[tuple[str, float], ...], _Properties()] = Field(
         {}, description="properties that registered laws of contacts need, by name"
     )
-    # no key of the YAML: the material that `scaled` was called for
+    # no key of the YAML: the material that `with_scaling` was called for
     _unscaled: "Material | None" = PrivateAttr(None)
 
     @model_validator(mode="before")
     @classmethod
     def _expand(cls, data: Any) -> Any:
         if isinstance(data, str):
-            return {"name": data, **_named(data)}
+            return {"name": data, **_look_up(data)}
         if not isinstance(data, dict):
-            return data if isinstance(data, Material) else _named(data)
+            return data if isinstance(data, Material) else _look_up(data)
         if mixed := [name for name in data if name in NAMED]:
-            raise problems([("", _MIXTURE.format(name=mixed[0]))])
+            raise build_faults_error([("", _MIXTURE.format(name=mixed[0]))])
         if "base" not in data:
             return data
         base = data["base"]
         changed = {key: value for key, value in data.items() if key != "base"}
         name = base if not changed else f"{base}, changed"
         if not isinstance(base, str) or base not in NAMED:
-            raise problems([("base", f"one of {', '.join(NAMED)} is needed")])
+            raise build_faults_error([("base", f"one of {', '.join(NAMED)} is needed")])
         return {"name": name, **NAMED[base], **changed}
 
     def faults(self) -> Faults:
         if self.critical_rolling >= self.radius:
             yield "critical_rolling", "it must be smaller than the radius of a grain"
 
-    def scaled(self, mass: float, stiffness: float) -> "Material":
+    def with_scaling(self, mass: float, stiffness: float) -> "Material":
         """The unscaled material with its density and its Young's modulus multiplied.
 
         Parameters
@@ -168,17 +177,20 @@ class Material(Block):
         stiffness
             Factor on Young's modulus (numerics.stiffness_scaling).
         """
-        own = self.unscaled
+        unscaled = self.unscaled
         if mass == stiffness == 1.0:
-            return own
-        factors = {"density": mass * own.density, "young_modulus": stiffness * own.young_modulus}
-        out = own.model_copy(update=factors)
-        out._unscaled = own
-        return out
+            return unscaled
+        factors = {
+            "density": mass * unscaled.density,
+            "young_modulus": stiffness * unscaled.young_modulus,
+        }
+        scaled_material = unscaled.model_copy(update=factors)
+        scaled_material._unscaled = unscaled
+        return scaled_material
 
     @property
     def unscaled(self) -> "Material":
-        """This material before `scaled`."""
+        """This material before `with_scaling`."""
         return self._unscaled or self
 
     @property

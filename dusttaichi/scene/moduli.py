@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import TypeAdapter, ValidationError
 
-from dusttaichi.scene.fields import problems
+from dusttaichi.scene.fields import build_faults_error
 from dusttaichi.scene.quantities import Quantity
 
 YOUNG_MODULUS = TypeAdapter(Annotated[float, Quantity("pressure", gt=0, example="300 kPa")])
@@ -24,20 +24,28 @@ def with_moduli(data: dict) -> dict:
     out = {key: value for key, value in data.items() if key not in KEYS}
     if "poisson_ratio" in data:
         if "shear_ratio" in data:
-            raise problems([("poisson_ratio", "it is not allowed together with shear_ratio")])
+            raise build_faults_error(
+                [("poisson_ratio", "it is not allowed together with shear_ratio")]
+            )
         nu = data["poisson_ratio"]
         if not isinstance(nu, (int, float)) or isinstance(nu, bool) or not 0 <= nu < 0.5:
-            raise problems([("poisson_ratio", "a number of at least 0 and below 0.5 is needed")])
+            raise build_faults_error(
+                [("poisson_ratio", "a number of at least 0 and below 0.5 is needed")]
+            )
         out["shear_ratio"] = 1.5 * (1.0 - 2.0 * nu) / (1.0 + nu)
     if "young_modulus" in data:
         if "bulk_modulus" in data:
-            raise problems([("young_modulus", "it is not allowed together with bulk_modulus")])
+            raise build_faults_error(
+                [("young_modulus", "it is not allowed together with bulk_modulus")]
+            )
         ratio = out.get("shear_ratio")
         if not isinstance(ratio, (int, float)) or isinstance(ratio, bool) or not ratio > 0:
-            raise problems([("young_modulus", "it needs a poisson_ratio, or a shear_ratio")])
+            raise build_faults_error(
+                [("young_modulus", "it needs a poisson_ratio, or a shear_ratio")]
+            )
         try:
             young = YOUNG_MODULUS.validate_python(data["young_modulus"])
         except ValidationError as error:
-            raise problems([("young_modulus", error.errors()[0]["msg"])]) from None
+            raise build_faults_error([("young_modulus", error.errors()[0]["msg"])]) from None
         out["bulk_modulus"] = f"{young * (3.0 + ratio) / (9.0 * ratio)!r} Pa"
     return out

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from dusttaichi.scene.boundary import Drive, filling_direction, strains
+from dusttaichi.scene.boundary import Drive, filling_direction, has_strain
 from dusttaichi.scene.fields import Block, Count, Faults, Number, Switch, UserPath
 from dusttaichi.scene.quantities import Quantity
 
@@ -47,16 +47,18 @@ def default_intervals(boundary: Block, drive: Drive, steps: int = 1000) -> dict[
     still = {"profiles": "off", "snapshots": "auto"}
     if boundary.kind == "box" and filling_direction(boundary, drive) > 0:
         return still | {"series": {"filling_factor": 0.002}, "profiles": {"filling_factor": 0.05}}
-    return still | {"series": {"strain": 0.005} if strains(boundary, drive) else {"steps": steps}}
+    return still | {
+        "series": {"strain": 0.005} if has_strain(boundary, drive) else {"steps": steps}
+    }
 
 
-def applies(interval: Interval | None, boundary: Block, drive: Drive) -> bool:
+def becomes_due(interval: Interval | None, boundary: Block, drive: Drive) -> bool:
     """True where outputs of an interval (None: off) become due under a drive."""
     if interval is None or (interval.strain is interval.filling_factor is None):
         return True
     if interval.filling_factor is not None:
         return bool(filling_direction(boundary, drive))
-    return strains(boundary, drive)
+    return has_strain(boundary, drive)
 
 
 class Output(Block):
@@ -114,7 +116,7 @@ class Output(Block):
     )
 
     @property
-    def chosen(self) -> tuple[tuple[str, ...], str]:
+    def variable_selection(self) -> tuple[tuple[str, ...], str]:
         """Values of `variables` and `precision`, as results.variables.select takes them."""
         return self.variables, self.precision
 

@@ -36,24 +36,26 @@ _BLOCK_KEY = {"material": "base", "damping": "model"}
 
 def set_value(data: dict[str, Any], keys: list[str], value: Any, path: str) -> None:
     """Set one value of plain data; words of shorthands become blocks on the way."""
-    here: Any = data
+    container: Any = data
     for depth, key in enumerate(keys):
         last = depth == len(keys) - 1
-        if isinstance(here, list):
-            if not key.isdigit() or int(key) >= len(here):
-                raise DustError(f"{path}: a number from 0 to {len(here) - 1} is needed, not {key}")
+        if isinstance(container, list):
+            if not key.isdigit() or int(key) >= len(container):
+                raise DustError(
+                    f"{path}: a number from 0 to {len(container) - 1} is needed, not {key}"
+                )
             key = int(key)
-        elif not isinstance(here, dict):
+        elif not isinstance(container, dict):
             above = ".".join(keys[:depth])
-            raise DustError(f"{path}: {above} = {here!r} has no keys below it")
+            raise DustError(f"{path}: {above} = {container!r} has no keys below it")
         if last:
-            here[key] = value
+            container[key] = value
             return
-        below = here.get(key) if isinstance(here, dict) else here[key]
+        below = container.get(key) if isinstance(container, dict) else container[key]
         if isinstance(below, str) and key in _BLOCK_KEY:
-            here[key] = {_BLOCK_KEY[key]: below}
+            container[key] = {_BLOCK_KEY[key]: below}
         elif isinstance(below, str) and keys[:depth] == ["materials"]:
-            here[key] = {"base": below}
+            container[key] = {"base": below}
         elif below in (None, "on", "off") or isinstance(below, bool):
-            here[key] = {}
-        here = here[key]
+            container[key] = {}
+        container = container[key]

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from dusttaichi.physics.geometry import WALLS
-from dusttaichi.scene.fields import Block, Faults, Number, needed
+from dusttaichi.scene.fields import Block, Faults, Number, build_value_error
 from dusttaichi.scene.quantities import Quantity, Vector
 
 WallName = Literal[WALLS]
@@ -16,7 +16,7 @@ Plain = Annotated[float, Number()]
 def _grains(value: Any) -> Any:
     if value == "all" or isinstance(value, (list, tuple)):
         return value
-    raise needed("a list of numbers such as [0, 1], or all, is needed")
+    raise build_value_error("a list of numbers such as [0, 1], or all, is needed")
 
 
 Grains = Annotated[
@@ -24,7 +24,7 @@ Grains = Annotated[
     Discriminator(lambda value: "word" if value == "all" else "list"),
     BeforeValidator(_grains),
 ]
-OF_A_STAGE = ("velocity", "spin", "force", "speed")
+STAGE_KINDS = ("velocity", "spin", "force", "speed")
 KINDS = ("displacement", "displacement_delta0", "velocity", "spin", "force", "speed")
 
 
@@ -82,33 +82,33 @@ class Push(Block):
     @property
     def kind(self) -> str | None:
         """The one of KINDS that is given; None where none or several are."""
-        given = [kind for kind in KINDS if getattr(self, kind) is not None]
-        return given[0] if len(given) == 1 else None
+        present_kinds = [kind for kind in KINDS if getattr(self, kind) is not None]
+        return present_kinds[0] if len(present_kinds) == 1 else None
 
 
 def check(scene) -> Faults:
     """Faults of the pushes of a scene with its other blocks."""
-    given = [(f"push.{n}", push) for n, push in enumerate(scene.push)]
+    pushes = [(f"push.{n}", push) for n, push in enumerate(scene.push)]
     for number, stage in enumerate(scene.stages):
-        where = f"stages.{number}.drive.push"
-        own = [(f"{where}.{n}", push) for n, push in enumerate(stage.drive.push)]
-        if own and number == 0:
-            yield where, "the run begins with this stage; write it as the scene's push"
-        for path, push in own:
-            if push.kind not in OF_A_STAGE:
-                allowed = ", ".join(OF_A_STAGE)
+        key_path = f"stages.{number}.drive.push"
+        stage_pushes = [(f"{key_path}.{n}", push) for n, push in enumerate(stage.drive.push)]
+        if stage_pushes and number == 0:
+            yield key_path, "the run begins with this stage; write it as the scene's push"
+        for path, push in stage_pushes:
+            if push.kind not in STAGE_KINDS:
+                allowed = ", ".join(STAGE_KINDS)
                 text = f"it is for the start of the run; allowed in a stage: {allowed}"
                 yield f"{path}.{push.kind}", text
-        given += own
+        pushes += stage_pushes
     if scene.boundary.kind == "periodic":
         text = (
             "it needs open space, a box or plates; in a periodic cell use displacement or velocity"
         )
-        for path, push in given:
+        for path, push in pushes:
             if push.kind in ("spin", "force", "speed"):
                 yield f"{path}.{push.kind}", text
 
 
-def of_stages(scene) -> tuple[Push, ...]:
+def list_stage_pushes(scene) -> tuple[Push, ...]:
     """All pushes of stages."""
     return tuple(push for stage in scene.stages for push in stage.drive.push)

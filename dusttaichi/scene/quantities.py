@@ -22,7 +22,7 @@ class Dimension:
 
     powers: unit -> power of ten relative to the SI unit; the first listed wins a tie. least, most:
     sizes in SI between which a number other than 0 must be: far outside of the physical range, and
-    inside of what can be computed. plural: by default that of the name.
+    within the range of numbers that can be computed with. plural: by default that of the name.
     """
 
     name: str
@@ -72,7 +72,7 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _UNIT = r"[A-Za-zµμΩÅ°].*"
 _PER = r"(?:(?:(?<=\s)1\s*)?/\s*)?"  # 20 1/s and 20/s are 20 s^-1, 201/s is not 20 1/s
 _INVERSE = re.compile(r"^1?\s*/\s*([A-Za-zµμΩÅ°]+)")
-# factors with their powers, and what stands between them; all else is refused
+# factors with their powers, and the signs between them; all else is refused
 _POWER = r"\s*(?:\^|\*\*)\s*(?:\(\s*[+-]?\d+\s*\)|[+-]?\d+)|[+-]?\d+|[⁺⁻]?[⁰¹²³⁴-⁹]+"
 _UNIT_TOKENS = re.compile(rf"[A-Za-zµμΩÅ°_Δ]+(?:{_POWER})?(?!\w|\.\d)|[*·⋅/()]|(?<!\S)1\s*(?=/)")
 _QUANTITY = re.compile(
@@ -89,7 +89,7 @@ def _registry():
 
 
 @lru_cache(maxsize=1024)
-def _parsed(unit: str):
+def _parse_unit(unit: str):
     """pint's unit of a text. Raises ValueError if `unit` is not a unit, and nothing besides."""
     fault = f'"{unit}" is not a unit'
     if foreign := _UNIT_TOKENS.sub(" ", unit).split():  # pint drops some of them in silence
@@ -110,33 +110,33 @@ def _parsed(unit: str):
 
 
 @lru_cache(maxsize=1024)
-def _root(unit: str) -> tuple[Decimal, str]:
+def _find_root_units(unit: str) -> tuple[Decimal, str]:
     """Factor to pint's root units, and these. Raises ValueError if `unit` is not a unit."""
-    factor, root = _registry().get_root_units(_parsed(unit))
+    factor, root = _registry().get_root_units(_parse_unit(unit))
     return Decimal(factor), str(root)
 
 
-def _zero(unit: str) -> Decimal:
+def _find_zero(unit: str) -> Decimal:
     """Value of 0 `unit` in pint's root units: 273.15 of degC, 0 of units without an offset."""
-    if str(_parsed(unit)).startswith("delta_"):
+    if str(_parse_unit(unit)).startswith("delta_"):
         raise ValueError(f'"{unit}" is a unit of differences')
-    return Decimal(_registry().Quantity(Decimal(0), _parsed(unit)).to_root_units().magnitude)
+    return Decimal(_registry().Quantity(Decimal(0), _parse_unit(unit)).to_root_units().magnitude)
 
 
 @lru_cache(maxsize=1024)
-def _scale(unit: str, dimension: str) -> tuple[Decimal, Decimal]:
+def _find_scale(unit: str, dimension: str) -> tuple[Decimal, Decimal]:
     """Factor from this unit to SI, and the SI value of its 0. Raises ValueError as `_convert`."""
-    kind, unit = DIMENSIONS[dimension], re.sub("[µμ](?=[A-Za-z])", "u", unit)
-    if unit in kind.powers:  # most units: without waiting for pint
-        return Decimal(1).scaleb(kind.powers[unit]), Decimal(0)
-    factor, root = _root(unit)
-    reference, reference_root = _root(kind.unit)
+    definition, unit = DIMENSIONS[dimension], re.sub("[µμ](?=[A-Za-z])", "u", unit)
+    if unit in definition.powers:  # most units: without waiting for pint
+        return Decimal(1).scaleb(definition.powers[unit]), Decimal(0)
+    factor, root = _find_root_units(unit)
+    reference, reference_root = _find_root_units(definition.unit)
     if root != reference_root:
         raise ValueError("")
-    return factor / reference, _zero(unit) / reference
+    return factor / reference, _find_zero(unit) / reference
 
 
-def number_and_unit(text: str) -> tuple[str, str | None] | None:
+def split_quantity(text: str) -> tuple[str, str | None] | None:
     """("0.6", "um") of "0.6 um", ("0.6", None) of a number without a unit, None of other texts."""
     match = _QUANTITY.fullmatch(text.strip())
     return match and match.groups()
@@ -151,14 +151,14 @@ def _convert(value: Any, dimension: str) -> float:
     if not isinstance(value, str):
         bare = isinstance(value, (int, float)) and not isinstance(value, bool)
         raise ValueError("it has no unit" if bare else "")
-    found = number_and_unit(value)
-    if found is None:
-        comma = number_and_unit(value.replace(",", ".", 1))
+    parts_of_text = split_quantity(value)
+    if parts_of_text is None:
+        comma = split_quantity(value.replace(",", ".", 1))
         raise ValueError("write a decimal point in place of the comma" if comma else "")
-    number, unit = found
+    number, unit = parts_of_text
     if unit is None:
         raise ValueError("it has no unit")
-    factor, zero = _scale(_INVERSE.sub(r"\1^-1", unit.strip()), dimension)
+    factor, zero = _find_scale(_INVERSE.sub(r"\1^-1", unit.strip()), dimension)
     try:
         si = float(Decimal(number) * factor + zero)
     except DecimalException:  # an exponent beyond what decimal numbers have
@@ -168,31 +168,33 @@ def _convert(value: Any, dimension: str) -> float:
     return si
 
 
-def _needed(dimension: str) -> str:
-    kind = DIMENSIONS[dimension]
-    return f'{kind.name} is needed, for example "{kind.example}"'
+def _describe_requirement(dimension: str) -> str:
+    definition = DIMENSIONS[dimension]
+    return f'{definition.name} is needed, for example "{definition.example}"'
 
 
-def parse(value: Any, dimension: str, where: str = "value") -> float:
+def parse(value: Any, dimension: str, label: str = "value") -> float:
     """SI float of a text such as '0.6 um'.
 
-    dimension: a key of DIMENSIONS. where: name of the value in the error.
+    dimension: a key of DIMENSIONS. label: name of the value in the error.
     Raises DustError for a bare number, another dimension, an unknown unit, nan or inf.
     """
     try:
         return _convert(value, dimension)
     except ValueError as error:
-        why = f"{error}; " if str(error) else ""
-        raise DustError(f"{where} = {value!r}: {why}{_needed(dimension)}") from None
+        reason = f"{error}; " if str(error) else ""
+        raise DustError(
+            f"{label} = {value!r}: {reason}{_describe_requirement(dimension)}"
+        ) from None
 
 
-def _mantissa(number: Decimal) -> str:
+def _format_mantissa(number: Decimal) -> str:
     """The shorter one of 0.05 and 5e-2."""
     number = number.normalize()
     return min(f"{number:f}", f"{number:e}".replace("e+", "e"), key=len)
 
 
-def _length(text: str) -> int:
+def _count_characters(text: str) -> int:
     """Length of the text of a quantity as people read it."""
     number = text.split()[0]
     return len(text) + 2 * ("e" in number or len(number.lstrip("-").split(".")[0]) > 3)
@@ -206,20 +208,23 @@ def format(value: float, dimension: str, digits: int | None = None) -> str:
     digits: significant digits of a text for people to read, which is then not exact, and has the
     sign for micro in place of the letter on keyboards, 0.6 µm.
     """
-    kind = DIMENSIONS[dimension]
+    definition = DIMENSIONS[dimension]
     if value == 0:
-        return f"0 {kind.unit}"
+        return f"0 {definition.unit}"
     number = Decimal(repr(float(value)))
     if not number.is_finite():
-        return f"{float(value)} {kind.unit}"
+        return f"{float(value)} {definition.unit}"
     if digits is not None:
         number = Decimal(f"{number:.{digits - 1}e}")
-    texts = [f"{_mantissa(number.scaleb(-power))} {unit}" for unit, power in kind.powers.items()]
-    text = min(texts, key=_length)
+    texts = [
+        f"{_format_mantissa(number.scaleb(-power))} {unit}"
+        for unit, power in definition.powers.items()
+    ]
+    text = min(texts, key=_count_characters)
     return text if digits is None else text.replace(" u", " µ").replace("/u", "/µ")
 
 
-def rate_text(value):
+def format_rate(value):
     """ "8,299", "12.3", "0.41": steps a second, with three digits at least."""
     return f"{value:,.0f}" if value >= 100.0 else f"{value:.3g}"
 
@@ -257,29 +262,29 @@ class Quantity(Mark):
         return (self.word,) if isinstance(self.word, str) else self.word or ()
 
     @property
-    def needed(self) -> str:
+    def requirement(self) -> str:
         """Allowed values, as the end of an error message."""
-        kind = DIMENSIONS[self.dimension]
+        definition = DIMENSIONS[self.dimension]
         limits = [
             f" {words} {format(getattr(self, key), self.dimension) if getattr(self, key) else 0}"
             for key, words in BOUNDS.items()
             if getattr(self, key) is not None
         ]
-        what = f"a list of {self.count} {kind.plural}" if self.count else kind.name
-        what = f"{kind.name} or {what}" if self.spread else what
+        noun = f"a list of {self.count} {definition.plural}" if self.count else definition.name
+        noun = f"{definition.name} or {noun}" if self.spread else noun
         word = "".join(f'"{word}" or ' for word in self.words)
-        example = f'"{self.example or kind.example}"'
+        example = f'"{self.example or definition.example}"'
         example = f"[{', '.join([example] * self.count)}]" if self.count else example
-        return f"{word}{what}{' and'.join(limits)} is needed, for example {example}"
+        return f"{word}{noun}{' and'.join(limits)} is needed, for example {example}"
 
-    def _one(self, value: Any) -> float:
+    def _read_number(self, value: Any) -> float:
         if self.bare_unit and isinstance(value, str) and value[:1].isalpha():
             value = f"1 {value}"
         si = _convert(value, self.dimension)
-        kind, unit = DIMENSIONS[self.dimension], self.unit
-        if si and not kind.least <= abs(si) <= kind.most:
-            least, most = f"{kind.least:g} {unit}", f"{kind.most:g} {unit}"
-            raise ValueError(f"it cannot be computed with, {least} to {most} can")
+        definition, unit = DIMENSIONS[self.dimension], self.unit
+        if si and not definition.least <= abs(si) <= definition.most:
+            smallest, largest = f"{definition.least:g} {unit}", f"{definition.most:g} {unit}"
+            raise ValueError(f"it cannot be computed with, {smallest} to {largest} can")
         inside = (
             (self.gt is None or si > self.gt)
             and (self.ge is None or si >= self.ge)
@@ -295,16 +300,18 @@ class Quantity(Mark):
             return value
         try:
             if self.spread and isinstance(value, str):
-                return (self._one(value),) * self.count
+                return (self._read_number(value),) * self.count
             if self.count is None:
-                return self._one(value)
+                return self._read_number(value)
             if not isinstance(value, (list, tuple)) or len(value) != self.count:
                 raise ValueError("")
             words = self.words if self.mixed else ()
-            return tuple(item if item in words else self._one(item) for item in value)
+            return tuple(item if item in words else self._read_number(item) for item in value)
         except ValueError as error:
-            why = f"{error}; " if str(error) else ""
-            raise PydanticCustomError("needed", "{text}", {"text": why + self.needed}) from None
+            reason = f"{error}; " if str(error) else ""
+            raise PydanticCustomError(
+                "needed", "{text}", {"text": reason + self.requirement}
+            ) from None
 
     def _serialize(self, value: Any) -> Any:
         if isinstance(value, str):
@@ -314,26 +321,26 @@ class Quantity(Mark):
         return format(value, self.dimension)
 
     def __get_pydantic_json_schema__(self, schema, handler):
-        kind = DIMENSIONS[self.dimension]
+        definition = DIMENSIONS[self.dimension]
         number = f"({_NUMBER})?" if self.bare_unit else _NUMBER
         per = r"(?:1?\s*/\s*)?" if self.dimension == "rate" else ""
-        one = {
+        value_schema = {
             "type": "string",
             "pattern": rf"^\s*{number}\s*{per}{_UNIT}$",
-            "examples": [self.example or kind.example],
+            "examples": [self.example or definition.example],
         }
         if self.count:
             words = [{"const": word} for word in self.words] if self.mixed else []
-            one = {
+            value_schema = {
                 "type": "array",
-                "items": {"anyOf": [*words, one]} if words else one,
+                "items": {"anyOf": [*words, value_schema]} if words else value_schema,
                 "minItems": self.count,
                 "maxItems": self.count,
-                "examples": [one["examples"] * self.count],
+                "examples": [value_schema["examples"] * self.count],
             }
-        either = [{"const": word} for word in self.words]
-        either += [one["items"]] if self.spread else []
-        return {"anyOf": [*either, one]} if either else one
+        alternatives = [{"const": word} for word in self.words]
+        alternatives += [value_schema["items"]] if self.spread else []
+        return {"anyOf": [*alternatives, value_schema]} if alternatives else value_schema
 
 
 Density = Annotated[float, Quantity("density", gt=0)]

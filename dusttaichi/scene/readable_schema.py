@@ -11,64 +11,72 @@ from typing import Any
 NOTHING = {"type": "null"}
 
 
-def readable(schema: dict[str, Any], blocks: dict[str, Any]) -> Any:
+def make_readable(schema: dict[str, Any], blocks: dict[str, Any]) -> Any:
     """The schema with alternatives selected by `if` and `then`. blocks: its `$defs`."""
     if isinstance(schema, list):
-        return [readable(part, blocks) for part in schema]
+        return [make_readable(item, blocks) for item in schema]
     if not isinstance(schema, dict):
         return schema
-    found = {key: readable(part, blocks) for key, part in schema.items()}
-    if "discriminator" in found and "oneOf" in found:
-        mark = found.pop("discriminator")
-        found.pop("oneOf")
-        options = {name: {"$ref": place} for name, place in mark["mapping"].items()}
-        return {**found, **by_key(mark["propertyName"], options)}
+    readable_parts = {key: make_readable(item, blocks) for key, item in schema.items()}
+    if "discriminator" in readable_parts and "oneOf" in readable_parts:
+        discriminator = readable_parts.pop("discriminator")
+        readable_parts.pop("oneOf")
+        options = {
+            name: {"$ref": reference} for name, reference in discriminator["mapping"].items()
+        }
+        return {**readable_parts, **select_by_key(discriminator["propertyName"], options)}
     for word in ("anyOf", "oneOf"):
-        if word in found:
-            parts = found.pop(word)
-            return {**found, **_by_type(word, parts, blocks)}
-    return found
+        if word in readable_parts:
+            alternatives = readable_parts.pop(word)
+            return {**readable_parts, **_select_by_type(word, alternatives, blocks)}
+    return readable_parts
 
 
-def by_key(key: str, options: dict[str, Any], default: str | None = None) -> dict[str, Any]:
+def select_by_key(key: str, options: dict[str, Any], default: str | None = None) -> dict[str, Any]:
     """One of several blocks, selected by the value of a key; default: without the key."""
-    chosen = [
-        {"if": _has(key, [name]), "then": part} for name, part in options.items() if name != default
+    conditions = [
+        {"if": _match_key(key, [name]), "then": block}
+        for name, block in options.items()
+        if name != default
     ]
     out = {"type": "object", "properties": {key: {"enum": list(options)}}}
     if default is None:
-        return {**out, "required": [key], "allOf": chosen}
-    others = [name for name in options if name != default]
-    rest = {"if": _has(key, others), "else": options[default]}
-    return {**out, "allOf": [*chosen, rest]}
+        return {**out, "required": [key], "allOf": conditions}
+    other_names = [name for name in options if name != default]
+    default_condition = {"if": _match_key(key, other_names), "else": options[default]}
+    return {**out, "allOf": [*conditions, default_condition]}
 
 
-def _has(key, values):
+def _match_key(key, values):
     return {"properties": {key: {"enum": values}}, "required": [key]}
 
 
-def _by_type(word, parts, blocks):
+def _select_by_type(word, alternatives, blocks):
     """Alternatives of which one or two are blocks, selected by the type of the value."""
-    own = [part for part in parts if _is_block(part, blocks)]
-    others = [part for part in parts if part not in own]
-    based = [part for part in own if "base" in part.get("required", ())]
-    if len(own) == 1:
-        block = own[0]
-    elif len(own) == 2 and len(based) == 1:
-        rest = own[0] if own[1] is based[0] else own[1]
-        block = {"if": {"required": ["base"]}, "then": based[0], "else": rest}
-    elif not own and len(parts) > 1 and NOTHING in parts:
-        rest = [part for part in parts if part != NOTHING]
-        return {"if": NOTHING, "then": {}, "else": rest[0] if len(rest) == 1 else {word: rest}}
+    block_schemas = [schema for schema in alternatives if _is_block(schema, blocks)]
+    value_schemas = [schema for schema in alternatives if schema not in block_schemas]
+    with_base = [schema for schema in block_schemas if "base" in schema.get("required", ())]
+    if len(block_schemas) == 1:
+        block = block_schemas[0]
+    elif len(block_schemas) == 2 and len(with_base) == 1:
+        remaining = block_schemas[0] if block_schemas[1] is with_base[0] else block_schemas[1]
+        block = {"if": {"required": ["base"]}, "then": with_base[0], "else": remaining}
+    elif not block_schemas and len(alternatives) > 1 and NOTHING in alternatives:
+        remaining = [schema for schema in alternatives if schema != NOTHING]
+        return {
+            "if": NOTHING,
+            "then": {},
+            "else": remaining[0] if len(remaining) == 1 else {word: remaining},
+        }
     else:
-        return {word: parts}
-    if not others:
+        return {word: alternatives}
+    if not value_schemas:
         return block
-    rest = others[0] if len(others) == 1 else {"anyOf": others}
-    return {"if": {"type": "object"}, "then": block, "else": rest}
+    remaining = value_schemas[0] if len(value_schemas) == 1 else {"anyOf": value_schemas}
+    return {"if": {"type": "object"}, "then": block, "else": remaining}
 
 
-def _is_block(part, blocks):
-    if "$ref" in part:
-        part = blocks.get(part["$ref"].rsplit("/", 1)[-1], {})
-    return part.get("type") == "object"
+def _is_block(schema, blocks):
+    if "$ref" in schema:
+        schema = blocks.get(schema["$ref"].rsplit("/", 1)[-1], {})
+    return schema.get("type") == "object"

@@ -12,12 +12,12 @@ from pydantic import Field, PrivateAttr, ValidationError, ValidationInfo, field_
 from dusttaichi import method
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene import checks, extensions, plain, problems
-from dusttaichi.scene.boundary import Boundary, bounded_axes, own_drive
+from dusttaichi.scene.boundary import Boundary, bounded_axes, get_drive
 from dusttaichi.scene.extensions import Extension
-from dusttaichi.scene.fields import Block, Count, Faults, name_like, needed
+from dusttaichi.scene.fields import Block, Count, Faults, build_value_error, name_like
 from dusttaichi.scene.material import DEFAULT
 from dusttaichi.scene.numerics import CommonNumerics
-from dusttaichi.scene.output import Interval, Output, applies, default_intervals
+from dusttaichi.scene.output import Interval, Output, becomes_due, default_intervals
 from dusttaichi.scene.stage import Stage, StagePlan
 from dusttaichi.scene.stop import Stop
 
@@ -33,7 +33,7 @@ class Scene(Block):
     """Definition of a run by any method; all quantities are SI floats.
 
     Each method has a scene class of its own, with further blocks (GrainsScene), which `from_dict`
-    chooses by the key `method`.
+    selects by the key `method`.
 
     Attributes
     ----------
@@ -73,14 +73,14 @@ class Scene(Block):
     _source: str = PrivateAttr("")
     _path: Path | None = PrivateAttr(None)
     _folder: Path | None = PrivateAttr(None)
-    _given: dict[str, Any] | None = PrivateAttr(None)
+    _input_data: dict[str, Any] | None = PrivateAttr(None)
     _imported: tuple[Extension, ...] = PrivateAttr(())
 
     @field_validator("extensions", mode="after")
     @classmethod
     def _in_folder(cls, value: tuple[Path, ...], info: ValidationInfo) -> tuple[Path, ...]:
         folder = (info.context or {}).get("folder")
-        return tuple(extensions.path_of(path, folder) for path in value)
+        return tuple(extensions.find_file(path, folder) for path in value)
 
     @field_validator("output", mode="before")
     @classmethod
@@ -92,7 +92,7 @@ class Scene(Block):
         filled = {"directory": f"runs/{info.data['name']}", "stress": stress, **value}
         if not info.data.get("stages"):
             for name, interval in default_intervals(
-                boundary, own_drive(boundary), cls.SERIES_STEPS
+                boundary, get_drive(boundary), cls.SERIES_STEPS
             ).items():
                 if filled.get(name, "auto") == "auto":
                     filled[name] = interval
@@ -105,18 +105,20 @@ class Scene(Block):
     def stage_plans(self) -> tuple[StagePlan, ...]:
         """The stages with everything resolved; one without a name where there are none."""
         if not self.stages:
-            return (self._stage_plan("", own_drive(self.boundary), self.stop, None),)
+            return (self._stage_plan("", get_drive(self.boundary), self.stop, None),)
         return tuple(self._stage_plan(s.name, s.drive, s.stop, s.output) for s in self.stages)
 
-    def _stage_plan(self, name, drive, stop, own) -> StagePlan:
+    def _stage_plan(self, name, drive, stop, stage_output) -> StagePlan:
         defaults = default_intervals(self.boundary, drive, self.SERIES_STEPS)
 
         def interval(key):
-            if own is not None and getattr(own, key) != "auto":
-                return getattr(own, key)
+            if stage_output is not None and getattr(stage_output, key) != "auto":
+                return getattr(stage_output, key)
             common = getattr(self.output, key)
             # an output common to all stages must not be refused for one in which nothing moves
-            if common != "auto" and (own is None or applies(common, self.boundary, drive)):
+            if common != "auto" and (
+                stage_output is None or becomes_due(common, self.boundary, drive)
+            ):
                 return common
             default = defaults[key]
             if default == "auto" and common == "auto":
@@ -143,7 +145,7 @@ class Scene(Block):
         return self._path
 
     @property
-    def imported(self) -> tuple[Extension, ...]:
+    def imported_extensions(self) -> tuple[Extension, ...]:
         """The imported files of `extensions`."""
         return self._imported
 
@@ -187,14 +189,14 @@ class Scene(Block):
             data, folder, lines=lines or {}, title=title, unchanged=check_files
         )
         context = {"folder": folder, "check_files": check_files}
-        kind = _scene_class(data, lines or {}, title)
+        scene_class = _scene_class(data, lines or {}, title)
         try:
-            scene = kind.model_validate(data, context=context)
+            scene = scene_class.model_validate(data, context=context)
         except ValidationError as error:
-            found = problems.describe(kind, error, data, lines or {})
-            raise problems.refusal(title, found) from None
+            problem_lines = problems.describe(scene_class, error, data, lines or {})
+            raise problems.build_refusal(title, problem_lines) from None
         scene._imported = imported
-        scene._given = copy.deepcopy(data)
+        scene._input_data = copy.deepcopy(data)
         scene._folder = Path(folder) if folder is not None else None
         return scene
 
@@ -219,19 +221,19 @@ class Scene(Block):
         """New scene with several values changed at once (path -> value), as by `with_value`."""
         from dusttaichi.results.plain import plain as without_numpy  # names do not wait for it
 
-        data, values = self.given, {path: without_numpy(v) for path, v in values.items()}
+        data, values = self.input_data, {path: without_numpy(v) for path, v in values.items()}
         for path, value in values.items():
             plain.set_value(data, path.split("."), value, path)
         changes = ", ".join(f"{path} = {value!r}" for path, value in values.items())
         return self.with_data(data, title=f"the scene with {changes}")
 
     @property
-    def given(self) -> dict[str, Any]:
+    def input_data(self) -> dict[str, Any]:
         """Plain data of the YAML, without defaults; a copy that may be changed."""
-        return self.plain if self._given is None else copy.deepcopy(self._given)
+        return self.plain if self._input_data is None else copy.deepcopy(self._input_data)
 
     def with_data(self, data: dict[str, Any], title: str = "the scene") -> "Scene":
-        """New scene from other plain data, such as `given`, with the folder of this one.
+        """New scene from other plain data, such as `input_data`, with the folder of this one.
 
         Parameters
         ----------
@@ -273,18 +275,18 @@ class Scene(Block):
             for key, value in data.items()
             if key not in ("numerics", "output", "extensions")
         )
-        whole = html.escape(self.to_yaml())
+        full_yaml = html.escape(self.to_yaml())
         return (
             f"<table>{rows}</table><details><summary>with every default</summary>"
-            f"<pre>{whole}</pre></details>"
+            f"<pre>{full_yaml}</pre></details>"
         )
 
 
 def _brief(value: Any) -> str:
     """Numbers and words of a block, and of the blocks below it, on one line."""
     if isinstance(value, dict):
-        given = ((key, inner) for key, inner in value.items() if inner not in (None, [], {}))
-        return ", ".join(f"{key}: {_brief(inner)}" for key, inner in given)
+        entries = ((key, inner) for key, inner in value.items() if inner not in (None, [], {}))
+        return ", ".join(f"{key}: {_brief(inner)}" for key, inner in entries)
     if isinstance(value, list):
         return "[" + ", ".join(map(_brief, value[:6])) + (", …]" if len(value) > 6 else "]")
     return str(value)
@@ -292,10 +294,10 @@ def _brief(value: Any) -> str:
 
 def _absolute(data: Any) -> Any:
     if isinstance(data, dict):
-        whole = {"file": str(Path(data["file"]).absolute())} if data.get("file") else {}
+        absolute_paths = {"file": str(Path(data["file"]).absolute())} if data.get("file") else {}
         if extensions.KEY in data:
-            whole[extensions.KEY] = [str(Path(p).absolute()) for p in data[extensions.KEY]]
-        return {key: _absolute(value) for key, value in data.items()} | whole
+            absolute_paths[extensions.KEY] = [str(Path(p).absolute()) for p in data[extensions.KEY]]
+        return {key: _absolute(value) for key, value in data.items()} | absolute_paths
     return [_absolute(value) for value in data] if isinstance(data, list) else data
 
 
@@ -310,7 +312,7 @@ class MaterialsScene(Scene):
     def _names(cls, value: dict[str, Any]) -> dict[str, Any]:
         for name in value:
             if not re.fullmatch(NAME, name) or name == DEFAULT or name.isdigit():
-                raise needed(
+                raise build_value_error(
                     f"\"{name}\" cannot name a material; letters, digits, '.', '_' and '-' are "
                     f'needed, not a number, and not "{DEFAULT}", which is the material above'
                 )
@@ -332,6 +334,6 @@ def _scene_class(data: dict[str, Any], lines: dict, title: str) -> type[Scene]:
     name = data.get("method", method.DEFAULT)
     if name not in method.METHODS:
         text = f"{' or '.join(method.METHODS)} is needed, or a file among `extensions` that has it"
-        found = problems.line(("method",), text, data, lines)
-        raise problems.refusal(title, [found])
+        problem_line = problems.format_line(("method",), text, data, lines)
+        raise problems.build_refusal(title, [problem_line])
     return method.named(name).scene

@@ -74,11 +74,11 @@ class Sphere(Block):
         return self.speed is not None
 
     def surface(self, materials: tuple[Material, ...], names: tuple[str, ...]) -> Material:
-        """Its Material, with its own density. materials, names: of the scene, in one order."""
-        own = materials[names.index(self.material)]
+        """Its Material, with its density; materials and their names: of the scene, in one order."""
+        material = materials[names.index(self.material)]
         volume = 4.0 / 3.0 * math.pi * self.radius**3
-        density = self.mass / volume if self.mass is not None else self.density or own.density
-        return own.model_copy(update={"density": density})
+        density = self.mass / volume if self.mass is not None else self.density or material.density
+        return material.model_copy(update={"density": density})
 
 
 def check(scene) -> Faults:

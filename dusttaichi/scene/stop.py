@@ -21,7 +21,7 @@ class Bounds(Block):
         if self.above is self.below is None:
             yield "", "above, below or both are needed, for example {below: 1 kPa}"
 
-    def crossed(self, value: float) -> str:
+    def describe_crossing(self, value: float) -> str:
         """Threshold that has been crossed, as the end of a sentence; "" where none has been."""
         if self.above is not None and value >= self.above:
             return f"{self.above / 1e3:.6g} kPa"
@@ -52,9 +52,9 @@ class StressBounds(Block):
     yz: Bounds | None = Field(None, description="shear stress, its mean with zy")
 
     @property
-    def given(self) -> dict[str, Bounds]:
+    def components(self) -> dict[str, Bounds]:
         """The given components, by name."""
-        return {name: own for name in COMPONENTS if (own := getattr(self, name)) is not None}
+        return {name: bounds for name in COMPONENTS if (bounds := getattr(self, name)) is not None}
 
 
 Pressure = plain_or_block(Annotated[float, Quantity("pressure", gt=0, example="120 kPa")], Bounds)

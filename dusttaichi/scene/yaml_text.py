@@ -18,7 +18,7 @@ MOST_CHARACTERS = 10_000_000  # of a file: a hundred thousand positions have 3
 LARGE = 100_000  # characters from which a text is scanned by libyaml alone: Python takes seconds
 
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]")
-# what looks like a space or like nothing, as word processors and web pages insert it
+# invisible characters and unusual spaces, as word processors and web pages insert them
 _SPACES = re.compile("[\u00a0\u1680\u2000-\u200b\u202f\u205f\u2060\u3000\ufeff]")
 _MERGE = "<<"
 _FRACTION = r"\d+(?:[eE][-+]?\d+)?(?:\s*[A-Za-zµμ/].*)?"  # behind a decimal comma
@@ -44,7 +44,7 @@ class _Composer(yaml.composer.Composer):
     def compose_node(self, parent, index):
         """The next node; too deep nesting is refused before it exhausts the stack of Python."""
         if self.depth > MOST_NESTED:
-            raise _too_deep(self.peek_event().start_mark)
+            raise _build_depth_error(self.peek_event().start_mark)
         self.depth += 1
         node = super().compose_node(parent, index)
         self.depth -= 1
@@ -52,7 +52,7 @@ class _Composer(yaml.composer.Composer):
 
 
 class _Loader(_Composer, yaml.SafeLoader):
-    """Loader of nodes with the tags of YAML 1.2; their values are made in this module."""
+    """Loader of nodes with the tags of YAML 1.2; this module converts their values."""
 
     yaml_implicit_resolvers: dict = {}
 
@@ -74,10 +74,10 @@ if yaml.__with_libyaml__:
             yaml.resolver.Resolver.__init__(self)
 
         def dispose(self):
-            """Nothing is left open."""
+            """Do nothing: no file is open."""
 
 
-_MAKE = {
+_CONVERT = {
     "null": lambda text: None,
     "bool": lambda text: text.lower() == "true",
     "int": int,
@@ -119,17 +119,17 @@ def read(text: str) -> Document:
     if len(text) > MOST_CHARACTERS:
         raise yaml.YAMLError(f"it has {len(text)} characters, {MOST_CHARACTERS} are allowed")
     try:
-        node = _composed(text)
+        node = _compose(text)
     except yaml.reader.ReaderError as error:
-        before, character = text[: error.position], error.character
+        text_before, character = text[: error.position], error.character
         if isinstance(character, int):  # of libyaml, whose position counts bytes
-            before = text.encode(errors="replace")[: error.position].decode(errors="ignore")
+            text_before = text.encode(errors="replace")[: error.position].decode(errors="ignore")
             character = chr(character)
-        line, code = before.count("\n") + 1, f"U+{ord(character):04X}"
+        line, code = text_before.count("\n") + 1, f"U+{ord(character):04X}"
         raise yaml.YAMLError(f"the character {code} is not allowed (line {line})") from None
     except yaml.scanner.ScannerError as error:
         if "nesting depth" in error.problem:  # libyaml's own limit, in recent versions
-            raise _too_deep(error.problem_mark) from None
+            raise _build_depth_error(error.problem_mark) from None
         raise
     reader = _Reader()
     if node is not None:
@@ -137,7 +137,7 @@ def read(text: str) -> Document:
     return reader.document
 
 
-def _composed(text: str) -> yaml.Node | None:
+def _compose(text: str) -> yaml.Node | None:
     """The root node of a text. Python's own scanner explains what libyaml refuses."""
     try:
         return yaml.compose(text, _QuickLoader)
@@ -155,66 +155,70 @@ class _Reader:
         self.seen: set[int] = set()
         self.repeated = 0
 
-    def build(self, node: yaml.Node, path: Path, above: tuple[yaml.Node, ...]) -> Any:
-        """The data of a node; above: the nodes around it."""
+    def build(self, node: yaml.Node, path: Path, ancestors: tuple[yaml.Node, ...]) -> Any:
+        """The data of a node; ancestors: the nodes that contain it."""
         self.document.lines.setdefault(path, node.start_mark.line + 1)
-        if any(node is other for other in above):
-            raise _refused("an anchor refers to itself", node)
+        if any(node is ancestor for ancestor in ancestors):
+            raise _build_error("an anchor refers to itself", node)
         self.repeated += id(node) in self.seen
         self.seen.add(id(node))
         if self.repeated > MOST_REPEATED:
-            raise _refused(f"its aliases repeat more than {MOST_REPEATED} values", node)
-        above = (*above, node)
+            raise _build_error(f"its aliases repeat more than {MOST_REPEATED} values", node)
+        ancestors = (*ancestors, node)
         if isinstance(node, yaml.MappingNode):
-            return self._mapping(node, path, above)
+            return self._build_mapping(node, path, ancestors)
         if isinstance(node, yaml.SequenceNode):
-            return [self.build(item, (*path, n), above) for n, item in enumerate(node.value)]
+            return [self.build(item, (*path, n), ancestors) for n, item in enumerate(node.value)]
         if path and _is_empty(node):
             text = "nothing is written here; give a value or remove it"
             self.document.problems.append((path, text))
-        value = _scalar(node)
+        value = _read_scalar(node)
         if not isinstance(value, str) and json.dumps(value) != node.value:
             self.document.lines.texts.setdefault(path, node.value)
         return value
 
-    def _mapping(self, node: yaml.MappingNode, path: Path, above: tuple) -> dict[str, Any]:
+    def _build_mapping(
+        self, node: yaml.MappingNode, path: Path, ancestors: tuple
+    ) -> dict[str, Any]:
         data: dict[str, Any] = {}
         lines = self.document.lines
-        before = None
-        for key_node, value_node in _merged(node, above):
+        last_entry = None
+        for key_node, value_node in _merge_pairs(node, ancestors):
             if not isinstance(key_node, yaml.ScalarNode):
-                raise _refused("a key must be a word", key_node)
-            key, line = _key(key_node), key_node.start_mark.line + 1
-            here = (*path, key)
-            if (text := _decimal_comma(before, key, value_node)) is not None:
-                self.document.problems.append((here[:-1] + (before[0],), text))
+                raise _build_error("a key must be a word", key_node)
+            key, line = _read_key(key_node), key_node.start_mark.line + 1
+            key_path = (*path, key)
+            if (text := _find_decimal_comma(last_entry, key, value_node)) is not None:
+                self.document.problems.append((key_path[:-1] + (last_entry[0],), text))
                 continue
-            before = key, value_node
+            last_entry = key, value_node
             if key in data:
-                text = f"the key is given twice, in lines {lines[here]} and {line}"
-                self.document.problems.append((here, text))
+                text = f"the key is given twice, in lines {lines[key_path]} and {line}"
+                self.document.problems.append((key_path, text))
                 continue
-            lines[here] = line
-            data[key] = self.build(value_node, here, above)
+            lines[key_path] = line
+            data[key] = self.build(value_node, key_path, ancestors)
         return data
 
 
-def _merged(node: yaml.MappingNode, above: tuple) -> list[tuple[yaml.Node, yaml.Node]]:
-    """Pairs (key, value) of a mapping; those of merge keys are last, without keys given before."""
-    own = [pair for pair in node.value if not _is_merge(pair[0])]
-    if len(own) == len(node.value):
+def _merge_pairs(node: yaml.MappingNode, ancestors: tuple) -> list[tuple[yaml.Node, yaml.Node]]:
+    """Pairs (key, value) of a mapping; those of merge keys are last, without keys that it has."""
+    pairs = [pair for pair in node.value if not _is_merge(pair[0])]
+    if len(pairs) == len(node.value):
         return node.value
-    known = {key.value for key, _ in own}
+    used_keys = {key.value for key, _ in pairs}
     for _, value in (pair for pair in node.value if _is_merge(pair[0])):
         for source in value.value if isinstance(value, yaml.SequenceNode) else [value]:
             if not isinstance(source, yaml.MappingNode):
-                raise _refused(f"{_MERGE} needs a block, or a list of blocks, to merge", value)
-            if any(source is other for other in above):
-                raise _refused("an anchor refers to itself", value)
-            new = [p for p in _merged(source, (*above, source)) if p[0].value not in known]
-            known.update(key.value for key, _ in new)
-            own += new
-    return own
+                raise _build_error(f"{_MERGE} needs a block, or a list of blocks, to merge", value)
+            if any(source is ancestor for ancestor in ancestors):
+                raise _build_error("an anchor refers to itself", value)
+            merged_pairs = [
+                p for p in _merge_pairs(source, (*ancestors, source)) if p[0].value not in used_keys
+            ]
+            used_keys.update(key.value for key, _ in merged_pairs)
+            pairs += merged_pairs
+    return pairs
 
 
 def _is_merge(key: yaml.Node) -> bool:
@@ -225,58 +229,58 @@ def _is_empty(node: yaml.Node) -> bool:
     return isinstance(node, yaml.ScalarNode) and node.value == "" and not node.style
 
 
-def _decimal_comma(before: tuple | None, key: str, value: yaml.Node) -> str | None:
+def _find_decimal_comma(last_entry: tuple | None, key: str, value: yaml.Node) -> str | None:
     """Fault of {time: 1,5 ns}, which YAML reads as time: 1 and a key `5 ns` without a value."""
-    if before is None or not _is_empty(value) or not re.fullmatch(_FRACTION, key):
+    if last_entry is None or not _is_empty(value) or not re.fullmatch(_FRACTION, key):
         return None
-    whole = before[1].value
-    if not isinstance(whole, str) or not re.fullmatch(r"[-+]?\d+", whole):
+    integer_text = last_entry[1].value
+    if not isinstance(integer_text, str) or not re.fullmatch(r"[-+]?\d+", integer_text):
         return None
     return (
-        f"a comma separates two entries here; write a decimal point: {whole}.{key} in place of "
-        f"{whole},{key}"
+        "a comma separates two entries here; write a decimal point: "
+        f"{integer_text}.{key} in place of {integer_text},{key}"
     )
 
 
-def _scalar(node: yaml.ScalarNode) -> Any:
+def _read_scalar(node: yaml.ScalarNode) -> Any:
     """Value of a scalar: a text, a number, true, false or nothing."""
     name = node.tag.removeprefix(_TAG)
     if name == "str":
-        text = _text(node)
+        text = _read_text(node)
         return _SPACES.sub(" ", text).strip() if not node.style else text
     if name not in _SCALARS or not re.match(_SCALARS[name][0], node.value):
-        raise _refused(f"{node.value!r} cannot be read as {node.tag.replace(_TAG, '!!')}", node)
+        raise _build_error(f"{node.value!r} cannot be read as {node.tag.replace(_TAG, '!!')}", node)
     try:
-        return _MAKE[name](node.value)
+        return _CONVERT[name](node.value)
     except ValueError as error:  # a whole number of thousands of digits
-        raise _refused(str(error), node) from None
+        raise _build_error(str(error), node) from None
 
 
-def _text(node: yaml.ScalarNode) -> str:
+def _read_text(node: yaml.ScalarNode) -> str:
     """The text of a node; refuses characters that paths and terminals do not accept."""
-    found = _CONTROL.search(node.value)
-    if found:
-        raise _refused(f"the character U+{ord(found[0]):04X} is not allowed", node)
+    match = _CONTROL.search(node.value)
+    if match:
+        raise _build_error(f"the character U+{ord(match[0]):04X} is not allowed", node)
     return node.value
 
 
-def _key(node: yaml.ScalarNode) -> str:
-    """The text of a key; refuses what only looks like a space, which makes it another key."""
-    found = _SPACES.search(node.value)
-    if found and not node.style:
-        name = unicodedata.name(found[0], "").lower()
-        raise _refused(
-            f"the character U+{ord(found[0]):04X} ({name}) is in {node.value!r}; type an ordinary "
+def _read_key(node: yaml.ScalarNode) -> str:
+    """The text of a key; refuses unusual spaces, which would make it another key."""
+    match = _SPACES.search(node.value)
+    if match and not node.style:
+        name = unicodedata.name(match[0], "").lower()
+        raise _build_error(
+            f"the character U+{ord(match[0]):04X} ({name}) is in {node.value!r}; type an ordinary "
             "space in its place",
             node,
         )
-    return _text(node)
+    return _read_text(node)
 
 
-def _too_deep(mark: yaml.Mark) -> yaml.MarkedYAMLError:
+def _build_depth_error(mark: yaml.Mark) -> yaml.MarkedYAMLError:
     text = f"more than {MOST_NESTED} blocks and lists are nested"
     return yaml.MarkedYAMLError(problem=text, problem_mark=mark)
 
 
-def _refused(text: str, node: yaml.Node) -> yaml.MarkedYAMLError:
+def _build_error(text: str, node: yaml.Node) -> yaml.MarkedYAMLError:
     return yaml.MarkedYAMLError(problem=text, problem_mark=node.start_mark)

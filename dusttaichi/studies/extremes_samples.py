@@ -96,7 +96,7 @@ def _pressed():
     sim = build(scene, samples.make(scene))
     while sim.volume / np.prod(sim.lengths()) < PRESSED["filling_factor"]:
         sim.advance(200)
-    free = Scene.from_dict({**scene.given, "boundary": {"kind": "open"}})
+    free = Scene.from_dict({**scene.input_data, "boundary": {"kind": "open"}})
     sim = build(free, _as_it_is(sim))
     sim.advance(SETTLE)
     settled = _as_it_is(sim)

@@ -14,8 +14,8 @@ from dusttaichi.errors import DustError
 from dusttaichi.results.plain import plain
 from dusttaichi.scene import Scene
 from dusttaichi.scene.fields import Block
-from dusttaichi.scene.keys import parts_of
-from dusttaichi.scene.quantities import DIMENSIONS, Quantity, number_and_unit
+from dusttaichi.scene.keys import collect_annotations
+from dusttaichi.scene.quantities import DIMENSIONS, Quantity, split_quantity
 from dusttaichi.scene.yaml_text import read
 
 ONCE = ("name", "replicas")  # keys of which all runs of a sweep have the same value
@@ -191,7 +191,7 @@ def _texts_of(settings: list[str]) -> dict[str, list[str]]:
 
 def with_common_unit(texts: list[str]) -> list[str]:
     """The values of a setting; where the last alone has a unit, the numbers before have it, too."""
-    found = [number_and_unit(text) for text in texts]
+    found = [split_quantity(text) for text in texts]
     units = [pair and pair[1] for pair in found]
     if not units[-1] or any(units[:-1]):
         return texts
@@ -272,7 +272,9 @@ def _resolved(scene: Scene, keys: list[str]) -> tuple[Any, Quantity | None]:
     for key in keys:
         if isinstance(here, Block) and key in type(here).model_fields:
             field = type(here).model_fields[key]
-            mark = next((part for part in parts_of(field) if isinstance(part, Quantity)), None)
+            mark = next(
+                (part for part in collect_annotations(field) if isinstance(part, Quantity)), None
+            )
             here = getattr(here, key)
         elif isinstance(here, tuple) and key.isdigit():
             here = here[int(key)]

@@ -34,7 +34,7 @@ def base(scene, threads=1):
 
     A number of steps would be another time at another time step.
     """
-    given = scene.given
+    given = scene.input_data
     given.pop("replicas", None)
     scene = scene.with_data(given).with_value("numerics.threads", threads)
     counted = [
@@ -50,7 +50,7 @@ def base(scene, threads=1):
         raise DustError(f"{counted[0]}stop.steps: {text}")
     dt = step(scene)
     for path in counted:
-        given = scene.given
+        given = scene.input_data
         block = given
         for key in [k for k in path.split(".") if k]:
             block = block[int(key) if key.isdigit() else key]

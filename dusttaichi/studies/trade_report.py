@@ -99,8 +99,8 @@ def yaml_of(trade, row, given):
     """
     if row is None or not row.point.changes:
         return ""
-    found = changed(trade.scene, row.point.changes).given
-    if "threads" not in (given.given.get("numerics") or {}):
+    found = changed(trade.scene, row.point.changes).input_data
+    if "threads" not in (given.input_data.get("numerics") or {}):
         found["numerics"].pop("threads", None)
     blocks = dict.fromkeys(path.split(".")[0] for path in row.point.changes)
     text = yaml.safe_dump(

@@ -84,7 +84,7 @@ def elastic(tmp_path_factory):
     j, i = np.meshgrid(np.arange(-14, 15), np.arange(-14, 15))
     x = np.stack([(i + 0.5 * (j % 2)) * D, 0.0 * i, j * ROW], -1).reshape(-1, 3)
     x = x[np.linalg.norm(x, axis=1) < 12 * ROW + 1e-3 * D]  # one grain at the top, one below
-    scene = disc_scene(x, 24 * ROW + 2e-3 * D, speed=1e-3, strain=1e-3).given
+    scene = disc_scene(x, 24 * ROW + 2e-3 * D, speed=1e-3, strain=1e-3).input_data
     press = {"name": "press", "drive": {"wall_speed": "1 mm/s"}, "stop": {"strain": 1.2e-5}}
     rest = {"name": "rest", "drive": {"wall_speed": "0 m/s"}, "stop": {"time": "2 us"}}
     output = {"series": {"steps": 200}, "snapshots": "off"}

@@ -209,7 +209,7 @@ def test_names_of_scenes_are_not_cut(capsys, monkeypatch):
     dust("new")
     said = " ".join(capsys.readouterr().out.split())
     assert "…" not in said
-    for name in shipped.names()[:8]:
+    for name in shipped.list_names()[:8]:
         assert name in said
 
 

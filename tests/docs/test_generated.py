@@ -17,7 +17,7 @@ from dusttaichi.analysis.thresholds import FRAGMENT, STICK
 from dusttaichi.commands.app import app
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.scene import NAMED, Scene, shipped
-from dusttaichi.scene.keys import rows
+from dusttaichi.scene.keys import list_keys
 
 DOCS = ROOT / "docs"
 
@@ -42,7 +42,7 @@ def included():
 
 def test_every_key_variable_and_material_is_in_a_table_of_a_page(generate):
     tables = "\n".join(generate.keys(block) for block in generate.blocks())
-    for key in rows():
+    for key in list_keys():
         assert f"| `{key.path}` |" in tables, key.path
         assert key.default in tables, key.path
     assert {f"generated/keys_{block}.md" for block in generate.blocks()} <= included()
@@ -81,8 +81,8 @@ def test_numbers_of_bundled_extensions_are_in_a_table_of_their_own(generate):
 
 def test_every_bundled_extension_is_named_on_the_page():
     page = (DOCS / "extending.md").read_text(encoding="utf-8")
-    for path in shipped.extensions_named("*.py"):
-        assert f"`configs/{path.relative_to(shipped.folder()).as_posix()}`" in page, path
+    for path in shipped.find_extensions("*.py"):
+        assert f"`configs/{path.relative_to(shipped.get_folder()).as_posix()}`" in page, path
 
 
 def test_every_command_and_option_is_listed(generate):

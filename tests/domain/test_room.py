@@ -12,7 +12,7 @@ from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.environment import environment
 from dusttaichi.grains.measure import energies
 from dusttaichi.scene import from_yaml, quantities
-from dusttaichi.scene.boundary import own_drive
+from dusttaichi.scene.boundary import get_drive
 from dusttaichi.scene.stop import Stop
 from dusttaichi.units import GRAINS
 
@@ -30,7 +30,7 @@ def domain(boundary, cells="4, 5, 3"):
     text = TEXT.replace("4, 5, 3", cells).replace("BOUNDARY", boundary)
     scene = from_yaml(text)
     room = environment(ContactTable(scene), samples.make(scene))
-    made = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(own_drive(scene.boundary), 0)
+    made = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(get_drive(scene.boundary), 0)
     return made, scene
 
 

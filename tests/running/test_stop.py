@@ -134,10 +134,10 @@ def test_a_mean_between_records_must_be_surely_beyond_a_threshold():
 
 
 def test_bounds_and_a_plateau():
-    assert Bounds(below="-5 kPa").crossed(-5e3) == "no more than -5 kPa"
-    assert Bounds(above="5 kPa", below="1 kPa").crossed(2e3) == ""
+    assert Bounds(below="-5 kPa").describe_crossing(-5e3) == "no more than -5 kPa"
+    assert Bounds(above="5 kPa", below="1 kPa").describe_crossing(2e3) == ""
     stop = Stop(pressure="5 kPa")
-    assert stop.pressure_bounds.crossed(5e3) == "5 kPa" and not stop.falling
+    assert stop.pressure_bounds.describe_crossing(5e3) == "5 kPa" and not stop.falling
     stress = np.array([[1.0, 2.0, 0.0], [4.0, 5.0, 0.0], [0.0, 0.0, 6.0]])
     assert component(stress, "xy") == 3.0 and component(stress, "zz") == 6.0
     last = []

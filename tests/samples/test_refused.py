@@ -13,7 +13,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.samples import Sample, SampleBlock, register, registry
 from dusttaichi.scene import from_yaml, json_schema
 from dusttaichi.scene.fields import Count, Number
-from dusttaichi.scene.keys import rows
+from dusttaichi.scene.keys import list_keys
 
 BODY = {"kind": "pca", "grains": 120}
 # what the blocks of a kind have where a case does not say otherwise; None: without the key
@@ -153,7 +153,7 @@ EXAMPLE = EXAMPLES / "hollow_sphere.py"
 def leave_no_kind_behind():
     yield
     registry.GRAINS.added.clear()
-    registry.GRAINS.follow()
+    registry.GRAINS.rebuild_readers()
 
 
 class RingSample(SampleBlock):
@@ -190,7 +190,7 @@ def test_a_registered_kind_is_known_everywhere_and_can_collide():
     sample = made("ring", grains=12)
     assert sample.info["coordination"] == 2 and sample.info["kind"] == "ring"
     assert "RingSample" in json_schema()["$defs"]
-    assert {key.path for key in rows() if key.kinds == ("ring",)} >= {"sample.spread"}
+    assert {key.path for key in list_keys() if key.kinds == ("ring",)} >= {"sample.spread"}
     assert "sample.grains = 0: a whole number of at least 1" in refused(kind="ring", grains=0)
     assert 'did you mean "spread"?' in refused(kind="ring", grains=3, spred=2)
     assert '"ring" or "space_filling" is needed' in refused(kind="rings")

@@ -73,7 +73,7 @@ def test_unreadable_file_is_refused(tmp_path, content):
 
 @pytest.mark.parametrize("check_files", [True, False])
 def test_a_path_that_no_system_takes(tmp_path, check_files):
-    data = PLAIN.given | {"sample": {"kind": "explicit", "file": "x" * 5000}}
+    data = PLAIN.input_data | {"sample": {"kind": "explicit", "file": "x" * 5000}}
     with pytest.raises(DustError, match="it cannot be a file: File name too long"):
         Scene.from_dict(data, tmp_path, check_files=check_files)
 

@@ -224,13 +224,16 @@ def test_a_bundled_file_is_named_from_anywhere(folder, monkeypatch):
     with options.importing(None):
         scene = load(folder / "my.yaml")
     assert scene.extensions[0].samefile(CONFIGS / "reissl2024/spin_up.py")
-    assert "spin_up" in shown.NUMBERS and extensions.module("configs/reissl2024/spin_up.py").SPIN_UP
+    assert (
+        "spin_up" in shown.NUMBERS
+        and extensions.import_extension("configs/reissl2024/spin_up.py").SPIN_UP
+    )
     monkeypatch.chdir(folder)
     (folder / "reissl2024").mkdir()
     (folder / "reissl2024/spin_up.py").write_text("MINE = True\n")
-    assert extensions.module("reissl2024/spin_up.py").MINE
+    assert extensions.import_extension("reissl2024/spin_up.py").MINE
     with pytest.raises(DustError, match="there is no such file"):
-        extensions.module("../docs/examples/loss_per_grain.py")  # nothing below configs
+        extensions.import_extension("../docs/examples/loss_per_grain.py")  # nothing below configs
 
 
 def test_only_the_content_that_a_result_names_is_imported():
@@ -242,7 +245,7 @@ def test_only_the_content_that_a_result_names_is_imported():
     assert not shown.NUMBERS
     extensions.import_bundled(named)
     assert "spin_up" in shown.NUMBERS and "spin_up" in shown.FIGURES
-    assert extensions.missing(named) == ["mine.py", "spin_up.py"]
+    assert extensions.list_missing(named) == ["mine.py", "spin_up.py"]
 
 
 # -- runs ----------------------------------------------------------------------------------------

@@ -157,10 +157,10 @@ def test_example_and_all_units_of_a_dimension_are_those_of_pint(dimension):
     kind = quantities.DIMENSIONS[dimension]
     quantities.parse(kind.example, dimension)
     assert quantities.parse(f"1 {kind.unit}", dimension) == 1.0
-    reference, root = quantities._root(kind.unit)
+    reference, root = quantities._find_root_units(kind.unit)
     for unit, power in kind.powers.items():
         assert quantities.parse(f"1 {unit}", dimension) == float(f"1e{power}")
-        factor, own_root = quantities._root(unit)
+        factor, own_root = quantities._find_root_units(unit)
         assert own_root == root and factor / reference == Decimal(1).scaleb(power)
 
 

@@ -8,7 +8,7 @@ from scenes import BASE, LINE, OPEN, POSITIONS, edited, scene
 from dusttaichi.errors import DustError
 from dusttaichi.samples import make as make_sample
 from dusttaichi.scene import NAMED, from_yaml, load
-from dusttaichi.scene.keys import rows
+from dusttaichi.scene.keys import list_keys
 
 # What is refused: the block's line in BASE, and the parts that the message must have.
 
@@ -355,7 +355,7 @@ def test_words_of_the_other_method_and_plain_numbers(key, text, part):
 
 
 def test_the_table_of_keys_names_the_law_of_sizes():
-    keys = {row.path: row for row in rows()}
+    keys = {row.path: row for row in list_keys()}
     laws = {
         "exponent": ("power",),
         "median": ("lognormal",),

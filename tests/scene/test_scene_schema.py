@@ -8,7 +8,7 @@ import yaml
 from scenes import BASE, CONFIGS, FULL, edited, text_of
 
 from dusttaichi.scene import NAMED, Scene, from_yaml, json_schema, schema_text
-from dusttaichi.scene.keys import rows
+from dusttaichi.scene.keys import list_keys
 from dusttaichi.scene.yaml_text import read
 
 
@@ -109,7 +109,7 @@ def test_schema_refuses(text):
     assert not validator().is_valid(data)
 
 
-ROWS = rows()
+ROWS = list_keys()
 DEFAULTS = [key for key in ROWS if key.default and not key.default.startswith("true for")]
 PAIR = {"kind": "pair"}
 # Blocks of a kind, with what they need.
@@ -161,13 +161,13 @@ def scene_with(key, kind):
 
 def test_every_key_of_the_schema_is_there_once_with_its_meaning():
     schema = json_schema()
-    both = [*ROWS, *rows("continuum")]
+    both = [*ROWS, *list_keys("continuum")]
     named = {part for key in both for part in key.path.split(".")}
     for block in [schema, *schema["$defs"].values()]:
         assert set(block.get("properties", {})) <= named
     for key in both:
         assert key.meaning and key.allowed, key.path
-        assert not (key.needed and key.default), key.path
+        assert not (key.required and key.default), key.path
     single = [(key.path, kind) for key in ROWS for kind in key.kinds or ("",)]
     assert len(single) == len(set(single))
 
@@ -183,7 +183,7 @@ def test_default_is_what_the_table_says(key):
 def test_what_is_allowed_of_which_kinds():
     keys = {key.path: key for key in ROWS if not key.kinds}
     radius = keys["material.radius"]
-    assert radius.needed and radius.example == "0.6 um"
+    assert radius.required and radius.example == "0.6 um"
     assert radius.allowed == "a length above 0 and at most 1 mm"
     assert keys["numerics.skin"].allowed == '"auto" or a number above 0 and at most 10'
     assert keys["push.grains"].allowed == "a list, for each entry a whole number of at least 0"

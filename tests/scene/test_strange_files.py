@@ -194,8 +194,8 @@ def test_new_writes_no_file_for_a_word(tmp_path):
 
 def test_every_shipped_scene_has_its_line():
     listed = dust("new")
-    for name in shipped.names():
-        about = shipped.about(shipped.folder() / f"{name}.yaml")
+    for name in shipped.list_names():
+        about = shipped.read_summary(shipped.get_folder() / f"{name}.yaml")
         assert name in listed and 10 < len(about) < 240, name
     assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text()
 

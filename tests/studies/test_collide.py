@@ -37,7 +37,7 @@ def study_scene(**keys):
     """A scene with the same parts as those of test_batch, and a study of two speeds."""
     own = {"speed": ["0.5 m/s", "8 m/s"], "impact_parameter": [0, 0.9], "seeds": 1} | keys
     scene = make_scene(damping="viscous", dt="0.2 ns", threads=1, sample=COLLISION)
-    data = scene.given | {"stop": {"time": "20 us"}, "collisions": own, "name": "study"}
+    data = scene.input_data | {"stop": {"time": "20 us"}, "collisions": own, "name": "study"}
     return Scene.from_dict(data)
 
 
@@ -81,7 +81,7 @@ def test_filling_factors_are_those_of_both_bodies(tmp_path):
     keys = {"filling_factor": [0.1, 0.2], "impact_parameter": [0], "seeds": 2}
     with pytest.raises(DustError, match="sample.target.*a body of kind pca has no filling_factor"):
         study_scene(**keys)
-    data = study_scene(impact_parameter=[0], seeds=2).given
+    data = study_scene(impact_parameter=[0], seeds=2).input_data
     data["collisions"] = data["collisions"] | keys
     scene = Scene.from_dict(data | {"sample": {**COLLISION, "target": body, "projectile": body}})
     study = Collisions(scene, tmp_path)
@@ -139,7 +139,7 @@ def test_what_cannot_be_a_study(keys, words):
 def test_a_scene_that_is_no_study(tmp_path):
     with pytest.raises(DustError, match="has no block `collisions`"):
         Collisions(make_scene(sample=COLLISION), tmp_path)
-    data = study_scene().given
+    data = study_scene().input_data
     with pytest.raises(DustError, match="it needs two bodies: kind: collision"):
         Scene.from_dict(data | {"sample": {"kind": "pca", "grains": 10}})
     with pytest.raises(DustError, match="it needs stop: {time: ...}"):

@@ -159,7 +159,7 @@ END = Family(
                    value=lambda end: end("wall_clock"), sweeps=FILE),
         Observable(name="steps_per_second", title="steps per second", unit="1/s", column=None,
                    value=lambda end: end.rate, sweeps=FILE,
-                   text=lambda v, n: quantities.rate_text(v)),
+                   text=lambda v, n: quantities.format_rate(v)),
     ),
 )  # fmt: skip
 FAMILIES = (END,)

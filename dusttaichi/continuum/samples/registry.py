@@ -26,7 +26,7 @@ from dusttaichi.scene.quantities import Quantity
 
 CONTINUUM = Kinds(__package__, "kind of sample of the continuum")
 KINDS = CONTINUUM.kinds
-reads_particles = CONTINUUM.reads
+reads_particles = CONTINUUM.add_reader
 register = CONTINUUM.register
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import yaml
 
 from dusttaichi.scene import yaml_text
-from dusttaichi.scene.fields import problems, refuse_unreadable
+from dusttaichi.scene.fields import build_faults_error, refuse_unreadable
 from dusttaichi.scene.paths import path_in
 
 _DUST = {
@@ -50,7 +50,7 @@ def known(name: Any, folder: str | Path = "", key: str = "") -> dict[str, Any]:
         return {**_fitted()}
     if not isinstance(name, str) or Path(name).suffix not in (".yaml", ".yml"):
         words = f"one of {', '.join(NAMES)} or the path of a file such as dust.yaml is needed"
-        raise problems([(key, words if key else NEEDED)])
+        raise build_faults_error([(key, words if key else NEEDED)])
     return _read(path_in(folder, name), key)
 
 
@@ -64,16 +64,16 @@ def _read(path, key):
         refuse_unreadable(path, yaml_text.MOST_CHARACTERS)
         data = yaml_text.read(path.read_text(encoding="utf-8")).data
     except UnicodeDecodeError as error:
-        raise problems([(key, f"{path} is not a text file: {error.reason}")]) from None
+        raise build_faults_error([(key, f"{path} is not a text file: {error.reason}")]) from None
     except (OSError, ValueError) as error:
         why = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
-        raise problems([(key, f"{why} ({path})")]) from None
+        raise build_faults_error([(key, f"{why} ({path})")]) from None
     except yaml.YAMLError as error:
-        raise problems(
+        raise build_faults_error(
             [(key, f"{path} is not valid YAML: {' '.join(str(error).split())}")]
         ) from None
     if not isinstance(data, dict) or "base" in data:
-        raise problems([(key, f"{path} does not contain the block of a material")])
+        raise build_faults_error([(key, f"{path} does not contain the block of a material")])
     return data
 
 
@@ -85,7 +85,9 @@ def drawn(data, draw, possible):
     pydantic's ValidationError where there is no covariance, or nothing is accepted.
     """
     if isinstance(draw, bool) or not isinstance(draw, int) or draw < 1:
-        raise problems([("draw", "a whole number of at least 1 is needed, one for each draw")])
+        raise build_faults_error(
+            [("draw", "a whole number of at least 1 is needed, one for each draw")]
+        )
     source = data.get("source") or {}
     try:
         names = source["names"]
@@ -93,7 +95,7 @@ def drawn(data, draw, possible):
         covariance = np.array(source["covariance"], dtype=float).reshape(2 * (len(names),))
     except (KeyError, TypeError, ValueError):
         words = f"it needs a dust with a covariance: {_FITTED}, or a file of dust fit continuum"
-        raise problems([("draw", words)]) from None
+        raise build_faults_error([("draw", words)]) from None
     logs = np.array([name in SCALES for name in names])
     scale = np.where(logs, values, 1.0)
     width, axes = _axes(covariance / np.outer(scale, scale))
@@ -105,7 +107,7 @@ def drawn(data, draw, possible):
         if possible(found):
             return found
     words = "a hundred materials were drawn and none of them is possible: the fit is too uncertain"
-    raise problems([("draw", words)])
+    raise build_faults_error([("draw", words)])
 
 
 def _axes(covariance):

@@ -9,7 +9,15 @@ from dusttaichi.continuum.physics import conditions
 from dusttaichi.continuum.physics.numbers import SHEAR, MaterialNumbers
 from dusttaichi.continuum.scene import dusts as continuum_dusts
 from dusttaichi.scene import moduli
-from dusttaichi.scene.fields import Block, Faults, NamedBlock, Number, Seed, needed, problems
+from dusttaichi.scene.fields import (
+    Block,
+    Faults,
+    NamedBlock,
+    Number,
+    Seed,
+    build_faults_error,
+    build_value_error,
+)
 from dusttaichi.scene.moduli import with_moduli
 from dusttaichi.scene.quantities import Quantity
 
@@ -53,7 +61,7 @@ class ShearLaw(NamedBlock):
     WORDS: ClassVar[dict[str, dict[str, Any]]] = {
         name: {"factor": factor, "exponent": exponent} for name, (factor, exponent) in SHEAR.items()
     }
-    needed: ClassVar[str] = (
+    requirement: ClassVar[str] = (
         f"{', '.join(SHEAR)} or a block is needed, for example {{factor: 1, exponent: 0.5}}"
     )
 
@@ -100,7 +108,7 @@ class ContinuumMaterial(Block):
 
     extra_keys: ClassVar[tuple[str, ...]] = ("base", "draw", *moduli.KEYS)
     shorthands: ClassVar[tuple[str, ...]] = continuum_dusts.NAMES
-    needed: ClassVar[str] = continuum_dusts.NEEDED
+    requirement: ClassVar[str] = continuum_dusts.NEEDED
 
     name: str = Field("custom", description="name of the material in results and figures")
     bulk_modulus: Annotated[float, Quantity("pressure", gt=0, le=1e12, example="300 kPa")] = Field(
@@ -141,10 +149,10 @@ class ContinuumMaterial(Block):
         if isinstance(data, str):
             return with_moduli(cls._known(data, info))
         if not isinstance(data, dict):
-            raise needed(cls.needed)
+            raise build_value_error(cls.requirement)
         if "base" not in data:
             if "draw" in data:
-                raise problems([("draw", "it needs a `base` that has a covariance")])
+                raise build_faults_error([("draw", "it needs a `base` that has a covariance")])
             return with_moduli(data)
         whole = {**cls._known(data["base"], info, "base"), "name": Path(data["base"]).stem}
         changed = {key: value for key, value in data.items() if key not in ("base", "draw")}

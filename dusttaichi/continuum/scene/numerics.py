@@ -25,7 +25,7 @@ class Viscosity(NamedBlock):
     """
 
     WORDS: ClassVar[dict[str, dict[str, Any]]] = VISCOSITIES
-    needed: ClassVar[str] = (
+    requirement: ClassVar[str] = (
         f"{', '.join(VISCOSITIES)} or a block is needed, for example {{bulk: 0.1, quadratic: 2}}"
     )
 

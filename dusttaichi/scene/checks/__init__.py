@@ -5,56 +5,56 @@ from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.boundary import bounded_axes
 from dusttaichi.scene.checks import drive, stop
 from dusttaichi.scene.fields import Faults
-from dusttaichi.scene.output import applies
+from dusttaichi.scene.output import becomes_due
 
 
 def check(scene) -> Faults:
     """Faults of the blocks that all methods share."""
-    found = [*drive.ends(scene), *drive.drive_of_stages(scene)]
-    if not found:
+    faults = [*drive.check_ends(scene), *drive.check_stage_drives(scene)]
+    if not faults:
         prefixes = [f"stages.{n}." for n in range(len(scene.stages))] or [""]
         for path, plan in zip(prefixes, scene.stage_plans, strict=True):
-            found += [*drive.drive(scene, path, plan), *stop.stop(scene, path, plan)]
-            found += _intervals(scene, path, plan)
-    return [*found, *_stress(scene), *_variables(scene)]
+            faults += [*drive.check_drive(scene, path, plan), *stop.check_stop(scene, path, plan)]
+            faults += _check_intervals(scene, path, plan)
+    return [*faults, *_check_stress(scene), *_check_variables(scene)]
 
 
-def _intervals(scene, path, plan) -> Faults:
-    """Every interval must become due under the drive of the stage."""
+def _check_intervals(scene, path, plan) -> Faults:
+    """Check that outputs of every interval become due under the drive of the stage."""
     for name in ("series", "profiles", "snapshots"):
         interval = getattr(plan, name)
         if interval is None or interval == "auto":
             continue
-        where = f"{path}output.{name}"
-        due = applies(interval, scene.boundary, plan.drive)
-        if interval.filling_factor is not None and not due:
+        key_path = f"{path}output.{name}"
+        is_due = becomes_due(interval, scene.boundary, plan.drive)
+        if interval.filling_factor is not None and not is_due:
             text = (
                 "the filling factor changes steadily only in a box that is bounded along all axes "
                 "and driven in one direction; use strain, steps or time"
             )
-            yield f"{where}.filling_factor", text
-        if interval.strain is not None and not due:
-            yield f"{where}.strain", "nothing is strained; use steps or time"
+            yield f"{key_path}.filling_factor", text
+        if interval.strain is not None and not is_due:
+            yield f"{key_path}.strain", "nothing is strained; use steps or time"
         step = scene.numerics.time_step
         if interval.time is not None and step != "auto" and interval.time < step:
-            yield f"{where}.time", "it is shorter than numerics.time_step"
+            yield f"{key_path}.time", "it is shorter than numerics.time_step"
 
 
-def _variables(scene) -> Faults:
-    """Names of optional outputs must be known."""
+def _check_variables(scene) -> Faults:
+    """Check the names of optional outputs."""
     from dusttaichi.results.variables import optional  # with libraries that names do not wait for
 
-    known = [v for v in method.of(scene).variables if optional(v)]
-    names = {name for v in known for name in (v.key, v.name)}
-    allowed = ", ".join(dict.fromkeys(v.name for v in known))
+    optional_variables = [v for v in method.of(scene).variables if optional(v)]
+    names = {name for v in optional_variables for name in (v.key, v.name)}
+    allowed = ", ".join(dict.fromkeys(v.name for v in optional_variables))
     for number, name in enumerate(scene.output.variables):
         if name.removeprefix("-") not in names:
             text = f"there is no optional variable of that name; allowed: {allowed}"
             yield f"output.variables.{number}", text
 
 
-def _stress(scene) -> Faults:
-    """A stress needs a volume."""
+def _check_stress(scene) -> Faults:
+    """Check that a stress has a volume."""
     if scene.output.stress and bounded_axes(scene.boundary) != AXES:
         text = (
             "a stress needs a volume: a box that is bounded along all axes; "

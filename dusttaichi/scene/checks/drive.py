@@ -1,7 +1,7 @@
 """Conditions on the stages, and on the drive of walls and faces with the boundary."""
 
 from dusttaichi.physics.geometry import AXES
-from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary, own_drive
+from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary, get_drive
 from dusttaichi.scene.drive import FACE_LAWS, LOADS, SHEARS, SPEEDS
 from dusttaichi.scene.fields import Faults
 
@@ -15,8 +15,8 @@ NEEDED = {
 }
 
 
-def ends(scene) -> Faults:
-    """The run, or each stage, has an end, and each stage a name of its own."""
+def check_ends(scene) -> Faults:
+    """Check that the run, or each stage, has an end, and each stage a name of its own."""
     if scene.stop is None and not scene.stages:
         yield "stop", "it is missing (when the run ends); give stop, or stages with one each"
     if scene.stop is not None and scene.stages:
@@ -31,19 +31,19 @@ def ends(scene) -> Faults:
             )
 
 
-def drive_of_stages(scene) -> Faults:
-    """With stages, the drive belongs to them."""
-    drive = own_drive(scene.boundary)
+def check_stage_drives(scene) -> Faults:
+    """Check that with stages the boundary itself has no drive."""
+    drive = get_drive(scene.boundary)
     if scene.stages and drive.moves:
         for key in (*SPEEDS, *LOADS, *SHEARS):
             if getattr(drive, key):
                 yield f"boundary.{key}", "with stages it belongs to the drive of each stage"
 
 
-def drive(scene, path, plan) -> Faults:
-    """Every part of the drive must have something to move."""
+def check_drive(scene, path, plan) -> Faults:
+    """Check that every key of the drive has something to move."""
     boundary = scene.boundary
-    where = f"{path}drive" if path else "boundary"
+    key_path = f"{path}drive" if path else "boundary"
     if plan.drive.wall_speed and "wall_speed" not in boundary.drives:
         text = (
             "there is no top wall that could move; allowed with kind: box, plates, or "
@@ -54,24 +54,24 @@ def drive(scene, path, plan) -> Faults:
                 'the top wall is left out, so it cannot move; remove wall_speed, or "top" from '
                 "boundary.omit"
             )
-        yield f"{where}.wall_speed", text
+        yield f"{key_path}.wall_speed", text
     for law in FACE_LAWS:
         values = getattr(plan.drive, law)
         if values is None:
             continue
         if not isinstance(boundary, PeriodicBoundary):
-            yield f"{where}.{law}", "it moves the faces of kind: periodic only"
+            yield f"{key_path}.{law}", "it moves the faces of kind: periodic only"
         elif isinstance(values, tuple) and len(set(values)) > 1:
             # a single value for all axes is meant for the periodic ones
             pairs = zip(AXES, values, strict=True)
             open_ = [axis for axis, v in pairs if v and axis not in boundary.axes]
             if open_:
-                yield f"{where}.{law}", f"the axis {open_[0]} is not periodic; give it 0"
-    yield from _loads(scene, where, plan.drive)
+                yield f"{key_path}.{law}", f"the axis {open_[0]} is not periodic; give it 0"
+    yield from _check_loads(scene, key_path, plan.drive)
 
 
-def _loads(scene, where, drive) -> Faults:
-    """A load needs something that it moves, and a shear something that it shears."""
+def _check_loads(scene, key_path, drive) -> Faults:
+    """Check that a load has something to move, and a shear something to shear."""
     boundary = scene.boundary
     idle = [k for k in (*LOADS, *SHEARS) if getattr(drive, k) and k not in boundary.drives]
     for key in idle:
@@ -83,20 +83,20 @@ def _loads(scene, where, drive) -> Faults:
                 "the sample between plates has no defined area for a pressure; use kind: box, or "
                 "periodic with walls: [bottom, top]"
             )
-        yield f"{where}.{key}", text
+        yield f"{key_path}.{key}", text
     if idle or boundary.periodic_axes != AXES:
         return
     if drive.shear_rate and drive.moving_faces and not drive.controls_load:
         text = "it is not allowed together with faces that move at a prescribed rate; use stress"
-        yield f"{where}.shear_rate", text
+        yield f"{key_path}.shear_rate", text
     if drive.pressure is not None:
         for law in ("compression_rate", "face_speed"):
             if getattr(drive, law) is not None:
                 text = "the edges follow the pressure; remove it, or give stress in place"
-                yield f"{where}.{law}", text
+                yield f"{key_path}.{law}", text
         if drive.strain_rate is not None and len(set(drive.strain_rate)) > 1:
             text = "with pressure it is the largest rate of all three edges; give one"
-            yield f"{where}.strain_rate", text
+            yield f"{key_path}.strain_rate", text
     if drive.controls_load and not scene.output.stress:
         text = "a controlled pressure or stress must be measured; set output.stress: true"
         yield "output.stress", text

@@ -6,39 +6,39 @@ from dusttaichi.scene.boundary import (
     PlatesBoundary,
     bounded_axes,
     filling_direction,
-    strains,
+    has_strain,
 )
 from dusttaichi.scene.fields import Faults
 
 
-def stop(scene, path, plan) -> Faults:
-    """Every condition of a stage must be one that its drive can meet."""
+def check_stop(scene, path, plan) -> Faults:
+    """Check that the drive of a stage can meet every stop condition."""
     stop, boundary, drive = plan.stop, scene.boundary, plan.drive
     bounded = bounded_axes(boundary) == AXES
-    where = f"{path}stop"
+    key_path = f"{path}stop"
     if stop.filling_factor is not None:
-        yield from _filling_factor(boundary, drive, f"{where}.filling_factor")
+        yield from _check_filling_factor(boundary, drive, f"{key_path}.filling_factor")
     ends_anyway = stop.time is not None or stop.steps is not None or stop.strain is not None
     if stop.pressure is not None:
-        yield from _pressure(scene, plan, ends_anyway, f"{where}.pressure")
+        yield from _check_pressure(scene, plan, ends_anyway, f"{key_path}.pressure")
     if stop.stress is not None and not scene.output.stress:
-        yield f"{where}.stress", "no stress is measured; set output.stress: true"
+        yield f"{key_path}.stress", "no stress is measured; set output.stress: true"
     ends_anyway = ends_anyway or stop.filling_factor is not None
     if stop.plateau is not None and "top" not in boundary.walls and not scene.output.stress:
-        yield f"{where}.plateau", "no pressure is measured; use a top wall or output.stress"
+        yield f"{key_path}.plateau", "no pressure is measured; use a top wall or output.stress"
     for name in ("rest", "plateau", "creep"):
         if getattr(stop, name) is not None and not ends_anyway:
             text = "it is not guaranteed to occur; add a time or steps as the latest end"
-            yield f"{where}.{name}", text
+            yield f"{key_path}.{name}", text
     if stop.creep is not None and not (drive.controls_load and bounded):
         text = "no load is controlled in a bounded box; give drive a pressure or a stress"
-        yield f"{where}.creep", text
-    moving = strains(boundary, drive)
+        yield f"{key_path}.creep", text
+    moving = has_strain(boundary, drive)
     if stop.strain is not None and not moving:
         text = "nothing is strained: no wall or face moves; stop by time or steps"
         if drive.controls_load:
             text = "strains follow the load here; stop by time, steps, creep or a filling factor"
-        yield f"{where}.strain", text
+        yield f"{key_path}.strain", text
     if stop.past_maximum is not None:
         text = None
         if not moving:
@@ -48,10 +48,10 @@ def stop(scene, path, plan) -> Faults:
         elif not ends_anyway:
             text = "the tension may have no maximum; add strain, time or steps as the latest end"
         if text is not None:
-            yield f"{where}.past_maximum", text
+            yield f"{key_path}.past_maximum", text
 
 
-def _filling_factor(boundary, drive, where) -> Faults:
+def _check_filling_factor(boundary, drive, key_path) -> Faults:
     if isinstance(boundary, PlatesBoundary):
         if drive.wall_speed:
             return
@@ -60,7 +60,7 @@ def _filling_factor(boundary, drive, where) -> Faults:
             "it is never reached without all six walls; use kind: box without omit, "
             "kind: plates, or kind: periodic, or stop by time or steps"
         )
-        yield where, text
+        yield key_path, text
         return
     elif filling_direction(boundary, drive) or drive.controls_load:
         return
@@ -74,10 +74,10 @@ def _filling_factor(boundary, drive, where) -> Faults:
             "it is never reached while the top wall is stationary; "
             'set boundary.wall_speed, for example "1 cm/s"'
         )
-    yield where, text
+    yield key_path, text
 
 
-def _pressure(scene, plan, ends_anyway, where) -> Faults:
+def _check_pressure(scene, plan, ends_anyway, key_path) -> Faults:
     boundary, drive = scene.boundary, plan.drive
     speed, text = drive.wall_speed or 0.0, None
     if scene.output.stress and bounded_axes(boundary) == AXES and boundary.periodic_axes:
@@ -100,4 +100,4 @@ def _pressure(scene, plan, ends_anyway, where) -> Faults:
     elif "bottom" not in boundary.walls:
         text = "it may never be reached without a bottom wall; add a time or steps"
     if text is not None:
-        yield where, text
+        yield key_path, text
