@@ -65,7 +65,9 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     radii, dt = properties.radius / units.LENGTH, step.dt / units.TIME
     smallest, largest = float(np.min(radii)), float(np.max(radii))
     order = grain_order(sample.positions / units.LENGTH, 4.0 * float(np.median(radii)))
-    push = make_push(scene.push, sample.info, order, dt, {push.kind for push in list_stage_pushes(scene)})
+    push = make_push(
+        scene.push, sample.info, order, dt, {push.kind for push in list_stage_pushes(scene)}
+    )
     box, cell = environment(table, sample)
     sample = with_images(scene, sample, cell)
     volume = len(order) * 4.0 / 3.0 * np.pi * radii**3
