@@ -92,7 +92,7 @@ def suggest_kind(root: type[BaseModel], loc: Path, kind: Any, expected: str, dat
 
 
 def suggest_method(root: type[BaseModel], path: Path, data: Any) -> str:
-    """Methods in which a name may stand for a block, if this method does not have it; or ""."""
+    """Methods with a block that may be written as this name, if this method has none; or ""."""
     for key in path:
         _, data = get_item(data, key)
     loc = path[:-1] if path[-1:] == ("base",) else path
