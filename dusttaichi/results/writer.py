@@ -19,6 +19,11 @@ def _now():
     return clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime())
 
 
+def _concatenate(blocks):
+    """The arrays one after another; a single array is not copied."""
+    return blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
+
+
 class Writer(AbstractContextManager):
     """Appends records to one result; the files on disk are valid at any moment.
 
@@ -289,7 +294,7 @@ class Writer(AbstractContextManager):
     def _joined(self):
         """Group -> name -> array of the records in memory. Checks the number of ragged rows."""
         blocks = {
-            group: {name: np.concatenate([b[name] for b in waiting]) for name in waiting[0]}
+            group: {name: _concatenate([b[name] for b in waiting]) for name in waiting[0]}
             for group, waiting in self._buffer.items()
             if waiting
         }

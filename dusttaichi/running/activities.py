@@ -72,7 +72,11 @@ def series_record(sim, clock, state, m, window):
 
 def records_now(sim, kind):
     """Records [SI] of "profiles" or "snapshots" now, (group, record) pairs."""
-    return [(group, in_si(sim, group, record)) for group, record in sim.records(kind)]
+    records, converted = list(sim.records(kind)), []
+    while records:  # a group is freed before the next one is converted
+        group, record = records.pop(0)
+        converted.append((group, in_si(sim, group, record)))
+    return converted
 
 
 def in_si(sim, group, record):

@@ -2,6 +2,7 @@
 
 A checkpoint is one file: a magic line, the length of a JSON header, the header (names, types and
 shapes of the arrays, and `meta`), the raw bytes of the arrays, and the SHA-256 of all that.
+An array of equal numbers, as the spins of a sample at rest, is stored as a single number.
 (safetensors has neither a checksum nor metadata other than texts.)
 """
 
@@ -18,7 +19,7 @@ from dusttaichi.results.files import explain, remove, replace_atomically
 from dusttaichi.results.plain import plain
 
 OLDER = b"dusttaichi checkpoint "
-MAGIC = b"dusttaichi checkpoint 4\n"
+MAGIC = b"dusttaichi checkpoint 5\n"
 
 
 class Checkpoint(NamedTuple):
@@ -47,14 +48,15 @@ def save(path, arrays, meta):
     written.
     """
     path, temporary = Path(path), _beside(path, ".tmp")
-    solid = {name: np.ascontiguousarray(a).reshape(np.shape(a)) for name, a in arrays.items()}
-    listing = [[name, a.dtype.str, list(a.shape)] for name, a in solid.items()]
+    solid = {name: np.ascontiguousarray(a).reshape(-1) for name, a in arrays.items()}
+    solid = {name: a[:1] if _is_uniform(a) else a for name, a in solid.items()}
+    listing = [[n, a.dtype.str, list(np.shape(arrays[n])), len(a)] for n, a in solid.items()]
     header = json.dumps({"arrays": listing, "meta": plain(meta)}, default=_refuse).encode()
     try:
         with open(temporary, "wb") as file:
             digest = hashlib.sha256()
             blocks = [MAGIC, len(header).to_bytes(8, "little"), header]
-            for block in [*blocks, *(a.reshape(-1).view(np.uint8) for a in solid.values())]:
+            for block in [*blocks, *(a.view(np.uint8) for a in solid.values())]:
                 file.write(block)
                 digest.update(block)
             file.write(digest.digest())
@@ -71,6 +73,14 @@ def save(path, arrays, meta):
         ) from error
 
 
+def _is_uniform(a):
+    """True where all numbers (n,) have the bits of the first; False of fewer than two."""
+    if len(a) < 2:
+        return False
+    rows = a.view(np.uint8).reshape(len(a), -1)
+    return bool((rows[: 2**10] == rows[0]).all() and (rows == rows[0]).all())
+
+
 def _read(path):
     """Arrays and meta of one file. Raises ValueError if damaged, OSError if unreadable."""
     raw = Path(path).read_bytes()
@@ -83,10 +93,11 @@ def _read(path):
     end = start + int.from_bytes(raw[len(MAGIC) : start], "little")
     header = json.loads(raw[start:end])
     arrays = {}
-    for name, dtype, shape in header["arrays"]:
-        count = int(np.prod(shape, dtype=np.int64))
-        arrays[name] = np.frombuffer(raw, dtype, count, end).reshape(shape).copy()
-        end += arrays[name].nbytes
+    for name, dtype, shape, count in header["arrays"]:
+        stored = np.frombuffer(raw, dtype, count, end)
+        end += stored.nbytes
+        uniform = count < np.prod(shape, dtype=np.int64)
+        arrays[name] = np.full(shape, stored[0]) if uniform else stored.reshape(shape).copy()
     return arrays, header["meta"]
 
 

@@ -242,6 +242,10 @@ ARRAYS = {
     "empty": np.zeros((0, 3), dtype=np.int32),
     "step": np.int64(2**60 + 1),
     "transposed": np.arange(6, dtype=np.float32).reshape(2, 3).T,
+    "still": np.zeros((1000, 3)),
+    "negative zeros": np.full(5, -0.0),
+    "zeros of both signs": np.array([0.0, -0.0]),
+    "single": np.array([[7.5]]),
 }
 META = {"counts": {"series": np.int64(3)}, "dt": 0.1 + 0.2, "scene": "name: ä\n"}
 
@@ -255,6 +259,7 @@ def test_checkpoint_keeps_the_bits(tmp_path):
         read = state.arrays[name]
         assert read.dtype == array.dtype and read.shape == array.shape
         assert read.tobytes() == array.tobytes() and read.flags.writeable
+    assert path.stat().st_size < ARRAYS["still"].nbytes, "equal numbers are stored once"
     assert state.meta == {"counts": {"series": 3}, "dt": 0.1 + 0.2, "scene": "name: ä\n"}
 
 
