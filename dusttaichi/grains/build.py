@@ -56,7 +56,7 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
 
 def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     """Prepared of a scene with a sample; nothing is compiled. Arguments, errors as of `build`."""
-    sample, scene = samples.pushed(scene, sample), scaled(scene)
+    sample, scene = samples.apply_pushes(scene, sample), scaled(scene)
     table = ContactTable.for_sample(scene, sample)
     own = table.properties
     check_precision(scene, sample, ContactTable(scene).farthest_pair.rest_overlap)
@@ -112,11 +112,11 @@ def with_images(scene, sample, cell):
     period = np.where(periodic, cell.edges(0.0) * units.LENGTH, np.inf)
     around = samples.Cell(period, cell.offset(0.0) * units.LENGTH)
     materials = samples.Materials(scene)
-    before = samples.cell_of(sample.info, materials)
+    before = samples.find_cell(sample.info, materials)
     same = np.allclose(before.period, period) and np.isclose(before.tilt, around.tilt)
     if same and "network" in sample.info:
         return sample
-    return samples.described(sample, materials.radii_of(sample), around)
+    return samples.describe_in_cell(sample, materials.radii_of(sample), around)
 
 
 def chosen_numbers(table, model):

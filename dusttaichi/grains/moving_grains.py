@@ -33,7 +33,7 @@ class MovingGrains(SimpleSimulation):
     units = GRAINS
 
     def __init__(self, scene, sample, sim):
-        self.scene, self.sample, self.sim = scene, samples.pushed(scene, sample), sim
+        self.scene, self.sample, self.sim = scene, samples.apply_pushes(scene, sample), sim
         self.size, self.channels = sim.grains, sim.layout.channels
         self.began = self.sample.info.get("start_time", 0.0) / units.TIME
         self.plates = record.plates_of(scene.boundary, self.sample, sim.radius)

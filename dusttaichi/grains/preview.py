@@ -219,7 +219,7 @@ def _sizes(domain, info):
         rows.append(("periodic cell", f"{_edges(edges[axes])}{along}{tilted}"))
     elif "period" in info:
         rows.append(("repeats itself after", _edges(1e6 * np.array(info["period"]))))
-    rows.append(("contacts", samples.counted(network)))
+    rows.append(("contacts", samples.format_counts(network)))
     if "percolating" in network:
         which = f"{network['percolating']:,} of {network['fragments']:,} fragments: "
         which = which if network["fragments"] > 1 else ""

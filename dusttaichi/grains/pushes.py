@@ -182,7 +182,7 @@ def forces_and_speeds(entries, groups, dt, first=0):
 
 
 def make_push(entries, info, order, dt, kinds=()):
-    """Push for the `push` block of a scene and a sample's info (samples.pushed), order, dt [us].
+    """Push for the `push` block of a scene, a sample's info (samples.apply_pushes), order, dt [us].
 
     kinds: of the pushes of stages.
     """
@@ -230,7 +230,7 @@ def _groups(sim, entries):
     x, rank = grain_state(sim)[0] * units.LENGTH, sim.state.rank
     radius = sim.radius * units.LENGTH
     return [
-        rank[samples.group_of(f"drive.push[{n}]", entry, x, radius)]
+        rank[samples.find_pushed_grains(f"drive.push[{n}]", entry, x, radius)]
         for n, entry in enumerate(entries)
     ]
 

@@ -20,9 +20,9 @@ from dusttaichi.grains.time_step import TimeStep
 class Prepared:
     """All that a Simulation is made from beside its kernels and fields.
 
-    scene: `grain_properties.scaled`. sample: `samples.pushed`. order (N,): numbers of the grains in
-    the sample, in internal order. domain: at rest, internal units. skin: of the search [um],
-    None as it suits.
+    scene: `grain_properties.scaled`. sample: `samples.apply_pushes`. order (N,): numbers of the
+    grains in the sample, in internal order. domain: at rest, internal units. skin: of the search
+    [um], None as it suits.
     """
 
     scene: Any

@@ -241,7 +241,7 @@ def _half_step(scene):
 
 def own_step(scene):
     """Time step of a scene [s]."""
-    sample = samples.pushed(scene, samples.make(scene))
+    sample = samples.apply_pushes(scene, samples.make(scene))
     return chosen_step(ContactTable.for_sample(scene, sample), sample).dt
 
 

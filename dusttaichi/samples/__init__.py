@@ -19,15 +19,16 @@ from dusttaichi.samples import (  # noqa: F401, each registers its kind
 )
 from dusttaichi.samples.description import (
     coordination,
-    counted,
     cut_contacts,
     describe,
-    described,
+    describe_in_cell,
+    format_counts,
 )
-from dusttaichi.samples.images import Cell, cell_of
+from dusttaichi.samples.extraction import drop_missing_walls
+from dusttaichi.samples.images import Cell, find_cell
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.push import group_of, pushed
-from dusttaichi.samples.registry import AnySample, SampleBlock, made, reads_samples, register
+from dusttaichi.samples.push import apply_pushes, find_pushed_grains
+from dusttaichi.samples.registry import AnySample, SampleBlock, make_sample, reads_samples, register
 from dusttaichi.samples.sample import (
     ROUNDING,
     Sample,
@@ -38,14 +39,15 @@ from dusttaichi.samples.sample import (
     smallest_gap,
     touching_pairs,
 )
-from dusttaichi.samples.taken import with_walls_of
 from dusttaichi.samples.touching import AT_REST
 from dusttaichi.scene import quantities
 
 __all__ = [
-    "AnySample", "Cell", "Materials", "Sample", "SampleBlock", "bulk_filling_factor", "cell_of",
-    "coordination", "counted", "describe", "described", "filling_factor", "fractal_dimension",
-    "group_of", "make", "pushed", "radius_of_gyration", "reads_samples", "register", "smallest_gap",
+    "AnySample", "Cell", "Materials", "Sample", "SampleBlock", "bulk_filling_factor", "find_cell",
+    "coordination", "format_counts",
+    "describe", "describe_in_cell", "filling_factor", "fractal_dimension",
+    "find_pushed_grains", "make", "apply_pushes", "radius_of_gyration", "reads_samples", "register",
+    "smallest_gap",
     "touching_pairs",
 ]  # fmt: skip
 
@@ -60,28 +62,32 @@ def make(scene) -> Sample:
         too large; with the path in the YAML.
     """
     materials = Materials(scene)
-    sample = made(scene.sample, materials, body=False)
+    sample = make_sample(scene.sample, materials, body=False)
     block = getattr(scene.sample, "of", scene.sample)  # of a cutout
-    own = type(block).__module__.startswith(f"{__name__}.")
-    if block.kind == "explicit" or not own:
+    is_built_in = type(block).__module__.startswith(f"{__name__}.")
+    if block.kind == "explicit" or not is_built_in:
         sample = _remark_on_gaps(sample, scene)
     if scene.sample.kind == "explicit":
         sample = _remark_on_faces(sample, materials)
-    return pushed(scene, with_walls_of(scene, sample))
+    return apply_pushes(scene, drop_missing_walls(scene, sample))
 
 
 def _remark_on_faces(sample: Sample, materials: Materials) -> Sample:
     """The sample, with a remark if the faces of the cell of its file cut contacts."""
-    here, file = cell_of(sample.info, materials), sample.info.get("cell")
-    if file is None or np.any(materials.periodic & np.isinf(here.period)):  # a cell to be fitted
+    cell_of_scene, file = find_cell(sample.info, materials), sample.info.get("cell")
+    if file is None or np.any(
+        materials.periodic & np.isinf(cell_of_scene.period)
+    ):  # a cell to be fitted
         return sample
     period = np.array([np.inf if edge is None else edge for edge in file["period"]])
-    there = Cell(period, file["tilt"])
-    cut, every = cut_contacts(sample, materials.radii_of(sample), there, here, 1.0 + AT_REST)
+    cell_of_file = Cell(period, file["tilt"])
+    cut, total = cut_contacts(
+        sample, materials.radii_of(sample), cell_of_file, cell_of_scene, 1.0 + AT_REST
+    )
     if not cut:
         return sample
     text = (
-        f"sample: {cut:,} of its {every:,} contacts {'is' if cut == 1 else 'are'} across faces of "
+        f"sample: {cut:,} of its {total:,} contacts {'is' if cut == 1 else 'are'} across faces of "
         "its cell, which this scene does not have, and lost. What keeps them: sample.keep: [box] "
         "with a periodic boundary, or sample.fragment: largest, put together across the faces"
     )

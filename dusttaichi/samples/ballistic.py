@@ -24,7 +24,7 @@ def random_in_disc(rng, n: int) -> np.ndarray:
     return np.column_stack([reach * np.cos(angle), reach * np.sin(angle)])
 
 
-def across(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def find_perpendicular(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two unit vectors (n, 3) each, perpendicular to the directions (n, 3) and to each other."""
     axis = np.zeros_like(directions)
     axis[np.arange(len(directions)), np.abs(directions).argmin(axis=1)] = 1.0
@@ -33,14 +33,16 @@ def across(directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, np.cross(directions, first)
 
 
-def arrival(along, across_squared, distance) -> np.ndarray:
+def flight_length(along, across_squared, distance) -> np.ndarray:
     """Length of flight until two centres are `distance` apart; inf where they pass each other.
 
     along: component of the vector to the target's centre in the direction of flight [m];
     across_squared: square of the rest [m^2].
     """
-    left = distance**2 - across_squared
-    return np.where(left > 0, along - np.sqrt(np.maximum(left, 0.0)), np.inf)
+    half_chord_squared = distance**2 - across_squared
+    return np.where(
+        half_chord_squared > 0, along - np.sqrt(np.maximum(half_chord_squared, 0.0)), np.inf
+    )
 
 
 def first_hits(targets, starts, directions, distance: float, longest: float) -> np.ndarray:
@@ -72,7 +74,7 @@ def first_hits(targets, starts, directions, distance: float, longest: float) -> 
         apart = targets[near["j"]] - start[i]
         along = (apart * direction[i]).sum(axis=1)
         off = apart - along[:, None] * direction[i]
-        np.minimum.at(hit, flying[i], arrival(along, (off**2).sum(axis=1), distance))
+        np.minimum.at(hit, flying[i], flight_length(along, (off**2).sum(axis=1), distance))
         flown[flying] += window
         # before a target beyond the window there may be one outside of the searched sphere
         flying = flying[(hit[flying] > flown[flying]) & (flown[flying] < longest)]
@@ -105,7 +107,7 @@ def first_touch(targets, projectiles, distance: float, radii=None) -> np.ndarray
     if radii is not None:
         r1, r2 = radii
         distance = r2[near["i"] % len(r2)] + r1[near["j"] % len(r1)]
-    flights = arrival(apart[:, 2], (apart[:, :2] ** 2).sum(axis=1), distance)
+    flights = flight_length(apart[:, 2], (apart[:, :2] ** 2).sum(axis=1), distance)
     first = np.full(len(targets), np.inf)
     np.minimum.at(first, near["i"] // projectiles.shape[1], flights)
     return first
@@ -133,18 +135,18 @@ class Aggregate:
 
     def add(self, body, grains: Grains, rng) -> None:
         """Shoot a body (n, 3) of grains, about its centre, at the aggregate."""
-        x, before = self.positions, len(self.positions)
-        together = self.grains.joined([grains])
-        touch = together.distance(np.arange(before, len(together))[:, None], np.arange(before))
+        x, count = self.positions, len(self.positions)
+        together = self.grains.join([grains])
+        touch = together.distance(np.arange(count, len(together))[:, None], np.arange(count))
         # with uniform impact parameters any disc that covers the aggregate suffices
         centre = np.zeros(3) if self.impact is None else self._centre()
         outer = np.sqrt(((x - centre) ** 2).sum(axis=1)) + self.grains.radii
         cover = outer.max() + (np.sqrt((body**2).sum(axis=1)) + grains.radii).max()
-        landed = _shot(x, (body, touch), (centre, cover), self.impact, rng)
+        landed = _shoot(x, (body, touch), (centre, cover), self.impact, rng)
         self.positions, self.grains = np.concatenate([x, landed]), together
 
-    def centred(self) -> np.ndarray:
-        """Positions about the centre of the grains' volume, (N, 3) [m]."""
+    def centre_positions(self) -> np.ndarray:
+        """Centre the positions about the centre of the grains' volume, (N, 3) [m]."""
         return self.positions - self._centre()
 
     def _centre(self):
@@ -152,22 +154,22 @@ class Aggregate:
         return volume @ self.positions / volume.sum()
 
 
-def aggregate(grains: Grains, rng, cluster: int = 1, impact_parameter=None) -> np.ndarray:
-    """Centres (N, 3) [m] of particle-cluster aggregation about the centre of their volume.
+def grow_aggregate(grains: Grains, rng, cluster: int = 1, impact_parameter=None) -> np.ndarray:
+    """Grow centres (N, 3) [m] by particle-cluster aggregation, about the centre of their volume.
 
-    cluster: grains of each projectile; if more than one, a cluster grown by `clusters`.
+    cluster: grains of each projectile; if more than one, a cluster grown by `grow_clusters`.
     """
-    first = grains.taken(slice(0, cluster))
+    first = grains.select(slice(0, cluster))
     out = Aggregate(first, impact_parameter)
-    out.positions = clusters(first, rng)
+    out.positions = grow_clusters(first, rng)
     for begin in range(cluster, len(grains), cluster):
-        own = grains.taken(slice(begin, begin + cluster))
-        out.add(clusters(own, rng), own, rng)
-    return out.centred()
+        projectile = grains.select(slice(begin, begin + cluster))
+        out.add(grow_clusters(projectile, rng), projectile, rng)
+    return out.centre_positions()
 
 
-def _shot(targets, flying, about, impact, rng):
-    """Final positions (n, 3) of a body that is shot from afar; misses are shot again.
+def _shoot(targets, flying, about, impact, rng):
+    """Shoot a body from afar, again after a miss: its final positions (n, 3).
 
     flying: its centres about their mean (n, 3), and distances at contact with each target (n,
     targets). about: centre of the targets and the sum of the outer radii.
@@ -180,45 +182,48 @@ def _shot(targets, flying, about, impact, rng):
         if impact is not None:
             off *= impact / np.linalg.norm(off, axis=1, keepdims=True)
         turned = body if len(body) == 1 else body @ random_rotations(rng, 1)[0].T
-        u, v = across(directions)
+        u, v = find_perpendicular(directions)
         starts = centre + cover * (off[:, :1] * u + off[:, 1:] * v - 2.0 * directions)
         apart = targets - starts[:, None, None] - turned[:, None]
         along = np.einsum("sbtc,sc->sbt", apart, directions)
         square = (apart**2).sum(axis=3) - along**2
-        hits = arrival(along, square, touch).min(axis=(1, 2))
+        hits = flight_length(along, square, touch).min(axis=(1, 2))
         hit = np.flatnonzero(np.isfinite(hits))
         if len(hit):
             return starts[hit[0]] + turned + hits[hit[0]] * directions[hit[0]]
 
 
-def clusters(grains: Grains, rng, mass_ratio: float = 1.0) -> np.ndarray:
-    """Centres (N, 3) [m] of cluster-cluster aggregation about their mean, for any number of grains.
+def grow_clusters(grains: Grains, rng, mass_ratio: float = 1.0) -> np.ndarray:
+    """Grow centres (N, 3) [m] about their mean by cluster-cluster aggregation of any grains.
 
-    Two parts that have grown independently meet, the second with mass_ratio (up to 1) times as many
-    grains as the first.
+    Two bodies that have grown independently meet, the second with mass_ratio (up to 1) times as
+    many grains as the first.
     """
     count = len(grains)
     if count == 1:
         return np.zeros((1, 3))
     larger = min(max(round(count / (1.0 + mass_ratio) + 1e-9), 1), count - 1)
     first = np.arange(count) < max(larger, count - larger)
-    one, other = (clusters(grains.taken(part), rng, mass_ratio) for part in (first, ~first))
-    joined = np.concatenate(_collided(one, other, grains, rng))
+    first_body, second_body = (
+        grow_clusters(grains.select(members), rng, mass_ratio) for members in (first, ~first)
+    )
+    joined = np.concatenate(_collide(first_body, second_body, grains, rng))
     return joined - joined.mean(axis=0)
 
 
-def _collided(one, other, grains: Grains, rng):
-    """Two bodies at contact, rotated at random; the second flies at the first along -z."""
-    first = np.arange(len(one))
-    touch = grains.distance(np.arange(len(one), len(grains))[:, None], first[None])
-    reach = sum(np.sqrt((body**2).sum(axis=1)).max() for body in (one, other)) + touch.max()
+def _collide(target, projectile, grains: Grains, rng):
+    """Collide two bodies, rotated at random; the second flies at the first along -z."""
+    first = np.arange(len(target))
+    touch = grains.distance(np.arange(len(target), len(grains))[:, None], first[None])
+    reach = sum(np.sqrt((body**2).sum(axis=1)).max() for body in (target, projectile)) + touch.max()
     while True:
         still, flying = (
-            body @ turn.T for body, turn in zip((one, other), random_rotations(rng, 2), strict=True)
+            body @ turn.T
+            for body, turn in zip((target, projectile), random_rotations(rng, 2), strict=True)
         )
         flying[:, :2] += random_in_disc(rng, 1)[0] * reach
         apart = flying[:, None] - still[None]
-        flight = arrival(apart[..., 2], (apart[..., :2] ** 2).sum(axis=2), touch).min()
+        flight = flight_length(apart[..., 2], (apart[..., :2] ** 2).sum(axis=2), touch).min()
         if np.isfinite(flight):
             flying[:, 2] -= flight
             return still, flying

@@ -18,7 +18,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.samples import ballistic
 from dusttaichi.samples.ballistic import first_touch, random_in_disc, random_rotations
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import MixtureBlock, drawn, mixed, sized
+from dusttaichi.samples.mixture import MixtureBlock, draw_grains, is_mixture, place_grains
 from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.scene.fields import Count, Number
@@ -96,9 +96,9 @@ def make(spec: BccaSample, materials: Materials) -> Sample:
     check_grains(spec.grains, "sample.grains")
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     info = {"kind": "bcca", "shape": "aggregate", "seed": int(spec.seed), "grains": spec.grains}
-    if mixed(spec) or spec.grains & (spec.grains - 1) or spec.mass_ratio != 1.0:
-        grains = drawn(spec, materials, spec.grains, rng)
-        x = ballistic.clusters(grains, rng, spec.mass_ratio)
-        return sized(x, grains, materials, info)
+    if is_mixture(spec) or spec.grains & (spec.grains - 1) or spec.mass_ratio != 1.0:
+        grains = draw_grains(spec, materials, spec.grains, rng)
+        x = ballistic.grow_clusters(grains, rng, spec.mass_ratio)
+        return place_grains(x, grains, materials, info)
     *_, clusters = generations(spec.grains, materials.distance, rng)
     return Sample.at_rest(clusters[0], info | {"equilibrium_distance": materials.distance})

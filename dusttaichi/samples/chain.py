@@ -7,7 +7,7 @@ from pydantic import Field
 
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import MixtureBlock, drawn, mixed, sized
+from dusttaichi.samples.mixture import MixtureBlock, draw_grains, is_mixture, place_grains
 from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.values import Seed
@@ -22,7 +22,7 @@ class ChainSample(MixtureBlock):
     grains: Count = Field(description="number of grains")
     axis: AxisName = Field("z", description="direction of the chain")
     seed: Seed | None = Field(
-        None, description="seed of the sizes and materials that are drawn, default 1"
+        None, description="seed of the sizes and materials that are draw_grains, default 1"
     )
 
 
@@ -33,11 +33,13 @@ def make(spec: ChainSample, materials: Materials) -> Sample:
     positions = np.zeros((spec.grains, 3))
     along = positions[:, AXES.index(spec.axis)]
     info = {"kind": "chain", "grains": spec.grains, "axis": spec.axis}
-    if mixed(spec):
+    if is_mixture(spec):
         seed = 1 if spec.seed is None else int(spec.seed)
-        grains = drawn(spec, materials, spec.grains, np.random.Generator(np.random.PCG64(seed)))
+        grains = draw_grains(
+            spec, materials, spec.grains, np.random.Generator(np.random.PCG64(seed))
+        )
         n = np.arange(1, spec.grains)
         along[1:] = np.cumsum(grains.distance(n - 1, n))
-        return sized(positions, grains, materials, info | {"seed": seed})
+        return place_grains(positions, grains, materials, info | {"seed": seed})
     along[:] = np.arange(spec.grains) * materials.distance
     return Sample.at_rest(positions, info | {"equilibrium_distance": materials.distance})

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from dusttaichi.samples.ballistic import first_touch, random_rotations
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.registry import AnyBody, SampleBlock, made, reads_samples, register
+from dusttaichi.samples.registry import AnyBody, SampleBlock, make_sample, reads_samples, register
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.values import ImpactParameter, Seed
 from dusttaichi.scene.fields import Faults
@@ -70,37 +70,52 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
     bodies miss, it is the distance along x between the planes that bound them.
     info: hit, 1 or 0; gap, impact_parameter, outer radii [m]; time_to_touch [s] of a hit.
     """
-    target, projectile = (made(body, materials) for body in (spec.target, spec.projectile))
+    target, projectile = (make_sample(body, materials) for body in (spec.target, spec.projectile))
     rng = np.random.Generator(np.random.PCG64(spec.seed))
     turns = random_rotations(rng, 2) if spec.orientation == "random" else [np.eye(3)] * 2
     polydisperse = target.radii is not None or projectile.radii is not None
     masses = [materials.masses(s) if polydisperse else None for s in (target, projectile)]
     radii = [materials.radii_of(body) for body in (target, projectile)]
-    one, other = (_body(*parts) for parts in zip((target, projectile), turns, masses, strict=True))
+    target_body, projectile_body = (
+        _centre_body(*arguments)
+        for arguments in zip((target, projectile), turns, masses, strict=True)
+    )
     outer = [
         float((np.linalg.norm(body.positions, axis=1) + r).max())
-        for body, r in zip((one, other), radii, strict=True)
+        for body, r in zip((target_body, projectile_body), radii, strict=True)
     ]
     impact = spec.impact_parameter.metres(sum(outer))
     gap = materials.radius if spec.gap is None else spec.gap
-    place, hit = _start((one.positions, other.positions), radii, impact, gap)
-    share = len(other) / (len(one) + len(other))
-    if polydisperse:
-        share = float(masses[1].sum() / (masses[0].sum() + masses[1].sum()))
-    ahead = np.array([spec.speed, 0.0, 0.0])
-    together = Sample(
-        np.concatenate([one.positions - share * place, other.positions + (1 - share) * place]),
-        np.concatenate([one.velocities + share * ahead, other.velocities - (1 - share) * ahead]),
-        np.concatenate([one.spins, other.spins]),
-        _joined_contacts(one, other),
-        **(_joined_grains(one, other, radii) if polydisperse else {}),
+    separation, hit = _place_projectile(
+        (target_body.positions, projectile_body.positions), radii, impact, gap
     )
-    together.info.update(
+    projectile_mass_fraction = len(projectile_body) / (len(target_body) + len(projectile_body))
+    if polydisperse:
+        projectile_mass_fraction = float(masses[1].sum() / (masses[0].sum() + masses[1].sum()))
+    ahead = np.array([spec.speed, 0.0, 0.0])
+    colliding = Sample(
+        np.concatenate(
+            [
+                target_body.positions - projectile_mass_fraction * separation,
+                projectile_body.positions + (1 - projectile_mass_fraction) * separation,
+            ]
+        ),
+        np.concatenate(
+            [
+                target_body.velocities + projectile_mass_fraction * ahead,
+                projectile_body.velocities - (1 - projectile_mass_fraction) * ahead,
+            ]
+        ),
+        np.concatenate([target_body.spins, projectile_body.spins]),
+        _join_contacts(target_body, projectile_body),
+        **(_join_grains(target_body, projectile_body, radii) if polydisperse else {}),
+    )
+    colliding.info.update(
         kind="collision",
         seed=int(spec.seed),
-        grains=len(together),
-        target_grains=len(one),
-        projectile_grains=len(other),
+        grains=len(colliding),
+        target_grains=len(target_body),
+        projectile_grains=len(projectile_body),
         target_outer_radius=outer[0],
         projectile_outer_radius=outer[1],
         speed=float(spec.speed),
@@ -110,53 +125,56 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
         hit=int(hit),
     )
     if hit and spec.speed > 0:
-        together.info["time_to_touch"] = float(gap / spec.speed)
-    together.info.update(target=target.info, projectile=projectile.info)
+        colliding.info["time_to_touch"] = float(gap / spec.speed)
+    colliding.info.update(target=target.info, projectile=projectile.info)
     if reading := [text for body in (target, projectile) for text in body.info.get("reading", ())]:
-        together.info["remarks"] = list(dict.fromkeys(reading))
-    return together
+        colliding.info["remarks"] = list(dict.fromkeys(reading))
+    return colliding
 
 
-def _start(positions, radii, impact: float, gap: float):
-    """Vector (3,) from the target's centre of mass to the projectile's, and whether it hits.
+def _place_projectile(positions, radii, impact: float, gap: float):
+    """Place the projectile: its centre of mass from the target's (3,) [m], and whether it hits.
 
     positions, radii: of the grains of the target and of the projectile, (N, 3) each, and one number
     or (N,).
     """
     (target, projectile), (r1, r2) = positions, radii
-    place = np.array([0.0, impact, 0.0])
+    separation = np.array([0.0, impact, 0.0])
     flight = first_touch(
         target[None, :, FLIGHT],
-        (projectile + place)[None, :, FLIGHT],
+        (projectile + separation)[None, :, FLIGHT],
         np.max(r1) + np.max(r2),
         (np.broadcast_to(r1, len(target)), np.broadcast_to(r2, len(projectile)))
         if np.ndim(r1) or np.ndim(r2)
         else None,
     )
     hit = bool(np.isfinite(flight[0]))
-    beside = (target[:, 0] + r1).max() - (projectile[:, 0] - r2).min()
+    touching_distance = (target[:, 0] + r1).max() - (projectile[:, 0] - r2).min()
     if not (np.ndim(r1) or np.ndim(r2)):
-        beside = target[:, 0].max() - projectile[:, 0].min() + 2 * r1
-    place[0] = gap - flight[0] if hit else gap + beside
-    return place, hit
+        touching_distance = target[:, 0].max() - projectile[:, 0].min() + 2 * r1
+    separation[0] = gap - flight[0] if hit else gap + touching_distance
+    return separation, hit
 
 
-def _joined_grains(one: Sample, other: Sample, radii) -> dict:
-    """radii and materials of both bodies together."""
+def _join_grains(target: Sample, projectile: Sample, radii) -> dict:
+    """Join radii and materials of both bodies."""
     materials = [
         np.zeros(len(body), np.int32) if body.materials is None else body.materials
-        for body in (one, other)
+        for body in (target, projectile)
     ]
     return {
         "radii": np.concatenate(
-            [np.broadcast_to(r, len(body)) for r, body in zip(radii, (one, other), strict=True)]
+            [
+                np.broadcast_to(r, len(body))
+                for r, body in zip(radii, (target, projectile), strict=True)
+            ]
         ),
         "materials": np.concatenate(materials),
     }
 
 
-def _body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:
-    """A sample about its centre of mass, rotated with its contacts."""
+def _centre_body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:
+    """Centre a sample about its centre of mass, and rotate it with its contacts."""
     contacts = None
     if sample.contacts is not None:
         contacts = {
@@ -176,23 +194,30 @@ def _body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:
     )
 
 
-def _joined_contacts(one: Sample, other: Sample) -> dict | None:
-    """Contacts in the bodies' files, None if neither has any; others follow from distances."""
-    brought = [
-        (body.contacts, first) for body, first in ((one, 0), (other, len(one))) if body.contacts
+def _join_contacts(target: Sample, projectile: Sample) -> dict | None:
+    """Join the contacts of the bodies' files, None without any; others follow from distances."""
+    stored_contacts = [
+        (body.contacts, first)
+        for body, first in ((target, 0), (projectile, len(target)))
+        if body.contacts
     ]
-    if not brought:
+    if not stored_contacts:
         return None
     shapes = {
-        name: values.shape[1:] for contacts, _ in brought for name, values in contacts.items()
+        name: values.shape[1:]
+        for contacts, _ in stored_contacts
+        for name, values in contacts.items()
     }
     joined = {}
     for name, shape in shapes.items():
         # history of an effect that only the other body had is zero
-        parts = [
-            contacts.get(name, np.zeros((len(contacts["i"]), *shape))) for contacts, _ in brought
+        arrays = [
+            contacts.get(name, np.zeros((len(contacts["i"]), *shape)))
+            for contacts, _ in stored_contacts
         ]
         if name in ("i", "j"):
-            parts = [part + first for part, (_, first) in zip(parts, brought, strict=True)]
-        joined[name] = np.concatenate(parts)
+            arrays = [
+                numbers + first for numbers, (_, first) in zip(arrays, stored_contacts, strict=True)
+            ]
+        joined[name] = np.concatenate(arrays)
     return joined

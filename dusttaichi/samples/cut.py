@@ -15,7 +15,7 @@ def faults(block) -> Faults:
     """Conflicts between grains, size, shape and aspect of a block that cuts."""
     yield from exactly_one(block, ("grains", "size"), "grains: 1000")
     if block.size is not None and shape_of(block.size) != block.shape:
-        wanted = {
+        messages = {
             "box": 'a list of 3 lengths is needed with shape "box", for example '
             '["40 um", "40 um", "40 um"]',
             "cylinder": 'diameter and height are needed with shape "cylinder", for example '
@@ -23,7 +23,7 @@ def faults(block) -> Faults:
             "aggregate": 'it is not allowed with shape "aggregate", of which nothing is cut; '
             "set grains, or shape: box or cylinder",
         }
-        yield "size", wanted[block.shape]
+        yield "size", messages[block.shape]
     if block.size is not None and block.aspect != 1.0:
         yield "aspect", "it is allowed only together with grains"
 
@@ -81,16 +81,16 @@ def measures(sample, grains, radii, period=None, on_floor: bool = False) -> dict
     grains: mixture.Grains, radii: theirs, or one number [m]; period: edges (3,) [m] of a periodic
     cell.
     """
-    pieces, piece = connected(grains.touching(sample.positions, period), len(sample))
-    info = {"pieces": int(pieces), "largest_piece": int(np.bincount(piece).max())}
+    fragment_count, labels = connected(grains.touching(sample.positions, period), len(sample))
+    info = {"pieces": int(fragment_count), "largest_piece": int(np.bincount(labels).max())}
     if on_floor:
         lowest = sample.positions[:, 2] == radii
-        stands = np.zeros(pieces, dtype=bool)
-        stands[piece[lowest]] = True
+        is_supported = np.zeros(fragment_count, dtype=bool)
+        is_supported[labels[lowest]] = True
         info |= {
             "floor_grains": int(np.count_nonzero(lowest)),
-            "loose_fragments": int(np.count_nonzero(~stands)),
-            "loose_grains": int(np.count_nonzero(~stands[piece])),
+            "loose_fragments": int(np.count_nonzero(~is_supported)),
+            "loose_grains": int(np.count_nonzero(~is_supported[labels])),
         }
     edges = extent(sample, radii).tolist()
     return info | dict(zip(("width", "depth", "height"), edges, strict=True))

@@ -21,11 +21,11 @@ from dusttaichi.physics.geometry import (
     nearest_image,
     pairs_within,
 )
-from dusttaichi.samples import taken
+from dusttaichi.samples import extraction
+from dusttaichi.samples.extraction import FARTHEST
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.registry import AnyBody, SampleBlock, made, reads_samples, register
+from dusttaichi.samples.registry import AnyBody, SampleBlock, make_sample, reads_samples, register
 from dusttaichi.samples.sample import Sample
-from dusttaichi.samples.taken import FARTHEST
 from dusttaichi.samples.values import Seed, exactly_one
 from dusttaichi.scene.fields import Count, Faults
 from dusttaichi.scene.quantities import Quantity
@@ -95,52 +95,52 @@ def make(spec: CutoutSample, materials: Materials) -> Sample:
     remark where spec.of is smaller than the cut. Raises DustError where no grain is inside, for too
     few grains, or without the periodic cell that spec.seed needs.
     """
-    whole = made(spec.of, materials)
-    radii = np.broadcast_to(materials.radii_of(whole), len(whole))
+    body = make_sample(spec.of, materials)
+    radii = np.broadcast_to(materials.radii_of(body), len(body))
     if spec.grains is None:
-        sample, extent = _by_size(spec, whole, radii)
+        sample, extent = _cut_size(spec, body, radii)
     else:
-        sample, extent = _by_grains(spec, whole, radii), None
+        sample, extent = _cut_grains(spec, body, radii), None
     count, radii = len(sample), np.broadcast_to(materials.radii_of(sample), len(sample))
-    sample = _without_images(sample, radii)
+    sample = _drop_image_contacts(sample, radii)
     if spec.fragments == "largest":
-        sample = _largest_fragment(sample, radii, materials)
+        sample = _select_largest_fragment(sample, radii, materials)
     info = {"kind": "cutout", "shape": SHAPES[spec.cylinder_axis]}
     if spec.diameter is not None:
         info["diameter"] = spec.diameter
     if spec.length is not None:
         info |= {"length": spec.length, "axis": spec.cylinder_axis}
-    info |= {"grains": len(sample), "cut_from": len(whole), "left_out": count - len(sample)}
-    remarks = list(whole.info.get("reading", ()))
+    info |= {"grains": len(sample), "cut_from": len(body), "left_out": count - len(sample)}
+    remarks = list(body.info.get("reading", ()))
     if remarks:
         info["reading"] = list(remarks)
     if extent is not None:
-        remarks += _extent_remarks(spec, extent)
+        remarks += _remark_on_extent(spec, extent)
     if remarks:
         info["remarks"] = remarks
-    if "stiffness_scaling" in whole.info:
-        info["stiffness_scaling"] = whole.info["stiffness_scaling"]
-    info["of"] = {name: value for name, value in whole.info.items() if name != "remarks"}
+    if "stiffness_scaling" in body.info:
+        info["stiffness_scaling"] = body.info["stiffness_scaling"]
+    info["of"] = {name: value for name, value in body.info.items() if name != "remarks"}
     return replace(sample, info=info)
 
 
-def _by_size(spec, whole: Sample, radii):
-    """The sample of the grains inside, and the extent (3,) [m] of the whole."""
-    low = (whole.positions - radii[:, None]).min(axis=0)
-    high = (whole.positions + radii[:, None]).max(axis=0)
-    sample = replace(whole, positions=whole.positions - 0.5 * (low + high), wall_contacts=None)
-    inside = np.flatnonzero(_inside(spec, sample.positions))
+def _cut_size(spec, body: Sample, radii):
+    """Cut the grains inside: the sample, and the extent (3,) [m] of the body."""
+    low = (body.positions - radii[:, None]).min(axis=0)
+    high = (body.positions + radii[:, None]).max(axis=0)
+    sample = replace(body, positions=body.positions - 0.5 * (low + high), wall_contacts=None)
+    inside = np.flatnonzero(_select_inside(spec, sample.positions))
     if not len(inside):
         raise DustError(
             f"sample.diameter = {1e6 * spec.diameter:g} µm: no grain is inside; allowed: a "
             "larger diameter or length, or a sample that is less empty."
         )
-    return taken.selection(sample, inside), high - low
+    return extraction.select_grains(sample, inside), high - low
 
 
-def _by_grains(spec, whole: Sample, radii) -> Sample:
-    """Sphere of that many grains: about the middle, or in a periodic cell about a random one."""
-    cell = whole.info.get("cell") or {"period": whole.info.get("period", [None] * 3)}
+def _cut_grains(spec, body: Sample, radii) -> Sample:
+    """Cut a sphere of that many grains: about the middle, or a random grain of a periodic cell."""
+    cell = body.info.get("cell") or {"period": body.info.get("period", [None] * 3)}
     period = np.array([np.inf if edge is None else edge for edge in cell["period"]], float)
     if spec.seed is None:
         period = np.full(3, np.inf)
@@ -149,26 +149,31 @@ def _by_grains(spec, whole: Sample, radii) -> Sample:
             "sample.seed: sample.of has no periodic cell; without `seed` the sphere is about the "
             "middle of the sample."
         )
-    how = {"period": period, "nearest": lambda d: nearest_image(d, period, cell.get("tilt", 0.0))}
-    return taken.sphere(whole, spec.grains, spec.seed, **how, diameter=2.0 * radii.max())
+    cell_options = {
+        "period": period,
+        "nearest": lambda d: nearest_image(d, period, cell.get("tilt", 0.0)),
+    }
+    return extraction.extract_sphere(
+        body, spec.grains, spec.seed, **cell_options, diameter=2.0 * radii.max()
+    )
 
 
-def _extent_remarks(spec, extent) -> list[str]:
+def _remark_on_extent(spec, extent) -> list[str]:
     """Remark on a sample, of that extent (3,) [m], that does not fill the cut."""
-    wanted = np.full(3, spec.diameter)
+    cut_extent = np.full(3, spec.diameter)
     if spec.length is not None:
-        wanted[AXES.index(spec.cylinder_axis)] = spec.length
-    short = extent < wanted * (1.0 - FILLED)
+        cut_extent[AXES.index(spec.cylinder_axis)] = spec.length
+    short = extent < cut_extent * (1.0 - FILLED)
     if not short.any():
         return []
-    axis = int(np.argmin(extent / wanted))
+    axis = int(np.argmin(extent / cut_extent))
     return [
         f"sample.of: along {AXES[axis]} it extends over {1e6 * extent[axis]:.4g} µm, and the cut "
-        f"over {1e6 * wanted[axis]:.4g} µm; the cut is not full"
+        f"over {1e6 * cut_extent[axis]:.4g} µm; the cut is not full"
     ]
 
 
-def _inside(spec, positions):
+def _select_inside(spec, positions):
     """Mask (N,) of the centres inside of the cut about the origin."""
     distances, within = positions, np.full(len(positions), True)
     if spec.length is not None:
@@ -178,8 +183,8 @@ def _inside(spec, positions):
     return within & (np.linalg.norm(distances, axis=1) <= 0.5 * spec.diameter)
 
 
-def _without_images(sample: Sample, radii) -> Sample:
-    """The sample without contacts of grains that touched across the faces of a cell."""
+def _drop_image_contacts(sample: Sample, radii) -> Sample:
+    """Drop the contacts of grains that touched across the faces of a cell."""
     if sample.contacts is None:
         return sample
     i, j = sample.contacts["i"], sample.contacts["j"]
@@ -188,15 +193,17 @@ def _without_images(sample: Sample, radii) -> Sample:
     return replace(sample, contacts={name: a[near] for name, a in sample.contacts.items()})
 
 
-def _largest_fragment(sample: Sample, radii, materials: Materials) -> Sample:
-    """The grains of the heaviest fragment, the first of several.
+def _select_largest_fragment(sample: Sample, radii, materials: Materials) -> Sample:
+    """Select the grains of the heaviest fragment, the first of several.
 
     Contacts are those of the file, and all overlaps.
     """
     pairs = np.column_stack(pairs_within(sample.positions, radii)[:2])
     if sample.contacts is not None:
-        own = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
-        pairs = np.concatenate([pairs, own])
+        stored_pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
+        pairs = np.concatenate([pairs, stored_pairs])
     _, label = connected(pairs, len(sample))
     masses = np.broadcast_to(materials.masses(sample), len(sample))
-    return taken.selection(sample, np.flatnonzero(label == heaviest_first(label, masses)[0]))
+    return extraction.select_grains(
+        sample, np.flatnonzero(label == heaviest_first(label, masses)[0])
+    )

@@ -6,6 +6,7 @@ import numpy as np
 
 from dusttaichi.physics.geometry import AXES, connected, heaviest_first, pairs_within
 from dusttaichi.physics.unwrap import crossings, unwrapped
+from dusttaichi.samples.extraction import FARTHEST
 from dusttaichi.samples.images import OPEN, Cell
 from dusttaichi.samples.sample import (
     Sample,
@@ -16,7 +17,6 @@ from dusttaichi.samples.sample import (
     touching_pairs,
     volume,
 )
-from dusttaichi.samples.taken import FARTHEST
 
 # keys that a sample has in one cell and not in another
 OPTIONAL = ("radius_of_gyration", "fractal_dimension")
@@ -57,11 +57,11 @@ def describe(sample: Sample, radius, touch: float | None, cell: Cell = OPEN) -> 
     }
     body, body_radius, across = sample, radius, np.zeros(3, bool)
     if len(cell.axes):
-        x = unwrapped(sample.positions, pairs, _firsts(label), cell.nearest)
-        percolates = _percolates(x, pairs, label, cell)
+        x = unwrapped(sample.positions, pairs, _find_first_grains(label), cell.nearest)
+        percolates = _find_percolation(x, pairs, label, cell)
         if percolates.any():
             info["network"]["percolating"] = int(percolates.any(axis=1).sum())
-            info["network"]["along"] = _names(percolates.any(axis=0))
+            info["network"]["along"] = _join_names(percolates.any(axis=0))
         volumes = np.broadcast_to(radius, len(sample)) ** 3
         largest = heaviest_first(label, volumes)[0]
         rows, across = label == largest, percolates[largest]
@@ -113,8 +113,8 @@ def coordination(sample: Sample, distance: float | None, radius=None, cell: Cell
     return 2 * len(pairs_in_contact(sample, distance, radius, cell)) / len(sample)
 
 
-def described(sample: Sample, radius, cell: Cell = OPEN) -> Sample:
-    """The sample with its measures in a cell as info.
+def describe_in_cell(sample: Sample, radius, cell: Cell = OPEN) -> Sample:
+    """Describe a sample in a cell: the sample with its measures as info.
 
     Parameters
     ----------
@@ -130,18 +130,20 @@ def described(sample: Sample, radius, cell: Cell = OPEN) -> Sample:
     info |= describe(sample, radius, touch, cell)
     if "touching" in info:  # now with the images
         counts = {name: info["network"][name] for name in ("contacts", "fragments")}
-        info["touching"] = info["touching"] | counts | {"text": counted(info["network"])}
+        info["touching"] = info["touching"] | counts | {"text": format_counts(info["network"])}
     return replace(sample, info=info)
 
 
-def counted(network: dict) -> str:
-    """The contacts and fragments of `network`, as "4 contacts in 1 fragment"."""
+def format_counts(network: dict) -> str:
+    """Format the contacts and fragments of `network`, as "4 contacts in 1 fragment"."""
     counts = ((network["contacts"], "contact"), (network["fragments"], "fragment"))
     return " in ".join(f"{n:,} {word}{'s' * (n != 1)}" for n, word in counts)
 
 
-def cut_contacts(sample: Sample, radius, cell: Cell, here: Cell, factor: float) -> tuple[int, int]:
-    """(contacts that are not in the cell `here`, all contacts) of a sample in its own cell.
+def cut_contacts(
+    sample: Sample, radius, cell: Cell, other_cell: Cell, factor: float
+) -> tuple[int, int]:
+    """Count (contacts that are not in `other_cell`, all contacts) of a sample in its own cell.
 
     factor: distance over the sum of two radii, up to which grains count as touching.
     """
@@ -150,16 +152,16 @@ def cut_contacts(sample: Sample, radius, cell: Cell, here: Cell, factor: float) 
     if sample.contacts is not None:
         pairs = pairs_in_contact(sample, None, radii, cell)
     i, j = pairs.T
-    apart = np.linalg.norm(here.nearest(sample.positions[i] - sample.positions[j]), axis=1)
+    apart = np.linalg.norm(other_cell.nearest(sample.positions[i] - sample.positions[j]), axis=1)
     return int(np.count_nonzero(apart > FARTHEST * (radii[i] + radii[j]))), len(pairs)
 
 
-def _firsts(label):
-    """First grain of each fragment."""
+def _find_first_grains(label):
+    """Find the first grain of each fragment."""
     return np.unique(label, return_index=True)[1]
 
 
-def _percolates(x, pairs, label, cell):
+def _find_percolation(x, pairs, label, cell):
     """(F, 3) bool: axes along which each unwrapped fragment is connected to its images."""
     out = np.zeros((label.max() + 1, 3), bool)
     rows, axes = np.nonzero(crossings(x, pairs, cell.nearest, cell.period, cell.tilt))
@@ -167,5 +169,5 @@ def _percolates(x, pairs, label, cell):
     return out
 
 
-def _names(axes):
-    return " ".join(name for name, there in zip(AXES, axes, strict=True) if there)
+def _join_names(axes):
+    return " ".join(name for name, is_present in zip(AXES, axes, strict=True) if is_present)

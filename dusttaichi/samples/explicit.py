@@ -12,8 +12,9 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.physics.geometry import pairs_within
 from dusttaichi.physics.near import are_apart
-from dusttaichi.samples import files, taken
-from dusttaichi.samples.flags import with_flags
+from dusttaichi.samples import extraction, files
+from dusttaichi.samples.extraction import check_contacts
+from dusttaichi.samples.flags import apply_image_flags
 from dusttaichi.samples.formats.grains import materials_of, remark_on_matter
 from dusttaichi.samples.formats.order import COLUMN_NAMES, has_position, is_column
 from dusttaichi.samples.formats.styles import STYLES
@@ -22,7 +23,6 @@ from dusttaichi.samples.images import Cell
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
-from dusttaichi.samples.taken import check_contacts
 from dusttaichi.samples.touching import MOST, contacts_by_distance, put_in_contact
 from dusttaichi.samples.values import (
     MaterialName,
@@ -121,8 +121,8 @@ class ExplicitSample(SampleBlock):
                 yield name, f"as many as positions are needed, {count} and not {len(values)}"
         defaults = {name: type(self).model_fields[name].default for name in FROM_RUN}
         for name, default in {"units": 1.0, **defaults}.items():
-            given = name in self.model_fields_set and getattr(self, name) != default
-            if given and self.file is None:
+            is_set = name in self.model_fields_set and getattr(self, name) != default
+            if is_set and self.file is None:
                 yield name, "it is allowed only together with file"
         yield from self._unknown_columns()
 
@@ -168,96 +168,103 @@ def make(spec: ExplicitSample, materials: Materials) -> Sample:
     closer than 0.9 diameters.
     """
     if spec.file is None:
-        source, where = "positions", "sample.positions"
+        source, origin = "positions", "sample.positions"
         state = {"position": spec.positions, "velocity": spec.velocities, "spin": spec.spins}
         state |= {"radius": spec.radii, "material": spec.materials}
     else:
         source = str(spec.file)
-        where = f"sample.file = {source!r}"
-        given = Source(where, [], spec.units, spec.snapshot, spec.columns, spec.style)
-        state = files.read(Path(spec.file), given)
-    sample = _grains(state, materials, where)
+        origin = f"sample.file = {source!r}"
+        source_of_file = Source(origin, [], spec.units, spec.snapshot, spec.columns, spec.style)
+        state = files.read(Path(spec.file), source_of_file)
+    sample = _build_sample(state, materials, origin)
     if spec.file is not None:
         remark_on_matter(state, sample, materials)
-        radius, check = materials.radii_of(sample), partial(check_apart, where=where)
-        sample = with_flags(sample, state, spec, radius, check)
-        sample = _of_run(spec, sample, state, materials, where)
+        radius, check = materials.radii_of(sample), partial(check_apart, origin=origin)
+        sample = apply_image_flags(sample, state, spec, radius, check)
+        sample = _reuse_run(spec, sample, state, materials, origin)
     unit = None if spec.file is None else spec.units
     sample = put_in_contact(sample, materials, spec.touch_within, unit)
     sample.info.update(kind="explicit", source=source, grains=len(sample))
     return sample
 
 
-def _grains(state: dict, materials: Materials, where: str) -> Sample:
-    """The grains and pair contacts of a state; raises DustError as `make`."""
-    positions = _vectors(state.get("position"), where, "position", None)
+def _build_sample(state: dict, materials: Materials, origin: str) -> Sample:
+    """Build a sample of the grains and pair contacts of a state; raises DustError as `make`."""
+    positions = _read_vectors(state.get("position"), origin, "position", None)
     if len(positions) == 0:
-        raise DustError(f"{where}: it has no grains; allowed: one grain or more.")
-    velocities = _vectors(state.get("velocity"), where, "velocity", len(positions))
-    spins = _vectors(state.get("spin"), where, "spin", len(positions))
-    given = materials_of(state, materials, where)
-    numbers = materials.numbers(given, len(positions), where)
-    own = materials.polydisperse(materials.radii(state.get("radius"), numbers, where), numbers)
-    radii = materials.radius if own["radii"] is None else own["radii"]
+        raise DustError(f"{origin}: it has no grains; allowed: one grain or more.")
+    velocities = _read_vectors(state.get("velocity"), origin, "velocity", len(positions))
+    spins = _read_vectors(state.get("spin"), origin, "spin", len(positions))
+    material_names = materials_of(state, materials, origin)
+    numbers = materials.numbers(material_names, len(positions), origin)
+    unequal = materials.polydisperse(materials.radii(state.get("radius"), numbers, origin), numbers)
+    radii = materials.radius if unequal["radii"] is None else unequal["radii"]
     try:
-        check_apart(positions, radii, where)
+        check_apart(positions, radii, origin)
     except DustError as error:  # maybe since a guess is wrong
         guesses = "; ".join(state.get("remarks", ()))
         raise DustError(f"{error} {guesses and f'How it is read: {guesses}.'}".strip()) from None
     contacts = state.get("contacts")
     if contacts is not None:
-        check_contacts(contacts, positions, radii, _cell(state).nearest, where)
-    return Sample(positions, velocities, spins, contacts, **own)
+        check_contacts(contacts, positions, radii, _get_cell(state).nearest, origin)
+    return Sample(positions, velocities, spins, contacts, **unequal)
 
 
-def _of_run(spec, sample: Sample, state: dict, materials: Materials, where: str) -> Sample:
-    """The sample with the other parts that `spec` selects in the file."""
+def _reuse_run(spec, sample: Sample, state: dict, materials: Materials, origin: str) -> Sample:
+    """Add the other parts to the sample that `spec` selects in the file."""
     walls = state.get("wall_contacts")
     if spec.fragment is not None:
-        before, cell = len(sample), _cell(state)
+        all_grains, cell = len(sample), _get_cell(state)
         if sample.contacts is None:
             pairs = contacts_by_distance(sample, materials, spec.touch_within, spec.units, cell)
             if not len(pairs):
                 raise DustError(
-                    f"sample.fragment = {spec.fragment}: no two grains of {where} touch, so there "
+                    f"sample.fragment = {spec.fragment}: no two grains of {origin} touch, so there "
                     "are no fragments. Are lengths and radii in the units you meant?"
                 )
         else:
             pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
-        known = {"nearest": cell.nearest, "masses": materials.masses(sample), "where": where}
-        sample, walls, count = taken.fragment(sample, walls, spec.fragment, pairs=pairs, **known)
-        sample.info.update(fragments=count, grains_of_all=before)
+        options = {
+            "nearest": cell.nearest,
+            "masses": materials.masses(sample),
+            "origin": origin,
+        }
+        sample, walls, count = extraction.extract_fragment(
+            sample, walls, spec.fragment, pairs=pairs, **options
+        )
+        sample.info.update(fragments=count, grains_of_all=all_grains)
     elif np.isfinite(state.get("period", np.inf)).any():  # a fragment is joined across its faces
         edges = [float(edge) if np.isfinite(edge) else None for edge in state["period"]]
         sample.info["cell"] = {"period": edges, "tilt": state.get("tilt", 0.0)}
     if (scaling := state.get("stiffness_scaling", 1.0)) != 1.0:
         sample.info["stiffness_scaling"] = scaling
-    return taken.along(sample, state, walls, spec, where)
+    return extraction.keep_environment(sample, state, walls, spec, origin)
 
 
-def _cell(state: dict) -> Cell:
+def _get_cell(state: dict) -> Cell:
     """The periodic cell of a file."""
     return Cell(state.get("period", np.full(3, np.inf)), state.get("tilt", 0.0))
 
 
-def _vectors(values, where: str, name: str, n: int | None) -> np.ndarray:
-    """(N, 3) float64; zeros where nothing is given."""
+def _read_vectors(values, origin: str, name: str, n: int | None) -> np.ndarray:
+    """Read vectors: (N, 3) float64; zeros without values."""
     if values is None:
         return np.zeros((n or 0, 3))
     array = np.array(values, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3 or (n is not None and len(array) != n):
-        needed = "grains, 3" if n is None else f"{n}, 3"
-        raise DustError(f"{where}: {name} has the shape {array.shape}; allowed: ({needed}).")
-    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
-    if len(bad):
+        shape_text = "grains, 3" if n is None else f"{n}, 3"
+        raise DustError(f"{origin}: {name} has the shape {array.shape}; allowed: ({shape_text}).")
+    rows_not_finite = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if len(rows_not_finite):
         raise DustError(
-            f"{where}: {name} of grain {bad[0]} (from 0) is {array[bad[0]].tolist()}; "
+            f"{origin}: {name} of grain {rows_not_finite[0]} (from 0) is "
+            f"{array[rows_not_finite[0]].tolist()}; "
             "allowed: finite numbers."
         )
     return array
 
 
-def check_apart(positions: np.ndarray, radius, where: str) -> None:
+def check_apart(positions: np.ndarray, radius, origin: str) -> None:
     """Raise DustError, with the source, for two centres closer than CLOSEST diameters.
 
     radius: of all grains, or (N,), where a diameter is the sum of two radii.
@@ -270,18 +277,19 @@ def check_apart(positions: np.ndarray, radius, where: str) -> None:
     elif are_apart(positions, CLOSEST * 2.0 * radius):
         return
     else:  # the nearest neighbours suffice, also for very many grains at one place
-        near, other = scipy.spatial.cKDTree(positions).query(positions, k=2)
+        near, neighbour = scipy.spatial.cKDTree(positions).query(positions, k=2)
         row = np.argmin(near[:, 1])
         # where centres coincide the other grain may be listed first
-        pair = sorted((row, other[row, 1] if other[row, 1] != row else other[row, 0]))
+        pair = sorted((row, neighbour[row, 1] if neighbour[row, 1] != row else neighbour[row, 0]))
         (i, j), distance = np.array(pair)[:, None], near[[row], 1]
     both = radii[i] + radii[j]
-    share = distance / both
-    if np.min(share, initial=np.inf) < CLOSEST:
-        k = int(np.argmin(share))
+    relative_distance = distance / both
+    if np.min(relative_distance, initial=np.inf) < CLOSEST:
+        k = int(np.argmin(relative_distance))
         raise DustError(
-            f"{where}: grains {i[k]} and {j[k]} (from 0) are {distance[k] * 1e6:g} µm apart, "
-            f"{share[k]:.3g} diameters; allowed: at least {CLOSEST} diameters (mean of both), "
+            f"{origin}: grains {i[k]} and {j[k]} (from 0) are {distance[k] * 1e6:g} µm apart, "
+            f"{relative_distance[k]:.3g} diameters; allowed: at least {CLOSEST} diameters (mean "
+            "of both), "
             f"{CLOSEST * both[k] * 1e6:g} µm, between centres. Are the lengths in the unit you "
             "meant?"
         )

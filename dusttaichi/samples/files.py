@@ -13,35 +13,35 @@ from dusttaichi.scene.fields import build_value_error, refuse_unreadable
 from dusttaichi.scene.paths import path_in
 
 
-def read(path: Path, given: Source) -> dict:
-    """Arrays of a NetCDF file, of a run directory's result.nc, or of a file of another program.
+def read(path: Path, source: Source) -> dict:
+    """Read the arrays of a NetCDF file, a run directory's result.nc, or another program's file.
 
-    given: a Source without lines: the name of the file in errors, and the keys of the sample that
+    source: a Source without lines: the name of the file in errors, and the keys of the sample that
     say how it is read. For text files see samples.formats, for NetCDF samples.netcdf. Raises
     DustError for a file that cannot be used.
     """
     try:
-        return _read(path, given)
+        return _read(path, source)
     except MemoryError:
         raise DustError(
-            f"{given.where}: it does not fit into the memory that this process may use. Use a "
+            f"{source.name}: it does not fit into the memory that this process may use. Use a "
             "smaller file, or raise the limit of memory (ulimit -v, or that of a queue)."
         ) from None
 
 
-def _read(path: Path, given: Source) -> dict:
-    where = given.where
+def _read(path: Path, source: Source) -> dict:
+    origin = source.name
     if path.is_dir():
         path = path / "result.nc"
         if not path.exists():
             raise DustError(
-                f"{where}: there is no result.nc in this directory; allowed: that of a run, or in "
+                f"{origin}: there is no result.nc in this directory; allowed: that of a run, or in "
                 "a scene with replicas that of a run with as many."
             )
-    check_kind(path, where)
+    check_kind(path, origin)
     if not path.exists():
         raise DustError(
-            f"{where}: there is no such file; allowed: a list of {given.contents.noun}, CSV or "
+            f"{origin}: there is no such file; allowed: a list of {source.contents.noun}, CSV or "
             "NetCDF, one of LAMMPS, YADE, MercuryDPM or XYZ, or the directory of another run. "
             "Relative paths "
             "start at the YAML file."
@@ -50,16 +50,16 @@ def _read(path: Path, given: Source) -> dict:
         with path.open("rb") as file:
             head = file.read(8)
     except OSError as error:
-        raise DustError(f"{where}: it cannot be read ({error.strerror}).") from None
+        raise DustError(f"{origin}: it cannot be read ({error.strerror}).") from None
     if not head.startswith(formats.NETCDF):
-        return formats.read(path, given)
+        return formats.read(path, source)
     for key in ("columns", "style"):
-        if getattr(given, key) is not None:
-            raise DustError(f"sample.{key}: {where} is NetCDF, which names its variables; leave "
+        if getattr(source, key) is not None:
+            raise DustError(f"sample.{key}: {origin} is NetCDF, which names its variables; leave "
                             "the key out.")  # fmt: skip
     from dusttaichi.samples import netcdf  # takes half a second to import
 
-    return netcdf.read(path, given)
+    return netcdf.read(path, source)
 
 
 def remarks_on_reading(state: dict, file, unread: str | None = None) -> list[str]:
@@ -77,8 +77,8 @@ def unread_of(state: dict) -> str:
     return "; ".join(filter(None, (", ".join(state.get("unread", ())), state.get("no_cell"))))
 
 
-def _found(path: Path, info: ValidationInfo) -> Path:
-    """The path of a key of the YAML, relative to the `folder` of the context.
+def _find_file(path: Path, info: ValidationInfo) -> Path:
+    """Find the file of a key of the YAML, relative to the `folder` of the context.
 
     Raises a validation error for an impossible path, or, with `check_files` in the context, if it
     does not exist.
@@ -86,22 +86,22 @@ def _found(path: Path, info: ValidationInfo) -> Path:
     context = info.context or {}
     path = path_in(context.get("folder"), path)
     try:
-        there = path.exists() or not context.get("check_files")
+        exists = path.exists() or not context.get("check_files")
     except OSError as error:  # such as a path that is too long
         raise build_value_error(f"it cannot be a file: {error.strerror}") from None
-    if not there:
+    if not exists:
         raise build_value_error(f"there is no such file ({path})")
     return path
 
 
-SampleFile = Annotated[Path, AfterValidator(_found)]
+SampleFile = Annotated[Path, AfterValidator(_find_file)]
 
 
-def check_kind(path: Path, where: str) -> None:
+def check_kind(path: Path, origin: str) -> None:
     """Raise DustError for directories, devices and pipes, and for files larger than the memory."""
     try:
         refuse_unreadable(path, memory())
     except FileNotFoundError:
         return
     except ValueError as error:
-        raise DustError(f"{where}: {error}; allowed: a file that fits into the memory.") from None
+        raise DustError(f"{origin}: {error}; allowed: a file that fits into the memory.") from None

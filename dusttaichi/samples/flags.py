@@ -1,4 +1,4 @@
-"""Positions of a file whose grains have left its cell: inside of it, or where image flags say."""
+"""Image flags of a file whose grains have left its cell: positions inside, or as flagged."""
 
 from dataclasses import replace
 
@@ -10,8 +10,8 @@ from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.touching import AT_REST
 
 
-def with_flags(sample: Sample, state: dict, spec, radius, check) -> Sample:
-    """The sample at the images that the flags of its file name, unless fewer grains touch there.
+def apply_image_flags(sample: Sample, state: dict, spec, radius, check) -> Sample:
+    """Move grains to the images that the flags of their file name, unless fewer grains touch there.
 
     With the cell of the file in `keep`, and of a fragment, which contacts put together, the
     images make no difference, and the sample is returned as it is.
@@ -31,21 +31,27 @@ def with_flags(sample: Sample, state: dict, spec, radius, check) -> Sample:
     if x is None or spec.fragment is not None or {"box", "walls"} & set(spec.keep):
         return sample
     radii = np.broadcast_to(radius, len(sample)).astype(float)
-    before, after = (len(OPEN.pairs(a, radii, 1.0 + AT_REST)) for a in (sample.positions, x))
+    pairs_inside, pairs_outside = (
+        len(OPEN.pairs(a, radii, 1.0 + AT_REST)) for a in (sample.positions, x)
+    )
     remarks, flags = state.setdefault("remarks", []), state.pop("unwrapped_by")
     try:
         check(x, radius)
     except DustError:
         remarks.append(f"{flags} are not used: grains would overlap at the images that they name")
         return sample
-    if after < before:
+    if pairs_outside < pairs_inside:
         remarks.append(
-            f"{flags} are not used: {before:,} pairs of grains touch inside of its cell, and "
-            f"{after:,} at the images that they name"
+            f"{flags} are not used: {pairs_inside:,} pairs of grains touch inside of its cell, and "
+            f"{pairs_outside:,} at the images that they name"
         )
         return sample
     moved = np.count_nonzero((x != sample.positions).any(axis=1))
-    gain = f", where {after:,} pairs of grains touch and not {before:,}" if after > before else ""
+    gain = (
+        f", where {pairs_outside:,} pairs of grains touch and not {pairs_inside:,}"
+        if pairs_outside > pairs_inside
+        else ""
+    )
     remarks.append(
         f"{flags} put {moved:,} of its {len(sample):,} grains outside of its cell{gain} "
         "(sample.columns with _ in their place leaves them inside)"

@@ -32,8 +32,8 @@ class Cell:
         """Distance vectors (N, 3) to the nearest image."""
         return nearest_image(d, self.period, self.tilt)
 
-    def wrapped(self, x):
-        """Images of positions (N, 3) that are at least 0 and below the edges."""
+    def wrap_positions(self, x):
+        """Wrap positions (N, 3): images that are at least 0 and below the edges."""
         x = np.array(x, float)
         for n in (2, 1, 0):  # a turn along z shifts along x
             if np.isfinite(self.period[n]):
@@ -58,22 +58,22 @@ class Cell:
         """
         if not len(self.axes):
             return np.column_stack(pairs_within(x, radii, factor)[:2])
-        x, vectors = self.wrapped(x), self.vectors
+        x, vectors = self.wrap_positions(x), self.vectors
         reach = factor * 2.0 * np.max(radii)
         low, high = x.min(axis=0) - reach, x.max(axis=0) + reach
-        number, places = [np.arange(len(x))], [x]
+        number, positions = [np.arange(len(x))], [x]
         for turns in product(*((-1, 0, 1) if n in self.axes else (0,) for n in range(3))):
             if any(turns):
                 rows = self._at_faces(x, turns, low, high)
                 image = x[rows] + np.array(turns) @ vectors
                 near = np.all((image > low) & (image < high), axis=1)
                 number.append(rows[near])
-                places.append(image[near])
-        number, places = np.concatenate(number), np.concatenate(places)
+                positions.append(image[near])
+        number, positions = np.concatenate(number), np.concatenate(positions)
         if np.ptp(radii) == 0.0:
-            i, j = near_pairs(places, reach)[:2]
+            i, j = near_pairs(positions, reach)[:2]
         else:
-            i, j = pairs_within(places, radii[number], factor)[:2]
+            i, j = pairs_within(positions, radii[number], factor)[:2]
         i, j = number[i[i < len(x)]], number[j[i < len(x)]]
         first, second = np.minimum(i, j)[i != j], np.maximum(i, j)[i != j]
         return np.column_stack(np.divmod(np.unique(first * len(x) + second), len(x)))
@@ -91,8 +91,8 @@ class Cell:
 OPEN = Cell(np.full(3, np.inf))
 
 
-def cell_of(info: dict, materials) -> Cell:
-    """The Cell that a sample will be in, as far as it is known before it is built.
+def find_cell(info: dict, materials) -> Cell:
+    """Find the Cell that a sample will be in, as far as it is known before it is built.
 
     It is that of the file which the sample keeps, that which the scene prescribes, or that with
     which the sample repeats itself, along the periodic axes of the scene alone; a cell that is

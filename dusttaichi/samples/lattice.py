@@ -104,9 +104,9 @@ def make(spec: LatticeSample, materials: Materials) -> Sample:
     corners = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), -1)
     positions = (corners.reshape(-1, 1, 3) + basis).reshape(-1, 3) * edges
     if spec.vacancies:
-        left = max(1, round(len(positions) * (1.0 - spec.vacancies)))
+        remaining_count = max(1, round(len(positions) * (1.0 - spec.vacancies)))
         rng = np.random.default_rng(1 if spec.seed is None else spec.seed)
-        positions = positions[np.sort(rng.permutation(len(positions))[:left])]
+        positions = positions[np.sort(rng.permutation(len(positions))[:remaining_count])]
     info = {"kind": "lattice", "structure": spec.structure, "grains": len(positions)}
     info |= {"cells": cells.astype(int).tolist(), "period": (cells * edges).tolist()}
     return Sample.at_rest(positions, info | {"equilibrium_distance": materials.distance})

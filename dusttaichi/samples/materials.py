@@ -49,16 +49,16 @@ class Materials:
             for axis, edge in zip(AXES, edges, strict=True)
         )
 
-    def numbers(self, given, grains: int, where: str) -> np.ndarray:
-        """Numbers of the materials (N,) from names or numbers; zeros where nothing is given.
+    def numbers(self, names_or_numbers, grains: int, origin: str) -> np.ndarray:
+        """Numbers of the materials (N,) from names or numbers; zeros without any.
 
         Parameters
         ----------
-        given : sequence, optional
-            Names or numbers.
+        names_or_numbers : sequence, optional
+            Names or numbers of the materials.
         grains
             Number N of grains.
-        where
+        origin
             Source of the materials, for errors.
 
         Returns
@@ -71,34 +71,36 @@ class Materials:
         DustError
             A material is unknown.
         """
-        if given is None:
+        if names_or_numbers is None:
             return np.zeros(grains, np.int32)
-        if len(given) != grains:
-            raise DustError(f"{where}: there are {len(given)} materials; allowed: {grains}.")
-        out = [self._number(value, where) for value in given]
+        if len(names_or_numbers) != grains:
+            raise DustError(
+                f"{origin}: there are {len(names_or_numbers)} materials; allowed: {grains}."
+            )
+        out = [self._number(value, origin) for value in names_or_numbers]
         return np.array(out, np.int32)
 
-    def _number(self, value, where: str) -> int:
+    def _number(self, value, origin: str) -> int:
         text = str(value).strip()
         if text in self.names:
             return self.names.index(text)
         if text.isdigit() and int(text) < len(self.names):
             return int(text)
         raise DustError(
-            f"{where}: there is no material {text!r} in the scene; allowed: "
+            f"{origin}: there is no material {text!r} in the scene; allowed: "
             f"{', '.join(self.names)}, or a number from 0 to {len(self.names) - 1}."
         )
 
-    def radii(self, given, numbers: np.ndarray, where: str) -> np.ndarray:
-        """Radii (N,) [m]: given ones, otherwise those of the materials.
+    def radii(self, radii_of_file, numbers: np.ndarray, origin: str) -> np.ndarray:
+        """Radii (N,) [m]: those of the file, otherwise those of the materials.
 
         Parameters
         ----------
-        given : sequence, optional
+        radii_of_file : sequence, optional
             Radii [m].
         numbers
             Numbers of the materials, (N,).
-        where
+        origin
             Source of the radii, for errors.
 
         Returns
@@ -112,17 +114,18 @@ class Materials:
             The law of rolling is not valid for a radius.
         """
         radii = np.array([material.radius for material in self.all])[numbers]
-        if given is not None:
-            radii = np.array(given, dtype=np.float64)
+        if radii_of_file is not None:
+            radii = np.array(radii_of_file, dtype=np.float64)
         if radii.shape != numbers.shape:
-            raise DustError(f"{where}: there are {radii.size} radii; allowed: {len(numbers)}.")
+            raise DustError(f"{origin}: there are {radii.size} radii; allowed: {len(numbers)}.")
         least = np.array([material.critical_rolling for material in self.all])[numbers]
-        bad = np.flatnonzero(~(np.isfinite(radii) & (radii > least) & (radii <= 1e-3)))
-        if len(bad):
+        refused = np.flatnonzero(~(np.isfinite(radii) & (radii > least) & (radii <= 1e-3)))
+        if len(refused):
             raise DustError(
-                f"{where}: radius of grain {bad[0]} (from 0) is {radii[bad[0]] * 1e6:g} µm; "
+                f"{origin}: radius of grain {refused[0]} (from 0) is {radii[refused[0]] * 1e6:g} "
+                "µm; "
                 "allowed: above critical_rolling of its material "
-                f"({least[bad[0]] * 1e9:g} nm), up to 1 mm."
+                f"({least[refused[0]] * 1e9:g} nm), up to 1 mm."
             )
         return radii
 
@@ -166,6 +169,6 @@ class Materials:
         numbers : pair
             Numbers of their materials.
         """
-        one, two = (self.all[n] for n in numbers)
-        overlap = mixed_constants(one, radii[0], two, radii[1], self.interaction).delta0
+        first, second = (self.all[n] for n in numbers)
+        overlap = mixed_constants(first, radii[0], second, radii[1], self.interaction).delta0
         return float(radii[0] + radii[1] - overlap)

@@ -53,10 +53,10 @@ class PowerLaw(Truncated):
     def draw(self, rng, count: int) -> np.ndarray:
         """Radii (count,) [m], by the inverse of the cumulative distribution."""
         low, high, k = self.smallest, self.largest, self.exponent + 1.0
-        part = rng.random(count)
+        quantiles = rng.random(count)
         if abs(k) < 1e-9:
-            return low * (high / low) ** part
-        return low * (1.0 + part * ((high / low) ** k - 1.0)) ** (1.0 / k)
+            return low * (high / low) ** quantiles
+        return low * (1.0 + quantiles * ((high / low) ** k - 1.0)) ** (1.0 / k)
 
 
 class Lognormal(Truncated):
@@ -77,10 +77,10 @@ class Lognormal(Truncated):
     def draw(self, rng, count: int) -> np.ndarray:
         """Radii (count,) [m]."""
         radii = np.zeros(count)
-        left = np.arange(count)
-        while len(left):
-            radii[left] = self.median * np.exp(self.sigma * rng.standard_normal(len(left)))
-            left = left[(radii[left] < self.smallest) | (radii[left] > self.largest)]
+        pending = np.arange(count)
+        while len(pending):
+            radii[pending] = self.median * np.exp(self.sigma * rng.standard_normal(len(pending)))
+            pending = pending[(radii[pending] < self.smallest) | (radii[pending] > self.largest)]
         return radii
 
 
@@ -111,20 +111,20 @@ class Radii(Block):
 
     def draw(self, rng, count: int) -> np.ndarray:
         """Radii (count,) [m]."""
-        shares = np.ones(len(self.radii)) if self.shares is None else np.array(self.shares)
-        return rng.choice(np.array(self.radii), size=count, p=shares / shares.sum())
+        weights = np.ones(len(self.radii)) if self.shares is None else np.array(self.shares)
+        return rng.choice(np.array(self.radii), size=count, p=weights / weights.sum())
 
 
-def sized(positions, grains: "Grains", materials: Materials, info: dict) -> Sample:
-    """The Sample at rest of Grains at these centres (N, 3) [m]; info: of the Sample."""
+def place_grains(positions, grains: "Grains", materials: Materials, info: dict) -> Sample:
+    """Place Grains at rest at these centres (N, 3) [m]; info: of the Sample."""
     if isinstance(grains, EqualGrains):
         return Sample.at_rest(positions, info | {"equilibrium_distance": float(grains.touch)})
-    own = materials.polydisperse(grains.radii, grains.numbers)
+    unequal = materials.polydisperse(grains.radii, grains.numbers)
     info = info | {
         "smallest_radius": float(grains.radii.min()),
         "largest_radius": float(grains.radii.max()),
     }
-    return replace(Sample.at_rest(positions, info), **own)
+    return replace(Sample.at_rest(positions, info), **unequal)
 
 
 Sizes = Annotated[PowerLaw | Lognormal | Radii, Field(discriminator="kind")]
@@ -201,15 +201,15 @@ class Grains:
         apart = np.linalg.norm(apart, axis=1)
         return pairs[apart <= self.distance(*pairs.T) * (1 + ROUNDING)]
 
-    def taken(self, which):
-        """Grains with these indices."""
+    def select(self, which):
+        """Select the grains with these indices."""
         return replace(self, radii=self.radii[which], numbers=self.numbers[which])
 
-    def joined(self, others):
-        """These grains and others, in this order."""
-        every = (self, *others)
-        radii = np.concatenate([grains.radii for grains in every])
-        return replace(self, radii=radii, numbers=np.concatenate([g.numbers for g in every]))
+    def join(self, appended):
+        """Join these grains and the appended ones, in this order."""
+        groups = (self, *appended)
+        radii = np.concatenate([grains.radii for grains in groups])
+        return replace(self, radii=radii, numbers=np.concatenate([g.numbers for g in groups]))
 
 
 class EqualGrains(Grains):
@@ -236,9 +236,9 @@ class Touch:
 
         self.factors = np.array([[factor(a, b) for b in materials.all] for a in materials.all])
 
-    def distance(self, one, other):
-        """Distance of centres [m]; one, other: (radii [m], numbers of the materials)."""
-        (r1, n1), (r2, n2) = one, other
+    def distance(self, first, second):
+        """Distance of centres [m]; first, second: (radii [m], numbers of the materials)."""
+        (r1, n1), (r2, n2) = first, second
         reduced = r1 * r2 / (r1 + r2)
         return r1 + r2 - self.factors[n1, n2] * np.cbrt(reduced)
 
@@ -253,13 +253,13 @@ class Crowd:
 
     def __init__(self, spec, materials: Materials, rng):
         self._spec, self._materials = spec, materials
-        self.equal = not mixed(spec)
+        self.equal = not is_mixture(spec)
         self.radius = self.smallest = self.largest = materials.radius
         self.distance = materials.distance
         self.overlap = 2 * self.radius - self.distance
         if self.equal:
             return
-        radii = drawn(spec, materials, 10_000, rng).radii
+        radii = draw_grains(spec, materials, 10_000, rng).radii
         self.radius = float(np.mean(radii**3) ** (1 / 3))
         self.distance = 2.0 * self.radius
         touch = Touch(materials)
@@ -270,36 +270,36 @@ class Crowd:
     def draw(self, count: int, rng) -> Grains:
         """The next `count` grains; equal ones need no random numbers."""
         if not self.equal:
-            return drawn(self._spec, self._materials, count, rng)
+            return draw_grains(self._spec, self._materials, count, rng)
         radii, numbers = np.full(count, self.radius), np.zeros(count, np.int32)
         return EqualGrains(radii, numbers, self.distance)
 
     def least(self, grains: Grains) -> np.ndarray:
         """Smallest distance [m], (N,), of the centre of each from that of a grain in contact."""
-        return self._beside(grains, self.smallest).min(axis=0)
+        return self._compute_contact_distances(grains, self.smallest).min(axis=0)
 
     def most(self, grains: Grains, largest: float) -> np.ndarray:
         """Largest distance [m], (N,), of the same, for grains up to a radius [m]."""
-        return self._beside(grains, largest).max(axis=0)
+        return self._compute_contact_distances(grains, largest).max(axis=0)
 
-    def _beside(self, grains, radius):
+    def _compute_contact_distances(self, grains, radius):
         if self.equal:
             return np.full((1, len(grains)), self.distance)
-        kinds = np.arange(len(self._materials.all))[:, None]
-        return grains.touch.distance((grains.radii, grains.numbers), (radius, kinds))
+        material_numbers = np.arange(len(self._materials.all))[:, None]
+        return grains.touch.distance((grains.radii, grains.numbers), (radius, material_numbers))
 
 
-def mixed(spec) -> bool:
+def is_mixture(spec) -> bool:
     """True for a block of unequal grains."""
     return any(getattr(spec, name, None) is not None for name in ("sizes", "shares"))
 
 
-def drawn(spec, materials: Materials, count: int, rng) -> Grains:
-    """`count` random Grains of a block, sizes first, then materials."""
-    shares = spec.shares or {"default": 1.0}
-    names = [materials.numbers([name], 1, "sample.shares")[0] for name in shares]
+def draw_grains(spec, materials: Materials, count: int, rng) -> Grains:
+    """Draw `count` random Grains of a block, sizes first, then materials."""
+    shares_by_material = spec.shares or {"default": 1.0}
+    names = [materials.numbers([name], 1, "sample.shares")[0] for name in shares_by_material]
     radii = None if spec.sizes is None else spec.sizes.draw(rng, count)
-    weights = np.array(list(shares.values()))
+    weights = np.array(list(shares_by_material.values()))
     numbers = rng.choice(np.array(names), size=count, p=weights / weights.sum())
     numbers = numbers.astype(np.int32)
     return Grains(materials.radii(radii, numbers, "sample.sizes"), numbers, Touch(materials))

@@ -41,23 +41,23 @@ def read(path: Path, source: Source) -> dict:
     coordinates of walls and faces [m], NaN where there is none; time [s]; stiffness_scaling of its
     contacts. source: without lines. Raises DustError for a file that cannot be used.
     """
-    where = source.where
+    origin = source.name
     try:
         tree = open_tree(path)
     except DustError as error:
-        raise DustError(f"{where}: {error}") from None
+        raise DustError(f"{origin}: {error}") from None
     except (OSError, RuntimeError, ValueError, KeyError, TypeError) as error:
-        raise _unreadable(where, error) from None
+        raise _make_unreadable_error(origin, error) from None
     try:
         return _Snapshot(tree, source).read()
     except (OSError, RuntimeError) as error:
-        raise _unreadable(where, error) from None
+        raise _make_unreadable_error(origin, error) from None
     finally:
         tree.close()
 
 
-def _unreadable(where, error) -> DustError:
-    return DustError(f"{where}: it cannot be read as NetCDF ({error}); allowed: a whole file.")
+def _make_unreadable_error(origin, error) -> DustError:
+    return DustError(f"{origin}: it cannot be read as NetCDF ({error}); allowed: a whole file.")
 
 
 ENVIRONMENT = (  # of a snapshot, not of its grains
@@ -70,7 +70,7 @@ class _Snapshot:
     """One snapshot of the open result, or of the file with grains, `tree`."""
 
     def __init__(self, tree, source: Source):
-        self.source, self.where, self.tree = source, source.where, tree
+        self.source, self.origin, self.tree = source, source.name, tree
         self.groups = set(tree.children)
         self.of_run = "dusttaichi_version" in tree.attrs
         if self.of_run and "snapshots" not in self.groups:
@@ -100,7 +100,7 @@ class _Snapshot:
         table, unread = read_columns(Frame(self.frame, ENVIRONMENT, self._place, source))
         if not any(quantity == "position" for quantity, _ in table.meanings):
             raise DustError(
-                f"{self.where}: it has the variables {', '.join(self.frame) or 'none'}; "
+                f"{self.origin}: it has the variables {', '.join(self.frame) or 'none'}; "
                 "allowed: position (grain, 3), or x, y and z."
             )
         # a unit of length alone does not say those of masses
@@ -118,10 +118,11 @@ class _Snapshot:
     def _place(self, count: int) -> int:
         """Index of the snapshot among `count`."""
         if count == 0:
-            raise DustError(f"{self.where}: it has no snapshot yet; allowed: one or more.")
+            raise DustError(f"{self.origin}: it has no snapshot yet; allowed: one or more.")
         if self.number >= count:
             raise DustError(
-                f"sample.snapshot = {self.requested}: {self.where} has {count} snapshots; allowed: "
+                f"sample.snapshot = {self.requested}: {self.origin} has {count} snapshots; "
+                "allowed: "
                 f"0 to {count - 1}, or last."
             )
         return self.number % count
@@ -130,42 +131,46 @@ class _Snapshot:
         try:
             return np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError):
-            raise DustError(f"{self.where}: {name} contains texts; allowed: numbers.") from None
+            raise DustError(f"{self.origin}: {name} contains texts; allowed: numbers.") from None
 
     def _environment(self) -> dict:
         """Period, positions of walls and faces, and time, if the file has them."""
-        period, found = np.full(3, np.inf), {}
+        period, environment = np.full(3, np.inf), {}
         box = self.frame.get("box")
         if box is not None and box.shape[1:] == (6,):
             room = self._plain(box[self._place(len(box))].values, "box")
-            found["room"] = room
+            environment["room"] = room
             axes = str(self.tree.attrs.get("periodic_axes", "")).split()
             for k in (AXES.index(axis) for axis in axes if axis in AXES):
                 period[k] = room[2 * k + 1] - room[2 * k]
         time = self.frame.get("snapshot_time")
         if time is not None and time.ndim == 1 and len(time):
-            found["time"] = float(time[self._place(len(time))].values)
+            environment["time"] = float(time[self._place(len(time))].values)
         scaling = self.tree.attrs.get("stiffness_scaling", 1.0)
-        found["stiffness_scaling"] = self._number("stiffness_scaling", scaling)
-        return found | {"period": period, "tilt": self._number("tilt", 0.0)}
+        environment["stiffness_scaling"] = self._number("stiffness_scaling", scaling)
+        return environment | {"period": period, "tilt": self._number("tilt", 0.0)}
 
     def _number(self, name: str, default: float) -> float:
         """Number of the snapshot, or the default where the file has none."""
-        own = self.frame.get(name)
-        values = np.zeros(0) if own is None else self._plain(own.values, name).reshape(-1)
+        variable = self.frame.get(name)
+        values = np.zeros(0) if variable is None else self._plain(variable.values, name).reshape(-1)
         return float(values[self._place(len(values))] if len(values) else default)
 
     def _rows(self, group: str, count: str, names: dict) -> dict[str, np.ndarray]:
         """Rows of a group in the snapshot, by our names."""
-        where, what = self.where, group.replace("_", " ")
+        origin, group_name = self.origin, group.replace("_", " ")
         stored = self.tree[group].to_dataset(inherit=False).variables
         missing = [name for name in names.values() if name not in stored]
         if missing:
-            raise DustError(f"{where}: its {what} lack {', '.join(missing)}; allowed: all of them.")
+            raise DustError(
+                f"{origin}: its {group_name} lack {', '.join(missing)}; allowed: all of them."
+            )
         start, stop = self._span(self.frame[count], count)
-        there = len(stored[next(iter(names.values()))])
-        if there < stop:
-            raise DustError(f"{where}: it has {there} {what}; allowed: {stop}, its own count.")
+        row_count = len(stored[next(iter(names.values()))])
+        if row_count < stop:
+            raise DustError(
+                f"{origin}: it has {row_count} {group_name}; allowed: {stop}, its own count."
+            )
         rows = {}
         registered = [name for name, v in stored.items() if "contact_history" in v.attrs]
         for ours, theirs in (names | {name: name for name in registered}).items():
@@ -174,26 +179,28 @@ class _Snapshot:
             shape = (stop - start, 3) if vector else (stop - start,)
             if rows[ours].shape != shape:
                 raise DustError(
-                    f"{where}: {theirs} of its {what} has the shape {rows[ours].shape}; allowed: "
+                    f"{origin}: {theirs} of its {group_name} has the shape {rows[ours].shape}; "
+                    "allowed: "
                     f"{shape}."
                 )
             if ours in _NUMBERS:
-                known = np.isfinite(rows[ours])
-                rows[ours] = np.where(known, rows[ours], -1).astype(np.int64)
+                finite = np.isfinite(rows[ours])
+                rows[ours] = np.where(finite, rows[ours], -1).astype(np.int64)
         return rows
 
     def _span(self, variable, name: str) -> tuple[int, int]:
         """First row of the snapshot, and the one after its last."""
-        where = self.where
-        check_grains(variable.size, where)
+        origin = self.origin
+        check_grains(variable.size, origin)
         counts = variable.values
         if not np.issubdtype(counts.dtype, np.number) or counts.ndim != 1:
-            raise DustError(f"{where}: {name} contains no numbers of contacts; allowed: these.")
+            raise DustError(f"{origin}: {name} contains no numbers of contacts; allowed: these.")
         counts = np.where(np.isfinite(counts), counts, -1).astype(np.int64)
         if (counts < 0).any():
             snapshot = int(np.argmax(counts < 0))
             raise DustError(
-                f"{where}: {name} of snapshot {snapshot} is {counts[snapshot]}; allowed: 0 or more."
+                f"{origin}: {name} of snapshot {snapshot} is {counts[snapshot]}; allowed: 0 or "
+                "more."
             )
-        place = self._place(len(counts))
-        return int(counts[:place].sum()), int(counts[: place + 1].sum())
+        number = self._place(len(counts))
+        return int(counts[:number].sum()), int(counts[: number + 1].sum())

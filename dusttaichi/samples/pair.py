@@ -75,16 +75,16 @@ def make(spec: PairSample, materials: Materials) -> Sample:
 
     Raises DustError for grains that overlap too much, or an impact parameter beyond the distance.
     """
-    own, share, radii = {}, 0.5, np.full(2, materials.radius)
+    unequal, second_mass_fraction, radii = {}, 0.5, np.full(2, materials.radius)
     equilibrium_distance = materials.distance
     if spec.radii is not None or spec.materials is not None:
         numbers = materials.numbers(spec.materials, 2, "sample.materials")
         radii = materials.radii(spec.radii, numbers, "sample.radii")
-        own = materials.polydisperse(radii, numbers)
-    if own.get("radii") is not None:
+        unequal = materials.polydisperse(radii, numbers)
+    if unequal.get("radii") is not None:
         equilibrium_distance = materials.equilibrium_distance(radii, numbers)
-        m1, m2 = materials.masses(Sample(*np.zeros((3, 2, 3)), **own))
-        share = float(m2 / (m1 + m2))
+        m1, m2 = materials.masses(Sample(*np.zeros((3, 2, 3)), **unequal))
+        second_mass_fraction = float(m2 / (m1 + m2))
     touch = float(radii.sum())
     distance = equilibrium_distance
     if spec.distance is not None:
@@ -92,9 +92,11 @@ def make(spec: PairSample, materials: Materials) -> Sample:
     elif spec.gap is not None:
         distance = touch + spec.gap
     if distance < touch:
-        where = "sample.gap" if spec.distance is None else "sample.distance"
-        here = np.outer([0.0, max(distance, 0.0)], [1.0, 0.0, 0.0])
-        check_apart(here, radii if own.get("radii") is not None else materials.radius, where)
+        origin = "sample.gap" if spec.distance is None else "sample.distance"
+        centres = np.outer([0.0, max(distance, 0.0)], [1.0, 0.0, 0.0])
+        check_apart(
+            centres, radii if unequal.get("radii") is not None else materials.radius, origin
+        )
     if spec.angle is not None:
         impact = distance * math.sin(spec.angle)
         along = distance * math.cos(spec.angle)
@@ -107,9 +109,9 @@ def make(spec: PairSample, materials: Materials) -> Sample:
             )
         along = math.sqrt(distance**2 - impact**2)
     line = np.array([along, impact, 0.0])
-    positions = np.array([-share * line, (1 - share) * line])
+    positions = np.array([-second_mass_fraction * line, (1 - second_mass_fraction) * line])
     velocities = np.zeros((2, 3))
-    velocities[:, 0] = share * spec.speed, -(1 - share) * spec.speed
+    velocities[:, 0] = second_mass_fraction * spec.speed, -(1 - second_mass_fraction) * spec.speed
     spins = np.zeros((2, 3)) if spec.spins is None else np.array(spec.spins, dtype=np.float64)
     info = {
         "distance": float(distance),
@@ -118,4 +120,4 @@ def make(spec: PairSample, materials: Materials) -> Sample:
         "impact_parameter": float(impact),
         "equilibrium_distance": float(equilibrium_distance),
     }
-    return Sample(positions, velocities, spins, info=info, **own)
+    return Sample(positions, velocities, spins, info=info, **unequal)

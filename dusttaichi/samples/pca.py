@@ -18,9 +18,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dusttaichi.samples import ballistic, cut
-from dusttaichi.samples.ballistic import across, arrival, random_directions, random_in_disc
+from dusttaichi.samples.ballistic import (
+    find_perpendicular,
+    flight_length,
+    random_directions,
+    random_in_disc,
+)
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import Crowd, MixtureBlock, drawn, mixed, sized
+from dusttaichi.samples.mixture import Crowd, MixtureBlock, draw_grains, is_mixture, place_grains
 from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.values import CutGrains, CutSize, shape_of
@@ -94,7 +99,7 @@ class Aggregate:
         cover = 1.05 * self.reach + 2 * distance
         directions = random_directions(rng, shots)
         off = random_in_disc(rng, shots) * cover
-        u, v = across(directions)
+        u, v = find_perpendicular(directions)
         starts = off[:, :1] * u + off[:, 1:] * v - cover * directions
         hits = ballistic.first_hits(self.positions, starts, directions, distance, 2 * cover)
         new = np.empty((shots, 3))
@@ -103,7 +108,7 @@ class Aggregate:
             apart = new[:count] - start
             along = apart @ direction
             across_squared = ((apart - along[:, None] * direction) ** 2).sum(axis=1)
-            hit = arrival(along, across_squared, distance).min(initial=hit)
+            hit = flight_length(along, across_squared, distance).min(initial=hit)
             if hit == np.inf:
                 continue
             new[count] = start + hit * direction
@@ -124,7 +129,7 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
     Raises DustError if the size is too small for a grain, or the aggregate would be too large.
     """
     rng = np.random.Generator(np.random.PCG64(spec.seed))
-    if mixed(spec) or spec.cluster > 1 or spec.impact_parameter is not None:
+    if is_mixture(spec) or spec.cluster > 1 or spec.impact_parameter is not None:
         return _one_by_one(spec, materials, rng)
     aggregate = Aggregate(materials.distance)
     if spec.shape == "aggregate":
@@ -138,7 +143,7 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
     grains = Crowd(spec, materials, rng).draw(len(positions), rng)
     info = {"kind": "pca", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
     info["aggregated"] = len(aggregate.positions)
-    sample = sized(positions, grains, materials, info)
+    sample = place_grains(positions, grains, materials, info)
     sample.info.update(cut.measures(sample, grains, materials.radius))
     return sample
 
@@ -148,17 +153,17 @@ def _one_by_one(spec, materials: Materials, rng) -> Sample:
     info = {"kind": "pca", "shape": spec.shape, "seed": int(spec.seed)}
     if spec.shape == "aggregate":
         _check_grains(spec.grains * SLOWER)
-        grains = drawn(spec, materials, spec.grains, rng)
-        x = ballistic.aggregate(grains, rng, spec.cluster, spec.impact_parameter)
-        return sized(x, grains, materials, info | {"grains": len(x)})
-    radius = float(np.mean(drawn(spec, materials, 10_000, rng).radii ** 3) ** (1 / 3))
+        grains = draw_grains(spec, materials, spec.grains, rng)
+        x = ballistic.grow_aggregate(grains, rng, spec.cluster, spec.impact_parameter)
+        return place_grains(x, grains, materials, info | {"grains": len(x)})
+    radius = float(np.mean(draw_grains(spec, materials, 10_000, rng).radii ** 3) ** (1 / 3))
     edges = cut.proportions(spec, radius)
     _check_grains(_guessed_grains(spec, radius, edges) * SLOWER)
-    grown = ballistic.Aggregate(drawn(spec, materials, 1, rng), spec.impact_parameter)
+    grown = ballistic.Aggregate(draw_grains(spec, materials, 1, rng), spec.impact_parameter)
     needed = None
     while needed is None:
         for _ in range(max(20, len(grown.positions) // 10)):
-            grown.add(np.zeros((1, 3)), drawn(spec, materials, 1, rng), rng)
+            grown.add(np.zeros((1, 3)), draw_grains(spec, materials, 1, rng), rng)
         scale = cut.scale(grown.positions, spec.shape, edges, grown.grains.radii, centred=True)
         needed = _settled(spec, edges, scale, grown.reach)
     inside = np.flatnonzero(scale <= needed)
@@ -166,7 +171,7 @@ def _one_by_one(spec, materials: Materials, rng) -> Sample:
         raise cut.nothing_inside(edges, radius, spec.seed)
     x = grown.positions[inside] + [0.0, 0.0, needed * edges[2] / 2]
     info |= {"grains": len(inside), "aggregated": len(scale)}
-    return sized(x, grown.grains.taken(inside), materials, info)
+    return place_grains(x, grown.grains.select(inside), materials, info)
 
 
 def _cut(spec, radius, aggregate: Aggregate, rng) -> np.ndarray:

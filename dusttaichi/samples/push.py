@@ -11,8 +11,8 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample
 
 
-def pushed(scene, sample: Sample) -> Sample:
-    """Sample with the displacements and velocities of the pushes of a scene.
+def apply_pushes(scene, sample: Sample) -> Sample:
+    """Apply the displacements and velocities of the pushes of a scene to a sample.
 
     info["push"] has for every push its `kind`, the numbers of its `grains`, its `face`, and the
     `size` of a displacement [m]. Contacts are found afterwards: displacements strain them along the
@@ -33,7 +33,7 @@ def pushed(scene, sample: Sample) -> Sample:
     x, v, w = sample.positions.copy(), sample.velocities.copy(), sample.spins.copy()
     delta0 = pair_constants(scene.material, scene.interaction).delta0
     groups = [
-        group_of(f"push[{n}]", push, sample.positions, scene.material.radius)
+        find_pushed_grains(f"push[{n}]", push, sample.positions, scene.material.radius)
         for n, push in enumerate(scene.push)
     ]
     _check_carried(scene.push, groups)
@@ -51,16 +51,16 @@ def pushed(scene, sample: Sample) -> Sample:
         elif push.speed is not None:
             v[group], w[group] = push.speed, 0.0
     pairs = zip(scene.push, groups, strict=True)
-    info = sample.info | {"push": [_described(push, group, delta0) for push, group in pairs]}
+    info = sample.info | {"push": [_describe_push(push, group, delta0) for push, group in pairs]}
     return replace(sample, positions=x, velocities=v, spins=w, info=info)
 
 
-def group_of(where: str, push, positions: np.ndarray, radius: float) -> np.ndarray:
-    """Numbers of the grains of a push, sorted.
+def find_pushed_grains(origin: str, push, positions: np.ndarray, radius: float) -> np.ndarray:
+    """Find the numbers of the grains of a push, sorted.
 
     Parameters
     ----------
-    where
+    origin
         Path of the push in the YAML.
     push : Push
     positions
@@ -90,17 +90,17 @@ def group_of(where: str, push, positions: np.ndarray, radius: float) -> np.ndarr
     group = np.unique(push.grains)
     if group[-1] >= len(positions):
         raise DustError(
-            f"{where}.grains: there is no grain {group[-1]}; allowed: 0 to {len(positions) - 1}"
+            f"{origin}.grains: there is no grain {group[-1]}; allowed: 0 to {len(positions) - 1}"
         )
     return group
 
 
 def _check_carried(pushes, groups) -> None:
     for n, (push, group) in enumerate(zip(pushes, groups, strict=True)):
-        for m, (other, others) in enumerate(zip(pushes, groups, strict=True)):
-            if m == n or push.speed is None or other.kind.startswith("displacement"):
+        for m, (other_push, other_group) in enumerate(zip(pushes, groups, strict=True)):
+            if m == n or push.speed is None or other_push.kind.startswith("displacement"):
                 continue
-            both = np.intersect1d(group, others)
+            both = np.intersect1d(group, other_group)
             if len(both):
                 raise DustError(
                     f"push[{n}].speed: grain {both[0]} is carried, and also pushed by push[{m}]; "
@@ -108,12 +108,12 @@ def _check_carried(pushes, groups) -> None:
                 )
 
 
-def _described(push, group: np.ndarray, delta0: float) -> dict:
-    found = {"kind": push.kind, "grains": group.tolist()}
+def _describe_push(push, group: np.ndarray, delta0: float) -> dict:
+    description = {"kind": push.kind, "grains": group.tolist()}
     if push.face is not None:
-        found["face"] = push.face
+        description["face"] = push.face
     if push.displacement is not None:
-        found["size"] = float(np.linalg.norm(push.displacement))
+        description["size"] = float(np.linalg.norm(push.displacement))
     if push.displacement_delta0 is not None:
-        found["size"] = float(delta0 * np.linalg.norm(push.displacement_delta0))
-    return found
+        description["size"] = float(delta0 * np.linalg.norm(push.displacement_delta0))
+    return description

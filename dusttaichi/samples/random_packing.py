@@ -18,7 +18,7 @@ from pydantic import Field
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, sized
+from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, place_grains
 from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.values import BoxSize, exactly_one
@@ -72,7 +72,7 @@ def make(spec: RandomPackingSample, materials: Materials) -> Sample:
     else:  # as many as fill the cell
         grains = crowd.draw(max(1, int(2 * count)), rng)
         filled = np.cumsum(4 / 3 * np.pi * grains.radii**3)
-        grains = grains.taken(filled <= spec.filling_factor * period.prod())
+        grains = grains.select(filled <= spec.filling_factor * period.prod())
     if spec.size is None:
         period = np.full(3, (grains.volume() / spec.filling_factor) ** (1 / 3))
     if period.min() < max(4 * crowd.radius, 2 * grains.radii.max(initial=0.0)):
@@ -93,7 +93,7 @@ def make(spec: RandomPackingSample, materials: Materials) -> Sample:
         )
     info = {"kind": "random_packing", "seed": int(spec.seed), "grains": len(positions)}
     info |= {"closest": _closest(positions, period), "period": period.tolist()}
-    return sized(positions, grains, materials, info)
+    return place_grains(positions, grains, materials, info)
 
 
 def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | None:

@@ -29,7 +29,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.near import near, near_pairs
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, mixed, sized
+from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, is_mixture, place_grains
 from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, check_grains
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
@@ -69,13 +69,13 @@ class RbdSample(MixtureBlock):
 
     def conflicts(self, scene) -> Faults:
         yield from super().conflicts(scene)
-        if not mixed(self) and self.size is not None:
+        if not is_mixture(self) and self.size is not None:
             if min(edges_of(self.size)) < 2 * scene.material.radius:
                 yield "size", TOO_NARROW
 
     def least_room(self, radius: float) -> tuple[tuple[float, float, float], int]:
         edges = (0.0, 0.0, 0.0) if self.size is None else edges_of(self.size)
-        return edges, 0 if mixed(self) else self.grains or 0
+        return edges, 0 if is_mixture(self) else self.grains or 0
 
 
 class Deposit:
@@ -130,7 +130,7 @@ class Deposit:
                     "cake; allowed: a smaller largest radius, or more grains."
                 )
             self._reachable = np.arange(start)
-        self.grains = self.grains.joined([grains])
+        self.grains = self.grains.join([grains])
         self.positions = np.concatenate([self.positions, np.column_stack([xy, grains.radii])])
         z = self.positions[start:, 2]
         reach = self.widest * (1 + ROUNDING)
@@ -204,7 +204,7 @@ class Deposit:
         x, y, z = self.positions[self._reachable].T
         cell_x = np.minimum((x / self._cell_edges[0]).astype(int), lowest.shape[0] - 1)
         cell_y = np.minimum((y / self._cell_edges[1]).astype(int), lowest.shape[1] - 1)
-        most = self.crowd.most(self.grains.taken(self._reachable), self.largest)
+        most = self.crowd.most(self.grains.select(self._reachable), self.largest)
         top = z + most * (1 + ROUNDING)
         self._reachable = self._reachable[lowest[cell_x, cell_y] < top]
 
@@ -247,7 +247,7 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
     inside = scale <= 1.0
     if spec.grains is not None:
         inside = np.sort(np.argsort(scale, kind="stable")[: spec.grains])
-    positions, grains = _placed(deposit, spec)[inside], deposit.grains.taken(inside)
+    positions, grains = _placed(deposit, spec)[inside], deposit.grains.select(inside)
     if len(positions) == 0:
         raise cut.nothing_inside(edges, crowd.radius, spec.seed)
     return _sample(spec, materials, (positions, grains), {"deposited": len(scale)})
@@ -282,7 +282,7 @@ def _one_period(spec, materials: Materials) -> Sample:
     if len(lowest) == 0:
         raise cut.nothing_inside(edges, crowd.radius, spec.seed)
     period = [*map(float, edges[:2]), float(tops[lowest].max() - crowd.overlap)]
-    body = x[lowest], deposit.grains.taken(lowest)
+    body = x[lowest], deposit.grains.select(lowest)
     return _sample(spec, materials, body, {"deposited": len(tops), "period": period})
 
 
@@ -290,7 +290,7 @@ def _sample(spec, materials, body, info) -> Sample:
     """The Sample of a body (positions, Grains), with its info."""
     positions, grains = body
     info |= {"kind": "rbd", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
-    sample = sized(positions, grains, materials, info)
+    sample = place_grains(positions, grains, materials, info)
     radii = materials.radius if sample.radii is None else grains.radii
     period = info.get("period")
     if period is not None:

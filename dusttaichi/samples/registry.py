@@ -17,8 +17,8 @@ registers itself in the same way.
 from collections.abc import Callable
 from typing import Annotated, ClassVar
 
-from dusttaichi.samples.description import described
-from dusttaichi.samples.images import OPEN, cell_of
+from dusttaichi.samples.description import describe_in_cell
+from dusttaichi.samples.images import OPEN, find_cell
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample
 from dusttaichi.scene.kinds import AnyOf, KindBlock, Kinds
@@ -74,13 +74,13 @@ AnySample = Annotated[SampleBlock, AnyOf(GRAINS)]
 AnyBody = Annotated[SampleBlock, AnyOf(GRAINS, bodies=True)]
 
 
-def made(spec: SampleBlock, materials: Materials, *, body: bool = True) -> Sample:
-    """The sample of a block, with its kind and its measures as info.
+def make_sample(spec: SampleBlock, materials: Materials, *, body: bool = True) -> Sample:
+    """Make the sample of a block, with its kind and its measures as info.
 
     body: it is one of a larger sample, so that the cell of the scene is not around it.
     """
     sample = KINDS[spec.kind].make(spec, materials)
     sample.info.setdefault("kind", spec.kind)
     sample.info.setdefault("grains", len(sample))
-    cell = OPEN if body else cell_of(sample.info, materials)
-    return described(sample, materials.radii_of(sample), cell)
+    cell = OPEN if body else find_cell(sample.info, materials)
+    return describe_in_cell(sample, materials.radii_of(sample), cell)

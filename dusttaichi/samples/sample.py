@@ -161,8 +161,8 @@ def fractal_dimension(sample: Sample, radius) -> float:
     float
         NaN for a sample that is too small.
     """
-    found = grains_within(sample.positions, radius, radius_of_gyration(sample, radius))
-    return float("nan") if found is None else power(*found)
+    grain_counts = grains_within(sample.positions, radius, radius_of_gyration(sample, radius))
+    return float("nan") if grain_counts is None else power(*grain_counts)
 
 
 def bulk_filling_factor(
@@ -233,10 +233,10 @@ def smallest_gap(positions: np.ndarray, radius) -> float:
     radius : float or array
         Radii of the grains [m].
     """
-    most = min(5, len(positions))
-    distance, other = scipy.spatial.cKDTree(positions).query(positions, k=most)
+    neighbour_count = min(5, len(positions))
+    distance, neighbour = scipy.spatial.cKDTree(positions).query(positions, k=neighbour_count)
     radii = np.broadcast_to(radius, len(positions))
-    gaps = distance - radii[:, None] - radii[other]
+    gaps = distance - radii[:, None] - radii[neighbour]
     return float(gaps[:, 1:].min())
 
 
@@ -248,19 +248,23 @@ def memory() -> float:
         return float("inf")
 
 
-def check_grains(grains: float, where: str, most=np.inf, what="", advice="Use fewer grains."):
-    """Raise DustError, with their source, for too many grains for the memory, or more than `most`.
+def check_grains(
+    grains: float, origin: str, max_grains=np.inf, object_name="", advice="Use fewer grains."
+):
+    """Raise DustError for too many grains for the memory, or more than `max_grains`.
 
-    what: of which there would be more, for the message, and advice for its end.
+    origin: key or file that the grains are from.
+    object_name: of which there would be more, for the message; advice: for its end.
     """
-    if grains > most:
+    if grains > max_grains:
         raise DustError(
-            f"{where}: {what} would have some {grains:.1e} grains; allowed: {most:.0e}. {advice}"
+            f"{origin}: {object_name} would have some {grains:.1e} grains; allowed: "
+            f"{max_grains:.0e}. {advice}"
         )
-    most = memory() / BYTES
-    if grains > most:
+    max_grains = memory() / BYTES
+    if grains > max_grains:
         raise DustError(
-            f"{where}: {grains:.3g} grains need {grains * BYTES / 1e9:.3g} GB of memory at least, "
-            f"and this machine has {memory() / 1e9:.3g}; allowed: at most {most:.2g}. "
+            f"{origin}: {grains:.3g} grains need {grains * BYTES / 1e9:.3g} GB of memory at least, "
+            f"and this machine has {memory() / 1e9:.3g}; allowed: at most {max_grains:.2g}. "
             "Use fewer grains."
         )

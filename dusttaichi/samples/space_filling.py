@@ -17,7 +17,7 @@ from pydantic import Field
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.mixture import MixtureBlock, drawn, sized
+from dusttaichi.samples.mixture import MixtureBlock, draw_grains, place_grains
 from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import ROUNDING, Sample, check_grains
 from dusttaichi.samples.values import BoxSize, exactly_one
@@ -61,17 +61,17 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
     volume = None if spec.size is None else float(np.prod(spec.size))
     count = spec.grains
     if count is None:
-        mean = np.mean(_volume(drawn(spec, materials, 10_000, rng).radii))
+        mean = np.mean(_compute_volume(draw_grains(spec, materials, 10_000, rng).radii))
         count = max(1, round(spec.filling_factor * volume / mean))
     check_grains(count, "sample", MOST_GRAINS, "the box")
-    grains = drawn(spec, materials, count, rng)
+    grains = draw_grains(spec, materials, count, rng)
     if spec.size is not None:
         edges = np.array(spec.size)
     else:
-        width = (_volume(grains.radii).sum() / spec.filling_factor / spec.aspect) ** (1 / 3)
+        width = (_compute_volume(grains.radii).sum() / spec.filling_factor / spec.aspect) ** (1 / 3)
         edges = width * np.array([1.0, 1.0, spec.aspect])
     cut.check_size(edges, float(grains.radii.max()))
-    x = _tree(grains, edges, rng)
+    x = _grow_tree(grains, edges, rng)
     if x is None:
         raise DustError(
             f"sample.filling_factor = {spec.filling_factor:g}: no further grains fit into "
@@ -80,21 +80,21 @@ def make(spec: SpaceFillingSample, materials: Materials) -> Sample:
         )
     info = {"kind": "space_filling", "seed": int(spec.seed), "grains": len(x)}
     info |= dict(zip(("width", "depth", "height"), edges.tolist(), strict=True))
-    return sized(x - [edges[0] / 2, edges[1] / 2, 0.0], grains, materials, info)
+    return place_grains(x - [edges[0] / 2, edges[1] / 2, 0.0], grains, materials, info)
 
 
-def _volume(radius):
+def _compute_volume(radius):
     return 4 / 3 * math.pi * radius**3
 
 
-def _tree(grains, edges, rng) -> np.ndarray | None:
-    """Centres (N, 3) [m] in the box from the origin to `edges`; None where not all grains fit."""
+def _grow_tree(grains, edges, rng) -> np.ndarray | None:
+    """Grow centres (N, 3) [m] in the box from the origin to `edges`; None if too few grains fit."""
     radii, x = grains.radii, np.empty((len(grains), 3))
     x[0] = radii[0] + rng.random(3) * (edges - 2 * radii[0])
     for k in range(1, len(grains)):
         touch = grains.distance(k, np.arange(k))
         for _ in range(TRIES):
-            x[k] = _beside(x[:k], radii[:k], touch, (edges, radii[k]), rng)
+            x[k] = _place_grain(x[:k], radii[:k], touch, (edges, radii[k]), rng)
             if np.isfinite(x[k, 0]):
                 break
         else:
@@ -102,8 +102,8 @@ def _tree(grains, edges, rng) -> np.ndarray | None:
     return x
 
 
-def _beside(x, radii, touch, room, rng):
-    """Position of the next grain beside the one nearest to a random point; NaN without success."""
+def _place_grain(x, radii, touch, room, rng):
+    """Place the next grain beside the one nearest to a random point; NaN without success."""
     edges, radius = room
     # the first that fits is taken: most often one of the first few, and all cost as much
     for points in (rng.random((POINTS, 3)) * edges).reshape(-1, AT_ONCE, 3):
@@ -112,10 +112,10 @@ def _beside(x, radii, touch, room, rng):
         near = (distance - radii).argmin(axis=1)
         row = np.arange(AT_ONCE)
         towards = apart[row, near] / np.maximum(distance[row, near], 1e-30)[:, None]
-        places = x[near] + towards * touch[near][:, None]
-        inside = np.all((places >= radius) & (places <= edges - radius), axis=1)
-        for place in places[inside]:
-            free = np.linalg.norm(x - place, axis=1) >= touch * (1 - ROUNDING)
+        candidates = x[near] + towards * touch[near][:, None]
+        inside = np.all((candidates >= radius) & (candidates <= edges - radius), axis=1)
+        for candidate in candidates[inside]:
+            free = np.linalg.norm(x - candidate, axis=1) >= touch * (1 - ROUNDING)
             if free.all():
-                return place
+                return candidate
     return np.full(3, np.nan)

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.physics.geometry import connected
-from dusttaichi.samples.description import counted
-from dusttaichi.samples.images import cell_of
+from dusttaichi.samples.description import format_counts
+from dusttaichi.samples.images import find_cell
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import EqualGrains, Grains, Touch
 from dusttaichi.samples.sample import ROUNDING, Sample
@@ -47,7 +47,7 @@ def rounding(positions, unit: float) -> float:
 
 
 def put_in_contact(sample: Sample, materials: Materials, within, unit: float | None) -> Sample:
-    """The sample with its touching grains in equilibrium contact, and what was done in its info.
+    """Put touching grains into equilibrium contact; the info of the sample describes the change.
 
     Pairs whose gap or overlap is within a tolerance of the sum of their radii touch. Where some of
     these are apart, all are moved to their distance in equilibrium, each fragment about its centre
@@ -66,20 +66,20 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
     """
     if sample.contacts is not None or len(sample) < 2:
         return sample
-    grains = _Grains(sample, materials, cell_of(sample.info, materials))
-    tolerances = _chosen_tolerances(sample, grains, within, unit)
-    done = _moved(grains, tolerances, every=within != AUTO) if any(tolerances) else {}
-    x = done.pop("positions", sample.positions)
+    grains = _Grains(sample, materials, find_cell(sample.info, materials))
+    tolerances = _choose_tolerances(sample, grains, within, unit)
+    change = _move_grains(grains, tolerances, every=within != AUTO) if any(tolerances) else {}
+    x = change.pop("positions", sample.positions)
     info = dict(sample.info)
     i, j = grains.cell.pairs(x, grains.radii).T
     fragments = int(connected(np.column_stack([i, j]), len(sample))[0])
-    touching = {"contacts": len(i), "fragments": fragments, **done}
-    touching["text"] = counted(touching)
+    touching = {"contacts": len(i), "fragments": fragments, **change}
+    touching["text"] = format_counts(touching)
     texts = []
-    if done:
-        touching["done"] = _done(touching)
-        texts = [_said(touching)]
-    if deep := _deep(grains, x, i, j):
+    if change:
+        touching["done"] = _describe_change(touching)
+        texts = [_format_remark(touching)]
+    if deep := _describe_deep_overlaps(grains, x, i, j):
         texts.append(f"sample: {deep}")
     if texts:
         info["remarks"] = [*info.get("remarks", ()), *texts]
@@ -94,15 +94,15 @@ class _Grains:
         self.velocities, self.turning = sample.velocities, np.any(sample.spins, axis=1)
         self.radii = np.broadcast_to(materials.radii_of(sample), len(sample)).astype(float)
         if sample.radii is None:
-            self._own = EqualGrains(self.radii, None, materials.distance)
+            self._mixture = EqualGrains(self.radii, None, materials.distance)
         else:
-            self._own = Grains(self.radii, sample.materials, Touch(materials))
+            self._mixture = Grains(self.radii, sample.materials, Touch(materials))
         self.largest = 2.0 * float(self.radii.max())
         self.cell = cell
 
     def rest(self, i, j):
         """Distances of pairs in equilibrium [m]."""
-        return np.broadcast_to(self._own.distance(i, j), len(i))
+        return np.broadcast_to(self._mixture.distance(i, j), len(i))
 
     def at_rest(self, i, j):
         """True of pairs that do not move against each other."""
@@ -113,8 +113,8 @@ class _Grains:
         return np.linalg.norm(self.cell.nearest(x[i] - x[j]), axis=1)
 
 
-def _chosen_tolerances(sample, grains, within, unit):
-    """Gaps [m] of `_tolerances`, or those that the scene gives."""
+def _choose_tolerances(sample, grains, within, unit):
+    """Choose the gaps [m] of `_tolerances`, or those of the scene."""
     if within == AUTO:
         return _tolerances(sample, grains, unit)
     return (within * grains.largest,) * 2
@@ -140,15 +140,15 @@ def contacts_by_distance(sample: Sample, materials: Materials, within, unit, cel
     cell: images.Cell of the positions; the other arguments are those of put_in_contact.
     """
     grains = _Grains(sample, materials, cell)
-    tolerances = _chosen_tolerances(sample, grains, within, unit)
+    tolerances = _choose_tolerances(sample, grains, within, unit)
     least = ROUNDING * grains.largest
-    i, j, _, gap, near = _near(grains, tuple(max(gap, least) for gap in tolerances))
+    i, j, _, gap, near = _find_near_pairs(grains, tuple(max(gap, least) for gap in tolerances))
     touching = near | (gap <= 0.0)
     return np.column_stack([i, j])[touching]
 
 
-def _near(grains, tolerances):
-    """i, j, sums of the radii, gaps of pairs up to their tolerances apart, and True within them."""
+def _find_near_pairs(grains, tolerances):
+    """Find i, j, sums of radii, gaps of pairs up to their tolerances, and True within them."""
     factor = 1.0 + max(tolerances) / (2.0 * grains.radii.min())
     i, j = grains.cell.pairs(grains.x, grains.radii, factor).T
     both = grains.radii[i] + grains.radii[j]
@@ -158,29 +158,29 @@ def _near(grains, tolerances):
     return i, j, both, gap, near
 
 
-def _moved(grains, tolerances, every):
-    """Positions and what was done to them, or {} where nothing has to be.
+def _move_grains(grains, tolerances, every):
+    """Move grains into contact: positions and measures of the change, or {} without need.
 
     tolerances: as of `_tolerances`. every: also where no pair is apart.
     """
-    *pairs, near = _near(grains, tolerances)
+    *pairs, near = _find_near_pairs(grains, tolerances)
     i, j, both, gap = (a[near] for a in pairs)
     apart = gap > -ROUNDING * both
     if not (apart.any() or (every and len(i))):
         return {}
-    rest = grains.rest(i, j)
-    overlap = -gap / (both - rest)
+    rest_distances = grains.rest(i, j)
+    overlap = -gap / (both - rest_distances)
     settled = np.mean((overlap > SETTLED[0]) & (overlap < SETTLED[1]))
     if settled > SHARE and not every:
         return {}
-    x, target = grains.x, rest.copy()
+    x, target = grains.x, rest_distances.copy()
     for _ in range(TRIES):  # of loops that cannot close all pairs hold on, some overlap more
-        x = _relaxed(grains, i, j, target)
-        open_ = np.maximum(grains.distances(x, i, j) - rest, 0.0)
-        if np.all(open_ < both - rest):
+        x = _relax_distances(grains, i, j, target)
+        open_ = np.maximum(grains.distances(x, i, j) - rest_distances, 0.0)
+        if np.all(open_ < both - rest_distances):
             break
         target -= open_
-    left = grains.distances(x, i, j) > both
+    remains_apart = grains.distances(x, i, j) > both
     moved = np.linalg.norm(x - grains.x, axis=1)
     return {
         "positions": x,
@@ -189,12 +189,12 @@ def _moved(grains, tolerances, every):
         "largest_gap": float(max(gap.max(), 0.0)),
         "tolerance": float(max(tolerances)),
         "moved": float(moved.max()),
-        "still_apart": int(left.sum()),
+        "still_apart": int(remains_apart.sum()),
     }
 
 
-def _relaxed(grains, i, j, target):
-    """Positions at which pairs have these distances, with the least change by mass.
+def _relax_distances(grains, i, j, target):
+    """Relax positions until pairs have these distances, with the least change by mass.
 
     Newton's method for the distances; its linear equations have the solution of least change, which
     keeps the centre of mass, and where loops cannot close, the least squares of what remains. They
@@ -225,24 +225,26 @@ def _relaxed(grains, i, j, target):
     return best
 
 
-def _length(value):
+def _format_length(value):
     return quantities.format(float(f"{value:.3g}"), "length", digits=3)
 
 
-def _done(touching) -> str:
+def _describe_change(touching) -> str:
     gap = touching["largest_gap"]
     text = f"{touching['apart']:,} of {touching['within']:,} pairs of touching grains were "
-    text += f"up to {_length(gap)} apart" if gap > FINEST else "just at contact"
-    text += f"; grains were moved by up to {_length(touching['moved'])} into equilibrium contact"
+    text += f"up to {_format_length(gap)} apart" if gap > FINEST else "just at contact"
+    text += (
+        f"; grains were moved by up to {_format_length(touching['moved'])} into equilibrium contact"
+    )
     if touching["still_apart"]:
         text += f", {touching['still_apart']:,} pairs in closed loops stay apart"
     return text
 
 
-def _said(touching):
+def _format_remark(touching):
     return (
         f"sample: {touching['done']} (pairs within "
-        f"{_length(max(touching['tolerance'], FINEST))} of touching; sample.touch_within: 0 "
+        f"{_format_length(max(touching['tolerance'], FINEST))} of touching; sample.touch_within: 0 "
         "leaves all as is)"
     )
 
@@ -251,28 +253,30 @@ def deep_overlaps(sample: Sample, materials: Materials) -> str:
     """Sentence on grains that overlap by far more than in equilibrium, or "" without these."""
     if len(sample) < 2:
         return ""
-    grains = _Grains(sample, materials, cell_of(sample.info, materials))
-    return _deep(grains, grains.x, *grains.cell.pairs(grains.x, grains.radii).T)
+    grains = _Grains(sample, materials, find_cell(sample.info, materials))
+    return _describe_deep_overlaps(grains, grains.x, *grains.cell.pairs(grains.x, grains.radii).T)
 
 
-def _deep(grains, x, i, j):
+def _describe_deep_overlaps(grains, x, i, j):
     if not len(i):
         return ""
     both = grains.radii[i] + grains.radii[j]
-    overlap, rest = both - grains.distances(x, i, j), both - grains.rest(i, j)
-    times = overlap / rest
+    overlap, equilibrium_overlap = both - grains.distances(x, i, j), both - grains.rest(i, j)
+    times = overlap / equilibrium_overlap
     k = int(np.argmax(times))
     if times[k] < DEEP:
         return ""
-    share = overlap[k] / both[k]
+    relative_overlap = overlap[k] / both[k]
     deep = np.count_nonzero(times > DEEP)
     which = "1 contact overlaps" if len(i) == 1 else f"{deep:,} of {len(i):,} contacts overlap"
     key = ""
-    if 1.1 * share <= MOST:
-        key = (f". If the grains should just touch, sample.touch_within: {1.1 * share:.2g} puts "
+    if 1.1 * relative_overlap <= MOST:
+        within = f"{1.1 * relative_overlap:.2g}"
+        key = (f". If the grains should just touch, sample.touch_within: {within} puts "
                "them into equilibrium contact")  # fmt: skip
     return (
         f"{which} by more than {DEEP:g} times the overlap in equilibrium (grains {i[k]} and "
-        f"{j[k]}: {_length(overlap[k])}, {share:.2g} of their diameter, {times[k]:.3g} times): "
+        f"{j[k]}: {_format_length(overlap[k])}, {relative_overlap:.2g} of their diameter, "
+        f"{times[k]:.3g} times): "
         f"they push the grains apart{key}"
     )

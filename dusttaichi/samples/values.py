@@ -57,8 +57,8 @@ CutSize = Annotated[
 
 
 def _material_name(value: Any) -> str | int:
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    if not (whole or isinstance(value, str)):
+    is_integer = isinstance(value, int) and not isinstance(value, bool)
+    if not (is_integer or isinstance(value, str)):
         raise build_value_error(
             "the name of one of the scene's materials is needed, or its number: 0 for material, "
             "from 1 on for materials"
@@ -120,10 +120,10 @@ def exactly_one(block: Block, keys: tuple[str, ...], example: str) -> Faults:
         yield "", f"exactly one of {names} is needed, for example {example}"
 
 
-def unknown_materials(given, scene) -> Faults:
+def unknown_materials(material_names, scene) -> Faults:
     """A fault for the first name or number that no material of the scene has."""
     names = scene.material_names
-    for n, name in enumerate(given or ()):
+    for n, name in enumerate(material_names or ()):
         if name not in names and not (isinstance(name, int) and 0 <= name < len(names)):
             text = f"number {n} is {name!r}, which the scene does not have; allowed: "
             yield "materials", text + ", ".join(names)

@@ -40,21 +40,23 @@ def test_faces_and_depth():
     ]:
         push = {"face": face, "velocity": ["1 m/s", "0 m/s", "0 m/s"]}
         push |= {} if depth is None else {"depth": depth}
-        sample = samples.pushed(scene(push), sample_of(x))
+        sample = samples.apply_pushes(scene(push), sample_of(x))
         assert sample.info["push"][0] == {"kind": "velocity", "grains": found, "face": face}
         assert np.array_equal(np.flatnonzero(sample.velocities[:, 0]), found)
-        assert samples.pushed(scene(push), sample) is sample, "pushed once only"
+        assert samples.apply_pushes(scene(push), sample) is sample, "pushed once only"
 
 
 def test_displacements():
     x = np.arange(4)[:, None] * [1.3e-6, 0, 0]
-    moved = samples.pushed(
+    moved = samples.apply_pushes(
         scene({"grains": [2, 1], "displacement": ["0 m", "1 nm", "0 m"]}), sample_of(x)
     )
     expected = np.array([[0, 0, 0], [0, 1e-9, 0], [0, 1e-9, 0], [0, 0, 0]])
     np.testing.assert_allclose(moved.positions - x, expected, rtol=0, atol=1e-21)
     assert moved.info["push"][0]["size"] == 1e-9
-    moved = samples.pushed(scene({"grains": [0], "displacement_delta0": [0, 0, 0.5]}), sample_of(x))
+    moved = samples.apply_pushes(
+        scene({"grains": [0], "displacement_delta0": [0, 0, 0.5]}), sample_of(x)
+    )
     assert moved.positions[0, 2] == pytest.approx(0.5 * PAIR.delta0, rel=1e-12)
 
 
@@ -79,10 +81,12 @@ def test_refused(push, named):
 
 def test_refused_with_the_sample_or_in_a_stage():
     with pytest.raises(DustError, match=r"push\[0\].grains: there is no grain 7"):
-        samples.pushed(scene({"grains": [7], "velocity": ["1 m/s"] * 3}), sample_of([[0, 0, 0]]))
+        samples.apply_pushes(
+            scene({"grains": [7], "velocity": ["1 m/s"] * 3}), sample_of([[0, 0, 0]])
+        )
     both = [{"grains": [0], "speed": ["1 m/s"] * 3}, {"grains": [0], "force": ["1 nN"] * 3}]
     with pytest.raises(DustError, match="grain 0 is carried"):
-        samples.pushed(make_scene(push=both), sample_of([[0, 0, 0]]))
+        samples.apply_pushes(make_scene(push=both), sample_of([[0, 0, 0]]))
     with pytest.raises(DustError, match=r"push\[0\]\.force"):
         scene(
             {"grains": [0], "force": ["1 nN"] * 3},
@@ -108,13 +112,13 @@ def test_a_body_that_is_spun():
     """All grains but one, about their own centre of mass."""
     x = np.random.default_rng(1).uniform(0, 9e-6, (5, 3))
     spin = np.array([1e5, -2e5, 3e5])
-    sample = samples.pushed(scene(spun([0, 1, 2, 4], spin)), sample_of(x))
+    sample = samples.apply_pushes(scene(spun([0, 1, 2, 4], spin)), sample_of(x))
     own = [0, 1, 2, 4]
     expected = np.cross(spin, x[own] - x[own].mean(axis=0))
     np.testing.assert_allclose(sample.velocities[own], expected, rtol=1e-12)
     np.testing.assert_array_equal(sample.spins, [spin, spin, spin, [0, 0, 0], spin])
     assert not sample.velocities[3].any()
-    assert samples.pushed(scene(spun("all", spin)), sample_of(x)).spins.all()
+    assert samples.apply_pushes(scene(spun("all", spin)), sample_of(x)).spins.all()
     with pytest.raises(DustError, match=r"push\[0\]\.spin.*it needs open space"):
         scene(spun("all", spin), boundary={"kind": "periodic", "size": ["9 um"] * 3})
 

@@ -10,7 +10,7 @@ from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics import encounter
 from dusttaichi.running import execute
-from dusttaichi.samples import pushed
+from dusttaichi.samples import apply_pushes
 from dusttaichi.scene import from_yaml
 
 PAIR = """
@@ -26,7 +26,7 @@ stop: {{steps: 200}}
 
 def step_of(speed):
     scene = from_yaml(PAIR.format(speed=speed, step="auto"))
-    return scene, chosen_step(ContactTable(scene), pushed(scene, samples.make(scene)))
+    return scene, chosen_step(ContactTable(scene), apply_pushes(scene, samples.make(scene)))
 
 
 @pytest.mark.parametrize("step", ("0.3 ns", "auto"))

@@ -10,7 +10,7 @@ from scenes import make_scene
 
 from dusttaichi import samples
 from dusttaichi.errors import DustError
-from dusttaichi.samples.formats.names import heading, known
+from dusttaichi.samples.formats.names import find_quantity, heading
 from dusttaichi.samples.formats.text import Source
 
 PAIR = [[0, 0, 0], [1.2, 0, 0]]  # um
@@ -116,12 +116,12 @@ def test_tables_of_viewers(tmp_path, text):
     ],
 )
 def test_names_of_columns(names, quantity):
-    assert {(known(name) or ("none",))[0] for name in names} == {quantity}
+    assert {(find_quantity(name) or ("none",))[0] for name in names} == {quantity}
 
 
 @pytest.mark.parametrize("name", ["mux", "x0", "ix", "fx", "c_x[1]", "zeta", "v", "temperature"])
 def test_names_of_other_columns(name):
-    assert known(name) is None
+    assert find_quantity(name) is None
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ def test_deposit_is_that_of_one_drop_at_a_time(period, n, mixed, batch):
     deposit = rbd.Deposit(period, crowd)
     for begin in range(0, n, batch):
         complete, part = deposit.complete_below, slice(begin, begin + batch)
-        deposit.drop(xy[part], grains.taken(part))
+        deposit.drop(xy[part], grains.select(part))
         assert (deposit.positions[begin:, 2] >= complete).all()
     assert np.array_equal(deposit.positions[:, :2], xy)
     expected = deposited_one_by_one(xy, np.array(period), grains)

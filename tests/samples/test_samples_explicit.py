@@ -16,7 +16,7 @@ from dusttaichi.physics.geometry import WALLS, nearest_image
 from dusttaichi.results.integrity import DIGEST
 from dusttaichi.running import execute
 from dusttaichi.samples import Sample, make
-from dusttaichi.samples.taken import fragment
+from dusttaichi.samples.extraction import extract_fragment
 from dusttaichi.scene import Scene, from_yaml
 
 N = 5
@@ -328,14 +328,14 @@ def test_snapshots_and_fragments(pressed, tmp_path):
 def test_a_fragment_is_put_together_across_the_faces_of_a_cell():
     """A chain of three about a face, in a cell of 10, by its contacts and not the distances."""
     x = np.array([[9.4, 0, 0], [0.4, 0, 0], [1.4, 0, 0], [5.0, 0, 0]]) * 1e-6
-    found, _, number = fragment(
+    found, _, number = extract_fragment(
         Sample.at_rest(x),
         None,
         "largest",
         pairs=np.array([[0, 1], [1, 2]]),
         nearest=partial(nearest_image, period=np.array([1e-5, np.inf, np.inf])),
         masses=np.ones(4),
-        where="here",
+        origin="here",
     )
     assert number == 2
     np.testing.assert_allclose(found.positions[:, 0], [9.4e-6, 10.4e-6, 11.4e-6], rtol=1e-12)

@@ -34,26 +34,28 @@ OTHERS = {  # of formats that are not read: their first bytes, and what to do
 }
 
 
-def read(path: Path, given: Source) -> dict:
+def read(path: Path, settings: Source) -> dict:
     """Arrays of a text file or a restart file of LAMMPS in SI, as columns.state.
 
-    given: a Source without lines. Raises DustError for a file that cannot be used.
+    settings: a Source without lines. Raises DustError for a file that cannot be used.
     """
-    content, packed = read_bytes(path, given.where)
+    content, packed = read_bytes(path, settings.name)
     if content.startswith(RESTART):
         if packed:
-            raise given.fault("a packed restart file; allowed: an unpacked one.")
-        return _read_restart(path, given)
+            raise settings.fault("a packed restart file; allowed: an unpacked one.")
+        return _read_restart(path, settings)
     if content.startswith(NETCDF):
-        raise given.fault("a packed NetCDF file; allowed: an unpacked one.")
-    kind = next((text for start, text in OTHERS.items() if content.startswith(start)), None)
-    if kind:
-        raise given.fault(f"it is {kind}.")
-    source = replace(given, lines=decode(content, given.where))
+        raise settings.fault("a packed NetCDF file; allowed: an unpacked one.")
+    unsupported_format = next(
+        (text for start, text in OTHERS.items() if content.startswith(start)), None
+    )
+    if unsupported_format:
+        raise settings.fault(f"it is {unsupported_format}.")
+    source = replace(settings, lines=decode(content, settings.name))
     module = _reader(source)
     if source.style is not None and module is not data:
         raise DustError(
-            f"sample.style = {source.style}: {source.where} is no data file of LAMMPS; leave the "
+            f"sample.style = {source.style}: {source.name} is no data file of LAMMPS; leave the "
             "key out (sample.columns names columns)."
         )
     return module.read(source) | {"remarks": source.remarks}
@@ -86,11 +88,11 @@ def _counts_rows(source: Source) -> bool:
     return len(rows[0]) > 2 and all(map(SPACES.is_number, rows[0]))
 
 
-def _read_restart(path: Path, given: Source) -> dict:
+def _read_restart(path: Path, settings: Source) -> dict:
     """Read the data file that LAMMPS makes of a restart file."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             run_lammps(folder, "-restart2data", str(path.resolve()), "grains.data")
         except DustError as error:
-            raise given.fault(str(error)) from None
-        return read(Path(folder) / "grains.data", given)
+            raise settings.fault(str(error)) from None
+        return read(Path(folder) / "grains.data", settings)

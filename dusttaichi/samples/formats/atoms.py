@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.samples.formats.columns import Table, Units, state
-from dusttaichi.samples.formats.names import known
-from dusttaichi.samples.formats.text import Source, is_text, whole
+from dusttaichi.samples.formats.names import find_quantity
+from dusttaichi.samples.formats.text import Source, is_integer_column, is_text
 
 FLAGS = (("ix", "iy", "iz"), ("nx", "ny", "nz"))  # numbers of edges from the image in the file
 SAME = 1e-9  # relative difference of positions by rounding
@@ -22,25 +22,27 @@ def grains_of(table: Table, source: Source, units: Units, unwrapped=None) -> dic
     that is there twice.
     """
     _check_ids(table, source)
-    found = state(table, source, units)
+    state_of_file = state(table, source, units)
     if not units.motion:
         for name in SCALELESS:
-            values = found.pop(name, None)
+            values = state_of_file.pop(name, None)
             if values is not None and values.any():
-                found["unread"].append(f"{name} (lj has no unit of time)")
+                state_of_file["unread"].append(f"{name} (lj has no unit of time)")
     if unwrapped is None:
-        return found
+        return state_of_file
     flags = {name for names in FLAGS for name in names}
-    found["unread"] = [name for name in found["unread"] if name.lower() not in flags]
-    places = [table.meanings.index(("position", axis)) for axis in range(3)]
+    state_of_file["unread"] = [
+        name for name in state_of_file["unread"] if name.lower() not in flags
+    ]
+    columns_of_position = [table.meanings.index(("position", axis)) for axis in range(3)]
     values = list(table.values)
-    for place, column in zip(places, unwrapped[1], strict=True):
-        values[place] = column
+    for number, column in zip(columns_of_position, unwrapped[1], strict=True):
+        values[number] = column
     positions = state(replace(table, values=values), replace(source, remarks=[]), units)["position"]
-    shift = positions - found["position"]
+    shift = positions - state_of_file["position"]
     if np.ptp(shift, axis=0).max() > SAME * np.abs(positions).max():
-        found |= {"unwrapped": positions, "unwrapped_by": unwrapped[0]}
-    return found
+        state_of_file |= {"unwrapped": positions, "unwrapped_by": unwrapped[0]}
+    return state_of_file
 
 
 def by_flags(names, values, vectors):
@@ -54,7 +56,7 @@ def by_flags(names, values, vectors):
         return None
     turns = [values[lower.index(name)] for name in flags]
     x = [values[lower.index(axis)] for axis in "xyz"]
-    if any(map(is_text, x)) or not all(map(whole, turns)):
+    if any(map(is_text, x)) or not all(map(is_integer_column, turns)):
         return None
     return " ".join(flags), list((np.column_stack(x) + np.column_stack(turns) @ vectors).T)
 
@@ -62,7 +64,7 @@ def by_flags(names, values, vectors):
 def _check_ids(table, source):
     """Raise DustError for an id that is there twice; 0 is that of atoms without ids."""
     for name, ids in zip(table.names, table.values, strict=True):
-        if known(name) != ("id", None) or is_text(ids) or not ids.any():
+        if find_quantity(name) != ("id", None) or is_text(ids) or not ids.any():
             continue
         order = np.argsort(ids, kind="stable")
         twice = np.flatnonzero(np.diff(ids[order]) == 0)

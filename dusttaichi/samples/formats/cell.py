@@ -19,7 +19,9 @@ def cell(vectors, origin, ends=None) -> dict:
     edges, size = np.diag(vectors), np.abs(vectors).max()
     turned = np.abs(np.triu(vectors, 1)).max() > ROUNDING * size or (edges < 0).any()
     if turned:
-        text = ", ".join(f"{name} = {_shown(v)}" for name, v in zip("abc", vectors, strict=True))
+        text = ", ".join(
+            f"{name} = {_format_vector(v)}" for name, v in zip("abc", vectors, strict=True)
+        )
         return {"no_cell": f"its cell has the edges {text}; {POSSIBLE}"}
     tilts = {"xy": vectors[1, 0], "xz": vectors[2, 0], "yz": vectors[2, 1]}
     along = {"xy": edges[0], "xz": edges[0], "yz": edges[1]}
@@ -37,18 +39,18 @@ def cell(vectors, origin, ends=None) -> dict:
     low = np.array(origin, float) + [0.5 * tilt, 0.0, 0.0]  # sheared about its centre
     room = np.stack([low, low + edges], axis=1)
     room[edges == 0] = np.nan
-    found = {"tilt": tilt} if tilt else {}
+    cell_state = {"tilt": tilt} if tilt else {}
     for axis, word in enumerate(ends or ()):
         for side, letter in enumerate(word):
             if letter not in "pf":
                 room[axis, side] = np.nan
     periodic = np.array([word == "pp" for word in ends or ("", "", "")]) & (edges > 0)
     if periodic.any():
-        found["period"] = np.where(periodic, edges, np.inf)
-    return found | {"room": room.ravel()}
+        cell_state["period"] = np.where(periodic, edges, np.inf)
+    return cell_state | {"room": room.ravel()}
 
 
-def _shown(vector) -> str:
+def _format_vector(vector) -> str:
     return "(" + ", ".join(f"{1e6 * v:.4g}" for v in vector) + ") µm"
 
 

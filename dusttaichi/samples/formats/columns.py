@@ -13,8 +13,8 @@ from dusttaichi.samples.formats.names import (
     TENSOR,
     TEXTS,
     VECTORS,
+    find_quantity,
     heading,
-    known,
 )
 from dusttaichi.samples.formats.text import SPACES, Cells, Source, is_text
 
@@ -35,7 +35,7 @@ class Units:
     matter: bool = True  #: False where the units of masses and densities are not known.
     motion: bool = True  #: False where that of time is not known.
 
-    def of(self, quantity: str) -> float:
+    def get_factor(self, quantity: str) -> float:
         """Factor to SI of a quantity."""
         if quantity == "angular_momentum":
             return self.mass * self.length * self.speed
@@ -74,7 +74,7 @@ def lammps_units(name: str | None, source: Source) -> Units:
     return LAMMPS_UNITS[name]
 
 
-def named_in(title: str) -> str | None:
+def find_named_columns(title: str) -> str | None:
     """Units that the first line of a data file names, `units = micro`."""
     match = re.search(
         rf"\bunits\s*=\s*(\w+)|\bunits\s+({'|'.join(LAMMPS_UNITS)}|lj|electron)\b", title
@@ -100,10 +100,10 @@ class Table:
     @property
     def meanings(self) -> list[tuple[str, int | None] | None]:
         """Quantity and component of each column; None for a name that is not known, or ignored."""
-        return [None if name in IGNORED else known(name) for name in self.names]
+        return [None if name in IGNORED else find_quantity(name) for name in self.names]
 
 
-def named(names, values, rows, source: Source, cells: Cells = SPACES) -> Table:
+def make_table(names, values, rows, source: Source, cells: Cells = SPACES) -> Table:
     """A table whose names may have units, or those of the scene's `columns` instead.
 
     Raises DustError where there are more or fewer names than columns.
@@ -122,7 +122,7 @@ def check_lengths(names, units, source: Source) -> None:
     """
     lengths = {}
     for name, unit in zip(names, units, strict=True):
-        quantity = (known(name) or ("",))[0]
+        quantity = (find_quantity(name) or ("",))[0]
         if quantity in source.contents.quantities and DIMENSIONS.get(quantity) == "length":
             lengths[name] = unit
     named_units = {unit for unit in lengths.values() if unit is not None}
@@ -141,9 +141,9 @@ def check_lengths(names, units, source: Source) -> None:
 def check_width(names, values, rows, source: Source) -> None:
     """Raise DustError where there are more or fewer names than columns."""
     if len(names) != len(values):
-        whose = "its header" if source.columns is None else "sample.columns"
+        owner = "its header" if source.columns is None else "sample.columns"
         raise source.fault(
-            f"{whose} names {len(names)} columns ({' '.join(names)}), and {source.shown(rows[0])} "
+            f"{owner} names {len(names)} columns ({' '.join(names)}), and {source.quote(rows[0])} "
             f"has {len(values)}; allowed: a name for each, _ for one that is not read."
         )
 
@@ -165,14 +165,16 @@ def state(table: Table, source: Source, units: Units) -> dict:
         values, unit = table.values[n], table.units[n] if table.units else None
         if key[0] not in TEXTS:
             _check_numbers(values, table, n, source)
-            values = values * (units.of(key[0]) if unit is None else unit)
+            values = values * (units.get_factor(key[0]) if unit is None else unit)
         if key in columns and not np.array_equal(columns[key][1], values):
             raise source.fault(
                 f"the columns {columns[key][0]} and {name} both are its {key[0]}, and differ; "
                 f"allowed: one of them, or sample.columns with _ for the other."
             )
         columns[key] = (name, values, unit)
-    arrays = _joined({key: values for key, (_, values, _) in columns.items()}, table, source)
+    arrays = _join_components(
+        {key: values for key, (_, values, _) in columns.items()}, table, source
+    )
     _set_radius(arrays, source)
     _set_spin(arrays, unread)
     if not units.matter and not contents.needs_mass:
@@ -223,45 +225,45 @@ def _check_numbers(values, table, n, source):
     raise source.fault(f"{row}: {table.names[n]} is {values[k]!r}; allowed: plain numbers.")
 
 
-def _joined(columns, table, source):
+def _join_components(columns, table, source):
     """Vectors and tensors of their components, and scalars."""
     contents = source.contents
     out = {name: values for (name, component), values in columns.items() if component is None}
     for vector in contents.quantities & VECTORS.keys():
-        parts = [columns.get((vector, n)) for n in range(3)]
+        components = [columns.get((vector, n)) for n in range(3)]
         names = COMPONENTS.get(vector, "xyz")
-        missing = [names[axis] for axis in contents.axes if parts[axis] is None]
-        there = [values for values in parts if values is not None]
-        if missing and there and vector != "position" and contents.fills_zeros:
+        missing = [names[axis] for axis in contents.axes if components[axis] is None]
+        present = [values for values in components if values is not None]
+        if missing and present and vector != "position" and contents.fills_zeros:
             source.remarks.append(f"it has no {', '.join(missing)}, read as 0")
-        elif missing and (vector == "position" or there):
+        elif missing and (vector == "position" or present):
             hint = " (sample.columns names the columns in their order)"
             raise source.fault(
                 f"it lacks {', '.join(missing)}; allowed: {contents.vectors}"
                 f"{'' if table.rows is None else hint}."
             )
-        if there:
-            zero = np.zeros(len(there[0]))
-            out[vector] = np.column_stack([zero if v is None else v for v in parts])
-    parts = [columns.get(("deviator", n)) for n in range(len(TENSOR))]
-    if any(values is not None for values in parts):
-        out["deviator"] = _deviator(parts, source)
+        if present:
+            zero = np.zeros(len(present[0]))
+            out[vector] = np.column_stack([zero if v is None else v for v in components])
+    components = [columns.get(("deviator", n)) for n in range(len(TENSOR))]
+    if any(values is not None for values in components):
+        out["deviator"] = _complete_deviator(components, source)
     return out
 
 
-def _deviator(parts, source):
+def _complete_deviator(components, source):
     """Deviators (N, 6) of their components, of which one on the diagonal follows from the others.
 
     Raises DustError for two missing ones, and for a trace.
     """
-    absent = [n for n in range(3) if parts[n] is None]
-    zero = np.zeros(len(next(values for values in parts if values is not None)))
+    absent = [n for n in range(3) if components[n] is None]
+    zero = np.zeros(len(next(values for values in components if values is not None)))
     if len(absent) > 1:
         raise source.fault(
             f"of its deviator it lacks {', '.join(TENSOR[n] for n in absent)}; allowed: two of xx, "
             "yy and zz, whose sum is 0."
         )
-    deviator = np.column_stack([zero if values is None else values for values in parts])
+    deviator = np.column_stack([zero if values is None else values for values in components])
     trace = deviator[:, :3].sum(axis=1)
     if absent:
         deviator[:, absent[0]] = -trace
@@ -277,27 +279,29 @@ def _deviator(parts, source):
     return deviator
 
 
-def _set_radius(found, source):
-    diameter = found.pop("diameter", None)
+def _set_radius(arrays, source):
+    diameter = arrays.pop("diameter", None)
     if diameter is None:
         return
-    if "radius" in found and not np.allclose(2.0 * found["radius"], diameter, rtol=LENGTHS_DIFFER):
+    if "radius" in arrays and not np.allclose(
+        2.0 * arrays["radius"], diameter, rtol=LENGTHS_DIFFER
+    ):
         raise source.fault(
             "its columns of radius and diameter do not agree; allowed: one of them, or "
             "sample.columns with _ for the other."
         )
-    found.setdefault("radius", 0.5 * diameter)
+    arrays.setdefault("radius", 0.5 * diameter)
 
 
-def _set_spin(found, unread):
+def _set_spin(arrays, unread):
     """Spins of homogeneous spheres from their angular momentum, 2/5 m r^2 w."""
-    momentum = found.pop("angular_momentum", None)
-    if momentum is None or "spin" in found:
+    momentum = arrays.pop("angular_momentum", None)
+    if momentum is None or "spin" in arrays:
         return
-    radius, mass = found.get("radius"), found.get("mass")
-    if mass is None and radius is not None and "density" in found:
-        mass = found["density"] * 4.0 / 3.0 * np.pi * radius**3
+    radius, mass = arrays.get("radius"), arrays.get("mass")
+    if mass is None and radius is not None and "density" in arrays:
+        mass = arrays["density"] * 4.0 / 3.0 * np.pi * radius**3
     if mass is None or radius is None or not np.all(mass * radius > 0):
         unread.append("angular momentum (it needs mass and radius)")
         return
-    found["spin"] = momentum / (0.4 * mass * radius**2)[:, None]
+    arrays["spin"] = momentum / (0.4 * mass * radius**2)[:, None]

@@ -7,8 +7,8 @@ import numpy as np
 
 from dusttaichi.samples.formats.atoms import by_flags, grains_of
 from dusttaichi.samples.formats.cell import cell, edges_of
-from dusttaichi.samples.formats.columns import Table, lammps_units, named, named_in
-from dusttaichi.samples.formats.names import known
+from dusttaichi.samples.formats.columns import Table, find_named_columns, lammps_units, make_table
+from dusttaichi.samples.formats.names import find_quantity
 from dusttaichi.samples.formats.styles import columns_of
 from dusttaichi.samples.formats.text import Source, is_text, parse
 
@@ -58,7 +58,7 @@ def read(source: Source) -> dict:
             f"its header announces {count} atoms, and the number of lines of its section Atoms is "
             f"{len(rows)}; allowed: the same. Was it cut off?"
         )
-    units = lammps_units(named_in(source.lines[0]), source)
+    units = lammps_units(find_named_columns(source.lines[0]), source)
     values = parse(plain, rows)
     style, names = None, source.columns
     if names is None:
@@ -67,19 +67,19 @@ def read(source: Source) -> dict:
     named_types = {number: label for label, number in labels.items()}
     at = [n for n, name in enumerate(names) if name == "type"]
     if labels and at and is_text(values[at[0]]):
-        values[at[0]] = _numbered(values[at[0]], labels, rows, source)
-    table = _with_motion(named(names, values, rows, plain), data, style, plain)
+        values[at[0]] = _number_types(values[at[0]], labels, rows, source)
+    table = _append_motion(make_table(names, values, rows, plain), data, style, plain)
     table = _with_shapes(table, data, style, plain)
-    found = grains_of(table, plain, units, by_flags(table.names, table.values, data.box[1]))
-    found["labels"] = named_types
-    found["unread"] = [name for name in found["unread"] if not name.endswith("flag")]
+    state = grains_of(table, plain, units, by_flags(table.names, table.values, data.box[1]))
+    state["labels"] = named_types
+    state["unread"] = [name for name in state["unread"] if not name.endswith("flag")]
     sections = [name for name in data.sections if name not in READ]
     if sections:
-        found["unread"] += [f"section {name}" for name in sections]
+        state["unread"] += [f"section {name}" for name in sections]
     origin, vectors = data.box
     if np.isfinite(vectors).all():
-        found |= cell(units.length * vectors, units.length * origin)
-    return found
+        state |= cell(units.length * vectors, units.length * origin)
+    return state
 
 
 SECTIONS = (
@@ -120,7 +120,7 @@ def _header(words, data, source, n):
             axis = "xyz".index(match[1])
             data.low[axis], data.high[axis] = float(words[0]), float(words[1])
             if data.high[axis] < data.low[axis]:
-                raise source.fault(f"{source.shown(n)}: the upper end is below the lower one.")
+                raise source.fault(f"{source.quote(n)}: the upper end is below the lower one.")
         elif key == "xy xz yz":
             data.tilts = tuple(float(word) for word in words[:3])
         elif key in ("avec", "bvec", "cvec", "abc origin"):
@@ -128,7 +128,7 @@ def _header(words, data, source, n):
         elif len(words) > 1 and words[0].isdigit():
             data.counts[" ".join(words[1:])] = int(words[0])
     except ValueError:
-        raise source.fault(f"{source.shown(n)} is not a line of numbers and {key}.") from None
+        raise source.fault(f"{source.quote(n)} is not a line of numbers and {key}.") from None
 
 
 def _labels(data, source):
@@ -137,7 +137,7 @@ def _labels(data, source):
     return {row[1]: float(row[0]) for row in rows if len(row) == 2 and row[0].isdigit()}
 
 
-def _numbered(values, labels, rows, source):
+def _number_types(values, labels, rows, source):
     unknown = next((k for k, v in enumerate(values) if v not in labels and not v.isdigit()), None)
     if unknown is not None:
         raise source.fault(
@@ -147,36 +147,36 @@ def _numbered(values, labels, rows, source):
     return np.array([labels.get(v) or float(v) for v in values])
 
 
-def _by_id(section, data, table, source):
+def _sort_by_id(section, data, table, source):
     """Columns of a section in the order of the atoms. Raises DustError for other ids."""
     values = parse(source, data.sections[section])
     ids = next(
         (
             v
             for name, v in zip(table.names, table.values, strict=True)
-            if known(name) == ("id", None)
+            if find_quantity(name) == ("id", None)
         ),
         None,
     )
     if ids is None or any(map(is_text, values)):
         raise source.fault(f"its section {section} is not of numbers behind an id; allowed: these.")
-    order, place = np.argsort(ids), np.argsort(values[0])
-    if len(ids) != len(place) or not np.array_equal(ids[order], values[0][place]):
+    order, order_of_atoms = np.argsort(ids), np.argsort(values[0])
+    if len(ids) != len(order_of_atoms) or not np.array_equal(ids[order], values[0][order_of_atoms]):
         raise source.fault(
             f"the ids of its section {section} are not those of its {len(ids)} atoms; allowed: a "
             "line for each."
         )
     back = np.empty(len(ids), int)
-    back[order] = place
+    back[order] = order_of_atoms
     return [column[back] for column in values[1:]]
 
 
-def _with_motion(table, data, style, source):
+def _append_motion(table, data, style, source):
     if not data.sections.get("Velocities"):
         return table
-    columns = _by_id("Velocities", data, table, source)
-    more = MOTION.get(style, SPINS if style is None else ())
-    names = ["vx", "vy", "vz", *more][: len(columns)]
+    columns = _sort_by_id("Velocities", data, table, source)
+    style_columns = MOTION.get(style, SPINS if style is None else ())
+    names = ["vx", "vy", "vz", *style_columns][: len(columns)]
     names += [f"column {k + 2} of Velocities" for k in range(len(names), len(columns))]
     if len(columns) < 3 or len(names) in (4, 5):
         raise source.fault(
@@ -198,12 +198,12 @@ def _with_shapes(table, data, style, source):
         raise source.fault("it has ellipsoids without a section Ellipsoids; allowed: a whole file.")
     if np.any(flags != 1):
         raise source.fault("some of its atoms are points, not spheres; allowed: ellipsoidflag 1.")
-    shape = np.column_stack(_by_id("Ellipsoids", data, table, source)[:3])
+    shape = np.column_stack(_sort_by_id("Ellipsoids", data, table, source)[:3])
     uneven = np.flatnonzero(np.ptp(shape, axis=1) > 1e-6 * shape.max(axis=1))
     if len(uneven):
         row = shape[uneven[0]]
         raise source.fault(
-            f"{source.shown(table.rows[uneven[0]])} is an ellipsoid of the diameters "
+            f"{source.quote(table.rows[uneven[0]])} is an ellipsoid of the diameters "
             f"{', '.join(f'{d:g}' for d in row)}; allowed: three equal ones, a sphere."
         )
     names = [*table.names, "diameter"]

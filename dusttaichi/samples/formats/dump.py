@@ -7,9 +7,9 @@ import numpy as np
 
 from dusttaichi.samples.formats.atoms import by_flags, grains_of
 from dusttaichi.samples.formats.cell import cell, edges_of
-from dusttaichi.samples.formats.columns import check_width, lammps_units, named
+from dusttaichi.samples.formats.columns import check_width, lammps_units, make_table
 from dusttaichi.samples.formats.names import OTHER
-from dusttaichi.samples.formats.text import SPACES, Source, is_text, parse, whole
+from dusttaichi.samples.formats.text import SPACES, Source, is_integer_column, is_text, parse
 
 # names of positions by what they are: scaled with the cell or not, in the order of preference;
 # every second one is not in the cell
@@ -36,7 +36,7 @@ def read(source: Source) -> dict:
 
     Raises DustError for a dump that is cut off, has no grains, or lacks a position.
     """
-    frame = source.chosen(_frames(source))
+    frame = source.choose_frame(_split_frames(source))
     _check_count(frame, source)
     lines, items = source.lines, frame.items
     heads = {name.split()[0]: name for name in items}
@@ -45,39 +45,39 @@ def read(source: Source) -> dict:
     names = heads["ATOMS"].split()[1:]
     values = parse(source, frame.rows, width=len(names) or None)
     if not names and source.columns is None:
-        names = _old_names(values, vectors, origin, source)
+        names = _guess_old_names(values, vectors, origin, source)
     names = list(names if source.columns is None else source.columns)
     # variables, computes and fixes of LAMMPS, whatever they are called
-    own = [OTHER + name if re.match("[vcfid]2?_", name) else name for name in names]
-    check_width(own, values, frame.rows, source)
-    unwrapped = _forms(own, values, (origin, vectors), POSITIONS[1::2])
-    values, own = _placed(own, values, (origin, vectors))
-    unwrapped = by_flags(own, values, vectors) if unwrapped is None else unwrapped
-    table = named(own, values, frame.rows, replace(source, columns=None))
-    found = grains_of(table, source, units, unwrapped)
-    found |= cell(units.length * vectors, units.length * origin, ends)
+    column_names = [OTHER + name if re.match("[vcfid]2?_", name) else name for name in names]
+    check_width(column_names, values, frame.rows, source)
+    unwrapped = _forms(column_names, values, (origin, vectors), POSITIONS[1::2])
+    values, column_names = _choose_positions(column_names, values, (origin, vectors))
+    unwrapped = by_flags(column_names, values, vectors) if unwrapped is None else unwrapped
+    table = make_table(column_names, values, frame.rows, replace(source, columns=None))
+    state = grains_of(table, source, units, unwrapped)
+    state |= cell(units.length * vectors, units.length * origin, ends)
     if "TIME" in items and units.motion:
-        found["time"] = float(units.time * _numbers(items["TIME"] + 1, 1, source)[0])
-    return found
+        state["time"] = float(units.time * _read_numbers(items["TIME"] + 1, 1, source)[0])
+    return state
 
 
-def _frames(source):
+def _split_frames(source):
     """Snapshots of the dump."""
     lines, frames, items = source.lines, [], {}
     starts = [n for n, line in enumerate(lines) if line.lstrip().startswith("ITEM:")]
     for n, end in zip(starts, [*starts[1:], len(lines)], strict=True):
         name = lines[n].strip().removeprefix("ITEM:").strip()
         if not name:
-            raise source.fault(f"{source.shown(n)} names no item; allowed: a whole dump.")
+            raise source.fault(f"{source.quote(n)} names no item; allowed: a whole dump.")
         items[name] = n
         if name.split()[:1] == ["ATOMS"]:
             rows = [k for k in range(n + 1, end) if lines[k].strip()]
             frames.append(_Frame(items, rows))
             items = {"UNITS": items["UNITS"]} if "UNITS" in items else {}
     if not frames:
-        kind = next((name for name in items if name.startswith("ENTRIES")), None)
+        entries_item = next((name for name in items if name.startswith("ENTRIES")), None)
         text = "the dump has no ITEM: ATOMS"
-        if kind:
+        if entries_item:
             text = "it is a dump local (ITEM: ENTRIES), of contacts or bonds"
         raise source.fault(f"{text}; allowed: a dump of grains (dump custom or atom).")
     if "TIMESTEP" in items:
@@ -90,7 +90,7 @@ def _check_count(frame, source):
     if "NUMBER OF ATOMS" not in items:
         raise source.fault("a snapshot has no ITEM: NUMBER OF ATOMS; allowed: a whole dump.")
     n = items["NUMBER OF ATOMS"] + 1
-    count = _numbers(n, 1, source)[0]
+    count = _read_numbers(n, 1, source)[0]
     if count != len(frame.rows):
         step = f" of step {lines[items['TIMESTEP'] + 1].strip()}" if "TIMESTEP" in items else ""
         raise source.fault(
@@ -100,13 +100,13 @@ def _check_count(frame, source):
         )
 
 
-def _numbers(n, count, source):
+def _read_numbers(n, count, source):
     """The first `count` numbers of a line."""
     try:
-        found = source.lines[n].split()[:count]
-        return np.array([SPACES.number(word) for word in found]).reshape(count)
+        words = source.lines[n].split()[:count]
+        return np.array([SPACES.number(word) for word in words]).reshape(count)
     except (ValueError, IndexError):
-        text = source.shown(n) if n < len(source.lines) else "its end"
+        text = source.quote(n) if n < len(source.lines) else "its end"
         raise source.fault(f"{text} is not {count} numbers; allowed: a whole dump.") from None
 
 
@@ -118,22 +118,22 @@ def _box(n, source):
     ends = [word for word in words if len(word) == 2 and set(word) <= set("pfsm")]
     ends = ends if len(ends) == 3 else None
     if words[:2] == ["abc", "origin"]:
-        rows = np.stack([_numbers(n + 1 + k, 4, source) for k in range(3)])
+        rows = np.stack([_read_numbers(n + 1 + k, 4, source) for k in range(3)])
         return rows[:, 3], rows[:, :3], ends
     if words[:3] == ["xy", "xz", "yz"]:
-        rows = np.stack([_numbers(n + 1 + k, 3, source) for k in range(3)])
+        rows = np.stack([_read_numbers(n + 1 + k, 3, source) for k in range(3)])
         xy, xz, yz = rows[:, 2]
         # the bounds are those of the corners: lammps.org, Howto_triclinic
         low = rows[:, 0] - [min(0.0, xy, xz, xy + xz), min(0.0, yz), 0.0]
         high = rows[:, 1] - [max(0.0, xy, xz, xy + xz), max(0.0, yz), 0.0]
         tilts = (xy, xz, yz)
     else:
-        low, high = np.stack([_numbers(n + 1 + k, 2, source) for k in range(3)]).T
+        low, high = np.stack([_read_numbers(n + 1 + k, 2, source) for k in range(3)]).T
         tilts = (0.0, 0.0, 0.0)
     if (high < low).any():
         axis = int(np.argmax(high < low))
         raise source.fault(
-            f"{source.shown(n + 1 + axis)}: the upper end of the cell along {'xyz'[axis]} is below "
+            f"{source.quote(n + 1 + axis)}: the upper end of the cell along {'xyz'[axis]} is below "
             "its lower end; allowed: above it."
         )
     return low, edges_of(low, high, tilts), ends
@@ -155,7 +155,7 @@ def _forms(names, values, box, forms):
     return None
 
 
-def _placed(names, values, box):
+def _choose_positions(names, values, box):
     """Columns and names with x, y, z from the positions that the dump has."""
     lower = [name.lower() for name in names]
     values, names = list(values), list(names)
@@ -163,25 +163,30 @@ def _placed(names, values, box):
         return values, names
     for axis, name, column in zip("xyz", form[0].split(), form[1], strict=True):
         values[lower.index(name)], names[lower.index(name)] = column, axis
-    beside = {axis for _, axes in POSITIONS[1:] for axis in axes}
+    alternative_names = {axis for _, axes in POSITIONS[1:] for axis in axes}
     # the same positions in another form
-    keep = [n for n, name in enumerate(names) if name.lower() not in beside]
+    keep = [n for n, name in enumerate(names) if name.lower() not in alternative_names]
     return [values[n] for n in keep], [names[n] for n in keep]
 
 
-def _old_names(values, vectors, origin, source):
+def _guess_old_names(values, vectors, origin, source):
     """Names of the columns of an old dump, whose positions are scaled or not."""
     width = len(values)
     numbers = not any(map(is_text, values))
-    if width in (5, 8) and numbers and whole(values[0], 0) and whole(values[1], 1):
+    if (
+        width in (5, 8)
+        and numbers
+        and is_integer_column(values[0], 0)
+        and is_integer_column(values[1], 1)
+    ):
         x = np.column_stack(values[2:5])
         with np.errstate(all="ignore"):
             inside = (x - origin) @ np.linalg.pinv(vectors)
         flags = ["ix", "iy", "iz"][: width - 5]
         fits = [
-            parts
-            for (scaled, parts), shares in ((POSITIONS[2], x), (POSITIONS[0], inside))
-            if np.all(np.abs(shares - 0.5) <= 0.5 + MARGIN)
+            axis_names
+            for (scaled, axis_names), coordinates in ((POSITIONS[2], x), (POSITIONS[0], inside))
+            if np.all(np.abs(coordinates - 0.5) <= 0.5 + MARGIN)
         ]
         if len(fits) == 1:
             names = [*OLD, *fits[0], *flags]

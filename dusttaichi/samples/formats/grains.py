@@ -3,14 +3,14 @@
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples.formats.text import is_text, whole
+from dusttaichi.samples.formats.text import is_integer_column, is_text
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample
 
 AGREES = 0.01  # relative difference of a mass or density up to which it is that of the material
 
 
-def materials_of(state: dict, materials: Materials, where: str):
+def materials_of(state: dict, materials: Materials, origin: str):
     """Names or numbers of materials (N,) of a state, or None where it says nothing about them.
 
     They are its `material`; else its `type`, from 1 on as in LAMMPS, its `matid`, from 0 on as in
@@ -18,46 +18,50 @@ def materials_of(state: dict, materials: Materials, where: str):
     scene's materials, and are not read where all are one and the same. Raises DustError for a type
     without a material.
     """
-    if (given := state.get("material")) is not None:
-        return [int(v) if isinstance(v, float) and v.is_integer() else v for v in list(given)]
+    if (stored_materials := state.get("material")) is not None:
+        return [
+            int(v) if isinstance(v, float) and v.is_integer() else v for v in list(stored_materials)
+        ]
     for name, first in (("type", 1), ("matid", 0)):
         values = state.get(name)
         if values is None or is_text(values):
             continue
-        if not whole(values):
-            raise DustError(f"{where}: its {name} are no whole numbers; allowed: these, or "
+        if not is_integer_column(values):
+            raise DustError(f"{origin}: its {name} are no whole numbers; allowed: these, or "
                             "sample.columns with _ for that column.")  # fmt: skip
         labels = {n: text for n, text in state.get("labels", {}).items() if n in values}
         if labels and set(labels.values()) <= set(materials.names) and set(values) <= set(labels):
             return [labels[value] for value in values]
-        _check_types(values, name, first, materials, where)
+        _check_types(values, name, first, materials, origin)
         return (values - first).astype(int).tolist()
     texts = next((v for k in ("type", "matid", "species") if (v := state.get(k)) is not None), None)
-    return None if texts is None else _by_name(texts, state, materials, where)
+    return None if texts is None else _by_name(texts, state, materials, origin)
 
 
-def _check_types(values, name, first, materials, where):
+def _check_types(values, name, first, materials, origin):
     """Raise DustError for a type that the scene has no material for."""
     count = len(materials.names)
     missing = np.unique(values[(values < first) | (values >= first + count)])
     if not len(missing):
         return
-    shown = "matId" if name == "matid" else name
-    there = ", ".join(f"{n + first} {text}" for n, text in enumerate(materials.names))
+    shown_name = "matId" if name == "matid" else name
+    material_list = ", ".join(f"{n + first} {text}" for n, text in enumerate(materials.names))
     raise DustError(
-        f"{where}: its {shown} {missing[0]:g} has no material in the scene, whose materials are "
-        f"by {shown}: {there} (material, then materials in their order). Add one under materials, "
+        f"{origin}: its {shown_name} {missing[0]:g} has no material in the scene, whose materials "
+        "are "
+        f"by {shown_name}: {material_list} (material, then materials in their order). Add one "
+        "under materials, "
         "or leave the column out with sample.columns and _ in its place."
     )
 
 
-def _by_name(texts, state, materials, where):
+def _by_name(texts, state, materials, origin):
     labels = [f"{v:g}" if isinstance(v, float) else str(v) for v in np.unique(texts)]
     if all(label in materials.names for label in labels) and is_text(texts):
         return texts.tolist()
     if len(labels) > 1 and len(materials.names) > 1:
         raise DustError(
-            f"{where}: its grains are {', '.join(labels)}, and the materials of the scene are "
+            f"{origin}: its grains are {', '.join(labels)}, and the materials of the scene are "
             f"{', '.join(materials.names)}; allowed: the same names, or sample.columns with _ in "
             "place of that column, so that all grains are of `material`."
         )
@@ -71,13 +75,13 @@ def remark_on_matter(state: dict, sample: Sample, materials: Materials) -> None:
     masses = materials.masses(sample)
     radii = np.broadcast_to(materials.radii_of(sample), len(sample))
     densities = masses / (4.0 / 3.0 * np.pi * radii**3)
-    for name, own, unit in (("density", densities, "kg/m^3"), ("mass", masses, "kg")):
-        given = state.get(name)
-        if given is None or np.allclose(given, own, rtol=AGREES, atol=0.0):
+    for name, expected, unit in (("density", densities, "kg/m^3"), ("mass", masses, "kg")):
+        stored = state.get(name)
+        if stored is None or np.allclose(stored, expected, rtol=AGREES, atol=0.0):
             continue
-        k = int(np.argmax(np.abs(given / own - 1.0)))
+        k = int(np.argmax(np.abs(stored / expected - 1.0)))
         state.setdefault("remarks", []).append(
-            f"its {name} is not that of the material, which is used: {own[k]:.4g} and not "
-            f"{given[k]:.4g} {unit} (grain {k})"
+            f"its {name} is not that of the material, which is used: {expected[k]:.4g} and not "
+            f"{stored[k]:.4g} {unit} (grain {k})"
         )
         return

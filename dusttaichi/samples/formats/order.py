@@ -6,8 +6,8 @@ import numpy as np
 
 from dusttaichi.physics.contact.constants import CLOSEST
 from dusttaichi.physics.geometry import pairs_within
-from dusttaichi.samples.formats.names import IGNORED, is_complete, known
-from dusttaichi.samples.formats.text import Source, is_text, whole
+from dusttaichi.samples.formats.names import IGNORED, find_quantity, is_complete
+from dusttaichi.samples.formats.text import Source, is_integer_column, is_text
 
 LOOKED_AT = 2000  # grains: an overlap among them refuses an order
 TOUCHING = 1e-3  # gap or overlap over the sum of two radii, up to which disks touch
@@ -25,18 +25,18 @@ def guess(values: list, source: Source, row: int) -> list[str]:
     behind a number of an element or grain: the one in which radii are positive, and no grains
     overlap by more than any sample may. Raises DustError where none or several are left.
     """
-    kinds = "".join("t" if is_text(column) else "n" for column in values)
+    column_types = "".join("t" if is_text(column) else "n" for column in values)
     if source.contents.needs_mass:
-        raise _unknown_order(kinds, source, row, source.contents.example)
-    if kinds in ("nnn", "tnnn") or (kinds == "ntnnn" and _counts(values[0])):
+        raise _unknown_order(column_types, source, row, source.contents.example)
+    if column_types in ("nnn", "tnnn") or (column_types == "ntnnn" and _counts(values[0])):
         _refuse_disks(values[-3:], source, row)
-        return ["id", "species", "x", "y", "z"][-len(kinds) :]
-    if kinds != "nnnn":
-        example = "x, y, z, radius" if kinds.startswith("n") else "species, x, y, z, radius"
-        raise _unknown_order(kinds, source, row, example)
+        return ["id", "species", "x", "y", "z"][-len(column_types) :]
+    if column_types != "nnnn":
+        example = "x, y, z, radius" if column_types.startswith("n") else "species, x, y, z, radius"
+        raise _unknown_order(column_types, source, row, example)
     orders = {"x y z r": (0, 1, 2, 3), "r x y z": (1, 2, 3, 0)}
     fits = [names for names, order in orders.items() if are_apart([values[n] for n in order])]
-    if whole(values[0], 0):  # numbers of elements or grains
+    if is_integer_column(values[0], 0):  # numbers of elements or grains
         fits.append("id x y z" if _counts(values[0]) else "type x y z")
     if len(fits) == 1 and fits[0][0] in "xr":
         source.remarks.append(
@@ -48,16 +48,17 @@ def guess(values: list, source: Source, row: int) -> list[str]:
         _refuse_disks(values[1:], source, row)
         source.remarks.append(f"its columns are read as {fits[0]} (sample.columns names others)")
         return ["species" if fits[0].startswith("type") else "id", "x", "y", "z"]
-    what = f"can be {' or '.join(fits)}" if fits else f"are neither {' nor '.join(orders)}"
+    description = f"can be {' or '.join(fits)}" if fits else f"are neither {' nor '.join(orders)}"
     raise source.fault(
         f"its four columns have no names, and by their values (radii positive, no grains closer "
-        f"than {CLOSEST} diameters) {what}; {KEY.format('x, y, z, radius')}."
+        f"than {CLOSEST} diameters) {description}; {KEY.format('x, y, z, radius')}."
     )
 
 
-def _unknown_order(kinds, source: Source, row: int, example: str):
+def _unknown_order(column_types, source: Source, row: int, example: str):
     return source.fault(
-        f"its columns have no names, and {source.shown(row)} has {len(kinds)}, whose order is "
+        f"its columns have no names, and {source.quote(row)} has {len(column_types)}, whose order "
+        "is "
         f"not known; {KEY.format(example)}."
     )
 
@@ -71,7 +72,7 @@ def _refuse_disks(columns, source: Source, row: int) -> None:
     i, j, distance = pairs_within(np.column_stack(disks[:3]), r, 1.0 + TOUCHING)
     if np.any(distance > (1.0 - TOUCHING) * (r[i] + r[j])):
         raise source.fault(
-            f"its columns have no names, and {source.shown(row)} and the others can be x y z, or "
+            f"its columns have no names, and {source.quote(row)} and the others can be x y z, or "
             "x y r of disks, some of which touch; "
             f"{KEY.format('x, y, z')}. Disks need a column z as well, of 0 for a layer."
         )
@@ -79,7 +80,9 @@ def _refuse_disks(columns, source: Source, row: int) -> None:
 
 def _counts(values) -> bool:
     """True for consecutive whole numbers from 0 or 1 on."""
-    return whole(values, 0) and bool(np.all(np.diff(values) == 1)) and values[0] in (0, 1)
+    return (
+        is_integer_column(values, 0) and bool(np.all(np.diff(values) == 1)) and values[0] in (0, 1)
+    )
 
 
 def are_apart(columns) -> bool:
@@ -105,7 +108,7 @@ def _plain(name: str) -> str:
 def is_column(name: str) -> bool:
     """True for a name that `sample.columns` can have."""
     name = _plain(name)
-    return name in IGNORED or known(name) is not None or _form(name) is not None
+    return name in IGNORED or find_quantity(name) is not None or _form(name) is not None
 
 
 def _form(name: str) -> str | None:

@@ -6,7 +6,7 @@ Source of the columns: lammps.org, read_data, section Atoms.
 import numpy as np
 
 from dusttaichi.samples.formats.names import names_in
-from dusttaichi.samples.formats.text import Source, is_text, whole
+from dusttaichi.samples.formats.text import Source, is_integer_column, is_text
 
 POSITION = ("x", "y", "z")
 FLAGS = ("nx", "ny", "nz")  # images, behind the columns of any style
@@ -54,7 +54,7 @@ def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
     DustError where there is none or are several, and asks for `sample.style`.
     """
     hint = data.hints.get("Atoms", "")
-    row = source.shown(data.sections["Atoms"][0])
+    row = source.quote(data.sections["Atoms"][0])
     style = source.style or next(iter(hint.split()), "")
     if style not in STYLES and " " in hint and style != "hybrid":  # some other comment
         if names := names_in(hint, len(values), source):
@@ -94,7 +94,7 @@ def columns_of(values: list, data, source: Source) -> tuple[str, list[str]]:
 
 def _of_style(style, values, data, source):
     """Names of the columns of a style. Raises DustError where it has others or other values."""
-    row = source.shown(data.sections["Atoms"][0])
+    row = source.quote(data.sections["Atoms"][0])
     if style not in STYLES:
         raise source.fault(
             f"its atom style is {style!r}; allowed: {', '.join(STYLES)} (sample.style), or "
@@ -119,7 +119,7 @@ def _refuse_infinite(values, data, source):
         if not is_text(numbers) and not np.isfinite(numbers).all():
             k = data.sections["Atoms"][int(np.argmin(np.isfinite(numbers)))]
             raise source.fault(
-                f"{source.shown(k)}: column {n + 1} is not finite; allowed: numbers."
+                f"{source.quote(k)}: column {n + 1} is not finite; allowed: numbers."
             )
 
 
@@ -127,8 +127,8 @@ def _names(style, width):
     """Names of `width` columns of a style, also with image flags; None for another number."""
     names = STYLES[style].split()
     if style == "tdpd":
-        more = [f"cc{k + 1}" for k in range(width - len(names))]
-        return names + more if more else None
+        concentrations = [f"cc{k + 1}" for k in range(width - len(names))]
+        return names + concentrations if concentrations else None
     flags = {len(names): (), len(names) + 3: FLAGS}.get(width)
     return None if flags is None else [*names, *flags]
 
@@ -144,13 +144,13 @@ def _misfit(names, values, data, source, inside):
             return f"the column {name} has texts, and there are no Atom Type Labels"
         if is_text(numbers):
             return f"the column {name} has texts"
-        if name in ("id", "type") and not whole(numbers, 0 if name == "id" else 1):
+        if name in ("id", "type") and not is_integer_column(numbers, 0 if name == "id" else 1):
             return f"the column {name} is not of whole numbers"
         if name == "type" and numbers.max() > types:
             return f"the largest type is {numbers.max():g}, of {types}"
-        if name in _WHOLE and not whole(numbers):
+        if name in _WHOLE and not is_integer_column(numbers):
             return f"the column {name} is not of whole numbers"
-        if name.endswith("flag") and not (whole(numbers, 0) and numbers.max() <= 1):
+        if name.endswith("flag") and not (is_integer_column(numbers, 0) and numbers.max() <= 1):
             return f"the column {name} is not of 0 and 1"
         if name in _POSITIVE and not np.all(numbers > 0):
             return f"the column {name} is not positive"

@@ -24,7 +24,7 @@ _SHOWN = 60  # characters of a line in a message
 class Source:
     """A text file with grains, and what the scene says about it."""
 
-    where: str  #: Name of the file, for errors.
+    name: str  #: Name of the file, for errors.
     lines: list[str]
     length: float = 1.0  #: Unit of length [m] of a file without units.
     snapshot: int | str = "last"
@@ -35,9 +35,9 @@ class Source:
 
     def fault(self, text: str) -> DustError:
         """The error with the name of the file."""
-        return DustError(f"{self.where}: {text}")
+        return DustError(f"{self.name}: {text}")
 
-    def shown(self, number: int) -> str:
+    def quote(self, number: int) -> str:
         """A line for a message, shortened."""
         text = self.lines[number].strip()
         text = text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
@@ -48,18 +48,18 @@ class Source:
         if self.snapshot != "last":
             raise self.fault("such a file has no snapshots; leave sample.snapshot out.")
 
-    def chosen(self, frames: list):
+    def choose_frame(self, frames: list):
         """The requested one of the snapshots, a number from 0 or "last"."""
         number = len(frames) - 1 if self.snapshot == "last" else self.snapshot
         if not 0 <= number < len(frames):
             raise DustError(
-                f"sample.snapshot = {self.snapshot}: {self.where} has {len(frames)} snapshots; "
+                f"sample.snapshot = {self.snapshot}: {self.name} has {len(frames)} snapshots; "
                 f"allowed: 0 to {len(frames) - 1}, or last."
             )
         return frames[number]
 
 
-def read_bytes(path: Path, where: str) -> tuple[bytes, bool]:
+def read_bytes(path: Path, origin: str) -> tuple[bytes, bool]:
     """Content of a file, unpacked (gz, bz2, xz); True where it was packed.
 
     Raises DustError for a file that cannot be read or unpacked, or that the memory cannot hold.
@@ -70,21 +70,21 @@ def read_bytes(path: Path, where: str) -> tuple[bytes, bool]:
         opener = next((opener for mark, opener in PACKED.items() if head.startswith(mark)), None)
         if opener is None:
             return path.read_bytes(), False
-        most = min(memory() / 4, 2.0**40)
+        max_bytes = min(memory() / 4, 2.0**40)
         with opener(path, "rb") as file:
-            data = file.read(int(most) + 1)
+            data = file.read(int(max_bytes) + 1)
     except (OSError, EOFError, zlib.error, lzma.LZMAError) as error:
-        raise DustError(f"{where}: it cannot be read ({error}); allowed: a whole file.") from None
-    if len(data) > most:
-        raise DustError(f"{where}: unpacked it needs more than a quarter of the memory.")
+        raise DustError(f"{origin}: it cannot be read ({error}); allowed: a whole file.") from None
+    if len(data) > max_bytes:
+        raise DustError(f"{origin}: unpacked it needs more than a quarter of the memory.")
     return data, True
 
 
-def decode(data: bytes, where: str) -> list[str]:
+def decode(data: bytes, origin: str) -> list[str]:
     """Lines of a text in UTF-8 or, failing that, in Latin-1, without a byte order mark."""
     if b"\0" in data:
         raise DustError(
-            f"{where}: it cannot be read as text or NetCDF (it has zero bytes, as UTF-16 has); "
+            f"{origin}: it cannot be read as text or NetCDF (it has zero bytes, as UTF-16 has); "
             "allowed: a text in UTF-8, a NetCDF file, a restart file of LAMMPS."
         )
     try:
@@ -100,7 +100,7 @@ class Cells:
     split: str | None = None
     decimal_comma: bool = False
 
-    def of(self, line: str) -> list[str]:
+    def split_line(self, line: str) -> list[str]:
         """Cells of a line, without quotation marks; without an empty one behind the last mark."""
         if self.split is None:
             return [cell.strip("\"'") for cell in line.split()]
@@ -137,7 +137,7 @@ def parse(source: Source, rows: list[int], cells: Cells = SPACES, width: int | N
     """
     if not rows:
         raise source.fault(f"it has no {source.contents.noun}; allowed: one or more.")
-    check_grains(len(rows), source.where)
+    check_grains(len(rows), source.name)
     lines = source.lines
     if not cells.decimal_comma:
         try:  # a million lines per second
@@ -148,12 +148,12 @@ def parse(source: Source, rows: list[int], cells: Cells = SPACES, width: int | N
                 return list(values.T)
         except ValueError:
             pass
-    table = [cells.of(lines[n]) for n in rows]
+    table = [cells.split_line(lines[n]) for n in rows]
     width = len(table[0]) if width is None else width
     for n, row in zip(rows, table, strict=True):
         if len(row) != width:
             raise source.fault(
-                f"{source.shown(n)} has {len(row)} columns; allowed: {width}, as the others or the "
+                f"{source.quote(n)} has {len(row)} columns; allowed: {width}, as the others or the "
                 "header have."
             )
     return [_column(column, cells) for column in zip(*table, strict=True)]
@@ -171,7 +171,7 @@ def is_text(values: np.ndarray) -> bool:
     return values.dtype == object
 
 
-def whole(values: np.ndarray, least: float = -np.inf) -> bool:
+def is_integer_column(values: np.ndarray, least: float = -np.inf) -> bool:
     """True for a column of whole numbers, none below `least`."""
     if is_text(values) or not np.isfinite(values).all():
         return False

@@ -19,8 +19,8 @@ from dusttaichi.samples.formats.names import (
     STEMS,
     TENSOR,
     TEXTS,
+    find_quantity,
     heading,
-    known,
     unit_factor,
 )
 from dusttaichi.samples.formats.text import Source
@@ -84,9 +84,9 @@ def read_columns(frame: Frame) -> tuple[Table, list[str]]:
             names += column.components if array.shape[1] > 2 else column.components[::2]
         else:
             names.append(column.name)
-        parts = array.T if array.ndim > 1 else [array]
-        values += list(parts)
-        units += [column.unit] * len(parts)
+        components = array.T if array.ndim > 1 else [array]
+        values += list(components)
+        units += [column.unit] * len(components)
     check_lengths(names, units, frame.source)
     return Table(names, values, units=units), unread
 
@@ -94,7 +94,7 @@ def read_columns(frame: Frame) -> tuple[Table, list[str]]:
 def _order(item):
     """Key that sorts positions first, whose number of grains counts, and single numbers last."""
     name, variable = item
-    meaning = (known(name) or ("",))[0]
+    meaning = (find_quantity(name) or ("",))[0]
     return variable.ndim == 0, "position" not in (_vector(name), meaning)
 
 
@@ -113,7 +113,7 @@ def _axis_of(dim):
 def _column(name, variable, source):
     """The _Column of a variable, None for one that is not read."""
     plain, unit = heading(name, source)
-    meaning, vector = known(plain), _vector(plain)
+    meaning, vector = find_quantity(plain), _vector(plain)
     of_grain = [dim for dim in variable.dims if _axis_of(dim) != SNAPSHOT]
     if vector and meaning:  # r is a radius or a position
         vector = vector if len(of_grain) > 1 and 3 in variable.shape else None
@@ -124,8 +124,8 @@ def _column(name, variable, source):
         return None
     text = variable.attrs.get("units")
     if text is not None and text not in _EMPTY and quantity in DIMENSIONS:
-        where = f"{source.where}, units of {name}"
-        unit = unit_factor(str(text), quantity, where, source.contents)
+        origin = f"{source.name}, units of {name}"
+        unit = unit_factor(str(text), quantity, origin, source.contents)
     if vector == "deviator":
         components = TENSOR if len(TENSOR) in variable.shape else FULL_TENSOR
     else:
@@ -151,7 +151,7 @@ def _array(name, column, frame, count):
             f"{name} has the shape {variable.shape}{along}; allowed: {shape}, with or without a "
             "dimension for snapshots."
         )
-    check_grains(variable.sizes[axes[GRAIN]], source.where)
+    check_grains(variable.sizes[axes[GRAIN]], source.name)
     if SNAPSHOT in axes:
         along = axes[SNAPSHOT]
         variable = variable.isel({along: frame.index(variable.sizes[along])})
@@ -175,31 +175,35 @@ def _axes(name, size, frame):
     Adds a remark where either of two dimensions can be that of the components.
     """
     variable = frame.variables[name]
-    needed = [GRAIN, COMPONENT] if size else [GRAIN]
-    if variable.ndim not in (len(needed), len(needed) + 1):
+    expected_axes = [GRAIN, COMPONENT] if size else [GRAIN]
+    if variable.ndim not in (len(expected_axes), len(expected_axes) + 1):
         return None
-    needed = [SNAPSHOT, *needed] if variable.ndim > len(needed) else needed
-    axes, others = {}, []
+    expected_axes = (
+        [SNAPSHOT, *expected_axes] if variable.ndim > len(expected_axes) else expected_axes
+    )
+    axes, unnamed_dimensions = {}, []
     for dim in variable.dims:
         axis = COMPONENT if _is_labelled(dim, frame) else _axis_of(dim)
         if axis == COMPONENT and variable.sizes[dim] != size:
             axis = None
         if axis is None or axis in axes:
-            others.append(dim)
-        elif axis in needed:
+            unnamed_dimensions.append(dim)
+        elif axis in expected_axes:
             axes[axis] = dim
         else:
             return None
     if size and COMPONENT not in axes:
-        fitting = [dim for dim in others if variable.sizes[dim] == size]
+        fitting = [dim for dim in unnamed_dimensions if variable.sizes[dim] == size]
         if not fitting:
             return None
         if len(fitting) > 1:
             order = ", ".join(map(str, variable.dims))
             frame.source.remarks.append(f"its {name} ({order}) is read as (grain, xyz)")
         axes[COMPONENT] = fitting[-1]
-        others.remove(fitting[-1])
-    return axes | dict(zip([axis for axis in needed if axis not in axes], others, strict=True))
+        unnamed_dimensions.remove(fitting[-1])
+    return axes | dict(
+        zip([axis for axis in expected_axes if axis not in axes], unnamed_dimensions, strict=True)
+    )
 
 
 def _check_length(name, variable, array, first, source):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.samples.formats.cell import cell
-from dusttaichi.samples.formats.columns import Units, named, state
+from dusttaichi.samples.formats.columns import Units, make_table, state
 from dusttaichi.samples.formats.names import COMPONENTS, OTHER, STEMS, names_in
 from dusttaichi.samples.formats.order import guess
 from dusttaichi.samples.formats.text import SPACES, Source, is_text, parse
@@ -39,33 +39,33 @@ def read(source: Source) -> dict:
     Raises DustError where the number of grains is not that of the lines, and where columns without
     names can be several things.
     """
-    frame = source.chosen(_frames(source))
+    frame = source.choose_frame(_frames(source))
     about = source.lines[frame.about]
     values = parse(source, frame.rows)
     if not any(map(is_text, values)) and _is_row(about, len(values)):
         raise source.fault(
-            f"{source.shown(frame.about)} can be the comment of an XYZ or a grain of a list; "
+            f"{source.quote(frame.about)} can be the comment of an XYZ or a grain of a list; "
             "allowed: a comment of words, or as many lines as the first line announces."
         )
     info = {m[1].lower(): next(filter(None, m.groups()[1:]), "") for m in _WORDS.finditer(about)}
     names = _names(info, about, values, frame, source)
-    table = named(names, values, frame.rows, source)
+    table = make_table(names, values, frame.rows, source)
     length = ANGSTROM if re.search("angstrom|Å", about, re.IGNORECASE) else source.length
     if length != source.length and source.length not in (1.0, length):
         source.remarks.append("its comment says Angstrom, so that sample.units is not used")
     mass = 1.0 if source.contents.needs_mass else DALTON  # not those of atoms
-    found = state(table, source, Units(length=length, mass=mass, matter="masses" in about))
+    state_of_frame = state(table, source, Units(length=length, mass=mass, matter="masses" in about))
     if "lattice" in info:
-        found |= _cell(info, length, source, frame.about)
+        state_of_frame |= _cell(info, length, source, frame.about)
     if "time_s" in info and SPACES.is_number(info["time_s"]):
-        found["time"] = float(info["time_s"])
-    return found
+        state_of_frame["time"] = float(info["time_s"])
+    return state_of_frame
 
 
 def _is_row(text, width):
     """True for a line of as many numbers as grains have columns."""
-    found = text.split()
-    return len(found) == width and all(map(SPACES.is_number, found))
+    words = text.split()
+    return len(words) == width and all(map(SPACES.is_number, words))
 
 
 def _frames(source):
@@ -78,22 +78,23 @@ def _frames(source):
         if count is None:
             if not frames:
                 raise source.fault(
-                    f"{source.shown(n)} is no number of grains; allowed: that of a snapshot."
+                    f"{source.quote(n)} is no number of grains; allowed: that of a snapshot."
                 )
             raise source.fault(
                 f"line {frames[-1].about} announces {len(frames[-1].rows)} grains, and "
-                f"{source.shown(n)} is one line more; allowed: as many lines as announced, then "
+                f"{source.quote(n)} is one line more; allowed: as many lines as announced, then "
                 "the number of grains of another snapshot."
             )
         rows = list(range(n + 2, min(n + 2 + count, len(lines))))
         rows = [k for k in rows if lines[k].strip()]
         short = next((k for k in rows if len(lines[k].split()) < 3), None)
         if len(rows) < count or short is not None:
-            end = "the file ends" if short is None else f"{source.shown(short)} is no grain"
-            there = len(rows) if short is None else rows.index(short)
+            end = "the file ends" if short is None else f"{source.quote(short)} is no grain"
+            count_read = len(rows) if short is None else rows.index(short)
             raise source.fault(
                 f"line {n + 1} announces {count} grains, and the number of lines below its comment "
-                f"(line {n + 2}) is {there}, where {end}; allowed: the same, without empty lines."
+                f"(line {n + 2}) is {count_read}, where {end}; allowed: the same, without empty "
+                "lines."
             )
         frames.append(_Frame(n + 1, rows))
         n += 2 + count
@@ -119,19 +120,19 @@ def _properties(text, width, source, frame):
             f"line {frame.about + 1}: Properties={text}; allowed: name:kind:columns for each "
             "property, as in species:S:1:pos:R:3."
         )
-    given = [name.lower() for name in words[::3]]
-    for name, kind, count in zip(given, words[1::3], words[2::3], strict=True):
-        vector = VECTORS.get(name) if count == "3" and kind != "S" else None
+    property_names = [name.lower() for name in words[::3]]
+    for name, property_type, count in zip(property_names, words[1::3], words[2::3], strict=True):
+        vector = VECTORS.get(name) if count == "3" and property_type != "S" else None
         # SI beside, which is the same in other units
         if vector == COMPONENTS["velocity"] and name != "velocity_m_per_s":
-            vector = None if "velocity_m_per_s" in given else vector
+            vector = None if "velocity_m_per_s" in property_names else vector
         names += vector or ([name] if count == "1" else [OTHER + name] * int(count))
     if len(names) != width:
         raise source.fault(
             f"line {frame.about + 1}: its Properties have {len(names)} columns, and "
-            f"{source.shown(frame.rows[0])} has {width}; allowed: the same."
+            f"{source.quote(frame.rows[0])} has {width}; allowed: the same."
         )
-    if "spin" in given and words[3 * given.index("spin") + 2] == "1":
+    if "spin" in property_names and words[3 * property_names.index("spin") + 2] == "1":
         names = [OTHER + name if name == "spin" else name for name in names]
     return names
 

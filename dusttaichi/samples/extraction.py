@@ -17,8 +17,8 @@ from dusttaichi.samples.sample import Sample
 LARGEST = "largest"
 
 
-def fragment(sample: Sample, wall_contacts, which, *, pairs, nearest, masses, where: str):
-    """(Sample, wall contacts, all fragments) with the grains of one fragment alone.
+def extract_fragment(sample: Sample, wall_contacts, which, *, pairs, nearest, masses, origin: str):
+    """Extract one fragment: (Sample, wall contacts, number of all fragments).
 
     which: "largest", or its number in order of decreasing mass, from 0. pairs: (C, 2) grains in
     contact. masses: (N,). nearest: maps distance vectors [m] to those to the nearest image, so that
@@ -26,42 +26,42 @@ def fragment(sample: Sample, wall_contacts, which, *, pairs, nearest, masses, wh
     """
     number, label = connected(pairs, len(sample))
     order = heaviest_first(label, masses)
-    wanted = 0 if which == LARGEST else which
-    if wanted >= number:
+    rank = 0 if which == LARGEST else which
+    if rank >= number:
         raise DustError(
-            f"sample.fragment = {which}: {where} has {number} fragments; allowed: 0 to "
+            f"sample.fragment = {which}: {origin} has {number} fragments; allowed: 0 to "
             f"{number - 1}, or {LARGEST}."
         )
-    own = np.flatnonzero(label == order[wanted])
-    positions = unwrapped(sample.positions, pairs, own[:1], nearest)
+    members = np.flatnonzero(label == order[rank])
+    positions = unwrapped(sample.positions, pairs, members[:1], nearest)
     if wall_contacts is not None:
-        rows = np.isin(wall_contacts["grain"], own)
-        wall_contacts = _renumbered(wall_contacts, rows, own, ("grain",))
-    taken = selection(replace(sample, positions=positions), own)
-    return taken, wall_contacts, number
+        rows = np.isin(wall_contacts["grain"], members)
+        wall_contacts = _renumber(wall_contacts, rows, members, ("grain",))
+    selected = select_grains(replace(sample, positions=positions), members)
+    return selected, wall_contacts, number
 
 
-def selection(sample: Sample, own) -> Sample:
-    """The sample with some of its grains, and the contacts between them.
+def select_grains(sample: Sample, members) -> Sample:
+    """Select some grains of a sample, and the contacts between them.
 
-    own: numbers of the grains in increasing order. Contacts with walls and info are left out.
+    members: numbers of the grains in increasing order. Contacts with walls and info are left out.
     """
     contacts = sample.contacts
     if contacts is not None:
-        inside = np.isin(contacts["i"], own) & np.isin(contacts["j"], own)
-        contacts = _renumbered(contacts, inside, own, ("i", "j"))
+        inside = np.isin(contacts["i"], members) & np.isin(contacts["j"], members)
+        contacts = _renumber(contacts, inside, members, ("i", "j"))
     return Sample(
-        sample.positions[own],
-        sample.velocities[own],
-        sample.spins[own],
+        sample.positions[members],
+        sample.velocities[members],
+        sample.spins[members],
         contacts,
-        radii=None if sample.radii is None else sample.radii[own],
-        materials=None if sample.materials is None else sample.materials[own],
+        radii=None if sample.radii is None else sample.radii[members],
+        materials=None if sample.materials is None else sample.materials[members],
     )
 
 
-def sphere(sample: Sample, count: int, seed, *, period, nearest, diameter: float) -> Sample:
-    """The `count` grains nearest to a centre, with the contacts between them, at rest.
+def extract_sphere(sample: Sample, count: int, seed, *, period, nearest, diameter: float) -> Sample:
+    """Extract the `count` grains nearest to a centre, with the contacts between them, at rest.
 
     seed: that of the grain about which the sphere is; None for the middle of the bounding box.
     period: edges of the cell (3,) [m], inf where it is not periodic. nearest: maps distance vectors
@@ -79,87 +79,91 @@ def sphere(sample: Sample, count: int, seed, *, period, nearest, diameter: float
         centre = sample.positions[np.random.default_rng(seed).integers(len(sample))]
     away = nearest(sample.positions - centre)
     distance = np.linalg.norm(away, axis=1)
-    own = np.sort(np.argsort(distance, kind="stable")[:count])
+    members = np.sort(np.argsort(distance, kind="stable")[:count])
     reach = diameter
     if sample.contacts is not None:
         i, j = sample.contacts["i"], sample.contacts["j"]
         apart = np.linalg.norm(nearest(sample.positions[i] - sample.positions[j]), axis=1)
         reach = apart.max(initial=diameter)
     # grains on opposite sides would else be in contact through the faces of the cell
-    if 2.0 * distance[own].max() + reach >= np.min(period):
+    if 2.0 * distance[members].max() + reach >= np.min(period):
         inside = np.count_nonzero(distance < 0.5 * (np.min(period) - reach))
         raise DustError(
             f"sample.grains = {count}: the sphere is wider than the cell of sample.of; allowed: up "
             f"to {inside} grains, or a larger cell."
         )
     still = np.zeros_like(away)
-    return selection(replace(sample, positions=away, velocities=still, spins=still.copy()), own)
+    return select_grains(
+        replace(sample, positions=away, velocities=still, spins=still.copy()), members
+    )
 
 
-def _renumbered(contacts, rows, own, names):
-    """Rows of contacts, with the grains in `names` numbered by their places in `own`."""
-    found = {name: values[rows] for name, values in contacts.items()}
-    return found | {name: np.searchsorted(own, found[name]) for name in names}
+def _renumber(contacts, rows, members, names):
+    """Select rows of contacts, and number the grains in `names` by their positions in `members`."""
+    selected = {name: values[rows] for name, values in contacts.items()}
+    return selected | {name: np.searchsorted(members, selected[name]) for name in names}
 
 
-def along(sample: Sample, state: dict, wall_contacts, spec, where: str) -> Sample:
-    """The sample with the parts in `spec.keep` of a file's state, and a remark on the others.
+def keep_environment(sample: Sample, state: dict, wall_contacts, spec, origin: str) -> Sample:
+    """Keep the parts in `spec.keep` of a file's state in a sample, with a remark on the others.
 
     Raises DustError for parts that the file does not have.
     """
     info, keep = dict(sample.info), spec.keep
     room = state.get("room", np.full(6, np.nan))
-    if (why := state.get("no_cell")) and {"walls", "box"} & set(keep):
-        raise DustError(f"sample.keep: {where}: {why}; leave box out, or turn the grains.")
+    if (no_cell := state.get("no_cell")) and {"walls", "box"} & set(keep):
+        raise DustError(f"sample.keep: {origin}: {no_cell}; leave box out, or turn the grains.")
     if keep and not np.isfinite(room).any() and set(keep) != {"time"}:
-        raise DustError(f"sample.keep: {where} has no walls and no cell (snapshots/box) to keep.")
+        raise DustError(f"sample.keep: {origin} has no walls and no cell (snapshots/box) to keep.")
     if "walls" in keep:
         if wall_contacts is None:
-            raise DustError(f"sample.keep: {where} has no contacts with walls.")
-        check_wall_contacts(wall_contacts, sample.positions, where)
+            raise DustError(f"sample.keep: {origin} has no contacts with walls.")
+        check_wall_contacts(wall_contacts, sample.positions, origin)
     if "box" in keep or "walls" in keep:
         info["room"] = room.tolist()
         if state.get("tilt"):
             info["tilt"] = state["tilt"]
     if "time" in keep:
         if "time" not in state:
-            raise DustError(f"sample.keep: {where} has no time (snapshot_time).")
+            raise DustError(f"sample.keep: {origin} has no time (snapshot_time).")
         info["start_time"] = state["time"]
     if reading := remarks_on_reading(state, spec.file):
         info["reading"] = reading
-    if remarks := remarks_on_reading(state, spec.file, _left(state, wall_contacts, keep)):
+    if remarks := remarks_on_reading(
+        state, spec.file, _describe_unused(state, wall_contacts, keep)
+    ):
         info["remarks"] = remarks
     return replace(sample, wall_contacts=wall_contacts if "walls" in keep else None, info=info)
 
 
-def _left(state, wall_contacts, keep) -> str:
-    """Remark on unused parts of the file and on the keys that select them, or ""."""
-    unread, there = unread_of(state), {}
+def _describe_unused(state, wall_contacts, keep) -> str:
+    """Describe the unused parts of the file and on the keys that select them, or ""."""
+    unread, descriptions = unread_of(state), {}
     touching = 0 if wall_contacts is None else len(wall_contacts["wall"])
     if touching:
-        there["walls"] = f"its {touching} contacts with walls and the load that they carry"
+        descriptions["walls"] = f"its {touching} contacts with walls and the load that they carry"
     if np.isfinite(state.get("room", np.nan)).any():
-        there["box"] = "the positions of its walls and faces"
-    left = {key: text for key, text in there.items() if key not in keep}
+        descriptions["box"] = "the positions of its walls and faces"
+    unused = {key: text for key, text in descriptions.items() if key not in keep}
     if "walls" in keep:
-        left.pop("box", None)
-    if not left:
+        unused.pop("box", None)
+    if not unused:
         return unread
-    text = f"{'; '.join(left.values())} (to keep them: sample.keep: [{', '.join(left)}])"
+    text = f"{'; '.join(unused.values())} (to keep them: sample.keep: [{', '.join(unused)}])"
     return f"{unread}; {text}" if unread else text
 
 
-def with_walls_of(scene, sample: Sample) -> Sample:
-    """The sample without contacts with walls that the scene does not have, and with a remark."""
+def drop_missing_walls(scene, sample: Sample) -> Sample:
+    """Drop contacts with walls that the scene does not have, with a remark."""
     if sample.wall_contacts is None:
         return sample
     names = np.array(WALLS)[sample.wall_contacts["wall"]]
-    there = np.isin(names, scene.boundary.walls)
-    if there.all():
+    is_present = np.isin(names, scene.boundary.walls)
+    if is_present.all():
         return sample
-    gone = ", ".join(wall for wall in WALLS if wall in names[~there])
-    text = f"sample: its {np.count_nonzero(~there)} contacts with {gone}: no such walls here"
-    rows = {name: values[there] for name, values in sample.wall_contacts.items()}
+    gone = ", ".join(wall for wall in WALLS if wall in names[~is_present])
+    text = f"sample: its {np.count_nonzero(~is_present)} contacts with {gone}: no such walls here"
+    rows = {name: values[is_present] for name, values in sample.wall_contacts.items()}
     info = sample.info | {"remarks": [*sample.info.get("remarks", ()), text]}
     return replace(sample, wall_contacts=rows, info=info)
 
@@ -171,7 +175,7 @@ MOST_TWIST = 1e3  # rad
 MOST_SPEED = 3e8  # m/s
 
 
-def check_contacts(contacts, positions, radii, nearest, where):
+def check_contacts(contacts, positions, radii, nearest, origin):
     """Raise DustError, with the source and the row, for an impossible contact.
 
     contacts: as in samples.netcdf, name -> (C,) or (C, 3). positions (N, 3) and radii (N,) or one
@@ -179,62 +183,69 @@ def check_contacts(contacts, positions, radii, nearest, where):
     """
     i, j = contacts["i"], contacts["j"]
     n = len(positions)
-    _check_numbers(contacts, where)
+    _check_numbers(contacts, origin)
     outside = (np.minimum(i, j) < 0) | (np.maximum(i, j) >= n)
     worst = np.where(np.maximum(i, j) >= n, np.maximum(i, j), np.minimum(i, j))
-    _refuse(outside, where, lambda k: f"contacts name grain {worst[k]}", f"0 to {n - 1}")
-    _refuse(i == j, where, lambda k: f"grain {i[k]} with itself", "two grains")
+    _refuse(outside, origin, lambda k: f"contacts name grain {worst[k]}", f"0 to {n - 1}")
+    _refuse(i == j, origin, lambda k: f"grain {i[k]} with itself", "two grains")
     both = np.broadcast_to(radii, n)[i] + np.broadcast_to(radii, n)[j]
     distance = np.linalg.norm(nearest(positions[i] - positions[j]), axis=1)
     _refuse(
         distance > FARTHEST * both,
-        where,
+        origin,
         lambda k: f"grains {i[k]} and {j[k]}, {distance[k] * 1e6:g} µm apart",
         f"at most {FARTHEST} times the sum of their radii",
     )
-    _check_springs(contacts, ("pointer_i", "pointer_j"), where)
+    _check_springs(contacts, ("pointer_i", "pointer_j"), origin)
 
 
-def check_wall_contacts(contacts, positions, where):
+def check_wall_contacts(contacts, positions, origin):
     """Raise DustError for an impossible contact of a grain with a wall."""
     grain, wall, n = contacts["grain"], contacts["wall"], len(positions)
-    _check_numbers(contacts, where)
-    _refuse((grain < 0) | (grain >= n), where, lambda k: f"names grain {grain[k]}", f"0 to {n - 1}")
+    _check_numbers(contacts, origin)
+    _refuse(
+        (grain < 0) | (grain >= n),
+        origin,
+        lambda k: f"names grain {grain[k]}",
+        f"0 to {n - 1}",
+    )
     outside = (wall < 0) | (wall >= len(WALLS))
-    _refuse(outside, where, lambda k: f"names wall {wall[k]}", f"0 to {len(WALLS) - 1}")
-    _check_springs(contacts, ("pointer",), where)
+    _refuse(outside, origin, lambda k: f"names wall {wall[k]}", f"0 to {len(WALLS) - 1}")
+    _check_springs(contacts, ("pointer",), origin)
 
 
-def _check_numbers(contacts, where):
+def _check_numbers(contacts, origin):
     for name, values in contacts.items():
-        bad = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+        not_finite = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
         text = f"contacts' {name} has not-a-number"
-        _refuse(bad, where, lambda k, text=text: text, "finite numbers")
+        _refuse(not_finite, origin, lambda k, text=text: text, "finite numbers")
 
 
-def _check_springs(contacts, pointers, where):
+def _check_springs(contacts, pointers, origin):
     """Check that pointers are unit vectors, and the sizes of twist and approach."""
     for name in pointers:
         length = np.linalg.norm(contacts[name], axis=1)
         _refuse(
             np.abs(length - 1.0) > UNIT,
-            where,
+            origin,
             lambda k, name=name, length=length: f"{name} has the length {length[k]:g}",
             "1, a unit vector",
         )
-    for name, most in (("twist", MOST_TWIST), ("approach", MOST_SPEED)):
+    for name, limit in (("twist", MOST_TWIST), ("approach", MOST_SPEED)):
         values = contacts[name]
         _refuse(
-            np.abs(values) > most,
-            where,
+            np.abs(values) > limit,
+            origin,
             lambda k, name=name, values=values: f"{name} is {values[k]:g}",
-            f"at most {most:g} in size",
+            f"at most {limit:g} in size",
         )
 
 
-def _refuse(bad, where, what, allowed):
-    """Raise DustError for the first bad row. what: its description, from the row."""
-    rows = np.flatnonzero(bad)
+def _refuse(refused, origin, describe_row, allowed):
+    """Raise DustError for the first refused row; describe_row: its description, from the row."""
+    rows = np.flatnonzero(refused)
     if len(rows):
         row = int(rows[0])
-        raise DustError(f"{where}: contact {row} (from 0): {what(row)}; allowed: {allowed}.")
+        raise DustError(
+            f"{origin}: contact {row} (from 0): {describe_row(row)}; allowed: {allowed}."
+        )
