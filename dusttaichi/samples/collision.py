@@ -76,46 +76,43 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
     polydisperse = target.radii is not None or projectile.radii is not None
     masses = [materials.masses(s) if polydisperse else None for s in (target, projectile)]
     radii = [materials.radii_of(body) for body in (target, projectile)]
-    target_body, projectile_body = (
-        _centre_body(*arguments)
-        for arguments in zip((target, projectile), turns, masses, strict=True)
+    first, second = (
+        _centre_body(*rows) for rows in zip((target, projectile), turns, masses, strict=True)
     )
     outer = [
         float((np.linalg.norm(body.positions, axis=1) + r).max())
-        for body, r in zip((target_body, projectile_body), radii, strict=True)
+        for body, r in zip((first, second), radii, strict=True)
     ]
     impact = spec.impact_parameter.metres(sum(outer))
     gap = materials.radius if spec.gap is None else spec.gap
-    separation, hit = _place_projectile(
-        (target_body.positions, projectile_body.positions), radii, impact, gap
-    )
-    projectile_mass_fraction = len(projectile_body) / (len(target_body) + len(projectile_body))
+    separation, hit = _place_projectile((first.positions, second.positions), radii, impact, gap)
+    mass_fraction = len(second) / (len(first) + len(second))
     if polydisperse:
-        projectile_mass_fraction = float(masses[1].sum() / (masses[0].sum() + masses[1].sum()))
+        mass_fraction = float(masses[1].sum() / (masses[0].sum() + masses[1].sum()))
     ahead = np.array([spec.speed, 0.0, 0.0])
     colliding = Sample(
         np.concatenate(
             [
-                target_body.positions - projectile_mass_fraction * separation,
-                projectile_body.positions + (1 - projectile_mass_fraction) * separation,
+                first.positions - mass_fraction * separation,
+                second.positions + (1 - mass_fraction) * separation,
             ]
         ),
         np.concatenate(
             [
-                target_body.velocities + projectile_mass_fraction * ahead,
-                projectile_body.velocities - (1 - projectile_mass_fraction) * ahead,
+                first.velocities + mass_fraction * ahead,
+                second.velocities - (1 - mass_fraction) * ahead,
             ]
         ),
-        np.concatenate([target_body.spins, projectile_body.spins]),
-        _join_contacts(target_body, projectile_body),
-        **(_join_grains(target_body, projectile_body, radii) if polydisperse else {}),
+        np.concatenate([first.spins, second.spins]),
+        _join_contacts(first, second),
+        **(_join_grains(first, second, radii) if polydisperse else {}),
     )
     colliding.info.update(
         kind="collision",
         seed=int(spec.seed),
         grains=len(colliding),
-        target_grains=len(target_body),
-        projectile_grains=len(projectile_body),
+        target_grains=len(first),
+        projectile_grains=len(second),
         target_outer_radius=outer[0],
         projectile_outer_radius=outer[1],
         speed=float(spec.speed),
