@@ -2,8 +2,20 @@
 
 import os
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi.compute.cache import provide_home
+
+if TYPE_CHECKING:  # for editors and type checkers; imported on first use, by __getattr__
+    from dusttaichi import analysis, export, plots, samples, scene
+    from dusttaichi.analysis import open_run
+    from dusttaichi.compute.engine import ti
+    from dusttaichi.errors import DustError
+    from dusttaichi.method import make_sample
+    from dusttaichi.running.interface import simulate
+    from dusttaichi.samples import Sample
+    from dusttaichi.scene import Scene, from_yaml, load
+    from dusttaichi.studies.interface import collide, run, study, sweep
 
 __version__ = "0.1.0"
 
@@ -13,7 +25,7 @@ os.environ.setdefault("ENABLE_QUADRANTS_HEADER_PRINT", "0")
 provide_home()
 
 # The Python interface by name; imported on first use.
-_NAMES = {
+_HOMES = {
     "load": "dusttaichi.scene",
     "from_yaml": "dusttaichi.scene",
     "Scene": "dusttaichi.scene",
@@ -28,18 +40,39 @@ _NAMES = {
     "DustError": "dusttaichi.errors",
     "ti": "dusttaichi.compute.engine",
 }
-_SUBPACKAGES = ("analysis", "export", "plots", "samples", "scene")
 
-__all__ = ["__version__", *_NAMES, *_SUBPACKAGES]
+__all__ = [
+    "DustError",
+    "Sample",
+    "Scene",
+    "__version__",
+    "analysis",
+    "collide",
+    "export",
+    "from_yaml",
+    "load",
+    "make_sample",
+    "open_run",
+    "plots",
+    "run",
+    "samples",
+    "scene",
+    "simulate",
+    "study",
+    "sweep",
+    "ti",
+]
 
 
-def __getattr__(name):
-    if name in _SUBPACKAGES:
-        return import_module(f"{__name__}.{name}")
-    if name not in _NAMES:
+if not TYPE_CHECKING:  # for which a misspelt name is then an error
+
+    def __getattr__(name: str) -> Any:
+        if name in _HOMES:
+            return getattr(import_module(_HOMES[name]), name)
+        if name in __all__:
+            return import_module(f"{__name__}.{name}")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_NAMES[name]), name)
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})

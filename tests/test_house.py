@@ -62,9 +62,20 @@ def _trees(beside=False):
     return [(path, ast.parse(path.read_text(encoding="utf-8"))) for path in files]
 
 
+def _lazy_names(tree):
+    """Nodes of the imports for type checkers of a package that imports its names on first use."""
+    if not any(getattr(node, "name", "") == "__getattr__" for node in ast.walk(tree)):
+        return set()
+    blocks = [n for n in tree.body if isinstance(n, ast.If) and _last(n.test) == "TYPE_CHECKING"]
+    return {node for block in blocks for node in block.body}
+
+
 def _imports(tree):
     """Dotted names below the package that a module imports, wherever in it."""
+    lazy = _lazy_names(tree)
     for node in ast.walk(tree):
+        if node in lazy:
+            continue
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "dusttaichi":
             below = node.module.split(".")[1:]
             for alias in node.names:

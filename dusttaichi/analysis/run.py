@@ -269,7 +269,7 @@ class Run(Kind, AbstractContextManager):
         self.close()
 
 
-def open_run(path):
+def open_run(path: str | Path) -> Run:
     """The run at `path`, a result file or the directory with result.nc.
 
     Bundled extensions of its scene are imported, so that their numbers and figures are known.

@@ -5,6 +5,7 @@ row in the registry (`dusttaichi.plots.registry`) are imported by the names of t
 """
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -40,11 +41,26 @@ from dusttaichi.plots.registry import (
 from dusttaichi.plots.style import apply_style, draw_bands, save
 from dusttaichi.plots.trade import trade
 
+if TYPE_CHECKING:  # for editors and type checkers; found by the registry below
+    from dusttaichi.plots.collision import bodies, collision
+    from dusttaichi.plots.compression import compression, coordination, isotropic
+    from dusttaichi.plots.cycles import cycles
+    from dusttaichi.plots.dynamic_speeds import dynamic_speeds
+    from dusttaichi.plots.fragments import fragment_dimension, fragments
+    from dusttaichi.plots.ledger import kinetic, ledger, losses
+    from dusttaichi.plots.profile import profile
+    from dusttaichi.plots.shear import loads, shear, triaxial
+    from dusttaichi.plots.sound_speed import sound_speed
+    from dusttaichi.plots.sphere import sphere, sphere_column
+    from dusttaichi.plots.stress import stress
+    from dusttaichi.plots.structure import fractal, pores, structure
+    from dusttaichi.plots.tensile import strength, tensile
+
 _OF_RUNS = find_figures(__name__)
 globals().update(_OF_RUNS)  # after their modules, whose names they have
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     """Drawing function of a figure that one method has; it is imported on first use."""
     drawings = {row.draw.__name__: row.draw for row in list_figures()} if name[0] != "_" else {}
     if name not in drawings:
@@ -127,8 +143,60 @@ def draw_figures(source, failed=None):
     return ShownFigures(pair for pair in drawings.items() if pair[1] is not None)
 
 
-__all__ = sorted(
-    name
-    for name, value in globals().items()
-    if name[0] != "_" and getattr(value, "__module__", "").startswith(__name__)
-)
+__all__ = [
+    "Figure",
+    "ShownFigures",
+    "animation",
+    "apply_style",
+    "bodies",
+    "collision",
+    "collision_figures",
+    "compression",
+    "coordination",
+    "cycles",
+    "draw_bands",
+    "draw_figures",
+    "draw_run",
+    "draw_runs",
+    "draw_statistics",
+    "dynamic_speeds",
+    "ensemble",
+    "extremes",
+    "figure",
+    "find_figures",
+    "fractal",
+    "fragment_dimension",
+    "fragment_spectrum",
+    "fragments",
+    "grains",
+    "growth",
+    "isotropic",
+    "kinetic",
+    "ledger",
+    "list_figures",
+    "loads",
+    "losses",
+    "mass_spectrum",
+    "numbers",
+    "outcome_map",
+    "phases",
+    "points",
+    "pores",
+    "profile",
+    "register",
+    "restitution",
+    "restitution_map",
+    "save",
+    "save_figures",
+    "shear",
+    "sound_speed",
+    "sphere",
+    "sphere_column",
+    "strength",
+    "stress",
+    "structure",
+    "tensile",
+    "threshold_speeds",
+    "trade",
+    "triaxial",
+]

@@ -5,9 +5,12 @@ It is the run of `dust run`: same activities, bitwise identical result.nc.
 
 import re
 import tempfile
+from collections.abc import Callable
 from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
 
-from dusttaichi.errors import DustError
+from dusttaichi.errors import DustError, naming_keywords
 from dusttaichi.results import Writer, files
 from dusttaichi.results.run_lock import RunLock
 from dusttaichi.running.activities import OwnRecords, records_now, series_record
@@ -16,11 +19,19 @@ from dusttaichi.running.interrupts import Interrupts, before_the_first_step
 from dusttaichi.running.opening import Opening
 from dusttaichi.running.present import labelled, line_of, read_only
 from dusttaichi.running.progress import shown
+from dusttaichi.scene import Scene
 from dusttaichi.scene.paths import user_path
 
 
 def simulate(
-    scene, sample=None, directory=None, *, force=False, resume=False, log=print, progress=None
+    scene: Scene,
+    sample: Any = None,
+    directory: str | Path | None = None,
+    *,
+    force: bool = False,
+    resume: bool = False,
+    log: Callable[[str], object] = print,
+    progress: bool | None = None,
 ) -> "Simulation":
     """Build a scene, and return its simulation at the start, or at the end of an earlier run.
 
@@ -47,8 +58,9 @@ def simulate(
     Interrupted
         A signal arrived.
     """
-    how = {"force": force, "resume": resume, "log": log, "progress": progress}
-    return Simulation(scene, sample, directory, **how)
+    options: dict[str, Any] = {"force": force, "resume": resume, "log": log, "progress": progress}
+    with naming_keywords():
+        return Simulation(scene, sample, directory, **options)
 
 
 class Simulation(AbstractContextManager):
@@ -86,8 +98,6 @@ class Simulation(AbstractContextManager):
 
     def __repr__(self):
         return line_of(self, self._run)
-
-    # -- state -----------------------------------------------------------------------------------
 
     @property
     def step(self):
@@ -173,8 +183,6 @@ class Simulation(AbstractContextManager):
         if not hasattr(self._run.sim, "forces"):
             raise DustError("forces are known of grains; this scene is of another method")
         return tuple(read_only(values) for values in self._run.sim.forces())
-
-    # -- motion ----------------------------------------------------------------------------------
 
     def every(self, interval, function, name=None, *, units=()):
         """Call a function at an interval, and record its results in a group of result.nc.

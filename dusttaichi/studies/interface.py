@@ -51,7 +51,7 @@ def run(
     force : bool
         Overwrite an existing result.
     resume : bool
-        Continue an existing result; a finished one is returned as it is.
+        Continue an existing result; nothing of a finished one is computed again.
     figures : bool
         Save the figures of the run beside the result.
     progress : bool, optional
