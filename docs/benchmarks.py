@@ -14,7 +14,7 @@ from scipy.optimize import curve_fit
 from tables import update
 
 from dusttaichi import analysis, plots
-from dusttaichi.analysis.ledger import ledger
+from dusttaichi.analysis.ledger import compute_ledger
 from dusttaichi.continuum.analysis import read_particles
 from dusttaichi.continuum.physics import strength
 from dusttaichi.continuum.physics.numbers import MaterialNumbers
@@ -165,7 +165,7 @@ def verney_shell(run):
     stop = closed_forms.verney(inner, outer, speed, m.rho_i, Y)
     rest = np.argmin(radius)  # then it swings by some elastic strains
     change = frames[-1].density / m.rho_i - 1.0
-    losses = ledger(run).shares
+    losses = compute_ledger(run).shares
     rows = [
         Row("inner radius at rest", "mm", 1e3 * stop, 1e3 * radius[rest:].mean()),
         Row("way of the inner surface", "mm", 1e3 * (inner - stop),

@@ -19,7 +19,7 @@ import pandas as pd
 import xarray as xr
 from tables import main
 
-from dusttaichi.analysis.collisions import FAILED, MISS, mean_and_error
+from dusttaichi.analysis.collisions import FAILED, MISS, compute_mean_and_error
 from dusttaichi.scene import extensions
 
 bouncing = extensions.import_extension("oshiro2025/bouncing.py")
@@ -33,11 +33,11 @@ def rows(path):
             own = data.sel(body=body, speed=speed)
             hit = ~own.outcome.isin([MISS, FAILED])
             count = {name: int((own.outcome == name).sum()) for name in np.unique(own.outcome)}
-            phi = mean_and_error(
+            phi = compute_mean_and_error(
                 np.append(own.target_filling_factor.values, own.projectile_filling_factor.values)
             )
             bounced = own.restitution.values[own.outcome.values == "bouncing"]
-            apart = mean_and_error(bounced)
+            apart = compute_mean_and_error(bounced)
             yield {
                 "study": Path(path).name,
                 "level": str(body).rpartition("_")[0],

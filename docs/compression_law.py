@@ -29,7 +29,7 @@ DECADES = 0.1
 def rows(path):
     """Dicts of the bins of one run."""
     with analysis.open_run(path) as run:
-        found = analysis.isotropic(run)
+        found = analysis.measure_isotropic_compression(run)
         phi, pressure = found.raw_filling_factor, found.raw_pressure
         # the stress of a record is the mean since the one before
         phi = np.concatenate([phi[:1], 0.5 * (phi[1:] + phi[:-1])])

@@ -13,7 +13,7 @@ from scipy.stats import t as student
 from tables import update
 
 from dusttaichi import analysis
-from dusttaichi.analysis.summary import summary
+from dusttaichi.analysis.summary import summarise
 from dusttaichi.errors import DustError, GuardStop, Interrupted
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.running import execute
@@ -40,7 +40,7 @@ NUMBERS = {
     "largest_mean_filling": series("filling_factor_mean", np.max),
     "largest_sag": series("body_position", lambda x: x[0, 0, 2] - x[:, 0, 2].min()),
     "energy_kept": lambda run: float(np.divide(*(_energy(run)[k] for k in (-1, 0)))),
-    "shear_share": lambda run: summary(run)["ledger_shares"]["shear"],
+    "shear_share": lambda run: summarise(run)["ledger_shares"]["shear"],
     "body_rebound": series("body_velocity", lambda v: -v[-1, 0, 2] / v[0, 0, 2]),
     "grain_rebound": series("kinetic_translation", lambda e: (e[-1] / e[0]) ** 0.5),
 }
@@ -60,7 +60,7 @@ def measured(case, changes, folder):
             run = execute(scene.with_values(own | ALONE), folder, force=True)
             run = analysis.open_run(run)
             number = NUMBERS.get(case["number"])
-            value = number(run) if number else summary(run)[case["number"]]
+            value = number(run) if number else summarise(run)[case["number"]]
         except GuardStop as stop:
             return f"stopped by a guard: {stop}"
         except Interrupted:
@@ -68,7 +68,7 @@ def measured(case, changes, folder):
         except DustError as error:
             return str(error)
         if value is None:
-            return _why(summary(run))
+            return _why(summarise(run))
         values.append(float(value))
     return np.array(values)
 

@@ -21,8 +21,14 @@ import numpy as np
 import xarray as xr
 from tables import main
 
-from dusttaichi.analysis.collisions import FAILED, MISS, fragment_slope, mean_and_error, spectrum
-from dusttaichi.analysis.thresholds import thresholds
+from dusttaichi.analysis.collisions import (
+    FAILED,
+    MISS,
+    compute_mean_and_error,
+    fit_fragment_slope,
+    select_fragments,
+)
+from dusttaichi.analysis.thresholds import find_thresholds
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.physics.contact import jkr
 from dusttaichi.physics.contact.numbers import CHANNELS
@@ -53,24 +59,24 @@ def rows(path):
     """Dicts of one study."""
     name, data = open_study(path)
     energy = breaking_energy(from_yaml(data.attrs["scene_resolved"]))
-    known = {(t.body, t.mass_ratio): t for t in thresholds(data) if t.name == "fragment"}
+    known = {(t.body, t.mass_ratio): t for t in find_thresholds(data) if t.name == "fragment"}
     for index in np.ndindex(data.outcome.shape[:3]):
         body, ratio, speed = (data[a].values[n] for a, n in zip(data.dims, index, strict=False))
         own = data.isel(body=index[0], mass_ratio=index[1], speed=index[2])
         choice = np.zeros(data.outcome.shape, bool)
         choice[index] = True
         hit = int((~own.outcome.isin([MISS, FAILED])).sum())
-        growth = mean_and_error(own.growth_efficiency.values.ravel())
+        growth = compute_mean_and_error(own.growth_efficiency.values.ravel())
         second = (own.second * (1.0 + own.actual_mass_ratio)).values.ravel()
         loss = own.loss / own.impact_energy
-        tangential = mean_and_error(tangential_loss(own).values.ravel())
+        tangential = compute_mean_and_error(tangential_loss(own).values.ravel())
         over = float((own.impact_energy / own.grains).mean() / energy)
         t = known[str(body), float(ratio)]
-        grains, collisions = spectrum(data, choice)
-        tau = fragment_slope(grains, np.nanmax(data.grains.values[choice], initial=1))
+        grains, collisions = select_fragments(data, choice)
+        tau = fit_fragment_slope(grains, np.nanmax(data.grains.values[choice], initial=1))
         numbers = np.isin(data.fragment_collision, np.flatnonzero(choice.ravel()))
         single = data.fragment_mass.values[numbers & (data.fragment_grains.values == 1)].sum()
-        head_on = mean_and_error(own.growth_efficiency.isel(impact_parameter=0).values)
+        head_on = compute_mean_and_error(own.growth_efficiency.isel(impact_parameter=0).values)
         yield {
             "study": name,
             "body": body,
@@ -83,8 +89,8 @@ def rows(path):
             "growth_smallest_impact_parameter": f"{head_on[0]:.4f}",
             "energy_over_breaking": f"{over:.4g}",
             "largest": f"{float(own.largest.mean()):.4f}",
-            "second_over_projectile": f"{mean_and_error(second)[0]:.4f}",
-            "second_over_projectile_error": f"{mean_and_error(second)[1]:.4f}",
+            "second_over_projectile": f"{compute_mean_and_error(second)[0]:.4f}",
+            "second_over_projectile_error": f"{compute_mean_and_error(second)[1]:.4f}",
             "heavier": int((second > 1.0 + ROUNDING).sum()),
             "fragments": f"{float(own.fragments.mean()):.4g}",
             "single": f"{single / hit:.4f}",
@@ -112,7 +118,7 @@ def pairs(first, *others):
         loss = (tangential_loss(data) - tangential_loss(base)).squeeze()
         for speed in [*base.speed.values, None]:
             own = [x if speed is None else x.sel(speed=speed) for x in (growth, loss)]
-            (f, error), (lost, lost_error) = (mean_and_error(x.values.ravel()) for x in own)
+            (f, error), (lost, lost_error) = (compute_mean_and_error(x.values.ravel()) for x in own)
             where = "all speeds" if speed is None else f"{speed:g} m/s"
             print(f"{name}, {where}: {f:+.3f} ± {error:.3f}; loss {lost:+.3f} ± {lost_error:.3f}")
 

@@ -13,7 +13,7 @@ import pandas as pd
 from tables import VALIDATION, markdown, read
 
 from dusttaichi import analysis
-from dusttaichi.analysis.compression_fit import fit_compression, rms_from_law
+from dusttaichi.analysis.compression_fit import fit_compression, measure_deviation
 from dusttaichi.physics.laws import EXPERIMENT_SCATTER, S12_STATIC
 from dusttaichi.plots import style
 
@@ -41,9 +41,11 @@ def cell(path):
         pressure = -run.series.stress.sel(xyz="z", axis="z", drop=True).expand_dims(
             wall=["top"], axis=1
         )
-        curve = analysis.compression_curve(analysis.Run(path, run.series.assign(pressure=pressure)))
-        fit, near = fit_compression(curve), rms_from_law(curve, S12_STATIC)
-        whole = rms_from_law(curve, S12_STATIC, p_low=1e2, p_high=1.5e5)
+        curve = analysis.measure_compression_curve(
+            analysis.Run(path, run.series.assign(pressure=pressure))
+        )
+        fit, near = fit_compression(curve), measure_deviation(curve, S12_STATIC)
+        whole = measure_deviation(curve, S12_STATIC, p_low=1e2, p_high=1.5e5)
         numbers = {
             "p_m": fit.p_m,
             "delta": fit.delta,

@@ -18,7 +18,7 @@ from dusttaichi.analysis.numbers.registry import (
     strength_by_law,
     strength_text,
 )
-from dusttaichi.analysis.tensile import strength_law
+from dusttaichi.analysis.tensile import compute_strength_law
 from dusttaichi.analysis.tension import RECORDS
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
@@ -90,7 +90,7 @@ def diametral(run):
         strength=float(mean[number]),
         strength_strain=float(middle[number]),
         passed=passed,
-        law=strength_law(run, phi),
+        law=compute_strength_law(run, phi),
     )
 
 

@@ -16,7 +16,7 @@ import scipy
 from dusttaichi.analysis import numbers
 from dusttaichi.analysis.ensemble_tables import axes_of, point_labels
 from dusttaichi.analysis.numbers.registry import Statistics
-from dusttaichi.analysis.texts import quantity_text
+from dusttaichi.analysis.texts import format_quantity
 from dusttaichi.analysis.thresholds import CONFIDENCE
 from dusttaichi.plots import style
 
@@ -196,7 +196,7 @@ def strength_tables(groups):
         ("point", [group.label or "all" for group in fitted]),
         ("grains", [f"{group.grains:,}" for group in fitted]),
         ("samples", [str(group.fit.count) for group in fitted]),
-        ("mean", [quantity_text(g.values.mean(), "Pa", g.values.std(ddof=1)) for g in fitted]),
+        ("mean", [format_quantity(g.values.mean(), "Pa", g.values.std(ddof=1)) for g in fitted]),
         ("modulus m", [_between(group.fit, "modulus", 1.0) for group in fitted]),
         ("scale (kPa)", [_between(group.fit, "scale", 1e-3) for group in fitted]),
     ]

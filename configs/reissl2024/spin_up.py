@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi import plots
-from dusttaichi.analysis import frame_count, grain_masses, numbers, read_frame
-from dusttaichi.analysis.fragments import fragments_of
+from dusttaichi.analysis import count_frames, numbers, read_frame, read_grain_masses
+from dusttaichi.analysis.fragments import find_frame_fragments
 from dusttaichi.analysis.numbers.registry import Family, Observable, quiet, strength_by_law
-from dusttaichi.analysis.tensile import strength_law
+from dusttaichi.analysis.tensile import compute_strength_law
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 
@@ -63,9 +63,9 @@ def spin_up(run):
     Raises DustError where the snapshots contain no contacts, or the first of them is no single
     aggregate.
     """
-    masses = grain_masses(run)
-    frames = [read_frame(run, number) for number in range(frame_count(run))]
-    parts = [fragments_of(frame, masses) for frame in frames]
+    masses = read_grain_masses(run)
+    frames = [read_frame(run, number) for number in range(count_frames(run))]
+    parts = [find_frame_fragments(frame, masses) for frame in frames]
     share = np.array([found.mass[0] / masses.sum() for found in parts])
     if share[0] < WHOLE:
         raise DustError(
@@ -84,7 +84,7 @@ def spin_up(run):
         share,
         0.25 * density * radius**2 * rate**2,
         phi,
-        strength_law(run, phi),
+        compute_strength_law(run, phi),
         int(np.argmax(rate[:broken])),
         broken,
     )

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi import plots
-from dusttaichi.analysis import isotropic, numbers
+from dusttaichi.analysis import measure_isotropic_compression, numbers
 from dusttaichi.analysis.isotropic import register
-from dusttaichi.analysis.ledger import losses_by_channel
-from dusttaichi.analysis.numbers.compression import ratio_numbers, ratio_text
+from dusttaichi.analysis.ledger import sum_losses_by_channel
+from dusttaichi.analysis.numbers.compression import build_ratio_text, list_ratio_numbers
 from dusttaichi.analysis.numbers.registry import Family, Observable, quiet
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import rolling_energy
@@ -34,7 +34,7 @@ def compressive_strength(phi, surface_energy, radius, critical_rolling):
 
 def dense_ratio(run, low=DENSE, high=1.0):
     """Ratio of the pressure of a Run to this law, between two filling factors."""
-    return isotropic(run, law=compressive_strength).ratio_between(low, high)
+    return measure_isotropic_compression(run, law=compressive_strength).ratio_between(low, high)
 
 
 DENSE_COMPRESSION = Family(
@@ -42,10 +42,10 @@ DENSE_COMPRESSION = Family(
     title="compression from all sides up to dense packing",
     place=40.5,
     applies=lambda run: run.shrinks,
-    measure=lambda run: ratio_numbers("dense_ratio", dense_ratio(run)),
+    measure=lambda run: list_ratio_numbers("dense_ratio", dense_ratio(run)),
     numbers=(
         Observable(name="dense_ratio", title="… over (E_roll/r^3)(1/phi - 1/0.74)^-3",
-                   text=ratio_text("dense_ratio"), literature="1 (Tatsuuma et al. 2023)",
+                   text=build_ratio_text("dense_ratio"), literature="1 (Tatsuuma et al. 2023)",
                    column=("P/Tatsuuma 2023", "{:.2f}", 1), short="pressure over Tatsuuma 2023",
                    figure="isotropic",
                    about="pressure over the law of Tatsuuma et al. 2023"),
@@ -87,7 +87,7 @@ def loss_shares(run, decades=0.1):
         The filling factor grows through less than one bin.
     """
     part = run.part_that("shrinks")
-    losses = losses_by_channel(part.series)
+    losses = sum_losses_by_channel(part.series)
     phi = part.series.filling_factor.values if "filling_factor" in part.series else np.zeros(0)
     rising = np.maximum.accumulate(phi)
     first = np.ceil(np.log10(rising[0]) / decades - 1e-9) if len(phi) else 0.0

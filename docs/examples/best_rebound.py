@@ -1,6 +1,6 @@
 """Speed at which two grains rebound best: golden section on their restitution."""
 
-from dusttaichi.analysis import restitution
+from dusttaichi.analysis import measure_restitution
 from dusttaichi.studies.own import OwnStudy
 
 GOLDEN = (5**0.5 - 1) / 2
@@ -21,4 +21,4 @@ class Study(OwnStudy):
         return []
 
     def measure(self, run):
-        return {"restitution": restitution(run).coefficient}
+        return {"restitution": measure_restitution(run).coefficient}

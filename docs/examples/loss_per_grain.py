@@ -1,6 +1,6 @@
 """Energy that a grain loses on average, and a figure of it over time."""
 
-from dusttaichi.analysis import ledger, numbers
+from dusttaichi.analysis import compute_ledger, numbers
 from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.plots import figure, register, style
 
@@ -11,7 +11,7 @@ def applies(run):
 
 def lost(run):
     """Energy lost per grain since the start [J], (times,)."""
-    return sum(ledger(run).losses.values()) / run.grains
+    return sum(compute_ledger(run).losses.values()) / run.grains
 
 
 numbers.register(

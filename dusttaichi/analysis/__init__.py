@@ -1,50 +1,55 @@
 """Analysis of results: it reads result files only and never needs Taichi."""
 
-from dusttaichi.analysis.arrival import Arrival, SoundSpeed, arrival, sound_speed
-from dusttaichi.analysis.compression import Curve, compression_curve, compression_law, onset
-from dusttaichi.analysis.compression_fit import Deviation, Fit, fit_compression, rms_from_law
-from dusttaichi.analysis.cycles import Unloading, unloadings
+from dusttaichi.analysis.arrival import Arrival, SoundSpeed, fit_sound_speed, measure_arrival
+from dusttaichi.analysis.compression import (
+    Curve,
+    choose_compression_law,
+    find_onset,
+    measure_compression_curve,
+)
+from dusttaichi.analysis.compression_fit import Deviation, Fit, fit_compression, measure_deviation
+from dusttaichi.analysis.cycles import Unloading, measure_unloadings
 from dusttaichi.analysis.ensemble import gather, save_ensemble
 from dusttaichi.analysis.ensemble_tables import Band, bands
-from dusttaichi.analysis.fractal import Fractal, fractal
+from dusttaichi.analysis.fractal import Fractal, measure_fractal
 from dusttaichi.analysis.fragments import (
     Compaction,
     FragmentDimension,
     Fragments,
     MassSpectrum,
-    compaction,
-    fragment_dimension,
-    fragments,
-    growth_efficiency,
-    mass_spectrum,
+    compute_mass_spectrum,
+    find_fragments,
+    fit_fragment_dimension,
+    measure_compaction,
+    measure_growth_efficiency,
 )
-from dusttaichi.analysis.frame import Frame, frame_count, grain_masses, read_frame
-from dusttaichi.analysis.isotropic import Isotropic, Ratio, isotropic
-from dusttaichi.analysis.ledger import Ledger, Losses, ledger, losses_against_filling_factor
-from dusttaichi.analysis.load_control import load_controls
+from dusttaichi.analysis.frame import Frame, count_frames, read_frame, read_grain_masses
+from dusttaichi.analysis.isotropic import Isotropic, Ratio, measure_isotropic_compression
+from dusttaichi.analysis.ledger import Ledger, Losses, compute_ledger, measure_losses
+from dusttaichi.analysis.load_control import measure_load_control
 from dusttaichi.analysis.loads import (
     ControlledLoad,
     Friction,
     Shearing,
     StrengthTest,
     Triaxial,
-    controlled_loads,
-    friction,
+    fit_friction,
     is_triaxial,
-    shearings,
-    triaxials,
+    measure_controlled_loads,
+    measure_shear_tests,
+    measure_triaxial_tests,
 )
-from dusttaichi.analysis.observables import front
-from dusttaichi.analysis.pores import Pores, pores
-from dusttaichi.analysis.profile import profile
+from dusttaichi.analysis.observables import find_pareto_front
+from dusttaichi.analysis.pores import Pores, measure_pores
+from dusttaichi.analysis.profile import read_profiles
 from dusttaichi.analysis.restitution import (
     Restitution,
-    orbital_momentum,
-    restitution,
-    wall_restitution,
+    compute_orbital_momentum,
+    measure_restitution,
+    measure_wall_restitution,
 )
 from dusttaichi.analysis.run import Run, open_run
-from dusttaichi.analysis.sphere import Column, Penetration, column, penetration
+from dusttaichi.analysis.sphere import Column, Penetration, measure_column, measure_penetration
 from dusttaichi.analysis.stored import (
     is_collisions,
     is_ensemble,
@@ -55,9 +60,9 @@ from dusttaichi.analysis.stored import (
     open_restitution_map,
     open_trade,
 )
-from dusttaichi.analysis.structure import Structure, structure
-from dusttaichi.analysis.summary import compare, summary, table, to_csv
-from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, tensile
+from dusttaichi.analysis.structure import Structure, measure_structure
+from dusttaichi.analysis.summary import compare, summarise, tabulate, to_csv
+from dusttaichi.analysis.tensile import StrengthFit, Tensile, fit_strength, measure_tensile_strength
 
 __all__ = [
     "Arrival",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from dusttaichi.analysis.frame import frame_count, read_frame
+from dusttaichi.analysis.frame import count_frames, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.geometry import WALLS, nearest_image
@@ -35,7 +35,9 @@ class Arrival:
         return np.divide(self.distance, self.time, out=out, where=self.reached)
 
 
-def arrival(run, pushed=None, *, fraction=0.1, threshold=None, push=None, first=0) -> Arrival:
+def measure_arrival(
+    run, pushed=None, *, fraction=0.1, threshold=None, push=None, first=0
+) -> Arrival:
     """Arrival of a push at the grains of a run.
 
     A grain is reached once it is farther than the threshold from its position in snapshot `first`.
@@ -89,7 +91,7 @@ def arrival(run, pushed=None, *, fraction=0.1, threshold=None, push=None, first=
 
 def _motion(run, start):
     """Times (T,) since the Frame `start`, displacements of grains (T, N) and walls (T, 6)."""
-    snapshots, chosen = run.tree["snapshots"], slice(start.number, frame_count(run))
+    snapshots, chosen = run.tree["snapshots"], slice(start.number, count_frames(run))
     times = snapshots.snapshot_time[chosen].values - start.time
     cells = np.tile(start.cell.ravel(), (len(times), 1))
     if "box" in snapshots:
@@ -161,7 +163,7 @@ class SoundSpeed:
     grains: int  #: Number of grains in the fit.
 
 
-def sound_speed(arrivals, beyond=0.0) -> SoundSpeed:
+def fit_sound_speed(arrivals, beyond=0.0) -> SoundSpeed:
     """Fit of the speed of sound to the arrival times of all reached grains, by least squares.
 
     Parameters

@@ -5,7 +5,7 @@ import scipy
 import xarray as xr
 
 from dusttaichi.analysis.outcome import DEFINITIONS, PAGE
-from dusttaichi.analysis.texts import csv_text
+from dusttaichi.analysis.texts import format_csv
 
 AXES = ("body", "mass_ratio", "speed", "impact_parameter", "seed")
 FAILED = "failed"
@@ -35,7 +35,7 @@ NUMBERS = {
 LEAST_FRAGMENTS = 10  # for a slope
 
 
-def collisions_dataset(rows, axes, attrs=None):
+def build_collisions_dataset(rows, axes, attrs=None):
     """One xr.Dataset, SI, of the rows of a study (studies.collide), in the order of its axes.
 
     axes: name -> values, those of AXES. Numbers (body, mass_ratio, speed, impact_parameter, seed)
@@ -50,12 +50,12 @@ def collisions_dataset(rows, axes, attrs=None):
     data["impact_parameter"].attrs = {"units": "1", "long_name": "over the sum of outer radii"}
     data["mass_ratio"].attrs = {"units": "1", "long_name": "target over projectile, nominal"}
     data["seed"].attrs = {"long_name": "by how much the seeds of the sample are moved"}
-    found = [_numbers(row) for row in rows]
+    found = [_read_numbers(row) for row in rows]
     for name, (unit, text) in NUMBERS.items():
         values = np.array([one.get(name, np.nan) for one in found], float).reshape(shape)
         data[name] = (dims, values, {"units": unit, "long_name": text})
     outcomes = np.array([row.get("outcome", FAILED) for row in rows]).reshape(shape)
-    data["outcome"] = (dims, outcomes, _about_outcomes())
+    data["outcome"] = (dims, outcomes, _describe_outcomes())
     settled = np.array([int(row.get("settled", True)) for row in rows]).reshape(shape)
     data["settled"] = (dims, settled, {"long_name": "1 where the fragments no longer changed"})
     channels = list(dict.fromkeys(name for row in rows for name in row.get("loss", {})))
@@ -76,7 +76,7 @@ def collisions_dataset(rows, axes, attrs=None):
     return data
 
 
-def _about_outcomes():
+def _describe_outcomes():
     """Attributes of the variable `outcome`: its values and their definitions."""
     texts = [f"{name}: {text}" for name, text in DEFINITIONS.items()]
     texts += [f"{MISS}: the bodies have not touched", f"{FAILED}: stopped, its outcome is unknown"]
@@ -87,7 +87,7 @@ def _about_outcomes():
     }
 
 
-def _numbers(row):
+def _read_numbers(row):
     """The numbers of a row by the names of NUMBERS; None becomes not a number."""
     target, projectile = row.get("filling_factor") or (None, None)
     own = {"target_filling_factor": target, "projectile_filling_factor": projectile}
@@ -101,7 +101,7 @@ def _numbers(row):
 # -- slope of the fragments ----------------------------------------------------------------------
 
 
-def fragment_slope(grains, largest):
+def fit_fragment_slope(grains, largest):
     """(tau, its standard error) of fragments whose number falls as n(N) ~ N^-tau, N = 1..largest.
 
     grains: (F,) of each fragment. By the largest likelihood of whole numbers (Clauset et al. 2009,
@@ -123,7 +123,7 @@ def fragment_slope(grains, largest):
     return float(tau), float(1.0 / np.sqrt(len(grains) * moments(tau)[1]))
 
 
-def spectrum(data, choice):
+def select_fragments(data, choice):
     """(grains of all fragments but the two largest remnants of each collision, collisions).
 
     choice: a boolean array over the dimensions AXES, the collisions that count; misses do not.
@@ -141,15 +141,16 @@ AVERAGED = ("growth_efficiency", "largest", "second", "fragments", "restitution"
             "target_filling_factor", "projectile_filling_factor")  # fmt: skip
 
 
-def table(data):
+def tabulate_collisions(data):
     """(header, rows) of the table for coagulation codes: lists of values.
 
     There is a row for every body, mass ratio, speed and impact parameter (over: "point"); where
     these represent equal areas also one over all of them, without an impact parameter ("area").
     Means are over the seeds of the collisions in which the bodies touched, `_error` is the standard
     error of that mean, empty where there are fewer than two; hit: their share. share_OUTCOME: of
-    these. compression_loss, stretching_loss: see `phase_losses`. slope: of the fragments but the
-    two largest remnants (`fragment_slope`), of all seeds together. loss_CHANNEL, kinetic,
+    these. compression_loss, stretching_loss: see
+    `compute_phase_losses`. slope: of the fragments but the
+    two largest remnants (`fit_fragment_slope`), of all seeds together. loss_CHANNEL, kinetic,
     potential: over the impact energy. not_settled: collisions that ended while fragments still
     changed; failed: those without numbers, left out of all means.
     """
@@ -157,7 +158,7 @@ def table(data):
     energies |= {name: data[name] for name in ("kinetic", "potential")}
     columns = {name: data[name].values for name in AVERAGED}
     columns |= {name: (e / data.impact_energy).values for name, e in energies.items()}
-    columns |= {name: values.values for name, values in phase_losses(data).items()}
+    columns |= {name: values.values for name, values in compute_phase_losses(data).items()}
     shares = [name for name in OUTCOMES if name != MISS]
     header = [
         "body", "mass_ratio", "speed_m_per_s", "over", "impact_parameter", "collisions", "hit",
@@ -175,11 +176,11 @@ def table(data):
             keys = [data[axis].values[n] for axis, n in zip(AXES, index, strict=False)]
             choice = np.zeros(data.outcome.shape, bool)
             choice[(*index, place)] = True
-            rows.append([*keys, *name, *_row(data, choice, columns, shares)])
+            rows.append([*keys, *name, *_average_row(data, choice, columns, shares)])
     return header, rows
 
 
-def phase_losses(data):
+def compute_phase_losses(data):
     """Shares of the energy that are dissipated in compression and in stretching.
 
     DataArrays between 0 and 1: compression_loss, share of the available energy; stretching_loss,
@@ -196,7 +197,7 @@ def phase_losses(data):
     }
 
 
-def _row(data, choice, columns, shares):
+def _average_row(data, choice, columns, shares):
     outcomes = data.outcome.values[choice]
     there = outcomes != FAILED
     hit = there & (outcomes != MISS)
@@ -204,13 +205,13 @@ def _row(data, choice, columns, shares):
     row = [int(there.sum()), count / max(1, there.sum())]
     row += [(outcomes == name).sum() / count if count else np.nan for name in shares]
     for values in columns.values():
-        row += mean_and_error(values[choice])
-    grains, _ = spectrum(data, choice)
-    row += fragment_slope(grains, np.nanmax(data.grains.values[choice], initial=1))
+        row += compute_mean_and_error(values[choice])
+    grains, _ = select_fragments(data, choice)
+    row += fit_fragment_slope(grains, np.nanmax(data.grains.values[choice], initial=1))
     return [*row, int((data.settled.values[choice] == 0).sum()), int((~there).sum())]
 
 
-def mean_and_error(values):
+def compute_mean_and_error(values):
     """[mean, standard error] of those that are numbers; not a number of none, or fewer than two."""
     values = values[np.isfinite(values)]
     mean = values.mean() if len(values) else np.nan
@@ -218,19 +219,19 @@ def mean_and_error(values):
     return [mean, error]
 
 
-def table_text(data):
+def format_collision_table(data):
     """The table as CSV, empty where there is no number."""
-    header, rows = table(data)
-    return csv_text([header, *([_cell(value) for value in row] for row in rows)])
+    header, rows = tabulate_collisions(data)
+    return format_csv([header, *([_format_cell(value) for value in row] for row in rows)])
 
 
-def _cell(value):
+def _format_cell(value):
     if isinstance(value, (float, np.floating)):
         return "" if np.isnan(value) else f"{value:.6g}"
     return value
 
 
-def summary_columns(data):
+def format_collision_summary(data):
     """(keys, columns) of a table to print: (header, texts), over impact parameters and seeds."""
     index = list(np.ndindex(data.outcome.shape[:3]))
     keys = [("speed m/s", [f"{data.speed.values[n[2]]:.3g}" for n in index])]
@@ -239,15 +240,15 @@ def summary_columns(data):
             values = [data[name].values[n[place]] for n in index]
             keys.insert(0, (name.replace("_", " "), [f"{v:g}" if place else v for v in values]))
     own = [data.isel(body=n[0], mass_ratio=n[1], speed=n[2]) for n in index]
-    columns = [("growth efficiency", [_pm(one.growth_efficiency) for one in own])]
-    columns.append(("largest", [_pm(one.largest) for one in own]))
+    columns = [("growth efficiency", [_format_mean(one.growth_efficiency) for one in own])]
+    columns.append(("largest", [_format_mean(one.largest) for one in own]))
     there = [name for name in (*OUTCOMES, FAILED) if (data.outcome == name).any()]
     columns += [(name, [str(int((one.outcome == name).sum())) for one in own]) for name in there]
     return keys, columns
 
 
-def _pm(values):
-    mean, error = mean_and_error(values.values.ravel())
+def _format_mean(values):
+    mean, error = compute_mean_and_error(values.values.ravel())
     if np.isnan(mean):
         return "-"
     return f"{mean:.3f}" + (f" ± {error:.3f}" if np.isfinite(error) else "")

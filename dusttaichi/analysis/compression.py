@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from dusttaichi.analysis.kind import is_dynamic, wall_speed
-from dusttaichi.analysis.profile import inner_filling_factor
+from dusttaichi.analysis.kind import is_dynamic, measure_wall_speed
+from dusttaichi.analysis.profile import average_inner_filling_factor
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 
@@ -47,7 +47,7 @@ class Curve:
         return rising + 1e-9 * np.arange(len(rising)), self.filling_factor
 
 
-def compression_curve(run, bin_width=BIN_WIDTH, of="filling_factor", peaks=1) -> Curve:
+def measure_compression_curve(run, bin_width=BIN_WIDTH, of="filling_factor", peaks=1) -> Curve:
     """Compression curve of a run: the median pressure in bins of filling factor.
 
     The median of P is also that of lg P, and single bursts do not shift it. All stages that
@@ -61,7 +61,7 @@ def compression_curve(run, bin_width=BIN_WIDTH, of="filling_factor", peaks=1) ->
         Width of a bin in filling factor.
     of : str
         "filling_factor", or "inner_filling_factor": that of PD08's inner cylinder between plates,
-        otherwise that of the profiles without their ends (`profile.inner_filling_factor`).
+        otherwise that of the profiles without their ends (`profile.average_inner_filling_factor`).
     peaks : int
         Number of successive records whose largest pressure is taken; PD08 (section 3.1.2) took ten,
         of the instantaneous force (a small output.window).
@@ -71,16 +71,18 @@ def compression_curve(run, bin_width=BIN_WIDTH, of="filling_factor", peaks=1) ->
     DustError
         The run has no such filling factor or no pressure on the top wall.
     """
-    phi, pressure = np.concatenate([_points(part, of) for part in _loading(run)], axis=1)
+    phi, pressure = np.concatenate(
+        [_read_points(part, of) for part in _select_loading_stages(run)], axis=1
+    )
     whole = len(phi) // peaks * peaks
     phi = phi[:whole].reshape(-1, peaks).mean(axis=1)
     pressure = pressure[:whole].reshape(-1, peaks).max(axis=1)
-    mean, median, count = binned(np.floor(phi / bin_width + 1e-9), phi, pressure)
+    mean, median, count = bin_medians(np.floor(phi / bin_width + 1e-9), phi, pressure)
     up = median > 0
     return Curve(mean[up], median[up], count[up], phi, pressure)
 
 
-def _loading(run):
+def _select_loading_stages(run):
     """The stages that compress, each beyond the largest filling factor of those before it."""
     parts = [part for part in run.parts if part.compresses]
     if len(parts) < 2:
@@ -94,13 +96,13 @@ def _loading(run):
     return loading
 
 
-def _points(part, of):
+def _read_points(part, of):
     """Filling factor and pressure on the top wall of the records that have both, (2, times)."""
     series, phi = part.series, None
     if of in series:
         phi = series[of].values
     elif of == INNER and part.profiles is not None:
-        at, inner = part.profiles.step.values, inner_filling_factor(part.profiles).values
+        at, inner = part.profiles.step.values, average_inner_filling_factor(part.profiles).values
         phi = np.interp(series.step.values, at, inner, left=np.nan, right=np.nan)
     if phi is None or "pressure" not in series:
         raise DustError(
@@ -112,7 +114,7 @@ def _points(part, of):
     return np.array([phi[known], pressure[known]])
 
 
-def binned(numbers, phi, values):
+def bin_medians(numbers, phi, values):
     """Mean of phi, median of values and count in each bin, by growing bin number: (bins,) each.
 
     numbers: of the bin of each point, (points,).
@@ -124,7 +126,7 @@ def binned(numbers, phi, values):
     return np.array(rows).reshape(-1, 3).T
 
 
-def compression_law(run):
+def choose_compression_law(run):
     """Compression law of the literature that applies to a run.
 
     Between plates, where the cake spreads sideways, the unidirectional law of the laboratory; under
@@ -132,11 +134,11 @@ def compression_law(run):
     """
     if run.boundary == "plates":
         return laws.UNIDIRECTIONAL
-    speed = wall_speed(run)
+    speed = measure_wall_speed(run)
     return laws.dynamic_law(speed) if is_dynamic(run) and speed <= FASTEST else laws.S12_STATIC
 
 
-def onset(curve, rise=0.1):
+def find_onset(curve, rise=0.1):
     """Pressure [Pa] at which a cake starts to yield (PD08 section 3.1).
 
     It is where `Curve.monotone` crosses (1 + rise) times the filling factor of the curve's first

@@ -145,7 +145,7 @@ class Deviation:
         return self.covered > 0.999
 
 
-def rms_from_law(curve, law, p_low=1e3, p_high=1e5) -> Deviation:
+def measure_deviation(curve, law, p_low=1e3, p_high=1e5) -> Deviation:
     """Difference in filling factor between a curve and a law, at equally spaced lg P.
 
     The curve is `Curve.monotone`, interpolated linearly in lg P; where it is flat in P it jumps in

@@ -31,7 +31,7 @@ class Unloading:
     path: np.ndarray  #: Pressure of all its records [Pa], (times,).
 
 
-def unloadings(run):
+def measure_unloadings(run):
     """Unloading of every stage of a run that unloads, in order.
 
     Raises
@@ -39,17 +39,17 @@ def unloadings(run):
     DustError
         No stage unloads.
     """
-    stages = [_unloading(part) for part in run.parts if part.unloads]
+    stages = [_measure_unloading(part) for part in run.parts if part.unloads]
     if not stages:
         raise DustError(f"{run.path}: no stage unloads a pressed sample.")
     return stages
 
 
-def _unloading(part):
+def _measure_unloading(part):
     start, series = part.start, part.series
-    phi0, p0 = float(start.filling_factor), float(pressure_of(start))
+    phi0, p0 = float(start.filling_factor), float(compute_pressure(start))
     ln_volume = np.log(phi0 / series.filling_factor.values)
-    path = pressure_of(series)
+    path = compute_pressure(series)
     # a record's pressure is the mean since the one before it
     middle = ln_volume - 0.5 * np.diff(ln_volume, prepend=0.0)
     first = path[0] if len(path) else p0
@@ -69,15 +69,15 @@ def _unloading(part):
     )
 
 
-def pressure_of(series):
+def compute_pressure(series):
     """Pressure [Pa] of a series, (times,), or of one record: on the top wall, else of the cell."""
     top = series.pressure.sel(wall="top").values if "pressure" in series else np.nan
     if "stress" not in series:
         return top
-    return np.where(np.isfinite(top), top, cell_pressure(series))
+    return np.where(np.isfinite(top), top, compute_cell_pressure(series))
 
 
-def cell_pressure(series):
+def compute_cell_pressure(series):
     """Mean pressure [Pa] -trace(stress)/3 of a series, (times,), or of one record."""
     stress = series.stress.transpose(..., "xyz", "axis").values
     return -np.trace(stress, axis1=-2, axis2=-1) / 3.0

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.compression import compression_curve
+from dusttaichi.analysis.compression import measure_compression_curve
 from dusttaichi.analysis.compression_fit import fit_compression
-from dusttaichi.analysis.kind import SLOWEST, is_dynamic, wall_speed
+from dusttaichi.analysis.kind import SLOWEST, is_dynamic, measure_wall_speed
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC
 
@@ -47,7 +47,7 @@ class Dynamic:
     fits: dict
 
 
-def dynamic(run, fits=FITS):
+def measure_dynamic_compression(run, fits=FITS):
     """The Dynamic of a Run that is pressed at a constant speed (`is_dynamic`), with these of FITS.
 
     Raises DustError for any other run, or one without a material.
@@ -57,16 +57,16 @@ def dynamic(run, fits=FITS):
             f"{run.path} is no dynamic compression, which needs a closed box whose top wall moves "
             f"down at a constant speed of {SLOWEST:g} m/s or more."
         )
-    speed, phi0 = wall_speed(run), float(run.start.filling_factor)
-    plateau, sigma = _plateau(run)
-    front, front_sigma, layer = compaction_front(run)
+    speed, phi0 = measure_wall_speed(run), float(run.start.filling_factor)
+    plateau, sigma = _measure_plateau(run)
+    front, front_sigma, layer = fit_compaction_front(run)
     momentum = run.material.density * phi0 * speed**2 / (1.0 - phi0 / S12_STATIC.phi2)
-    curve = compression_curve(run)
+    curve = measure_compression_curve(run)
     fits = {which: _fit(curve, *which) for which in fits}
     return Dynamic(speed, plateau, sigma, momentum, front, front_sigma, layer, fits)
 
 
-def _plateau(run):
+def _measure_plateau(run):
     """Mean pressure on the top wall over the plateau [Pa], and its standard error; nan without."""
     phi = run.series.filling_factor.values
     pressure = run.series.pressure.sel(wall="top").values
@@ -86,7 +86,7 @@ def _fit(curve, extent, weights):
     return fit if fit.p_m_sigma <= fit.p_m and fit.delta_sigma <= fit.delta else None
 
 
-def compaction_front(run):
+def fit_compaction_front(run):
     """(speed, its 1-sigma [m/s], filling factor behind it) of the compaction front.
 
     The front of a profile is where the filling factor, from the wall downwards, falls to less than
@@ -105,7 +105,7 @@ def compaction_front(run):
     heights, times, layers = [], [], []
     for number in np.flatnonzero((box >= PLATEAU[0]) & (box <= PLATEAU[1])):
         top = float(profiles.height[number])
-        z = _front_of(phi[number] - start, middle, upper <= top)
+        z = _find_front(phi[number] - start, middle, upper <= top)
         if z is None:
             continue
         thick = np.clip(np.minimum(upper, top) - lower, 0.0, None)
@@ -122,7 +122,7 @@ def compaction_front(run):
     return float(-slope), float(np.sqrt(covariance[0, 0])), float(np.median(layers))
 
 
-def _front_of(denser, middle, whole):
+def _find_front(denser, middle, whole):
     """Height [m] where `denser` (bins,) falls below DENSER from the top down; None without it.
 
     whole: the bins that the wall does not cut.

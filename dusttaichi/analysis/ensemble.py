@@ -12,7 +12,7 @@ import xarray as xr
 
 from dusttaichi.analysis.ensemble_stages import add_compression, add_extremes, add_stages
 from dusttaichi.analysis.numbers import families
-from dusttaichi.analysis.summary import PROBLEMS, summary
+from dusttaichi.analysis.summary import PROBLEMS, summarise
 from dusttaichi.errors import DustError
 from dusttaichi.results.outputs import NETCDF, write_dataset
 
@@ -25,7 +25,7 @@ CONVENTION = (
     "NAME: every replica, interpolated linearly onto {coordinate} within its own range, not a "
     "number outside it. mean_NAME and std_NAME: mean and standard deviation (n - 1) over the "
     "replicas that have a number there. replica_count: how many reach that far. summary_numbers: "
-    "the variables that hold the numbers of dusttaichi.analysis.summary; final_NAME is NAME at "
+    "the variables that hold the numbers of dusttaichi.analysis.summarise; final_NAME is NAME at "
     "the end of a run. smallest_NAME and largest_NAME: extremes of all records of a run. Of runs "
     "with stages, stage_end_NAME: at the end of each stage; loading_pressure: compression curve of "
     "all stages that compress."
@@ -198,7 +198,7 @@ def _attributes(variable):
 
 def _add_numbers(data, runs, dims, shape):
     """The numbers of the summaries as variables over the runs; returns their names, joined."""
-    found = [{} if run is None else summary(run) for run in runs]
+    found = [{} if run is None else summarise(run) for run in runs]
     methods = {run.method.name: run.method for run in runs if run is not None}
     every = {n.name: n for one in methods.values() for f in families(one) for n in f.numbers}
     there = {name for one in found for name, value in one.items() if value is not None}

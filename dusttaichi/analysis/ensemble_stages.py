@@ -7,7 +7,7 @@ records themselves.
 
 import numpy as np
 
-from dusttaichi.analysis.compression import BIN_WIDTH, compression_curve
+from dusttaichi.analysis.compression import BIN_WIDTH, measure_compression_curve
 from dusttaichi.errors import DustError
 
 CURVE = "loading_pressure"  #: Pressure of the compression curves of runs with stages.
@@ -100,7 +100,7 @@ def _curve(run):
     if run is None or not run.stages or not any(part.compresses for part in run.parts):
         return {}
     try:
-        curve = compression_curve(run)
+        curve = measure_compression_curve(run)
     except DustError:
         return {}
     numbers = np.floor(curve.filling_factor / BIN_WIDTH + 1e-9).astype(int)

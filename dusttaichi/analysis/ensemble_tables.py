@@ -9,16 +9,16 @@ import xarray as xr
 
 from dusttaichi.analysis.compression import BIN_WIDTH
 from dusttaichi.analysis.ensemble import add_statistics
-from dusttaichi.analysis.numbers import known, reason, statistics
+from dusttaichi.analysis.numbers import index_observables, reason, statistics
 from dusttaichi.analysis.numbers.registry import ENSEMBLES, TABLES
 from dusttaichi.analysis.summary import PROBLEMS
-from dusttaichi.analysis.symbols import key_label
+from dusttaichi.analysis.symbols import label_key
 from dusttaichi.analysis.texts import (
-    fitting_unit,
-    quantity_text,
+    choose_unit,
+    format_quantity,
+    mask_numbers,
+    merge_with_ranges,
     typeset,
-    with_ranges,
-    without_numbers,
 )
 
 ONE_SAMPLE = "one sample a point: the scatter between samples is unknown (replicas: 3)"
@@ -27,7 +27,7 @@ NAMED = 3  # points of a reason that are named
 
 def title_of(name):
     """Label of a number of the summary in tables and figures."""
-    number = known().get(name.removeprefix("final_"))
+    number = index_observables().get(name.removeprefix("final_"))
     if number is None:
         return name.replace("_", " ")
     return f"final {number.heading}" if name.startswith("final_") else number.heading
@@ -115,7 +115,7 @@ def _labels(data, axes):
 def key_labels(data, axes):
     """Symbols or words of swept keys, different ones."""
     paths = [key_of(data, axis) for axis in axes]
-    return [key_label(path, paths) for path in paths]
+    return [label_key(path, paths) for path in paths]
 
 
 def point_values(data):
@@ -140,7 +140,7 @@ def missing(data):
     The reason is for example a failed fit, a test without strength, or an error. Reasons that
     differ in numbers alone are one, for all of their points; no names where these are all.
     """
-    rows, points, groups = known(), point_labels(data), {}
+    rows, points, groups = index_observables(), point_labels(data), {}
     reasons = {row.why: rows[row.why].title for row in rows.values() if row.why}
     for name, title in (reasons | {PROBLEMS: "number"}).items():
         if name not in data:
@@ -148,11 +148,11 @@ def missing(data):
         texts = data[name].transpose(*axes_of(data), "replica").values
         for label, row in zip(points, texts.reshape(len(points), -1).tolist(), strict=True):
             for text in filter(None, row):
-                key = title, without_numbers(text)
+                key = title, mask_numbers(text)
                 groups.setdefault(key, []).append((label, text.removeprefix("none: ")))
     return [
         (title, *_counted(points, [label for label, _ in found], data.sizes["replica"]),
-         with_ranges([text for _, text in found]))
+         merge_with_ranges([text for _, text in found]))
         for (title, _), found in groups.items()
     ]  # fmt: skip
 
@@ -182,7 +182,7 @@ def statistics_tables(data):
 def _axis_texts(data, axis):
     values, unit = data[axis].values, data[axis].attrs.get("units")
     return [
-        typeset(quantity_text(v, unit)) if values.dtype.kind in "fi" else str(v)
+        typeset(format_quantity(v, unit)) if values.dtype.kind in "fi" else str(v)
         for v in values.tolist()
     ]
 
@@ -193,7 +193,7 @@ def table_numbers(data):
     Fewer for a sweep, whose table has a column for each number.
     """
     shown = (TABLES,) if axes_of(data) else (TABLES, ENSEMBLES)
-    rows = known()
+    rows = index_observables()
 
     def has_row(name):
         number = rows.get(name.removeprefix("final_"))  # none: of a method that is not installed
@@ -206,13 +206,13 @@ def table_numbers(data):
 def number_texts(data, name, size=None):
     """ "mean ± std" of one number for each point, in order; "-" where no run has it.
 
-    Followed by "(2 of 3)" where some replicas lack it. size: see `quantity_text`.
+    Followed by "(2 of 3)" where some replicas lack it. size: see `format_quantity`.
     """
     mean, std = data[f"mean_{name}"].values.ravel(), data[f"std_{name}"].values.ravel()
     known = np.isfinite(data[name].transpose(*axes_of(data), "replica").values)
     counts, unit = known.sum(axis=-1).ravel(), data[name].attrs.get("units")
     return [
-        quantity_text(m, unit, s, size) + _of(count, known.shape[-1]) if math.isfinite(m) else "-"
+        format_quantity(m, unit, s, size) + _of(count, known.shape[-1]) if math.isfinite(m) else "-"
         for m, s, count in zip(mean.tolist(), std.tolist(), counts.tolist(), strict=True)
     ]
 
@@ -249,7 +249,7 @@ def columns(data):
         sizes = np.abs(data[f"mean_{name}"].values)
         sizes = sizes[np.isfinite(sizes) & (sizes > 0.0)]
         largest = float(sizes.max(initial=0.0))
-        unit = fitting_unit(largest, data[name].attrs.get("units"))[1]
+        unit = choose_unit(largest, data[name].attrs.get("units"))[1]
         if unit and largest <= 1e3 * sizes.min(initial=np.inf):
             texts = number_texts(data, name, largest)
         else:
@@ -316,7 +316,7 @@ def against(data, name):
     """
     axes, values = axes_of(data), data[name]
     largest = float(np.nanmax(np.abs(values)))
-    power, unit = fitting_unit(largest, values.attrs.get("units"))
+    power, unit = choose_unit(largest, values.attrs.get("units"))
     if power == 0 and largest > 0 and not 1e-2 <= largest < 1e4:  # no unit fits
         power = 3 * math.floor(math.log10(largest) / 3)
         unit = rf"$10^{{{power}}}$ {unit}".strip()
@@ -346,5 +346,5 @@ def _place(data, key):
     # of two seeds none is the larger
     if values.dtype.kind not in "fi" or key_of(data, key).endswith("seed"):
         return np.arange(len(values)), "", [str(value) for value in values]
-    power, unit = fitting_unit(float(np.max(np.abs(values))), data[key].attrs.get("units"))
+    power, unit = choose_unit(float(np.max(np.abs(values))), data[key].attrs.get("units"))
     return values * 10.0**-power, unit, None

@@ -17,7 +17,7 @@ _NUMBERS = ("grains", "time_step", "particles", "spacing")
 _TEXTS = ("title", "status", "stages", "sample", "scene_resolved")
 
 
-def attributes(found, path):
+def check_attributes(found, path):
     """The global attributes of a result, their texts without control characters.
 
     Raises DustError where one that is a number or a text is something else.
@@ -26,24 +26,24 @@ def attributes(found, path):
     for name in _NUMBERS:
         value = clean.get(name, 0)
         if isinstance(value, str) or getattr(value, "size", 1) != 1:
-            raise _not(path, name, value, "a number")
+            raise _refuse_attribute(path, name, value, "a number")
     for name in _TEXTS:
         if not isinstance(clean.get(name, ""), str):
-            raise _not(path, name, clean[name], "a text")
+            raise _refuse_attribute(path, name, clean[name], "a text")
     return clean
 
 
-def block(attributes, name, path):
+def parse_block(attributes, name, path):
     """The YAML of an attribute as plain data, {} without it. Raises DustError unless a block."""
     text = attributes.get(name, "")
-    data = pickle.loads(_parsed(text))
+    data = pickle.loads(_pickle_yaml(text))
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
-        raise _not(path, name, text, "a block of YAML")
+        raise _refuse_attribute(path, name, text, "a block of YAML")
     return data
 
 
 @lru_cache(maxsize=64)
-def _parsed(text):
+def _pickle_yaml(text):
     """Plain data of a text, once for all numbers of a run that ask for it; None if not YAML.
 
     They are pickled, of which every user makes a copy, in a tenth of the time of copy.deepcopy.
@@ -55,7 +55,7 @@ def _parsed(text):
     return pickle.dumps(data)
 
 
-def _not(path, name, value, needed):
+def _refuse_attribute(path, name, value, needed):
     shown = repr(value) if len(repr(value)) <= 70 else f"{value!r:.67}..."
     return DustError(f"{path}: the attribute {name} = {shown}; {needed} is needed. {_ADVICE}")
 
@@ -64,7 +64,7 @@ _ADVICE = "Another program has written or changed the file: take the original fr
 
 
 @contextmanager
-def understood(paths):
+def explain_foreign_errors(paths):
     """Context in which any error of a result without DIGEST is a DustError.
 
     The content of such a file is unknown. Damage of a large file shows only as it is read. paths:
@@ -98,9 +98,9 @@ def understood(paths):
 def writing(*, force=False, inputs=()):
     """Context in which files of others are not overwritten (`results.outputs.writing`).
 
-    Faults of results are error messages (`understood`). inputs: paths that are read.
+    Faults of results are error messages (`explain_foreign_errors`). inputs: paths that are read.
     """
-    with outputs.writing(force=force, inputs=inputs), understood(inputs):
+    with outputs.writing(force=force, inputs=inputs), explain_foreign_errors(inputs):
         yield
 
 

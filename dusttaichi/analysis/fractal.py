@@ -27,7 +27,7 @@ class Fractal:
     grain_radius: float  #: [m].
 
 
-def fractal(run, snapshots=None, radii=None) -> Fractal:
+def measure_fractal(run, snapshots=None, radii=None) -> Fractal:
     """Number of grains within a distance of a grain, images of periodic cells included.
 
     The mean is over all grains, over CENTRES random ones where there are more. The stage is the
@@ -68,14 +68,14 @@ def fractal(run, snapshots=None, radii=None) -> Fractal:
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.gradient(np.log(number), np.log(radii), axis=1)
     slope[~np.isfinite(slope)] = np.nan
-    dimension = np.array([_dimension(radii, n, r) for n in number])
+    dimension = np.array([_fit_dimension(radii, n, r) for n in number])
     series, phi = run.whole.series, np.full(len(time), np.nan)
     if "filling_factor" in series:
         phi = np.interp(time, series.time.values, series.filling_factor.values)
     return Fractal(radii, number, slope, dimension, time, phi, r)
 
 
-def _dimension(radii, number, grain_radius):
+def _fit_dimension(radii, number, grain_radius):
     used = (number > 0) & (number <= SMALL_SCALE) & (radii > 2.0 * grain_radius)
     if used.sum() < 3:
         return np.nan

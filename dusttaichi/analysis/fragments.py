@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.frame import grain_masses, read_frame
+from dusttaichi.analysis.frame import read_frame, read_grain_masses
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import (
     connected,
@@ -55,7 +55,7 @@ class Fragments:
         return np.divide(self.volume, sphere, out=np.full(len(self), np.nan), where=sphere > 0.0)
 
 
-def fragments(run, snapshot=-1) -> Fragments:
+def find_fragments(run, snapshot=-1) -> Fragments:
     """Fragments of a snapshot of a run: sets of grains connected by contacts between grains.
 
     Walls do not connect grains.
@@ -71,12 +71,12 @@ def fragments(run, snapshot=-1) -> Fragments:
     DustError
         The snapshots have no contacts.
     """
-    return fragments_of(read_frame(run, snapshot), grain_masses(run))
+    return find_frame_fragments(read_frame(run, snapshot), read_grain_masses(run))
 
 
-def fragments_of(frame, masses):
+def find_frame_fragments(frame, masses):
     """The Fragments of a Frame whose grains have these masses [kg], (N,)."""
-    label = fragment_labels(frame, masses)
+    label = label_fragments(frame, masses)
     number = int(label.max(initial=-1)) + 1
     position = frame.position
     if frame.periodic.any():  # at the images that connect fragments across periodic faces
@@ -85,24 +85,24 @@ def fragments_of(frame, masses):
     mass = np.bincount(label, masses, minlength=number)
 
     def mean(values):
-        return _sums(label, masses[:, None] * values, number) / mass[:, None]
+        return _sum_by_label(label, masses[:, None] * values, number) / mass[:, None]
 
     centre, velocity = mean(position), mean(frame.velocity)
     offset, relative = position - centre[label], frame.velocity - velocity[label]
     spin = 0.4 * (masses * frame.radius**2)[:, None] * frame.spin
-    angular = _sums(label, masses[:, None] * np.cross(offset, relative) + spin, number)
+    angular = _sum_by_label(label, masses[:, None] * np.cross(offset, relative) + spin, number)
     square = np.bincount(label, masses * (offset**2).sum(axis=1), minlength=number) / mass
     volume = np.bincount(label, 4.0 / 3.0 * np.pi * frame.radius**3, minlength=number)
     grains = np.bincount(label, minlength=number)
     return Fragments(label, grains, mass, volume, centre, velocity, angular, np.sqrt(square))
 
 
-def fragment_labels(frame, masses):
+def label_fragments(frame, masses):
     """Fragment of each grain of a Frame, (N,), 0 the heaviest; masses: of the grains, (N,)."""
     return largest_first(connected(frame.pairs, len(masses))[1], masses)
 
 
-def _sums(label, vectors, number):
+def _sum_by_label(label, vectors, number):
     return np.stack([np.bincount(label, v, minlength=number) for v in vectors.T], axis=1)
 
 
@@ -117,7 +117,7 @@ class FragmentDimension:
     grain_radius: float  #: Mean radius of the grains [m].
 
 
-def fragment_dimension(run, snapshot=-1, fragment=0) -> FragmentDimension:
+def fit_fragment_dimension(run, snapshot=-1, fragment=0) -> FragmentDimension:
     """Fractal dimension of a fragment of a snapshot of a run.
 
     Parameters
@@ -134,7 +134,7 @@ def fragment_dimension(run, snapshot=-1, fragment=0) -> FragmentDimension:
         radii.
     """
     frame = read_frame(run, snapshot)
-    parts = fragments_of(frame, grain_masses(run))
+    parts = find_frame_fragments(frame, read_grain_masses(run))
     if not 0 <= fragment < len(parts):
         raise DustError(f"There is no fragment {fragment}; allowed: 0 to {len(parts) - 1}.")
     members = parts.label == fragment
@@ -163,7 +163,7 @@ class MassSpectrum:
     histogram: np.ndarray  #: (bins,).
 
 
-def mass_spectrum(parts, bins=10) -> MassSpectrum:
+def compute_mass_spectrum(parts, bins=10) -> MassSpectrum:
     """Distribution of the mass among fragments.
 
     Parameters
@@ -180,7 +180,7 @@ def mass_spectrum(parts, bins=10) -> MassSpectrum:
     return MassSpectrum(mass, count, share, edges, np.histogram(mass, edges)[0])
 
 
-def growth_efficiency(run, first=0, last=-1, bodies=None) -> float:
+def measure_growth_efficiency(run, first=0, last=-1, bodies=None) -> float:
     """Growth efficiency f = (M_largest - M_target)/M_projectile of a collision (Wada et al. 2013).
 
     1: everything sticks; 0: the mass of the target is unchanged, as in a bounce; negative: erosion.
@@ -202,12 +202,12 @@ def growth_efficiency(run, first=0, last=-1, bodies=None) -> float:
         Snapshot `first` does not have exactly two fragments.
     """
     if bodies is None:
-        target, projectile = two_fragments(run, first).mass
-        return float((fragments(run, last).mass[0] - target) / projectile)
-    return efficiency(fragments(run, last), grain_masses(run), bodies)
+        target, projectile = find_two_fragments(run, first).mass
+        return float((find_fragments(run, last).mass[0] - target) / projectile)
+    return compute_growth_efficiency(find_fragments(run, last), read_grain_masses(run), bodies)
 
 
-def efficiency(parts, masses, bodies):
+def compute_growth_efficiency(parts, masses, bodies):
     """Growth efficiency of two bodies (lists of grains), from the Fragments afterwards.
 
     masses: of the grains [kg], (N,).
@@ -216,9 +216,9 @@ def efficiency(parts, masses, bodies):
     return float((parts.mass[0] - target) / projectile)
 
 
-def two_fragments(run, snapshot):
+def find_two_fragments(run, snapshot):
     """The Fragments of a snapshot that has exactly two. Raises DustError otherwise."""
-    parts = fragments(run, snapshot)
+    parts = find_fragments(run, snapshot)
     if len(parts) != 2:
         raise DustError(
             f"Snapshot {snapshot} of {run.path} has {len(parts)} fragments; a collision needs two "
@@ -241,7 +241,7 @@ class Compaction:
         return float(self.filling_factor[1] / self.filling_factor[0])
 
 
-def compaction(run, first=0, last=-1) -> Compaction:
+def measure_compaction(run, first=0, last=-1) -> Compaction:
     """Compaction of the largest fragment between two snapshots of a run.
 
     The filling factor is within the characteristic radius sqrt(5/3) R_g, so that fragments of
@@ -255,5 +255,5 @@ def compaction(run, first=0, last=-1) -> Compaction:
     last : int
         Number of the snapshot after.
     """
-    both, names = [fragments(run, n) for n in (first, last)], Compaction.__annotations__
+    both, names = [find_fragments(run, n) for n in (first, last)], Compaction.__annotations__
     return Compaction(*(np.array([getattr(parts, name)[0] for parts in both]) for name in names))

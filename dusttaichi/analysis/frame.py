@@ -157,7 +157,7 @@ class Frame:
         return geometry.nearest_image(vectors, self.period, self.tilt)
 
 
-def frame_count(run):
+def count_frames(run):
     """Number of snapshots of a run.
 
     Raises
@@ -170,9 +170,9 @@ def frame_count(run):
     return int(run.tree["snapshots"].sizes["snapshot"])
 
 
-def snapshot_number(run, snapshot):
+def resolve_snapshot(run, snapshot):
     """Number of a snapshot from 0; from the end if negative. Raises DustError without it."""
-    count = frame_count(run)
+    count = count_frames(run)
     if not -count <= snapshot < count:
         raise DustError(
             f"{run.path} has no snapshot {snapshot}; allowed: 0 to {count - 1}, or -1 for the last."
@@ -196,7 +196,7 @@ def read_frame(run, snapshot=-1, contacts=True) -> Frame:
     DustError
         There is no snapshot of that number.
     """
-    number = snapshot_number(run, snapshot)
+    number = resolve_snapshot(run, snapshot)
     data = run.tree["snapshots"].to_dataset(inherit=False).isel(snapshot=number).load()
     groups = [name for name in ("contacts", "wall_contacts") if name in run.tree.children]
     names = None if contacts is True else contacts
@@ -208,8 +208,8 @@ def read_frame(run, snapshot=-1, contacts=True) -> Frame:
         time=float(data.snapshot_time),
         step=int(data.step),
         position=data.position.values.astype(float),
-        velocity=_vectors(data, "velocity"),
-        spin=_vectors(data, "spin"),
+        velocity=_read_vectors(data, "velocity"),
+        spin=_read_vectors(data, "spin"),
         radius=data.radius.values,
         cell=cell,
         periodic=np.array([axis in periodic for axis in AXES]),
@@ -224,14 +224,14 @@ def read_frame(run, snapshot=-1, contacts=True) -> Frame:
     )
 
 
-def _vectors(data, name):
+def _read_vectors(data, name):
     """(N, 3) of a snapshot; not a number where output.variables excludes it."""
     if name in data:
         return data[name].values.astype(float)
     return np.full(data.position.shape, np.nan)
 
 
-def normal_force(run, frame):
+def compute_normal_force(run, frame):
     """Normal force of each contact of a Frame [N], (C,), positive for repulsion.
 
     From the result, else from the overlap by S12 eqs 2 and 3, without damping. None for several
@@ -252,13 +252,13 @@ def normal_force(run, frame):
     return 4.0 * constants.pull_off_force(gamma, R) * (s**6 - s**3)
 
 
-def surface(run):
+def find_surface(run):
     """Height of the upper end of the dust at the start [m], from the sample or the first frame."""
     known = run.sample.get("surface")
     return float(run.method.read(run, 0).top if known is None else known)
 
 
-def grain_masses(run):
+def read_grain_masses(run):
     """Masses of the grains [kg], (N,): from the result, or volume times density of the material.
 
     Raises
@@ -266,7 +266,7 @@ def grain_masses(run):
     DustError
         The result has no density.
     """
-    frame_count(run)
+    count_frames(run)
     snapshots = run.tree["snapshots"]
     if "mass" in snapshots:
         return snapshots.mass.values

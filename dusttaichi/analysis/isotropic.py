@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.compression import binned
-from dusttaichi.analysis.cycles import cell_pressure
+from dusttaichi.analysis.compression import bin_medians
+from dusttaichi.analysis.cycles import compute_cell_pressure
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.results.shown import PRESSURES
@@ -60,7 +60,7 @@ class Ratio:
     high: float  #: Upper end of the range of filling factor.
 
 
-def isotropic(run, law=laws.isotropic_pressure) -> Isotropic:
+def measure_isotropic_compression(run, law=laws.isotropic_pressure) -> Isotropic:
     """Mean pressure -trace(stress)/3 of a cell in the first stage that compresses it evenly.
 
     Parameters
@@ -82,14 +82,14 @@ def isotropic(run, law=laws.isotropic_pressure) -> Isotropic:
             "(a periodic boundary, or output: stress: on)."
         )
     phi = series.filling_factor.values
-    pressure = cell_pressure(series)
+    pressure = compute_cell_pressure(series)
     known = np.isfinite(phi) & np.isfinite(pressure) & (phi > 0)
     phi, pressure = phi[known], pressure[known]
     numbers = np.floor(np.log10(phi) / DECADES + 1e-9)
-    mean, median, count = binned(numbers, phi, pressure)
-    ratio = binned(numbers, phi, pressure / _pressure_by(law, run, phi))[1]
+    mean, median, count = bin_medians(numbers, phi, pressure)
+    ratio = bin_medians(numbers, phi, pressure / _apply_law(law, run, phi))[1]
     up = median > 0
-    columns = mean[up], median[up], _pressure_by(law, run, mean[up]), ratio[up]
+    columns = mean[up], median[up], _apply_law(law, run, mean[up]), ratio[up]
     return Isotropic(*columns, count[up].astype(int), phi, pressure)
 
 
@@ -101,12 +101,12 @@ def register(label, law) -> None:
     label : str
         Its label in the legend.
     law : function
-        As for `isotropic`.
+        As for `measure_isotropic_compression`.
     """
     PRESSURES[label] = law
 
 
-def _pressure_by(law, run, phi):
+def _apply_law(law, run, phi):
     m = run.material
     if m is None:
         return np.full(len(phi), np.nan)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.tension import is_tensile_test, recorded_tension, start_of_tension
+from dusttaichi.analysis.tension import find_start_of_tension, is_tensile_test, read_tension
 from dusttaichi.physics.geometry import LYING
 from dusttaichi.scene.numerics import DRAFT
 
@@ -10,7 +10,7 @@ LEAST_CHANGE = 1e-3
 """Relative change of the filling factor from which a run counts as compressed or stretched."""
 
 
-class Kind:
+class RunKind:
     """Properties of a Run that name its kind; a base class of Run alone."""
 
     @property
@@ -103,12 +103,12 @@ class Kind:
         least = 0.0 if is_tensile_test(self) else LEAST_CHANGE
         if not (self.growth < -least and self.has_tension):
             return False
-        return start_of_tension(recorded_tension(self)) is not None
+        return find_start_of_tension(read_tension(self)) is not None
 
     @property
     def _expands_under_pressure(self):
         opens = self.growth < 0.0 and self.has_tension
-        return opens and not self._pulls and np.nanmean(recorded_tension(self)) <= 0.0
+        return opens and not self._pulls and np.nanmean(read_tension(self)) <= 0.0
 
     @property
     def growth(self):
@@ -138,7 +138,7 @@ SLOWEST = 1.0  #: Wall speed [m/s] from which S12 (section 5.2.2) calls a compre
 STEADY = 0.01  #: Share by which the speed of a steady wall may vary.
 
 
-def wall_speed(run):
+def measure_wall_speed(run):
     """Downward speed [m/s] of the top wall; nan where it changes or is unknown."""
     if "height" not in run.series or run.series.sizes["time"] < 3:
         return np.nan
@@ -153,10 +153,14 @@ def wall_speed(run):
 
 def is_dynamic(run):
     """True for a cake in a closed box pressed at a constant speed of SLOWEST or more."""
-    return run.compresses and run.boundary == "box" and wall_speed(run) > (1.0 - STEADY) * SLOWEST
+    return (
+        run.compresses
+        and run.boundary == "box"
+        and measure_wall_speed(run) > (1.0 - STEADY) * SLOWEST
+    )
 
 
-def draft_of(scene):
+def explain_draft(scene):
     """Reason why a run of a resolved scene (plain dicts) is a draft; "" for others."""
     numerics = scene.get("numerics") or {}
     scale = numerics.get("stiffness_scaling", 1.0)
@@ -165,15 +169,15 @@ def draft_of(scene):
     return f"softened, {scale:g}" if isinstance(scale, (int, float)) and scale < 1.0 else ""
 
 
-def named(name, scene):
+def add_draft_reason(name, scene):
     """The name of a run, of a draft with the reason in parentheses."""
-    text = draft_of(scene)
+    text = explain_draft(scene)
     return f"{name} ({text})" if text else name
 
 
-def mixture(runs):
+def warn_of_mixed_drafts(runs):
     """A sentence where some of several Runs are drafts and others are not; else ""."""
-    texts = {run.name: draft_of(run.scene) for run in runs}
+    texts = {run.name: explain_draft(run.scene) for run in runs}
     if len(set(texts.values())) < 2:
         return ""
     drafts = ", ".join(name for name, text in texts.items() if text)

@@ -37,7 +37,7 @@ class Ledger:
     shares: dict
 
 
-def losses_by_channel(series):
+def sum_losses_by_channel(series):
     """Channel -> energy lost since the start [J], (times,), in contacts of grains and walls."""
     if "loss" not in series:
         return {}
@@ -45,7 +45,7 @@ def losses_by_channel(series):
     return {str(c): loss.sel(channel=c).values for c in series.channel.values}
 
 
-def ledger(run):
+def compute_ledger(run):
     """Energy ledger of a run, from its start, over all its stages."""
     series = run.whole.series
     zero = np.zeros(len(series.time))
@@ -53,7 +53,7 @@ def ledger(run):
     def total(name, over):
         return series[name].sum(over).values if name in series else zero
 
-    losses = losses_by_channel(series)
+    losses = sum_losses_by_channel(series)
     lost = sum(losses.values(), zero)
     kinetic = sum((series[n].values for n in KINETIC if n in series), zero)
     potential = sum((total(name, "spring") for name in CONTACTS), zero)
@@ -95,7 +95,7 @@ class Losses:
     total: np.ndarray  #: [J], (times,).
 
 
-def losses_against_filling_factor(run) -> Losses:
+def measure_losses(run) -> Losses:
     """Losses by channel of a run, in the first stage that stretches, against filling factor.
 
     Raises
@@ -106,7 +106,7 @@ def losses_against_filling_factor(run) -> Losses:
     part = run.part_that("stretches")
     if "filling_factor" not in part.series:
         raise DustError(f"{run.path} has no filling factor to draw its losses against.")
-    before = losses_by_channel(part.start.expand_dims("time"))
-    lost = {c: v - before[c][0] for c, v in losses_by_channel(part.series).items()}
+    before = sum_losses_by_channel(part.start.expand_dims("time"))
+    lost = {c: v - before[c][0] for c, v in sum_losses_by_channel(part.series).items()}
     phi = part.series.filling_factor.values
     return Losses(phi, lost, sum(lost.values(), np.zeros(len(phi))))

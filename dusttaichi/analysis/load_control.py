@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.cycles import pressure_of
-from dusttaichi.analysis.loads import drive_of
+from dusttaichi.analysis.cycles import compute_pressure
+from dusttaichi.analysis.loads import find_drive
 from dusttaichi.scene.quantities import parse
 
 CLOSE = 0.05  #: Relative deviation from the controlled load up to which it counts as reached.
@@ -21,17 +21,17 @@ class LoadControl:
     highest: float  #: Largest one.
 
 
-def load_controls(run):
+def measure_load_control(run):
     """LoadControl of every stage of a run that controls a load, in order.
 
     Records have averages over their time. A stress of 0 is compared with the largest of the others.
     """
-    found = (_load_control(part) for part in run.parts if len(part.series.time))
+    found = (_measure_stage(part) for part in run.parts if len(part.series.time))
     return [one for one in found if one is not None]
 
 
-def _load_control(part):
-    loads = _relative_loads(part)
+def _measure_stage(part):
+    loads = _compute_relative_loads(part)
     if loads is None:
         return None
     series = part.series
@@ -45,11 +45,11 @@ def _load_control(part):
     return LoadControl(part.stage_name, share, float(loads.min()), float(loads.max()))
 
 
-def _relative_loads(part):
+def _compute_relative_loads(part):
     """Loads over the controlled ones, (times, n); None where there is none, or no record of it."""
-    drive, series = drive_of(part), part.series
+    drive, series = find_drive(part), part.series
     if drive.get("pressure") and ("pressure" in series or "stress" in series):
-        return (pressure_of(series) / parse(drive["pressure"], "pressure"))[:, None]
+        return (compute_pressure(series) / parse(drive["pressure"], "pressure"))[:, None]
     stress = drive.get("stress")
     if not isinstance(stress, (list, tuple)) or "stress" not in series:
         return None

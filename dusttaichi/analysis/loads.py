@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.cycles import pressure_of
+from dusttaichi.analysis.cycles import compute_pressure
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.quantities import parse
@@ -33,10 +33,10 @@ class ControlledLoad:
     @property
     def missed(self):
         """True where the load deviates from the controlled one by more than MISSED."""
-        return misses(self.pressure, self.wanted)
+        return is_load_missed(self.pressure, self.wanted)
 
 
-def misses(load, wanted, other=0.0):
+def is_load_missed(load, wanted, other=0.0):
     """True where a load deviates from the prescribed one by more than MISSED of it.
 
     other: stress that takes its place where no load is prescribed, that is 0 [Pa]. False where
@@ -45,36 +45,36 @@ def misses(load, wanted, other=0.0):
     return abs(load - wanted) > MISSED * (abs(wanted) or abs(other))
 
 
-def load_text(test):
+def format_load(test):
     """Load [kPa] of a Shearing or Triaxial, beside the prescribed one where that was missed."""
     wanted = f" instead of {test.wanted / 1e3:.3g}" if test.missed else ""
     return f"{test.load / 1e3:.3g}{wanted} kPa"
 
 
-def controlled_loads(run):
+def measure_controlled_loads(run):
     """Controlled loads of the stages of a run that control a pressure, in order."""
     return [
-        _controlled_load(part, parse(pressure, "pressure"))
+        _measure_controlled_load(part, parse(pressure, "pressure"))
         for part in run.parts
-        if (pressure := drive_of(part).get("pressure")) and len(part.series.time) > LAST
+        if (pressure := find_drive(part).get("pressure")) and len(part.series.time) > LAST
     ]
 
 
-def stage_of(part):
+def find_stage_block(part):
     """Block of a stage of a Run in its scene; None of a run without stages."""
     stages = {stage["name"]: stage for stage in part.scene.get("stages") or []}
     return stages.get(part.stage_name, {}) if stages else None
 
 
-def drive_of(part):
+def find_drive(part):
     """Drive of a stage of a Run, as in its scene; of a run without stages its block `boundary`."""
-    stage = stage_of(part)
+    stage = find_stage_block(part)
     return part.scene.get("boundary", {}) if stage is None else stage.get("drive", {})
 
 
-def _controlled_load(part, wanted):
+def _measure_controlled_load(part, wanted):
     series = part.series
-    pressure = pressure_of(series)
+    pressure = compute_pressure(series)
     mean = np.convolve(pressure, np.ones(LAST) / LAST, "valid")
     time, phi = series.time.values, series.filling_factor.values
     return ControlledLoad(
@@ -109,7 +109,7 @@ class StrengthTest:
     @property
     def missed(self):
         """True where the load is prescribed and deviates by more than MISSED."""
-        return misses(self.load, self.wanted, self.strength)
+        return is_load_missed(self.load, self.wanted, self.strength)
 
     @property
     def has_friction(self):
@@ -192,7 +192,7 @@ class Friction:
         return self.slope / (2.0 + self.slope)
 
 
-def shearings(run):
+def measure_shear_tests(run):
     """Shear test of every stage of a run that shears, in order.
 
     Raises
@@ -202,16 +202,16 @@ def shearings(run):
     """
     found, before = [], 0.0
     for part in run.parts if "shear_strain" in run.series else []:
-        strain = _sheared(part)
+        strain = _compute_shear_strain(part)
         if np.any(np.abs(strain) > ROUNDING) and len(part.series.time) > 2:
-            found.append(_shearing(part, strain, before))
+            found.append(_measure_shear_test(part, strain, before))
         before += float(strain[-1]) if len(strain) else 0.0
     if not found:
         raise DustError(f"{run.path}: no stage shears; it needs a shear_rate or a shear_speed.")
     return found
 
 
-def friction(found):
+def fit_friction(found):
     """Line of friction of several shear or triaxial tests, of one sample or more.
 
     It uses stages with a compressive normal stress that the scene prescribes; None below two loads.
@@ -228,7 +228,7 @@ def friction(found):
     return Friction(*map(float, (line[1], sigma[1], line[0], sigma[0])))
 
 
-def _sheared(part):
+def _compute_shear_strain(part):
     """Shear strain since the start of a stage, (n,).
 
     For a top wall it is the integral of its displacement over the current height.
@@ -241,9 +241,9 @@ def _sheared(part):
     return np.cumsum(np.diff(strain * height) / (0.5 * (height[1:] + height[:-1])))
 
 
-def _normal_stress(part):
+def _parse_normal_stress(part):
     """Stress across the shear of a stage, or pressure, that the scene prescribes [Pa], or NaN."""
-    drive = drive_of(part)
+    drive = find_drive(part)
     stress = drive.get("stress")
     if isinstance(stress, (list, tuple)):
         stress = stress[2]
@@ -252,9 +252,9 @@ def _normal_stress(part):
     return parse(drive["pressure"], "pressure") if drive.get("pressure") else np.nan
 
 
-def _shearing(part, strain, before):
+def _measure_shear_test(part, strain, before):
     series, direction = part.series, float(np.sign(strain[-1]))
-    shear, normal = _stresses(series)
+    shear, normal = _read_stresses(series)
     strain, shear = direction * strain, direction * shear
     phi = np.asarray(series.get("filling_factor", np.full(len(strain), np.nan)))
     return Shearing(
@@ -263,14 +263,14 @@ def _shearing(part, strain, before):
         shear=shear,
         normal=normal,
         filling_factor=phi,
-        wanted=_normal_stress(part),
+        wanted=_parse_normal_stress(part),
         direction=direction,
         before=before,
-        **flow(strain, shear, normal, phi),
+        **average_flow(strain, shear, normal, phi),
     )
 
 
-def flow(strain, stress, load, density):
+def average_flow(strain, stress, load, density):
     """strength, strength_sigma, load, density: means over the last FLOWING of a growing strain.
 
     strain, stress, load, density: (n,). The standard error of the strength is that of the means of
@@ -283,7 +283,7 @@ def flow(strain, stress, load, density):
     return {name: float(np.mean(a[late])) for name, a in means.items()} | {"strength_sigma": sigma}
 
 
-def _stresses(series):
+def _read_stresses(series):
     """Shear and normal stress [Pa], (n,) each: of the cell, or on the top wall."""
     if "wall_force" in series:
         force = series.wall_force.sel(wall="top")
@@ -293,7 +293,7 @@ def _stresses(series):
     return 0.5 * (stress[:, 0, 2] + stress[:, 2, 0]), -stress[:, 2, 2]
 
 
-def triaxials(run):
+def measure_triaxial_tests(run):
     """Triaxial test of every such stage of a run, in order.
 
     Raises
@@ -301,7 +301,7 @@ def triaxials(run):
     DustError
         There is none.
     """
-    stresses = _controlled_stresses(run)
+    stresses = _find_controlled_stresses(run)
     parts = run.parts if "stress" in run.series else []
     tests = [part for part in parts if part.stage_name in stresses and len(part.series.time) > 2]
     if not tests:
@@ -309,17 +309,17 @@ def triaxials(run):
             f"{run.path}: no stage is a triaxial test; it needs a stress along two axes and a "
             "strain_rate along the third (drive: {stress: [-5 kPa, -5 kPa, free], ...})."
         )
-    return [_triaxial(part, stresses[part.stage_name]) for part in tests]
+    return [_measure_triaxial_test(part, stresses[part.stage_name]) for part in tests]
 
 
 def is_triaxial(run):
     """True where a stage of a Run is a triaxial test."""
-    return bool(_controlled_stresses(run)) and "stress" in run.series
+    return bool(_find_controlled_stresses(run)) and "stress" in run.series
 
 
-def _controlled_stresses(run):
+def _find_controlled_stresses(run):
     """Stress along each axis of each part that controls it along two, by name of the stage."""
-    stresses = {part.stage_name: drive_of(part).get("stress") for part in run.parts}
+    stresses = {part.stage_name: find_drive(part).get("stress") for part in run.parts}
     return {
         name: list(stress)
         for name, stress in stresses.items()
@@ -327,7 +327,7 @@ def _controlled_stresses(run):
     }
 
 
-def _triaxial(part, stress):
+def _measure_triaxial_test(part, stress):
     """Triaxial of a stage; stress: prescribed along each axis, once "free"."""
     axis, series = stress.index("free"), part.series
     wanted = -np.mean([parse(own, "pressure") for own in stress if own != "free"])
@@ -343,5 +343,5 @@ def _triaxial(part, stress):
         deviator=deviator,
         filling_factor=phi,
         wanted=float(wanted),
-        **flow(np.abs(strain), deviator, confining, phi),
+        **average_flow(np.abs(strain), deviator, confining, phi),
     )

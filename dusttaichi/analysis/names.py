@@ -2,7 +2,7 @@
 
 import re
 
-from dusttaichi.analysis.symbols import key_label
+from dusttaichi.analysis.symbols import label_key
 from dusttaichi.analysis.texts import typeset
 
 MOST = 3  # largest number of differing keys in a name
@@ -11,7 +11,7 @@ BESIDES = ("name", "output", "numerics.threads", "extensions")
 TAGS = ("kind", "model", "law")
 
 
-def shown_name(title, scene, folder=""):
+def format_run_name(title, scene, folder=""):
     """Name of a run with this title: of a point of a study by its changed keys.
 
     "cake-material.surface_energy_20mJ_m_2" is "cake, γ = 20 mJ/m²"; any other title remains.
@@ -25,10 +25,10 @@ def shown_name(title, scene, folder=""):
         Name of the folder of the run, which has the number of a replica.
     """
     base, changes = split_name(title, scene)
-    return ", ".join([base, *changes, *_replica(folder, changes)])
+    return ", ".join([base, *changes, *_format_replica(folder, changes)])
 
 
-def labels_of(runs):
+def name_runs(runs):
     """A name for each of several Runs, by which they differ.
 
     Points of one study are named by their changed keys alone. Runs of the same name are named by
@@ -41,42 +41,42 @@ def labels_of(runs):
         names = [name.removeprefix(f"{base}, ") for name in names]
     if len(set(names)) == len(names):
         return names
-    scenes = [dict(_entries(run.scene)) for run in runs]
+    scenes = [dict(_iterate_entries(run.scene)) for run in runs]
     paths = [path for path in dict.fromkeys(p for s in scenes for p in s)
              if len({s.get(path) for s in scenes}) > 1]  # fmt: skip
     if not 0 < len(paths) <= MOST:
         return [
             f"{n}, {run.path.resolve().parent.name}" for n, run in zip(names, runs, strict=True)
         ]
-    changed = [", ".join(change(path, scene.get(path, "-"), paths) for path in paths)
+    changed = [", ".join(format_change(path, scene.get(path, "-"), paths) for path in paths)
                for scene in scenes]  # fmt: skip
     if len(set(names)) == 1:
         return changed
     return [f"{name}, {text}" for name, text in zip(names, changed, strict=True)]
 
 
-def change(path, value, among=()):
+def format_change(path, value, among=()):
     """ "γ = 20 mJ/m²": a key, by its path, with the text of its value."""
-    return f"{key_label(path, among)} = {typeset(str(value))}"
+    return f"{label_key(path, among)} = {typeset(str(value))}"
 
 
 def split_name(title, scene):
     """(base, changed keys as texts) of the title of a run; (title, []) of one without such keys."""
     for dash in re.finditer("-", title):
-        pairs = _changed(title[dash.end() :], scene)
+        pairs = _parse_changes(title[dash.end() :], scene)
         if pairs:
             paths = [path for path, _ in pairs]
-            return title[: dash.start()], [change(*pair, paths) for pair in pairs]
+            return title[: dash.start()], [format_change(*pair, paths) for pair in pairs]
     return title, []
 
 
-def _changed(text, scene):
+def _parse_changes(text, scene):
     """(path, value in the scene) of each change in "KEY_VALUE__KEY_VALUE", or []."""
-    pairs = [_change_of(part, scene) for part in text.split("__")]
+    pairs = [_parse_change(part, scene) for part in text.split("__")]
     return pairs if all(pairs) else []
 
 
-def _change_of(text, scene):
+def _parse_change(text, scene):
     """(path, value) of "KEY_VALUE", whose KEY is a path in the scene; None without."""
     path, block = [], scene
     while isinstance(block, (dict, list)):
@@ -90,36 +90,36 @@ def _change_of(text, scene):
         ends, text = text[len(key)] == "_", text[len(key) + 1 :]
         block = block[key] if isinstance(block, dict) else block[int(key)]
         if ends:
-            value = _value(block)
+            value = _format_block(block)
             # a single word such as `method` may be of the name of the scene
-            sure = len(path) > 1 or _letters(text) == _letters(value)
+            sure = len(path) > 1 or _keep_letters(text) == _keep_letters(value)
             return (".".join(path), value) if text and value is not None and sure else None
     return None
 
 
-def _letters(value):
+def _keep_letters(value):
     return re.sub(r"[\W_]", "", str(value))
 
 
-def _value(block):
+def _format_block(block):
     """A value, or the word for a block."""
     if isinstance(block, dict):
         return next((block[tag] for tag in TAGS if tag in block), None)
     return ", ".join(map(str, block)) if isinstance(block, list) else block
 
 
-def _entries(block, path=""):
+def _iterate_entries(block, path=""):
     """(path, value) of all values of a scene that say what is simulated."""
     for key, value in block.items() if isinstance(block, dict) else enumerate(block):
         inner = f"{path}.{key}".lstrip(".")
         if inner in BESIDES:
             continue
         if isinstance(value, (dict, list)):
-            yield from _entries(value, inner)
+            yield from _iterate_entries(value, inner)
         else:
             yield inner, value
 
 
-def _replica(folder, changes):
+def _format_replica(folder, changes):
     number = re.fullmatch(r"replica_(\d+)", folder)
     return [f"replica {number[1]}"] if number and changes else []

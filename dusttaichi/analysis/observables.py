@@ -4,63 +4,77 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.compression import compression_curve
-from dusttaichi.analysis.ledger import losses_by_channel
-from dusttaichi.analysis.numbers import Observable, known
-from dusttaichi.analysis.summary import summary
+from dusttaichi.analysis.compression import measure_compression_curve
+from dusttaichi.analysis.ledger import sum_losses_by_channel
+from dusttaichi.analysis.numbers import Observable, index_observables
+from dusttaichi.analysis.summary import summarise
 from dusttaichi.physics.contact.numbers import CHANNELS, EXTRA_CHANNELS
 
 CURVE = "phi_rms"
 GRID = 201  # pressures at which two curves are compared
 
 
-def _last(*names):
+def _sum_last_record(*names):
     """Sum of variables of the series in the last record."""
     return lambda run: float(
         sum(run.series[name][-1].sum() for name in names if name in run.series)
     )
 
 
-def _lost(run):
+def _read_final_losses(run):
     """Channel -> energy lost until the last record [J]."""
-    return {name: float(loss[-1]) for name, loss in losses_by_channel(run.series).items()}
+    return {name: float(loss[-1]) for name, loss in sum_losses_by_channel(run.series).items()}
 
 
 # energies at the end, for scenes without any of the wanted numbers
 ENERGIES = tuple(
     Observable(name=name, title=title, unit="J", value=value)
     for name, title, value in (
-        ("lost", "energy lost in all channels", lambda run: sum(_lost(run).values())),
+        ("lost", "energy lost in all channels", lambda run: sum(_read_final_losses(run).values())),
         *(
-            (f"lost_{name}", f"energy lost on {name}", lambda run, n=name: _lost(run).get(n, 0.0))
+            (
+                f"lost_{name}",
+                f"energy lost on {name}",
+                lambda run, n=name: _read_final_losses(run).get(n, 0.0),
+            )
             for name in (*CHANNELS, *EXTRA_CHANNELS)
         ),
-        ("kinetic", "kinetic energy at the end", _last("kinetic_translation", "kinetic_rotation")),
-        ("potential", "potential energy at the end", _last("potential", "potential_wall")),
+        (
+            "kinetic",
+            "kinetic energy at the end",
+            _sum_last_record("kinetic_translation", "kinetic_rotation"),
+        ),
+        (
+            "potential",
+            "potential energy at the end",
+            _sum_last_record("potential", "potential_wall"),
+        ),
     )
 )
 
 
-def wanted():
+def rank_observables():
     """Numbers of the registry by which runs are compared, the most wanted first.
 
     The curve of a compression precedes them all.
     """
-    return sorted((n for n in known().values() if n.wanted), key=lambda number: number.wanted)
+    return sorted(
+        (n for n in index_observables().values() if n.wanted), key=lambda number: number.wanted
+    )
 
 
-def about(name):
+def describe_observable(name):
     """(description, unit) of an observable."""
     if name == CURVE:
         return "rms distance of phi(P) from the reference", "1"
-    for number in (*wanted(), *ENERGIES):
+    for number in (*rank_observables(), *ENERGIES):
         if name == (number.trade_name or number.name):
             return number.about or number.title, number.unit
     return name, "1"  # of a method or an extension that is not installed
 
 
 @dataclass(frozen=True)
-class Measured:
+class ObservableValues:
     """Observables of a run.
 
     values: name -> number [SI]. curve: (lg P [Pa], phi), (bins,), of a compression under a wall
@@ -76,23 +90,25 @@ class Measured:
         return ([CURVE] if self.curve is not None else []) + list(self.values)
 
 
-def measured(run):
-    """The Measured of a Run: its `wanted` numbers, else ENERGIES; and its curve."""
-    numbers = summary(run)
-    curve = compression_curve(run).monotone() if run.compresses else None
+def measure_observables(run):
+    """Observables of a Run: its numbers of `rank_observables`, else ENERGIES; and its curve."""
+    numbers = summarise(run)
+    curve = measure_compression_curve(run).monotone() if run.compresses else None
     if curve is not None and len(curve[0]) < 2:
         curve = None
-    values = _finite({n.trade_name or n.name: numbers.get(n.name) for n in wanted()})
+    values = _select_finite(
+        {n.trade_name or n.name: numbers.get(n.name) for n in rank_observables()}
+    )
     if not values and curve is None and len(run.series.time):
-        values = _finite({number.name: number.of(run) for number in ENERGIES})
-    return Measured(values, curve and tuple(c.tolist() for c in curve))
+        values = _select_finite({number.name: number.of(run) for number in ENERGIES})
+    return ObservableValues(values, curve and tuple(c.tolist() for c in curve))
 
 
-def _finite(found):
+def _select_finite(found):
     return {n: float(v) for n, v in found.items() if v is not None and np.isfinite(v)}
 
 
-def together(curves):
+def resample_curves(curves):
     """Curves (lg P, phi) at GRID common pressures: (lg P, (curves, GRID)); None without any."""
     low, high = max(c[0][0] for c in curves), min(c[0][-1] for c in curves)
     if not high > low:
@@ -101,8 +117,8 @@ def together(curves):
     return grid, np.array([np.interp(grid, *c) for c in curves])
 
 
-def differences(one, reference):
-    """Name -> (value, error) of a Measured against the reference; nan for a missing number.
+def compute_differences(one, reference):
+    """Name -> (value, error) of ObservableValues against the reference; nan for a missing number.
 
     The error of a number is |value - reference value| / |reference value|. For a reference of 0 (a
     pair that sticks: no restitution) it is |value| of a number without a unit; with a unit, 0 or
@@ -114,15 +130,18 @@ def differences(one, reference):
     out = {}
     for name in reference.names:
         if name == CURVE:
-            out[name] = _curves(one, reference)
+            out[name] = _compare_curves(one, reference)
             continue
         value, right = one.values.get(name, np.nan), reference.values[name]
-        out[name] = (value, _relative(abs(value - right), right, about(name)[1]))
+        out[name] = (
+            value,
+            _divide_by_reference(abs(value - right), right, describe_observable(name)[1]),
+        )
     return out
 
 
-def _curves(one, reference):
-    both = None if one.curve is None else together([one.curve, reference.curve])
+def _compare_curves(one, reference):
+    both = None if one.curve is None else resample_curves([one.curve, reference.curve])
     if both is None:
         return np.nan, np.nan
     mine, right = both[1]
@@ -130,7 +149,7 @@ def _curves(one, reference):
     return rms, rms / float(right.mean())
 
 
-def _relative(difference, right, units):
+def _divide_by_reference(difference, right, units):
     if right != 0.0:
         return difference / abs(right)
     if units == "1":
@@ -138,8 +157,8 @@ def _relative(difference, right, units):
     return np.inf if difference > 0.0 else difference
 
 
-def scatter(runs, reference):
-    """Name -> standard deviation (n - 1) of Measured of several seeds, over the reference value.
+def measure_scatter(runs, reference):
+    """Name -> standard deviation (n - 1) of observables of several seeds, over the reference value.
 
     For CURVE it is the root of the mean variance over the pressures that all reach, over the mean
     filling factor there. nan where fewer than two have the number.
@@ -149,7 +168,7 @@ def scatter(runs, reference):
         out[name] = np.nan
         if name == CURVE:
             curves = [run.curve for run in runs if run.curve is not None]
-            found = together(curves) if len(curves) > 1 else None
+            found = resample_curves(curves) if len(curves) > 1 else None
             if found is not None:
                 phi = found[1]
                 out[name] = float(np.sqrt(phi.var(axis=0, ddof=1).mean()) / phi.mean())
@@ -157,11 +176,13 @@ def scatter(runs, reference):
         values = [run.values[name] for run in runs if name in run.values]
         if len(values) > 1:
             spread = float(np.std(values, ddof=1))
-            out[name] = _relative(spread, reference.values[name], about(name)[1])
+            out[name] = _divide_by_reference(
+                spread, reference.values[name], describe_observable(name)[1]
+            )
     return out
 
 
-def front(cost, error) -> list[int]:
+def find_pareto_front(cost, error) -> list[int]:
     """Numbers of the points of the Pareto front of cost and error, by growing cost.
 
     Parameters

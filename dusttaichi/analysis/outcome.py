@@ -7,9 +7,9 @@ not are "not met yet", or "passed by", where each moves on as a fragment of its 
 
 import numpy as np
 
-from dusttaichi.analysis.fragments import efficiency, fragments
-from dusttaichi.analysis.frame import grain_masses
-from dusttaichi.analysis.restitution import UNTOUCHED, relative_motion, together
+from dusttaichi.analysis.fragments import compute_growth_efficiency, find_fragments
+from dusttaichi.analysis.frame import read_grain_masses
+from dusttaichi.analysis.restitution import UNTOUCHED, are_stuck_together, compute_relative_motion
 
 WHOLE = 0.95  #: Share of the mass of a body from which it counts as whole.
 HALF = 0.5  #: Share of the target's mass below which the largest fragment means fragmentation.
@@ -31,19 +31,21 @@ DEFINED = {"outcome", "growth efficiency"}  # headings of columns that the page 
 NOT_MET, PASSED = "not met yet", "passed by"
 
 
-def definition_line(headings):
+def format_definition_line(headings):
     """Line that links a table to the definitions, "" for one without a column of DEFINED."""
     names = [name for name in headings if name in DEFINED]
     return f"{' and '.join(names)}: defined in {PAGE}" if names else ""
 
 
-def outcome(run, parts, bodies):
+def determine_outcome(run, parts, bodies):
     """Name of the outcome, of the Fragments of the last snapshot and two bodies (grain numbers)."""
-    masses = grain_masses(run)
-    return untouched(run, parts, bodies, masses) or outcome_of(parts, masses, bodies)
+    masses = read_grain_masses(run)
+    return explain_missing_contact(run, parts, bodies, masses) or classify_outcome(
+        parts, masses, bodies
+    )
 
 
-def outcome_of(parts, masses, bodies):
+def classify_outcome(parts, masses, bodies):
     """Name of the outcome of two bodies (grain numbers) that have touched.
 
     parts: the Fragments afterwards. masses: of the grains [kg], (N,).
@@ -51,35 +53,38 @@ def outcome_of(parts, masses, bodies):
     if len(parts) == 1:
         return "sticking"
     target = max(masses[body].sum() for body in bodies)
-    grown = efficiency(parts, masses, bodies) > 0.0
-    if together(parts, bodies):
-        return "growth" if grown else _worn(parts, target)
+    grown = compute_growth_efficiency(parts, masses, bodies) > 0.0
+    if are_stuck_together(parts, bodies):
+        return "growth" if grown else _name_erosion(parts, target)
     if all(_is_intact(parts, masses, body) for body in bodies):
         return "bouncing"
-    return "mass transfer" if grown else _worn(parts, target)
+    return "mass transfer" if grown else _name_erosion(parts, target)
 
 
-def untouched(run, parts, bodies, masses):
+def explain_missing_contact(run, parts, bodies, masses):
     """NOT_MET or PASSED for bodies that have not touched until the last snapshot, else ""."""
-    if len(parts) != 2 or together(parts, bodies):
+    if len(parts) != 2 or are_stuck_together(parts, bodies):
         return ""
-    start, end = relative_motion(run, 0, bodies, masses), relative_motion(run, -1, bodies, masses)
+    start, end = (
+        compute_relative_motion(run, 0, bodies, masses),
+        compute_relative_motion(run, -1, bodies, masses),
+    )
     if not np.linalg.norm(end[1] - start[1]) <= UNTOUCHED * np.linalg.norm(start[1]):
         return ""
     return NOT_MET if end[0] @ end[1] < 0.0 else PASSED
 
 
-def settled(run):
+def has_settled(run):
     """True where the last two snapshots have the same fragments, by number and largest mass."""
     if run.snapshots.sizes["snapshot"] < 3:  # too few to compare
         return True
-    last, before = fragments(run, -1), fragments(run, -2)
+    last, before = find_fragments(run, -1), find_fragments(run, -2)
     return len(last) == len(before) and bool(
         np.isclose(last.mass[0], before.mass[0], rtol=1e-6, atol=0.0)
     )
 
 
-def _worn(parts, target):
+def _name_erosion(parts, target):
     return "erosion" if parts.mass[0] >= HALF * target else "fragmentation"
 
 

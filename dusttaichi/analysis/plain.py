@@ -6,18 +6,18 @@ from dataclasses import asdict, is_dataclass
 import numpy as np
 
 from dusttaichi.analysis import ensemble_tables as tables
-from dusttaichi.analysis.kind import named
-from dusttaichi.analysis.numbers import families, known
+from dusttaichi.analysis.kind import add_draft_reason
+from dusttaichi.analysis.numbers import families, index_observables
 
 SCHEMA = 1  #: Version of the layout, raised by every change except a further entry.
 
 
-def plain_runs(runs):
+def convert_runs(runs):
     """Every number that Runs have, as plain data."""
-    return {"schema": SCHEMA, "runs": [_run(run) for run in runs]}
+    return {"schema": SCHEMA, "runs": [_describe_run(run) for run in runs]}
 
 
-def _run(run):
+def _describe_run(run):
     entries, values, rows, problems = {}, {}, {}, []
     for family in families(run.method):
         found, failed = family.of(run)
@@ -27,16 +27,16 @@ def _run(run):
             rows |= {number.name: number for number in family.numbers}
     errors = {number.error for number in rows.values()}
     for name, number in rows.items():
-        value = plain(values[name])
+        value = convert_value(values[name])
         entry = {"title": number.about or number.title, "unit": number.unit, "value": value}
         if number.error:
-            entry["error"] = plain(values[number.error])
+            entry["error"] = convert_value(values[number.error])
         if value is None and values.get(number.why):
             entry["why"] = values[number.why]
         if name not in errors:
             entries[name] = entry
     return {
-        "name": named(run.title, run.scene),
+        "name": add_draft_reason(run.title, run.scene),
         "file": str(run.path),
         "method": run.method.name,
         "status": run.status,
@@ -46,61 +46,68 @@ def _run(run):
     }
 
 
-def plain_ensemble(data):
+def convert_ensemble(data):
     """The numbers of a dataset of `gather`, an ensemble or a sweep, at each of its points."""
-    axes, rows = tables.axes_of(data), known()
+    axes, rows = tables.axes_of(data), index_observables()
     keys = [tables.key_of(data, axis) for axis in axes]
     shape = [data.sizes[axis] for axis in axes]
     points = []
     for place in np.ndindex(*shape):
         at = dict(zip(axes, place, strict=True))
         here = {
-            key: {"value": plain(data[axis].values[n]), "unit": data[axis].attrs.get("units", "")}
+            key: {
+                "value": convert_value(data[axis].values[n]),
+                "unit": data[axis].attrs.get("units", ""),
+            }
             for key, (axis, n) in zip(keys, at.items(), strict=True)
         }
         names = data.attrs["summary_numbers"].split()
-        numbers = {name.removeprefix("final_"): _of_point(data[name][at], rows) for name in names}
+        numbers = {
+            name.removeprefix("final_"): _describe_number(data[name][at], rows) for name in names
+        }
         points.append({"keys": here, "numbers": numbers})
     found = {"schema": SCHEMA, "name": data.attrs["title"], "points": points}
-    return found | {"statistics": [_statistics(*one) for one in tables.statistics_tables(data)]}
+    return found | {
+        "statistics": [_describe_statistics(*one) for one in tables.statistics_tables(data)]
+    }
 
 
-def _statistics(row, columns, lines, why):
+def _describe_statistics(row, columns, lines, why):
     """Table of a Statistics, whose columns have a header and a text for each row."""
     columns = [{"header": header, "texts": list(texts)} for header, texts in columns]
     found = {"name": row.name, "title": row.title, "columns": columns, "lines": lines}
     return found | ({"why": why} if why else {})
 
 
-def _of_point(values, rows):
+def _describe_number(values, rows):
     """A number at a point of a sweep, over all its replicas."""
     number = rows.get(str(values.name).removeprefix("final_"))
     found = values.values[np.isfinite(values.values)]
     return {
         "title": (number and (number.about or number.title)) or values.name,
         "unit": values.attrs.get("units", ""),
-        "mean": plain(found.mean()) if len(found) else None,
-        "std": plain(found.std(ddof=1)) if len(found) > 1 else None,
+        "mean": convert_value(found.mean()) if len(found) else None,
+        "std": convert_value(found.std(ddof=1)) if len(found) > 1 else None,
         "runs": len(found),
-        "values": plain(values.values),
+        "values": convert_value(values.values),
     }
 
 
-def plain_dataset(data):
+def convert_dataset(data):
     """A dataset as `xarray.Dataset.from_dict` reads it; numbers that are not finite are None."""
-    return plain(data.to_dict(data="list"))
+    return convert_value(data.to_dict(data="list"))
 
 
-def plain(value):
+def convert_value(value):
     """A value as JSON allows it: None for a number that is not finite."""
     if is_dataclass(value):
-        return plain(asdict(value))
+        return convert_value(asdict(value))
     if isinstance(value, np.ndarray):
-        return plain(value.tolist())
+        return convert_value(value.tolist())
     if isinstance(value, np.generic):
-        return plain(value.item())
+        return convert_value(value.item())
     if isinstance(value, dict):
-        return {str(k): plain(v) for k, v in value.items()}
+        return {str(k): convert_value(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
+        return [convert_value(v) for v in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -49,7 +49,7 @@ class Pores:
         return float(np.interp(-0.5, -self.share, self.radius))
 
 
-def pores(run, snapshot=-1) -> Pores:
+def measure_pores(run, snapshot=-1) -> Pores:
     """Pore sizes in a snapshot of a run.
 
     Parameters
@@ -62,10 +62,10 @@ def pores(run, snapshot=-1) -> Pores:
     DustError
         The boundary is open.
     """
-    return pores_of(read_frame(run, snapshot, contacts=False))
+    return measure_frame_pores(read_frame(run, snapshot, contacts=False))
 
 
-def pores_of(frame, points=POINTS):
+def measure_frame_pores(frame, points=POINTS):
     """The Pores of a Frame from that many random points.
 
     Raises DustError where the boundary is open along an axis, or the cell is sheared.
@@ -77,14 +77,14 @@ def pores_of(frame, points=POINTS):
     rng, surfaces = np.random.default_rng(1), Surfaces(frame)
     x = rng.random((points, 3)) * frame.edges
     x = x[surfaces.distances(x, walls=False) > 0.0]
-    pore = _pore_radii(frame, surfaces, x, rng)
+    pore = _search_pore_radii(frame, surfaces, x, rng)
     largest = float(pore.max(initial=0.0))
     radius = np.linspace(0.0, largest, RADII)
     share = 1.0 - np.searchsorted(np.sort(pore), radius) / max(len(pore), 1)
     return Pores(len(x) / points, radius, share, largest, points)
 
 
-def _pore_radii(frame, surfaces, points, rng):
+def _search_pore_radii(frame, surfaces, points, rng):
     """Radii of the largest spheres that contain the points, (P,) [m]."""
     centre = points.copy()
     radius = np.maximum(surfaces.distances(centre), 0.0)
@@ -93,10 +93,10 @@ def _pore_radii(frame, surfaces, points, rng):
         free = surfaces.distances(trial)
         better = (free > radius) & (np.linalg.norm(trial - points, axis=1) <= free)
         centre[better], radius[better] = trial[better], free[better]
-    return _shared(frame, points, centre, radius)
+    return _enlarge_to_containing_spheres(frame, points, centre, radius)
 
 
-def _shared(frame, points, centre, radius):
+def _enlarge_to_containing_spheres(frame, points, centre, radius):
     """Radii of the largest of all these spheres that contains each point, (P,) [m]."""
     order = np.argsort(-radius)
     centre, falling, result = centre[order], radius[order], radius.copy()
@@ -114,10 +114,10 @@ class Surfaces:
 
     def __init__(self, frame):
         self._edges, self._periodic = frame.edges, frame.periodic
-        x = _inside(frame.position - frame.cell[:, 0], frame.edges, frame.periodic)
+        x = _wrap_into_cell(frame.position - frame.cell[:, 0], frame.edges, frame.periodic)
         box = np.where(frame.periodic, frame.edges, 0.0)
         self._trees = []
-        for group in _similar(frame.radius):
+        for group in _group_similar_radii(frame.radius):
             radius = frame.radius[group]
             near = min(NEAREST if np.ptp(radius) else 1, len(group))
             tree = scipy.spatial.cKDTree(
@@ -131,7 +131,7 @@ class Surfaces:
         points: (P, 3), from the corner of the cell. walls: whether they count as surfaces.
         """
         edges, closed = self._edges, ~self._periodic
-        wrapped = _inside(points, edges, self._periodic)
+        wrapped = _wrap_into_cell(points, edges, self._periodic)
         nearest = np.full(len(points), np.inf)
         for tree, radius, neighbours in self._trees:
             distance, index = tree.query(wrapped, k=neighbours)
@@ -142,13 +142,13 @@ class Surfaces:
         return nearest
 
 
-def _inside(x, edges, periodic):
+def _wrap_into_cell(x, edges, periodic):
     """Points at their images in the cell."""
     x = np.where(periodic, np.mod(x, edges), x)
     return np.where(periodic & (x >= edges), 0.0, x)  # rounded to the far face
 
 
-def _similar(radius):
+def _group_similar_radii(radius):
     """Groups of grains (lists of their numbers) whose radii differ little."""
     edges = np.geomspace(radius.min(), radius.max() * (1 + 1e-9), BINS + 1)
     place = np.clip(np.searchsorted(edges, radius, "right") - 1, 0, BINS - 1)

@@ -8,7 +8,7 @@ from dusttaichi.errors import DustError
 EDGE = 2.0  #: Grain diameters beside the bottom and the top wall that the inner part leaves out.
 
 
-def profile(run, most=None) -> xr.Dataset:
+def read_profiles(run, most=None) -> xr.Dataset:
     """Profiles of a run as a dataset: filling_factor (profile, bin), height [m] ...
 
     Variables are those of the file, and `middle` (profile, bin) [m]: the middle of the part of the
@@ -41,8 +41,8 @@ def profile(run, most=None) -> xr.Dataset:
     return profiles.isel(profile=chosen)
 
 
-def without_cut_bins(profiles):
-    """Profiles of `profile`, a bin that the top wall cuts below its half joined to the bin below.
+def join_cut_bins(profiles):
+    """Profiles with a bin that the top wall cuts below its half joined to the bin below.
 
     Too few grains are in such a bin for a filling factor. xr.Dataset with filling_factor and middle
     (profile, bin) [m], not a number in the bins above.
@@ -64,7 +64,7 @@ def without_cut_bins(profiles):
     return profiles.assign(filling_factor=(dims, phi), middle=(dims, middle))
 
 
-def inner_filling_factor(profiles) -> xr.DataArray:
+def average_inner_filling_factor(profiles) -> xr.DataArray:
     """Filling factor between EDGE grain diameters above the bottom and below the top, (profile,).
 
     profiles: of a Run; a bin is one grain diameter high, and counts with its part in between. Not a

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.fragments import fragments, two_fragments
-from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
+from dusttaichi.analysis.fragments import find_fragments, find_two_fragments
+from dusttaichi.analysis.frame import count_frames, read_frame, read_grain_masses
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS, in_one
 
@@ -29,7 +29,7 @@ class Restitution:
         return 0.0 if self.sticks else self.after / self.before
 
 
-def restitution(run, first=0, last=-1, bodies=None) -> Restitution:
+def measure_restitution(run, first=0, last=-1, bodies=None) -> Restitution:
     """Restitution of two bodies between two snapshots of a run.
 
     A body consists of the same grains before and after the collision. The normal is the line
@@ -51,42 +51,43 @@ def restitution(run, first=0, last=-1, bodies=None) -> Restitution:
     DustError
         There are not two bodies, or they do not approach each other, or have not touched.
     """
-    masses = grain_masses(run)
+    masses = read_grain_masses(run)
     if bodies is None:
-        label = two_fragments(run, first).label
+        label = find_two_fragments(run, first).label
         bodies = [np.flatnonzero(label == k) for k in (0, 1)]
     one, other = (np.asarray(body, dtype=np.int64) for body in bodies)
     start, end = read_frame(run, first, False), read_frame(run, last, False)
     meanwhile = (read_frame(run, n, False) for n in range(start.number, end.number + 1))
-    line = min((_between(f, one, other, masses) for f in meanwhile), key=np.linalg.norm)
+    line = min((_compute_separation(f, one, other, masses) for f in meanwhile), key=np.linalg.norm)
     normal = line / np.linalg.norm(line)
 
     before, after = (
-        _velocity(frame, one, masses) - _velocity(frame, other, masses) for frame in (start, end)
+        _compute_velocity(frame, one, masses) - _compute_velocity(frame, other, masses)
+        for frame in (start, end)
     )
-    sticks = together(fragments(run, last), (one, other))
-    result = _result(run, -float(before @ normal), float(after @ normal), sticks, normal)
+    sticks = are_stuck_together(find_fragments(run, last), (one, other))
+    result = _check_approach(run, -float(before @ normal), float(after @ normal), sticks, normal)
     if not sticks and np.linalg.norm(after - before) <= UNTOUCHED * np.linalg.norm(before):
         raise DustError(f"{run.path}: the bodies have not touched, so there is no restitution.")
     return result
 
 
-def together(parts, bodies):
+def are_stuck_together(parts, bodies):
     """True where one of the Fragments has more than half of the mass of both bodies (grains)."""
     return in_one(parts.label, (parts.mass / parts.grains)[parts.label], bodies)
 
 
-def relative_motion(run, snapshot, bodies, masses):
+def compute_relative_motion(run, snapshot, bodies, masses):
     """Relative position [m] and velocity [m/s] of the centres of mass of two bodies, (2, 3).
 
     bodies: grain numbers. masses: of the grains [kg], (N,).
     """
     frame, (one, other) = read_frame(run, snapshot, False), bodies
-    velocity = _velocity(frame, one, masses) - _velocity(frame, other, masses)
-    return np.stack([_between(frame, one, other, masses), velocity])
+    velocity = _compute_velocity(frame, one, masses) - _compute_velocity(frame, other, masses)
+    return np.stack([_compute_separation(frame, one, other, masses), velocity])
 
 
-def wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitution:
+def measure_wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitution:
     """Restitution of all grains on a wall between two snapshots of a run.
 
     Speeds are relative to the wall, which may move. The grains stick where one of them is in
@@ -113,24 +114,24 @@ def wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitution:
         raise DustError(
             f'{run.path} has no wall "{wall}"; allowed: {", ".join(WALLS)}, if present.'
         )
-    masses = grain_masses(run)
+    masses = read_grain_masses(run)
     body = np.arange(len(masses))
     axis, sign = side // 2, 1.0 if side % 2 == 0 else -1.0
     touching = run.contacts(end.number, "wall_contacts")
     sticks = (touching.wall.values == side).any()
 
     def separation(snapshot):
-        own = _velocity(snapshot, body, masses)[axis]
-        return float(sign * (own - _wall_velocity(run, snapshot, side)))
+        own = _compute_velocity(snapshot, body, masses)[axis]
+        return float(sign * (own - _compute_wall_velocity(run, snapshot, side)))
 
     normal = sign * np.eye(3)[axis]
-    result = _result(run, -separation(start), separation(end), bool(sticks), normal)
+    result = _check_approach(run, -separation(start), separation(end), bool(sticks), normal)
     if not sticks and abs(result.after + result.before) <= UNTOUCHED * result.before:
         raise DustError(f"{run.path}: the grains have not touched the wall {wall}.")
     return result
 
 
-def _result(run, before, after, sticks, normal):
+def _check_approach(run, before, after, sticks, normal):
     if not before > 0.0:
         raise DustError(
             f"{run.path}: the bodies do not approach each other in the first snapshot taken "
@@ -139,31 +140,33 @@ def _result(run, before, after, sticks, normal):
     return Restitution(before, after, sticks, normal)
 
 
-def _between(frame, one, other, masses):
+def _compute_separation(frame, one, other, masses):
     """Vector from the centre of mass of `other` to that of `one` [m], (3,), nearest image."""
-    return frame.nearest(_centre(frame, one, masses) - _centre(frame, other, masses))
+    return frame.nearest(
+        _compute_centre(frame, one, masses) - _compute_centre(frame, other, masses)
+    )
 
 
-def _centre(frame, body, masses):
+def _compute_centre(frame, body, masses):
     origin = frame.position[body[0]]  # a body is smaller than half a periodic cell
     offset = frame.nearest(frame.position[body] - origin)
     return origin + np.average(offset, axis=0, weights=masses[body])
 
 
-def _velocity(frame, body, masses):
+def _compute_velocity(frame, body, masses):
     return np.average(frame.velocity[body], axis=0, weights=masses[body])
 
 
-def _wall_velocity(run, frame, side):
+def _compute_wall_velocity(run, frame, side):
     """Speed of the wall along its axis [m/s], from the snapshots before and after this one."""
     low = read_frame(run, max(frame.number - 1, 0), False)
-    high = read_frame(run, min(frame.number + 1, frame_count(run) - 1), False)
+    high = read_frame(run, min(frame.number + 1, count_frames(run) - 1), False)
     if high.time == low.time:
         return 0.0
     return (high.cell.ravel()[side] - low.cell.ravel()[side]) / (high.time - low.time)
 
 
-def orbital_momentum(run):
+def compute_orbital_momentum(run):
     """Angular momentum of the centres of two bodies about the common one [kg m^2/s], (times, 3).
 
     Raises
@@ -174,7 +177,7 @@ def orbital_momentum(run):
     series = run.whole.series
     if "body_angular_momentum" not in series:
         raise DustError(f"{run.path} has no two colliding bodies: sample.kind pair or collision.")
-    masses = grain_masses(run)
+    masses = read_grain_masses(run)
     mass = np.array([masses[grains].sum() for grains in run.bodies()])
     x, v = series.body_position.values, series.body_velocity.values
     return mass.prod() / mass.sum() * np.cross(x[:, 0] - x[:, 1], v[:, 0] - v[:, 1])

@@ -9,9 +9,9 @@ import numpy as np
 
 from dusttaichi import method
 from dusttaichi.analysis import foreign
-from dusttaichi.analysis.kind import Kind, named
-from dusttaichi.analysis.names import shown_name
-from dusttaichi.analysis.stored import no_result
+from dusttaichi.analysis.kind import RunKind, add_draft_reason
+from dusttaichi.analysis.names import format_run_name
+from dusttaichi.analysis.stored import explain_missing_result
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.reading import load_groups, open_tree
@@ -22,7 +22,7 @@ from dusttaichi.scene.paths import user_path
 SHOWN_BY = "dusttaichi.report.notebook"  # imported where a notebook shows a run
 
 
-class Run(Kind, AbstractContextManager):
+class Run(RunKind, AbstractContextManager):
     """A result file, or one stage of it (`stage`). Use `open_run`.
 
     Where `tree` has been used, close the run, or use it as a context manager.
@@ -43,7 +43,7 @@ class Run(Kind, AbstractContextManager):
 
     def __init__(self, path, series, profiles=None, file=None):
         self.path, self.series, self.profiles = Path(path), series, profiles
-        self.attrs = foreign.attributes(series.attrs, path)
+        self.attrs = foreign.check_attributes(series.attrs, path)
         self.whole = self
         self._file, self._tree = file, None
         self._before = None  # the last record before a stage
@@ -73,7 +73,7 @@ class Run(Kind, AbstractContextManager):
         Its base is the title of the run, or the name of its folder.
         """
         folder = self.path.resolve().parent.name
-        return named(shown_name(self.title, self.scene, folder), self.scene)
+        return add_draft_reason(format_run_name(self.title, self.scene, folder), self.scene)
 
     @property
     def title(self):
@@ -88,12 +88,12 @@ class Run(Kind, AbstractContextManager):
     @property
     def scene(self):
         """The resolved scene as plain dicts, {} where the file has none."""
-        return foreign.block(self.attrs, "scene_resolved", self.path)
+        return foreign.parse_block(self.attrs, "scene_resolved", self.path)
 
     @property
     def sample(self):
         """Description of the sample in the result, a dict; {} where there is none."""
-        return foreign.block(self.attrs, "sample", self.path)
+        return foreign.parse_block(self.attrs, "sample", self.path)
 
     @property
     def method(self):
@@ -282,7 +282,7 @@ def open_run(path: str | Path) -> Run:
     path = user_path(path)
     file = path / "result.nc" if path.is_dir() else path
     if not file.exists() or file.suffix in (".yaml", ".yml"):
-        raise no_result(path)
+        raise explain_missing_result(path)
     try:
         groups = load_groups(file, "series", "profiles")
     except (OSError, RuntimeError, ValueError, KeyError) as error:

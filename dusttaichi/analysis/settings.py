@@ -3,42 +3,44 @@
 import numpy as np
 
 from dusttaichi.analysis.numbers import Family, Observable
-from dusttaichi.analysis.summary import text_of
+from dusttaichi.analysis.summary import format_value
 
 DRIVES = ("wall_speed", "face_speed", "strain_rate", "compression_rate", "pressure", "stress")
 DRIVES += ("shear_speed", "shear_rate")
 
 
-def value_at(scene, path):
+def look_up(scene, path):
     """Value of a scene (plain dicts) at a path such as "numerics.spacing", or ""."""
     for key in path.split("."):
         scene = scene.get(key, "") if isinstance(scene, dict) else ""
     return scene
 
 
-def _modifier(effect):
+def _read_modifier(effect):
     return effect.get("modifier") if isinstance(effect, dict) else effect
 
 
-def _of_grains(run):
+def _read_grain_settings(run):
     scene = run.scene
     return {
-        "damping": value_at(scene, "interaction.damping.model"),
-        "m_r": _modifier(value_at(scene, "interaction.rolling")),
-        "m_s": _modifier(value_at(scene, "interaction.sliding")),
-        "wall_speed": str(value_at(scene, "boundary.wall_speed") or ""),
+        "damping": look_up(scene, "interaction.damping.model"),
+        "m_r": _read_modifier(look_up(scene, "interaction.rolling")),
+        "m_s": _read_modifier(look_up(scene, "interaction.sliding")),
+        "wall_speed": str(look_up(scene, "boundary.wall_speed") or ""),
         "time_step_ns": float(run.attrs.get("time_step", np.nan)) * 1e9,
-        "drive": _drive(scene),
+        "drive": _format_drives(scene),
     }
 
 
-def _drive(scene):
+def _format_drives(scene):
     """Text of the drive of a scene, of each stage if it has stages."""
     stages = scene.get("stages") or [{"drive": scene.get("boundary", {})}]
     texts = []
     for stage in stages:
         drive = stage.get("drive") or {}
-        moved = [f"{key} {text_of(drive[key])}" for key in DRIVES if drive.get(key) is not None]
+        moved = [
+            f"{key} {format_value(drive[key])}" for key in DRIVES if drive.get(key) is not None
+        ]
         name = f"{stage['name']}: " if "name" in stage else ""
         texts.extend(f"{name}{text}" for text in moved)
     return "; ".join(texts)
@@ -48,7 +50,7 @@ OF_GRAINS = Family(
     name="grains",
     title="the scene of grains",
     place=0,
-    measure=_of_grains,
+    measure=_read_grain_settings,
     compared=True,
     numbers=tuple(
         Observable(name=name, title=title, unit=unit, column=None)

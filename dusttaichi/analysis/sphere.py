@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.frame import surface
-from dusttaichi.analysis.stopping import Stop, first_stop
+from dusttaichi.analysis.frame import find_surface
+from dusttaichi.analysis.stopping import Stop, find_first_stop
 from dusttaichi.errors import DustError
 
 WIDTH, SLICE = 0.7, 0.25  #: Radius and height of a slice below a sphere, over its radius.
@@ -29,7 +29,7 @@ class Penetration:
     stop: Stop | None  #: Stop, or None where the run ends before.
 
 
-def penetration(run):
+def measure_penetration(run):
     """Penetration of a sphere into grains, or of a rigid body into the continuum.
 
     Raises
@@ -37,10 +37,10 @@ def penetration(run):
     DustError
         The run has neither, or the sphere does not reach the dust.
     """
-    time, place, velocity, force, (radius, mass) = _motion(run)
+    time, place, velocity, force, (radius, mass) = _read_motion(run)
     if not np.any(force):
         raise DustError(f"{run.path}: the sphere has not touched the dust.")
-    top = surface(run)
+    top = find_surface(run)
     depth = top - place[:, 2] + radius
     inside = np.flatnonzero(depth >= 0.0)
     if not len(inside):
@@ -62,11 +62,11 @@ def penetration(run):
         mass=mass,
         surface=top,
         speed=speed,
-        stop=first_stop(time, -depth, up),
+        stop=find_first_stop(time, -depth, up),
     )
 
 
-def _motion(run):
+def _read_motion(run):
     """time (n,), position, velocity, force (n, 3) of the sphere, and (radius, mass), SI."""
     series = run.whole.series
     time = series.time.values
@@ -94,7 +94,7 @@ class Column:
     sphere: float  #: Depth of the lowest point of the sphere [m].
 
 
-def column(run, snapshot=-1) -> Column:
+def measure_column(run, snapshot=-1) -> Column:
     """Filling factor below the sphere in a snapshot.
 
     The cylinder has WIDTH radii of the sphere, a slice SLICE of them. Grains count with their
@@ -106,7 +106,7 @@ def column(run, snapshot=-1) -> Column:
     run : Run
     snapshot : int
     """
-    motion = penetration(run)
+    motion = measure_penetration(run)
     frames = run.snapshots.isel(snapshot=snapshot)
     if "sphere_position" in frames:
         place = frames.sphere_position.values

@@ -19,7 +19,7 @@ class Stop:
     normalised: np.ndarray
 
 
-def first_stop(time, height, velocity):
+def find_first_stop(time, height, velocity):
     """The Stop of a way (n,) each, by linear interpolation of the first v >= 0; None without."""
     up = np.flatnonzero(velocity >= 0.0)
     up = up[up > 0]

@@ -26,7 +26,7 @@ LISTED = 6  # largest number of runs that a message names
 BELOW = ("*/", "*/*/")  # where the runs of a study are: points, and their replicas
 
 
-def stored(path, names):
+def find_stored(path, names):
     """The file of one of `names` at a path, or in its directory if that has no result; or None."""
     path = Path(path)
     if path.name in names:
@@ -52,7 +52,7 @@ def read_stored(file, what, needed):
 
 def is_trade(path):
     """True where a path is a trade.nc, or a directory with one and no result."""
-    return stored(path, TRADES) is not None
+    return find_stored(path, TRADES) is not None
 
 
 def open_trade(path):
@@ -63,13 +63,13 @@ def open_trade(path):
     DustError
         There is none, or it cannot be read.
     """
-    file = stored(path, TRADES) or Path(path)
+    file = find_stored(path, TRADES) or Path(path)
     return read_stored(file, "a trade", ("cost_ratio", "error")), file
 
 
 def is_ensemble(path):
     """True where a path is a sweep.nc or an ensemble.nc, or a directory of one and no result."""
-    return stored(path, ENSEMBLES) is not None
+    return find_stored(path, ENSEMBLES) is not None
 
 
 def open_ensemble(path):
@@ -82,7 +82,7 @@ def open_ensemble(path):
     DustError
         There is none, or it cannot be read.
     """
-    file = stored(path, ENSEMBLES) or Path(path)
+    file = find_stored(path, ENSEMBLES) or Path(path)
     needed = ("summary_numbers", "coordinate", "replica")
     data = read_stored(file, "an ensemble or a sweep", needed)
     extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
@@ -91,7 +91,7 @@ def open_ensemble(path):
 
 def is_collisions(path):
     """True where a path is a collisions.nc, or a directory with one and no result."""
-    return stored(path, COLLISIONS) is not None
+    return find_stored(path, COLLISIONS) is not None
 
 
 def open_collisions(path):
@@ -102,7 +102,7 @@ def open_collisions(path):
     DustError
         There is none, or it cannot be read.
     """
-    file = stored(path, COLLISIONS) or Path(path)
+    file = find_stored(path, COLLISIONS) or Path(path)
     data = read_stored(file, "a study of collisions", ("outcome", "growth_efficiency"))
     extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
     return data, file
@@ -110,7 +110,7 @@ def open_collisions(path):
 
 def is_restitution_map(path):
     """True where a path is a restitution.nc, or a directory with one and no result."""
-    return stored(path, MAPS) is not None
+    return find_stored(path, MAPS) is not None
 
 
 def open_restitution_map(path):
@@ -121,11 +121,11 @@ def open_restitution_map(path):
     DustError
         There is none, or it cannot be read.
     """
-    file = stored(path, MAPS) or Path(path)
+    file = find_stored(path, MAPS) or Path(path)
     return read_stored(file, "a map of restitution", ("restitution", "bound", "speed")), file
 
 
-def no_result(path):
+def explain_missing_result(path):
     """The DustError about a path without a result: which study and runs are in a directory."""
     folder = Path(path)
     if not folder.is_dir():
@@ -133,7 +133,7 @@ def no_result(path):
     text = f"There is no result at {folder / RESULT}."
     study = next((name for name in STUDIES if (folder / name).exists()), None)
     if study is not None:
-        how = _how_to_open(folder, study)
+        how = _explain_opening(folder, study)
         text = f"{folder} is the folder of {STUDIES[study]}, not of a run: {how}"
     runs = [str(run.parent) for depth in BELOW for run in sorted(folder.glob(depth + RESULT))]
     if runs:
@@ -148,7 +148,7 @@ def no_result(path):
     return DustError(text)
 
 
-def _how_to_open(folder, study):
+def _explain_opening(folder, study):
     """Sentence with the commands, and the function of Python, for the file of a study."""
     commands = []
     if study not in ("extremes.nc", "study.nc"):

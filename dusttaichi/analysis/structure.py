@@ -37,7 +37,7 @@ class Structure:
         return float(values[-1] - values[0])
 
 
-def structure(run, snapshot=-1) -> Structure:
+def measure_structure(run, snapshot=-1) -> Structure:
     """Structure of the contacts in a snapshot of a run.
 
     Parameters
@@ -57,7 +57,7 @@ def structure(run, snapshot=-1) -> Structure:
     branch = frame.nearest(frame.position[i] - frame.position[j])
     normal = branch / np.linalg.norm(branch, axis=1)[:, None]
     forces = frame.contacts.normal_force.values if "normal_force" in frame.contacts else []
-    distance, correlation, error = pair_correlation(frame)
+    distance, correlation, error = compute_pair_correlation(frame)
     return Structure(
         fabric=normal.T @ normal / len(normal),
         normal=normal,
@@ -69,7 +69,7 @@ def structure(run, snapshot=-1) -> Structure:
     )
 
 
-def pair_correlation(frame):
+def compute_pair_correlation(frame):
     """(distance in mean diameters, g(r), its standard error) of a Frame, (BINS,) each.
 
     Grains near walls have fewer neighbours: only grains farther from every wall than the largest

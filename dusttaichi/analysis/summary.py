@@ -6,15 +6,15 @@ import math
 from itertools import groupby
 
 from dusttaichi import method
-from dusttaichi.analysis.names import labels_of
-from dusttaichi.analysis.numbers import AUTO, GENERAL, families, in_order, is_known
+from dusttaichi.analysis.names import name_runs
+from dusttaichi.analysis.numbers import AUTO, GENERAL, families, is_known, list_in_table_order
 from dusttaichi.results import outputs
 
 PROBLEMS = "problems"  #: Key of the numbers that an error prevented.
 ONE_SAMPLE = "one sample: fit error only; replicas show the scatter between samples"
 
 
-def summary(run):
+def summarise(run):
     """Numbers of a run as a dict (SI units; None where the run does not have them).
 
     Keys are name, status and method of the run, then every row of the registry (`analysis.numbers`)
@@ -31,14 +31,14 @@ def summary(run):
     return numbers | {PROBLEMS: problems}
 
 
-def table(numbers):
+def tabulate(numbers):
     """Rows (what, run, literature) of text for a summary, in the order to print them.
 
     Numbers that the run does not have are left out.
     """
     name, rows = numbers["method"], [("status", numbers["status"], "")]
     of = method.METHODS.get(name) and method.named(name)
-    shown = in_order(of)
+    shown = list_in_table_order(of)
     for general, pairs in groupby(shown, key=lambda pair: pair[0] >= GENERAL):
         if general and has_fit_error(numbers, of):
             rows.append(("± of the numbers above", ONE_SAMPLE, ""))
@@ -47,7 +47,7 @@ def table(numbers):
 
 
 def has_fit_error(numbers, of=None):
-    """True where a number of a `summary`, or of a row of `compare`, has an uncertainty.
+    """True where a number of a `summarise`, or of a row of `compare`, has an uncertainty.
 
     of: the method of the run; by default the numbers of all methods are checked.
     """
@@ -65,7 +65,7 @@ def compare(runs):
     """
     known = [{family.name: family for family in families(run.method)} for run in runs]
     all_families = {name: family for one in known for name, family in one.items()}
-    rows, problems = [{"name": name} for name in labels_of(runs)], [[] for _ in runs]
+    rows, problems = [{"name": name} for name in name_runs(runs)], [[] for _ in runs]
     for family in sorted(all_families.values(), key=lambda family: family.place):
         measured = [
             family.of(run) if family.name in names else ({}, [])
@@ -83,10 +83,10 @@ def compare(runs):
     return rows
 
 
-def columns(rows):
+def format_columns(rows):
     """(heading, texts) of the rows of `compare` that a terminal shows, one text for each run."""
     table = [("run", [row["name"] for row in rows])]
-    for _, number in in_order():
+    for _, number in list_in_table_order():
         if number.column is None or not any(is_known(row.get(number.name)) for row in rows):
             continue
         heading = number.heading if number.column == AUTO else number.column[0]
@@ -108,14 +108,16 @@ def to_csv(rows, path):
         The file cannot be written.
     """
     table = io.StringIO()
-    csv.writer(table).writerows([rows[0], *([text_of(v) for v in row.values()] for row in rows)])
+    csv.writer(table).writerows(
+        [rows[0], *([format_value(v) for v in row.values()] for row in rows)]
+    )
     outputs.write(path, table.getvalue(), ",".join(list(rows[0])[:5]))
 
 
-def text_of(value):
+def format_value(value):
     """Text of a value in a CSV file, numbers with five digits."""
     if value is None:
         return ""
     if isinstance(value, (list, tuple)):
-        return ", ".join(map(text_of, value))
+        return ", ".join(map(format_value, value))
     return f"{value:.5g}" if isinstance(value, float) else str(value)

@@ -20,7 +20,7 @@ GENERAL = {"kind", "model", "modifier", "coefficient", "file", "size", "law", "n
 BLOCKS = ("stop", "stages", "output")  # whose keys mean something else than the same ones elsewhere
 
 
-def key_label(path, among=()):
+def label_key(path, among=()):
     """Symbol of a key in the literature, or its own words: γ of material.surface_energy.
 
     Parameters
@@ -30,13 +30,13 @@ def key_label(path, among=()):
     among : sequence of str
         Paths of the other keys, from which the label must differ.
     """
-    text = _label(path)
-    if any(other != path and _label(other) == text for other in among):
-        return _words(path.split(".")[-3:])
+    text = _find_label(path)
+    if any(other != path and _find_label(other) == text for other in among):
+        return _join_words(path.split(".")[-3:])
     return text
 
 
-def _label(path):
+def _find_label(path):
     block, *inner = path.split(".")
     if path in BY_PATH:
         return BY_PATH[path]
@@ -45,8 +45,8 @@ def _label(path):
         return f"{symbol} of {inner[0]}" if block == "materials" and len(inner) == 2 else symbol
     named = [key for key in path.split(".") if not key.isdigit()]
     alone = named[-1] not in GENERAL and block not in BLOCKS
-    return _words(named[-1:] if alone else named[-2:])
+    return _join_words(named[-1:] if alone else named[-2:])
 
 
-def _words(keys):
+def _join_words(keys):
     return " ".join(keys).replace("_", " ")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.analysis.compression_fit import correlation_factor
-from dusttaichi.analysis.tension import longest_axis, start_of_tension
+from dusttaichi.analysis.tension import find_longest_axis, find_start_of_tension
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.physics.geometry import AXES
@@ -46,7 +46,7 @@ class Tensile:
     law: float  #: T19 eq 33 for phi_init [Pa], NaN for an unknown material.
 
 
-def tensile(run, axis=None, windows=None) -> Tensile:
+def measure_tensile_strength(run, axis=None, windows=None) -> Tensile:
     """Tensile test of a run, in the first stage in which the filling factor falls.
 
     The stress is the virial stress (T19 eq 23), or, where the file has none, the pull on the top
@@ -85,24 +85,24 @@ def tensile(run, axis=None, windows=None) -> Tensile:
             "stress nor a pressure on the top wall."
         )
     if axis is None:
-        axis = AXES[longest_axis(part)] if "box_length" in part.series else "z"
-    duration, raw_phi, raw_stress, edge = _records(part, axis)
+        axis = AXES[find_longest_axis(part)] if "box_length" in part.series else "z"
+    duration, raw_phi, raw_stress, edge = _read_records(part, axis)
     # even steps of it are even relative changes
-    place, start = np.log(raw_phi), start_of_tension(raw_stress) or 0
+    place, start = np.log(raw_phi), find_start_of_tension(raw_stress) or 0
     if place[0] - place[start] <= UNLOADING * np.ptp(place):
         start = 0  # no long unloading
     duration, phi, stress, edge, place = (
         a[start:] for a in (duration, raw_phi, raw_stress, edge, place)
     )
-    noise = _noise(place, stress)
+    noise = _estimate_noise(place, stress)
     if windows is None:
-        windows = _as_many_as_noise_allows(place, stress, duration, noise)
-    rows = _averaged(_window_of(place, windows), duration, noise, (phi, stress, edge))
+        windows = _choose_window_count(place, stress, duration, noise)
+    rows = _average_windows(_assign_windows(place, windows), duration, noise, (phi, stress, edge))
     mean_phi, mean_stress, mean_edge, sigma, count = rows
     full = np.where(count >= 0.5 * np.median(count), mean_stress, -np.inf)
     top = int(np.argmax(full))
     phi_init = float(part.start.filling_factor)
-    start_edge = _edge(part.start, axis)
+    start_edge = _read_edge(part.start, axis)
     strain = mean_edge[top] / start_edge - 1.0 if start_edge else phi_init / mean_phi[top] - 1.0
     return Tensile(
         axis=axis,
@@ -119,11 +119,11 @@ def tensile(run, axis=None, windows=None) -> Tensile:
         strength_strain=float(strain),
         passed=top < len(mean_stress) - 1,
         phi_init=phi_init,
-        law=strength_law(part, phi_init),
+        law=compute_strength_law(part, phi_init),
     )
 
 
-def strength_law(run, phi) -> float:
+def compute_strength_law(run, phi) -> float:
     """Tensile strength [Pa] of a Run's material at a filling factor (T19 eq 33), NaN without one.
 
     Parameters
@@ -136,14 +136,14 @@ def strength_law(run, phi) -> float:
     return float(laws.tensile_strength(phi, m.surface_energy, m.radius))
 
 
-def _edge(records, axis):
+def _read_edge(records, axis):
     """Length of the cell along `axis` [m], or None if unknown."""
     if "box_length" in records:
         return records.box_length.sel(xyz=axis).values
     return records["height"].values if "height" in records and axis == "z" else None
 
 
-def _records(part, axis):
+def _read_records(part, axis):
     """(duration [s], filling factor, stress [Pa], edge [m]) of the records, each (times,).
 
     The stress of a record is the mean since the one before; filling factor and edge are those in
@@ -156,7 +156,7 @@ def _records(part, axis):
         raise DustError(f"{part.path} has no stress along {axis}: only that on the top wall, z.")
     else:
         stress = -series.pressure.sel(wall="top").values
-    edge = _edge(series, axis)
+    edge = _read_edge(series, axis)
 
     def halfway(values, first):
         before = np.concatenate([[first], values[:-1]])
@@ -164,26 +164,26 @@ def _records(part, axis):
 
     duration = np.diff(series.time.values, prepend=float(start.time))
     phi = halfway(series.filling_factor.values, float(start.filling_factor))
-    edge = np.full(len(phi), np.nan) if edge is None else halfway(edge, _edge(start, axis))
+    edge = np.full(len(phi), np.nan) if edge is None else halfway(edge, _read_edge(start, axis))
     used = (duration > 0) & np.isfinite(stress) & (phi > 0)
     if not used.any():
         raise DustError(f"{part.path} has no record of the stress along {axis}.")
     return duration[used], phi[used], stress[used], edge[used]
 
 
-def _window_of(place, windows):
+def _assign_windows(place, windows):
     """Number of the window of each record, from 0 in the order of falling filling factor."""
     width = np.ptp(place) / windows or np.inf
     return np.minimum(((place.max() - place) / width).astype(int), windows - 1)
 
 
-def _noise(place, stress):
+def _estimate_noise(place, stress):
     """Uncertainty of a single record [Pa], (times,): scatter around a line, with correlation.
 
     Lines are fitted in windows as wide as allowed, or wide enough for eight records.
     """
-    windows = max(min(_fewest(place), len(place) // 8), 1)
-    window = _window_of(place, windows)
+    windows = max(min(_count_fewest_windows(place), len(place) // 8), 1)
+    window = _assign_windows(place, windows)
     residual, scale = np.zeros(len(place)), np.zeros(len(place))
     for number in np.unique(window):
         here = window == number
@@ -200,16 +200,18 @@ def _noise(place, stress):
     return scale * correlation_factor(residual)
 
 
-def _fewest(place):
+def _count_fewest_windows(place):
     """Least number of windows: changes by WIDEST at most, and FEWEST for rise, maximum and fall."""
     return max(int(np.ceil(np.ptp(place) / -np.log(1.0 - WIDEST) - 1e-9)), FEWEST)
 
 
-def _as_many_as_noise_allows(place, stress, duration, noise):
-    fewest = min(_fewest(place), len(place))
+def _choose_window_count(place, stress, duration, noise):
+    fewest = min(_count_fewest_windows(place), len(place))
     windows = len(place)
     while windows > fewest:
-        mean, sigma, _ = _averaged(_window_of(place, windows), duration, noise, (stress,))
+        mean, sigma, _ = _average_windows(
+            _assign_windows(place, windows), duration, noise, (stress,)
+        )
         top = np.argmax(mean)
         if sigma[top] <= QUIET * mean[top]:
             break
@@ -217,7 +219,7 @@ def _as_many_as_noise_allows(place, stress, duration, noise):
     return max(windows, fewest)
 
 
-def _averaged(window, duration, noise, quantities):
+def _average_windows(window, duration, noise, quantities):
     """Means of the quantities over each window, then sigma and count: (quantities + 2, windows).
 
     The means are weighted with the duration of the records; windows without any are left out.

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from dusttaichi.analysis.loads import drive_of, stage_of
+from dusttaichi.analysis.loads import find_drive, find_stage_block
 
 RECORDS = 10
 """Successive records whose mean distinguishes tension from fluctuations, see stop.past_maximum."""
 
 
-def recorded_tension(part):
+def read_tension(part):
     """Tension [Pa] of the records of a stage, (times,), along the axis that grows most.
 
     Along the axis of the largest mean if the edges are unknown; on the top wall without a stress.
@@ -19,24 +19,24 @@ def recorded_tension(part):
     normal = np.diagonal(series.stress.values, axis1=1, axis2=2)
     if "box_length" not in series:
         return normal[:, np.argmax(np.nanmean(normal, axis=0))]
-    return normal[:, longest_axis(part)]
+    return normal[:, find_longest_axis(part)]
 
 
-def longest_axis(part):
+def find_longest_axis(part):
     """Number of the axis along which the cell of a stage, which has `box_length`, grows most."""
     return int(np.nanargmax((part.series.box_length[-1] / part.start.box_length).values))
 
 
 def _is_load_controlled(part):
     """True where the scene prescribes the load along the axis that grows most."""
-    drive = drive_of(part)
+    drive = find_drive(part)
     stress = drive.get("stress")
     if isinstance(stress, (list, tuple)) and "box_length" in part.series:
-        return stress[longest_axis(part)] != "free"
+        return stress[find_longest_axis(part)] != "free"
     return bool(stress or drive.get("pressure"))
 
 
-def start_of_tension(stress):
+def find_start_of_tension(stress):
     """Number of the record from which a stress [Pa] (times,) is tensile (positive), or None.
 
     The mean over the next RECORDS and that over all later ones must be tensile.
@@ -54,12 +54,12 @@ def start_of_tension(stress):
 
 def is_tensile_test(part):
     """True for a stage, or a run without stages, that its scene ends past the largest tension."""
-    stage = stage_of(part)
+    stage = find_stage_block(part)
     block = part.scene if stage is None else stage
     return (block.get("stop") or {}).get("past_maximum") is not None
 
 
-def missing_strength(run):
+def explain_missing_strength(run):
     """Reason why a tensile test has no tensile strength; None if it has one, and of other runs."""
     if run.stretches and _is_load_controlled(run.part_that("stretches")):
         return "none: the scene prescribes the load; a strength needs a speed or a strain rate"
@@ -71,5 +71,5 @@ def missing_strength(run):
         return f"none: the filling factor rose by {growth:.2%} in the tensile test"
     if not part.has_tension:
         return "none: neither the stress nor a pressure on the top wall is recorded"
-    most = np.nanmax(recorded_tension(part))
+    most = np.nanmax(read_tension(part))
     return f"none: the mean stress stayed compressive, its largest record is {most / 1e3:.3g} kPa"

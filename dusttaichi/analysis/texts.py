@@ -16,14 +16,14 @@ _POWERS = {
 }
 
 
-def csv_text(rows):
+def format_csv(rows):
     """Rows of values as CSV."""
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows(rows)
     return out.getvalue()
 
 
-def fitting_unit(size, unit):
+def choose_unit(size, unit):
     """(power of ten, unit) in which numbers up to `size` [unit, SI] read well."""
     if unit not in _POWERS:
         return 0, "" if unit in (None, "1") else unit
@@ -31,7 +31,7 @@ def fitting_unit(size, unit):
     return (fitting or [_POWERS[unit][-1] if size else (0, unit)])[0]
 
 
-def quantity_text(value, unit, std=None, size=None):
+def format_quantity(value, unit, std=None, size=None):
     """ "21.9 ± 0.8 kPa": a number [unit] with its scatter, if visible in four digits.
 
     The unit is a suitable one; with `size` that of numbers up to it, without its name.
@@ -39,7 +39,7 @@ def quantity_text(value, unit, std=None, size=None):
     named = size is None
     scatters = std is not None and math.isfinite(std) and std > 1e-4 * abs(value)
     size = max(abs(value), std if scatters else 0.0) if named else size
-    power, name = fitting_unit(size, unit)
+    power, name = choose_unit(size, unit)
     factor = 10.0**power
     mean, std = value / factor, std / factor if scatters else 0.0
     # two digits of the scatter, and as many decimals of the mean
@@ -54,12 +54,12 @@ def quantity_text(value, unit, std=None, size=None):
     return f"{mean}{f' ± {std}' if scatters else ''} {name if named else ''}".rstrip()
 
 
-def without_numbers(text):
+def mask_numbers(text):
     """A text with # in place of its numbers."""
     return _NUMBER.sub("#", text)
 
 
-def with_ranges(texts):
+def merge_with_ranges(texts):
     """One text of several that differ in numbers alone: "0 to 3 points"."""
     between = _NUMBER.split(texts[0])
     columns = zip(*map(_NUMBER.findall, texts), strict=True)

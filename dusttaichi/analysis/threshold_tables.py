@@ -4,8 +4,8 @@ import numpy as np
 
 from dusttaichi.analysis.collisions import FAILED, MISS
 from dusttaichi.analysis.outcome import PAGE
-from dusttaichi.analysis.texts import csv_text
-from dusttaichi.analysis.thresholds import conditions
+from dusttaichi.analysis.texts import format_csv
+from dusttaichi.analysis.thresholds import list_conditions
 
 ENDS = {
     "": "{meaning}; 0 below and infinite above the speeds that decide",
@@ -17,24 +17,24 @@ ENDS = {
 """End of the name of a number of a Threshold -> its meaning."""
 
 
-def _numbers(threshold):
+def _list_numbers(threshold):
     """The numbers of a Threshold, in the order of ENDS [m/s]."""
     speeds = threshold.speeds or (np.nan,)
     return threshold.speed, threshold.low, threshold.high, speeds[0], speeds[-1]
 
 
-def threshold_variables(found, data):
-    """Variables of a `collisions_dataset` with its `thresholds`: name -> (dims, values, attrs).
+def build_threshold_variables(found, data):
+    """Variables of a dataset of collisions with its Thresholds: name -> (dims, values, attrs).
 
     v_NAME and further numbers of ENDS [m/s] (body, mass_ratio); v_NAME_censored (body, mass_ratio,
     speed): 1 where failed collisions leave open on which side of the threshold a speed is.
     """
     variables = {}
     shape = data.sizes["body"], data.sizes["mass_ratio"]
-    meanings = {condition.name: condition.meaning for condition in conditions()}
-    for name in _names(found):
+    meanings = {condition.name: condition.meaning for condition in list_conditions()}
+    for name in _list_names(found):
         own = [threshold for threshold in found if threshold.name == name]
-        columns = zip(*map(_numbers, own), strict=True)
+        columns = zip(*map(_list_numbers, own), strict=True)
         for (end, text), values in zip(ENDS.items(), columns, strict=True):
             about = {"units": "m/s", "long_name": text.format(meaning=meanings[name])}
             values = np.reshape(values, shape)
@@ -46,42 +46,42 @@ def threshold_variables(found, data):
     return variables
 
 
-def threshold_text(found):
-    """The `thresholds` as CSV: speeds in m/s, `inf` above all speeds that decide, 0 below them.
+def format_threshold_csv(found):
+    """Thresholds as CSV: speeds in m/s, `inf` above all speeds that decide, 0 below them.
 
     Empty where there is no number; the censored speeds are separated by spaces.
     """
     ends = [*ENDS, "_censored"]
-    columns = [f"v_{name}{end}_m_per_s" for name in _names(found) for end in ends]
+    columns = [f"v_{name}{end}_m_per_s" for name in _list_names(found) for end in ends]
     table = [["body", "mass_ratio", "target_filling_factor", *columns]]
-    for rows in _by_point(found):
-        cells = [_cell(rows[0].filling_factor)]
+    for rows in _group_by_point(found):
+        cells = [_format_cell(rows[0].filling_factor)]
         for threshold in rows:
-            cells += map(_cell, _numbers(threshold))
-            cells.append(" ".join(map(_cell, threshold.censored)))
+            cells += map(_format_cell, _list_numbers(threshold))
+            cells.append(" ".join(map(_format_cell, threshold.censored)))
         table.append([rows[0].body, rows[0].mass_ratio, *cells])
-    return csv_text(table)
+    return format_csv(table)
 
 
-def _cell(value):
+def _format_cell(value):
     return "" if np.isnan(value) else f"{value:.4g}"
 
 
-def threshold_columns(found):
-    """(keys, columns) of a table of the `thresholds`: a row for each body and mass ratio."""
-    points = _by_point(found)
+def format_threshold_columns(found):
+    """(keys, columns) of a table of Thresholds: a row for each body and mass ratio."""
+    points = _group_by_point(found)
     keys = [
         ("body", [rows[0].body for rows in points]),
         ("mass ratio", [f"{rows[0].mass_ratio:g}" for rows in points]),
     ]
     columns = [
-        (f"v_{name} m/s", [_text(rows[n]) for rows in points])
-        for n, name in enumerate(_names(found))
+        (f"v_{name} m/s", [_format_threshold(rows[n]) for rows in points])
+        for n, name in enumerate(_list_names(found))
     ]
     return keys, columns
 
 
-def without_thresholds(data):
+def explain_missing_thresholds(data):
     """Lines about bodies and mass ratios of which no collision that touched has an outcome."""
     lines = []
     for body, ratio in np.ndindex(data.sizes["body"], data.sizes["mass_ratio"]):
@@ -95,18 +95,18 @@ def without_thresholds(data):
     return lines
 
 
-def _names(found):
+def _list_names(found):
     return list(dict.fromkeys(threshold.name for threshold in found))
 
 
-def _by_point(found):
-    size = len(_names(found))
+def _group_by_point(found):
+    size = len(_list_names(found))
     return [found[n : n + size] for n in range(0, len(found), size)]
 
 
-def _text(threshold):
+def _format_threshold(threshold):
     """Text of a Threshold: its speed, its interval where that says more, its censored speeds."""
-    speed, low, high = (_bound(threshold, v) for v in _numbers(threshold)[:3])
+    speed, low, high = (_format_bound(threshold, v) for v in _list_numbers(threshold)[:3])
     beyond = np.isinf(threshold.speed) and threshold.low in (np.inf, threshold.speeds[-1])
     alike = beyond or low == speed == high
     said = [] if alike or np.isnan(threshold.low) else [f"{low} to {high}"]
@@ -115,7 +115,7 @@ def _text(threshold):
     return speed + (f" ({'; '.join(said)})" if said else "")
 
 
-def _bound(threshold, speed):
+def _format_bound(threshold, speed):
     if np.isnan(speed) or not threshold.speeds:
         return "-"
     if speed == 0.0:

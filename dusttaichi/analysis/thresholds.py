@@ -46,17 +46,17 @@ FRAGMENT = Condition(
 
 
 def register(condition: Condition) -> None:
-    """Add a Condition to those of which `thresholds` gives the speed.
+    """Add a Condition to those of which `find_thresholds` gives the speed.
 
     A file that calls it takes effect where it is among the `extensions` of a scene. Raises
     ValueError where another one has the name.
     """
-    if any(one.name == condition.name and one != condition for one in conditions()):
+    if any(one.name == condition.name and one != condition for one in list_conditions()):
         raise ValueError(f"there is a threshold {condition.name}; another name is needed")
     THRESHOLDS[condition.name] = condition
 
 
-def conditions() -> list[Condition]:
+def list_conditions() -> list[Condition]:
     """The conditions of the package, and then those of extensions."""
     return [STICK, FRAGMENT, *THRESHOLDS.values()]
 
@@ -84,8 +84,8 @@ class Threshold:
     censored: tuple[float, ...] = ()
 
 
-def thresholds(data):
-    """A Threshold of each Condition for each body and mass ratio of a `collisions_dataset`.
+def find_thresholds(data):
+    """A Threshold of each Condition for each body and mass ratio of a dataset of collisions.
 
     Impact parameters have equal weights, so that those of equal areas give means over the area. The
     numbers are means of the pairs that touched at each speed, between speeds linear in the
@@ -102,13 +102,13 @@ def thresholds(data):
         phi = own.target_filling_factor.values
         phi = float(np.nanmean(phi)) if np.isfinite(phi).any() else np.nan
         about = str(data.body.values[body]), float(data.mass_ratio.values[ratio])
-        for condition in conditions():
-            *numbers, speeds, censored = _threshold(own, condition)
+        for condition in list_conditions():
+            *numbers, speeds, censored = _find_threshold(own, condition)
             found.append(Threshold(*about, condition.name, *numbers, phi, speeds, censored))
     return found
 
 
-def growth_bracket(data, body, ratio):
+def find_growth_bracket(data, body, ratio):
     """The two speeds [m/s] between which the growth efficiency falls below 0.
 
     None where it does not do so between two speeds of the study.
@@ -121,7 +121,7 @@ def growth_bracket(data, body, ratio):
     return float(speeds[below[0] - 1]), float(speeds[below[0]])
 
 
-def _threshold(own, condition):
+def _find_threshold(own, condition):
     """(speed, low, high, speeds that decide, censored speeds) of a Threshold."""
     sums = _Sums.of(own, condition)
     best, *ends = sums.crossing()
@@ -134,7 +134,7 @@ def _threshold(own, condition):
         draws = np.random.default_rng(0).integers(seeds, size=(RESAMPLES, seeds))
         several = np.array([sums.drawn(draw).crossing()[1:] for draw in draws])
         tail = 0.5 * (1.0 - CONFIDENCE)
-        ends = [_quantile(several[:, n], q) for n, q in ((0, tail), (1, 1.0 - tail))]
+        ends = [_compute_quantile(several[:, n], q) for n, q in ((0, tail), (1, 1.0 - tail))]
     open_speeds = sums.speeds[~decided & (sums.failed.sum(axis=1) > 0)]
     # above all speeds that decide the interval has no end
     inside = (open_speeds > ends[0]) & (open_speeds < ends[1])
@@ -144,7 +144,7 @@ def _threshold(own, condition):
     return best, float(ends[0]), float(ends[1]), known, censored
 
 
-def _quantile(values, share):
+def _compute_quantile(values, share):
     """Quantile of the draws with collisions that decide; not a number without one."""
     known = values[~np.isnan(values)]
     return np.quantile(known, share, method="nearest") if len(known) else np.nan
@@ -173,7 +173,7 @@ class _Sums:
         growth = np.where(hit, own.growth_efficiency.values, 0.0)
         value = condition.value(own.outcome.values, growth) * hit
         failed = (own.outcome.values == FAILED).sum(axis=2)
-        ends = _ends(condition, float(own.mass_ratio))
+        ends = _find_ends(condition, float(own.mass_ratio))
         return cls(condition, own.speed.values, value.sum(axis=2), hit.sum(axis=2), failed, ends)
 
     def drawn(self, seeds):
@@ -235,7 +235,7 @@ class _Sums:
         return mean > limit if self.condition.rises else mean < limit
 
 
-def _ends(condition, ratio):
+def _find_ends(condition, ratio):
     """(lowest, largest) value of the quantity of a Condition, over all outcomes and growths."""
     growth = np.array([-ratio, 0.0, 1.0])
     names, growths = np.meshgrid(list(DEFINITIONS), growth, indexing="ij")

@@ -70,15 +70,18 @@ def _remark_model(scene):
 
 
 def _show(data):
-    from dusttaichi.analysis.collisions import summary_columns
+    from dusttaichi.analysis.collisions import format_collision_summary
     from dusttaichi.analysis.outcome import PAGE
-    from dusttaichi.analysis.threshold_tables import threshold_columns, without_thresholds
-    from dusttaichi.analysis.thresholds import thresholds
+    from dusttaichi.analysis.threshold_tables import (
+        explain_missing_thresholds,
+        format_threshold_columns,
+    )
+    from dusttaichi.analysis.thresholds import find_thresholds
 
-    say_abreast(*summary_columns(data), data.attrs["title"])
+    say_abreast(*format_collision_summary(data), data.attrs["title"])
     say()
-    say_abreast(*threshold_columns(thresholds(data)), THRESHOLDS)
-    for line in without_thresholds(data):
+    say_abreast(*format_threshold_columns(find_thresholds(data)), THRESHOLDS)
+    for line in explain_missing_thresholds(data):
         say(line)
     say(f"outcomes, growth efficiency and threshold speeds are defined in {PAGE}")
     say()

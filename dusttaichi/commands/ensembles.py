@@ -36,7 +36,7 @@ def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **eng
     written, GuardStop or DustError for runs that failed.
     """
     from dusttaichi.analysis.ensemble_tables import missing
-    from dusttaichi.analysis.plain import plain_ensemble
+    from dusttaichi.analysis.plain import convert_ensemble
     from dusttaichi.studies.finish import error_of_runs, finish_sweep
 
     phases = Phases(verbose)
@@ -53,7 +53,7 @@ def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **eng
     say_not_drawn(results.undrawn)
     write_line = remark if as_json else say
     if as_json:
-        say_json(plain_ensemble(data))
+        say_json(convert_ensemble(data))
     else:
         _say_table(data)
         _say_statistics(data)
@@ -72,10 +72,10 @@ def say_part(finished, total, noun):
 
 def say_result(data, show, paths, *, as_json):
     """Print a dataset, or plain data, as JSON, or call show() instead; list the written files."""
-    from dusttaichi.analysis.plain import plain, plain_dataset
+    from dusttaichi.analysis.plain import convert_dataset, convert_value
 
     if as_json:
-        say_json(plain_dataset(data) if hasattr(data, "data_vars") else plain(data))
+        say_json(convert_dataset(data) if hasattr(data, "data_vars") else convert_value(data))
     else:
         show()
     say_written(paths, remark if as_json else say)
@@ -83,13 +83,13 @@ def say_result(data, show, paths, *, as_json):
 
 def _say_table(data):
     from dusttaichi.analysis import ensemble_tables as tables
-    from dusttaichi.analysis.outcome import definition_line
+    from dusttaichi.analysis.outcome import format_definition_line
 
     if not tables.axes_of(data):
         return _say_replicas(data, tables.table_numbers(data))
     keys, columns, remark = tables.head_and_columns(data)
     say_abreast(keys, columns, data.attrs["title"])
-    if line := definition_line(heading for heading, _ in columns):
+    if line := format_definition_line(heading for heading, _ in columns):
         say(line)
     if remark:
         say(remark)

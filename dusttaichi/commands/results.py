@@ -104,15 +104,15 @@ def compare(
 ):
     """Compare runs: a table of all their numbers, side by side."""
     from dusttaichi import analysis
-    from dusttaichi.analysis.kind import mixture
-    from dusttaichi.analysis.outcome import definition_line
-    from dusttaichi.analysis.plain import plain_runs
-    from dusttaichi.analysis.summary import columns, has_fit_error
+    from dusttaichi.analysis.kind import warn_of_mixed_drafts
+    from dusttaichi.analysis.outcome import format_definition_line
+    from dusttaichi.analysis.plain import convert_runs
+    from dusttaichi.analysis.summary import format_columns, has_fit_error
 
     options.import_files(extension)
     with options.writing(force=force, inputs=runs), options.open_runs(runs) as results:
         rows = analysis.compare(results)
-        if text := mixture(results):
+        if text := warn_of_mixed_drafts(results):
             remark(f"warning: {text}")
         failed, drawn = [], []
         if figures is not None:
@@ -120,11 +120,11 @@ def compare(
 
             drawn = plots.save_figures(results, figures, failed=failed)
         if as_json:
-            say_json(plain_runs(results))
+            say_json(convert_runs(results))
         else:
-            table = columns(rows)
+            table = format_columns(rows)
             _say_side_by_side(table)
-            if line := definition_line(heading for heading, _ in table):
+            if line := format_definition_line(heading for heading, _ in table):
                 say(line)
             if any(map(has_fit_error, rows)):
                 say("±: one sample each, fit error only; replicas show the scatter between samples")

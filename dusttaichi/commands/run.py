@@ -119,12 +119,12 @@ def _show_result(directory, draw, as_json, phases):
     Returns the number of snapshots.
     """
     from dusttaichi import analysis
-    from dusttaichi.analysis.plain import plain_runs
+    from dusttaichi.analysis.plain import convert_runs
 
     failed = []
     with analysis.open_run(directory) as result:
-        numbers = plain_runs([result]) if as_json else analysis.summary(result)
-        rows = [] if as_json else analysis.table(numbers)
+        numbers = convert_runs([result]) if as_json else analysis.summarise(result)
+        rows = [] if as_json else analysis.tabulate(numbers)
         phases.end("numbers")
         figures = []
         if draw:

@@ -44,7 +44,7 @@ def sticking(
     The speed by bisection, the restitution over speeds (--map). After an interruption --resume
     continues either.
     """
-    from dusttaichi.analysis.plain import plain
+    from dusttaichi.analysis.plain import convert_value
     from dusttaichi.studies import restitution
     from dusttaichi.studies import sticking as search
     from dusttaichi.studies.settings import with_settings
@@ -67,7 +67,7 @@ def sticking(
         study = search.Search(scene, tolerance, *ends, directory=folder, log=log)
         _remark_model(study)
         bracket, paths = study.result(run_study(study, **engine_options)), [study.file]
-        rows, numbers = search.rows(bracket), plain(bracket) | {"speed": bracket.speed}
+        rows, numbers = search.rows(bracket), convert_value(bracket) | {"speed": bracket.speed}
 
     def show():
         for label, value in rows:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from dusttaichi.analysis.frame import frame_count
+from dusttaichi.analysis.frame import count_frames
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import explain
 
@@ -37,7 +37,7 @@ def export(run, to, output=None, snapshot="all"):
         the files cannot be written.
     """
     write = _get_writer(run, to)
-    numbers = range(frame_count(run)) if snapshot == "all" else [snapshot]
+    numbers = range(count_frames(run)) if snapshot == "all" else [snapshot]
     frames = (run.method.read(run, number) for number in numbers)
     folder = Path(output) if output is not None else run.path.parent / to
     try:

@@ -12,7 +12,7 @@ from ase import Atoms
 from ase import units as ase_units
 from ase.io import write as ase_write
 
-from dusttaichi.analysis.frame import grain_masses
+from dusttaichi.analysis.frame import read_grain_masses
 from dusttaichi.plots.grains import choose_appearance, colour_grains, number_bodies
 from dusttaichi.results.outputs import check
 
@@ -24,7 +24,7 @@ UNITS = "pos, radius, Lattice, Origin: Angstrom; masses: u; momenta: ASE; time_s
 
 def write(run, frames, folder):
     """Write the frames to one file in `folder`. Returns its path in a list."""
-    masses = grain_masses(run)
+    masses = read_grain_masses(run)
     images = []
     for frame in frames:
         image = make_atoms(frame, masses)

@@ -11,7 +11,7 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from dusttaichi.analysis.frame import grain_masses
+from dusttaichi.analysis.frame import read_grain_masses
 from dusttaichi.results.outputs import check
 from dusttaichi.units import FORCE, LENGTH, MASS, SPEED, SPIN, TIME
 
@@ -25,7 +25,7 @@ TOTAL, OF_EACH = " fx fy fz", " normal fx fy fz"  # where the result has forces
 
 def write(run, frames, folder):
     """Write the frames to `folder`. Returns the paths, that of the grains first."""
-    masses = grain_masses(run) / MASS
+    masses = read_grain_masses(run) / MASS
     with ExitStack() as stack:
         files = {}
 

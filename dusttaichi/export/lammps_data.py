@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dusttaichi.analysis.frame import grain_masses
+from dusttaichi.analysis.frame import read_grain_masses
 from dusttaichi.export.lammps import choose_boundary_styles, find_box_ends
 from dusttaichi.results.outputs import check
 from dusttaichi.samples.formats.lammps import lammps_program, run_lammps
@@ -23,7 +23,7 @@ MARK = "units micro, written by dusttaichi"
 
 def write(run, frames, folder):
     """Write the frames to `folder`. Returns the paths."""
-    masses = grain_masses(run) / MASS
+    masses = read_grain_masses(run) / MASS
     return [
         write_data_file(frame, masses, folder / f"grains_{frame.number:04d}.data")
         for frame in frames
@@ -67,7 +67,7 @@ write_restart grains.restart
 def write_restart(run, frames, folder):
     """Write the frames to `folder`. Returns the paths. Raises DustError without LAMMPS."""
     lammps_program()
-    masses, paths = grain_masses(run) / MASS, []
+    masses, paths = read_grain_masses(run) / MASS, []
     for frame in frames:
         paths.append(check(folder / f"grains_{frame.number:04d}.restart", RESTART))
         with tempfile.TemporaryDirectory() as scratch:

@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ET
 import meshio
 import numpy as np
 
-from dusttaichi.analysis.frame import grain_masses
+from dusttaichi.analysis.frame import read_grain_masses
 from dusttaichi.results import roles
 from dusttaichi.results.outputs import check
 from dusttaichi.results.variables import LABELS
@@ -63,7 +63,7 @@ _COMMENT = f"{MARK}\n" + "".join(f"{name}: {unit}\n" for name, unit in _UNITS.it
 
 def write(run, frames, folder):
     """Write the frames to `folder`. Returns the paths, that of the collection first."""
-    masses, frames = grain_masses(run), list(frames)
+    masses, frames = read_grain_masses(run), list(frames)
     paths = _write_collection(folder / COLLECTION, ((f, make_mesh(f, masses)) for f in frames))
     if any(f.wall_contacts is not None for f in frames):
         paths += _write_collection(folder / WALLS, ((f, make_wall_mesh(f)) for f in frames))

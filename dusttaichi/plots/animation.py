@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from dusttaichi.analysis.frame import frame_count
+from dusttaichi.analysis.frame import count_frames
 from dusttaichi.errors import DustError
 from dusttaichi.plots.registry import picture_of
 from dusttaichi.results.outputs import MARK, check
@@ -48,7 +48,7 @@ def animation(run, path, color=None, view="oblique", *, rate=None, cell=True, dp
         There are fewer than two snapshots, the kind of file is unknown, ffmpeg is missing, or the
         film cannot be written.
     """
-    path, count = Path(path), frame_count(run)
+    path, count = Path(path), count_frames(run)
     writers = {".gif": _write_gif, ".mp4": _write_mp4}
     if path.suffix not in writers:
         raise DustError(f"A film cannot be written to {path}; allowed: .gif and .mp4.")

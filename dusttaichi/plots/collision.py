@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 
-from dusttaichi.analysis import orbital_momentum
-from dusttaichi.analysis.frame import frame_count, read_frame
-from dusttaichi.analysis.symbols import key_label
+from dusttaichi.analysis import compute_orbital_momentum
+from dusttaichi.analysis.frame import count_frames, read_frame
+from dusttaichi.analysis.symbols import label_key
 from dusttaichi.plots import style
 from dusttaichi.plots.colouring import BODY_COLOURS, BODY_NAMES
 from dusttaichi.plots.frame_of_picture import draw_scale_bar
@@ -36,7 +36,7 @@ def collision(run, snapshots=None, view=(0.0, 0.0, 1.0)):
         Direction (x, y, z) towards the viewer; the bodies fly along x, with their offset along y.
     """
     if snapshots is None:
-        count = frame_count(run)
+        count = count_frames(run)
         snapshots = sorted({0, count // 2, count - 1})
     frames = [read_frame(run, number, False) for number in snapshots]
     colours = np.empty((len(frames[0].radius), 3))
@@ -134,7 +134,7 @@ def bodies(run):
     DustError
         There are not two bodies.
     """
-    orbital, series = orbital_momentum(run)[:, 2], run.whole.series
+    orbital, series = compute_orbital_momentum(run)[:, 2], run.whole.series
     names, velocity = series.body.values.tolist(), series.body_velocity.values
     spin = dict(zip(names, series.body_angular_momentum.values[:, :, 2].T, strict=True))
     figure, (speeds, turning) = style.create_figure(height=5.2, rows=2)
@@ -221,7 +221,7 @@ def restitution_map(data):
 
 def _format_key(name, value, data):
     """Key and value of a map for a legend: the label of the key, angles in degrees."""
-    word, unit = key_label(name), style.typeset(data[name].attrs.get("units", ""))
+    word, unit = label_key(name), style.typeset(data[name].attrs.get("units", ""))
     if isinstance(value, str):
         return f"{word} = {value}"
     if unit == "rad":

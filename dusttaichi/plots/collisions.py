@@ -7,12 +7,12 @@ from dusttaichi.analysis.collisions import (
     FAILED,
     MISS,
     OUTCOMES,
-    fragment_slope,
-    mean_and_error,
-    phase_losses,
-    spectrum,
+    compute_mean_and_error,
+    compute_phase_losses,
+    fit_fragment_slope,
+    select_fragments,
 )
-from dusttaichi.analysis.thresholds import thresholds
+from dusttaichi.analysis.thresholds import find_thresholds
 from dusttaichi.plots import style
 
 COLOURS = {
@@ -49,7 +49,7 @@ def collision_figures(data):
     if data.sizes["mass_ratio"] > 1:
         figures_by_name["outcomes_mass_ratio"] = outcome_map(data, "mass_ratio")
     if data.sizes["body"] > 1:
-        figures_by_name["thresholds"] = threshold_speeds(data, thresholds(data))
+        figures_by_name["thresholds"] = threshold_speeds(data, find_thresholds(data))
     figures_by_name |= {
         "growth": growth(data),
         "spectrum": fragment_spectrum(data),
@@ -134,7 +134,7 @@ def _draw_means(axes, data, values, format_string, text):
     values = values.reshape(*values.shape[:3], -1)
     several = values.shape[:2] != (1, 1)
     for number, index in enumerate(np.ndindex(values.shape[:2])):
-        mean, error = np.array([mean_and_error(row) for row in values[index]]).T
+        mean, error = np.array([compute_mean_and_error(row) for row in values[index]]).T
         name = f"{data.body.values[index[0]]}, {data.mass_ratio.values[index[1]]:g}:1"
         label = ", ".join([name] * several + [text] * bool(text))
         bar_style = {
@@ -154,11 +154,13 @@ PHASES = {"compression_loss": "in compression", "stretching_loss": "in stretchin
 def phases(data):
     """Shares of the energy dissipated in compression and in stretching against the speed.
 
-    They are those of `phase_losses`: mean and standard error over seeds and impact parameters, a
-    colour for every body and mass ratio. None where no collision has them.
+    They are those of `compute_phase_losses`: mean and standard error over seeds and impact
+    parameters, a colour for every body and mass ratio. None where no collision has them.
     """
     shares_by_phase = {
-        name: values for name, values in phase_losses(data).items() if values.notnull().any()
+        name: values
+        for name, values in compute_phase_losses(data).items()
+        if values.notnull().any()
     }
     if not shares_by_phase:
         return None
@@ -185,12 +187,12 @@ def fragment_spectrum(data):
     for number in picked:
         choice = np.zeros(data.outcome.shape, bool)
         choice[:, :, number] = True
-        grains, collisions = spectrum(data, choice)
+        grains, collisions = select_fragments(data, choice)
         if len(grains) < 2:
             continue
         sizes, counts = np.unique(grains, return_counts=True)
         above = np.cumsum(counts[::-1])[::-1] / collisions
-        tau, error = fragment_slope(grains, np.nanmax(data.grains.values))
+        tau, error = fit_fragment_slope(grains, np.nanmax(data.grains.values))
         text = f"{speeds[number]:.3g} m/s"
         text += rf", $\tau$ = {tau:.2f} ± {error:.2f}" if np.isfinite(tau) else ""
         axes.plot(sizes, above, marker="o", ms=3, label=text, **style.run_style(drawn))
@@ -216,7 +218,7 @@ def threshold_speeds(data, speed_thresholds):
     data : xarray.Dataset
         From analysis.collisions.collisions_dataset.
     speed_thresholds : list
-        The `thresholds` of the dataset.
+        The Thresholds of the dataset.
     """
     figure, (axes,) = style.create_figure(height=3.4)
     names = dict.fromkeys(t.name for t in speed_thresholds)

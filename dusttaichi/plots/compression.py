@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dusttaichi.analysis import compression_curve, compression_law
-from dusttaichi.analysis import isotropic as isotropic_of
+from dusttaichi.analysis import choose_compression_law, measure_compression_curve
+from dusttaichi.analysis import measure_isotropic_compression as isotropic_of
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import (
     EXPERIMENT_SCATTER,
@@ -52,10 +52,10 @@ def _draw_scatter(axes, pressure, law, label):
 def compression(runs, labels=None, laws=()):
     """Filling factor against pressure on the top wall for one run or several.
 
-    The laws behind are those of `analysis.compression_law`: the laboratory's, omnidirectional in a
-    box, unidirectional between plates, S12's for the speed of a fast wall. Between plates the
-    filling factor of the inner cylinder (PD08) is drawn as well, dotted. A single run shows the
-    records themselves too.
+    The laws behind are those of `analysis.choose_compression_law`: the laboratory's,
+    omnidirectional in a box, unidirectional between plates, S12's for the speed of a fast wall.
+    Between plates the filling factor of the inner cylinder (PD08) is drawn as well, dotted. A
+    single run shows the records themselves too.
 
     Parameters
     ----------
@@ -70,19 +70,19 @@ def compression(runs, labels=None, laws=()):
     runs, labels = style.label_runs(runs, labels)
     figure, (axes,) = style.create_figure()
     pressure = np.logspace(1, 7, 301)
-    drawn = [compression_law(run) for run in runs]
+    drawn = [choose_compression_law(run) for run in runs]
     draw_laboratory_laws(axes, pressure, drawn)
     for law in laws:
         _draw_law(axes, pressure, law, law.name, style.line_look(style.GREY, 1.0, style.FINE))
     top, bottom = max(law.phi2 for law in drawn) + EXPERIMENT_SCATTER, 0.1
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
-        curve = compression_curve(run)
+        curve = measure_compression_curve(run)
         line_style = style.run_style(number)
         if len(runs) == 1:
             style.draw_records(axes, curve.raw_pressure / 1e3, curve.raw_filling_factor, number)
         axes.plot(curve.pressure / 1e3, curve.filling_factor, label=label, **line_style)
         if "inner_filling_factor" in run.series:
-            inner = compression_curve(run, of="inner_filling_factor")
+            inner = measure_compression_curve(run, of="inner_filling_factor")
             fine = style.line_look(line_style["color"], 1.2, style.FINE)
             axes.plot(inner.pressure / 1e3, inner.filling_factor, label="inner cylinder", **fine)
             top = max(top, np.max(inner.filling_factor, initial=0) + 0.02)

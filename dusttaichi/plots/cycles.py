@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.cycles import pressure_of, unloadings
+from dusttaichi.analysis.cycles import compute_pressure, measure_unloadings
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
@@ -27,7 +27,9 @@ def cycles(run):
     DustError
         No stage unloads.
     """
-    measured = [unloading for unloading in unloadings(run) if np.isfinite(unloading.modulus)]
+    measured = [
+        unloading for unloading in measure_unloadings(run) if np.isfinite(unloading.modulus)
+    ]
     if measured:
         figure, (path, moduli) = style.create_figure(5.6, rows=2, ratios=(1.6, 1.0), shared=False)
         _draw_moduli(moduli, measured)
@@ -51,7 +53,7 @@ def _draw_path(axes, run):
     has_tension, largest, labelled = "pulling" in branches.values(), 0.0, set()
     for segment in run.parts:
         records, branch = (segment.start, segment.series), branches[segment.stage_name]
-        pressure = np.hstack([pressure_of(record) for record in records]) / 1e3
+        pressure = np.hstack([compute_pressure(record) for record in records]) / 1e3
         phi = np.hstack([record.filling_factor.values for record in records])
         shown = np.isfinite(pressure) if has_tension else pressure > 0.0
         color, width, order = LOOKS[branch]

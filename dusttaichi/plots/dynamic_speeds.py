@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.dynamic import dynamic
+from dusttaichi.analysis.dynamic import measure_dynamic_compression
 from dusttaichi.analysis.kind import is_dynamic
 from dusttaichi.physics.laws import delta_dynamic, p_m_fast
 from dusttaichi.plots import style
@@ -29,7 +29,7 @@ def dynamic_speeds(runs):
         A run is no dynamic compression.
     """
     figure, axes = style.create_figure(height=5.8, rows=2)
-    results = [(run.grains or 0, dynamic(run)) for run in runs]
+    results = [(run.grains or 0, measure_dynamic_compression(run)) for run in runs]
     sizes = sorted({grains for grains, _ in results})
     # within what S12 eqs 33 and 35 were fitted to
     wall_speeds = [d.speed for _, d in results]

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from dusttaichi.analysis import fragments as fragments_of
-from dusttaichi.analysis import mass_spectrum as spectrum_of
-from dusttaichi.analysis.fragments import fragment_dimension as dimension_of
+from dusttaichi.analysis import compute_mass_spectrum as spectrum_of
+from dusttaichi.analysis import find_fragments as fragments_of
+from dusttaichi.analysis.fragments import fit_fragment_dimension as dimension_of
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 from dusttaichi.plots.structure import has_structure

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
-from dusttaichi.analysis.fragments import Fragments, fragments, fragments_of
-from dusttaichi.analysis.frame import frame_count, grain_masses, read_frame
+from dusttaichi.analysis.fragments import Fragments, find_fragments, find_frame_fragments
+from dusttaichi.analysis.frame import count_frames, read_frame, read_grain_masses
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.colouring import (
@@ -84,7 +84,7 @@ def grains(
         A name is unknown.
     """
     frame = read_frame(run, snapshot)
-    masses = grain_masses(run) if isinstance(color, str) and color == "fragment" else None
+    masses = read_grain_masses(run) if isinstance(color, str) and color == "fragment" else None
     appearance = choose_appearance(
         [frame],
         color,
@@ -106,7 +106,7 @@ def number_bodies(run, color):
     if not (isinstance(color, str) and color == "body"):
         return None
     if not run.collides:
-        return fragments(run, 0)
+        return find_fragments(run, 0)
     number = np.zeros(run.grains, int)
     number[run.bodies()[1]] = 1
     return number
@@ -247,7 +247,7 @@ def colour_grains(frame, appearance, masses):
         if color == "uniform":
             return Colouring(np.tile((0.78, 0.74, 0.67), (len(frame.radius), 1)))
         if color == "fragment":
-            return colour_by_fragment(fragments_of(frame, masses), "grains of the fragment")
+            return colour_by_fragment(find_frame_fragments(frame, masses), "grains of the fragment")
         if color == "body":
             return colour_by_body(appearance.bodies)
         if color == "coordination":
@@ -268,8 +268,8 @@ def colour_grains(frame, appearance, masses):
 
 def _draw_film(run, color, view, *, cell, dpi):
     """Figures of the snapshots of a run of grains, one after another."""
-    color, frames = color or USUAL, [read_frame(run, n) for n in range(frame_count(run))]
-    masses = grain_masses(run) if color == "fragment" else None
+    color, frames = color or USUAL, [read_frame(run, n) for n in range(count_frames(run))]
+    masses = read_grain_masses(run) if color == "fragment" else None
     bodies = number_bodies(run, color)
     appearance = choose_appearance(frames, color, view, cell=cell, dpi=dpi, bodies=bodies)
     factor, unit = style.choose_unit(frames[-1].time, style.TIMES)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dusttaichi.analysis import ledger as ledger_of
-from dusttaichi.analysis import losses_against_filling_factor, tensile
+from dusttaichi.analysis import compute_ledger as ledger_of
+from dusttaichi.analysis import measure_losses, measure_tensile_strength
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
@@ -71,7 +71,7 @@ def losses(run):
     DustError
         There is no filling factor.
     """
-    result = losses_against_filling_factor(run)
+    result = measure_losses(run)
     figure, (axes,) = style.create_figure()
     scale, unit = style.choose_unit(max(result.total.max(), 0.0), style.ENERGIES)
     axes.plot(result.filling_factor, result.total * scale, color=style.BLACK, label="all losses")
@@ -85,7 +85,7 @@ def losses(run):
         )
     if run.stretches:
         axes.axvline(
-            tensile(run).strength_phi,
+            measure_tensile_strength(run).strength_phi,
             label="largest stress",
             **style.line_look(style.GREY, 1.0, style.DASHED),
         )

@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from dusttaichi.analysis.ensemble_tables import Against, against, table_numbers, title_of
-from dusttaichi.analysis.numbers import known
-from dusttaichi.analysis.symbols import key_label
+from dusttaichi.analysis.numbers import index_observables
+from dusttaichi.analysis.symbols import label_key
 from dusttaichi.plots import style
 
 WIDE = 10.0  # ratio of the largest to the smallest value from which an axis is logarithmic
@@ -71,12 +71,12 @@ def _set_axes(panel, table):
         panel.yaxis.set_major_locator(MaxNLocator(4))
     panel.set_title(_label_number(table.name, table.unit), loc="left", fontsize="small", pad=4)
     unit = f" ({style.typeset(table.x_unit)})" if table.x_unit else ""
-    panel.set_xlabel(f"{key_label(table.key)}{unit}", fontsize="small")
+    panel.set_xlabel(f"{label_key(table.key)}{unit}", fontsize="small")
     panel.tick_params(which="both", labelsize="x-small")
 
 
 def _label_number(name, unit):
-    number = known().get(name)
+    number = index_observables().get(name)
     text = number and number.symbol or title_of(name)
     return f"{text} ({style.typeset(unit)})" if unit else text
 

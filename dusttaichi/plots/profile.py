@@ -1,7 +1,7 @@
 """Vertical profile of the filling factor at several times (S12 Fig 5)."""
 
-from dusttaichi.analysis import profile as profile_of
-from dusttaichi.analysis.profile import without_cut_bins
+from dusttaichi.analysis import read_profiles as profile_of
+from dusttaichi.analysis.profile import join_cut_bins
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
@@ -21,7 +21,7 @@ def profile(run, max_profiles=8):
     DustError
         The result has no profiles.
     """
-    profiles = without_cut_bins(profile_of(run, max_profiles))
+    profiles = join_cut_bins(profile_of(run, max_profiles))
     written = run.profiles.sizes["profile"]
     figure, (axes,) = style.create_figure(height=4.0)
     count = profiles.sizes["profile"]

@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import Any
 
 from dusttaichi import method
-from dusttaichi.analysis.kind import draft_of
+from dusttaichi.analysis.kind import explain_draft
 from dusttaichi.analysis.numbers import reason, statistics
 from dusttaichi.errors import DustError
 from dusttaichi.method import attribute
@@ -144,7 +144,7 @@ def list_figures(of_method: method.Method | None = None) -> list[Figure]:
 
 def mark_draft(figure, run):
     """Mark a matplotlib Figure, which may be None, if the Run is a draft; return it."""
-    text = draft_of(run.scene)
+    text = explain_draft(run.scene)
     if figure is not None and text:
         text_style = {"ha": "right", "va": "bottom", "fontsize": 7, "color": GREY}
         figure.text(0.995, 0.005, text, **text_style)

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from dusttaichi.analysis.cycles import pressure_of
+from dusttaichi.analysis.cycles import compute_pressure
 from dusttaichi.analysis.loads import (
-    controlled_loads,
-    friction,
+    fit_friction,
+    format_load,
     is_triaxial,
-    load_text,
-    shearings,
-    triaxials,
+    measure_controlled_loads,
+    measure_shear_tests,
+    measure_triaxial_tests,
 )
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
@@ -35,10 +35,13 @@ def shear(run, repeats=()):
     DustError
         Nothing is sheared.
     """
-    stages = shearings(run)
+    stages = measure_shear_tests(run)
     loaded = [shearing for shearing in stages if shearing.has_friction]
     repeated_stages = [
-        shearing for repeat in repeats for shearing in shearings(repeat) if shearing.has_friction
+        shearing
+        for repeat in repeats
+        for shearing in measure_shear_tests(repeat)
+        if shearing.has_friction
     ]
     several = len(loaded) + len(repeated_stages) > 1
     figure, (curves, *below) = style.create_figure(
@@ -67,7 +70,7 @@ def _draw_shear_curves(axes, stages, scale):
     for number, shearing in enumerate(stages):
         line_style = style.run_style(number)
         colors[shearing.stage] = line_style["color"]
-        label = load_text(shearing) if controlled else shearing.stage or "sheared"
+        label = format_load(shearing) if controlled else shearing.stage or "sheared"
         if cyclic:
             axes.plot(
                 shearing.total_strain,
@@ -95,7 +98,7 @@ def _draw_strengths(panels, stages, count_filled, *, colors, scale, unit):
                 x, shearing.strength * scale, shearing.strength_sigma * scale, fmt="o",
                 color=colors.get(shearing.stage, style.GREY), markersize=5, **filled,
             )  # fmt: skip
-    fit = friction(stages)
+    fit = fit_friction(stages)
     if fit is not None:
         x = np.array([0.0, 1.05 * max(shearing.load for shearing in stages)])
         slope = f"{fit.slope:+.2f}"
@@ -132,8 +135,8 @@ def triaxial(run, repeats=()):
         There is no test.
     """
     tests, repeated_tests = (
-        triaxials(run),
-        [test for repeat in repeats for test in triaxials(repeat)],
+        measure_triaxial_tests(run),
+        [test for repeat in repeats for test in measure_triaxial_tests(repeat)],
     )
     figure, (curves, density, circles) = style.create_figure(
         height=7.2, rows=3, ratios=(1.4, 1.0, 1.1), shared=False
@@ -143,14 +146,14 @@ def triaxial(run, repeats=()):
     )
     for number, test in enumerate(tests):
         line_style = style.run_style(number)
-        label = load_text(test)
+        label = format_load(test)
         curves.plot(test.strain, test.deviator * scale, label=label, **line_style)
         density.plot(test.strain, test.filling_factor, **line_style)
         circles.plot(*_compute_circle(test, scale), **line_style)
         for repeat in repeated_tests:
             if repeat.stage == test.stage:
                 circles.plot(*_compute_circle(repeat, scale), **(line_style | {"linewidth": 0.7}))
-    _draw_tangent(circles, friction([*tests, *repeated_tests]), scale)
+    _draw_tangent(circles, fit_friction([*tests, *repeated_tests]), scale)
     curves.set_ylabel(f"deviator ({unit})")
     style.draw_legend(curves, title="confining stress")
     density.set_ylabel(r"filling factor $\phi$")
@@ -180,7 +183,9 @@ def _draw_tangent(axes, fit, scale):
     style.draw_legend(axes)
 
 
-@figure("Filling factor under each load", 80, applies=lambda run: bool(controlled_loads(run)))
+@figure(
+    "Filling factor under each load", 80, applies=lambda run: bool(measure_controlled_loads(run))
+)
 def loads(run, constant_speed_runs=(), repeats=()):
     """Filling factor against pressure of a run with load steps.
 
@@ -200,10 +205,10 @@ def loads(run, constant_speed_runs=(), repeats=()):
     DustError
         No stage controls a pressure.
     """
-    load_steps = controlled_loads(run)
+    load_steps = measure_controlled_loads(run)
     if not load_steps:
         raise DustError(f"{run.path}: no stage controls a pressure; it needs drive: pressure.")
-    samples = [load_steps, *(controlled_loads(reference) for reference in repeats)]
+    samples = [load_steps, *(measure_controlled_loads(reference) for reference in repeats)]
     pressure = np.array([[load.pressure for load in steps] for steps in samples]) / 1e3
     density = np.array([[load.filling_factor for load in steps] for steps in samples])
     figure, (axes,) = style.create_figure()
@@ -238,6 +243,6 @@ def loads(run, constant_speed_runs=(), repeats=()):
 
 def _collect_path(run):
     """Pressure [kPa] and filling factor of all records with a positive pressure."""
-    pressure = pressure_of(run.series) / 1e3
+    pressure = compute_pressure(run.series) / 1e3
     shown = pressure > 0.0
     return pressure[shown], run.series.filling_factor.values[shown]

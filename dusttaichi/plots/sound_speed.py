@@ -1,7 +1,7 @@
 """Speed of sound against the distance from a push (PD08 Fig 7)."""
 
-from dusttaichi.analysis import arrival
-from dusttaichi.analysis import sound_speed as fit_speed
+from dusttaichi.analysis import fit_sound_speed as fit_speed
+from dusttaichi.analysis import measure_arrival
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
@@ -25,7 +25,7 @@ def sound_speed(runs, labels=None):
     """
     runs, labels = style.label_runs(runs, labels)
     figure, (axes,) = style.create_figure(height=3.4)
-    arrivals = [arrival(run) for run in runs]
+    arrivals = [measure_arrival(run) for run in runs]
     factor, unit = style.choose_unit(max(a.distance.max() for a in arrivals), style.LENGTHS)
     for number, (wave, label) in enumerate(zip(arrivals, labels, strict=True)):
         fit, look = fit_speed(wave), style.run_style(number)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.sphere import column, penetration
+from dusttaichi.analysis.sphere import measure_column, measure_penetration
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
@@ -34,7 +34,7 @@ def sphere(runs, labels=None):
         A run has no sphere.
     """
     runs, labels = style.label_runs(runs, labels)
-    motions = [penetration(run) for run in runs]
+    motions = [measure_penetration(run) for run in runs]
     figure, panels = style.create_figure(height=6.2, rows=3)
     per_time, seconds = style.choose_unit(max(motion.time[-1] for motion in motions), style.TIMES)
     per_length, metres = style.choose_unit(max(motion.radius for motion in motions), style.LENGTHS)
@@ -84,11 +84,15 @@ def sphere_column(runs, labels=None):
         raise DustError("There are no snapshots: set output: snapshots in the scene.")
     figure, (axes,) = style.create_figure(height=4.4)
     per_length, metres = style.choose_unit(
-        max(penetration(run).radius for run in runs), style.LENGTHS
+        max(measure_penetration(run).radius for run in runs), style.LENGTHS
     )
     before_style, lowest_style = {"linewidth": 0.8, "linestyle": style.DOTTED}, {"linewidth": 0.6}
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
-        line, last_column, first_column = style.run_style(number), column(run), column(run, 0)
+        line, last_column, first_column = (
+            style.run_style(number),
+            measure_column(run),
+            measure_column(run, 0),
+        )
         axes.plot(
             last_column.filling_factor,
             last_column.depth * per_length,

@@ -3,10 +3,10 @@
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from dusttaichi.analysis import fractal as fractal_of
-from dusttaichi.analysis.pores import pores as pores_of
+from dusttaichi.analysis import measure_fractal as fractal_of
+from dusttaichi.analysis.pores import measure_pores as pores_of
 from dusttaichi.analysis.structure import CENTRES
-from dusttaichi.analysis.structure import structure as structure_of
+from dusttaichi.analysis.structure import measure_structure as structure_of
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
@@ -140,7 +140,7 @@ def _has_frames(run):
 
 @figure("Fractal dimension", 113, applies=_has_frames)
 def fractal(run, snapshots=None):
-    """N(r < r_in) and its local slope for some snapshots of a run; see `analysis.fractal`.
+    """N(r < r_in) and its local slope for some snapshots of a run; see `analysis.measure_fractal`.
 
     Slopes of 2 and 3 are drawn beside the numbers.
 
@@ -148,7 +148,7 @@ def fractal(run, snapshots=None):
     ----------
     run : Run
     snapshots : sequence of int, optional
-        As in `analysis.fractal`.
+        As in `analysis.measure_fractal`.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from matplotlib import colormaps, rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.ticker import MaxNLocator
 
-from dusttaichi.analysis.names import labels_of
+from dusttaichi.analysis.names import name_runs
 from dusttaichi.analysis.texts import typeset  # noqa: F401, as style.typeset
 from dusttaichi.errors import DustError
 from dusttaichi.plots.axes import finish_figure, name_stages, set_few_ticks, set_logarithmic  # noqa: F401
@@ -154,7 +154,7 @@ def choose_unit(largest, units):
 
 
 def label_runs(runs, labels=None):
-    """(runs, labels) as lists, for one Run or several; labels default to `analysis.labels_of`.
+    """(runs, labels) as lists, for one Run or several; labels default to `name_runs`.
 
     More runs than fit into a legend are counted in it, not named. Raises DustError where labels do
     not match the runs.
@@ -163,7 +163,7 @@ def label_runs(runs, labels=None):
     if labels is None and len(runs) > len(RUN_COLOURS):
         labels = [f"{len(runs)} runs"] + ["_"] * (len(runs) - 1)  # matplotlib leaves out "_"
     if labels is None:
-        labels = [name.replace("$", r"\$") for name in labels_of(runs)]
+        labels = [name.replace("$", r"\$") for name in name_runs(runs)]
     labels = list(labels)
     if len(labels) != len(runs):
         raise DustError(f"{len(runs)} runs need as many labels, not {len(labels)}.")

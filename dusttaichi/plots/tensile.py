@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi.analysis import fit_strength
-from dusttaichi.analysis import tensile as tensile_of
+from dusttaichi.analysis import measure_tensile_strength as tensile_of
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.plots import style

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Bbox
 
-from dusttaichi.analysis.observables import about, front
+from dusttaichi.analysis.observables import describe_observable, find_pareto_front
 from dusttaichi.plots import style
 
 LOOKS = {  # parameter -> colour, marker
@@ -46,7 +46,7 @@ def trade(data):
     is_measured = np.isfinite(cost) & np.isfinite(error) & (cost > 0)
     lowest = _find_lowest(data, error[is_measured])
     shown = np.maximum(error, lowest)
-    best = front(np.where(is_measured, cost, np.nan), error)
+    best = find_pareto_front(np.where(is_measured, cost, np.nan), error)
     _draw_thresholds(axes, data, lowest)
     parameters = np.where(is_measured, data.parameter.values, "")
     edge = {"markeredgecolor": "white", "markeredgewidth": 0.4, "markersize": 4.5}
@@ -67,7 +67,7 @@ def trade(data):
         xscale="log",
         yscale="log",
         xlabel="cost over that of the default",
-        ylabel="error: " + about(name)[0].replace("phi(P)", r"$\phi(P)$"),
+        ylabel="error: " + describe_observable(name)[0].replace("phi(P)", r"$\phi(P)$"),
     )
     _set_limits(axes, cost[is_measured], shown[is_measured], data.attrs["tolerance"], lowest)
     style.set_few_ticks(axes.xaxis)

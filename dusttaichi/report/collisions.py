@@ -3,10 +3,13 @@
 import numpy as np
 
 from dusttaichi import plots
-from dusttaichi.analysis.collisions import summary_columns
+from dusttaichi.analysis.collisions import format_collision_summary
 from dusttaichi.analysis.outcome import PAGE
-from dusttaichi.analysis.threshold_tables import threshold_columns, without_thresholds
-from dusttaichi.analysis.thresholds import thresholds
+from dusttaichi.analysis.threshold_tables import (
+    explain_missing_thresholds,
+    format_threshold_columns,
+)
+from dusttaichi.analysis.thresholds import find_thresholds
 from dusttaichi.report.interactive import make_interactive, render_picture
 from dusttaichi.report.page import list_provenance, make_blank_report
 
@@ -23,7 +26,7 @@ MAPS = {"outcomes", "outcomes_mass_ratio"}  # of rectangles, which are shown as 
 
 def collect_collisions_data(data):
     """Collect the report of a dataset of `analysis.open_collisions`: a dict for JSON."""
-    keys, columns = threshold_columns(thresholds(data))
+    keys, columns = format_threshold_columns(find_thresholds(data))
     names = [
         f"{body}, {ratio}:1" for body, ratio in zip(*(texts for _, texts in keys), strict=True)
     ]
@@ -37,7 +40,7 @@ def collect_collisions_data(data):
     ]
     lines = [
         *threshold_lines,
-        *without_thresholds(data),
+        *explain_missing_thresholds(data),
         f"outcomes and thresholds are defined in {PAGE}",
     ]
     title = f"{data.attrs.get('title', 'collisions')}, collisions"
@@ -54,7 +57,7 @@ def collect_collisions_data(data):
 
 def _table(data):
     """Rows of text: a header, and means over impact parameters and seeds at each speed."""
-    keys, columns = summary_columns(data)
+    keys, columns = format_collision_summary(data)
     both = [*keys, *columns]
     rows = zip(*(texts for _, texts in both), strict=True)
     return [[head for head, _ in both], *map(list, rows)]

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dusttaichi.analysis.fragments import fragment_labels
-from dusttaichi.analysis.frame import normal_force, read_frame
+from dusttaichi.analysis.fragments import label_fragments
+from dusttaichi.analysis.frame import compute_normal_force, read_frame
 from dusttaichi.plots import style
 from dusttaichi.report.packing import (
     OUTLIERS,
@@ -33,7 +33,7 @@ def collect_contacts(run, frames, selection):
     ends, forces, coordination, labels, load, losses = [], [], [], [], [], []
     for number in numbers:
         frame = read_frame(run, number, contacts=NEEDED)
-        pair_forces = normal_force(run, frame)
+        pair_forces = compute_normal_force(run, frame)
         ends_on_walls, wall_forces = _list_wall_contacts(run, frame, pair_forces is not None)
         between, pairs = selection.renumber(frame.pairs)
         order = np.lexsort((pairs[:, 1], pairs[:, 0]))
@@ -41,7 +41,7 @@ def collect_contacts(run, frames, selection):
         on_walls = np.column_stack([on_walls[:, 0], ends_on_walls[reached, 1] + selection.size])
         ends.append(np.concatenate([pairs[order], on_walls]))
         coordination.append(selection.take(frame.coordination))
-        label = np.minimum(fragment_labels(frame, frame.radius**3), FRAGMENTS)
+        label = np.minimum(label_fragments(frame, frame.radius**3), FRAGMENTS)
         labels.append(selection.take(label))
         losses += (
             [] if "loss" not in frame.contacts else [selection.take(sum_dissipation(run, frame))]

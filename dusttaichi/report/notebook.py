@@ -2,7 +2,7 @@
 
 from html import escape
 
-from dusttaichi.analysis import summary, table
+from dusttaichi.analysis import summarise, tabulate
 from dusttaichi.errors import DustError
 from dusttaichi.plots import draw_figures
 from dusttaichi.report.interactive import render_picture
@@ -37,7 +37,7 @@ def view_particles(run):
 
 def render_run(run):
     """Render name, numbers with those of the literature, and main figure of a Run as HTML."""
-    cells = [[*row] for row in table(summary(run))]
+    cells = [[*row] for row in tabulate(summarise(run))]
     rows = "".join(
         "<tr>" + "".join(f"<td style='text-align:left'>{escape(c)}</td>" for c in row) + "</tr>"
         for row in cells

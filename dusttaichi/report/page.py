@@ -6,10 +6,10 @@ from html import escape
 from importlib import resources
 
 from dusttaichi import __version__, plots
-from dusttaichi.analysis import summary, table
-from dusttaichi.analysis.names import labels_of
+from dusttaichi.analysis import summarise, tabulate
+from dusttaichi.analysis.names import name_runs
 from dusttaichi.analysis.numbers import reason
-from dusttaichi.analysis.plain import plain
+from dusttaichi.analysis.plain import convert_value
 from dusttaichi.report.interactive import make_interactive
 from dusttaichi.report.particles import collect_particles
 from dusttaichi.results import outputs
@@ -31,8 +31,8 @@ def collect_report_data(runs):
     if len(runs) == 1:
         data = make_blank_report(first_run.name, _describe_run(first_run))
     else:
-        data = make_blank_report(f"{len(runs)} runs", ", ".join(labels_of(runs)))
-    names = labels_of(runs) if len(runs) > 1 else [first_run.name]
+        data = make_blank_report(f"{len(runs)} runs", ", ".join(name_runs(runs)))
+    names = name_runs(runs) if len(runs) > 1 else [first_run.name]
     data["runs"] = [_make_run_entry(run, name) for run, name in zip(runs, names, strict=True)]
     if len(runs) > 1:
         data["figures"], failed = _convert_figures(plots.draw_runs(runs))
@@ -67,7 +67,7 @@ def _make_run_entry(run, name):
     return {
         "name": name,
         "status": run.status,
-        "table": [list(row) for row in [*table(summary(run)), *failed]],
+        "table": [list(row) for row in [*tabulate(summarise(run)), *failed]],
         "figures": figures,
         "particles": collect_particles(run) if run.tree is not None else None,
         "scene": run.attrs.get("scene_resolved", "").strip(),
@@ -96,10 +96,12 @@ def _convert_figures(figure_results):
 
 def _compare_numbers(runs):
     """Rows of the numbers, a column for each run."""
-    tables = [dict((heading, value) for heading, value, _ in table(summary(run))) for run in runs]
+    tables = [
+        dict((heading, value) for heading, value, _ in tabulate(summarise(run))) for run in runs
+    ]
     names = list(dict.fromkeys(name for rows in tables for name in rows))
     rows = [[name, *(rows.get(name, "") for rows in tables)] for name in names]
-    return [["", *labels_of(runs)], *rows]
+    return [["", *name_runs(runs)], *rows]
 
 
 # -- HTML ----------------------------------------------------------------------------------------
@@ -113,7 +115,9 @@ def read_asset(name):
 
 def format_json(data):
     """JSON that is valid in HTML: without infinities and ends of scripts."""
-    return json.dumps(plain(data), ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
+    return json.dumps(convert_value(data), ensure_ascii=False, allow_nan=False).replace(
+        "<", "\\u003c"
+    )
 
 
 def render_page(data):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dusttaichi.analysis.cycles import cell_pressure
+from dusttaichi.analysis.cycles import compute_cell_pressure
 from dusttaichi.plots import style
 from dusttaichi.report.contacts import BODY, COORDINATION, DISSIPATED, collect_contacts
 from dusttaichi.report.packing import (
@@ -133,7 +133,7 @@ def _get_pressure(series):
     None where neither is recorded or all are 0.
     """
     if "stress" in series:
-        pressure = cell_pressure(series)
+        pressure = compute_cell_pressure(series)
     elif "pressure" in series:
         pressure = series.pressure.sel(wall="top").values
     else:

@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import parse_qs, urlparse
 
 from dusttaichi.analysis import open_run
-from dusttaichi.analysis.foreign import understood
+from dusttaichi.analysis.foreign import explain_foreign_errors
 from dusttaichi.errors import DustError
 from dusttaichi.report.page import collect_report_data, format_json, render_page
 from dusttaichi.results.files import parts_folder
@@ -43,7 +43,7 @@ class Source:
             start = real_time.monotonic()
             change_stamp = self._read_change_stamp()
             if self._data is None or (change_stamp != self._seen and start >= self._next):
-                with understood([self.path]), open_run(self.path) as run:
+                with explain_foreign_errors([self.path]), open_run(self.path) as run:
                     new_data = collect_report_data([run])
                     new_data["live"] = run.status == "running"
                 stamp = self._data["stamp"] + 1 if self._data else 1

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi import samples
-from dusttaichi.analysis.collisions import collisions_dataset
-from dusttaichi.analysis.threshold_tables import threshold_variables
-from dusttaichi.analysis.thresholds import growth_bracket, thresholds
+from dusttaichi.analysis.collisions import build_collisions_dataset
+from dusttaichi.analysis.threshold_tables import build_threshold_variables
+from dusttaichi.analysis.thresholds import find_growth_bracket, find_thresholds
 from dusttaichi.errors import DustError
 from dusttaichi.results.plain import plain
 from dusttaichi.results.provenance import of_study
@@ -93,7 +93,7 @@ class Collisions:
         wanted = self.requests()
         known = all(request.label in found for request in wanted)
         if known and self._added < self._own.refine:
-            speed = next_speed(collisions_dataset(self._rows(wanted, found), self.axes))
+            speed = next_speed(build_collisions_dataset(self._rows(wanted, found), self.axes))
             if speed is not None:
                 self._added += 1
                 self.axes["speed"] = tuple(sorted({*self.axes["speed"], speed}))
@@ -135,10 +135,10 @@ class Collisions:
                 yield scene, samples.make(scene)
 
     def dataset(self, found):
-        """The dataset of `collisions_dataset` with its thresholds; failed ones have no numbers."""
+        """Dataset of the collisions with its thresholds; failed ones have no numbers."""
         attrs = of_study(self.scene, by_area=int(self._own.by_area))
-        data = collisions_dataset(self._rows(self.requests(), found), self.axes, attrs)
-        return data.assign(threshold_variables(thresholds(data), data))
+        data = build_collisions_dataset(self._rows(self.requests(), found), self.axes, attrs)
+        return data.assign(build_threshold_variables(find_thresholds(data), data))
 
     def _rows(self, requests, found):
         return [found[one.label].measured or {"error": found[one.label].text} for one in requests]
@@ -150,7 +150,7 @@ def next_speed(data):
     It considers all bodies and mass ratios; None where none is left to halve. Three digits.
     """
     brackets = [
-        growth_bracket(data, body, ratio)
+        find_growth_bracket(data, body, ratio)
         for body, ratio in np.ndindex(data.sizes["body"], data.sizes["mass_ratio"])
     ]
     brackets = [b for b in brackets if b is not None and b[1] > NARROW * b[0]]

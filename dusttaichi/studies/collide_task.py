@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi import method, samples
-from dusttaichi.analysis.fragments import efficiency, fragments_of
+from dusttaichi.analysis.fragments import compute_growth_efficiency, find_frame_fragments
 from dusttaichi.analysis.frame import Frame
-from dusttaichi.analysis.outcome import outcome_of
+from dusttaichi.analysis.outcome import classify_outcome
 from dusttaichi.grains.contacts import contact_state
 from dusttaichi.grains.measure import grain_state
 from dusttaichi.running import ledger
@@ -89,7 +89,7 @@ class _Motion(TwoBodies):
         state = x * units("m"), v * units("m/s"), w * units("rad/s")
         cell, open_space = np.full((3, 2), np.nan), np.zeros(3, bool)
         frame = Frame(0, 0.0, 0, *state, self.radii, cell, open_space, contacts)
-        return fragments_of(frame, self.masses)
+        return find_frame_fragments(frame, self.masses)
 
     def fly(self):
         """Until the fragments have not changed for a while, or stop.time after the touch."""
@@ -140,7 +140,7 @@ class _Motion(TwoBodies):
     def found(self):
         """Columns known at the end."""
         parts, m, J = self.fragments(), self.sim.measure(), self.sim.units("J")
-        outcome = outcome_of(parts, self.masses, self.bodies)
+        outcome = classify_outcome(parts, self.masses, self.bodies)
         residual = ledger.ledger(m, method.Start.of(self.first))[0] * J
         return {
             "outcome": outcome,
@@ -148,7 +148,9 @@ class _Motion(TwoBodies):
             "time": (self.sim.step - self.touch) * self.dt,
             "fragments": parts.grains.tolist(),
             "masses": (parts.mass / parts.mass.sum()).tolist(),
-            "growth_efficiency": round(efficiency(parts, self.masses, self.bodies), DIGITS),
+            "growth_efficiency": round(
+                compute_growth_efficiency(parts, self.masses, self.bodies), DIGITS
+            ),
             "restitution": self.restitution_of(outcome),
             "loss": dict(zip(self.sim.channels, (m.losses * J).tolist(), strict=True)),
             "compression_loss": self.ends[0] if self.ends else None,

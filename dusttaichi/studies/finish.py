@@ -112,15 +112,15 @@ def finish_collisions(study, point_results, figures=True) -> Results:
 
     Raises DustError where all collisions failed.
     """
-    from dusttaichi.analysis.collisions import table_text
-    from dusttaichi.analysis.threshold_tables import threshold_text
-    from dusttaichi.analysis.thresholds import thresholds
+    from dusttaichi.analysis.collisions import format_collision_table
+    from dusttaichi.analysis.threshold_tables import format_threshold_csv
+    from dusttaichi.analysis.thresholds import find_thresholds
 
     failure = _unless_all_failed(error_of_collisions(point_results), point_results)
     data, file = study.dataset(point_results), study.file
     save_ensemble(data, file)
-    tables = {file.with_suffix(".csv"): table_text(data)}
-    tables[file.with_name("thresholds.csv")] = threshold_text(thresholds(data))
+    tables = {file.with_suffix(".csv"): format_collision_table(data)}
+    tables[file.with_name("thresholds.csv")] = format_threshold_csv(find_thresholds(data))
     for path, text in tables.items():
         outputs.write(path, text, "")
     paths = []

@@ -54,7 +54,7 @@ class OwnStudy:
 
     def measure(self, run: analysis.Run) -> Mapping[str, float]:
         """Numbers of a finished run, by default those of its table."""
-        numbers = analysis.summary(run).items()
+        numbers = analysis.summarise(run).items()
         return {name: value for name, value in numbers if isinstance(value, (int, float))}
 
     def dataset(self, found: Mapping[str, Found]) -> xr.Dataset:

@@ -8,7 +8,7 @@ from importlib import resources
 import numpy as np
 import pandas as pd
 
-from dusttaichi.analysis.observables import front
+from dusttaichi.analysis.observables import find_pareto_front
 from dusttaichi.errors import DustError
 from dusttaichi.scene.numerics import DRAFT
 from dusttaichi.studies.trade_points import parameters_of
@@ -59,7 +59,9 @@ def suggestions(scene, tolerance=TOLERANCE):
         if settings != AS_IT_IS and fine[some.index].all() and everywhere:
             worst = some.loc[relative[some.index].idxmax()]
             found.append((some.cost.max(), worst))
-    best = front([cost for cost, _ in found], [worst.error for _, worst in found])[:MOST]
+    best = find_pareto_front([cost for cost, _ in found], [worst.error for _, worst in found])[
+        :MOST
+    ]
     return [
         (worst.settings, f"cost {cost:.2f}, error {error_text(worst)}")
         for cost, worst in (found[number] for number in best)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from dusttaichi import analysis
 from dusttaichi.analysis import observables
-from dusttaichi.analysis.observables import Measured
+from dusttaichi.analysis.observables import ObservableValues
 from dusttaichi.errors import DustError
 from dusttaichi.method.trade import KINDS, NUMERICAL, Point, changed
 from dusttaichi.scene import Scene
@@ -38,7 +38,7 @@ class Trade:
     scene: Scene
     judge: Judge
     rows: tuple[Row, ...]
-    seeds: tuple[Measured, ...]
+    seeds: tuple[ObservableValues, ...]
     check: Row
     numerical: Row | None
     anything: Row | None
@@ -111,8 +111,8 @@ class TradeStudy:
             "status": run.status,
             "steps": int(run.series.step[-1]),
             "time_step": float(run.attrs["time_step"]),
-            "ledger": analysis.ledger(run).worst,
-            "measured": observables.measured(run),
+            "ledger": analysis.compute_ledger(run).worst,
+            "measured": observables.measure_observables(run),
         }
 
     def dataset(self, found):

@@ -3,7 +3,12 @@
 import math
 from dataclasses import dataclass, field
 
-from dusttaichi.analysis.observables import CURVE, Measured, differences, scatter
+from dusttaichi.analysis.observables import (
+    CURVE,
+    ObservableValues,
+    compute_differences,
+    measure_scatter,
+)
 from dusttaichi.errors import DustError
 from dusttaichi.method.trade import KINDS, NUMERICAL, Point
 
@@ -28,7 +33,7 @@ class Row:
     steps: int | None = None
     time_step: float | None = None
     ledger: float | None = None
-    measured: Measured = field(default_factory=lambda: Measured({}))
+    measured: ObservableValues = field(default_factory=lambda: ObservableValues({}))
 
     @property
     def ok(self):
@@ -38,7 +43,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Judge:
-    """Errors against the Measured of a converged reference.
+    """Errors against the observables of a converged reference.
 
     name: of the decisive observable. scatter, convergence: observable -> standard deviation
     between seeds, and difference of the reference from its check (Parameters.check), as errors; nan
@@ -69,15 +74,15 @@ class Judge:
         nothing = dict.fromkeys(reference.names, math.nan)
         found = nothing
         if check is not None:
-            found = {n: e for n, (_, e) in differences(check, reference).items()}
+            found = {n: e for n, (_, e) in compute_differences(check, reference).items()}
         telling = [n for n in names if n == CURVE or reference.values[n] != 0.0]
         name = name or (telling or names)[0]
-        if not math.isfinite(differences(default, reference)[name][1]):
+        if not math.isfinite(compute_differences(default, reference)[name][1]):
             raise DustError(
                 f"{name} of the default and of its reference cannot be compared; choose another "
                 f"--observable ({', '.join(reference.names)})"
             )
-        return cls(reference, name, scatter(seeds, reference), nothing | found, tolerance)
+        return cls(reference, name, measure_scatter(seeds, reference), nothing | found, tolerance)
 
     @property
     def floor(self):
@@ -92,7 +97,7 @@ class Judge:
 
     def errors(self, row):
         """observable -> (value, error) of a Row."""
-        return differences(row.measured, self.reference)
+        return compute_differences(row.measured, self.reference)
 
     def error(self, row):
         """Error of the decisive observable."""

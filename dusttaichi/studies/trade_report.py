@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from dusttaichi.analysis.observables import about
+from dusttaichi.analysis.observables import describe_observable
 from dusttaichi.method.trade import changed
 from dusttaichi.results.provenance import of_study
 
@@ -57,7 +57,7 @@ def dataset(trade, given):
     for name, (text, of) in FLAGS.items():
         put(name, "point", [of(row, judge) for row in rows], text, dtype=np.int8)
     for name in names:
-        text, unit = about(name)
+        text, unit = describe_observable(name)
         values, errors = zip(*(one[name] for one in found), strict=True)
         put(name, "point", values, text, unit)
         put(f"error_{name}", "point", errors, f"relative error of: {text}", "1")
@@ -139,7 +139,7 @@ HEADINGS = tuple(
 def table(trade):
     """Title, headings and rows of text for all points that ran."""
     judge = trade.judge
-    title = f"{trade.scene.name}: cost against error of the {about(judge.name)[0]}"
+    title = f"{trade.scene.name}: cost against error of the {describe_observable(judge.name)[0]}"
     rows = []
     for row in (row for row in trade.rows if row.ok):
         worth = ["free"] * judge.free(row) + ["too large"] * (not judge.accepts(row))

@@ -7,7 +7,7 @@ import xarray as xr
 from program import dust
 
 from dusttaichi import analysis
-from dusttaichi.analysis.profile import inner_filling_factor
+from dusttaichi.analysis.profile import average_inner_filling_factor
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import G09_OMNIDIRECTIONAL, S12_STATIC, CompressionLaw, dynamic_law
 
@@ -27,7 +27,7 @@ def curve_of(law, noise, points=400, seed=0, first=0.152, last=0.55):
 
 
 def curve_through(phi, pressure):
-    return analysis.compression_curve(synthetic.made(filling_factor=phi, pressure=pressure))
+    return analysis.measure_compression_curve(synthetic.made(filling_factor=phi, pressure=pressure))
 
 
 @pytest.mark.parametrize("noise", [0.03, 0.1])
@@ -67,21 +67,21 @@ def test_misfit_widens_the_uncertainty():
 
 
 def test_distance_from_a_law():
-    deviation = analysis.rms_from_law(curve_of(S12_STATIC, 0.0), S12_STATIC)
+    deviation = analysis.measure_deviation(curve_of(S12_STATIC, 0.0), S12_STATIC)
     # linear interpolation between bins 0.01 apart, and the median of a bin for its mean
     assert deviation.rms < 3e-4 and deviation.largest < 1e-3 and deviation.complete
     assert (deviation.p_low, deviation.p_high) == pytest.approx((1e3, 1e5))
     # a law shifted by 0.02 in filling factor is 0.02 away, with its sign
     phi = np.linspace(0.17, 0.55, 800)
     curve = curve_through(phi, S12_STATIC.pressure(phi - 0.02))
-    deviation = analysis.rms_from_law(curve, S12_STATIC)
+    deviation = analysis.measure_deviation(curve, S12_STATIC)
     assert deviation.rms == pytest.approx(0.02, abs=3e-4)
     assert deviation.mean == pytest.approx(0.02, abs=3e-4)
     last = float(S12_STATIC.filling_factor(1e4))
-    deviation = analysis.rms_from_law(curve_of(S12_STATIC, 0.0, last=last), S12_STATIC)
+    deviation = analysis.measure_deviation(curve_of(S12_STATIC, 0.0, last=last), S12_STATIC)
     assert not deviation.complete and deviation.rms < 1e-3
     assert deviation.p_high < 1e4 and deviation.covered == pytest.approx(0.5, abs=0.03)
-    nothing = analysis.rms_from_law(curve_of(S12_STATIC, 0.0), S12_STATIC, 1e8, 1e9)
+    nothing = analysis.measure_deviation(curve_of(S12_STATIC, 0.0), S12_STATIC, 1e8, 1e9)
     assert nothing.covered == 0 and np.isnan(nothing.rms)
 
 
@@ -106,11 +106,11 @@ def test_bursts_and_tension_do_not_matter():
     pressure[:10] = -50.0  # the sample pulls at the wall before it presses
     curve = curve_through(phi, pressure)
     assert np.all(curve.pressure > 0) and len(curve.raw_pressure) == 2000
-    assert analysis.rms_from_law(curve, S12_STATIC).rms < 2e-3
+    assert analysis.measure_deviation(curve, S12_STATIC).rms < 2e-3
 
 
 def test_ledger(run):
-    books = analysis.ledger(run)
+    books = analysis.compute_ledger(run)
     assert books.worst == pytest.approx(np.abs(books.relative).max()) and 1e-9 < books.worst < 1e-6
     assert books.reference[-1] >= books.work[-1]
     lost = sum(books.losses.values())
@@ -121,17 +121,17 @@ def test_ledger(run):
     assert books.shares == pytest.approx(expected)
     broken = run.series.copy(deep=True)
     broken.energy_residual[3] = np.nan
-    assert analysis.ledger(analysis.Run("run", broken)).worst == np.inf
+    assert analysis.compute_ledger(analysis.Run("run", broken)).worst == np.inf
 
 
 def test_summary_and_table(run):
-    numbers = analysis.summary(run)
+    numbers = analysis.summarise(run)
     assert numbers["grains"] == 1000 and numbers["steps"] == 199_000
     assert numbers["steps_per_second"] == pytest.approx(2000)
     assert abs(numbers["p_m"] - S12_STATIC.p_m) < 4 * numbers["p_m_sigma"]
     assert numbers["rms"] < 0.02 and numbers["rms_covered"] == 1
     assert numbers["contacts_per_grain"] == numbers["contacts"] / 1000
-    rows = {row[0]: row for row in analysis.table(numbers)}
+    rows = {row[0]: row for row in analysis.tabulate(numbers)}
     assert rows["p_m"][1].endswith("kPa") and rows["p_m"][2] == "16.67 kPa"
     assert "(1-100 kPa)" in rows["rms of the filling factor from S12 eq 31"][1]
     assert numbers["rms"] < numbers["largest"] < 0.02
@@ -145,27 +145,27 @@ def test_summary_of_a_run_without_compression(tmp_path):
     with synthetic.writer(tmp_path / "result.nc", 2, features=features) as writer:
         writer.append("series", synthetic.series_record(0, features))
     with analysis.open_run(tmp_path) as run:
-        numbers = analysis.summary(run)
+        numbers = analysis.summarise(run)
         assert numbers["p_m"] is None and numbers["rms"] is None and numbers["ledger_worst"] == 0
-        assert "p_m" not in {row[0] for row in analysis.table(numbers)}
+        assert "p_m" not in {row[0] for row in analysis.tabulate(numbers)}
         with pytest.raises(DustError, match="no filling factor"):
-            analysis.compression_curve(run)
+            analysis.measure_compression_curve(run)
         with pytest.raises(DustError, match="no profiles"):
-            analysis.profile(run)
+            analysis.read_profiles(run)
     # and one just begun
     synthetic.writer(tmp_path / "begun" / "result.nc").close()
     with analysis.open_run(tmp_path / "begun") as run:
-        numbers = analysis.summary(run)
+        numbers = analysis.summarise(run)
         assert numbers["steps"] is None and numbers["p_m"] is None
-        assert analysis.table(numbers)[0][:2] == ("status", "running")
+        assert analysis.tabulate(numbers)[0][:2] == ("status", "running")
 
 
 def test_profiles(run):
-    few = analysis.profile(run, most=3)
+    few = analysis.read_profiles(run, most=3)
     assert few.sizes["profile"] == 3
     assert float(few.middle.max()) < float(few.height.max())
     assert np.isnan(few.filling_factor[-1, -1]) and np.isnan(few.middle[-1, -1])
-    assert analysis.profile(run).sizes["profile"] == 5
+    assert analysis.read_profiles(run).sizes["profile"] == 5
 
 
 def test_filling_factor_of_the_inner_part():
@@ -180,7 +180,7 @@ def test_filling_factor_of_the_inner_part():
             "bin_upper": ("bin", lower + 1.0),
         }
     )
-    inner = inner_filling_factor(profiles)
+    inner = average_inner_filling_factor(profiles)
     assert inner[0] == pytest.approx((0.2 + 0.3 + 0.5 * 0.4) / 2.5)  # of rounding errors only
     assert np.isnan(inner[1])  # 2 to 2: nothing in between
 
@@ -189,15 +189,17 @@ def test_curve_of_the_inner_part(tmp_path):
     """That of the profiles, at the times of the series."""
     path = synthetic.compression_run(tmp_path / "result.nc", points=50, grains=10_000)
     with analysis.open_run(path) as run:
-        curve = analysis.compression_curve(run, of="inner_filling_factor")
-        numbers = analysis.summary(run)
-    ends = inner_filling_factor(run.profiles).values[[0, -1]]
+        curve = analysis.measure_compression_curve(run, of="inner_filling_factor")
+        numbers = analysis.summarise(run)
+    ends = average_inner_filling_factor(run.profiles).values[[0, -1]]
     np.testing.assert_allclose(curve.raw_filling_factor[[0, -1]], ends, rtol=1e-12)
     assert len(curve.raw_pressure) == run.series.sizes["time"]
     assert numbers["inner_filling_factor"] == pytest.approx(ends[-1])
     assert abs(numbers["inner_mean"]) < 0.02  # the noise of the profiles and their denser bottom
     with pytest.raises(DustError, match="it has no inner filling factor"):
-        analysis.compression_curve(analysis.Run("run", run.series), of="inner_filling_factor")
+        analysis.measure_compression_curve(
+            analysis.Run("run", run.series), of="inner_filling_factor"
+        )
 
 
 def test_contacts_of_a_snapshot(run):
@@ -254,7 +256,7 @@ def test_compare_on_the_command_line(folder, tmp_path, capsys):
     text = capsys.readouterr().out
     assert "± kPa" in text and "±: one sample each, fit error only" in text
     with analysis.open_run(folder / "box") as run:
-        rows = dict(row[:2] for row in analysis.table(analysis.summary(run)))
+        rows = dict(row[:2] for row in analysis.tabulate(analysis.summarise(run)))
     # both numbers are of the same contacts, and say so
     assert rows["contacts per grain"].endswith("each has two grains)")
     assert rows["± of the numbers above"].startswith("one sample: fit error only")

@@ -88,22 +88,22 @@ def test_contacts_of_a_stage(tmp_path):
 
 
 def test_strength_of_a_stage(cell):
-    t = analysis.tensile(cell)
+    t = analysis.measure_tensile_strength(cell)
     assert t.axis == "x" and t.phi_init == 0.1 and t.passed
     assert t.law == pytest.approx(T19)
     assert abs(t.strength - T19) < 4 * t.strength_sigma + 0.004 * T19
-    assert analysis.tensile(cell.stage(1)).strength == t.strength
+    assert analysis.measure_tensile_strength(cell.stage(1)).strength == t.strength
     # across the direction of stretching there is noise alone
-    assert analysis.tensile(cell, axis="z").strength < 0.1 * T19
+    assert analysis.measure_tensile_strength(cell, axis="z").strength < 0.1 * T19
     with pytest.raises(DustError, match="no tensile strength"):
-        analysis.tensile(cell.stage("press"))
+        analysis.measure_tensile_strength(cell.stage("press"))
 
 
 # Pressed from all sides.
 
 
 def test_isotropic(cell):
-    t = analysis.isotropic(cell)
+    t = analysis.measure_isotropic_compression(cell)
     assert len(t.raw_pressure) == 400 and 18 <= len(t.pressure) <= 21  # a decade, 20 bins in it
     # half a step of 1/400 decade between record and mean; 20 records of 0.05 dex in a bin, and
     # the median scatters 1.25 times as much as the mean: 0.014 dex
@@ -121,7 +121,7 @@ def test_isotropic(cell):
         ),
     )
     with pytest.raises(DustError, match="no mean pressure"):
-        analysis.isotropic(analysis.Run("run", cell.series.drop_vars("stress")))
+        analysis.measure_isotropic_compression(analysis.Run("run", cell.series.drop_vars("stress")))
 
 
 def test_one_way_compression_is_not_from_all_sides(cell):
@@ -136,16 +136,16 @@ def test_one_way_compression_is_not_from_all_sides(cell):
 
 
 def test_unidirectional_law(plates):
-    assert analysis.compression_law(plates) is laws.UNIDIRECTIONAL
-    numbers = analysis.summary(plates)
+    assert analysis.choose_compression_law(plates) is laws.UNIDIRECTIONAL
+    numbers = analysis.summarise(plates)
     assert numbers["law_p_m"] == laws.UNIDIRECTIONAL.p_m and numbers["rms"] < 0.01
     assert abs(numbers["p_m"] - 5.6e3) < 4 * numbers["p_m_sigma"]
     assert abs(numbers["delta"] - 0.33) < 4 * numbers["delta_sigma"]
-    rows = {row[0]: row for row in analysis.table(numbers)}
+    rows = {row[0]: row for row in analysis.tabulate(numbers)}
     assert rows["p_m"][2] == "5.6 kPa" and "onset of compression" in rows
     assert any(what.endswith("from G09") for what in rows)
-    inner = analysis.compression_curve(plates, of="inner_filling_factor")
-    outer = analysis.compression_curve(plates)
+    inner = analysis.measure_compression_curve(plates, of="inner_filling_factor")
+    outer = analysis.measure_compression_curve(plates)
     np.testing.assert_allclose(inner.raw_filling_factor, 1.05 * outer.raw_filling_factor)
 
 
@@ -153,49 +153,47 @@ def test_onset():
     """Where the law has risen by a tenth; bins 0.002 wide, interpolated in lg P."""
     phi = np.linspace(0.16, 0.32, 4000)
     run = synthetic.made(filling_factor=phi, pressure=laws.UNIDIRECTIONAL.pressure(phi))
-    curve = analysis.compression_curve(run, bin_width=0.002)
+    curve = analysis.measure_compression_curve(run, bin_width=0.002)
     expected = float(laws.UNIDIRECTIONAL.pressure(1.1 * 0.16))
-    assert analysis.onset(curve) == pytest.approx(expected, rel=2e-3)
-    assert analysis.onset(curve, rise=0.2) > analysis.onset(curve)
-    assert np.isnan(analysis.onset(curve, rise=2.0))
+    assert analysis.find_onset(curve) == pytest.approx(expected, rel=2e-3)
+    assert analysis.find_onset(curve, rise=0.2) > analysis.find_onset(curve)
+    assert np.isnan(analysis.find_onset(curve, rise=2.0))
 
 
 # Losses and structure.
 
 
 def test_losses_and_the_ledger_that_counts_the_faces(cell):
-    t = analysis.losses_against_filling_factor(cell)
-    whole = analysis.ledger(cell)
+    t = analysis.measure_losses(cell)
+    whole = analysis.compute_ledger(cell)
     end = sum(whole.losses.values())
     np.testing.assert_allclose(t.total[-1], end[-1] - end[399], rtol=1e-12)
     np.testing.assert_allclose(t.by_channel["rolling"], synthetic.SHARES[3] * t.total, rtol=1e-9)
     assert t.filling_factor[-1] == pytest.approx(0.03) and np.all(np.diff(t.total) >= 0)
-    pressed = analysis.losses_against_filling_factor(cell.stage("press"))
+    pressed = analysis.measure_losses(cell.stage("press"))
     assert pressed.total[0] == 0 and pressed.total[-1] == pytest.approx(end[399])
     with pytest.raises(DustError, match="no filling factor"):
-        analysis.losses_against_filling_factor(
-            analysis.Run("run", cell.series.drop_vars("filling_factor"))
-        )
-    books = analysis.ledger(cell)
+        analysis.measure_losses(analysis.Run("run", cell.series.drop_vars("filling_factor")))
+    books = analysis.compute_ledger(cell)
     np.testing.assert_allclose(books.work, cell.series.face_work)
-    assert analysis.ledger(cell.stage("stretch")).worst == books.worst
+    assert analysis.compute_ledger(cell.stage("stretch")).worst == books.worst
 
 
 def test_fractal(cell, plates):
     """Grains at random: N = (4/3) pi r^3 n, also beyond half the cell, and the slope is 3."""
     edge = cell.stage("stretch").period(0)[0]
     radii = np.array([0.4, 0.5, 0.6, 0.8, 1.1]) * edge
-    t = analysis.fractal(cell, snapshots=[0], radii=radii)
+    t = analysis.measure_fractal(cell, snapshots=[0], radii=radii)
     expected = 4 / 3 * np.pi * (radii / edge) ** 3 * 300
     # from 80 grains on; the positions are uncorrelated, so pairs scatter as sqrt(300 N / 2)
     np.testing.assert_allclose(t.number[0], expected, rtol=0.05)
     np.testing.assert_allclose(t.slope[0], 3.0, atol=0.15)
     assert t.filling_factor[0] == pytest.approx(0.1) and t.grain_radius == ICE.radius
     assert np.isnan(t.dimension[0])  # more than twenty grains everywhere
-    default = analysis.fractal(cell)
+    default = analysis.measure_fractal(cell)
     assert default.number.shape == (4, 30) and np.all(np.diff(default.filling_factor) < 0)
     with pytest.raises(DustError, match="no snapshots"):
-        analysis.fractal(stretch())
+        analysis.measure_fractal(stretch())
 
 
 def test_fractal_dimension_of_a_rod_and_a_plane():
@@ -216,7 +214,7 @@ def test_fractal_dimension_of_a_rod_and_a_plane():
         tree = xr.DataTree.from_dict({"snapshots": frames})
         run = analysis.Run("run", series)
         run._tree = tree
-        t = analysis.fractal(run, radii=np.geomspace(2.1, 60, 60))
+        t = analysis.measure_fractal(run, radii=np.geomspace(2.1, 60, 60))
         # N steps up as a circle grows over a lattice, and edges of the sheet are near
         assert t.dimension[0] == pytest.approx(dimension, abs=0.25)
         assert np.isnan(t.filling_factor[0])
@@ -226,17 +224,17 @@ def test_fractal_dimension_of_a_rod_and_a_plane():
 
 
 def test_summary_of_a_cell(cell):
-    numbers = analysis.summary(cell)
+    numbers = analysis.summarise(cell)
     assert numbers["p_m"] is None and numbers["pressure"] is None and numbers["onset"] is None
     assert numbers["strength_law"] == pytest.approx(T19) and numbers["strength_passed"]
     assert numbers["ratio"] == pytest.approx(1.3, rel=0.03)
-    rows = {row[0]: row for row in analysis.table(numbers)}
+    rows = {row[0]: row for row in analysis.tabulate(numbers)}
     assert "kPa" in rows["tensile strength"][1] and "T19 eq 33" in rows["tensile strength"][2]
     assert rows["… at filling factor"][2] == "0.05 (T19: half)"
     assert rows["pressure over (E_roll/r^3) phi^3"][2] == "1 (T19 eq 9)"
-    pressed = analysis.summary(cell.stage("press"))
+    pressed = analysis.summarise(cell.stage("press"))
     assert pressed["strength"] is None and pressed["ratio"] == numbers["ratio"]
-    lower = analysis.table(numbers | {"strength_passed": False})
+    lower = analysis.tabulate(numbers | {"strength_passed": False})
     assert "at least" in dict(row[:2] for row in lower)["tensile strength"]
 
 
@@ -283,7 +281,7 @@ def test_ratio_and_figure_with_both_laws(own, cell):
     thin = own.dense_ratio(cell, 0.02, 0.05)
     assert thin.value == pytest.approx(1.3 * (1 - 0.033 / 0.74) ** 3, rel=0.05)
     assert np.isnan(own.dense_ratio(cell).value)  # pressed to 0.1 only
-    assert analysis.summary(cell)["dense_ratio"] is None
+    assert analysis.summarise(cell)["dense_ratio"] is None
     (axes,) = plots.draw_figures(cell)["isotropic"].axes
     labels = legend(axes)
     assert sum("E_" in text for text in labels) == 2
@@ -293,11 +291,11 @@ def test_ratio_and_figure_with_both_laws(own, cell):
 def test_numbers_of_a_dense_cell(own, tmp_path):
     path = synthetic.cell_run(tmp_path / "result.nc", phi_init=0.3)
     with analysis.open_run(path) as run:
-        numbers, ratio = analysis.summary(run), own.dense_ratio(run)
+        numbers, ratio = analysis.summarise(run), own.dense_ratio(run)
         assert numbers["dense_ratio"] == ratio.value
         assert numbers["dense_ratio_low"] == ratio.low >= own.DENSE
         assert numbers["dense_ratio_scatter"] == ratio.scatter
-        rows = {row[0]: row for row in analysis.table(numbers)}
+        rows = {row[0]: row for row in analysis.tabulate(numbers)}
         assert rows["… over (E_roll/r^3)(1/phi - 1/0.74)^-3"][2] == "1 (Tatsuuma et al. 2023)"
 
 

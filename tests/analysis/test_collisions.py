@@ -8,27 +8,29 @@ from snapshots import collision_row as row
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.collisions import (
-    collisions_dataset,
-    fragment_slope,
-    spectrum,
-    table,
-    table_text,
+    build_collisions_dataset,
+    fit_fragment_slope,
+    format_collision_table,
+    select_fragments,
+    tabulate_collisions,
 )
 from dusttaichi.analysis.outcome import DEFINITIONS
 from dusttaichi.analysis.threshold_tables import (
-    threshold_columns,
-    threshold_text,
-    threshold_variables,
-    without_thresholds,
+    build_threshold_variables,
+    explain_missing_thresholds,
+    format_threshold_columns,
+    format_threshold_csv,
 )
-from dusttaichi.analysis.thresholds import thresholds
+from dusttaichi.analysis.thresholds import find_thresholds
 from dusttaichi.errors import DustError
 from dusttaichi.report import collect_collisions_data
 
 
 def dataset(rows, by_area=1):
     axes = {"body": ("a",), "mass_ratio": (1.0,), "speed": (1.0,), "impact_parameter": (0.1, 0.5)}
-    return collisions_dataset(rows, axes | {"seed": (0, 1)}, {"by_area": by_area, "title": "t"})
+    return build_collisions_dataset(
+        rows, axes | {"seed": (0, 1)}, {"by_area": by_area, "title": "t"}
+    )
 
 
 def test_means_and_errors_over_seeds():
@@ -38,7 +40,7 @@ def test_means_and_errors_over_seeds():
         {"outcome": "miss", "grains": 10},
         row("sticking", (10,)),
     ]
-    header, lines = table(dataset(rows))
+    header, lines = tabulate_collisions(dataset(rows))
     found = [dict(zip(header, line, strict=True)) for line in lines]
     assert [(one["over"], one["collisions"], one["hit"]) for one in found] == [
         ("point", 2, 1.0),
@@ -55,10 +57,10 @@ def test_means_and_errors_over_seeds():
     # [J], of 2 J that are available
     phases = {"compression_loss": 1.5, "stretching_loss": 0.4, "collision_loss": 1.95}
     phases["kinetic"] = 0.05
-    header, lines = table(dataset([row(**phases)] * 4))
+    header, lines = tabulate_collisions(dataset([row(**phases)] * 4))
     one = dict(zip(header, lines[0], strict=True))
     assert (one["compression_loss"], one["stretching_loss"]) == pytest.approx((0.75, 0.8))
-    text = table_text(dataset(rows, by_area=0)).splitlines()
+    text = format_collision_table(dataset(rows, by_area=0)).splitlines()
     assert len(text) == 3 and ",nan," not in "".join(text)
 
 
@@ -70,7 +72,7 @@ def growing(speeds, limits, bounces=False):
     ]  # fmt: skip
     axes = {"body": ("a",), "mass_ratio": (1.0,), "speed": tuple(speeds)}
     axes |= {"impact_parameter": (0.1, 0.5), "seed": tuple(range(len(limits)))}
-    return collisions_dataset(rows, axes)
+    return build_collisions_dataset(rows, axes)
 
 
 def test_thresholds_with_their_confidence():
@@ -78,9 +80,9 @@ def test_thresholds_with_their_confidence():
     linear in ln v, so that its threshold is the geometric mean of theirs, exactly."""
     limits = 20.0 * np.exp(0.3 * np.random.default_rng(2).standard_normal(8))
     data = growing(np.geomspace(5, 80, 7), limits, bounces=True)
-    stick, fragment = thresholds(data)
+    stick, fragment = find_thresholds(data)
     with bundled("oshiro2025/bouncing.py"):
-        same, also, bounce = found = thresholds(data)
+        same, also, bounce = found = find_thresholds(data)
     assert (same, also) == (stick, fragment)
     mean, error = np.exp(np.log(limits).mean()), np.log(limits).std(ddof=1) / np.sqrt(8)
     assert fragment.speed == pytest.approx(mean, rel=1e-9)
@@ -89,15 +91,15 @@ def test_thresholds_with_their_confidence():
         assert np.log(end / mean) == pytest.approx(sign * error, rel=0.15)
     # none sticks or stops to bounce from the first speed on
     assert (stick.speed, bounce.speed) == (0.0, 0.0) and bounce.high == 0.0
-    assert thresholds(growing([5.0, 8.0], [90.0, 95.0]))[1].speed == np.inf
-    assert np.isnan(thresholds(growing([5.0, 80.0], [20.0]))[1].low)
+    assert find_thresholds(growing([5.0, 8.0], [90.0, 95.0]))[1].speed == np.inf
+    assert np.isnan(find_thresholds(growing([5.0, 80.0], [20.0]))[1].low)
     (axes,) = plots.threshold_speeds(data, found).axes
     assert legend(axes) == [r"$v_{\rm fragment}$"]
-    header, line = threshold_text(found).splitlines()
+    header, line = format_threshold_csv(found).splitlines()
     cells = dict(zip(header.split(","), line.split(","), strict=True))
     assert float(cells["v_fragment_m_per_s"]) == pytest.approx(mean, rel=1e-3)
-    beyond = thresholds(growing([5.0, 8.0], [90.0, 95.0]))
-    texts = dict(threshold_columns(beyond)[1])
+    beyond = find_thresholds(growing([5.0, 8.0], [90.0, 95.0]))
+    texts = dict(format_threshold_columns(beyond)[1])
     assert texts["v_fragment m/s"] == ["> 8"] == texts["v_stick m/s"]
 
 
@@ -152,30 +154,30 @@ def at_speeds(*rows):
     axes = {"body": ("a",), "mass_ratio": (1.0,), "impact_parameter": (0.0,)}
     axes |= {"speed": tuple(10.0 * 3.0**n for n in range(len(rows)))}
     axes |= {"seed": tuple(range(len(rows[0])))}
-    return collisions_dataset([one for seeds in rows for one in seeds], axes)
+    return build_collisions_dataset([one for seeds in rows for one in seeds], axes)
 
 
 def texts_of(data):
-    return {name: texts[0] for name, texts in threshold_columns(thresholds(data))[1]}
+    return {name: texts[0] for name, texts in format_threshold_columns(find_thresholds(data))[1]}
 
 
 def test_no_threshold_from_no_data():
     """Neither a collision that missed nor one that failed says on which side of it a speed is."""
     data = at_speeds([FAILS, MISSES])
-    found = thresholds(data)
+    found = find_thresholds(data)
     assert np.isnan([(one.speed, one.low, one.high) for one in found]).all()
     assert set(texts_of(data).values()) == {"-"}
-    assert threshold_text(found).splitlines()[1] == "a,1.0," + "," * 12
-    assert without_thresholds(data) == [
+    assert format_threshold_csv(found).splitlines()[1] == "a,1.0," + "," * 12
+    assert explain_missing_thresholds(data) == [
         "no threshold of a, 1:1: of 2 collisions 1 missed and 1 failed"
     ]
-    variables = data.assign(threshold_variables(found, data))
+    variables = data.assign(build_threshold_variables(found, data))
     assert np.isnan(variables.v_stick) and np.isnan(variables.v_fragment_high)
-    assert not without_thresholds(at_speeds([STICKS, FAILS]))
+    assert not explain_missing_thresholds(at_speeds([STICKS, FAILS]))
 
 
 def test_a_speed_at_which_collisions_failed_is_censored():
-    stick, fragment = thresholds(at_speeds([STICKS] * 2, [FAILS] * 2))
+    stick, fragment = find_thresholds(at_speeds([STICKS] * 2, [FAILS] * 2))
     for one in (stick, fragment):  # all that is known: 10 m/s is below the threshold
         assert (one.speed, one.low, one.high) == (np.inf, 10.0, np.inf)
         assert (one.speeds, one.censored) == ((10.0,), (30.0,))
@@ -190,7 +192,7 @@ def test_a_speed_at_which_collisions_failed_is_censored():
     # beyond the threshold they change nothing
     data = at_speeds([STICKS] * 2, [BREAKS] * 2, [FAILS] * 2)
     assert texts_of(data)["v_stick m/s"] == "17.3"
-    header, line = threshold_text(thresholds(at_speeds([STICKS], [FAILS]))).splitlines()
+    header, line = format_threshold_csv(find_thresholds(at_speeds([STICKS], [FAILS]))).splitlines()
     cells = dict(zip(header.split(","), line.split(","), strict=True))
     assert cells["v_stick_m_per_s"] == "inf" and cells["v_stick_speeds_to_m_per_s"] == "10"
     assert cells["v_stick_censored_m_per_s"] == "30"
@@ -198,16 +200,16 @@ def test_a_speed_at_which_collisions_failed_is_censored():
 
 def test_a_speed_decides_if_its_failed_collisions_cannot_change_the_side():
     """Two of five pairs stick: the last two decide whether half do. Four of six: they cannot."""
-    found = thresholds(at_speeds([STICKS] * 5, [STICKS, BREAKS, BREAKS, FAILS, FAILS]))
+    found = find_thresholds(at_speeds([STICKS] * 5, [STICKS, BREAKS, BREAKS, FAILS, FAILS]))
     assert found[0].censored == (30.0,) and found[0].speed == np.inf
-    found = thresholds(at_speeds([STICKS] * 6, [STICKS, *[BREAKS] * 4, FAILS]))
+    found = find_thresholds(at_speeds([STICKS] * 6, [STICKS, *[BREAKS] * 4, FAILS]))
     assert not found[0].censored
     # the mean of those with an outcome is 0.2: between 1 at 10 and 0.2 at 30 m/s
     assert found[0].speed == pytest.approx(10.0 * 3.0 ** (0.5 / 0.8))
     # growth efficiencies of equal bodies are from -1 to 1: two of 1 lift three of -0.8 to -0.08
-    found = thresholds(at_speeds([STICKS] * 5, [*[BREAKS] * 3, FAILS, FAILS]))
+    found = find_thresholds(at_speeds([STICKS] * 5, [*[BREAKS] * 3, FAILS, FAILS]))
     assert not found[1].censored
-    found = thresholds(at_speeds([STICKS] * 5, [*[BREAKS] * 2, *[FAILS] * 3]))
+    found = find_thresholds(at_speeds([STICKS] * 5, [*[BREAKS] * 2, *[FAILS] * 3]))
     assert found[1].censored == (30.0,)
 
 
@@ -215,14 +217,14 @@ def test_a_condition_that_may_end_again_is_open_from_the_first_censored_speed_on
     bounces = row("bouncing", (5, 5), growth_efficiency=0.0)
     with bundled("oshiro2025/bouncing.py"):
         speeds = ([STICKS] * 2, [FAILS] * 2, [STICKS] * 2, [bounces] * 2)
-        *_, bounce = thresholds(at_speeds(*speeds))
+        *_, bounce = find_thresholds(at_speeds(*speeds))
     assert bounce.speed == pytest.approx(90.0 * 3.0**0.5)
     assert bounce.low == 10.0 and bounce.high == bounce.speed and bounce.censored == (30.0,)
 
 
 def test_the_dataset_has_thresholds_and_definitions():
     data = at_speeds([STICKS] * 2, [FAILS] * 2, [BREAKS] * 2)
-    data = data.assign(threshold_variables(thresholds(data), data))
+    data = data.assign(build_threshold_variables(find_thresholds(data), data))
     assert data.v_stick.dims == ("body", "mass_ratio") and data.v_stick.attrs["units"] == "m/s"
     assert data.v_stick.item() == pytest.approx(30.0) and data.v_stick_low.item() == 10.0
     assert data.v_stick_censored.values.ravel().tolist() == [0, 1, 0]
@@ -234,15 +236,17 @@ def test_remnants_are_no_fragments_of_the_spectrum():
     data = dataset(
         [row(), {"outcome": "miss"}, row(fragments=(5, 2, 2, 1)), row("sticking", (10,))]
     )
-    grains, collisions = spectrum(data, np.ones(data.outcome.shape, bool))
+    grains, collisions = select_fragments(data, np.ones(data.outcome.shape, bool))
     assert sorted(grains) == [1, 1, 2] and collisions == 3
     # 10 000 fragments drawn from n(N) ~ N^-2.5 up to 500 grains: within three standard errors
     sizes = np.arange(1, 501)
     weights = sizes**-2.5
     rng = np.random.default_rng(1)
-    tau, error = fragment_slope(rng.choice(sizes, 10_000, p=weights / weights.sum()), 500)
+    tau, error = fit_fragment_slope(rng.choice(sizes, 10_000, p=weights / weights.sum()), 500)
     assert 0.005 < error < 0.05 and abs(tau - 2.5) < 3 * error
-    assert np.isnan(fragment_slope([1, 2, 3], 10)[0]) and np.isnan(fragment_slope([1] * 20, 10)[0])
+    assert np.isnan(fit_fragment_slope([1, 2, 3], 10)[0]) and np.isnan(
+        fit_fragment_slope([1] * 20, 10)[0]
+    )
 
 
 def test_figures_of_few_and_of_failed_collisions():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import synthetic
 
-from dusttaichi.analysis.plain import plain
+from dusttaichi.analysis.plain import convert_value
 from dusttaichi.commands.fit import write
 from dusttaichi.continuum.analysis import fit_tables as tables
 from dusttaichi.continuum.analysis.fit import PARAMETERS, fit, numbers_of, stresses
@@ -99,7 +99,7 @@ def test_files_of_a_fit(found, tmp_path):
     assert [row[1] for row in tables.deviations_table(found)] == ["32", "32", "6", "6", "4"]
     (one,) = tables.speeds_table(found)
     assert one[:3] == ("1e+04", "4000", "2")
-    numbers = plain(tables.numbers(found))
+    numbers = convert_value(tables.numbers(found))
     assert json.loads(json.dumps(numbers, allow_nan=False)) == numbers
     assert numbers["material"]["compressive"]["p_m"] == f"{material.compressive.p_m:g} Pa"
     assert [row["grains"] for row in numbers["speeds"]] == [4000]

@@ -71,7 +71,9 @@ def test_four_grains_break_where_mechanics_says(own, rhombus):
     assert 0.0 < numbers["diametral_strain"] < 4e-4 and numbers["diametral_passed"]
     (axes,) = plots.draw_figures(rhombus)["diametral"].axes
     assert axes.get_xlabel() == "deflection over the diameter"
-    assert any(row[0] == "diametral strength" for row in analysis.table(analysis.summary(rhombus)))
+    assert any(
+        row[0] == "diametral strength" for row in analysis.tabulate(analysis.summarise(rhombus))
+    )
 
 
 # -- an elastic disc -----------------------------------------------------------------------------
@@ -133,7 +135,7 @@ def test_stress_in_an_elastic_disc(own, elastic):
     middle = stress_of_point_loads(0.0, 0.0, force, radius)
     np.testing.assert_allclose(middle, found.stress[-1] * found.length * np.array([1.0, -3.0]))
     assert not own.diametral(elastic).passed
-    rows = {row[0]: row[1] for row in analysis.table(analysis.summary(elastic))}
+    rows = {row[0]: row[1] for row in analysis.tabulate(analysis.summarise(elastic))}
     assert rows["diametral strength"].startswith("at least")
 
 
@@ -242,7 +244,7 @@ def test_a_chain_breaks_where_its_middle_pulls_with_the_largest_force(spin_up, s
 def test_a_later_process_shows_them(spun, tmp_path):
     """The result names the bundled file by its content, and no option is needed."""
     run, _ = spun
-    largest = f"{analysis.summary(run)['spin_rate']:.3g}"
+    largest = f"{analysis.summarise(run)['spin_rate']:.3g}"
     for words in (["compare", run.path], ["plot", run.path, "-o", tmp_path]):
         with extensions_forgotten():
             done = invoked(*words)

@@ -6,7 +6,7 @@ import synthetic
 from program import invoked
 
 from dusttaichi.analysis import open_run
-from dusttaichi.analysis.foreign import understood
+from dusttaichi.analysis.foreign import explain_foreign_errors
 from dusttaichi.errors import DustError
 
 ESCAPE = "\x1b]0;evil\x07\x1b[31mred"
@@ -70,9 +70,12 @@ def test_every_command_says_it_in_a_sentence(tmp_path, name):
 def test_a_mistake_of_ours_stays_one(tmp_path):
     """Of a result as it was written, what goes wrong is not its fault."""
     synthetic.plates_run(tmp_path / "result.nc")
-    with pytest.raises(KeyError), understood([tmp_path]):
+    with pytest.raises(KeyError), explain_foreign_errors([tmp_path]):
         raise KeyError("pressure")
     path = forged(tmp_path / "other.nc", CHANGES["escapes"])
-    with pytest.raises(DustError, match="It has no attribute digest"), understood([path]):
+    with (
+        pytest.raises(DustError, match="It has no attribute digest"),
+        explain_foreign_errors([path]),
+    ):
         raise KeyError("pressure")
     assert open_run(path).name == "]0;evil[31mred"

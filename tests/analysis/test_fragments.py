@@ -10,8 +10,8 @@ from scipy.sparse.csgraph import connected_components
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.frame import Frame
-from dusttaichi.analysis.pores import Surfaces, pores_of
-from dusttaichi.analysis.structure import BINS, FARTHEST, pair_correlation
+from dusttaichi.analysis.pores import Surfaces, measure_frame_pores
+from dusttaichi.analysis.structure import BINS, FARTHEST, compute_pair_correlation
 from dusttaichi.errors import DustError
 
 R = 0.6e-6
@@ -42,7 +42,7 @@ def scattered(tmp_path_factory):
 
 def test_fragments_are_those_of_a_brute_force_search(scattered):
     run, frame, radius = scattered
-    parts = analysis.fragments(run)
+    parts = analysis.find_fragments(run)
     graph = coo_array((np.ones(len(frame["pairs"])), frame["pairs"].T), shape=(80, 80))
     count, label = connected_components(graph, directed=False)
     expected = {frozenset(np.flatnonzero(label == k)) for k in range(count)}
@@ -76,7 +76,7 @@ def test_fragments_are_those_of_a_brute_force_search(scattered):
 def test_equal_fragments_come_in_the_order_of_their_first_grain(tmp_path):
     frame = {"position": np.arange(18.0).reshape(6, 3) * 1e-6, "pairs": [[3, 4], [1, 5]]}
     with opened(tmp_path, [frame]) as run:
-        assert analysis.fragments(run).label.tolist() == [2, 0, 3, 1, 1, 0]
+        assert analysis.find_fragments(run).label.tolist() == [2, 0, 3, 1, 1, 0]
 
 
 def test_a_fragment_across_periodic_faces_is_one_piece(tmp_path):
@@ -100,7 +100,7 @@ def test_a_fragment_across_periodic_faces_is_one_piece(tmp_path):
         opened(tmp_path / "a", [frame], box=box, periodic="x y z") as run,
         opened(tmp_path / "b", [free]) as straight,
     ):
-        own, expected = analysis.fragments(run), analysis.fragments(straight)
+        own, expected = analysis.find_fragments(run), analysis.find_fragments(straight)
         assert len(own) == 1
         # rounding of wrapped coordinates
         for name in ("radius_of_gyration", "angular_momentum"):
@@ -117,11 +117,11 @@ def test_filling_factor_of_a_ball_of_a_lattice(tmp_path):
     chain = np.stack([np.arange(len(grid) - 1), np.arange(1, len(grid))], axis=1)
     thin = {"position": 1.5 * grid, "pairs": chain}
     with opened(tmp_path, [thin, {"position": grid, "pairs": chain}]) as run:
-        parts = analysis.fragments(run)
+        parts = analysis.find_fragments(run)
         # the number of lattice points in a ball of radius 9.3 is within 2 % of its volume
         assert parts.filling_factor[0] == pytest.approx(np.pi / 6, rel=0.03)
         assert parts.characteristic_radius[0] == pytest.approx(9.3 * 2 * R, rel=0.02)
-        change = analysis.compaction(run)
+        change = analysis.measure_compaction(run)
         assert change.ratio == pytest.approx(1.5**3)  # exact: all distances by one factor
         assert change.radius_of_gyration[0] / change.radius_of_gyration[1] == pytest.approx(1.5)
 
@@ -135,12 +135,12 @@ def test_growth_efficiency_and_spectrum(tmp_path):
     frames = [{"position": x, "pairs": links(*ranges)} for ranges in pieces]
     with opened(tmp_path, frames) as run:
         # target 14, projectile 6: it gains 3, loses 3, takes all
-        assert analysis.growth_efficiency(run, last=1) == pytest.approx(3 / 6)
-        assert analysis.growth_efficiency(run, last=2) == pytest.approx(-3 / 6)
-        assert analysis.growth_efficiency(run) == pytest.approx(1.0)
+        assert analysis.measure_growth_efficiency(run, last=1) == pytest.approx(3 / 6)
+        assert analysis.measure_growth_efficiency(run, last=2) == pytest.approx(-3 / 6)
+        assert analysis.measure_growth_efficiency(run) == pytest.approx(1.0)
         with pytest.raises(DustError, match="has 1 fragments"):
-            analysis.growth_efficiency(run, first=3)
-        spectrum = analysis.mass_spectrum(analysis.fragments(run, 2), bins=4)
+            analysis.measure_growth_efficiency(run, first=3)
+        spectrum = analysis.compute_mass_spectrum(analysis.find_fragments(run, 2), bins=4)
         one = 4 / 3 * np.pi * R**3 * snapshots.DENSITY
         np.testing.assert_allclose(spectrum.mass / one, [1, 1, 1, 6, 11])
         assert spectrum.count.tolist() == [5, 4, 3, 2, 1]
@@ -149,12 +149,12 @@ def test_growth_efficiency_and_spectrum(tmp_path):
         (axes,) = plots.mass_spectrum([spectrum], ["made"]).axes
         assert "fragments" in axes.get_ylabel() and axes.get_xscale() == "log"
         # the largest holds 11 of 20 grains, whatever was there before
-        before = analysis.mass_spectrum(analysis.fragments(run, 0))
+        before = analysis.compute_mass_spectrum(analysis.find_fragments(run, 0))
         both = plots.mass_spectrum([before, spectrum]).axes[0].lines
         ends = [line.get_xdata()[-1] for line in both if len(line.get_xdata()) > 1]
         assert ends == pytest.approx([14 / 20, 11 / 20])
         with pytest.raises(DustError, match="no snapshot 9; allowed: 0 to 3"):
-            analysis.fragments(run, 9)
+            analysis.find_fragments(run, 9)
 
 
 # Arrival.
@@ -178,7 +178,7 @@ def wave(tmp_path, speed, push=1e-9, walls=None):
 @pytest.mark.parametrize("threshold", [{"fraction": 0.25}, {"threshold": 0.4e-9}])
 def test_sound_speed_of_a_wave(tmp_path, speed, threshold):
     with wave(tmp_path, speed) as run:
-        arrivals = analysis.arrival(run, 0, **threshold)
+        arrivals = analysis.measure_arrival(run, 0, **threshold)
         part = threshold.get("fraction", 0.4)
         assert arrivals.push == pytest.approx(1e-9) and arrivals.threshold == pytest.approx(
             part * 1e-9
@@ -188,7 +188,7 @@ def test_sound_speed_of_a_wave(tmp_path, speed, threshold):
         expected = arrivals.distance / speed + part * 2e-9
         assert not np.isnan(arrivals.time).any()
         np.testing.assert_allclose(arrivals.time, expected, rtol=0, atol=1e-9 * 2e-9)
-        fit = analysis.sound_speed(arrivals)
+        fit = analysis.fit_sound_speed(arrivals)
         assert fit.speed == pytest.approx(speed, rel=1e-8)
         assert fit.delay == pytest.approx(part * 2e-9, rel=1e-6) and fit.grains == 39
         np.testing.assert_allclose(
@@ -206,7 +206,7 @@ def test_error_of_the_sound_speed():
     pulls = []
     for _ in range(200):
         time = 2e-9 + distance / 30.0 + 2e-8 * rng.normal(size=60)
-        fit = analysis.sound_speed(analysis.Arrival(time, distance, 1e-10, 1e-9), beyond=2e-6)
+        fit = analysis.fit_sound_speed(analysis.Arrival(time, distance, 1e-10, 1e-9), beyond=2e-6)
         pulls.append((fit.speed - 30.0) / fit.sigma)
     # 1 and 0 are expected; the scatter of 200 numbers is known to 5 %, their mean to 0.07
     assert 0.8 < np.std(pulls) < 1.2 and abs(np.mean(pulls)) < 0.3
@@ -214,21 +214,21 @@ def test_error_of_the_sound_speed():
 
 def test_a_wall_that_pushes(tmp_path):
     with wave(tmp_path, 400.0, walls=True) as run:
-        arrivals = analysis.arrival(run, "x_min", fraction=0.5)
+        arrivals = analysis.measure_arrival(run, "x_min", fraction=0.5)
         assert arrivals.push == pytest.approx(1e-9)
         np.testing.assert_allclose(arrivals.distance, (np.arange(40) * 2 + 1) * R)
-        assert analysis.sound_speed(arrivals).speed == pytest.approx(400.0, rel=0.01)
+        assert analysis.fit_sound_speed(arrivals).speed == pytest.approx(400.0, rel=0.01)
         with pytest.raises(DustError, match='no wall "top"; allowed: x_min'):
-            analysis.arrival(run, "top")
+            analysis.measure_arrival(run, "top")
         with pytest.raises(DustError, match="no grain 40; allowed: 0 to 39"):
-            analysis.arrival(run, 40)
+            analysis.measure_arrival(run, 40)
     with opened(tmp_path / "still", [{"position": np.eye(3) * 1e-5}] * 3) as run:
         with pytest.raises(DustError, match="is not displaced"):
-            analysis.arrival(run, 0)
-        arrivals = analysis.arrival(run, 0, threshold=1e-10)
+            analysis.measure_arrival(run, 0)
+        arrivals = analysis.measure_arrival(run, 0, threshold=1e-10)
         assert np.isnan(arrivals.time).all()
         with pytest.raises(DustError, match="reached 0 grains"):
-            analysis.sound_speed(arrivals)
+            analysis.fit_sound_speed(arrivals)
 
 
 # Restitution.
@@ -262,7 +262,7 @@ def collision(tmp_path, after, pairs_after, offset=0.0):
 )
 def test_restitution_of_two_aggregates(tmp_path, after, offset, before, back):
     with collision(tmp_path, after, [[0, 1], [2, 3]], offset) as run:
-        result = analysis.restitution(run)
+        result = analysis.measure_restitution(run)
         assert not result.sticks
         # floats as they were put in
         assert (result.before, result.after) == (pytest.approx(before), pytest.approx(back))
@@ -270,21 +270,24 @@ def test_restitution_of_two_aggregates(tmp_path, after, offset, before, back):
         if not offset:
             np.testing.assert_allclose(np.abs(result.normal), [1.0, 0.0, 0.0], atol=1e-12)
         with pytest.raises(DustError, match="do not approach"):
-            analysis.restitution(run, first=15)
+            analysis.measure_restitution(run, first=15)
 
 
 def test_bodies_that_have_not_touched_have_no_restitution(tmp_path):
     start = [[3.0, 0.5, 0.0], [-1.0, 0.5, 0.0]]
     with collision(tmp_path, start, [[0, 1], [2, 3]], 4 * R) as run:
         with pytest.raises(DustError, match="have not touched"):
-            analysis.restitution(run)
+            analysis.measure_restitution(run)
 
 
 def test_sticking(tmp_path):
     after = [[1.0, 0.5, 0.0]] * 2
     with collision(tmp_path, after, [[0, 1], [1, 2], [2, 3]]) as run:
-        assert analysis.restitution(run).sticks and analysis.restitution(run).coefficient == 0.0
-        assert analysis.restitution(run, bodies=([0, 1], [2, 3])).sticks
+        assert (
+            analysis.measure_restitution(run).sticks
+            and analysis.measure_restitution(run).coefficient == 0.0
+        )
+        assert analysis.measure_restitution(run, bodies=([0, 1], [2, 3])).sticks
 
 
 @pytest.mark.parametrize("wall, axis, sign", [("bottom", 2, 1.0), ("x_max", 0, -1.0)])
@@ -300,14 +303,14 @@ def test_restitution_on_a_moving_wall(tmp_path, wall, axis, sign):
         frames.append({"position": np.ones((1, 3)) * 1e-6, "velocity": v, "box": box})
     frames.append(frames[-1] | {"touching": [(0, side)]})
     with opened(tmp_path, frames, box=np.full(6, NAN), dt=dt) as run:
-        result = analysis.wall_restitution(run, wall, last=18)
+        result = analysis.measure_wall_restitution(run, wall, last=18)
         assert result.before == pytest.approx(1.2) and result.after == pytest.approx(0.6)
         assert result.coefficient == pytest.approx(0.5) and not result.sticks
-        assert analysis.wall_restitution(run, wall).sticks
+        assert analysis.measure_wall_restitution(run, wall).sticks
         with pytest.raises(DustError, match=f"have not touched the wall {wall}"):
-            analysis.wall_restitution(run, wall, last=5)
+            analysis.measure_wall_restitution(run, wall, last=5)
         with pytest.raises(DustError, match='no wall "top"'):
-            analysis.wall_restitution(run, "top")
+            analysis.measure_wall_restitution(run, "top")
 
 
 def test_restitution_figure_has_the_closed_form():
@@ -333,7 +336,7 @@ def cubic(n):
 def test_the_pores_of_a_simple_cubic_lattice():
     """The largest sphere sits in the middle of eight grains, of radius sqrt(3) - 1; the points that
     it holds have that pore, and few more one that is nearly as large."""
-    found = pores_of(frame(cubic(3), np.ones(27), np.full(3, 6.0)), 3000)
+    found = measure_frame_pores(frame(cubic(3), np.ones(27), np.full(3, 6.0)), 3000)
     void = 1.0 - np.pi / 6.0
     assert found.void == pytest.approx(void, abs=3.0 * found.void_error)
     assert found.void_error == pytest.approx(np.sqrt(void * (1.0 - void) / 3000), rel=0.05)
@@ -350,7 +353,7 @@ def test_walls_and_unequal_grains():
     grain, or all walls."""
     edge, a = 8.0, 3.0
     one = frame(np.full((1, 3), a), np.array([a]), np.full(3, edge), periodic=False)
-    found = pores_of(one, 400)
+    found = measure_frame_pores(one, 400)
     # sqrt(3) (edge - R - a) = R + a
     wanted = (3**0.5 * (edge - a) - a) / (1 + 3**0.5)
     assert found.largest == pytest.approx(wanted, rel=0.02)
@@ -367,7 +370,7 @@ def test_walls_and_unequal_grains():
 def test_an_open_body_has_no_room():
     one = frame(np.zeros((1, 3)), np.ones(1), np.full(3, np.nan), periodic=False)
     with pytest.raises(DustError, match="Pores need walls"):
-        pores_of(one)
+        measure_frame_pores(one)
 
 
 def test_dimension_of_a_plate_across_a_face(tmp_path):
@@ -387,11 +390,11 @@ def test_dimension_of_a_plate_across_a_face(tmp_path):
     frames = [{"position": position, "pairs": pairs}]
     snapshots.write(tmp_path / "result.nc", frames, 0.6e-6, box=box, periodic="x")
     with analysis.open_run(tmp_path) as run:
-        found = analysis.fragment_dimension(run)
+        found = analysis.fit_fragment_dimension(run)
         assert found.dimension == pytest.approx(2.0, abs=0.1) and found.grains == n * n
         plots.fragment_dimension(run)
         with pytest.raises(DustError, match="There is no fragment 1; allowed: 0 to 0"):
-            analysis.fragment_dimension(run, fragment=1)
+            analysis.fit_fragment_dimension(run, fragment=1)
 
 
 # -- pair correlation ----------------------------------------------------------------------------
@@ -405,18 +408,18 @@ def test_points_that_know_nothing_of_each_other():
     """g = 1 within four standard deviations of the number of pairs in a bin."""
     rng = np.random.default_rng(5)
     for periodic in (True, False):
-        r, g, _ = pair_correlation(points(16.0 * rng.random((4000, 3)), 16.0, periodic))
+        r, g, _ = compute_pair_correlation(points(16.0 * rng.random((4000, 3)), 16.0, periodic))
         far = r > 1.0
         centres = 4000 if periodic else 4000 * (6 / 16) ** 3
         pairs = centres * 4 * np.pi * r**2 * (FARTHEST / BINS) * 4000 / 16.0**3
         assert np.all(np.abs(g - 1.0)[far] < 4.0 * np.sqrt(2.0 / pairs[far]) + 0.02)
-    assert np.isnan(pair_correlation(points(np.random.rand(50, 3) * 5, 5.0))[1]).all()
+    assert np.isnan(compute_pair_correlation(points(np.random.rand(50, 3) * 5, 5.0))[1]).all()
 
 
 def test_a_lattice_has_its_shells():
     """Simple cubic: 6, 12 and 8 neighbours at 1.01 times 1, sqrt 2 and sqrt 3."""
     x = 1.01 * np.array(np.meshgrid(*[np.arange(11.0)] * 3)).reshape(3, -1).T + 0.2
-    r, g, error = pair_correlation(points(x, 11.11))
+    r, g, error = compute_pair_correlation(points(x, 11.11))
     width = FARTHEST / BINS
     shells = g * 4 / 3 * np.pi * ((r + width / 2) ** 3 - (r - width / 2) ** 3)
     assert g.min() == 0.0 and not g[r < 1.0].any()  # a grain is no neighbour of itself
@@ -429,9 +432,9 @@ def test_a_few_random_centres_serve_for_many_grains(monkeypatch):
     """About a quarter of the grains, g(r) is within four of its standard errors of that about all,
     and one standard error contains it in two bins of three."""
     snapshot = points(16.0 * np.random.default_rng(6).random((4000, 3)), 16.0)
-    r, exact, _ = pair_correlation(snapshot)
+    r, exact, _ = compute_pair_correlation(snapshot)
     monkeypatch.setattr(import_module("dusttaichi.analysis.structure"), "CENTRES", 1000)
-    _, g, error = pair_correlation(snapshot)
+    _, g, error = compute_pair_correlation(snapshot)
     far = r > 1.0
     deviations = np.abs(g - exact)[far] / error[far]
     assert deviations.max() < 4.0 and 0.6 < np.mean(deviations < 1.0) < 0.95

@@ -10,15 +10,15 @@ from synthetic import made
 from dusttaichi import analysis
 from dusttaichi.analysis import (
     Friction,
-    controlled_loads,
-    friction,
+    fit_friction,
     is_triaxial,
-    shearings,
-    triaxials,
+    measure_controlled_loads,
+    measure_shear_tests,
+    measure_triaxial_tests,
 )
 from dusttaichi.analysis import dynamic as fast
 from dusttaichi.analysis.numbers.compression import FAST
-from dusttaichi.analysis.summary import summary, table
+from dusttaichi.analysis.summary import summarise, tabulate
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC, dynamic_law
 from dusttaichi.plots import loads, shear, triaxial
@@ -77,16 +77,21 @@ def test_a_line_of_friction_needs_a_prescribed_compressive_normal_stress():
     """At constant volume the normal stress is what comes of it; a tensile one has no friction."""
     free = [cyclic(), cyclic(", stress: [-LOAD, -LOAD, free]"), cyclic(", strain_rate: 1")]
     for one in free:
-        assert friction(shearings(one)) is None and len(shear(one).axes) == 1
+        assert fit_friction(measure_shear_tests(one)) is None and len(shear(one).axes) == 1
     for drive in (", stress: [free, free, -LOAD]", ", stress: -LOAD", ", pressure: LOAD"):
-        assert friction(shearings(cyclic(drive))).slope == pytest.approx(0.0, abs=1e-9)
-    tensile = [shearings(sheared(load, 2e3))[0] for load in (-2e3, -5e3)]
-    assert friction(tensile) is None and friction([*tensile, *shearings(sheared(1e3, 1.0))]) is None
+        assert fit_friction(measure_shear_tests(cyclic(drive))).slope == pytest.approx(
+            0.0, abs=1e-9
+        )
+    tensile = [measure_shear_tests(sheared(load, 2e3))[0] for load in (-2e3, -5e3)]
+    assert (
+        fit_friction(tensile) is None
+        and fit_friction([*tensile, *measure_shear_tests(sheared(1e3, 1.0))]) is None
+    )
 
 
 def test_shear_there_and_back_is_a_loop():
     """Against the total shear strain, with the sign of the stress."""
-    first, back, again = shearings(cyclic())
+    first, back, again = measure_shear_tests(cyclic())
     assert [one.direction for one in (first, back, again)] == [1.0, -1.0, 1.0]
     assert back.total_strain[[0, -1]] == pytest.approx([0.2, -0.2])
     assert again.total_strain[-1] == pytest.approx(0.0)
@@ -99,20 +104,20 @@ def test_shear_there_and_back_is_a_loop():
 
 
 def test_strength_and_friction():
-    found = [shearings(sheared(load, 1e3 + 0.5 * load))[0] for load in (2e3, 5e3, 1e4)]
+    found = [measure_shear_tests(sheared(load, 1e3 + 0.5 * load))[0] for load in (2e3, 5e3, 1e4)]
     assert [one.strength for one in found] == pytest.approx([2e3, 3.5e3, 6e3])
     assert [one.load for one in found] == pytest.approx([2e3, 5e3, 1e4])
     assert (found[0].strain >= 0.0).all() and found[0].density == pytest.approx(0.3)
-    fit = friction(found)
+    fit = fit_friction(found)
     assert fit.cohesion == pytest.approx(1e3) and fit.angle == pytest.approx(26.565, abs=1e-3)
-    assert friction(found[:1]) is None
+    assert fit_friction(found[:1]) is None
     assert (
         shear(sheared(2e3, 2e3), [sheared(5e3, 3e3)]).axes[0].get_xlabel()
         == "shear strain of the stage"
     )
     assert len(shear(sheared(2e3, 2e3)).axes) == 1  # one strength is no line
     with pytest.raises(DustError, match="no stage shears"):
-        shearings(run(filling_factor=np.full(N, 0.3)))
+        measure_shear_tests(run(filling_factor=np.full(N, 0.3)))
 
 
 def test_a_wall_that_comes_down_has_not_sheared():
@@ -123,10 +128,10 @@ def test_a_wall_that_comes_down_has_not_sheared():
     data = {"height": height, "wall_force": force, "pressure": np.full((N, 6), 5e3)}
     still = run(shear_strain=way / height, **data)
     with pytest.raises(DustError, match="no stage shears"):
-        shearings(still)
+        measure_shear_tests(still)
     way = np.linspace(0.0, 1e-6, N)
     moved = run(shear_strain=way / height, **data)
-    (found,) = shearings(moved)
+    (found,) = measure_shear_tests(moved)
     # the integral of dx / h with h = 6 - 2 x: ln(6/4) / 2
     assert found.strain[-1] == pytest.approx(0.5 * np.log(1.5), rel=1e-3)
     assert found.strength == pytest.approx(1e3) and found.load == pytest.approx(5e3)
@@ -136,13 +141,13 @@ def test_controlled_loads():
     phi = 0.2 * np.exp(np.linspace(0.0, 1e-3, N))
     stress = -np.eye(3) * np.linspace(0.0, 1.0, N).clip(max=0.5)[:, None, None] * 1e4
     one = run(SCENE, stress=stress, filling_factor=phi)
-    (load,) = controlled_loads(one)
+    (load,) = measure_controlled_loads(one)
     assert load.pressure == pytest.approx(5e3) and load.wanted == 5e3 and not load.missed
     assert load.overshoot == pytest.approx(0.0, abs=1e-12)
     assert load.creep == pytest.approx(1e-3 / 1e-5)
     assert len(loads(one, [one], repeats=[one]).axes) == 1
     low = run(SCENE, stress=0.2 * stress, filling_factor=phi)
-    assert controlled_loads(low)[0].missed and loads(low).axes[0].get_xlim()[0] < 0.2
+    assert measure_controlled_loads(low)[0].missed and loads(low).axes[0].get_xlim()[0] < 0.2
     with pytest.raises(DustError, match="no stage controls a pressure"):
         loads(run("boundary: {kind: box}", stress=stress, filling_factor=phi))
 
@@ -154,11 +159,11 @@ def test_triaxial_test_and_the_circles_of_mohr():
         stress = -np.eye(3) * np.ones(N)[:, None, None] * load
         stress[:, 2, 2] -= 1e3 + 1.5 * load
         one = triaxial_run(f"-{load} Pa", stress, np.exp(-np.linspace(0.0, 0.2, N)))
-        (found,) = triaxials(one)
+        (found,) = measure_triaxial_tests(one)
         assert found.axis == "z" and found.strain[-1] == pytest.approx(0.2)
         parts.append(found)
     assert [one.strength for one in parts] == pytest.approx([8.5e3, 3.1e4])
-    line = friction(parts)
+    line = fit_friction(parts)
     assert line.triaxial_angle == pytest.approx(np.degrees(np.arcsin(1.5 / 3.5)))
     # the line touches both circles: as far from their middles as their radii
     angle = np.radians(line.triaxial_angle)
@@ -172,7 +177,7 @@ def test_triaxial_test_and_the_circles_of_mohr():
     drawn = triaxial(one, [one]).axes[2]
     assert len(drawn.lines) == 2  # one load: no line of friction
     with pytest.raises(DustError, match="no stage is a triaxial test"):
-        triaxials(sheared(2e3, 2e3))
+        measure_triaxial_tests(sheared(2e3, 2e3))
 
 
 @pytest.mark.parametrize("found", [4.4e3, 5.6e3])
@@ -181,12 +186,12 @@ def test_a_strength_under_another_load_is_no_strength(found):
     stress = -np.eye(3) * np.ones(N)[:, None, None] * found
     stress[:, 2, 2] -= 2e3
     one = triaxial_run("-5 kPa", stress, np.exp(-np.arange(N) / N))
-    (test,) = triaxials(one)
+    (test,) = measure_triaxial_tests(one)
     assert test.missed and not test.has_friction
-    numbers = summary(one)
+    numbers = summarise(one)
     assert numbers["triaxial_strength"] is None
     assert numbers["missed_loads"] == [("test", pytest.approx(found), 5e3)]
-    assert any(row[1].endswith("instead of 5 kPa") for row in table(numbers))
+    assert any(row[1].endswith("instead of 5 kPa") for row in tabulate(numbers))
 
 
 def test_a_mere_release_is_no_stretch():
@@ -240,7 +245,7 @@ def scene(kind):
 
 
 def test_plateau_front_and_layer():
-    found = fast.dynamic(plough())
+    found = fast.measure_dynamic_compression(plough())
     assert found.speed == pytest.approx(SPEED)
     # within its own standard error; the scatter put in is 0.02 dex of some 200 records
     assert abs(found.plateau - MOMENTUM) < 4 * found.plateau_sigma < 0.02 * MOMENTUM
@@ -251,7 +256,7 @@ def test_plateau_front_and_layer():
     closed = DENSITY * PHI0 * SPEED**2 / (1 - PHI0 / 0.58)
     assert found.momentum == pytest.approx(closed, rel=1e-6)
     # one pressure at every filling factor has no width in lg P
-    assert fast.dynamic(plough()).fits["plateau", "bins"] is None
+    assert fast.measure_dynamic_compression(plough()).fits["plateau", "bins"] is None
 
 
 def test_fits_depend_on_range_and_weights():
@@ -261,7 +266,7 @@ def test_fits_depend_on_range_and_weights():
     phi = np.linspace(0.16, 0.56, 400)
     closing = 10 ** np.clip((phi - 0.45) / 0.05, 0.0, None)  # a decade each 0.05
     run = synthetic.made(filling_factor=phi, pressure=law.pressure(phi) * closing)
-    curve = analysis.compression_curve(run)
+    curve = analysis.measure_compression_curve(run)
     early = analysis.fit_compression(curve, phi_high=0.4)
     assert early.p_m == pytest.approx(law.p_m, rel=1e-2)
     assert early.delta == pytest.approx(law.delta, rel=2e-2)
@@ -272,17 +277,17 @@ def test_fits_depend_on_range_and_weights():
 
 
 def test_the_law_beside_is_that_of_the_speed():
-    assert analysis.compression_law(plough()).name == dynamic_law(SPEED).name
+    assert analysis.choose_compression_law(plough()).name == dynamic_law(SPEED).name
     slow = plough(speed=0.05)
-    assert analysis.compression_law(slow) is S12_STATIC
+    assert analysis.choose_compression_law(slow) is S12_STATIC
     with pytest.raises(DustError, match="no dynamic compression"):
-        fast.dynamic(slow)
+        fast.measure_dynamic_compression(slow)
     assert not fast.is_dynamic(plough(kind="plates"))
     halting = plough()
     halting.series["height"] = halting.series.height[0] - 0.5 * (
         halting.series.height[0] - halting.series.height
     ) * (1 + (halting.series.time > halting.series.time[200]))
-    assert np.isnan(fast.wall_speed(halting)) and not fast.is_dynamic(halting)
+    assert np.isnan(fast.measure_wall_speed(halting)) and not fast.is_dynamic(halting)
 
 
 def test_rows_of_the_summary_and_columns_of_a_comparison(tmp_path):
@@ -308,15 +313,15 @@ def test_the_share_of_a_stage_in_which_its_load_was_missed():
     step = np.array([0, 100, 150, *range(250, 1150, 100)])
     stage = np.repeat([0, 1], [2, 10])
     held = run(scene, " ".join(names), stage=stage, pressure=pressure, step=step)
-    (control,) = analysis.load_controls(held)
+    (control,) = analysis.measure_load_control(held)
     assert control.stage == "hold"
     assert control.missed_share == pytest.approx(150 / 950)
     assert (control.lowest, control.highest) == pytest.approx((0.5, 1.075))
-    rows = table(summary(held))
+    rows = tabulate(summarise(held))
     assert any("within 5% in hold" in row[0] and row[1].startswith("84%") for row in rows)
-    assert summary(held)["load_missed_share"] == pytest.approx(150 / 950)
+    assert summarise(held)["load_missed_share"] == pytest.approx(150 / 950)
     stress = np.zeros((N, 3, 3))
     stress[:, 0, 0], stress[: N // 2, 1, 1] = -2e3, 150.0
     mixed = run("boundary: {kind: periodic, stress: [-2 kPa, 0 Pa, free]}", stress=stress)
-    assert analysis.load_controls(mixed)[0].missed_share == pytest.approx(0.5, abs=1.0 / N)
-    assert analysis.load_controls(run(pressure=pressure)) == []
+    assert analysis.measure_load_control(mixed)[0].missed_share == pytest.approx(0.5, abs=1.0 / N)
+    assert analysis.measure_load_control(run(pressure=pressure)) == []

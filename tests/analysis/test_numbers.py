@@ -12,10 +12,10 @@ from scenes import EXAMPLES, edited, extensions_forgotten
 from dusttaichi import analysis, plots, report
 from dusttaichi.analysis import ensemble_tables as tables
 from dusttaichi.analysis import numbers
-from dusttaichi.analysis.kind import draft_of, mixture, named
+from dusttaichi.analysis.kind import add_draft_reason, explain_draft, warn_of_mixed_drafts
 from dusttaichi.analysis.numbers import Family, Observable
-from dusttaichi.analysis.plain import plain_ensemble, plain_runs
-from dusttaichi.analysis.summary import columns
+from dusttaichi.analysis.plain import convert_ensemble, convert_runs
+from dusttaichi.analysis.summary import format_columns
 from dusttaichi.commands import options
 from dusttaichi.plots.registry import mark_draft
 from dusttaichi.report import page
@@ -44,24 +44,24 @@ def test_one_file_adds_a_number_with_its_figure(own, tmp_path, monkeypatch):
     runs = [
         analysis.open_run(made(tmp_path / name / "result.nc", n)) for n, name in enumerate("ab")
     ]
-    lost = sum(float(loss[-1]) for loss in analysis.ledger(runs[0]).losses.values()) / 1000
+    lost = sum(float(loss[-1]) for loss in analysis.compute_ledger(runs[0]).losses.values()) / 1000
     value = f"{lost * 1e15:.4g} fJ"
-    assert analysis.summary(runs[0])["loss_per_grain"] == pytest.approx(lost)
-    assert ("energy lost per grain", value, "") in analysis.table(analysis.summary(runs[0]))
-    assert dict(columns(analysis.compare(runs)))["loss per grain"][0] == value
+    assert analysis.summarise(runs[0])["loss_per_grain"] == pytest.approx(lost)
+    assert ("energy lost per grain", value, "") in analysis.tabulate(analysis.summarise(runs[0]))
+    assert dict(format_columns(analysis.compare(runs)))["loss per grain"][0] == value
     (one,) = report.collect_report_data(runs[:1])["runs"]
     assert ["energy lost per grain", value, ""] in one["table"]
     assert {f["name"]: f["title"] for f in one["figures"]}[
         "loss_per_grain"
     ] == "Energy lost per grain"
     assert "loss_per_grain" in plots.draw_figures(runs[0])
-    entry = plain_runs(runs)["runs"][1]["numbers"]["loss_per_grain"]
+    entry = convert_runs(runs)["runs"][1]["numbers"]["loss_per_grain"]
     assert entry["unit"] == "J" and entry["value"] == pytest.approx(lost)
     data = analysis.gather(runs, attrs={"title": "made"})
     assert data.loss_per_grain.attrs["units"] == "J"
     assert data.loss_per_grain.attrs["long_name"] == "energy lost per grain"
     assert "loss per grain" in [column.name for column in tables.columns(data)]
-    assert plain_ensemble(data)["points"][0]["numbers"]["loss_per_grain"]["runs"] == 2
+    assert convert_ensemble(data)["points"][0]["numbers"]["loss_per_grain"]["runs"] == 2
 
 
 def test_the_file_is_named_to_the_commands(own, tmp_path, capsys):
@@ -89,13 +89,13 @@ def test_an_error_is_named_and_the_rest_is_measured(tmp_path, monkeypatch):
     lost = Family(name="lost", title="a lost family", place=2, numbers=(), measure=wrong)
     monkeypatch.setitem(shown.NUMBERS, "lost", lost)
     run = analysis.open_run(made(tmp_path / "result.nc"))
-    found = analysis.table(analysis.summary(run))
+    found = analysis.tabulate(analysis.summarise(run))
     assert ("a whole row", "3", "") in found
     assert [row[1] for row in found if row[0] == "number not found"] == [
         "a broken row: IndexError: index 3 is out of bounds",
         "a lost family: IndexError: index 3 is out of bounds",
     ]
-    assert len(plain_runs([run])["runs"][0]["problems"]) == 2
+    assert len(convert_runs([run])["runs"][0]["problems"]) == 2
     assert len(analysis.compare([run])[0]["problems"]) == 2
     ((what, _, count, why),) = tables.missing(analysis.gather([run], attrs={"title": "made"}))
     assert (what, count) == ("number", "1 of 1 runs") and "a lost family: IndexError" in why
@@ -105,7 +105,7 @@ def test_why_there_is_none(tmp_path):
     """A curve too short for a fit says so in place of the number."""
     run = analysis.open_run(made(tmp_path / "result.nc"))
     short = run.beyond(0.95 * float(run.series.filling_factor.max()))
-    found = plain_runs([short])["runs"][0]["numbers"]
+    found = convert_runs([short])["runs"][0]["numbers"]
     assert found["p_m"]["value"] is None and found["p_m"]["why"]
     data = analysis.gather([short], attrs={"title": "made"})
     assert tables.missing(data) == [("fit", "", "1 of 1 runs", found["p_m"]["why"])]
@@ -118,7 +118,7 @@ def test_names_are_unique_and_what_rows_refer_to_is_there():
         numbers.register(
             Family(name="x", title="x", place=1, numbers=(Observable(name="p_m", title="x"),))
         )
-    known, figures = numbers.known(), {row.name for row in plots.list_figures()}
+    known, figures = numbers.index_observables(), {row.name for row in plots.list_figures()}
     for number in known.values():
         assert {number.error, number.why} - {""} <= known.keys(), number.name
         assert not number.figure or number.figure in figures, number.name
@@ -133,14 +133,16 @@ DRAFT = {"accuracy": "draft", "stiffness_scaling": 0.1}
 
 
 def test_names_figures_and_runs_side_by_side_say_that_they_are_drafts():
-    assert named("omni", {"numerics": DRAFT}) == "omni (draft)"
-    assert named("omni", {"numerics": {"stiffness_scaling": 0.3}}) == "omni (softened, 0.3)"
+    assert add_draft_reason("omni", {"numerics": DRAFT}) == "omni (draft)"
+    assert (
+        add_draft_reason("omni", {"numerics": {"stiffness_scaling": 0.3}}) == "omni (softened, 0.3)"
+    )
     for scene in ({}, {"numerics": {"accuracy": "fast", "stiffness_scaling": 1.0}}):
-        assert named("omni", scene) == "omni" and draft_of(scene) == ""
-    text = mixture([run("one", **DRAFT), run("two", accuracy="balanced")])
+        assert add_draft_reason("omni", scene) == "omni" and explain_draft(scene) == ""
+    text = warn_of_mixed_drafts([run("one", **DRAFT), run("two", accuracy="balanced")])
     assert "drafts beside others: one." in text
-    assert mixture([run("one", **DRAFT), run("two", **DRAFT)]) == ""
-    assert mixture([run("one"), run("two")]) == ""
+    assert warn_of_mixed_drafts([run("one", **DRAFT), run("two", **DRAFT)]) == ""
+    assert warn_of_mixed_drafts([run("one"), run("two")]) == ""
     drawn = mark_draft(Figure(), run("one", **DRAFT))
     assert [text.get_text() for text in drawn.texts] == ["draft"]
     assert mark_draft(None, run("one", **DRAFT)) is None

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from dusttaichi.analysis.names import labels_of, shown_name
-from dusttaichi.analysis.symbols import key_label
+from dusttaichi.analysis.names import format_run_name, name_runs
+from dusttaichi.analysis.symbols import label_key
 from dusttaichi.analysis.texts import typeset
 
 SCENE = {
@@ -34,12 +34,12 @@ SCENE = {
     ],
 )
 def test_keys_have_their_symbols_or_their_own_words(path, label):
-    assert key_label(path) == label
+    assert label_key(path) == label
 
 
 def test_two_keys_have_two_labels():
     pair = ["sample.target.grains", "sample.projectile.grains"]
-    labels = [key_label(path, pair) for path in pair]
+    labels = [label_key(path, pair) for path in pair]
     assert labels == ["sample target grains", "sample projectile grains"]
 
 
@@ -62,23 +62,25 @@ def test_two_keys_have_two_labels():
     ],
 )
 def test_points_of_a_study_are_named_by_what_was_changed(title, name):
-    assert shown_name(title, SCENE) == name
-    assert shown_name(title, {}) == title
+    assert format_run_name(title, SCENE) == name
+    assert format_run_name(title, {}) == title
 
 
 def run(title, folder="run", **sample):
     scene = SCENE | {"sample": SCENE["sample"] | sample}
     path = Path("/runs") / folder / "result.nc"
-    return SimpleNamespace(title=title, name=shown_name(title, scene), scene=scene, path=path)
+    return SimpleNamespace(title=title, name=format_run_name(title, scene), scene=scene, path=path)
 
 
 def test_several_runs_are_named_by_their_differences():
     points = [run(f"cake-sample.seed_{n}", seed=n) for n in (1, 2)]
-    assert labels_of(points) == ["seed = 1", "seed = 2"]
-    assert labels_of([*points, run("ice")]) == ["cake, seed = 1", "cake, seed = 2", "ice"]
-    assert labels_of([run("cake", seed=n) for n in (1, 2)]) == ["seed = 1", "seed = 2"]
-    assert labels_of([run("cake", "a"), run("cake", "b")]) == ["cake, a", "cake, b"]
-    assert shown_name("cake-sample.seed_3_1", SCENE, "replica_1") == "cake, seed = 3, replica 1"
+    assert name_runs(points) == ["seed = 1", "seed = 2"]
+    assert name_runs([*points, run("ice")]) == ["cake, seed = 1", "cake, seed = 2", "ice"]
+    assert name_runs([run("cake", seed=n) for n in (1, 2)]) == ["seed = 1", "seed = 2"]
+    assert name_runs([run("cake", "a"), run("cake", "b")]) == ["cake, a", "cake, b"]
+    assert (
+        format_run_name("cake-sample.seed_3_1", SCENE, "replica_1") == "cake, seed = 3, replica 1"
+    )
 
 
 def test_units_are_typeset():

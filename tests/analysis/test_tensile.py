@@ -7,7 +7,7 @@ import xarray as xr
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis.tensile import WIDEST
-from dusttaichi.analysis.tension import missing_strength
+from dusttaichi.analysis.tension import explain_missing_strength
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 
@@ -32,7 +32,7 @@ def stretch(noise=0.0, points=400, seed=0, strength=1e3, last=0.03, edges=True, 
 @pytest.mark.parametrize("noise", [0.0, 0.05, 0.3])
 def test_strength(noise):
     """Maximum 1 kPa at half the initial filling factor, over 20 samples of the noise."""
-    results = [analysis.tensile(stretch(noise, seed=seed)) for seed in range(20)]
+    results = [analysis.measure_tensile_strength(stretch(noise, seed=seed)) for seed in range(20)]
     assert all(t.axis == "y" and t.phi_init == pytest.approx(0.1) and t.passed for t in results)
     assert all(t.window <= WIDEST + 1e-12 for t in results)
     assert all(np.isnan(t.law) for t in results)  # of what grains the file does not tell
@@ -51,19 +51,19 @@ def test_strength(noise):
 
 
 def test_windows_and_a_maximum_not_yet_passed():
-    fine = analysis.tensile(stretch(0.0))
-    rough = analysis.tensile(stretch(0.5))
+    fine = analysis.measure_tensile_strength(stretch(0.0))
+    rough = analysis.measure_tensile_strength(stretch(0.5))
     assert len(fine.stress) > 5 * len(rough.stress)
     assert rough.window == pytest.approx(WIDEST, rel=0.1)
-    chosen = analysis.tensile(stretch(0.5), windows=4)
+    chosen = analysis.measure_tensile_strength(stretch(0.5), windows=4)
     assert len(chosen.stress) == 4 and chosen.count.sum() == 399
     # even relative changes of the filling factor, whose ends are those of the raw records
     raw = chosen.raw_filling_factor
     assert chosen.window == pytest.approx(1 - (raw.min() / raw.max()) ** 0.25)
     assert np.all(np.diff(chosen.filling_factor) < 0)
-    t = analysis.tensile(stretch(last=0.07))
+    t = analysis.measure_tensile_strength(stretch(last=0.07))
     assert not t.passed and t.strength < 1e3
-    t = analysis.tensile(stretch(edges=False), axis="y")
+    t = analysis.measure_tensile_strength(stretch(edges=False), axis="y")
     assert t.strength_strain == pytest.approx(0.1 / t.strength_phi - 1)
 
 
@@ -75,7 +75,7 @@ def test_records_count_by_their_duration():
     series = run.series.assign_coords(time=[0.0, 1.0, 2.0, 5.0]).assign(
         stress=(("time", "xyz", "axis"), stress.values)
     )
-    t = analysis.tensile(analysis.Run("run", series), windows=1)
+    t = analysis.measure_tensile_strength(analysis.Run("run", series), windows=1)
     assert t.strength == pytest.approx(17 / 5) and t.count.tolist() == [3]
 
 
@@ -88,7 +88,11 @@ def test_correlated_noise_is_less_certain():
     for noise in (kicks, slow):
         series = run.series.copy(deep=True)
         series.stress[:, 1, 1] += 50.0 * noise
-        sigma.append(analysis.tensile(analysis.Run("run", series), windows=12).strength_sigma)
+        sigma.append(
+            analysis.measure_tensile_strength(
+                analysis.Run("run", series), windows=12
+            ).strength_sigma
+        )
     # eight records that go together: sqrt(8) in the limit of long windows
     assert 1.5 < sigma[1] / sigma[0] < 5
 
@@ -97,20 +101,20 @@ def test_plates_pulled_apart(tmp_path):
     path = synthetic.plates_run(tmp_path / "result.nc", pull=2e3)
     with analysis.open_run(path) as run:
         assert run.stretches and not run.compresses
-        t = analysis.tensile(run)
+        t = analysis.measure_tensile_strength(run)
         assert t.axis == "z" and t.phi_init == pytest.approx(0.2)
         assert t.strength == pytest.approx(2e3, abs=4 * t.strength_sigma + 8)
         assert t.strength_strain == pytest.approx(1.0, abs=0.15)  # twice as high at the maximum
         assert t.law == pytest.approx(float(laws.tensile_strength(0.2, 0.025, 0.6e-6)))
         with pytest.raises(DustError, match="no stress along x"):
-            analysis.tensile(run, axis="x")
+            analysis.measure_tensile_strength(run, axis="x")
 
 
 def test_fit_of_several_strengths():
     runs = [
         stretch(phi_init=phi, last=0.3 * phi, strength=3e5 * phi**1.7) for phi in (0.03, 0.1, 0.3)
     ]
-    results = [analysis.tensile(run) for run in runs]
+    results = [analysis.measure_tensile_strength(run) for run in runs]
     fit = analysis.fit_strength(results)
     # without noise the three are cut alike, so the law comes back but for the window's 0.3 %
     assert fit.exponent == pytest.approx(1.7, abs=1e-6) and fit.exponent_sigma < 1e-6
@@ -149,8 +153,8 @@ def pulled_from_pressure(noise=0.0, fall=0.06, strength=2e3, stop="{past_maximum
 def test_a_tensile_test_that_begins_under_pressure_has_a_strength(noise, fall):
     """The mean stress of the stage is compressive, -17 kPa; its strength is 2 kPa."""
     run = pulled_from_pressure(noise, fall)
-    assert run.stretches and not run.unloads and missing_strength(run) is None
-    t = analysis.tensile(run)
+    assert run.stretches and not run.unloads and explain_missing_strength(run) is None
+    t = analysis.measure_tensile_strength(run)
     # the mean of the quarter of the pull with the maximum is 10 % lower, and never the pressure
     assert 0.85 * 2e3 < t.strength < 1.05 * 2e3 and t.stress[1:].min() > 0.0 and t.passed
     assert len(t.raw_stress) == 299  # the release is in the records
@@ -168,19 +172,19 @@ def test_a_prescribed_tension_is_no_strength(drive, held):
     """The sample carries what was prescribed; that says nothing of what would tear it."""
     run = pulled_from_pressure(0.0, 0.06)
     run.attrs["scene_resolved"] = f"stages: [{{name: press}}, {{name: pull, drive: {{{drive}}}}}]"
-    numbers = analysis.summary(run)
+    numbers = analysis.summarise(run)
     assert (numbers["strength"] is None) == held
     assert (numbers["strength_problem"] or "").startswith("none: the scene prescribes") == held
 
 
 def test_a_tensile_test_without_tension_says_why(tmp_path):
     with analysis.open_run(synthetic.cell_run(tmp_path / "result.nc")) as run:
-        assert run.stretches and analysis.summary(run)["strength_problem"] is None
+        assert run.stretches and analysis.summarise(run)["strength_problem"] is None
         run.series.stress[:] = -np.abs(run.series.stress)
-        assert not run.stretches and missing_strength(run) is None  # it may be a release
+        assert not run.stretches and explain_missing_strength(run) is None  # it may be a release
         scene = run.attrs["scene_resolved"].replace("m/s]}}", "m/s]}, stop: {past_maximum: 0.8}}")
         run.attrs["scene_resolved"] = scene
-        rows = dict(row[:2] for row in analysis.table(analysis.summary(run)))
+        rows = dict(row[:2] for row in analysis.tabulate(analysis.summarise(run)))
         assert rows["tensile strength"].startswith("none: the mean stress stayed compressive")
         (row,) = analysis.compare([run])
         assert row["strength"] is None and row["strength_problem"] == rows["tensile strength"]

@@ -14,7 +14,7 @@ from scenes import CONFIGS, EXAMPLES, bundled, extensions_forgotten
 from dusttaichi import analysis, plots
 from dusttaichi.analysis import numbers
 from dusttaichi.analysis.ensemble import save_ensemble
-from dusttaichi.analysis.plain import plain_ensemble
+from dusttaichi.analysis.plain import convert_ensemble
 from dusttaichi.commands import ensembles
 from dusttaichi.report import collect_ensemble_data
 
@@ -155,7 +155,7 @@ def test_statistics_that_fail_do_not_affect_the_others(ensemble, capsys):
         assert failed == [("own", "KeyError: 'strength_of_another_name'")]
         remark = collect_ensemble_data(data, folder)["remark"]
         assert "own: KeyError" in remark
-        others, wrong = plain_ensemble(data)["statistics"]
+        others, wrong = convert_ensemble(data)["statistics"]
         assert "KeyError" in wrong["why"] and others["name"] == "weibull"
         assert others["columns"] and all(line in remark for line in others["lines"])
         with pytest.raises(ValueError, match="another name"):

@@ -276,7 +276,7 @@ def test_sound_in_a_chain(tmp_path):
     execute(Scene.from_dict({**CHAIN, "boundary": FAR}), tmp_path)
     with analysis.open_run(tmp_path) as run:
         for fraction, speed in [(0.01, 565), (0.1, 534), (0.25, 519), (0.5, 504)]:
-            found = analysis.arrival(run, fraction=fraction)
+            found = analysis.measure_arrival(run, fraction=fraction)
             assert found.speed[-1] == pytest.approx(speed, rel=3e-3)
             assert found.distance[0] == 0.0 and not found.reached[0]
 
@@ -294,7 +294,7 @@ def test_sound_at_small_amplitude(tmp_path):
     ]
     execute(Scene.from_dict({**CHAIN, "push": small}), tmp_path)
     with analysis.open_run(tmp_path) as run:
-        found = analysis.arrival(run, fraction=1.0)
+        found = analysis.measure_arrival(run, fraction=1.0)
         assert found.speed[-1] == pytest.approx(503.5, rel=0.01)
         assert found.time[-1] == pytest.approx(half_height_of_a_step(50), rel=2e-3)
 

@@ -58,8 +58,8 @@ BOTH = links((0, 6), (6, 10))
 def test_outcome(tmp_path, after, outcome, fragments, growth):
     with made(tmp_path, after, BOTH) as run:
         assert run.collides
-        found = analysis.summary(run)
-        rows = {row[0]: row[1] for row in analysis.table(found)}
+        found = analysis.summarise(run)
+        rows = {row[0]: row[1] for row in analysis.tabulate(found)}
     assert (found["outcome"], found["fragments"]) == (outcome, fragments)
     assert found["growth_efficiency"] == pytest.approx(growth)
     # 0.5 of 2 m/s along the line of centres, as far as a zigzag of grains has one
@@ -79,8 +79,8 @@ def test_outcome(tmp_path, after, outcome, fragments, growth):
 )
 def test_bodies_that_have_not_met_have_no_restitution(tmp_path, past, outcome, text):
     with made(tmp_path, BOTH, BOTH, velocity=(0.8, -1.2), past=past) as run:
-        found = analysis.summary(run)
-        rows = {row[0]: row[1] for row in analysis.table(found)}
+        found = analysis.summarise(run)
+        rows = {row[0]: row[1] for row in analysis.tabulate(found)}
     assert found["outcome"] == outcome
     assert rows["outcome"].startswith(text)
     # neither a restitution of -1 nor a growth efficiency of 0 is a number of a collision
@@ -90,9 +90,9 @@ def test_bodies_that_have_not_met_have_no_restitution(tmp_path, past, outcome, t
 def test_grains_at_rest_are_no_collision(tmp_path):
     still = snapshots.write(tmp_path / "a.nc", [{"position": np.eye(3) * 1e-5}] * 2, R)
     with analysis.open_run(still) as run:
-        found = analysis.summary(run)
+        found = analysis.summarise(run)
         assert not run.collides and found["outcome"] is None
-        assert "outcome" not in {row[0] for row in analysis.table(found)}
+        assert "outcome" not in {row[0] for row in analysis.tabulate(found)}
 
 
 def test_figures(tmp_path):

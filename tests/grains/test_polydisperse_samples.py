@@ -235,7 +235,7 @@ def test_run_and_go_on(tmp_path):
         run = analysis.open_run(directory)
         frames.append(analysis.read_frame(run))
         np.testing.assert_allclose(
-            analysis.grain_masses(run), masses_of([0.6e-6, 0.2e-6], [0, 1]), rtol=1e-13
+            analysis.read_grain_masses(run), masses_of([0.6e-6, 0.2e-6], [0, 1]), rtol=1e-13
         )
         assert np.abs(run.series.energy_residual_relative.values).max() < 1e-3
         volume = 4 / 3 * np.pi * (0.6e-6**3 + 0.2e-6**3)

@@ -13,7 +13,7 @@ import reference as ref
 from scenes import FAR, RADIUS, make_scene, polydisperse, sample_of, two_materials
 
 from dusttaichi import analysis, plots, samples, units
-from dusttaichi.analysis import table
+from dusttaichi.analysis import tabulate
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
 from dusttaichi.grains.measure import grain_state, loads, measurement
@@ -220,7 +220,7 @@ def test_a_run_on_disk(on_disk, tmp_path):
     whole, parts = on_disk, fall(fall(tmp_path / "parts", 400), 600, resume=True)
     bits.assert_same_bits(whole / "result.nc", parts / "result.nc")
     with analysis.open_run(whole) as run:
-        way = analysis.penetration(run)
+        way = analysis.measure_penetration(run)
         assert way.radius == pytest.approx(BALL) and way.stop is None
         top = np.max(cluster()[:, 2]) + RADIUS
         assert way.surface == pytest.approx(top, rel=1e-12)
@@ -230,9 +230,11 @@ def test_a_run_on_disk(on_disk, tmp_path):
         # it has lost less than a hundredth of its speed: the depth is that of a straight way
         at = run.series.time.values[-1]
         assert way.depth[-1] == pytest.approx(top - 1.85e-6 + 5.0 * at, rel=1e-2)
-        below = analysis.column(run)
+        below = analysis.measure_column(run)
         assert below.sphere == pytest.approx(way.depth[-1], rel=1e-9)
-        assert "largest depth of the sphere" in dict(r[:2] for r in table(analysis.summary(run)))
+        assert "largest depth of the sphere" in dict(
+            r[:2] for r in tabulate(analysis.summarise(run))
+        )
         assert {"sphere", "sphere_column"} <= set(plots.draw_figures(run))
         assert analysis.read_frame(run).sphere[3] == pytest.approx(BALL)
         plots.grains(run, color="uniform", dpi=40)

@@ -8,7 +8,7 @@ from figures import legend, line
 from matplotlib.figure import Figure
 
 from dusttaichi import analysis, plots
-from dusttaichi.analysis.profile import without_cut_bins
+from dusttaichi.analysis.profile import join_cut_bins
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import dynamic_law
 from dusttaichi.plots import style
@@ -47,7 +47,7 @@ def test_compression_shows_runs_and_laboratory(runs):
     assert any("S12 eq 31" in label for label in labels)
     assert any("G09" in label for label in labels)
     assert "kPa" in axes.get_xlabel() and axes.get_xscale() == "log"
-    curve = analysis.compression_curve(runs[0])
+    curve = analysis.measure_compression_curve(runs[0])
     np.testing.assert_allclose(line(axes, "slow").get_xdata(), curve.pressure / 1e3)
     assert not any("unidirectional" in label for label in labels)
     with pytest.raises(DustError, match="labels"):
@@ -107,8 +107,8 @@ def test_a_legend_that_would_hide_a_curve_stands_below():
 
 
 def test_a_bin_that_the_wall_cuts_is_one_with_the_next(runs):
-    before = analysis.profile(runs[0])
-    after = without_cut_bins(before)
+    before = analysis.read_profiles(runs[0])
+    after = join_cut_bins(before)
     thick = (before.bin_upper.clip(max=before.height) - before.bin_lower).clip(min=0)
     thick = thick.transpose("profile", "bin").values
     cut = 0
@@ -160,7 +160,7 @@ def test_what_each_run_and_several_have_figures_for(cells, tmp_path):
 
 def test_tensile_of_one_run_and_several(cells):
     (axes,) = plots.tensile(cells[0]).axes
-    result = analysis.tensile(cells[0])
+    result = analysis.measure_tensile_strength(cells[0])
     np.testing.assert_allclose(line(axes, "test").get_ydata(), result.stress / 1e3)
     np.testing.assert_allclose(line(axes, "test").get_xdata(), result.filling_factor)
     said = legend(axes)
@@ -181,7 +181,7 @@ def test_strength(cells):
     (axes,) = plots.strength(cells[:3], ["a", "b", "c"]).axes
     said = legend(axes)
     assert {"a", "b", "c"} < set(said) and axes.get_xscale() == axes.get_yscale() == "log"
-    fit = analysis.fit_strength([analysis.tensile(run) for run in cells[:3]])
+    fit = analysis.fit_strength([analysis.measure_tensile_strength(run) for run in cells[:3]])
     assert any(f"{fit.exponent:.2f}" in text and "fit" in text for text in said)
     # of one material there is one law; a fit over two would mean nothing
     assert sum("T19 eq 33" in text for text in said) == 1
@@ -192,7 +192,7 @@ def test_strength(cells):
 
 def test_tensile_isotropic_and_plates(cells):
     (axes,) = plots.isotropic(cells[0]).axes
-    result = analysis.isotropic(cells[0])
+    result = analysis.measure_isotropic_compression(cells[0])
     np.testing.assert_allclose(line(axes, "test").get_ydata(), result.pressure)
     assert axes.get_xscale() == axes.get_yscale() == "log" and "Pa" in axes.get_ylabel()
     assert sum("E_" in text for text in legend(axes)) == 1

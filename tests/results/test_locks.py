@@ -12,7 +12,7 @@ import xarray as xr
 from program import python
 
 from dusttaichi.analysis import open_run
-from dusttaichi.analysis.foreign import understood
+from dusttaichi.analysis.foreign import explain_foreign_errors
 from dusttaichi.analysis.stored import read_stored
 from dusttaichi.compute.processes import HDF5_LOCKS
 from dusttaichi.errors import DustError
@@ -95,7 +95,7 @@ def test_what_has_two_causes_is_told_by_the_file(finished, tmp_path, monkeypatch
         patch.setenv(HDF5_LOCKS, "FALSE")
         assert isinstance(integrity.refusal(fault, path), integrity.DamagedFile)
         patch.setenv(HDF5_LOCKS, "TRUE")
-        with pytest.raises(DustError, match="no file locks"), understood([path]):
+        with pytest.raises(DustError, match="no file locks"), explain_foreign_errors([path]):
             raise RuntimeError("NetCDF: HDF error")
     marked = tmp_path / "marked.nc"
     marked.write_bytes(b"\x89HDF\r\n\x1a\n\x03\x08\x08\x01" + bytes(100))

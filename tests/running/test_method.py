@@ -16,8 +16,8 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from dusttaichi import analysis, method, plots, report
-from dusttaichi.analysis.plain import plain_ensemble, plain_runs
-from dusttaichi.analysis.summary import columns
+from dusttaichi.analysis.plain import convert_ensemble, convert_runs
+from dusttaichi.analysis.summary import format_columns
 from dusttaichi.commands.app import app
 from dusttaichi.continuum.moving_dust import MovingDust
 from dusttaichi.errors import DustError, GuardStop
@@ -144,13 +144,13 @@ def test_its_results_have_its_numbers_and_figures(tmp_path, monkeypatch):
     """The table, figures, the report and JSON, from its rows and those of any run."""
     execute(from_yaml(PLAIN), tmp_path / "run")
     with analysis.open_run(tmp_path / "run") as run:
-        numbers = analysis.summary(run)
+        numbers = analysis.summarise(run)
         assert run.method is spring.METHOD and numbers["swing"] == pytest.approx(1e-6)
-        assert ("largest displacement", "1 um", "") in analysis.table(numbers)
+        assert ("largest displacement", "1 um", "") in analysis.tabulate(numbers)
         assert not numbers["problems"] and set(plots.draw_figures(run)) == {"places"}
         data = report.collect_report_data([run])
-        assert dict(columns(analysis.compare([run])))["swing"] == ["1 um"]
-        assert plain_runs([run])["runs"][0]["numbers"]["swing"]["unit"] == "m"
+        assert dict(format_columns(analysis.compare([run])))["swing"] == ["1 um"]
+        assert convert_runs([run])["runs"][0]["numbers"]["swing"]["unit"] == "m"
         with pytest.raises(DustError, match="no pictures of method: spring"):
             picture_of(run)
         with pytest.raises(DustError, match='method: spring has no format "vtk"'):
@@ -179,9 +179,9 @@ def test_results_of_a_method_that_is_not_here(tmp_path, monkeypatch):
     execute(from_yaml(PLAIN), tmp_path / "run")
     monkeypatch.setattr(method, "METHODS", dict(method.BUILT_IN))
     with analysis.open_run(tmp_path / "run") as run:
-        numbers = analysis.summary(run)
+        numbers = analysis.summarise(run)
         assert numbers["method"] == "spring" and "swing" not in numbers
-        assert ("steps", "2,000", "") in analysis.table(numbers)
+        assert ("steps", "2,000", "") in analysis.tabulate(numbers)
         assert plots.draw_figures(run) == {}
 
 
@@ -193,7 +193,7 @@ def test_a_sweep_has_its_numbers(tmp_path):
     data = analysis.gather(runs, axes, attrs={"title": "springs"})
     np.testing.assert_allclose(data.swing.values.ravel(), [1e-6, 2e-6])
     assert data.swing.attrs == {"long_name": "largest displacement", "units": "m"}
-    points = plain_ensemble(data)["points"]
+    points = convert_ensemble(data)["points"]
     assert [p["keys"]["start"]["value"] for p in points] == [1e-6, 2e-6]
     assert [p["numbers"]["swing"]["mean"] for p in points] == pytest.approx([1e-6, 2e-6])
     assert {"numbers", "sweep"} <= set(plots.draw_figures(data))

@@ -13,7 +13,7 @@ import xarray as xr
 from bits import assert_same_bits
 from program import wait_for
 
-from dusttaichi.analysis import open_run, summary, table
+from dusttaichi.analysis import open_run, summarise, tabulate
 from dusttaichi.commands.app import app, main
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.running import execute, interrupts
@@ -197,7 +197,7 @@ def test_one_floor_is_a_scene(tmp_path):
         assert (force == 0).all()
         pressure = series.pressure.sel(wall=["x_min", "x_max", "y_min", "y_max", "top"])
         assert pressure.isnull().all() and series.pressure.sel(wall="bottom").notnull().all()
-    assert "pressure on the top wall" not in str(table(summary(open_run(tmp_path / "floor"))))
+    assert "pressure on the top wall" not in str(tabulate(summarise(open_run(tmp_path / "floor"))))
 
 
 def test_bad_input_is_a_sentence_without_traceback(tmp_path, monkeypatch, capsys):

@@ -55,7 +55,7 @@ def test_the_modulus_of_letting_go_is_that_of_the_contacts(pressed):
     """A column of four grains between walls: three contacts and two with walls in series, each with
     the overlap that JKR gives for the force. 5 %: the wall moves at 0.3 mm/s, and the slope
     is that of a line over half of the pressure."""
-    (unloading,) = analysis.unloadings(pressed)
+    (unloading,) = analysis.measure_unloadings(pressed)
     assert pressed.unloads and not pressed.stretches and unloading.stage == "release"
     pair, wall = ref.numbers(), ref.numbers(wall=True)
     area, grains = (8 * 0.6e-6 - 3 * pair.delta0 - 2 * wall.delta0) ** 2, 16
@@ -150,7 +150,7 @@ def test_bounds_and_a_plateau():
 def test_contacts_carry_their_forces(pressed):
     """A simple cubic block of 64 grains: 8, 24, 24 and 8 of them have 3, 4, 5 and 6 neighbours, and
     its contacts point along the three axes alike. f4 has seven digits."""
-    found = analysis.structure(pressed)
+    found = analysis.measure_structure(pressed)
     np.testing.assert_allclose(found.coordination * 64, [0, 0, 0, 8, 24, 24, 8], atol=1e-9)
     np.testing.assert_allclose(found.fabric, np.eye(3) / 3, atol=1e-6)
     assert found.anisotropy < 1e-6 and np.isnan(found.correlation).all()

@@ -12,7 +12,7 @@ from snapshots import collision_row
 
 from dusttaichi import analysis
 from dusttaichi.analysis.collisions import AXES
-from dusttaichi.analysis.thresholds import thresholds
+from dusttaichi.analysis.thresholds import find_thresholds
 from dusttaichi.errors import DustError
 from dusttaichi.grains.collisions import Rings
 from dusttaichi.running import execute
@@ -157,7 +157,7 @@ def test_a_collision_is_the_run_of_its_scene(tmp_path):
     scene = scene.with_value("stop.time", f"{touch + row['time']:.17g} s")
     execute(scene, tmp_path / "run")
     with analysis.open_run(tmp_path / "run") as run:
-        found, last = analysis.summary(run), run.series.isel(time=-1)
+        found, last = analysis.summarise(run), run.series.isel(time=-1)
         assert row["outcome"] == found["outcome"]
         assert row["growth_efficiency"] == pytest.approx(found["growth_efficiency"])
         assert len(row["fragments"]) == found["fragments"]
@@ -363,7 +363,7 @@ def test_speeds_are_added_where_growth_ends(tmp_path):
     study, found, rounds = refined(4)
     assert study.axes["speed"] == (5.0, 20.0, 23.8, 28.3, 40.0, 80.0)
     assert rounds == 5 and len(found) == 12
-    assert thresholds(study.dataset(found))[1].speed == pytest.approx(21.0, rel=1e-9)
+    assert find_thresholds(study.dataset(found))[1].speed == pytest.approx(21.0, rel=1e-9)
     speeds = np.array(refined(30)[0].axes["speed"])
     assert speeds[speeds > 21].min() / speeds[speeds < 21].max() < 1.03 and len(speeds) < 12
 

@@ -145,7 +145,7 @@ def test_runs_with_stages_keep_their_ends_their_extremes_and_their_loading(x, ba
         ends = data.stage_end_pressure.sel(wall="top", replica=number)
         np.testing.assert_array_equal(ends, series[[39, 47, 99]])
         np.testing.assert_array_equal(data.stage_end_time[number], run.series.time[[39, 47, 99]])
-        curve = analysis.compression_curve(run)
+        curve = analysis.measure_compression_curve(run)
         row = data.loading_pressure[number].dropna("loading_filling_factor")
         np.testing.assert_array_equal(row, curve.pressure)
         np.testing.assert_allclose(row.loading_filling_factor, curve.filling_factor, atol=0.005)
@@ -256,7 +256,7 @@ def test_file_keeps_everything_and_is_whole(tmp_path):
     ],
 )
 def test_numbers_are_told_as_far_as_their_scatter(arguments, text):
-    assert tables.quantity_text(*arguments) == text
+    assert tables.format_quantity(*arguments) == text
 
 
 def test_columns_have_a_unit_where_one_fits_all_points_and_tell_which_are_the_same():

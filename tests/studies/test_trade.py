@@ -10,7 +10,12 @@ from scenes import PAIR_TEXT as PAIR
 from scenes import scene as scene_of
 
 from dusttaichi import analysis
-from dusttaichi.analysis.observables import CURVE, Measured, differences, scatter
+from dusttaichi.analysis.observables import (
+    CURVE,
+    ObservableValues,
+    compute_differences,
+    measure_scatter,
+)
 from dusttaichi.errors import DustError
 from dusttaichi.grains import trade as grains
 from dusttaichi.method.trade import KINDS, changed
@@ -31,31 +36,35 @@ def line(slope, shift=0.0, low=3.0, high=5.0):
 
 
 def test_errors_of_numbers_and_curves_and_their_scatter():
-    reference = Measured({"strength": -4.0, "restitution": 0.0, "lost": 0.0})
-    found = differences(Measured({"strength": -5.0, "restitution": 0.2, "lost": 1e-20}), reference)
+    reference = ObservableValues({"strength": -4.0, "restitution": 0.0, "lost": 0.0})
+    found = compute_differences(
+        ObservableValues({"strength": -5.0, "restitution": 0.2, "lost": 1e-20}), reference
+    )
     assert found["strength"] == (-5.0, 0.25)
     assert found["restitution"] == (0.2, 0.2)  # without a unit: absolute
     assert found["lost"] == (1e-20, math.inf)
-    assert math.isnan(differences(Measured({}), reference)["strength"][1])
+    assert math.isnan(compute_differences(ObservableValues({}), reference)["strength"][1])
     # straight lines in lg P are interpolated exactly; the range in common is 10 to 30 kPa
-    reference = Measured({}, line(0.1, high=4.5))
-    value, error = differences(Measured({}, line(0.1, shift=0.02, low=4.0)), reference)[CURVE]
+    reference = ObservableValues({}, line(0.1, high=4.5))
+    value, error = compute_differences(
+        ObservableValues({}, line(0.1, shift=0.02, low=4.0)), reference
+    )[CURVE]
     assert value == pytest.approx(0.02, rel=1e-12)
     assert error == pytest.approx(0.02 / (0.1 + 0.1 * 1.25), rel=1e-12)
-    apart = differences(Measured({}, line(0.1, low=4.6)), reference)[CURVE]
+    apart = compute_differences(ObservableValues({}, line(0.1, low=4.6)), reference)[CURVE]
     assert np.isnan(apart).all()
-    runs = [Measured({"p_m": v}, line(0.1, shift=s)) for v, s in ((9, -0.01), (11, 0.01))]
-    found = scatter(runs, Measured({"p_m": 10.0}, line(0.1)))
+    runs = [ObservableValues({"p_m": v}, line(0.1, shift=s)) for v, s in ((9, -0.01), (11, 0.01))]
+    found = measure_scatter(runs, ObservableValues({"p_m": 10.0}, line(0.1)))
     assert found["p_m"] == pytest.approx(math.sqrt(2.0) / 10.0)
     assert found[CURVE] == pytest.approx(math.sqrt(2.0) * 0.01 / 0.2)  # mean phi 0.2
-    assert all(math.isnan(v) for v in scatter(runs[:1], runs[0]).values())
+    assert all(math.isnan(v) for v in measure_scatter(runs[:1], runs[0]).values())
 
 
 def test_front_is_what_no_other_point_beats():
     cost = [1.0, 0.5, 0.5, 2.0, 0.4, math.nan, 3.0]
     error = [0.1, 0.3, 0.2, 0.05, 0.9, 0.0, 0.05]
-    assert analysis.front(cost, error) == [4, 2, 0, 3]
-    assert analysis.front([math.nan], [0.1]) == []
+    assert analysis.find_pareto_front(cost, error) == [4, 2, 0, 3]
+    assert analysis.find_pareto_front([math.nan], [0.1]) == []
 
 
 # -- ladders -------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from scenes import edited
 from scenes import scene as scene_of
 
 from dusttaichi import analysis
-from dusttaichi.analysis.observables import Measured
+from dusttaichi.analysis.observables import ObservableValues
 from dusttaichi.errors import DustError
 from dusttaichi.method.trade import KINDS, NUMERICAL, PHYSICAL, Point
 from dusttaichi.scene import from_yaml
@@ -41,7 +41,7 @@ class Counted:
             for point in points:
                 self.ran.append(point.label)
                 fraction = point.scene.numerics.step_fraction
-                value = Measured({"restitution": 0.5 + fraction**3})
+                value = ObservableValues({"restitution": 0.5 + fraction**3})
                 result = {"status": "finished: 40 ns", "steps": 100, "ledger": 1e-10}
                 result |= {"time_step": 1e-4, "measured": value}
                 found[point.label] = Found(point, measured=result, cost=2.0 / fraction)
@@ -175,8 +175,10 @@ def test_real_runs(tmp_path, monkeypatch):
     assert default.cost > 0.0 and default.ratio == 1.0
     # a pair at 0.3 m/s bounces; e is that of the run itself
     with analysis.open_run(tmp_path / "default") as run:
-        assert default.measured.values["restitution"] == analysis.restitution(run).coefficient
-        assert default.ledger == analysis.ledger(run).worst
+        assert (
+            default.measured.values["restitution"] == analysis.measure_restitution(run).coefficient
+        )
+        assert default.ledger == analysis.compute_ledger(run).worst
         assert default.steps == int(run.series.step[-1])
     assert wild.code == 2 and "not stable" in wild.status  # the build's own words
     # a finished point is read again, with its cost
@@ -206,7 +208,7 @@ class Model:
     def result(self, point):
         c = point.changes
         if point.again:
-            measured = Measured({"strength": 104.0})
+            measured = ObservableValues({"strength": 104.0})
             return Row(point, 0, "finished", 10.0 * self.again, self.again, measured=measured)
         if c.get("numerics.precision") == "f32":
             return Row(point, 2, "refused: f32")
@@ -222,7 +224,7 @@ class Model:
             factor = float(c["boundary.wall_speed"].split()[0])
             value, cost = value + 0.01 * (factor - 1.0), cost / factor
         value += 0.02 * c.get("sample.seed", 1) - 0.02
-        measured = Measured({"strength": 100.0 * (1.0 + value)})
+        measured = ObservableValues({"strength": 100.0 * (1.0 + value)})
         return Row(point, 0, "finished", 10.0 * cost, cost, 100, 1e-10, 1e-4, measured)
 
 
@@ -240,7 +242,7 @@ def row(label, ratio, error):
     """A Row "parameter = level" whose cost is `ratio` of the default's."""
     name, _, text = label.partition(" = ")
     point = Point(label, name, text, changes={name: (ratio, error)})
-    return Row(point, 0, "", ratio, ratio, measured=Measured({"p_m": 1.0 + error}))
+    return Row(point, 0, "", ratio, ratio, measured=ObservableValues({"p_m": 1.0 + error}))
 
 
 def test_trade_takes_the_cheapest_within_the_tolerance():
@@ -289,7 +291,7 @@ def test_noise_is_that_of_a_second_run():
 
 
 def test_the_cheapest_is_not_dearer_than_the_scene_as_it_is():
-    judge = Judge(Measured({"p_m": 1.0}), "p_m", {"p_m": 0.001}, {"p_m": 0.0}, 0.05)
+    judge = Judge(ObservableValues({"p_m": 1.0}), "p_m", {"p_m": 0.001}, {"p_m": 0.0}, 0.05)
     # the default ran beside itself while the machine was busy
     rows = [row("default", 1.1, 0.01), row("skin = 0.1", 1.05, 0.01), row("skin = 0.2", 0.99, 0.0)]
     assert cheapest(rows, judge, (NUMERICAL,), 0.02) is rows[0]
@@ -330,7 +332,7 @@ def test_refused_and_guarded_points_are_results():
 
 def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
     """0.02 at 0.5, and 0.01 at 0.6 of the cost; errors add up, 0.04 is allowed."""
-    reference = Measured({"p_m": 1.0})
+    reference = ObservableValues({"p_m": 1.0})
     judge = Judge(reference, "p_m", {"p_m": 0.001}, {"p_m": 0.0}, 0.04)
 
     rows = [
@@ -355,23 +357,24 @@ def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
 
 
 def test_without_seeds_nothing_is_free_but_below_the_reference_own_error():
-    reference = Measured({"sound_speed": 500.0})
+    reference = ObservableValues({"sound_speed": 500.0})
     judge = Judge.of(
-        reference, Measured({"sound_speed": 501.0}), reference, [reference], tolerance=0.05
+        reference, ObservableValues({"sound_speed": 501.0}), reference, [reference], tolerance=0.05
     )
     assert judge.floor == judge.convergence["sound_speed"] == pytest.approx(0.002)
     rows = [
-        Row(Point("", ""), 0, "", measured=Measured({"sound_speed": v})) for v in (500.9, 502.0)
+        Row(Point("", ""), 0, "", measured=ObservableValues({"sound_speed": v}))
+        for v in (500.9, 502.0)
     ]
     assert [judge.free(row) for row in rows] == [True, False]
-    stuck = Measured({"restitution": 0.0, "growth_efficiency": 0.9})
+    stuck = ObservableValues({"restitution": 0.0, "growth_efficiency": 0.9})
     assert Judge.of(stuck, stuck, stuck, [stuck], tolerance=0.05).name == "growth_efficiency"
 
 
 def test_scatter_hides_errors_of_numerics_only():
-    reference = Measured({"p_m": 1.0})
+    reference = ObservableValues({"p_m": 1.0})
     judge = Judge(reference, "p_m", {"p_m": 0.5}, {"p_m": 0.0}, 0.05)
-    wrong = Measured({"p_m": 1.3})
+    wrong = ObservableValues({"p_m": 1.3})
     rows = {kind: Row(Point("", "", kind=kind), 0, "", measured=wrong) for kind in KINDS}
     assert {kind: judge.accepts(row) for kind, row in rows.items()} == {
         "numerical": True,

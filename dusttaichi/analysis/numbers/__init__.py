@@ -22,8 +22,8 @@ from dusttaichi.analysis.numbers.registry import (
 )
 from dusttaichi.results.shown import NUMBERS, STATISTICS
 
-__all__ = ["AUTO", "GENERAL", "Family", "Observable", "Statistics", "families", "in_order",
-           "is_known", "known", "reason", "register", "statistics"]  # fmt: skip
+__all__ = ["AUTO", "GENERAL", "Family", "Observable", "Statistics", "families", "index_observables",
+           "is_known", "list_in_table_order", "reason", "register", "statistics"]  # fmt: skip
 
 
 def register(row: Family | Statistics) -> None:
@@ -36,7 +36,7 @@ def register(row: Family | Statistics) -> None:
         taken = {row.name} & STATISTICS.keys()
         table = STATISTICS
     else:
-        taken = known().keys() & {number.name for number in row.numbers}
+        taken = index_observables().keys() & {number.name for number in row.numbers}
         table = NUMBERS
     if taken and table.get(row.name) != row:
         raise ValueError(f"there is a number {', '.join(sorted(taken))}; another name is needed")
@@ -52,22 +52,22 @@ def families(of: method.Method | None = None) -> list[Family]:
     """The families of runs of a method (default: of all methods) in the order of tables."""
     methods = [of] if of is not None else [method.named(name) for name in method.METHODS]
     own = [family for one in methods for family in method.rows(one.observables)]
-    return sorted([*_built_in(), *NUMBERS.values(), *own], key=lambda family: family.place)
+    return sorted([*_import_families(), *NUMBERS.values(), *own], key=lambda family: family.place)
 
 
-def in_order(of: method.Method | None = None) -> list[tuple[float, Observable]]:
+def list_in_table_order(of: method.Method | None = None) -> list[tuple[float, Observable]]:
     """(place, row) of all rows of `families` in the order of tables."""
     rows = [(row.place or family.place, row) for family in families(of) for row in family.numbers]
     return sorted(rows, key=lambda pair: pair[0])
 
 
-def known() -> dict[str, Observable]:
+def index_observables() -> dict[str, Observable]:
     """Every Observable by its name."""
     return {number.name: number for family in families() for number in family.numbers}
 
 
 @cache
-def _built_in() -> tuple[Family, ...]:
+def _import_families() -> tuple[Family, ...]:
     modules = (
         import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__)
     )

@@ -2,34 +2,38 @@
 
 from contextlib import suppress
 
-from dusttaichi.analysis.fragments import compaction, fragments, growth_efficiency
+from dusttaichi.analysis.fragments import (
+    find_fragments,
+    measure_compaction,
+    measure_growth_efficiency,
+)
 from dusttaichi.analysis.numbers.registry import FILE, Family, Observable, quiet
-from dusttaichi.analysis.outcome import NOT_MET, PAGE, PASSED, outcome, settled
-from dusttaichi.analysis.restitution import restitution
+from dusttaichi.analysis.outcome import NOT_MET, PAGE, PASSED, determine_outcome, has_settled
+from dusttaichi.analysis.restitution import measure_restitution
 from dusttaichi.errors import DustError
 
 
 def _measure(run):
-    bodies, parts = run.bodies(), fragments(run)
+    bodies, parts = run.bodies(), find_fragments(run)
     numbers = {
         "speed": run.sample["speed"],
-        "outcome": outcome(run, parts, bodies),
-        "settled": settled(run),
+        "outcome": determine_outcome(run, parts, bodies),
+        "settled": has_settled(run),
         "fragments": len(parts),
         "largest_share": float(parts.mass[0] / parts.mass.sum()),
     }
     if numbers["outcome"] in (NOT_MET, PASSED):
         return numbers
-    numbers["growth_efficiency"] = growth_efficiency(run, bodies=bodies)
+    numbers["growth_efficiency"] = measure_growth_efficiency(run, bodies=bodies)
     if min(len(body) for body in bodies) > 2:  # R_g of one or two grains gives no volume
-        numbers["compaction"] = compaction(run).ratio
+        numbers["compaction"] = measure_compaction(run).ratio
     if numbers["outcome"] in ("sticking", "growth", "bouncing"):  # fragments have no normal
         with suppress(DustError):  # bodies that pass each other
-            numbers["restitution"] = restitution(run, bodies=bodies).coefficient
+            numbers["restitution"] = measure_restitution(run, bodies=bodies).coefficient
     return numbers
 
 
-def _outcome(value, n):
+def _format_outcome(value, n):
     if value == NOT_MET:
         return "the bodies have not met yet: let the run continue"
     if value == PASSED:
@@ -38,11 +42,11 @@ def _outcome(value, n):
     return f"{value}, {n['fragments']} fragments, {share}" if n["fragments"] > 1 else value
 
 
-def _outcome_rows(value, n):
-    return [("outcome", _outcome(value, n), ""), ("outcomes are defined in", PAGE, "")]
+def _format_outcome_rows(value, n):
+    return [("outcome", _format_outcome(value, n), ""), ("outcomes are defined in", PAGE, "")]
 
 
-def _settled(value, n):
+def _format_settled(value, n):
     text = "the last two snapshots differ in their fragments: let the run continue"
     return [] if value else [("note", text, "")]
 
@@ -56,10 +60,10 @@ COLLISION = Family(
     numbers=(
         quiet("speed", "speed of the impact", "m/s", sweeps=FILE,
               column=("speed m/s", "{:.3g}", 1)),
-        Observable(name="outcome", title="outcome", unit="", rows=_outcome_rows,
+        Observable(name="outcome", title="outcome", unit="", rows=_format_outcome_rows,
                    column=("outcome", "{}", 1), figure="collision"),
-        Observable(name="settled", title="fragments no longer change", unit="", rows=_settled,
-                   column=None),
+        Observable(name="settled", title="fragments no longer change", unit="",
+                   rows=_format_settled, column=None),
         quiet("fragments", "fragments", column=("fragments", "{}", 1), wanted=11,
               figure="fragments"),
         quiet("largest_share", "share of the largest fragment",

@@ -2,11 +2,16 @@
 
 import numpy as np
 
-from dusttaichi.analysis.compression import INNER, compression_curve, compression_law, onset
-from dusttaichi.analysis.compression_fit import fit_compression, rms_from_law
-from dusttaichi.analysis.cycles import unloadings
-from dusttaichi.analysis.dynamic import PLATEAU, dynamic
-from dusttaichi.analysis.isotropic import isotropic
+from dusttaichi.analysis.compression import (
+    INNER,
+    choose_compression_law,
+    find_onset,
+    measure_compression_curve,
+)
+from dusttaichi.analysis.compression_fit import fit_compression, measure_deviation
+from dusttaichi.analysis.cycles import measure_unloadings
+from dusttaichi.analysis.dynamic import PLATEAU, measure_dynamic_compression
+from dusttaichi.analysis.isotropic import measure_isotropic_compression
 from dusttaichi.analysis.kind import is_dynamic
 from dusttaichi.analysis.numbers.registry import (
     AUTO,
@@ -17,7 +22,7 @@ from dusttaichi.analysis.numbers.registry import (
     quiet,
     uncertainty,
 )
-from dusttaichi.analysis.texts import quantity_text
+from dusttaichi.analysis.texts import format_quantity
 from dusttaichi.errors import DustError
 
 PEAKS = 10  #: Successive records whose largest force PD08 (section 3.1.2) took.
@@ -39,9 +44,13 @@ FITS = {"plateau": ("plateau", "bins"), "decades": ("whole", "decades")}  # of a
 
 
 def _measure(run):
-    law, curve, plates = compression_law(run), compression_curve(run), run.boundary == "plates"
-    deviation = rms_from_law(curve, law, p_high=_highest(run))
-    whole = rms_from_law(curve, law, ALL[0], PLATES if plates else ALL[1])
+    law, curve, plates = (
+        choose_compression_law(run),
+        measure_compression_curve(run),
+        run.boundary == "plates",
+    )
+    deviation = measure_deviation(curve, law, p_high=_choose_highest_pressure(run))
+    whole = measure_deviation(curve, law, ALL[0], PLATES if plates else ALL[1])
     numbers = {
         "law_p_m": law.p_m,
         "law_delta": law.delta,
@@ -54,9 +63,11 @@ def _measure(run):
         "largest": whole.largest,
         "largest_p_low": whole.p_low,
         "largest_p_high": whole.p_high,
-        "onset": onset(curve) if plates else None,
-        "onset_peaks": onset(compression_curve(run, peaks=PEAKS)) if _momentary(run) else None,
-    } | _inner(run, law)
+        "onset": find_onset(curve) if plates else None,
+        "onset_peaks": find_onset(measure_compression_curve(run, peaks=PEAKS))
+        if _is_momentary(run)
+        else None,
+    } | _measure_inner_part(run, law)
     try:
         fit = fit_compression(curve, phi2=law.phi2)
     except DustError as error:
@@ -68,31 +79,31 @@ def _measure(run):
     return numbers | {name: getattr(fit, name) for name in names}
 
 
-def _highest(run):
+def _choose_highest_pressure(run):
     """Pressure [Pa] up to which the mean distance from the law is taken."""
     return PLATES if run.boundary == "plates" else HIGH_MEAN
 
 
-def _inner(run, law):
+def _measure_inner_part(run, law):
     """Filling factor of the inner part at the end, and its mean distance from the law."""
     try:
-        curve = compression_curve(run, of=INNER)
+        curve = measure_compression_curve(run, of=INNER)
     except DustError:  # neither a cylinder between plates nor profiles
         return {}
     phi = curve.raw_filling_factor
     return {
         "inner_filling_factor": phi[-1] if len(phi) else None,
-        "inner_mean": rms_from_law(curve, law, p_high=_highest(run)).mean,
+        "inner_mean": measure_deviation(curve, law, p_high=_choose_highest_pressure(run)).mean,
     }
 
 
-def _momentary(run):
+def _is_momentary(run):
     """True between plates for averages over a few steps, the condition of PD08's peaks."""
     window = run.scene.get("output", {}).get("window", "interval")
     return run.boundary == "plates" and window != "interval" and int(window) <= PEAKS
 
 
-def _at(run):
+def _measure_at_filling_factors(run):
     """QUANTITIES at the filling factors AT."""
     series, numbers = run.part_that("compresses").series, {}
     for value in AT:
@@ -103,7 +114,7 @@ def _at(run):
     return numbers
 
 
-def _deviation_rows(what, name):
+def _build_deviation_rows(what, name):
     def rows(value, n):
         low, high = n[f"{name}_p_low"], n[f"{name}_p_high"]
         within = "no common range of pressures"
@@ -115,7 +126,7 @@ def _deviation_rows(what, name):
     return rows
 
 
-def _column(name, value):
+def _choose_column(name, value):
     """Only the contacts at two filling factors fit into a terminal."""
     shown = name == "contacts_per_grain" and value in (0.3, 0.45)
     return (f"contacts/grain at {value:g}", "{:.2f}", 1) if shown else None
@@ -130,7 +141,7 @@ FIT = Family(
     measure=_measure,
     numbers=(
         Observable(name="p_m", title="p_m", unit="Pa", symbol=r"$p_{\rm m}$", error="p_m_sigma",
-                   why="fit_problem", literature=lambda n: quantity_text(n["law_p_m"], "Pa"),
+                   why="fit_problem", literature=lambda n: format_quantity(n["law_p_m"], "Pa"),
                    column=("p_m kPa", "{:.1f}", 1e3), wanted=1, figure="compression",
                    about="p_m of S12 eq 31 fitted to phi(P)"),
         uncertainty("p_m_sigma", "Pa", sweeps=FILE, column=("± kPa", "{:.1f}", 1e3)),
@@ -143,7 +154,7 @@ FIT = Family(
         quiet("law_delta", "Delta of the law", sweeps=FILE),
         quiet("law_name", "name of the law", ""),
         Observable(name="rms", title="rms of the filling factor from the law",
-                   rows=_deviation_rows("rms", "rms"), figure="compression",
+                   rows=_build_deviation_rows("rms", "rms"), figure="compression",
                    column=("rms in phi", "{:.3f}", 1), place=AFTER),
         quiet("rms_mean", "mean distance from the law", sweeps=ENSEMBLES,
               column=("mean in phi", "{:+.3f}", 1), place=AFTER),
@@ -152,7 +163,7 @@ FIT = Family(
         quiet("rms_covered", "share of these pressures covered",
               column=("law covered", "{:.2f}", 1), sweeps=FILE, place=AFTER),
         Observable(name="largest", title="largest distance from the law",
-                   rows=_deviation_rows("largest distance", "largest"), figure="compression",
+                   rows=_build_deviation_rows("largest distance", "largest"), figure="compression",
                    column=("largest in phi", "{:.3f}", 1), place=AFTER),
         quiet("largest_p_low", "lowest pressure of this comparison", "Pa", sweeps=FILE),
         quiet("largest_p_high", "highest pressure of this comparison", "Pa", sweeps=FILE),
@@ -174,11 +185,11 @@ CURVE = Family(
     title="at a filling factor",
     place=AFTER,
     applies=lambda run: run.compresses,
-    measure=_at,
+    measure=_measure_at_filling_factors,
     compared=True,
     numbers=tuple(
         Observable(name=f"{name}_at_{value:g}", title=f"{title} at filling factor {value:g}",
-                   unit=unit, column=_column(name, value))
+                   unit=unit, column=_choose_column(name, value))
         for value in AT for name, title, unit, _ in QUANTITIES
     ),
 )  # fmt: skip
@@ -188,7 +199,7 @@ CURVE = Family(
 
 
 def _measure_fast(run):
-    numbers = dict(vars(dynamic(run, FITS.values())))
+    numbers = dict(vars(measure_dynamic_compression(run, FITS.values())))
     fits = numbers.pop("fits")
     for key, which in FITS.items():
         if (fit := fits[which]) is not None:
@@ -196,17 +207,17 @@ def _measure_fast(run):
     return {name: value for name, value in numbers.items() if np.isfinite(value)}
 
 
-def _kpa(value, n=None):
+def _format_kpa(value, n=None):
     return f"{value / 1e3:.3g} kPa"
 
 
-def _momentum(n):
+def _format_momentum(n):
     value = n["plateau_momentum"]
-    return "" if value is None else f"{_kpa(value)} (momentum)"
+    return "" if value is None else f"{_format_kpa(value)} (momentum)"
 
 
-def _front(value, n):
-    speed = quantity_text(value, "m/s", n["front_speed_sigma"])
+def _format_front(value, n):
+    speed = format_quantity(value, "m/s", n["front_speed_sigma"])
     return f"{speed}, phi {n['layer']:.2g} behind it"
 
 
@@ -219,18 +230,20 @@ FAST = Family(
     measure=_measure_fast,
     numbers=(
         Observable(name="p_m_plateau", title=f"… of the bins up to phi {HIGH:g}", unit="Pa",
-                   text=_kpa, about=f"p_m fitted to the bins up to phi {HIGH:g}", sweeps=ENSEMBLES),
+                   text=_format_kpa, about=f"p_m fitted to the bins up to phi {HIGH:g}",
+                   sweeps=ENSEMBLES),
         quiet("delta_plateau", "Delta of these bins", sweeps=ENSEMBLES),
         Observable(name="p_m_decades", title="… with equal weights per decade of pressure",
-                   unit="Pa", text=_kpa, about="p_m fitted with equal weights per decade of "
+                   unit="Pa", text=_format_kpa, about="p_m fitted with equal weights per decade of "
                    "pressure", sweeps=ENSEMBLES),
         quiet("delta_decades", "Delta of this fit", sweeps=ENSEMBLES),
         Observable(name="plateau", title=f"plateau of the pressure, phi {LOW:g}-{HIGH:g}",
-                   unit="Pa", error="plateau_sigma", literature=_momentum, figure="dynamic_speeds"),
+                   unit="Pa", error="plateau_sigma", literature=_format_momentum,
+                   figure="dynamic_speeds"),
         uncertainty("plateau_sigma", "Pa", sweeps=FILE),
         quiet("plateau_momentum", "plateau by the balance of momentum", "Pa", sweeps=ENSEMBLES,
               value="momentum"),
-        Observable(name="front_speed", title="compaction front", unit="m/s", text=_front,
+        Observable(name="front_speed", title="compaction front", unit="m/s", text=_format_front,
                    value="front", error="front_speed_sigma", figure="dynamic_speeds"),
         uncertainty("front_speed_sigma", "m/s", value="front_sigma", sweeps=FILE),
         quiet("layer", "filling factor behind the front"),
@@ -241,7 +254,7 @@ FAST = Family(
 # -- from all sides, and unloading ---------------------------------------------------------------
 
 
-def ratio_numbers(name, ratio):
+def list_ratio_numbers(name, ratio):
     """Values of the rows of a `Ratio` by their names, {} of one without bins."""
     if not np.isfinite(ratio.value):
         return {}
@@ -249,7 +262,7 @@ def ratio_numbers(name, ratio):
     return {name: ratio.value} | ends
 
 
-def ratio_text(name):
+def build_ratio_text(name):
     """Text of the row `name` of a `Ratio`, with its scatter and range."""
 
     def text(value, n):
@@ -264,10 +277,12 @@ ISOTROPIC = Family(
     title="compression from all sides",
     place=40,
     applies=lambda run: run.shrinks,
-    measure=lambda run: ratio_numbers("ratio", isotropic(run).ratio_between()),
+    measure=lambda run: list_ratio_numbers(
+        "ratio", measure_isotropic_compression(run).ratio_between()
+    ),
     numbers=(
         Observable(name="ratio", title="pressure over (E_roll/r^3) phi^3",
-                   text=ratio_text("ratio"), literature="1 (T19 eq 9)",
+                   text=build_ratio_text("ratio"), literature="1 (T19 eq 9)",
                    column=("P/(E_roll/r^3 phi^3)", "{:.2f}", 1),
                    short="pressure over T19 eq 9", wanted=3, figure="isotropic",
                    about="pressure over (E_roll/r^3) phi^3 (T19 eq 9)"),
@@ -278,15 +293,15 @@ ISOTROPIC = Family(
 )  # fmt: skip
 
 
-def _last_unloading(run):
+def _find_last_unloading(run):
     """The last Unloading with enough records for a modulus, or {}."""
-    known = [unloading for unloading in unloadings(run) if np.isfinite(unloading.modulus)]
+    known = [unloading for unloading in measure_unloadings(run) if np.isfinite(unloading.modulus)]
     return known[-1] if known else {}
 
 
-def _modulus(value, n):
-    text, pressure = quantity_text(value, "Pa", n["release_sigma"]), n["release_pressure"]
-    return f"{text} (from {quantity_text(pressure, 'Pa')}, filling factor {n['release_phi']:.3g})"
+def _format_modulus(value, n):
+    text, pressure = format_quantity(value, "Pa", n["release_sigma"]), n["release_pressure"]
+    return f"{text} (from {format_quantity(pressure, 'Pa')}, filling factor {n['release_phi']:.3g})"
 
 
 UNLOADING = Family(
@@ -294,10 +309,10 @@ UNLOADING = Family(
     title="unloading",
     place=20,
     applies=lambda run: run.unloads,
-    measure=_last_unloading,
+    measure=_find_last_unloading,
     numbers=(
         Observable(name="release_modulus", title="unloading modulus", unit="Pa", value="modulus",
-                   error="release_sigma", text=_modulus, figure="cycles"),
+                   error="release_sigma", text=_format_modulus, figure="cycles"),
         uncertainty("release_sigma", "Pa", value="modulus_sigma"),
         quiet("release_pressure", "pressure at the start of the unloading", "Pa",
               value="pressure", column=AUTO),

@@ -6,9 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
-from dusttaichi.analysis.ledger import ledger
-from dusttaichi.analysis.load_control import CLOSE, load_controls
-from dusttaichi.analysis.loads import controlled_loads, shearings, triaxials
+from dusttaichi.analysis.ledger import compute_ledger
+from dusttaichi.analysis.load_control import CLOSE, measure_load_control
+from dusttaichi.analysis.loads import (
+    measure_controlled_loads,
+    measure_shear_tests,
+    measure_triaxial_tests,
+)
 from dusttaichi.analysis.numbers.registry import (
     AUTO,
     ENSEMBLES,
@@ -18,12 +22,12 @@ from dusttaichi.analysis.numbers.registry import (
     Observable,
     quiet,
 )
-from dusttaichi.analysis.texts import quantity_text
+from dusttaichi.analysis.texts import format_quantity
 from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
 
 
-class _End:
+class _FinalState:
     """The last record of a Run, and numbers from its series."""
 
     def __init__(self, run):
@@ -35,7 +39,7 @@ class _End:
 
     @cached_property
     def ledger(self):
-        return ledger(self.run)
+        return compute_ledger(self.run)
 
     @property
     def pressure(self):
@@ -56,15 +60,15 @@ class _End:
     @property
     def missed_loads(self):
         """(stage, pressure, wanted) [Pa] of each load that its stage does not reach or hold."""
-        found = {load.stage: (load.pressure, load) for load in controlled_loads(self.run)}
-        for tests in (shearings, triaxials):
+        found = {load.stage: (load.pressure, load) for load in measure_controlled_loads(self.run)}
+        for tests in (measure_shear_tests, measure_triaxial_tests):
             with suppress(DustError):  # the run has none
                 found |= {test.stage: (test.load, test) for test in tests(self.run)}
         return [(stage, load, own.wanted) for stage, (load, own) in found.items() if own.missed]
 
     @cached_property
     def load_controls(self):
-        return load_controls(self.run)
+        return measure_load_control(self.run)
 
     @property
     def load_missed_share(self):
@@ -72,7 +76,7 @@ class _End:
         return max((stage.missed_share for stage in self.load_controls), default=None)
 
 
-def _controlled(value, n):
+def _format_load_control(value, n):
     """A row of each stage; value: LoadControls as dicts."""
     rows = []
     for load in value:
@@ -83,32 +87,32 @@ def _controlled(value, n):
     return rows
 
 
-def _missed(value, n):
+def _format_missed_loads(value, n):
     rows = []
     for stage, pressure, wanted in value:
-        texts = [quantity_text(p, "Pa") for p in (pressure, wanted)]
+        texts = [format_quantity(p, "Pa") for p in (pressure, wanted)]
         what = f"load missed{f' in {stage}' if stage else ''}"
         rows.append((what, "{} instead of {}".format(*texts), ""))
     return rows
 
 
-def _advised(value, n):
+def _format_advice(value, n):
     pairs = (text.split(": ", 1) for text in value.split("\n"))
     return [(f"set {key}", why, "") for key, why in pairs]
 
 
-def _per_grain(value, n):
+def _format_contacts_per_grain(value, n):
     around = n["coordination_number"]
     shared = "" if around is None else f" (coordination number {around:.2f}: each has two grains)"
     return f"{value:.2f}{shared}"
 
 
-def _touching(value, n):
+def _format_initial_contacts(value, n):
     done = value.get("done")
     return [("contacts at the start", value["text"] + (f": {done}" if done else ""), "")]
 
 
-def _duration(seconds, n=None):
+def _format_duration(seconds, n=None):
     if seconds < 60:
         return f"{seconds:.1f} s"
     minutes, seconds = divmod(round(seconds), 60)
@@ -120,20 +124,21 @@ END = Family(
     name="end",
     title="every run, at its end",
     place=GENERAL,
-    measure=_End,
+    measure=_FinalState,
     numbers=(
         Observable(name="filling_factor", title="filling factor", text="{:.4f}", column=None,
                    value=lambda end: end("filling_factor")),
         quiet("height", "height", "m", value=lambda end: end("height"), sweeps=ENSEMBLES),
         Observable(name="pressure", title="pressure on the top wall", unit="Pa", column=None,
                    text=lambda v, n: f"{v / 1e3:.4g} kPa"),
-        Observable(name="missed_loads", title="loads that were missed", unit=None, rows=_missed,
-                   column=None),
-        quiet("load_control", "control of the load, by stages", None, rows=_controlled, text=AUTO,
+        Observable(name="missed_loads", title="loads that were missed", unit=None,
+                   rows=_format_missed_loads, column=None),
+        quiet("load_control", "control of the load, by stages", None,
+              rows=_format_load_control, text=AUTO,
               value=lambda end: [asdict(load) for load in end.load_controls] or None),
         quiet("load_missed_share", "largest share of a stage in which its load was missed by more "
               f"than {CLOSE:.0%}", sweeps=ENSEMBLES),
-        Observable(name="advice", title="defaults to change", unit=None, rows=_advised,
+        Observable(name="advice", title="defaults to change", unit=None, rows=_format_advice,
                    value=lambda end: end.run.attrs.get("advice"), column=None),
         Observable(name="ledger_worst", title="worst residual of the energy ledger", text="{:.1e}",
                    value=lambda end: end.ledger.worst, column=("ledger", "{:.0e}", 1),
@@ -141,13 +146,14 @@ END = Family(
         quiet("ledger_shares", "shares of the losses by channel", None,
               value=lambda end: end.ledger.shares, figure="ledger"),
         quiet("start_contacts", "contacts of a sample of listed grains, at the start", None,
-              value=lambda end: end.run.sample.get("touching"), rows=_touching, text=AUTO),
+              value=lambda end: end.run.sample.get("touching"), rows=_format_initial_contacts,
+              text=AUTO),
         Observable(name="grains", title="grains", text="{:,}", column=("grains", "{:,}", 1),
                    sweeps=FILE),
         Observable(name="contacts", title="contacts", text="{:,}", column=None, sweeps=ENSEMBLES,
                    value=lambda end: end("contact_count", int)),
-        Observable(name="contacts_per_grain", title="contacts per grain", text=_per_grain,
-                   column=None),
+        Observable(name="contacts_per_grain", title="contacts per grain",
+                   text=_format_contacts_per_grain, column=None),
         quiet("coordination_number", "coordination number",
               value=lambda end: end("coordination_number"), sweeps=ENSEMBLES),
         Observable(name="steps", title="steps", text="{:,}", column=None, sweeps=ENSEMBLES,
@@ -155,8 +161,8 @@ END = Family(
         Observable(name="time", title="simulated time", unit="s", value=lambda end: end("time"),
                    text=lambda v, n: quantities.format(v, "time", 5),
                    column=("time us", "{:.4g}", 1e-6), sweeps=ENSEMBLES),
-        Observable(name="wall_time", title="wall time", unit="s", text=_duration, column=None,
-                   value=lambda end: end("wall_clock"), sweeps=FILE),
+        Observable(name="wall_time", title="wall time", unit="s", text=_format_duration,
+                   column=None, value=lambda end: end("wall_clock"), sweeps=FILE),
         Observable(name="steps_per_second", title="steps per second", unit="1/s", column=None,
                    value=lambda end: end.rate, sweeps=FILE,
                    text=lambda v, n: quantities.format_rate(v)),

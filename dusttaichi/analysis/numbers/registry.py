@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dusttaichi.analysis.texts import quantity_text
+from dusttaichi.analysis.texts import format_quantity
 from dusttaichi.errors import DustError
 
 AUTO = "auto"
@@ -17,7 +17,7 @@ TABLES, ENSEMBLES, FILE = "tables", "ensembles", "file"
 class Observable:
     """A number of a run, in SI: one row of the registry.
 
-    name: its key in `summary`, in JSON, CSV and datasets. title: its name in the table of a run.
+    name: its key in `summarise`, in JSON, CSV and datasets. title: its name in the table of a run.
     unit: "" of a text or a bool, None of a structure. symbol: its formula for matplotlib. value:
     function from the measurement of the family to its value, or the name of an entry or attribute
     of that (default: `name`); None, or not a number, where a run does not have it. error: name of
@@ -69,7 +69,7 @@ class Observable:
         return value.item() if isinstance(value, np.generic) else value
 
     def table_rows(self, numbers: Mapping) -> list[tuple[str, str, str]]:
-        """Its rows (what, run, literature) in the table of a run; numbers: its `summary`."""
+        """Its rows (what, run, literature) in the table of a run; numbers: its `summarise`."""
         value = numbers.get(self.name)
         if value is None or self.text is None:
             return []
@@ -102,7 +102,7 @@ class Observable:
             return str(value)
         if isinstance(value, int):
             return f"{value:,}"
-        return quantity_text(value, self.unit, numbers.get(self.error))
+        return format_quantity(value, self.unit, numbers.get(self.error))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,7 +173,7 @@ def strength_by_law(name: str, what: str = "") -> Callable[[Mapping], str]:
 
     def text(numbers):
         law = numbers.get(name)
-        return f"{quantity_text(law, 'Pa')} ({what}T19 eq 33)" if is_known(law) else ""
+        return f"{format_quantity(law, 'Pa')} ({what}T19 eq 33)" if is_known(law) else ""
 
     return text
 
@@ -182,7 +182,7 @@ def strength_text(passed: str, whole: str, error: str = "") -> Callable[[Any, Ma
     """Text of a strength; passed: row that is true if the `whole` maximum was measured."""
 
     def text(value, numbers):
-        strength = quantity_text(value, "Pa", numbers.get(error))
+        strength = format_quantity(value, "Pa", numbers.get(error))
         return strength if numbers[passed] else f"at least {strength}: the {whole} not fallen yet"
 
     return text

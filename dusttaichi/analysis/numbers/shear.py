@@ -1,11 +1,16 @@
 """Shear and triaxial tests: strength of the last one, and line of friction through all."""
 
-from dusttaichi.analysis.loads import friction, is_triaxial, shearings, triaxials
+from dusttaichi.analysis.loads import (
+    fit_friction,
+    is_triaxial,
+    measure_shear_tests,
+    measure_triaxial_tests,
+)
 from dusttaichi.analysis.numbers.registry import AUTO, Family, Observable, quiet, uncertainty
-from dusttaichi.analysis.texts import quantity_text
+from dusttaichi.analysis.texts import format_quantity
 
 
-def _measured(prefix, find, kind):
+def _build_measurement(prefix, find, kind):
     """Measurement of one kind of test.
 
     find: function from a Run to all of them; kind: prefix of the attributes of Friction.
@@ -16,7 +21,7 @@ def _measured(prefix, find, kind):
         # under another load than the prescribed one (`missed_loads`) there is no strength to give
         names = () if tests[-1].missed else ("strength", "strength_sigma", "load", "density")
         numbers = {f"{prefix}_{name}": getattr(tests[-1], name) for name in names}
-        line = friction(tests)
+        line = fit_friction(tests)
         for name in ("angle", "angle_sigma", "cohesion") if line else ():
             numbers[f"{prefix}_{name}"] = getattr(line, kind + name)
         return numbers
@@ -24,12 +29,12 @@ def _measured(prefix, find, kind):
     return measure
 
 
-def _numbers(prefix, strength, load):
+def _list_test_numbers(prefix, strength, load):
     """Rows of one kind of test; strength, load: names of the stresses."""
 
     def under(value, n):
-        text = quantity_text(value, "Pa", n[f"{prefix}_strength_sigma"])
-        at, phi = quantity_text(n[f"{prefix}_load"], "Pa"), n[f"{prefix}_density"]
+        text = format_quantity(value, "Pa", n[f"{prefix}_strength_sigma"])
+        at, phi = format_quantity(n[f"{prefix}_load"], "Pa"), n[f"{prefix}_density"]
         return f"{text} (under {at}, filling factor {phi:.3g})"
 
     def degrees(value, n):
@@ -56,8 +61,8 @@ SHEAR = Family(
     place=50,
     applies=lambda run: run.sheared,
     optional=True,  # no stage has three records so far
-    measure=_measured("shear", shearings, ""),
-    numbers=_numbers("shear", "shear strength of the last stage", "normal stress at it"),
+    measure=_build_measurement("shear", measure_shear_tests, ""),
+    numbers=_list_test_numbers("shear", "shear strength of the last stage", "normal stress at it"),
 )
 TRIAXIAL = Family(
     name="triaxial",
@@ -65,7 +70,9 @@ TRIAXIAL = Family(
     place=55,
     applies=is_triaxial,
     optional=True,
-    measure=_measured("triaxial", triaxials, "triaxial_"),
-    numbers=_numbers("triaxial", "deviator of the last triaxial test", "confining stress at it"),
+    measure=_build_measurement("triaxial", measure_triaxial_tests, "triaxial_"),
+    numbers=_list_test_numbers(
+        "triaxial", "deviator of the last triaxial test", "confining stress at it"
+    ),
 )
 FAMILIES = (SHEAR, TRIAXIAL)

@@ -1,8 +1,8 @@
 """A rigid sphere that penetrates grains, and the wave of a push."""
 
-from dusttaichi.analysis.arrival import arrival, sound_speed
+from dusttaichi.analysis.arrival import fit_sound_speed, measure_arrival
 from dusttaichi.analysis.numbers.registry import Family, Observable, quiet, uncertainty
-from dusttaichi.analysis.sphere import penetration
+from dusttaichi.analysis.sphere import measure_penetration
 
 
 def _measure(run):
@@ -10,14 +10,14 @@ def _measure(run):
 
     The force is averaged between two records.
     """
-    motion = penetration(run)
+    motion = measure_penetration(run)
     force, stop = {"sphere_force": float(motion.force.max())}, motion.stop
     if "speed" in run.scene.get("sphere", {}) or stop is None:
         return force | {"sphere_largest_depth": float(motion.depth.max())}
     return force | {"sphere_depth": stop.depth, "sphere_stopping_time": stop.time}
 
 
-def _stop(value, n):
+def _format_stop(value, n):
     return f"{value * 1e6:.4g} µm, where it stops after {n['sphere_stopping_time'] * 1e6:.4g} µs"
 
 
@@ -29,7 +29,7 @@ SPHERE = Family(
     measure=_measure,
     optional=True,  # it flies, or there is no dust below it
     numbers=(
-        Observable(name="sphere_depth", title="depth of the sphere", unit="m", text=_stop,
+        Observable(name="sphere_depth", title="depth of the sphere", unit="m", text=_format_stop,
                    column=("sphere depth µm", "{:.4g}", 1e-6), figure="sphere"),
         quiet("sphere_stopping_time", "stopping time of the sphere", "s", figure="sphere"),
         Observable(name="sphere_largest_depth", title="largest depth of the sphere", unit="m",
@@ -47,7 +47,7 @@ SOUND = Family(
     title="a push",
     place=80,
     applies=lambda run: bool(run.pushes),
-    measure=lambda run: sound_speed(arrival(run)),
+    measure=lambda run: fit_sound_speed(measure_arrival(run)),
     optional=True,  # too few snapshots, or the wave has not arrived
     numbers=(
         Observable(name="sound_speed", title="speed of sound", unit="m/s", value="speed",

@@ -8,16 +8,16 @@ from dusttaichi.analysis.numbers.registry import (
     strength_text,
     uncertainty,
 )
-from dusttaichi.analysis.tensile import tensile
-from dusttaichi.analysis.tension import missing_strength
+from dusttaichi.analysis.tensile import measure_tensile_strength
+from dusttaichi.analysis.tension import explain_missing_strength
 
 
 def _measure(run):
-    problem = missing_strength(run)
-    return {"strength_problem": problem} if problem else vars(tensile(run))
+    problem = explain_missing_strength(run)
+    return {"strength_problem": problem} if problem else vars(measure_tensile_strength(run))
 
 
-def _where(value, n):
+def _format_strength_location(value, n):
     return f"{value:.3g} from {n['phi_init']:.3g} (strain {n['strength_strain']:.2f})"
 
 
@@ -25,7 +25,7 @@ TENSION = Family(
     name="tension",
     title="stretching",
     place=30,
-    applies=lambda run: run.stretches or missing_strength(run) is not None,
+    applies=lambda run: run.stretches or explain_missing_strength(run) is not None,
     measure=_measure,
     numbers=(
         Observable(name="strength_problem", title="tensile strength", unit="",
@@ -39,7 +39,7 @@ TENSION = Family(
                    literature=strength_by_law("strength_law"),
                    column=("strength kPa", "{:.3g}", 1e3), wanted=2, figure="tensile"),
         uncertainty("strength_sigma", "Pa", column=("± kPa", "{:.2g}", 1e3)),
-        Observable(name="strength_phi", title="… at filling factor", text=_where,
+        Observable(name="strength_phi", title="… at filling factor", text=_format_strength_location,
                    literature=lambda n: f"{0.5 * n['phi_init']:.3g} (T19: half)",
                    about="filling factor at the largest stress",
                    column=("strength at phi", "{:.3g}", 1)),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from dusttaichi.analysis.frame import surface
+from dusttaichi.analysis.frame import find_surface
 from dusttaichi.continuum.analysis.intrusion import projectile_of
 from dusttaichi.continuum.analysis.particles import read_particles
 
@@ -37,7 +37,7 @@ def axis_profile(run):
     dimensions two). Raises DustError where the run has no projectile.
     """
     bead, frame = projectile_of(run), read_particles(run)
-    top, rigid = surface(run), frame.is_bead
+    top, rigid = find_surface(run), frame.is_bead
     centre = np.average(frame.position[rigid], axis=0, weights=frame.mass[rigid])
     low = centre[2] - bead.get("height", bead["diameter"]) / 2.0
     aside = np.hypot(*(frame.position[:, :2] - centre[:2]).T)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.analysis.restitution import UNTOUCHED
-from dusttaichi.analysis.stopping import Stop, first_stop
+from dusttaichi.analysis.stopping import Stop, find_first_stop
 from dusttaichi.errors import DustError
 
 
@@ -89,7 +89,7 @@ def intrusion(run):
     height = height[from_touch] - height[0] + fall
     velocity = velocity[from_touch]
     dimension = int(run.attrs["dimension"])
-    stop = first_stop(time, height, velocity)
+    stop = find_first_stop(time, height, velocity)
     falling = height + 0.5 * gravity * time**2, velocity + gravity * time
     speeds_after_stop = velocity[time > stop.time] if stop is not None else np.zeros(0)
     return Intrusion(
@@ -103,6 +103,6 @@ def intrusion(run):
         dimension=dimension,
         momentum=momentum_per_area(bead["mass"], speed, bead["diameter"], dimension),
         stop=stop,
-        without_gravity=first_stop(time, *falling),
+        without_gravity=find_first_stop(time, *falling),
         rebound=float(max(speeds_after_stop.max(initial=0.0), 0.0)),
     )

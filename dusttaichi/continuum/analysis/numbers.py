@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from dusttaichi.analysis.ledger import ledger
+from dusttaichi.analysis.ledger import compute_ledger
 from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.analysis.numbers.registry import quiet
-from dusttaichi.analysis.settings import value_at
+from dusttaichi.analysis.settings import look_up
 from dusttaichi.continuum.analysis import laboratory
 from dusttaichi.continuum.analysis.filling import (
     axis_profile,
@@ -30,7 +30,9 @@ LEAST_NET = 0.1  # of losses and gains together: else gains are nearly as large 
 
 
 def _measure(run):
-    numbers = {"particles": int(run.attrs["particles"])} | numerical_dissipation(ledger(run))
+    numbers = {"particles": int(run.attrs["particles"])} | numerical_dissipation(
+        compute_ledger(run)
+    )
     if len(run.series.time) and "substeps" in run.series:
         numbers["time_steps"] = int(run.series.substeps[-1])
     if len(run.series.time) and "largest_filling_factor" in run.series:
@@ -223,7 +225,7 @@ SETTINGS = Family(
     place=89,
     compared=True,
     measure=lambda run: {
-        name: str(value_at(run.scene, key)) for name, (key, _) in _SETTINGS.items()
+        name: str(look_up(run.scene, key)) for name, (key, _) in _SETTINGS.items()
     },
     numbers=tuple(
         Observable(name=name, title=key, unit="", column=heading and (heading, "{}", 1))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dusttaichi.analysis.frame import snapshot_number
+from dusttaichi.analysis.frame import resolve_snapshot
 from dusttaichi.errors import DustError
 from dusttaichi.results.roles import DUST, ELASTIC, FIXED, RIGID
 
@@ -103,7 +103,7 @@ def read_particles(run, snapshot=-1):
 
     Raises DustError where there is none of this number, or the run is not one of the continuum.
     """
-    number = snapshot_number(run, snapshot)
+    number = resolve_snapshot(run, snapshot)
     group = run.tree["snapshots"].to_dataset(inherit=False)
     if "particle" not in group.dims:
         raise DustError(f"{run.path} is not a run of the continuum: its snapshots have grains.")

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.patches import Circle, Rectangle
 
-from dusttaichi.analysis.frame import frame_count
+from dusttaichi.analysis.frame import count_frames
 from dusttaichi.continuum.analysis import has_dust, histogram, read_particles, section
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
@@ -148,7 +148,7 @@ def _rigid(axes, run, frame, *, elastic):
 def _film(run, color, view, *, cell, dpi):
     """Figures of the snapshots of a run of the continuum, one after another; there is one view."""
     color = color or everyday(run)
-    frames = [read_particles(run, number) for number in range(frame_count(run))]
+    frames = [read_particles(run, number) for number in range(count_frames(run))]
     limits, extent = limits_of(frames, color), extent_of(frames)
     factor, unit = style.choose_unit(frames[-1].time, style.TIMES)
     for frame in frames:
