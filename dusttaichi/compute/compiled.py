@@ -85,7 +85,7 @@ class Structures:
             for group in compiled.groups
         ]
         for table in tables[0].values():
-            table.fill(0)
+            table.clear()
         return tables
 
 

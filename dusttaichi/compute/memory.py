@@ -11,6 +11,7 @@ import numpy as np
 
 from dusttaichi.compute import transfer
 from dusttaichi.compute.engine import program
+from dusttaichi.compute.pages import release
 from dusttaichi.compute.transfer import TYPES, lanes_of, type_of
 
 __all__ = ["TYPES", "FieldAccess", "Table", "capacity_for"]
@@ -98,6 +99,11 @@ class Table:
         """Bytes of the whole field."""
         shape = (*self.field.shape, *lanes_of(self.field))
         return int(np.prod(shape, dtype=np.int64)) * np.dtype(type_of(self.field)).itemsize
+
+    def clear(self):
+        """Set every number of the whole field to 0; what is not used then takes no memory."""
+        if self.memory is None or not release(self.memory):
+            self.fill(0)
 
     def fill(self, value):
         """Set every number of the whole field."""
