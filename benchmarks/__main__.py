@@ -60,6 +60,26 @@ def continuum(*, quick: Quick = False, output: Csv = None, force: Overwrite = Fa
 
 
 @app.command()
+def size(
+    *,
+    quick: Quick = False,
+    sizes: Annotated[
+        str | None, typer.Option(help="numbers of particles, by default 1e3 to 1e7: 1e4,1e5")
+    ] = None,
+    kinds: Annotated[bool, typer.Option(help="also the kinds of samples")] = True,
+    scenes: Annotated[bool, typer.Option(help="also the phases of a run")] = True,
+    output: Csv = None,
+    force: Overwrite = False,
+):
+    """Measure processor time and memory of each phase against the number of particles."""
+    from benchmarks import size
+
+    numbers = None if sizes is None else [round(float(n)) for n in sizes.split(",")]
+    how = {"sizes": numbers, "kinds": kinds, "scenes": scenes}
+    _show(size.main, output, force, quick=quick, **how)
+
+
+@app.command()
 def counts():
     """Count instructions and bytes moved per pair, where the system allows it."""
     from benchmarks import counts

@@ -12,11 +12,13 @@ import typer
 
 from dusttaichi import __version__
 from dusttaichi.commands import options
-from dusttaichi.commands.console import console, say, say_json
+from dusttaichi.commands.console import console, remark, say, say_json
+from dusttaichi.commands.progress import progress_bar, shown_sample
 from dusttaichi.errors import DustError
 
 FORMAT = "dusttaichi check 1"  # of the JSON
 STUDY = "dust collide"  # command of a scene with a block `collisions`
+SLOW = 5.0  # s of a sample, from which on its cost is told before it is made
 LABEL = 42  # smallest width of the names of numbers
 _NOT_KNOWN = [("not available", "the method of this scene has no forces without a step")]
 
@@ -46,7 +48,9 @@ def check(
             scene = scene.with_values(taken(scene, 0))
         scene_method = method.of(scene)
         # the preview may still refuse the scene, and the plan its study
-        preview = None if scene_method.preview is None else scene_method.preview(scene)
+        _tell_costs(scene)
+        with progress_bar(as_json) as bar, shown_sample(bar):
+            preview = None if scene_method.preview is None else scene_method.preview(scene)
         return scene, scene_method, preview, _plan(scene)
 
     if as_json:
@@ -85,6 +89,17 @@ def check(
     }
     further = (option for option, is_shown in sections_by_option.items() if not is_shown)
     say(f"\nmore: {', '.join(further)}")
+
+
+def _tell_costs(scene):
+    """Tell before a sample is made that it takes long, and how its cost grows."""
+    costs = getattr(getattr(scene, "sample", None), "costs", None)
+    for name, cost in ({} if costs is None else costs(scene)).items():
+        if cost.seconds > SLOW:
+            remark(
+                f"{name}: this sample takes about {_duration(cost.seconds)} to make; its cost "
+                f"grows as {cost.growth}, N the number of particles."
+            )
 
 
 def _plan(scene):

@@ -2,9 +2,12 @@
 
 import os
 import time as real_time
+from contextlib import contextmanager
 from pathlib import Path
 
 from dusttaichi.commands.console import err, remark
+
+AFTER = 1.0  # s: shorter waits need no bar
 
 
 def progress_bar(quiet=False, description=None, **bar_options):
@@ -12,6 +15,21 @@ def progress_bar(quiet=False, description=None, **bar_options):
     from dusttaichi.running.progress import ProgressBar  # with all that a run needs
 
     return ProgressBar(quiet, description, console=err, **bar_options)
+
+
+@contextmanager
+def shown_sample(bar, after=AFTER):
+    """Context in which a bar shows the progress of samples that take longer than `after` s."""
+    from dusttaichi.scene.making import listening
+
+    began = real_time.monotonic()
+
+    def show(done, total):
+        if real_time.monotonic() - began > after:
+            bar.show("sample", done, total)
+
+    with listening(show):
+        yield
 
 
 class Phases:

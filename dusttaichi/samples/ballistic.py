@@ -3,8 +3,10 @@
 import numpy as np
 import scipy
 
+from dusttaichi.physics.near import near
 from dusttaichi.samples.mixture import Grains
 from dusttaichi.samples.sample import ROUNDING
+from dusttaichi.scene.making import tell
 
 
 def random_directions(rng, n: int) -> np.ndarray:
@@ -113,6 +115,7 @@ def first_touch(targets, projectiles, distance: float, radii=None) -> np.ndarray
     return first
 
 
+ALL_PAIRS = 10_000  # pairs of two bodies up to which they are faster than a search
 SHOTS = 8  # simultaneous shots of one grain; the first hit is used
 
 
@@ -163,6 +166,7 @@ def grow_aggregate(grains: Grains, rng, cluster: int = 1, impact_parameter=None)
     out = Aggregate(first, impact_parameter)
     out.positions = grow_clusters(first, rng)
     for begin in range(cluster, len(grains), cluster):
+        tell(begin, len(grains))
         projectile = grains.select(slice(begin, begin + cluster))
         out.add(grow_clusters(projectile, rng), projectile, rng)
     return out.centre_positions()
@@ -193,37 +197,67 @@ def _shoot(targets, flying, about, impact, rng):
             return starts[hit[0]] + turned + hits[hit[0]] * directions[hit[0]]
 
 
-def grow_clusters(grains: Grains, rng, mass_ratio: float = 1.0) -> np.ndarray:
+def grow_clusters(
+    grains: Grains, rng, mass_ratio: float = 1.0, report=lambda done, total: None
+) -> np.ndarray:
     """Grow centres (N, 3) [m] about their mean by cluster-cluster aggregation of any grains.
 
     Two bodies that have grown independently meet, the second with mass_ratio (up to 1) times as
-    many grains as the first.
+    many grains as the first. report: called with the numbers of grains so far and of all.
     """
-    count = len(grains)
-    if count == 1:
-        return np.zeros((1, 3))
-    larger = min(max(round(count / (1.0 + mass_ratio) + 1e-9), 1), count - 1)
-    first = np.arange(count) < max(larger, count - larger)
-    first_body, second_body = (
-        grow_clusters(grains.select(members), rng, mass_ratio) for members in (first, ~first)
-    )
-    joined = np.concatenate(_collide(first_body, second_body, grains, rng))
-    return joined - joined.mean(axis=0)
+    finished, total = 0, len(grains)
+
+    def grow(grains):
+        nonlocal finished
+        count = len(grains)
+        if count == 1:
+            finished += 1
+            report(finished, total)
+            return np.zeros((1, 3))
+        larger = min(max(round(count / (1.0 + mass_ratio) + 1e-9), 1), count - 1)
+        first = np.arange(count) < max(larger, count - larger)
+        first_body, second_body = (grow(grains.select(members)) for members in (first, ~first))
+        joined = np.concatenate(_collide(first_body, second_body, grains, rng))
+        return joined - joined.mean(axis=0)
+
+    return grow(grains)
 
 
 def _collide(target, projectile, grains: Grains, rng):
     """Collide two bodies, rotated at random; the second flies at the first along -z."""
-    first = np.arange(len(target))
-    touch = grains.distance(np.arange(len(target), len(grains))[:, None], first[None])
-    reach = sum(np.sqrt((body**2).sum(axis=1)).max() for body in (target, projectile)) + touch.max()
+    widest = _widest_touch(len(target), grains)
+    reach = sum(np.sqrt((body**2).sum(axis=1)).max() for body in (target, projectile)) + widest
     while True:
         still, flying = (
             body @ turn.T
             for body, turn in zip((target, projectile), random_rotations(rng, 2), strict=True)
         )
         flying[:, :2] += random_in_disc(rng, 1)[0] * reach
-        apart = flying[:, None] - still[None]
-        flight = flight_length(apart[..., 2], (apart[..., :2] ** 2).sum(axis=2), touch).min()
+        i, j = _facing_pairs(flying, still, widest)
+        apart = flying[i] - still[j]
+        touch = grains.distance(i + len(target), j)
+        flights = flight_length(apart[..., 2], (apart[..., :2] ** 2).sum(axis=-1), touch)
+        flight = flights.min(initial=np.inf)
         if np.isfinite(flight):
             flying[:, 2] -= flight
             return still, flying
+
+
+def _widest_touch(count: int, grains: Grains) -> float:
+    """Largest distance at contact of one of the first `count` grains and another one [m]."""
+    rows = np.arange(len(grains))
+
+    def largest(body):
+        """Largest grain of each material in a body: no other one reaches farther."""
+        groups = (body[grains.numbers[body] == n] for n in np.unique(grains.numbers[body]))
+        return np.array([group[grains.radii[group].argmax()] for group in groups])
+
+    first, second = largest(rows[:count]), largest(rows[count:])
+    return float(np.max(grains.distance(second[:, None], first[None])))
+
+
+def _facing_pairs(flying, still, widest):
+    """Pairs of grains of two bodies that can meet in a flight along z; all of small bodies."""
+    if len(flying) * len(still) <= ALL_PAIRS:
+        return np.indices((len(flying), len(still)))
+    return near(flying[:, :2], still[:, :2], widest * (1 + ROUNDING))[:2]

@@ -22,6 +22,7 @@ from dusttaichi.samples.mixture import MixtureBlock, draw_grains, is_mixture, pl
 from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.scene.fields import Count, Number
+from dusttaichi.scene.making import tell
 
 MOST_GRAINS = 2**20  # a minute or two
 
@@ -51,6 +52,7 @@ def generations(grains: int, distance: float, rng) -> Iterator[np.ndarray]:
     yield clusters
     while len(clusters) > 1:
         clusters = collide(clusters[0::2], clusters[1::2], distance, rng)
+        tell(np.log2(clusters.shape[1]), np.log2(grains))
         yield clusters
 
 
@@ -98,7 +100,7 @@ def make(spec: BccaSample, materials: Materials) -> Sample:
     info = {"kind": "bcca", "shape": "aggregate", "seed": int(spec.seed), "grains": spec.grains}
     if is_mixture(spec) or spec.grains & (spec.grains - 1) or spec.mass_ratio != 1.0:
         grains = draw_grains(spec, materials, spec.grains, rng)
-        x = ballistic.grow_clusters(grains, rng, spec.mass_ratio)
+        x = ballistic.grow_clusters(grains, rng, spec.mass_ratio, tell)
         return place_grains(x, grains, materials, info)
     *_, clusters = generations(spec.grains, materials.distance, rng)
     return Sample.at_rest(clusters[0], info | {"equilibrium_distance": materials.distance})

@@ -30,9 +30,11 @@ from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.values import CutGrains, CutSize, shape_of
 from dusttaichi.scene.fields import Count, Faults, Number
+from dusttaichi.scene.making import Cost, tell
 
 BULK = 0.15  # filling factor of the bulk; only to estimate the size of the aggregate to cut from
 MOST_GRAINS = 2e6  # of the aggregate: minutes
+SECONDS = 2.6e-4, 3e-10  # of a grain, and over the square of their number
 SLOWER = 50  # ratio of run times of unequal and equal grains
 LAST = 0.2  # part of the aggregate that came last,
 FEW = 1e-3  # and the largest number of its grains in a settled cut, relative to all grains of it
@@ -67,6 +69,15 @@ class PcaSample(MixtureBlock):
         if isinstance(data, dict) and data.get("size") is not None:
             return {"shape": shape_of(data["size"]), **data}
         return data
+
+    def cost(self, scene) -> Cost:
+        radius, grains = scene.material.radius, self.grains
+        if self.shape != "aggregate":
+            grains = _guessed_grains(self, radius, cut.proportions(self, radius))
+        each, square = SECONDS
+        if mixed(self) or self.cluster > 1 or self.impact_parameter is not None:
+            square *= SLOWER
+        return Cost("N^2", each * grains + square * grains**2)
 
     def faults(self) -> Faults:
         yield from cut.faults(self)
@@ -136,6 +147,7 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
         _check_grains(spec.grains)
         while len(aggregate.positions) < spec.grains:
             aggregate.shoot(rng)
+            tell(len(aggregate.positions), spec.grains)
         positions = aggregate.positions[: spec.grains]
         positions = positions - positions.mean(axis=0)
     else:
@@ -162,6 +174,7 @@ def _one_by_one(spec, materials: Materials, rng) -> Sample:
     grown = ballistic.Aggregate(draw_grains(spec, materials, 1, rng), spec.impact_parameter)
     needed = None
     while needed is None:
+        tell(len(grown.positions))
         for _ in range(max(20, len(grown.positions) // 10)):
             grown.add(np.zeros((1, 3)), draw_grains(spec, materials, 1, rng), rng)
         scale = cut.scale(grown.positions, spec.shape, edges, grown.grains.radii, centred=True)
@@ -180,6 +193,7 @@ def _cut(spec, radius, aggregate: Aggregate, rng) -> np.ndarray:
     needed = None
     while needed is None:
         aggregate.shoot(rng)
+        tell(len(aggregate.positions))
         scale = cut.scale(aggregate.positions, spec.shape, edges, radius, centred=True)
         needed = _settled(spec, edges, scale, aggregate.reach)
     return aggregate.positions[scale <= needed] + [0.0, 0.0, needed * edges[2] / 2]

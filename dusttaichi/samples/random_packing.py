@@ -23,8 +23,10 @@ from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.values import BoxSize, exactly_one
 from dusttaichi.scene.fields import Count, Faults, Number
+from dusttaichi.scene.making import Cost, tell
 
 MOST_GRAINS = 2e5  # minutes
+SECONDS = 1.5e-4  # of a round and a grain
 ATTEMPTS = 5  # from other points: tens of grains may jam earlier
 MOST_ROUNDS = 40
 ROUND = 200  # evaluations between two checks of the remaining overlaps
@@ -44,6 +46,15 @@ class RandomPackingSample(MixtureBlock):
     filling_factor: Annotated[float, Number(gt=0, le=0.62)] = Field(
         0.6, description="grain volume over the volume of the cell"
     )
+
+    def cost(self, scene) -> Cost:
+        grains = self.grains
+        if grains is None:
+            sphere = 4 / 3 * math.pi * scene.material.radius**3
+            grains = self.filling_factor * np.prod(self.size) / sphere
+        # rounds of the minimiser, few in a loose packing
+        rounds = 1.0 + (self.filling_factor / 0.62) ** 6 * MOST_ROUNDS / 4
+        return Cost("N times the steps of a minimiser", SECONDS * grains * rounds)
 
     def faults(self) -> Faults:
         return exactly_one(self, ("grains", "size"), "grains: 1000")
@@ -122,7 +133,8 @@ def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | 
         )
         return 0.5 * float((overlap**2).sum()), gradient.reshape(-1)
 
-    for _ in range(MOST_ROUNDS):
+    for number in range(MOST_ROUNDS):
+        tell(number, MOST_ROUNDS)
         if _apart(x, box, grains, unit):
             return np.mod(x, box) * unit
         found = scipy.optimize.minimize(

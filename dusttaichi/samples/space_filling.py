@@ -22,8 +22,10 @@ from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import ROUNDING, Sample, check_grains
 from dusttaichi.samples.values import BoxSize, exactly_one
 from dusttaichi.scene.fields import Count, Faults, Number
+from dusttaichi.scene.making import Cost, tell
 
 MOST_GRAINS = 30_000  # two minutes
+SECONDS = 1.3e-7  # over the square of the number of grains
 POINTS, AT_ONCE = 32, 4  # draws of a trial, and those that are tried together
 TRIES = 100  # unsuccessful draws of that many points after which the box is full
 
@@ -42,6 +44,12 @@ class SpaceFillingSample(MixtureBlock):
     filling_factor: Annotated[float, Number(gt=0, le=0.4)] = Field(
         0.15, description="grain volume over the volume of the box"
     )
+
+    def cost(self, scene) -> Cost:
+        grains = self.grains
+        if grains is None:
+            grains = self.filling_factor * np.prod(self.size) / _volume(scene.material.radius)
+        return Cost("N^2", SECONDS * grains**2)
 
     def faults(self) -> Faults:
         yield from exactly_one(self, ("grains", "size"), "grains: 1000")
@@ -92,6 +100,7 @@ def _grow_tree(grains, edges, rng) -> np.ndarray | None:
     radii, x = grains.radii, np.empty((len(grains), 3))
     x[0] = radii[0] + rng.random(3) * (edges - 2 * radii[0])
     for k in range(1, len(grains)):
+        tell(k * k, len(grains) ** 2)  # each grain is compared with all before it
         touch = grains.distance(k, np.arange(k))
         for _ in range(TRIES):
             x[k] = _place_grain(x[:k], radii[:k], touch, (edges, radii[k]), rng)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Union
 from pydantic import BaseModel, Field
 
 from dusttaichi.scene.fields import Block, Faults
+from dusttaichi.scene.making import Cost
 
 
 class KindBlock(Block):
@@ -21,6 +22,19 @@ class KindBlock(Block):
     def body_blocks(self) -> dict[str, "KindBlock"]:
         """Blocks of the bodies that it is made of, by their paths; none of a single body."""
         return {}
+
+    def cost(self, scene) -> Cost | None:
+        """Cost of its sample alone; None where it grows no faster than N log N."""
+        return None
+
+    def costs(self, scene, path: str = "sample") -> dict[str, Cost]:
+        """Costs of its sample and of its bodies, by their paths."""
+        cost, found = self.cost(scene), {}
+        if cost is not None:
+            found[f"{path}.kind = {self.kind}"] = cost
+        for name, body in self.body_blocks.items():
+            found |= body.costs(scene, f"{path}.{name}")
+        return found
 
     def conflicts(self, scene) -> Faults:
         """Conflicts with the scene's other blocks; the paths are relative to this block."""

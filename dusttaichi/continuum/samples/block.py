@@ -6,9 +6,10 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.continuum.samples import lattice, registry
-from dusttaichi.continuum.samples.dust import dust
+from dusttaichi.continuum.samples.dust import cost_of_scatter, dust
 from dusttaichi.continuum.samples.particles import Particles
 from dusttaichi.samples.values import Seed
+from dusttaichi.scene.making import Cost
 
 
 class BlockSample(registry.DustBody):
@@ -25,6 +26,9 @@ class BlockSample(registry.DustBody):
     filling_factor: registry.Filling | None = Field(
         None, description="filling factor, or a block with layers and scatter; default: material's"
     )
+
+    def cost(self, scene) -> Cost | None:
+        return cost_of_scatter(self.filling_factor, float(np.prod(self.size)), scene)
 
 
 @registry.register(BlockSample)

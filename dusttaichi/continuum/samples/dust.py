@@ -3,11 +3,14 @@
 import numpy as np
 import scipy
 
+from dusttaichi.continuum.samples import lattice
 from dusttaichi.continuum.samples.particles import Body, Particles
 from dusttaichi.continuum.samples.registry import Matter, Variation, lifted
 from dusttaichi.errors import DustError
+from dusttaichi.scene.making import Cost
 
 REACH = 2.5  # cutoff of the weights of the scatter, in its lengths
+SECONDS = 3e-7  # of two particles within it
 
 
 def dust(points: np.ndarray, volume: float, matter: Matter, filling, name: str) -> Particles:
@@ -36,6 +39,16 @@ def dust(points: np.ndarray, volume: float, matter: Matter, filling, name: str) 
             "filling_factor": float(mass.sum() / volume / matter.solid),
         },
     )
+
+
+def cost_of_scatter(filling, volume: float, scene) -> Cost | None:
+    """Cost of a filling factor with a correlation length, in a volume [m^2, or m^3]."""
+    if not (isinstance(filling, Variation) and filling.sigma and filling.length):
+        return None
+    each = lattice.volume_of(scene.numerics.spacing, scene.dimension)
+    within = lattice.sphere_volume(2.0 * REACH * filling.length, scene.dimension)
+    pairs = 0.5 * volume * min(within, volume) / each**2
+    return Cost("N times the particles within filling_factor.length", SECONDS * pairs)
 
 
 def whole(name: str, position, mass, *, rigid: bool, shape: str = "") -> Body:

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from dusttaichi.errors import DustError
+from dusttaichi.scene.making import tell
 
 BYTES = 1000  # approximate memory of a particle with its neighbours, which limits a sample
 MOST_PARTICLES = 2e7
@@ -100,6 +101,7 @@ def glass(size, spacing: float, seed: int) -> np.ndarray:
     if count < 3 or reach >= size.min() / 2:
         return points - size / 2
     for number in range(ROUNDS):
+        tell(number, ROUNDS)
         points = _pushed(points, size, reach, spacing * 0.5 * (1 - number / ROUNDS))
     return points - size / 2
 

@@ -7,11 +7,12 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.continuum.samples import lattice, registry
-from dusttaichi.continuum.samples.dust import dust, whole
+from dusttaichi.continuum.samples.dust import cost_of_scatter, dust, whole
 from dusttaichi.continuum.samples.particles import Particles, joined
 from dusttaichi.errors import DustError
 from dusttaichi.samples.values import Seed
 from dusttaichi.scene.fields import Block, Faults
+from dusttaichi.scene.making import Cost
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -52,6 +53,10 @@ class SphereSample(registry.DustBody):
         description="outward velocity of the surface of its hole, negative inwards, with a "
         "divergence-free field elsewhere: an expanding or imploding ring or shell",
     )
+
+    def cost(self, scene) -> Cost | None:
+        volume = lattice.sphere_volume(self.diameter, scene.dimension)
+        return cost_of_scatter(self.filling_factor, volume, scene)
 
     def faults(self) -> Faults:
         if not self.hole < self.diameter:

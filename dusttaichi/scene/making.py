@@ -1,0 +1,38 @@
+"""Cost and progress of the sample of a scene, for those who wait for it."""
+
+from collections.abc import Callable
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+_listener: ContextVar[Callable | None] = ContextVar("listener", default=None)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Cost of a sample that grows faster than N log N with the number N of its particles.
+
+    growth: of its time, such as "N^2". seconds: an order of magnitude on one core.
+    """
+
+    growth: str
+    seconds: float
+
+
+@contextmanager
+def listening(listener: Callable[[float, float | None], None]):
+    """Context in which `listener` is called with the progress of samples: done, total.
+
+    total: None where it is not known.
+    """
+    token = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(token)
+
+
+def tell(done: float, total: float | None = None) -> None:
+    """Tell the listener, if there is one, that `done` of `total` of a sample is made."""
+    if (listener := _listener.get()) is not None:
+        listener(done, total)

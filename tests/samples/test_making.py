@@ -1,0 +1,75 @@
+"""Cost and progress of samples: told before a long one is made, and while it is."""
+
+import numpy as np
+import pytest
+from bodies import SIZES, scene
+
+from dusttaichi import method
+from dusttaichi.commands.check import _tell_costs
+from dusttaichi.continuum.samples.lattice import glass
+from dusttaichi.scene import Scene
+from dusttaichi.scene.making import listening
+
+KINDS = {
+    "rbd": {"grains": 3000},
+    "pca": {"grains": 100},
+    "bcca": {"grains": 64},
+    "space_filling": {"grains": 30},
+    "random_packing": {"grains": 60, "filling_factor": 0.4},
+}
+
+
+def _heard(make):
+    """Shares that are told while something is made."""
+    shares = []
+    with listening(lambda done, total: shares.append(done / total)):
+        make()
+    return shares
+
+
+@pytest.mark.parametrize("mixed", [False, True], ids=["equal", "mixed"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_tells_its_progress(kind, mixed):
+    one = scene(kind=kind, **KINDS[kind], **({"sizes": SIZES} if mixed else {}))
+    shares = _heard(lambda: method.make_sample(one))
+    assert shares and shares == sorted(shares)
+    assert shares[0] >= 0.0
+
+
+def test_a_glass_tells_its_progress():
+    shares = _heard(lambda: glass(np.ones(2), 0.1, 1))
+    assert shares == sorted(shares) and 0.0 <= shares[0] < shares[-1] <= 1.0
+
+
+def test_what_grows_faster_than_n_log_n_is_told_before(capsys):
+    """Of a body of a sample too; short samples and those of N log N are not mentioned."""
+    tree = {"kind": "space_filling", "grains": 30_000}
+    for one, path in (
+        (scene(**tree), "sample.kind = space_filling"),
+        (scene(kind="cutout", of=tree, grains=100), "sample.of.kind = space_filling"),
+        (scene(kind="pca", grains=30_000, sizes=SIZES), "sample.kind = pca"),
+        (scene(kind="random_packing", grains=100_000), "sample.kind = random_packing"),
+    ):
+        _tell_costs(one)
+        told = " ".join(capsys.readouterr().err.split())
+        assert told.startswith(f"{path}: this sample takes about ")
+        assert "its cost grows as N" in told
+    for one in (scene(**tree | {"grains": 100}), scene(kind="rbd", grains=1_000_000)):
+        _tell_costs(one)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_scatter_with_a_length_is_told_before():
+    block = {"kind": "block", "size": ["1 mm"] * 3}
+    block["filling_factor"] = {"sigma": 0.01, "length": "0.1 mm"}
+    data = {"name": "scatter", "method": "continuum", "dimension": 3, "material": "dust_g09"}
+    data |= {"numerics": {"spacing": "20 um"}, "stop": {"steps": 1}}
+    (cost,) = (
+        Scene.from_dict(data | {"sample": block})
+        .sample.costs(Scene.from_dict(data | {"sample": block}))
+        .values()
+    )
+    assert 10.0 < cost.seconds < 1000.0
+    assert not Scene.from_dict(data | {"sample": block | {"filling_factor": 0.15}}).sample.costs(
+        Scene.from_dict(data | {"sample": block})
+    )
