@@ -18,7 +18,7 @@ from dusttaichi.errors import DustError
 
 FORMAT = "dusttaichi check 1"  # of the JSON
 STUDY = "dust collide"  # command of a scene with a block `collisions`
-SLOW = 5.0  # s of a sample, from which on its cost is told before it is made
+SLOW = 5.0  # s of a sample, from which on its cost is stated before it is made
 LABEL = 42  # smallest width of the names of numbers
 _NOT_KNOWN = [("not available", "the method of this scene has no forces without a step")]
 
