@@ -48,9 +48,7 @@ def check(
             scene = scene.with_values(taken(scene, 0))
         scene_method = method.of(scene)
         # the preview may still refuse the scene, and the plan its study
-        _tell_costs(scene)
-        with progress_bar(as_json) as bar, shown_sample(bar):
-            preview = None if scene_method.preview is None else scene_method.preview(scene)
+        preview = _preview(scene, scene_method, quiet=as_json)
         return scene, scene_method, preview, _plan(scene)
 
     if as_json:
@@ -89,6 +87,15 @@ def check(
     }
     further = (option for option, is_shown in sections_by_option.items() if not is_shown)
     say(f"\nmore: {', '.join(further)}")
+
+
+def _preview(scene, scene_method, *, quiet):
+    """The Preview of a scene, or None; what its sample costs and its progress before."""
+    if scene_method.preview is None:
+        return None
+    _tell_costs(scene)
+    with progress_bar(quiet) as bar, shown_sample(bar):
+        return scene_method.preview(scene)
 
 
 def _tell_costs(scene):
