@@ -75,7 +75,7 @@ class PcaSample(MixtureBlock):
         if self.shape != "aggregate":
             grains = _guessed_grains(self, radius, cut.proportions(self, radius))
         each, square = SECONDS
-        if mixed(self) or self.cluster > 1 or self.impact_parameter is not None:
+        if is_mixture(self) or self.cluster > 1 or self.impact_parameter is not None:
             square *= SLOWER
         return Cost("N^2", each * grains + square * grains**2)
 

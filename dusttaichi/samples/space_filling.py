@@ -48,7 +48,8 @@ class SpaceFillingSample(MixtureBlock):
     def cost(self, scene) -> Cost:
         grains = self.grains
         if grains is None:
-            grains = self.filling_factor * np.prod(self.size) / _volume(scene.material.radius)
+            grain = _compute_volume(scene.material.radius)
+            grains = self.filling_factor * np.prod(self.size) / grain
         return Cost("N^2", SECONDS * grains**2)
 
     def faults(self) -> Faults:
