@@ -91,11 +91,11 @@ def measure_arrival(
 
 def _motion(run, start):
     """Times (T,) since the Frame `start`, displacements of grains (T, N) and walls (T, 6)."""
-    snapshots, chosen = run.tree["snapshots"], slice(start.number, count_frames(run))
-    times = snapshots.snapshot_time[chosen].values - start.time
+    snapshots, following = run.tree["snapshots"], slice(start.number, count_frames(run))
+    times = snapshots.snapshot_time[following].values - start.time
     cells = np.tile(start.cell.ravel(), (len(times), 1))
     if "box" in snapshots:
-        cells = snapshots.box[chosen].values
+        cells = snapshots.box[following].values
     displaced = np.empty((len(times), len(start.position)))
     for n, cell in enumerate(cells):  # one at a time: all positions may not fit into memory
         moved = snapshots.position[start.number + n].values - start.position
@@ -133,8 +133,8 @@ def _distance(start, pushed):
     if isinstance(pushed, str):
         present = {w: x for w, x in zip(WALLS, start.cell.ravel(), strict=True) if not np.isnan(x)}
         if pushed not in present:
-            known = ", ".join(present) or "none"
-            raise DustError(f'There is no wall "{pushed}"; allowed: {known}.')
+            allowed = ", ".join(present) or "none"
+            raise DustError(f'There is no wall "{pushed}"; allowed: {allowed}.')
         return np.abs(start.position[:, WALLS.index(pushed) // 2] - present[pushed])
     if not 0 <= pushed < len(start.position):
         raise DustError(f"There is no grain {pushed}; allowed: 0 to {len(start.position) - 1}.")
@@ -144,12 +144,12 @@ def _distance(start, pushed):
 def _crossing(times, values, level):
     """Times (N,) at which the columns of values (T, N) first exceed the level, interpolated."""
     over = values > level
-    after = np.argmax(over, axis=0)
-    before = np.maximum(after - 1, 0)
+    high_snapshot = np.argmax(over, axis=0)
+    low_snapshot = np.maximum(high_snapshot - 1, 0)
     grain = np.arange(values.shape[1])
-    low, high = values[before, grain], values[after, grain]
-    part = np.divide(level - low, high - low, out=np.zeros(len(grain)), where=high > low)
-    moment = times[before] + part * (times[after] - times[before])
+    low, high = values[low_snapshot, grain], values[high_snapshot, grain]
+    fraction = np.divide(level - low, high - low, out=np.zeros(len(grain)), where=high > low)
+    moment = times[low_snapshot] + fraction * (times[high_snapshot] - times[low_snapshot])
     return np.where(over.any(axis=0), moment, np.nan)
 
 

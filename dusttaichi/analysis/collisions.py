@@ -50,9 +50,11 @@ def build_collisions_dataset(rows, axes, attrs=None):
     data["impact_parameter"].attrs = {"units": "1", "long_name": "over the sum of outer radii"}
     data["mass_ratio"].attrs = {"units": "1", "long_name": "target over projectile, nominal"}
     data["seed"].attrs = {"long_name": "by how much the seeds of the sample are moved"}
-    found = [_read_numbers(row) for row in rows]
+    numbers_of_rows = [_read_numbers(row) for row in rows]
     for name, (unit, text) in NUMBERS.items():
-        values = np.array([one.get(name, np.nan) for one in found], float).reshape(shape)
+        values = np.array(
+            [numbers.get(name, np.nan) for numbers in numbers_of_rows], float
+        ).reshape(shape)
         data[name] = (dims, values, {"units": unit, "long_name": text})
     outcomes = np.array([row.get("outcome", FAILED) for row in rows]).reshape(shape)
     data["outcome"] = (dims, outcomes, _describe_outcomes())
@@ -63,12 +65,12 @@ def build_collisions_dataset(rows, axes, attrs=None):
     about = {"units": "J", "long_name": "energy dissipated, by channel"}
     data["loss"] = ((*dims, "channel"), np.array(lost).reshape(*shape, len(channels)), about)
     data.coords["channel"] = channels
-    parts = [
+    fragments = [
         (n, *pair)
         for n, row in enumerate(rows)
         for pair in zip(row.get("fragments", ()), row.get("masses", ()), strict=True)
     ]
-    number, grains, mass = np.array(parts).reshape(-1, 3).T
+    number, grains, mass = np.array(fragments).reshape(-1, 3).T
     data["fragment_collision"] = ("fragment", number.astype(int))
     data["fragment_grains"] = ("fragment", grains.astype(int))
     data["fragment_mass"] = ("fragment", mass, {"units": "1", "long_name": "over the total mass"})
@@ -90,12 +92,12 @@ def _describe_outcomes():
 def _read_numbers(row):
     """The numbers of a row by the names of NUMBERS; None becomes not a number."""
     target, projectile = row.get("filling_factor") or (None, None)
-    own = {"target_filling_factor": target, "projectile_filling_factor": projectile}
-    own |= {name: row.get(name) for name in NUMBERS if name in row}
-    own |= {"actual_mass_ratio": row.get("mass_ratio")}
-    if parts := row.get("masses"):
-        own |= {"largest": parts[0], "second": [*parts, 0.0][1], "fragments": len(parts)}
-    return {name: value for name, value in own.items() if value is not None}
+    numbers = {"target_filling_factor": target, "projectile_filling_factor": projectile}
+    numbers |= {name: row.get(name) for name in NUMBERS if name in row}
+    numbers |= {"actual_mass_ratio": row.get("mass_ratio")}
+    if masses := row.get("masses"):
+        numbers |= {"largest": masses[0], "second": [*masses, 0.0][1], "fragments": len(masses)}
+    return {name: value for name, value in numbers.items() if value is not None}
 
 
 # -- slope of the fragments ----------------------------------------------------------------------
@@ -112,27 +114,27 @@ def fit_fragment_slope(grains, largest):
     grains = np.asarray(grains, float)
     if len(grains) < LEAST_FRAGMENTS or np.ptp(grains) == 0.0:
         return np.nan, np.nan
-    logs, wanted = np.log(np.arange(1, int(largest) + 1)), np.log(grains).mean()
+    logs, mean_log = np.log(np.arange(1, int(largest) + 1)), np.log(grains).mean()
 
     def moments(tau):
         weights = np.exp(-tau * logs)
         mean = weights @ logs / weights.sum()
         return mean, weights @ (logs - mean) ** 2 / weights.sum()
 
-    tau = scipy.optimize.brentq(lambda t: moments(t)[0] - wanted, -50.0, 50.0)
+    tau = scipy.optimize.brentq(lambda t: moments(t)[0] - mean_log, -50.0, 50.0)
     return float(tau), float(1.0 / np.sqrt(len(grains) * moments(tau)[1]))
 
 
-def select_fragments(data, choice):
+def select_fragments(data, is_selected):
     """(grains of all fragments but the two largest remnants of each collision, collisions).
 
-    choice: a boolean array over the dimensions AXES, the collisions that count; misses do not.
+    is_selected: a boolean array over the dimensions AXES, the collisions that count; misses do not.
     """
-    chosen = np.flatnonzero((choice & (data.outcome.values != MISS)).ravel())
+    selected = np.flatnonzero((is_selected & (data.outcome.values != MISS)).ravel())
     owner, grains = data.fragment_collision.values, data.fragment_grains.values
     # each collision has its fragments in a row, the largest first
     rank = np.arange(len(owner)) - np.searchsorted(owner, owner)
-    return grains[np.isin(owner, chosen) & (rank >= 2)], len(chosen)
+    return grains[np.isin(owner, selected) & (rank >= 2)], len(selected)
 
 
 # -- the table -----------------------------------------------------------------------------------
@@ -164,19 +166,21 @@ def tabulate_collisions(data):
         "body", "mass_ratio", "speed_m_per_s", "over", "impact_parameter", "collisions", "hit",
     ]  # fmt: skip
     header += [f"share_{name.replace(' ', '_')}" for name in shares]
-    header += [part for name in columns for part in (name, f"{name}_error")]
+    header += [suffix for name in columns for suffix in (name, f"{name}_error")]
     header += ["slope", "slope_error", "not_settled", "failed"]
     rows = []
     for index in np.ndindex(data.outcome.shape[:3]):
-        places = [*range(data.sizes["impact_parameter"])]
-        groups = [(slice(n, n + 1), "point", data.impact_parameter.values[n]) for n in places]
-        if data.attrs.get("by_area") and len(places) > 1:
+        impact_parameters = [*range(data.sizes["impact_parameter"])]
+        groups = [
+            (slice(n, n + 1), "point", data.impact_parameter.values[n]) for n in impact_parameters
+        ]
+        if data.attrs.get("by_area") and len(impact_parameters) > 1:
             groups.append((slice(None), "area", np.nan))
-        for place, *name in groups:
+        for impact_parameter, *name in groups:
             keys = [data[axis].values[n] for axis, n in zip(AXES, index, strict=False)]
-            choice = np.zeros(data.outcome.shape, bool)
-            choice[(*index, place)] = True
-            rows.append([*keys, *name, *_average_row(data, choice, columns, shares)])
+            is_selected = np.zeros(data.outcome.shape, bool)
+            is_selected[(*index, impact_parameter)] = True
+            rows.append([*keys, *name, *_average_row(data, is_selected, columns, shares)])
     return header, rows
 
 
@@ -197,18 +201,18 @@ def compute_phase_losses(data):
     }
 
 
-def _average_row(data, choice, columns, shares):
-    outcomes = data.outcome.values[choice]
-    there = outcomes != FAILED
-    hit = there & (outcomes != MISS)
+def _average_row(data, is_selected, columns, shares):
+    outcomes = data.outcome.values[is_selected]
+    has_outcome = outcomes != FAILED
+    hit = has_outcome & (outcomes != MISS)
     count = hit.sum()
-    row = [int(there.sum()), count / max(1, there.sum())]
+    row = [int(has_outcome.sum()), count / max(1, has_outcome.sum())]
     row += [(outcomes == name).sum() / count if count else np.nan for name in shares]
     for values in columns.values():
-        row += compute_mean_and_error(values[choice])
-    grains, _ = select_fragments(data, choice)
-    row += fit_fragment_slope(grains, np.nanmax(data.grains.values[choice], initial=1))
-    return [*row, int((data.settled.values[choice] == 0).sum()), int((~there).sum())]
+        row += compute_mean_and_error(values[is_selected])
+    grains, _ = select_fragments(data, is_selected)
+    row += fit_fragment_slope(grains, np.nanmax(data.grains.values[is_selected], initial=1))
+    return [*row, int((data.settled.values[is_selected] == 0).sum()), int((~has_outcome).sum())]
 
 
 def compute_mean_and_error(values):
@@ -235,15 +239,17 @@ def format_collision_summary(data):
     """(keys, columns) of a table to print: (header, texts), over impact parameters and seeds."""
     index = list(np.ndindex(data.outcome.shape[:3]))
     keys = [("speed m/s", [f"{data.speed.values[n[2]]:.3g}" for n in index])]
-    for place, name in ((1, "mass_ratio"), (0, "body")):
+    for axis, name in ((1, "mass_ratio"), (0, "body")):
         if data.sizes[name] > 1:
-            values = [data[name].values[n[place]] for n in index]
-            keys.insert(0, (name.replace("_", " "), [f"{v:g}" if place else v for v in values]))
-    own = [data.isel(body=n[0], mass_ratio=n[1], speed=n[2]) for n in index]
-    columns = [("growth efficiency", [_format_mean(one.growth_efficiency) for one in own])]
-    columns.append(("largest", [_format_mean(one.largest) for one in own]))
-    there = [name for name in (*OUTCOMES, FAILED) if (data.outcome == name).any()]
-    columns += [(name, [str(int((one.outcome == name).sum())) for one in own]) for name in there]
+            values = [data[name].values[n[axis]] for n in index]
+            keys.insert(0, (name.replace("_", " "), [f"{v:g}" if axis else v for v in values]))
+    points = [data.isel(body=n[0], mass_ratio=n[1], speed=n[2]) for n in index]
+    columns = [("growth efficiency", [_format_mean(point.growth_efficiency) for point in points])]
+    columns.append(("largest", [_format_mean(point.largest) for point in points]))
+    present = [name for name in (*OUTCOMES, FAILED) if (data.outcome == name).any()]
+    columns += [
+        (name, [str(int((point.outcome == name).sum())) for point in points]) for name in present
+    ]
     return keys, columns
 
 

@@ -47,7 +47,9 @@ class Curve:
         return rising + 1e-9 * np.arange(len(rising)), self.filling_factor
 
 
-def measure_compression_curve(run, bin_width=BIN_WIDTH, of="filling_factor", peaks=1) -> Curve:
+def measure_compression_curve(
+    run, bin_width=BIN_WIDTH, quantity="filling_factor", peaks=1
+) -> Curve:
     """Compression curve of a run: the median pressure in bins of filling factor.
 
     The median of P is also that of lg P, and single bursts do not shift it. All stages that
@@ -59,7 +61,7 @@ def measure_compression_curve(run, bin_width=BIN_WIDTH, of="filling_factor", pea
     run : Run
     bin_width : float
         Width of a bin in filling factor.
-    of : str
+    quantity : str
         "filling_factor", or "inner_filling_factor": that of PD08's inner cylinder between plates,
         otherwise that of the profiles without their ends (`profile.average_inner_filling_factor`).
     peaks : int
@@ -72,11 +74,11 @@ def measure_compression_curve(run, bin_width=BIN_WIDTH, of="filling_factor", pea
         The run has no such filling factor or no pressure on the top wall.
     """
     phi, pressure = np.concatenate(
-        [_read_points(part, of) for part in _select_loading_stages(run)], axis=1
+        [_read_points(stage, quantity) for stage in _select_loading_stages(run)], axis=1
     )
-    whole = len(phi) // peaks * peaks
-    phi = phi[:whole].reshape(-1, peaks).mean(axis=1)
-    pressure = pressure[:whole].reshape(-1, peaks).max(axis=1)
+    used_records = len(phi) // peaks * peaks
+    phi = phi[:used_records].reshape(-1, peaks).mean(axis=1)
+    pressure = pressure[:used_records].reshape(-1, peaks).max(axis=1)
     mean, median, count = bin_medians(np.floor(phi / bin_width + 1e-9), phi, pressure)
     up = median > 0
     return Curve(mean[up], median[up], count[up], phi, pressure)
@@ -84,34 +86,37 @@ def measure_compression_curve(run, bin_width=BIN_WIDTH, of="filling_factor", pea
 
 def _select_loading_stages(run):
     """The stages that compress, each beyond the largest filling factor of those before it."""
-    parts = [part for part in run.parts if part.compresses]
-    if len(parts) < 2:
-        return parts or [run]
-    reached, loading = -np.inf, []
-    for part in parts:
-        beyond = part.beyond(reached) if loading else part
-        if len(beyond.series.time):
-            loading.append(beyond)
-            reached = max(reached, float(np.nanmax(beyond.series.filling_factor)))
+    stages = [stage for stage in run.parts if stage.compresses]
+    if len(stages) < 2:
+        return stages or [run]
+    largest_phi, loading = -np.inf, []
+    for stage in stages:
+        new_records = stage.beyond(largest_phi) if loading else stage
+        if len(new_records.series.time):
+            loading.append(new_records)
+            largest_phi = max(largest_phi, float(np.nanmax(new_records.series.filling_factor)))
     return loading
 
 
-def _read_points(part, of):
+def _read_points(stage, quantity):
     """Filling factor and pressure on the top wall of the records that have both, (2, times)."""
-    series, phi = part.series, None
-    if of in series:
-        phi = series[of].values
-    elif of == INNER and part.profiles is not None:
-        at, inner = part.profiles.step.values, average_inner_filling_factor(part.profiles).values
-        phi = np.interp(series.step.values, at, inner, left=np.nan, right=np.nan)
+    series, phi = stage.series, None
+    if quantity in series:
+        phi = series[quantity].values
+    elif quantity == INNER and stage.profiles is not None:
+        profile_steps, inner_phi = (
+            stage.profiles.step.values,
+            average_inner_filling_factor(stage.profiles).values,
+        )
+        phi = np.interp(series.step.values, profile_steps, inner_phi, left=np.nan, right=np.nan)
     if phi is None or "pressure" not in series:
         raise DustError(
-            f"{part.path} has no compression curve: it has no {of.replace('_', ' ')}, or no "
+            f"{stage.path} has no compression curve: it has no {quantity.replace('_', ' ')}, or no "
             "pressure on the top wall."
         )
     pressure = series.pressure.sel(wall="top").values
-    known = np.isfinite(phi) & np.isfinite(pressure)
-    return np.array([phi[known], pressure[known]])
+    is_finite = np.isfinite(phi) & np.isfinite(pressure)
+    return np.array([phi[is_finite], pressure[is_finite]])
 
 
 def bin_medians(numbers, phi, values):
@@ -120,8 +125,8 @@ def bin_medians(numbers, phi, values):
     numbers: of the bin of each point, (points,).
     """
     rows = [
-        (phi[here].mean(), np.median(values[here]), here.sum())
-        for here in (numbers == number for number in np.unique(numbers))
+        (phi[in_bin].mean(), np.median(values[in_bin]), in_bin.sum())
+        for in_bin in (numbers == number for number in np.unique(numbers))
     ]
     return np.array(rows).reshape(-1, 3).T
 

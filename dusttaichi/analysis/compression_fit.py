@@ -120,11 +120,11 @@ def fit_compression(
         )
     except (RuntimeError, ValueError) as error:
         raise DustError(f"No fit of S12 eq 31 to the compression curve: {error}.") from error
-    residual, found = phi - model(decades, *best), numbers(best)
+    residual, fitted = phi - model(decades, *best), numbers(best)
     sigma = np.sqrt(np.diag(covariance)) * correlation_factor(residual)
     sigma = {"phi1": 0.0, "phi2": 0.0} | dict(zip(names, map(float, sigma), strict=True))
-    sigma["p_m"] = float(found["p_m"] * np.log(10) * sigma["p_m"])
-    law = laws.CompressionLaw(**{k: float(v) for k, v in found.items()}, name="fit")
+    sigma["p_m"] = float(fitted["p_m"] * np.log(10) * sigma["p_m"])
+    law = laws.CompressionLaw(**{k: float(v) for k, v in fitted.items()}, name="fit")
     return Fit(law, sigma, float(np.sqrt(np.mean(residual**2))), len(residual))
 
 

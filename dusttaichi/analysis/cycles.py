@@ -39,14 +39,14 @@ def measure_unloadings(run):
     DustError
         No stage unloads.
     """
-    stages = [_measure_unloading(part) for part in run.parts if part.unloads]
-    if not stages:
+    unloadings = [_measure_unloading(stage) for stage in run.parts if stage.unloads]
+    if not unloadings:
         raise DustError(f"{run.path}: no stage unloads a pressed sample.")
-    return stages
+    return unloadings
 
 
-def _measure_unloading(part):
-    start, series = part.start, part.series
+def _measure_unloading(stage):
+    start, series = stage.start, stage.series
     phi0, p0 = float(start.filling_factor), float(compute_pressure(start))
     ln_volume = np.log(phi0 / series.filling_factor.values)
     path = compute_pressure(series)
@@ -59,7 +59,7 @@ def _measure_unloading(part):
         (slope, _), covariance = np.polyfit(middle[used], path[used], 1, cov=True)
         slope, sigma = -slope, np.sqrt(covariance[0, 0])
     return Unloading(
-        stage=part.stage_name,
+        stage=stage.stage_name,
         pressure=p0,
         filling_factor=phi0,
         modulus=float(slope),

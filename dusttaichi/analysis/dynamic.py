@@ -70,10 +70,10 @@ def _measure_plateau(run):
     """Mean pressure on the top wall over the plateau [Pa], and its standard error; nan without."""
     phi = run.series.filling_factor.values
     pressure = run.series.pressure.sel(wall="top").values
-    here = pressure[(phi >= PLATEAU[0]) & (phi <= PLATEAU[1]) & np.isfinite(pressure)]
-    if len(here) < 3 or not here.any():  # nothing has reached the wall
+    plateau = pressure[(phi >= PLATEAU[0]) & (phi <= PLATEAU[1]) & np.isfinite(pressure)]
+    if len(plateau) < 3 or not plateau.any():  # nothing has reached the wall
         return np.nan, np.nan
-    return float(here.mean()), float(here.std(ddof=1) / np.sqrt(len(here)))
+    return float(plateau.mean()), float(plateau.std(ddof=1) / np.sqrt(len(plateau)))
 
 
 def _fit(curve, extent, weights):
@@ -112,25 +112,25 @@ def fit_compaction_front(run):
         above = np.clip(np.minimum(upper, top) - np.maximum(lower, z), 0.0, None)
         if above.sum() > 0.0:
             mass = np.nan_to_num(phi[number]) * thick
-            share = np.divide(above, thick, out=np.zeros_like(thick), where=thick > 0.0)
+            fraction_above = np.divide(above, thick, out=np.zeros_like(thick), where=thick > 0.0)
             heights.append(z)
             times.append(float(profiles.profile_time[number]))
-            layers.append(float((mass * share).sum() / above.sum()))
+            layers.append(float((mass * fraction_above).sum() / above.sum()))
     if len(heights) < 3:
         return np.nan, np.nan, np.nan
     (slope, _), covariance = np.polyfit(times, heights, 1, cov=True)
     return float(-slope), float(np.sqrt(covariance[0, 0])), float(np.median(layers))
 
 
-def _find_front(denser, middle, whole):
+def _find_front(denser, middle, is_uncut):
     """Height [m] where `denser` (bins,) falls below DENSER from the top down; None without it.
 
-    whole: the bins that the wall does not cut.
+    is_uncut: the bins that the wall does not cut.
     """
-    dense = np.flatnonzero(whole & (denser >= DENSER))
+    dense = np.flatnonzero(is_uncut & (denser >= DENSER))
     below = np.flatnonzero(~(denser[: dense[-1]] >= DENSER)) if len(dense) else []
     if not len(below):
         return None
     n = below[-1] + 1
-    share = (DENSER - denser[n - 1]) / (denser[n] - denser[n - 1])
-    return float(middle[n - 1] + share * (middle[n] - middle[n - 1]))
+    fraction = (DENSER - denser[n - 1]) / (denser[n] - denser[n - 1])
+    return float(middle[n - 1] + fraction * (middle[n] - middle[n - 1]))

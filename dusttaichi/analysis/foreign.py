@@ -17,12 +17,12 @@ _NUMBERS = ("grains", "time_step", "particles", "spacing")
 _TEXTS = ("title", "status", "stages", "sample", "scene_resolved")
 
 
-def check_attributes(found, path):
+def check_attributes(recorded, path):
     """The global attributes of a result, their texts without control characters.
 
     Raises DustError where one that is a number or a text is something else.
     """
-    clean = {k: _CONTROL.sub("", v) if isinstance(v, str) else v for k, v in found.items()}
+    clean = {k: _CONTROL.sub("", v) if isinstance(v, str) else v for k, v in recorded.items()}
     for name in _NUMBERS:
         value = clean.get(name, 0)
         if isinstance(value, str) or getattr(value, "size", 1) != 1:
@@ -55,9 +55,9 @@ def _pickle_yaml(text):
     return pickle.dumps(data)
 
 
-def _refuse_attribute(path, name, value, needed):
+def _refuse_attribute(path, name, value, required):
     shown = repr(value) if len(repr(value)) <= 70 else f"{value!r:.67}..."
-    return DustError(f"{path}: the attribute {name} = {shown}; {needed} is needed. {_ADVICE}")
+    return DustError(f"{path}: the attribute {name} = {shown}; {required} is needed. {_ADVICE}")
 
 
 _ADVICE = "Another program has written or changed the file: take the original from a backup."

@@ -46,8 +46,8 @@ def measure_fractal(run, snapshots=None, radii=None) -> Fractal:
     DustError
         There are no snapshots.
     """
-    part = run.part_that("stretches")
-    frames = part.snapshots
+    stage = run.part_that("stretches")
+    frames = stage.snapshots
     if frames is None or not frames.sizes["snapshot"]:
         raise DustError(f"{run.path} has no snapshots: set output: snapshots in the scene.")
     if "tilt" in frames:
@@ -61,7 +61,7 @@ def measure_fractal(run, snapshots=None, radii=None) -> Fractal:
         radii = np.geomspace(2.1 * r, max(0.5 * extent, 4.0 * r), 30)
     radii = np.asarray(radii, dtype=float)
     counts = [
-        neighbours_within(f.position.values, radii, part.period(n), CENTRES) for n, f in frames
+        neighbours_within(f.position.values, radii, stage.period(n), CENTRES) for n, f in frames
     ]
     number = np.array(counts)
     time = np.array([float(f.snapshot_time) for _, f in frames])

@@ -134,15 +134,15 @@ def fit_fragment_dimension(run, snapshot=-1, fragment=0) -> FragmentDimension:
         radii.
     """
     frame = read_frame(run, snapshot)
-    parts = find_frame_fragments(frame, read_grain_masses(run))
-    if not 0 <= fragment < len(parts):
-        raise DustError(f"There is no fragment {fragment}; allowed: 0 to {len(parts) - 1}.")
-    members = parts.label == fragment
+    fragments = find_frame_fragments(frame, read_grain_masses(run))
+    if not 0 <= fragment < len(fragments):
+        raise DustError(f"There is no fragment {fragment}; allowed: 0 to {len(fragments) - 1}.")
+    members = fragments.label == fragment
     start = np.flatnonzero(members)[:1]
     x = unwrapped(frame.position, frame.pairs, start, frame.nearest)[members]
     mean = float(frame.radius[members].mean())
     # grains are spheres, not points
-    gyration = np.sqrt(parts.radius_of_gyration[fragment] ** 2 + 0.6 * mean**2)
+    gyration = np.sqrt(fragments.radius_of_gyration[fragment] ** 2 + 0.6 * mean**2)
     counts = grains_within(x, mean, gyration)
     if counts is None:
         raise DustError(
@@ -163,21 +163,21 @@ class MassSpectrum:
     histogram: np.ndarray  #: (bins,).
 
 
-def compute_mass_spectrum(parts, bins=10) -> MassSpectrum:
+def compute_mass_spectrum(fragments, bins=10) -> MassSpectrum:
     """Distribution of the mass among fragments.
 
     Parameters
     ----------
-    parts : Fragments
+    fragments : Fragments
     bins : int
         Number of bins of the histogram, from the smallest to the largest mass.
     """
-    mass = np.sort(parts.mass)
+    mass = np.sort(fragments.mass)
     count = np.arange(len(mass), 0, -1)
-    share = np.cumsum(mass[::-1])[::-1] / mass.sum()
+    mass_fraction = np.cumsum(mass[::-1])[::-1] / mass.sum()
     # the ends a little outside, so that rounding of the logarithm loses no fragment
     edges = np.geomspace(mass[0] * (1 - 1e-9), mass[-1] * (1 + 1e-9), bins + 1)
-    return MassSpectrum(mass, count, share, edges, np.histogram(mass, edges)[0])
+    return MassSpectrum(mass, count, mass_fraction, edges, np.histogram(mass, edges)[0])
 
 
 def measure_growth_efficiency(run, first=0, last=-1, bodies=None) -> float:
@@ -207,24 +207,24 @@ def measure_growth_efficiency(run, first=0, last=-1, bodies=None) -> float:
     return compute_growth_efficiency(find_fragments(run, last), read_grain_masses(run), bodies)
 
 
-def compute_growth_efficiency(parts, masses, bodies):
+def compute_growth_efficiency(fragments, masses, bodies):
     """Growth efficiency of two bodies (lists of grains), from the Fragments afterwards.
 
     masses: of the grains [kg], (N,).
     """
     projectile, target = sorted(masses[body].sum() for body in bodies)
-    return float((parts.mass[0] - target) / projectile)
+    return float((fragments.mass[0] - target) / projectile)
 
 
 def find_two_fragments(run, snapshot):
     """The Fragments of a snapshot that has exactly two. Raises DustError otherwise."""
-    parts = find_fragments(run, snapshot)
-    if len(parts) != 2:
+    fragments = find_fragments(run, snapshot)
+    if len(fragments) != 2:
         raise DustError(
-            f"Snapshot {snapshot} of {run.path} has {len(parts)} fragments; a collision needs two "
-            "at its start: try another snapshot."
+            f"Snapshot {snapshot} of {run.path} has {len(fragments)} fragments; a collision needs "
+            "two at its start: try another snapshot."
         )
-    return parts
+    return fragments
 
 
 @dataclass(frozen=True)
@@ -255,5 +255,7 @@ def measure_compaction(run, first=0, last=-1) -> Compaction:
     last : int
         Number of the snapshot after.
     """
-    both, names = [find_fragments(run, n) for n in (first, last)], Compaction.__annotations__
-    return Compaction(*(np.array([getattr(parts, name)[0] for parts in both]) for name in names))
+    snapshots, names = [find_fragments(run, n) for n in (first, last)], Compaction.__annotations__
+    return Compaction(
+        *(np.array([getattr(fragments, name)[0] for fragments in snapshots]) for name in names)
+    )

@@ -144,8 +144,8 @@ class Frame:
         array
             (slices,).
         """
-        around = np.append(axis, 0.0)
-        x = self.nearest(self.position - around) + around
+        centre = np.append(axis, 0.0)
+        x = self.nearest(self.position - centre) + centre
         volume = [
             geometry.cylinder_volume(x, self.radius, axis, reach, low=low, high=high)
             for low, high in zip(edges[1:], edges[:-1], strict=True)
@@ -254,8 +254,8 @@ def compute_normal_force(run, frame):
 
 def find_surface(run):
     """Height of the upper end of the dust at the start [m], from the sample or the first frame."""
-    known = run.sample.get("surface")
-    return float(run.method.read(run, 0).top if known is None else known)
+    height = run.sample.get("surface")
+    return float(run.method.read(run, 0).top if height is None else height)
 
 
 def read_grain_masses(run):

@@ -83,8 +83,8 @@ def measure_isotropic_compression(run, law=laws.isotropic_pressure) -> Isotropic
         )
     phi = series.filling_factor.values
     pressure = compute_cell_pressure(series)
-    known = np.isfinite(phi) & np.isfinite(pressure) & (phi > 0)
-    phi, pressure = phi[known], pressure[known]
+    is_finite = np.isfinite(phi) & np.isfinite(pressure) & (phi > 0)
+    phi, pressure = phi[is_finite], pressure[is_finite]
     numbers = np.floor(np.log10(phi) / DECADES + 1e-9)
     mean, median, count = bin_medians(numbers, phi, pressure)
     ratio = bin_medians(numbers, phi, pressure / _apply_law(law, run, phi))[1]

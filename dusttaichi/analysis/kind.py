@@ -30,13 +30,13 @@ class RunKind:
         Not of a lying cylinder, whose load is no pressure (configs/diametral).
         """
         return not self.lies and self._does(
-            lambda part: part.growth > LEAST_CHANGE and part.has_top_pressure
+            lambda stage: stage.growth > LEAST_CHANGE and stage.has_top_pressure
         )
 
     @property
     def shrinks(self):
         """True where a periodic cell shrinks equally along all axes (in a stage)."""
-        return self._does(lambda part: part.growth > LEAST_CHANGE and part._evenly)
+        return self._does(lambda stage: stage.growth > LEAST_CHANGE and stage._evenly)
 
     @property
     def stretches(self):
@@ -44,12 +44,12 @@ class RunKind:
 
         By LEAST_CHANGE, unless the stage ends past the largest tension.
         """
-        return self._does(lambda part: part._pulls)
+        return self._does(lambda stage: stage._pulls)
 
     @property
     def unloads(self):
         """True where a pressed sample is unloaded (in a stage): it expands under pressure."""
-        return self._does(lambda part: part._before is not None and part._expands_under_pressure)
+        return self._does(lambda stage: stage._before is not None and stage._expands_under_pressure)
 
     @property
     def sheared(self):
@@ -123,8 +123,8 @@ class RunKind:
     @property
     def has_top_pressure(self):
         """True where the pressure on a top wall is recorded."""
-        known = "pressure" in self.series
-        return known and bool(np.isfinite(self.series.pressure.sel(wall="top").values).any())
+        is_recorded = "pressure" in self.series
+        return is_recorded and bool(np.isfinite(self.series.pressure.sel(wall="top").values).any())
 
     @property
     def _evenly(self):

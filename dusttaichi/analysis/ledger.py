@@ -103,10 +103,10 @@ def measure_losses(run) -> Losses:
     DustError
         The run has no filling factor.
     """
-    part = run.part_that("stretches")
-    if "filling_factor" not in part.series:
+    stage = run.part_that("stretches")
+    if "filling_factor" not in stage.series:
         raise DustError(f"{run.path} has no filling factor to draw its losses against.")
-    before = sum_losses_by_channel(part.start.expand_dims("time"))
-    lost = {c: v - before[c][0] for c, v in sum_losses_by_channel(part.series).items()}
-    phi = part.series.filling_factor.values
+    initial_losses = sum_losses_by_channel(stage.start.expand_dims("time"))
+    lost = {c: v - initial_losses[c][0] for c, v in sum_losses_by_channel(stage.series).items()}
+    phi = stage.series.filling_factor.values
     return Losses(phi, lost, sum(lost.values(), np.zeros(len(phi))))

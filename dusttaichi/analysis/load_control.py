@@ -26,34 +26,36 @@ def measure_load_control(run):
 
     Records have averages over their time. A stress of 0 is compared with the largest of the others.
     """
-    found = (_measure_stage(part) for part in run.parts if len(part.series.time))
-    return [one for one in found if one is not None]
+    controls = (_measure_stage(stage) for stage in run.parts if len(stage.series.time))
+    return [control for control in controls if control is not None]
 
 
-def _measure_stage(part):
-    loads = _compute_relative_loads(part)
+def _measure_stage(stage):
+    loads = _compute_relative_loads(stage)
     if loads is None:
         return None
-    series = part.series
-    steps = np.diff(series.step.values, prepend=int(part.start.step)).astype(float)
-    known = np.isfinite(loads).all(axis=1) & (steps > 0.0)  # not the record before any motion
-    if not known.any():
+    series = stage.series
+    steps = np.diff(series.step.values, prepend=int(stage.start.step)).astype(float)
+    is_measured = np.isfinite(loads).all(axis=1) & (steps > 0.0)  # not the record before any motion
+    if not is_measured.any():
         return None
-    loads, steps = loads[known], steps[known]
+    loads, steps = loads[is_measured], steps[is_measured]
     missed = (np.abs(loads - 1.0) > CLOSE).any(axis=1)
-    share = float(steps[missed].sum() / steps.sum())
-    return LoadControl(part.stage_name, share, float(loads.min()), float(loads.max()))
+    missed_share = float(steps[missed].sum() / steps.sum())
+    return LoadControl(stage.stage_name, missed_share, float(loads.min()), float(loads.max()))
 
 
-def _compute_relative_loads(part):
+def _compute_relative_loads(stage):
     """Loads over the controlled ones, (times, n); None where there is none, or no record of it."""
-    drive, series = find_drive(part), part.series
+    drive, series = find_drive(stage), stage.series
     if drive.get("pressure") and ("pressure" in series or "stress" in series):
         return (compute_pressure(series) / parse(drive["pressure"], "pressure"))[:, None]
     stress = drive.get("stress")
     if not isinstance(stress, (list, tuple)) or "stress" not in series:
         return None
     axes = [n for n, level in enumerate(stress) if level != "free"]
-    wanted = np.array([parse(stress[n], "pressure") for n in axes])
-    scale = np.abs(wanted).max()
-    return 1.0 + (series.stress.values[:, axes, axes] - wanted) / np.where(wanted, wanted, scale)
+    prescribed = np.array([parse(stress[n], "pressure") for n in axes])
+    scale = np.abs(prescribed).max()
+    return 1.0 + (series.stress.values[:, axes, axes] - prescribed) / np.where(
+        prescribed, prescribed, scale
+    )

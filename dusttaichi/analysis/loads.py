@@ -36,55 +36,55 @@ class ControlledLoad:
         return is_load_missed(self.pressure, self.wanted)
 
 
-def is_load_missed(load, wanted, other=0.0):
+def is_load_missed(load, prescribed, reference=0.0):
     """True where a load deviates from the prescribed one by more than MISSED of it.
 
-    other: stress that takes its place where no load is prescribed, that is 0 [Pa]. False where
-    `wanted` is NaN: the load is free.
+    reference: stress for the comparison where a load of 0 is prescribed [Pa]. False where
+    `prescribed` is NaN: the load is free.
     """
-    return abs(load - wanted) > MISSED * (abs(wanted) or abs(other))
+    return abs(load - prescribed) > MISSED * (abs(prescribed) or abs(reference))
 
 
 def format_load(test):
     """Load [kPa] of a Shearing or Triaxial, beside the prescribed one where that was missed."""
-    wanted = f" instead of {test.wanted / 1e3:.3g}" if test.missed else ""
-    return f"{test.load / 1e3:.3g}{wanted} kPa"
+    target = f" instead of {test.wanted / 1e3:.3g}" if test.missed else ""
+    return f"{test.load / 1e3:.3g}{target} kPa"
 
 
 def measure_controlled_loads(run):
     """Controlled loads of the stages of a run that control a pressure, in order."""
     return [
-        _measure_controlled_load(part, parse(pressure, "pressure"))
-        for part in run.parts
-        if (pressure := find_drive(part).get("pressure")) and len(part.series.time) > LAST
+        _measure_controlled_load(stage, parse(pressure, "pressure"))
+        for stage in run.parts
+        if (pressure := find_drive(stage).get("pressure")) and len(stage.series.time) > LAST
     ]
 
 
-def find_stage_block(part):
+def find_stage_block(stage_run):
     """Block of a stage of a Run in its scene; None of a run without stages."""
-    stages = {stage["name"]: stage for stage in part.scene.get("stages") or []}
-    return stages.get(part.stage_name, {}) if stages else None
+    blocks = {block["name"]: block for block in stage_run.scene.get("stages") or []}
+    return blocks.get(stage_run.stage_name, {}) if blocks else None
 
 
-def find_drive(part):
+def find_drive(stage_run):
     """Drive of a stage of a Run, as in its scene; of a run without stages its block `boundary`."""
-    stage = find_stage_block(part)
-    return part.scene.get("boundary", {}) if stage is None else stage.get("drive", {})
+    block = find_stage_block(stage_run)
+    return stage_run.scene.get("boundary", {}) if block is None else block.get("drive", {})
 
 
-def _measure_controlled_load(part, wanted):
-    series = part.series
+def _measure_controlled_load(stage, prescribed):
+    series = stage.series
     pressure = compute_pressure(series)
     mean = np.convolve(pressure, np.ones(LAST) / LAST, "valid")
     time, phi = series.time.values, series.filling_factor.values
     return ControlledLoad(
-        stage=part.stage_name,
-        wanted=wanted,
+        stage=stage.stage_name,
+        wanted=prescribed,
         pressure=float(mean[-1]),
-        overshoot=float(mean.max() / wanted - 1.0),
+        overshoot=float(mean.max() / prescribed - 1.0),
         filling_factor=float(phi[-1]),
         creep=float(np.log(phi[-1] / phi[-LAST]) / (time[-1] - time[-LAST])),
-        time=float(time[-1] - part.start.time),
+        time=float(time[-1] - stage.start.time),
     )
 
 
@@ -96,7 +96,7 @@ class StrengthTest:
     strain: np.ndarray  #: Since its start, (n,).
     filling_factor: np.ndarray  #: (n,).
     strength: float  #: Mean of the stress over the last FLOWING of the strain [Pa].
-    strength_sigma: float  #: Its standard error, from the scatter of ten successive parts [Pa].
+    strength_sigma: float  #: Its standard error, from the scatter of ten successive blocks [Pa].
     load: float  #: Mean there of the stress that loads the sample [Pa].
     density: float  #: Mean of the filling factor there.
     wanted: float  #: Load that the scene prescribes [Pa]; NaN without one.
@@ -200,27 +200,29 @@ def measure_shear_tests(run):
     DustError
         No stage shears.
     """
-    found, before = [], 0.0
-    for part in run.parts if "shear_strain" in run.series else []:
-        strain = _compute_shear_strain(part)
-        if np.any(np.abs(strain) > ROUNDING) and len(part.series.time) > 2:
-            found.append(_measure_shear_test(part, strain, before))
-        before += float(strain[-1]) if len(strain) else 0.0
-    if not found:
+    tests, previous_strain = [], 0.0
+    for stage in run.parts if "shear_strain" in run.series else []:
+        strain = _compute_shear_strain(stage)
+        if np.any(np.abs(strain) > ROUNDING) and len(stage.series.time) > 2:
+            tests.append(_measure_shear_test(stage, strain, previous_strain))
+        previous_strain += float(strain[-1]) if len(strain) else 0.0
+    if not tests:
         raise DustError(f"{run.path}: no stage shears; it needs a shear_rate or a shear_speed.")
-    return found
+    return tests
 
 
-def fit_friction(found):
+def fit_friction(tests):
     """Line of friction of several shear or triaxial tests, of one sample or more.
 
     It uses stages with a compressive normal stress that the scene prescribes; None below two loads.
     """
-    used = [s for s in found if s.has_friction]
-    load, strength = (np.array([getattr(s, name) for s in used]) for name in ("load", "strength"))
-    if len(used) < 2 or np.ptp(load) == 0.0:
+    usable = [test for test in tests if test.has_friction]
+    load, strength = (
+        np.array([getattr(test, name) for test in usable]) for name in ("load", "strength")
+    )
+    if len(usable) < 2 or np.ptp(load) == 0.0:
         return None
-    if len(used) == 2:
+    if len(usable) == 2:
         line, sigma = np.polyfit(load, strength, 1), np.full(2, np.nan)
     else:
         line, covariance = np.polyfit(load, strength, 1, cov=True)
@@ -228,22 +230,22 @@ def fit_friction(found):
     return Friction(*map(float, (line[1], sigma[1], line[0], sigma[0])))
 
 
-def _compute_shear_strain(part):
+def _compute_shear_strain(stage):
     """Shear strain since the start of a stage, (n,).
 
     For a top wall it is the integral of its displacement over the current height.
     """
-    records = [part.start, part.series]
+    records = [stage.start, stage.series]
     strain = np.concatenate([np.atleast_1d(r.shear_strain.values) for r in records])
-    if "wall_force" not in part.series or "height" not in part.series:
+    if "wall_force" not in stage.series or "height" not in stage.series:
         return strain[1:] - strain[0]
     height = np.concatenate([np.atleast_1d(r.height.values) for r in records])
     return np.cumsum(np.diff(strain * height) / (0.5 * (height[1:] + height[:-1])))
 
 
-def _parse_normal_stress(part):
+def _parse_normal_stress(stage):
     """Stress across the shear of a stage, or pressure, that the scene prescribes [Pa], or NaN."""
-    drive = find_drive(part)
+    drive = find_drive(stage)
     stress = drive.get("stress")
     if isinstance(stress, (list, tuple)):
         stress = stress[2]
@@ -252,20 +254,20 @@ def _parse_normal_stress(part):
     return parse(drive["pressure"], "pressure") if drive.get("pressure") else np.nan
 
 
-def _measure_shear_test(part, strain, before):
-    series, direction = part.series, float(np.sign(strain[-1]))
+def _measure_shear_test(stage, strain, previous_strain):
+    series, direction = stage.series, float(np.sign(strain[-1]))
     shear, normal = _read_stresses(series)
     strain, shear = direction * strain, direction * shear
     phi = np.asarray(series.get("filling_factor", np.full(len(strain), np.nan)))
     return Shearing(
-        stage=part.stage_name,
+        stage=stage.stage_name,
         strain=strain,
         shear=shear,
         normal=normal,
         filling_factor=phi,
-        wanted=_parse_normal_stress(part),
+        wanted=_parse_normal_stress(stage),
         direction=direction,
-        before=before,
+        before=previous_strain,
         **average_flow(strain, shear, normal, phi),
     )
 
@@ -274,11 +276,15 @@ def average_flow(strain, stress, load, density):
     """strength, strength_sigma, load, density: means over the last FLOWING of a growing strain.
 
     strain, stress, load, density: (n,). The standard error of the strength is that of the means of
-    ten parts of these records.
+    ten blocks of these records.
     """
     late = strain > (1.0 - FLOWING) * strain[-1]
-    parts = [np.mean(p) for p in np.array_split(stress[late], 10) if len(p)]
-    sigma = float(np.std(parts, ddof=1) / np.sqrt(len(parts))) if len(parts) > 1 else np.nan
+    block_means = [np.mean(p) for p in np.array_split(stress[late], 10) if len(p)]
+    sigma = (
+        float(np.std(block_means, ddof=1) / np.sqrt(len(block_means)))
+        if len(block_means) > 1
+        else np.nan
+    )
     means = {"strength": stress, "load": load, "density": density}
     return {name: float(np.mean(a[late])) for name, a in means.items()} | {"strength_sigma": sigma}
 
@@ -302,14 +308,16 @@ def measure_triaxial_tests(run):
         There is none.
     """
     stresses = _find_controlled_stresses(run)
-    parts = run.parts if "stress" in run.series else []
-    tests = [part for part in parts if part.stage_name in stresses and len(part.series.time) > 2]
-    if not tests:
+    candidates = run.parts if "stress" in run.series else []
+    stages = [
+        stage for stage in candidates if stage.stage_name in stresses and len(stage.series.time) > 2
+    ]
+    if not stages:
         raise DustError(
             f"{run.path}: no stage is a triaxial test; it needs a stress along two axes and a "
             "strain_rate along the third (drive: {stress: [-5 kPa, -5 kPa, free], ...})."
         )
-    return [_measure_triaxial_test(part, stresses[part.stage_name]) for part in tests]
+    return [_measure_triaxial_test(stage, stresses[stage.stage_name]) for stage in stages]
 
 
 def is_triaxial(run):
@@ -318,8 +326,8 @@ def is_triaxial(run):
 
 
 def _find_controlled_stresses(run):
-    """Stress along each axis of each part that controls it along two, by name of the stage."""
-    stresses = {part.stage_name: find_drive(part).get("stress") for part in run.parts}
+    """Stress along each axis of each stage that controls it along two, by name of the stage."""
+    stresses = {stage.stage_name: find_drive(stage).get("stress") for stage in run.parts}
     return {
         name: list(stress)
         for name, stress in stresses.items()
@@ -327,21 +335,23 @@ def _find_controlled_stresses(run):
     }
 
 
-def _measure_triaxial_test(part, stress):
+def _measure_triaxial_test(stage, stress):
     """Triaxial of a stage; stress: prescribed along each axis, once "free"."""
-    axis, series = stress.index("free"), part.series
-    wanted = -np.mean([parse(own, "pressure") for own in stress if own != "free"])
-    start, length = (records.box_length.values[..., axis] for records in (part.start, series))
+    axis, series = stress.index("free"), stage.series
+    prescribed = -np.mean(
+        [parse(component, "pressure") for component in stress if component != "free"]
+    )
+    start, length = (records.box_length.values[..., axis] for records in (stage.start, series))
     strain = np.log(float(start) / length)
-    pressed = -np.diagonal(series.stress.values, axis1=1, axis2=2)
-    confining = np.delete(pressed, axis, axis=1).mean(axis=1)
-    deviator, phi = pressed[:, axis] - confining, series.filling_factor.values
+    compression = -np.diagonal(series.stress.values, axis1=1, axis2=2)
+    confining = np.delete(compression, axis, axis=1).mean(axis=1)
+    deviator, phi = compression[:, axis] - confining, series.filling_factor.values
     return Triaxial(
-        stage=part.stage_name,
+        stage=stage.stage_name,
         axis=AXES[axis],
         strain=strain,
         deviator=deviator,
         filling_factor=phi,
-        wanted=float(wanted),
+        wanted=float(prescribed),
         **average_flow(np.abs(strain), deviator, confining, phi),
     )

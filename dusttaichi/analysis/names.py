@@ -35,9 +35,12 @@ def name_runs(runs):
     the keys of their scenes that differ, if few, else by their folders.
     """
     names = [run.name for run in runs]
-    parts = [split_name(run.title, run.scene) for run in runs]
-    if all(changes for _, changes in parts) and len({base for base, _ in parts}) == 1:
-        base = parts[0][0]
+    names_and_changes = [split_name(run.title, run.scene) for run in runs]
+    if (
+        all(changes for _, changes in names_and_changes)
+        and len({base for base, _ in names_and_changes}) == 1
+    ):
+        base = names_and_changes[0][0]
         names = [name.removeprefix(f"{base}, ") for name in names]
     if len(set(names)) == len(names):
         return names
@@ -72,7 +75,7 @@ def split_name(title, scene):
 
 def _parse_changes(text, scene):
     """(path, value in the scene) of each change in "KEY_VALUE__KEY_VALUE", or []."""
-    pairs = [_parse_change(part, scene) for part in text.split("__")]
+    pairs = [_parse_change(change, scene) for change in text.split("__")]
     return pairs if all(pairs) else []
 
 

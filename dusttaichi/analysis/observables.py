@@ -104,8 +104,8 @@ def measure_observables(run):
     return ObservableValues(values, curve and tuple(c.tolist() for c in curve))
 
 
-def _select_finite(found):
-    return {n: float(v) for n, v in found.items() if v is not None and np.isfinite(v)}
+def _select_finite(numbers):
+    return {n: float(v) for n, v in numbers.items() if v is not None and np.isfinite(v)}
 
 
 def resample_curves(curves):
@@ -117,7 +117,7 @@ def resample_curves(curves):
     return grid, np.array([np.interp(grid, *c) for c in curves])
 
 
-def compute_differences(one, reference):
+def compute_differences(observables, reference):
     """Name -> (value, error) of ObservableValues against the reference; nan for a missing number.
 
     The error of a number is |value - reference value| / |reference value|. For a reference of 0 (a
@@ -127,31 +127,33 @@ def compute_differences(one, reference):
     the pressures that both curves reach; its error is that over the mean filling factor of the
     reference there. A tolerance of 5 % thus is a twentieth of the filling factor.
     """
-    out = {}
+    errors_by_name = {}
     for name in reference.names:
         if name == CURVE:
-            out[name] = _compare_curves(one, reference)
+            errors_by_name[name] = _compare_curves(observables, reference)
             continue
-        value, right = one.values.get(name, np.nan), reference.values[name]
-        out[name] = (
+        value, expected = observables.values.get(name, np.nan), reference.values[name]
+        errors_by_name[name] = (
             value,
-            _divide_by_reference(abs(value - right), right, describe_observable(name)[1]),
+            _divide_by_reference(abs(value - expected), expected, describe_observable(name)[1]),
         )
-    return out
+    return errors_by_name
 
 
-def _compare_curves(one, reference):
-    both = None if one.curve is None else resample_curves([one.curve, reference.curve])
-    if both is None:
+def _compare_curves(observables, reference):
+    resampled = (
+        None if observables.curve is None else resample_curves([observables.curve, reference.curve])
+    )
+    if resampled is None:
         return np.nan, np.nan
-    mine, right = both[1]
-    rms = float(np.sqrt(np.mean((mine - right) ** 2)))
-    return rms, rms / float(right.mean())
+    phi, expected = resampled[1]
+    rms = float(np.sqrt(np.mean((phi - expected) ** 2)))
+    return rms, rms / float(expected.mean())
 
 
-def _divide_by_reference(difference, right, units):
-    if right != 0.0:
-        return difference / abs(right)
+def _divide_by_reference(difference, expected, units):
+    if expected != 0.0:
+        return difference / abs(expected)
     if units == "1":
         return difference
     return np.inf if difference > 0.0 else difference
@@ -168,9 +170,9 @@ def measure_scatter(runs, reference):
         out[name] = np.nan
         if name == CURVE:
             curves = [run.curve for run in runs if run.curve is not None]
-            found = resample_curves(curves) if len(curves) > 1 else None
-            if found is not None:
-                phi = found[1]
+            resampled = resample_curves(curves) if len(curves) > 1 else None
+            if resampled is not None:
+                phi = resampled[1]
                 out[name] = float(np.sqrt(phi.var(axis=0, ddof=1).mean()) / phi.mean())
             continue
         values = [run.values[name] for run in runs if name in run.values]
@@ -193,7 +195,7 @@ def find_pareto_front(cost, error) -> list[int]:
         (points,). Points with a value that is NaN are left out.
     """
     cost, error = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
-    known = np.flatnonzero(np.isfinite(cost) & np.isfinite(error))
-    order = known[np.lexsort((error[known], cost[known]))]
+    finite = np.flatnonzero(np.isfinite(cost) & np.isfinite(error))
+    order = finite[np.lexsort((error[finite], cost[finite]))]
     best = np.minimum.accumulate(np.append(np.inf, error[order]))[:-1]
     return order[error[order] < best].tolist()

@@ -37,33 +37,33 @@ def format_definition_line(headings):
     return f"{' and '.join(names)}: defined in {PAGE}" if names else ""
 
 
-def determine_outcome(run, parts, bodies):
+def determine_outcome(run, fragments, bodies):
     """Name of the outcome, of the Fragments of the last snapshot and two bodies (grain numbers)."""
     masses = read_grain_masses(run)
-    return explain_missing_contact(run, parts, bodies, masses) or classify_outcome(
-        parts, masses, bodies
+    return explain_missing_contact(run, fragments, bodies, masses) or classify_outcome(
+        fragments, masses, bodies
     )
 
 
-def classify_outcome(parts, masses, bodies):
+def classify_outcome(fragments, masses, bodies):
     """Name of the outcome of two bodies (grain numbers) that have touched.
 
-    parts: the Fragments afterwards. masses: of the grains [kg], (N,).
+    fragments: the Fragments afterwards. masses: of the grains [kg], (N,).
     """
-    if len(parts) == 1:
+    if len(fragments) == 1:
         return "sticking"
     target = max(masses[body].sum() for body in bodies)
-    grown = compute_growth_efficiency(parts, masses, bodies) > 0.0
-    if are_stuck_together(parts, bodies):
-        return "growth" if grown else _name_erosion(parts, target)
-    if all(_is_intact(parts, masses, body) for body in bodies):
+    grown = compute_growth_efficiency(fragments, masses, bodies) > 0.0
+    if are_stuck_together(fragments, bodies):
+        return "growth" if grown else _name_erosion(fragments, target)
+    if all(_is_intact(fragments, masses, body) for body in bodies):
         return "bouncing"
-    return "mass transfer" if grown else _name_erosion(parts, target)
+    return "mass transfer" if grown else _name_erosion(fragments, target)
 
 
-def explain_missing_contact(run, parts, bodies, masses):
+def explain_missing_contact(run, fragments, bodies, masses):
     """NOT_MET or PASSED for bodies that have not touched until the last snapshot, else ""."""
-    if len(parts) != 2 or are_stuck_together(parts, bodies):
+    if len(fragments) != 2 or are_stuck_together(fragments, bodies):
         return ""
     start, end = (
         compute_relative_motion(run, 0, bodies, masses),
@@ -78,18 +78,22 @@ def has_settled(run):
     """True where the last two snapshots have the same fragments, by number and largest mass."""
     if run.snapshots.sizes["snapshot"] < 3:  # too few to compare
         return True
-    last, before = find_fragments(run, -1), find_fragments(run, -2)
-    return len(last) == len(before) and bool(
-        np.isclose(last.mass[0], before.mass[0], rtol=1e-6, atol=0.0)
+    last, previous = find_fragments(run, -1), find_fragments(run, -2)
+    return len(last) == len(previous) and bool(
+        np.isclose(last.mass[0], previous.mass[0], rtol=1e-6, atol=0.0)
     )
 
 
-def _name_erosion(parts, target):
-    return "erosion" if parts.mass[0] >= HALF * target else "fragmentation"
+def _name_erosion(fragments, target):
+    return "erosion" if fragments.mass[0] >= HALF * target else "fragmentation"
 
 
-def _is_intact(parts, masses, body):
+def _is_intact(fragments, masses, body):
     """True where a body is a separate fragment that has lost and gained little mass."""
-    own = np.bincount(parts.label[body], masses[body], minlength=len(parts))
-    largest, mass = int(np.argmax(own)), masses[body].sum()
-    return own[largest] >= WHOLE * mass and parts.mass[largest] <= mass / WHOLE
+    body_mass_by_fragment = np.bincount(
+        fragments.label[body], masses[body], minlength=len(fragments)
+    )
+    largest, mass = int(np.argmax(body_mass_by_fragment)), masses[body].sum()
+    return (
+        body_mass_by_fragment[largest] >= WHOLE * mass and fragments.mass[largest] <= mass / WHOLE
+    )

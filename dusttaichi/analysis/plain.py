@@ -20,10 +20,10 @@ def convert_runs(runs):
 def _describe_run(run):
     entries, values, rows, problems = {}, {}, {}, []
     for family in families(run.method):
-        found, failed = family.of(run)
-        problems += [{"what": what, "why": why} for what, why in failed]
-        if any(value is not None for value in found.values()):
-            values |= found
+        family_values, failed = family.of(run)
+        problems += [{"what": title, "why": error} for title, error in failed]
+        if any(value is not None for value in family_values.values()):
+            values |= family_values
             rows |= {number.name: number for number in family.numbers}
     errors = {number.error for number in rows.values()}
     for name, number in rows.items():
@@ -52,43 +52,44 @@ def convert_ensemble(data):
     keys = [tables.key_of(data, axis) for axis in axes]
     shape = [data.sizes[axis] for axis in axes]
     points = []
-    for place in np.ndindex(*shape):
-        at = dict(zip(axes, place, strict=True))
-        here = {
+    for index in np.ndindex(*shape):
+        selection = dict(zip(axes, index, strict=True))
+        point_keys = {
             key: {
                 "value": convert_value(data[axis].values[n]),
                 "unit": data[axis].attrs.get("units", ""),
             }
-            for key, (axis, n) in zip(keys, at.items(), strict=True)
+            for key, (axis, n) in zip(keys, selection.items(), strict=True)
         }
         names = data.attrs["summary_numbers"].split()
         numbers = {
-            name.removeprefix("final_"): _describe_number(data[name][at], rows) for name in names
+            name.removeprefix("final_"): _describe_number(data[name][selection], rows)
+            for name in names
         }
-        points.append({"keys": here, "numbers": numbers})
-    found = {"schema": SCHEMA, "name": data.attrs["title"], "points": points}
-    return found | {
-        "statistics": [_describe_statistics(*one) for one in tables.statistics_tables(data)]
+        points.append({"keys": point_keys, "numbers": numbers})
+    document = {"schema": SCHEMA, "name": data.attrs["title"], "points": points}
+    return document | {
+        "statistics": [_describe_statistics(*table) for table in tables.statistics_tables(data)]
     }
 
 
-def _describe_statistics(row, columns, lines, why):
+def _describe_statistics(row, columns, lines, problem):
     """Table of a Statistics, whose columns have a header and a text for each row."""
     columns = [{"header": header, "texts": list(texts)} for header, texts in columns]
-    found = {"name": row.name, "title": row.title, "columns": columns, "lines": lines}
-    return found | ({"why": why} if why else {})
+    table = {"name": row.name, "title": row.title, "columns": columns, "lines": lines}
+    return table | ({"why": problem} if problem else {})
 
 
 def _describe_number(values, rows):
     """A number at a point of a sweep, over all its replicas."""
     number = rows.get(str(values.name).removeprefix("final_"))
-    found = values.values[np.isfinite(values.values)]
+    finite_values = values.values[np.isfinite(values.values)]
     return {
         "title": (number and (number.about or number.title)) or values.name,
         "unit": values.attrs.get("units", ""),
-        "mean": convert_value(found.mean()) if len(found) else None,
-        "std": convert_value(found.std(ddof=1)) if len(found) > 1 else None,
-        "runs": len(found),
+        "mean": convert_value(finite_values.mean()) if len(finite_values) else None,
+        "std": convert_value(finite_values.std(ddof=1)) if len(finite_values) > 1 else None,
+        "runs": len(finite_values),
         "values": convert_value(values.values),
     }
 

@@ -80,8 +80,8 @@ def measure_frame_pores(frame, points=POINTS):
     pore = _search_pore_radii(frame, surfaces, x, rng)
     largest = float(pore.max(initial=0.0))
     radius = np.linspace(0.0, largest, RADII)
-    share = 1.0 - np.searchsorted(np.sort(pore), radius) / max(len(pore), 1)
-    return Pores(len(x) / points, radius, share, largest, points)
+    fraction = 1.0 - np.searchsorted(np.sort(pore), radius) / max(len(pore), 1)
+    return Pores(len(x) / points, radius, fraction, largest, points)
 
 
 def _search_pore_radii(frame, surfaces, points, rng):
@@ -104,8 +104,8 @@ def _enlarge_to_containing_spheres(frame, points, centre, radius):
         some = slice(first, first + BLOCK)
         apart = frame.nearest(points[some, None] - centre)
         inside = np.einsum("pck,pck->pc", apart, apart) <= falling**2
-        known = inside.any(axis=1)
-        result[some][known] = falling[inside.argmax(axis=1)[known]]
+        is_inside_any = inside.any(axis=1)
+        result[some][is_inside_any] = falling[inside.argmax(axis=1)[is_inside_any]]
     return result
 
 
@@ -151,5 +151,5 @@ def _wrap_into_cell(x, edges, periodic):
 def _group_similar_radii(radius):
     """Groups of grains (lists of their numbers) whose radii differ little."""
     edges = np.geomspace(radius.min(), radius.max() * (1 + 1e-9), BINS + 1)
-    place = np.clip(np.searchsorted(edges, radius, "right") - 1, 0, BINS - 1)
-    return [np.flatnonzero(place == n) for n in np.unique(place)]
+    bin_of_grain = np.clip(np.searchsorted(edges, radius, "right") - 1, 0, BINS - 1)
+    return [np.flatnonzero(bin_of_grain == n) for n in np.unique(bin_of_grain)]

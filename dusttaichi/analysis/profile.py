@@ -8,7 +8,7 @@ from dusttaichi.errors import DustError
 EDGE = 2.0  #: Grain diameters beside the bottom and the top wall that the inner part leaves out.
 
 
-def read_profiles(run, most=None) -> xr.Dataset:
+def read_profiles(run, max_count=None) -> xr.Dataset:
     """Profiles of a run as a dataset: filling_factor (profile, bin), height [m] ...
 
     Variables are those of the file, and `middle` (profile, bin) [m]: the middle of the part of the
@@ -17,7 +17,7 @@ def read_profiles(run, most=None) -> xr.Dataset:
     Parameters
     ----------
     run : Run
-    most : int, optional
+    max_count : int, optional
         Largest number of profiles, first and last included, evenly spaced in the filling factor of
         the box.
 
@@ -33,12 +33,12 @@ def read_profiles(run, most=None) -> xr.Dataset:
     ends = run.profiles.bin_upper.clip(max=run.profiles.height)
     middle = (0.5 * (run.profiles.bin_lower + ends)).where(ends > run.profiles.bin_lower)
     profiles = run.profiles.assign(middle=middle.transpose("profile", "bin"))
-    if most is None or profiles.sizes["profile"] <= most:
+    if max_count is None or profiles.sizes["profile"] <= max_count:
         return profiles
     phi = profiles.box_filling_factor.values
-    wanted = np.linspace(phi[0], phi[-1], most)
-    chosen = np.unique([int(np.argmin(np.abs(phi - value))) for value in wanted])
-    return profiles.isel(profile=chosen)
+    targets = np.linspace(phi[0], phi[-1], max_count)
+    selected = np.unique([int(np.argmin(np.abs(phi - value))) for value in targets])
+    return profiles.isel(profile=selected)
 
 
 def join_cut_bins(profiles):
@@ -55,10 +55,10 @@ def join_cut_bins(profiles):
         (inside,) = np.nonzero(thick > 0.0)
         if len(inside) < 2 or thick[inside[-1]] >= 0.5 * (upper - lower)[inside[-1]]:
             continue
-        one, cut = inside[-2:]
-        both = np.array([thick[one], thick[cut]])
-        phi[number, one] = np.nan_to_num(phi[number, [one, cut]]) @ both / both.sum()
-        middle[number, one] = lower[one] + 0.5 * both.sum()
+        below, cut = inside[-2:]
+        both = np.array([thick[below], thick[cut]])
+        phi[number, below] = np.nan_to_num(phi[number, [below, cut]]) @ both / both.sum()
+        middle[number, below] = lower[below] + 0.5 * both.sum()
         phi[number, cut] = middle[number, cut] = np.nan
     dims = ("profile", "bin")
     return profiles.assign(filling_factor=(dims, phi), middle=(dims, middle))

@@ -55,26 +55,29 @@ def measure_restitution(run, first=0, last=-1, bodies=None) -> Restitution:
     if bodies is None:
         label = find_two_fragments(run, first).label
         bodies = [np.flatnonzero(label == k) for k in (0, 1)]
-    one, other = (np.asarray(body, dtype=np.int64) for body in bodies)
+    first_body, second_body = (np.asarray(body, dtype=np.int64) for body in bodies)
     start, end = read_frame(run, first, False), read_frame(run, last, False)
-    meanwhile = (read_frame(run, n, False) for n in range(start.number, end.number + 1))
-    line = min((_compute_separation(f, one, other, masses) for f in meanwhile), key=np.linalg.norm)
-    normal = line / np.linalg.norm(line)
+    frames = (read_frame(run, n, False) for n in range(start.number, end.number + 1))
+    separation = min(
+        (_compute_separation(f, first_body, second_body, masses) for f in frames),
+        key=np.linalg.norm,
+    )
+    normal = separation / np.linalg.norm(separation)
 
     before, after = (
-        _compute_velocity(frame, one, masses) - _compute_velocity(frame, other, masses)
+        _compute_velocity(frame, first_body, masses) - _compute_velocity(frame, second_body, masses)
         for frame in (start, end)
     )
-    sticks = are_stuck_together(find_fragments(run, last), (one, other))
+    sticks = are_stuck_together(find_fragments(run, last), (first_body, second_body))
     result = _check_approach(run, -float(before @ normal), float(after @ normal), sticks, normal)
     if not sticks and np.linalg.norm(after - before) <= UNTOUCHED * np.linalg.norm(before):
         raise DustError(f"{run.path}: the bodies have not touched, so there is no restitution.")
     return result
 
 
-def are_stuck_together(parts, bodies):
+def are_stuck_together(fragments, bodies):
     """True where one of the Fragments has more than half of the mass of both bodies (grains)."""
-    return in_one(parts.label, (parts.mass / parts.grains)[parts.label], bodies)
+    return in_one(fragments.label, (fragments.mass / fragments.grains)[fragments.label], bodies)
 
 
 def compute_relative_motion(run, snapshot, bodies, masses):
@@ -82,9 +85,11 @@ def compute_relative_motion(run, snapshot, bodies, masses):
 
     bodies: grain numbers. masses: of the grains [kg], (N,).
     """
-    frame, (one, other) = read_frame(run, snapshot, False), bodies
-    velocity = _compute_velocity(frame, one, masses) - _compute_velocity(frame, other, masses)
-    return np.stack([_compute_separation(frame, one, other, masses), velocity])
+    frame, (first_body, second_body) = read_frame(run, snapshot, False), bodies
+    velocity = _compute_velocity(frame, first_body, masses) - _compute_velocity(
+        frame, second_body, masses
+    )
+    return np.stack([_compute_separation(frame, first_body, second_body, masses), velocity])
 
 
 def measure_wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitution:
@@ -121,8 +126,8 @@ def measure_wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitutio
     sticks = (touching.wall.values == side).any()
 
     def separation(snapshot):
-        own = _compute_velocity(snapshot, body, masses)[axis]
-        return float(sign * (own - _compute_wall_velocity(run, snapshot, side)))
+        velocity = _compute_velocity(snapshot, body, masses)[axis]
+        return float(sign * (velocity - _compute_wall_velocity(run, snapshot, side)))
 
     normal = sign * np.eye(3)[axis]
     result = _check_approach(run, -separation(start), separation(end), bool(sticks), normal)
@@ -140,10 +145,10 @@ def _check_approach(run, before, after, sticks, normal):
     return Restitution(before, after, sticks, normal)
 
 
-def _compute_separation(frame, one, other, masses):
-    """Vector from the centre of mass of `other` to that of `one` [m], (3,), nearest image."""
+def _compute_separation(frame, first_body, second_body, masses):
+    """Vector from the centre of mass of the second body to the first [m], (3,), nearest image."""
     return frame.nearest(
-        _compute_centre(frame, one, masses) - _compute_centre(frame, other, masses)
+        _compute_centre(frame, first_body, masses) - _compute_centre(frame, second_body, masses)
     )
 
 

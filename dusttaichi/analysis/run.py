@@ -123,7 +123,7 @@ class Run(RunKind, AbstractContextManager):
         """Names of the stages of the scene, in order; () where it has none."""
         return tuple(self.attrs.get("stages", "").split()) if "stage" in self.series else ()
 
-    def stage(self, which):
+    def stage(self, name_or_number):
         """The stage with this name or number (from 0) as a Run: its series, profiles, snapshots.
 
         Its `start` is the last record of the stage before.
@@ -134,21 +134,21 @@ class Run(RunKind, AbstractContextManager):
             The stage does not exist or has not begun.
         """
         names = self.whole.stages
-        if which not in names and which not in range(len(names)):
-            known = f"its stages are {', '.join(names)}" if names else "it has no stages"
-            raise DustError(f"{self.path} has no stage {which!r}: {known}.")
-        number = names.index(which) if which in names else which
+        if name_or_number not in names and name_or_number not in range(len(names)):
+            stages = f"its stages are {', '.join(names)}" if names else "it has no stages"
+            raise DustError(f"{self.path} has no stage {name_or_number!r}: {stages}.")
+        number = names.index(name_or_number) if name_or_number in names else name_or_number
         series = self.whole.series
-        mine = np.flatnonzero(series.stage.values == number)
-        if not len(mine):
+        records = np.flatnonzero(series.stage.values == number)
+        if not len(records):
             raise DustError(f"{self.path}: stage {names[number]} has not begun.")
         view = copy.copy(self.whole)
         view.stage_name = names[number]
-        view._before = series.isel(time=mine[0] - 1) if mine[0] else None
-        view.series = series.isel(time=mine)
+        view._before = series.isel(time=records[0] - 1) if records[0] else None
+        view.series = series.isel(time=records)
         if view.profiles is not None:
-            inside = view._holds(view.profiles.step.values)
-            view.profiles = view.profiles.isel(profile=inside) if inside.any() else None
+            is_inside = view._holds(view.profiles.step.values)
+            view.profiles = view.profiles.isel(profile=is_inside) if is_inside.any() else None
         return view
 
     def beyond(self, filling_factor):
@@ -162,12 +162,12 @@ class Run(RunKind, AbstractContextManager):
         """The stages that have begun, or the run itself without stages."""
         if self.whole is not self or not self.stages:
             return [self]
-        begun = set(self.series.stage.values.tolist())
-        return [self.stage(number) for number in range(len(self.stages)) if number in begun]
+        started = set(self.series.stage.values.tolist())
+        return [self.stage(number) for number in range(len(self.stages)) if number in started]
 
-    def part_that(self, does) -> "Run":
-        """The first stage that `does`, a property of a Run such as "compresses", else the run."""
-        return next((part for part in self.parts if getattr(part, does)), self)
+    def part_that(self, condition) -> "Run":
+        """The first stage that fulfils a property of a Run such as "compresses", else the run."""
+        return next((stage for stage in self.parts if getattr(stage, condition)), self)
 
     @property
     def start(self):
@@ -237,10 +237,10 @@ class Run(RunKind, AbstractContextManager):
         end = int(np.sum(counts[: number + 1]))
         rows = slice(end - int(counts[number]), end)
         # not with the labels of the root: `wall` there would replace that of the group
-        found = self.tree[group].to_dataset(inherit=False).isel({dim: rows})
+        contacts = self.tree[group].to_dataset(inherit=False).isel({dim: rows})
         if names is not None:
-            found = found[[name for name in names if name in found.variables]]
-        return found.assign_coords(xyz=self.series.xyz).load()
+            contacts = contacts[[name for name in names if name in contacts.variables]]
+        return contacts.assign_coords(xyz=self.series.xyz).load()
 
     # In a notebook.
 
@@ -289,9 +289,13 @@ def open_run(path: str | Path) -> Run:
         raise DustError(f"{file} cannot be read as a result: {error}.") from error
     series, profiles = groups["series"], groups.get("profiles")
     if "time" not in series.dims or "step" not in series:
-        one = next(file.parent.rglob("result.nc"), None)
-        beside = "" if one is None else f" The runs of a study are beside it, such as {one}."
-        raise DustError(f"{file} is not the result of a run: it has no time series.{beside}")
+        some_result = next(file.parent.rglob("result.nc"), None)
+        hint = (
+            ""
+            if some_result is None
+            else f" The runs of a study are beside it, such as {some_result}."
+        )
+        raise DustError(f"{file} is not the result of a run: it has no time series.{hint}")
     written = profiles is not None and profiles.sizes.get("profile", 0)
     extensions.import_bundled(str(series.attrs.get(extensions.KEY, "")))
     return Run(file, series, profiles if written else None, file)

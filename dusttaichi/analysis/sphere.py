@@ -37,11 +37,11 @@ def measure_penetration(run):
     DustError
         The run has neither, or the sphere does not reach the dust.
     """
-    time, place, velocity, force, (radius, mass) = _read_motion(run)
+    time, position, velocity, force, (radius, mass) = _read_motion(run)
     if not np.any(force):
         raise DustError(f"{run.path}: the sphere has not touched the dust.")
     top = find_surface(run)
-    depth = top - place[:, 2] + radius
+    depth = top - position[:, 2] + radius
     inside = np.flatnonzero(depth >= 0.0)
     if not len(inside):
         raise DustError(f"{run.path}: the sphere never reaches the dust below it.")
@@ -109,13 +109,13 @@ def measure_column(run, snapshot=-1) -> Column:
     motion = measure_penetration(run)
     frames = run.snapshots.isel(snapshot=snapshot)
     if "sphere_position" in frames:
-        place = frames.sphere_position.values
+        position = frames.sphere_position.values
     else:
         series, name = run.whole.series, run.sample["projectile"]["name"]
         record = int(np.argmin(np.abs(series.time.values - float(frames.snapshot_time))))
-        place = series.body_position.sel(rigid=name).values[record]
-    lowest, reach = place[2] - motion.radius, WIDTH * motion.radius
+        position = series.body_position.sel(rigid=name).values[record]
+    lowest, reach = position[2] - motion.radius, WIDTH * motion.radius
     count = int((lowest - run.method.read(run, 0).floor) / (SLICE * motion.radius) + 1e-6)
     edges = lowest - SLICE * motion.radius * np.arange(count + 1)
-    phi = run.method.read(run, snapshot).filling_below(place[:2], reach, edges)
+    phi = run.method.read(run, snapshot).filling_below(position[:2], reach, edges)
     return Column(motion.surface - 0.5 * (edges[:-1] + edges[1:]), phi, motion.surface - lowest)

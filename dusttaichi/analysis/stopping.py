@@ -20,21 +20,21 @@ class Stop:
 
 
 def find_first_stop(time, height, velocity):
-    """The Stop of a way (n,) each, by linear interpolation of the first v >= 0; None without."""
+    """The Stop of a trajectory, (n,) each: the first v >= 0, interpolated linearly, or None."""
     up = np.flatnonzero(velocity >= 0.0)
     up = up[up > 0]
     if not len(up) or velocity[0] >= 0.0:
         return None
-    after = up[0]
-    before = after - 1
-    step = time[after] - time[before]
-    share = velocity[before] / (velocity[before] - velocity[after])
-    end = time[before] + share * step
+    first_stopped = up[0]
+    last_moving = first_stopped - 1
+    step = time[first_stopped] - time[last_moving]
+    fraction = velocity[last_moving] / (velocity[last_moving] - velocity[first_stopped])
+    end = time[last_moving] + fraction * step
     # the velocity is linear in between, so the height is a parabola
-    bottom = height[before] + 0.5 * velocity[before] * share * step
+    bottom = height[last_moving] + 0.5 * velocity[last_moving] * fraction * step
     depth = -bottom
-    inside = np.append(time[:after], end)
-    way = np.append(height[:after], bottom)
-    normalised = np.stack([inside / end, way / depth])
+    inside = np.append(time[:first_stopped], end)
+    heights = np.append(height[:first_stopped], bottom)
+    normalised = np.stack([inside / end, heights / depth])
     apart = normalised[1] + np.sin(0.5 * np.pi * normalised[0])
     return Stop(end, depth, float(depth * np.sqrt(np.mean(apart**2))), normalised)

@@ -31,22 +31,22 @@ def find_stored(path, names):
     path = Path(path)
     if path.name in names:
         return path
-    found = [path / name for name in names if (path / name).exists()]
-    return found[0] if found and not (path / "result.nc").exists() else None
+    files = [path / name for name in names if (path / name).exists()]
+    return files[0] if files and not (path / "result.nc").exists() else None
 
 
-def read_stored(file, what, needed):
+def read_stored(file, description, required):
     """The dataset of a file, in memory. Raises DustError where it cannot be read.
 
-    what: such as "a trade", for messages. needed: variables that it must have.
+    description: such as "a trade", for messages. required: variables that it must have.
     """
     try:
         with open_netcdf(file, partial(xr.open_dataset, engine="netcdf4")) as data:
             data = data.load()
     except (OSError, ValueError, RuntimeError) as error:
-        raise DustError(f"{file} cannot be read as {what}: {error}.") from error
-    if not set(needed) <= {*data.variables, *data.attrs}:
-        raise DustError(f"{file} is not {what}: it lacks {', '.join(sorted(needed))}.")
+        raise DustError(f"{file} cannot be read as {description}: {error}.") from error
+    if not set(required) <= {*data.variables, *data.attrs}:
+        raise DustError(f"{file} is not {description}: it lacks {', '.join(sorted(required))}.")
     return data
 
 
@@ -83,8 +83,8 @@ def open_ensemble(path):
         There is none, or it cannot be read.
     """
     file = find_stored(path, ENSEMBLES) or Path(path)
-    needed = ("summary_numbers", "coordinate", "replica")
-    data = read_stored(file, "an ensemble or a sweep", needed)
+    required = ("summary_numbers", "coordinate", "replica")
+    data = read_stored(file, "an ensemble or a sweep", required)
     extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
     return data, file
 
@@ -133,8 +133,8 @@ def explain_missing_result(path):
     text = f"There is no result at {folder / RESULT}."
     study = next((name for name in STUDIES if (folder / name).exists()), None)
     if study is not None:
-        how = _explain_opening(folder, study)
-        text = f"{folder} is the folder of {STUDIES[study]}, not of a run: {how}"
+        instructions = _explain_opening(folder, study)
+        text = f"{folder} is the folder of {STUDIES[study]}, not of a run: {instructions}"
     runs = [str(run.parent) for depth in BELOW for run in sorted(folder.glob(depth + RESULT))]
     if runs:
         listed = ", ".join(runs[:LISTED]) + (", ..." if len(runs) > LISTED else "")

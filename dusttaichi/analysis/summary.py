@@ -25,8 +25,8 @@ def summarise(run):
     problems = []
     for family in families(run.method):
         if not family.compared:
-            found, failed = family.of(run)
-            numbers |= found
+            values, failed = family.of(run)
+            numbers |= values
             problems += failed
     return numbers | {PROBLEMS: problems}
 
@@ -37,21 +37,23 @@ def tabulate(numbers):
     Numbers that the run does not have are left out.
     """
     name, rows = numbers["method"], [("status", numbers["status"], "")]
-    of = method.METHODS.get(name) and method.named(name)
-    shown = list_in_table_order(of)
+    run_method = method.METHODS.get(name) and method.named(name)
+    shown = list_in_table_order(run_method)
     for general, pairs in groupby(shown, key=lambda pair: pair[0] >= GENERAL):
-        if general and has_fit_error(numbers, of):
+        if general and has_fit_error(numbers, run_method):
             rows.append(("± of the numbers above", ONE_SAMPLE, ""))
         rows += [row for _, number in pairs for row in number.table_rows(numbers)]
-    return rows + [("number not found", f"{what}: {why}", "") for what, why in numbers[PROBLEMS]]
+    return rows + [
+        ("number not found", f"{title}: {error}", "") for title, error in numbers[PROBLEMS]
+    ]
 
 
-def has_fit_error(numbers, of=None):
+def has_fit_error(numbers, run_method=None):
     """True where a number of a `summarise`, or of a row of `compare`, has an uncertainty.
 
-    of: the method of the run; by default the numbers of all methods are checked.
+    run_method: the method of the run; by default the numbers of all methods are checked.
     """
-    rows = (number for family in families(of) for number in family.numbers)
+    rows = (number for family in families(run_method) for number in family.numbers)
     errors = (numbers.get(number.error) for number in rows)
     return any(error is not None and math.isfinite(error) for error in errors)
 
@@ -63,13 +65,17 @@ def compare(runs):
     one of the runs, also those for comparisons alone; status; version; and problems, (title, why)
     of numbers that could not be measured. Numbers that a run does not have are None or NaN.
     """
-    known = [{family.name: family for family in families(run.method)} for run in runs]
-    all_families = {name: family for one in known for name, family in one.items()}
+    families_of_runs = [{family.name: family for family in families(run.method)} for run in runs]
+    all_families = {
+        name: family
+        for families_by_name in families_of_runs
+        for name, family in families_by_name.items()
+    }
     rows, problems = [{"name": name} for name in name_runs(runs)], [[] for _ in runs]
     for family in sorted(all_families.values(), key=lambda family: family.place):
         measured = [
             family.of(run) if family.name in names else ({}, [])
-            for run, names in zip(runs, known, strict=True)
+            for run, names in zip(runs, families_of_runs, strict=True)
         ]
         for of_run, (_, failed) in zip(problems, measured, strict=True):
             of_run += failed

@@ -78,31 +78,31 @@ def measure_tensile_strength(run, axis=None, windows=None) -> Tensile:
     excludes the scatter between samples (T19: standard deviation of ten), and the largest of
     several noisy means is too large by about one of it.
     """
-    part = run.part_that("stretches")
-    if not part.stretches:
+    stage = run.part_that("stretches")
+    if not stage.stretches:
         raise DustError(
-            f"{part.path} has no tensile strength: no filling factor that falls, or neither "
+            f"{stage.path} has no tensile strength: no filling factor that falls, or neither "
             "stress nor a pressure on the top wall."
         )
     if axis is None:
-        axis = AXES[find_longest_axis(part)] if "box_length" in part.series else "z"
-    duration, raw_phi, raw_stress, edge = _read_records(part, axis)
+        axis = AXES[find_longest_axis(stage)] if "box_length" in stage.series else "z"
+    duration, raw_phi, raw_stress, edge = _read_records(stage, axis)
     # even steps of it are even relative changes
-    place, start = np.log(raw_phi), find_start_of_tension(raw_stress) or 0
-    if place[0] - place[start] <= UNLOADING * np.ptp(place):
+    log_phi, start = np.log(raw_phi), find_start_of_tension(raw_stress) or 0
+    if log_phi[0] - log_phi[start] <= UNLOADING * np.ptp(log_phi):
         start = 0  # no long unloading
-    duration, phi, stress, edge, place = (
-        a[start:] for a in (duration, raw_phi, raw_stress, edge, place)
+    duration, phi, stress, edge, log_phi = (
+        a[start:] for a in (duration, raw_phi, raw_stress, edge, log_phi)
     )
-    noise = _estimate_noise(place, stress)
+    noise = _estimate_noise(log_phi, stress)
     if windows is None:
-        windows = _choose_window_count(place, stress, duration, noise)
-    rows = _average_windows(_assign_windows(place, windows), duration, noise, (phi, stress, edge))
+        windows = _choose_window_count(log_phi, stress, duration, noise)
+    rows = _average_windows(_assign_windows(log_phi, windows), duration, noise, (phi, stress, edge))
     mean_phi, mean_stress, mean_edge, sigma, count = rows
     full = np.where(count >= 0.5 * np.median(count), mean_stress, -np.inf)
     top = int(np.argmax(full))
-    phi_init = float(part.start.filling_factor)
-    start_edge = _read_edge(part.start, axis)
+    phi_init = float(stage.start.filling_factor)
+    start_edge = _read_edge(stage.start, axis)
     strain = mean_edge[top] / start_edge - 1.0 if start_edge else phi_init / mean_phi[top] - 1.0
     return Tensile(
         axis=axis,
@@ -112,14 +112,14 @@ def measure_tensile_strength(run, axis=None, windows=None) -> Tensile:
         count=count.astype(int),
         raw_filling_factor=raw_phi,
         raw_stress=raw_stress,
-        window=1.0 - float(np.exp(-np.ptp(place) / windows)),
+        window=1.0 - float(np.exp(-np.ptp(log_phi) / windows)),
         strength=float(mean_stress[top]),
         strength_sigma=float(sigma[top]),
         strength_phi=float(mean_phi[top]),
         strength_strain=float(strain),
         passed=top < len(mean_stress) - 1,
         phi_init=phi_init,
-        law=compute_strength_law(part, phi_init),
+        law=compute_strength_law(stage, phi_init),
     )
 
 
@@ -143,74 +143,76 @@ def _read_edge(records, axis):
     return records["height"].values if "height" in records and axis == "z" else None
 
 
-def _read_records(part, axis):
+def _read_records(stage, axis):
     """(duration [s], filling factor, stress [Pa], edge [m]) of the records, each (times,).
 
     The stress of a record is the mean since the one before; filling factor and edge are those in
     the middle of this interval.
     """
-    series, start = part.series, part.start
+    series, start = stage.series, stage.start
     if "stress" in series:
         stress = series.stress.sel(xyz=axis, axis=axis).values
     elif axis != "z":
-        raise DustError(f"{part.path} has no stress along {axis}: only that on the top wall, z.")
+        raise DustError(f"{stage.path} has no stress along {axis}: only that on the top wall, z.")
     else:
         stress = -series.pressure.sel(wall="top").values
     edge = _read_edge(series, axis)
 
     def halfway(values, first):
-        before = np.concatenate([[first], values[:-1]])
-        return 0.5 * (before + values)
+        previous = np.concatenate([[first], values[:-1]])
+        return 0.5 * (previous + values)
 
     duration = np.diff(series.time.values, prepend=float(start.time))
     phi = halfway(series.filling_factor.values, float(start.filling_factor))
     edge = np.full(len(phi), np.nan) if edge is None else halfway(edge, _read_edge(start, axis))
-    used = (duration > 0) & np.isfinite(stress) & (phi > 0)
-    if not used.any():
-        raise DustError(f"{part.path} has no record of the stress along {axis}.")
-    return duration[used], phi[used], stress[used], edge[used]
+    is_used = (duration > 0) & np.isfinite(stress) & (phi > 0)
+    if not is_used.any():
+        raise DustError(f"{stage.path} has no record of the stress along {axis}.")
+    return duration[is_used], phi[is_used], stress[is_used], edge[is_used]
 
 
-def _assign_windows(place, windows):
+def _assign_windows(log_phi, windows):
     """Number of the window of each record, from 0 in the order of falling filling factor."""
-    width = np.ptp(place) / windows or np.inf
-    return np.minimum(((place.max() - place) / width).astype(int), windows - 1)
+    width = np.ptp(log_phi) / windows or np.inf
+    return np.minimum(((log_phi.max() - log_phi) / width).astype(int), windows - 1)
 
 
-def _estimate_noise(place, stress):
+def _estimate_noise(log_phi, stress):
     """Uncertainty of a single record [Pa], (times,): scatter around a line, with correlation.
 
     Lines are fitted in windows as wide as allowed, or wide enough for eight records.
     """
-    windows = max(min(_count_fewest_windows(place), len(place) // 8), 1)
-    window = _assign_windows(place, windows)
-    residual, scale = np.zeros(len(place)), np.zeros(len(place))
+    windows = max(min(_count_fewest_windows(log_phi), len(log_phi) // 8), 1)
+    window = _assign_windows(log_phi, windows)
+    residual, scale = np.zeros(len(log_phi)), np.zeros(len(log_phi))
     for number in np.unique(window):
-        here = window == number
-        if here.sum() < 3:  # no scatter about a line
-            scale[here] = np.nan
+        in_window = window == number
+        if in_window.sum() < 3:  # no scatter about a line
+            scale[in_window] = np.nan
             continue
-        line = np.polyfit(place[here] - place[here].mean(), stress[here], 1)
-        residual[here] = stress[here] - np.polyval(line, place[here] - place[here].mean())
-        scale[here] = np.sqrt(np.sum(residual[here] ** 2) / (here.sum() - 2))
-    known = np.isfinite(scale)
-    if not known.any():
-        return np.full(len(place), np.nan)
-    scale[~known] = np.median(scale[known])
+        line = np.polyfit(log_phi[in_window] - log_phi[in_window].mean(), stress[in_window], 1)
+        residual[in_window] = stress[in_window] - np.polyval(
+            line, log_phi[in_window] - log_phi[in_window].mean()
+        )
+        scale[in_window] = np.sqrt(np.sum(residual[in_window] ** 2) / (in_window.sum() - 2))
+    has_scatter = np.isfinite(scale)
+    if not has_scatter.any():
+        return np.full(len(log_phi), np.nan)
+    scale[~has_scatter] = np.median(scale[has_scatter])
     return scale * correlation_factor(residual)
 
 
-def _count_fewest_windows(place):
+def _count_fewest_windows(log_phi):
     """Least number of windows: changes by WIDEST at most, and FEWEST for rise, maximum and fall."""
-    return max(int(np.ceil(np.ptp(place) / -np.log(1.0 - WIDEST) - 1e-9)), FEWEST)
+    return max(int(np.ceil(np.ptp(log_phi) / -np.log(1.0 - WIDEST) - 1e-9)), FEWEST)
 
 
-def _choose_window_count(place, stress, duration, noise):
-    fewest = min(_count_fewest_windows(place), len(place))
-    windows = len(place)
+def _choose_window_count(log_phi, stress, duration, noise):
+    fewest = min(_count_fewest_windows(log_phi), len(log_phi))
+    windows = len(log_phi)
     while windows > fewest:
         mean, sigma, _ = _average_windows(
-            _assign_windows(place, windows), duration, noise, (stress,)
+            _assign_windows(log_phi, windows), duration, noise, (stress,)
         )
         top = np.argmax(mean)
         if sigma[top] <= QUIET * mean[top]:

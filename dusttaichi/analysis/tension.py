@@ -8,31 +8,31 @@ RECORDS = 10
 """Successive records whose mean distinguishes tension from fluctuations, see stop.past_maximum."""
 
 
-def read_tension(part):
+def read_tension(stage):
     """Tension [Pa] of the records of a stage, (times,), along the axis that grows most.
 
     Along the axis of the largest mean if the edges are unknown; on the top wall without a stress.
     """
-    series = part.series
-    if "stress" not in series or (part.has_top_pressure and "box_length" not in series):
+    series = stage.series
+    if "stress" not in series or (stage.has_top_pressure and "box_length" not in series):
         return -series.pressure.sel(wall="top").values
     normal = np.diagonal(series.stress.values, axis1=1, axis2=2)
     if "box_length" not in series:
         return normal[:, np.argmax(np.nanmean(normal, axis=0))]
-    return normal[:, find_longest_axis(part)]
+    return normal[:, find_longest_axis(stage)]
 
 
-def find_longest_axis(part):
+def find_longest_axis(stage):
     """Number of the axis along which the cell of a stage, which has `box_length`, grows most."""
-    return int(np.nanargmax((part.series.box_length[-1] / part.start.box_length).values))
+    return int(np.nanargmax((stage.series.box_length[-1] / stage.start.box_length).values))
 
 
-def _is_load_controlled(part):
+def _is_load_controlled(stage):
     """True where the scene prescribes the load along the axis that grows most."""
-    drive = find_drive(part)
+    drive = find_drive(stage)
     stress = drive.get("stress")
-    if isinstance(stress, (list, tuple)) and "box_length" in part.series:
-        return stress[find_longest_axis(part)] != "free"
+    if isinstance(stress, (list, tuple)) and "box_length" in stage.series:
+        return stress[find_longest_axis(stage)] != "free"
     return bool(stress or drive.get("pressure"))
 
 
@@ -52,10 +52,10 @@ def find_start_of_tension(stress):
     return int(tensile[0])
 
 
-def is_tensile_test(part):
+def is_tensile_test(stage_run):
     """True for a stage, or a run without stages, that its scene ends past the largest tension."""
-    stage = find_stage_block(part)
-    block = part.scene if stage is None else stage
+    stage_block = find_stage_block(stage_run)
+    block = stage_run.scene if stage_block is None else stage_block
     return (block.get("stop") or {}).get("past_maximum") is not None
 
 
@@ -63,13 +63,14 @@ def explain_missing_strength(run):
     """Reason why a tensile test has no tensile strength; None if it has one, and of other runs."""
     if run.stretches and _is_load_controlled(run.part_that("stretches")):
         return "none: the scene prescribes the load; a strength needs a speed or a strain rate"
-    tests = [part for part in run.parts if is_tensile_test(part) and len(part.series.time)]
+    tests = [stage for stage in run.parts if is_tensile_test(stage) and len(stage.series.time)]
     if not tests or run.stretches:
         return None
-    (part, *_), growth = tests, tests[0].growth
+    (stage, *_), growth = tests, tests[0].growth
     if growth >= 0.0:
         return f"none: the filling factor rose by {growth:.2%} in the tensile test"
-    if not part.has_tension:
+    if not stage.has_tension:
         return "none: neither the stress nor a pressure on the top wall is recorded"
-    most = np.nanmax(read_tension(part))
-    return f"none: the mean stress stayed compressive, its largest record is {most / 1e3:.3g} kPa"
+    largest_tension = np.nanmax(read_tension(stage))
+    largest = f"{largest_tension / 1e3:.3g} kPa"
+    return f"none: the mean stress stayed compressive, its largest record is {largest}"

@@ -27,8 +27,8 @@ def choose_unit(size, unit):
     """(power of ten, unit) in which numbers up to `size` [unit, SI] read well."""
     if unit not in _POWERS:
         return 0, "" if unit in (None, "1") else unit
-    fitting = [(p, text) for p, text in _POWERS[unit] if size * (1 + 1e-9) >= 10.0**p]
-    return (fitting or [_POWERS[unit][-1] if size else (0, unit)])[0]
+    fitting_units = [(p, text) for p, text in _POWERS[unit] if size * (1 + 1e-9) >= 10.0**p]
+    return (fitting_units or [_POWERS[unit][-1] if size else (0, unit)])[0]
 
 
 def format_quantity(value, unit, std=None, size=None):
@@ -47,9 +47,9 @@ def format_quantity(value, unit, std=None, size=None):
     if decimals <= DECIMALS:
         mean, std = (f"{round(v, decimals) + 0.0:.{max(decimals, 0)}f}" for v in (mean, std))
     else:
-        whole = mean == round(mean) and abs(mean) < 1e9
+        is_integer = mean == round(mean) and abs(mean) < 1e9
         # a residual needs no more digits than two
-        mean = f"{mean:.0f}" if whole else f"{mean:.{4 if abs(mean) >= 1e-4 else 2}g}"
+        mean = f"{mean:.0f}" if is_integer else f"{mean:.{4 if abs(mean) >= 1e-4 else 2}g}"
         std = f"{std:.2g}"
     return f"{mean}{f' ± {std}' if scatters else ''} {name if named else ''}".rstrip()
 
@@ -61,13 +61,13 @@ def mask_numbers(text):
 
 def merge_with_ranges(texts):
     """One text of several that differ in numbers alone: "0 to 3 points"."""
-    between = _NUMBER.split(texts[0])
+    fixed_texts = _NUMBER.split(texts[0])
     columns = zip(*map(_NUMBER.findall, texts), strict=True)
     ranges = [
         " to ".join(dict.fromkeys((min(column, key=float), max(column, key=float))))
         for column in columns
     ]
-    return "".join(map("".join, zip(between, [*ranges, ""], strict=True)))
+    return "".join(map("".join, zip(fixed_texts, [*ranges, ""], strict=True)))
 
 
 def typeset(text):

@@ -23,7 +23,7 @@ def _list_numbers(threshold):
     return threshold.speed, threshold.low, threshold.high, speeds[0], speeds[-1]
 
 
-def build_threshold_variables(found, data):
+def build_threshold_variables(thresholds, data):
     """Variables of a dataset of collisions with its Thresholds: name -> (dims, values, attrs).
 
     v_NAME and further numbers of ENDS [m/s] (body, mass_ratio); v_NAME_censored (body, mass_ratio,
@@ -32,29 +32,29 @@ def build_threshold_variables(found, data):
     variables = {}
     shape = data.sizes["body"], data.sizes["mass_ratio"]
     meanings = {condition.name: condition.meaning for condition in list_conditions()}
-    for name in _list_names(found):
-        own = [threshold for threshold in found if threshold.name == name]
-        columns = zip(*map(_list_numbers, own), strict=True)
+    for name in _list_names(thresholds):
+        same_name = [threshold for threshold in thresholds if threshold.name == name]
+        columns = zip(*map(_list_numbers, same_name), strict=True)
         for (end, text), values in zip(ENDS.items(), columns, strict=True):
-            about = {"units": "m/s", "long_name": text.format(meaning=meanings[name])}
+            attributes = {"units": "m/s", "long_name": text.format(meaning=meanings[name])}
             values = np.reshape(values, shape)
-            variables[f"v_{name}{end}"] = ("body", "mass_ratio"), values, about | {"see": PAGE}
-        censored = [np.isin(data.speed.values, threshold.censored) for threshold in own]
-        about = {"long_name": "1 where failed collisions leave the side of the threshold open"}
+            variables[f"v_{name}{end}"] = ("body", "mass_ratio"), values, attributes | {"see": PAGE}
+        censored = [np.isin(data.speed.values, threshold.censored) for threshold in same_name]
+        attributes = {"long_name": "1 where failed collisions leave the side of the threshold open"}
         censored = np.reshape(censored, (*shape, -1)).astype(int)
-        variables[f"v_{name}_censored"] = ("body", "mass_ratio", "speed"), censored, about
+        variables[f"v_{name}_censored"] = ("body", "mass_ratio", "speed"), censored, attributes
     return variables
 
 
-def format_threshold_csv(found):
+def format_threshold_csv(thresholds):
     """Thresholds as CSV: speeds in m/s, `inf` above all speeds that decide, 0 below them.
 
     Empty where there is no number; the censored speeds are separated by spaces.
     """
     ends = [*ENDS, "_censored"]
-    columns = [f"v_{name}{end}_m_per_s" for name in _list_names(found) for end in ends]
+    columns = [f"v_{name}{end}_m_per_s" for name in _list_names(thresholds) for end in ends]
     table = [["body", "mass_ratio", "target_filling_factor", *columns]]
-    for rows in _group_by_point(found):
+    for rows in _group_by_point(thresholds):
         cells = [_format_cell(rows[0].filling_factor)]
         for threshold in rows:
             cells += map(_format_cell, _list_numbers(threshold))
@@ -67,16 +67,16 @@ def _format_cell(value):
     return "" if np.isnan(value) else f"{value:.4g}"
 
 
-def format_threshold_columns(found):
+def format_threshold_columns(thresholds):
     """(keys, columns) of a table of Thresholds: a row for each body and mass ratio."""
-    points = _group_by_point(found)
+    points = _group_by_point(thresholds)
     keys = [
         ("body", [rows[0].body for rows in points]),
         ("mass ratio", [f"{rows[0].mass_ratio:g}" for rows in points]),
     ]
     columns = [
         (f"v_{name} m/s", [_format_threshold(rows[n]) for rows in points])
-        for n, name in enumerate(_list_names(found))
+        for n, name in enumerate(_list_names(thresholds))
     ]
     return keys, columns
 
@@ -95,13 +95,13 @@ def explain_missing_thresholds(data):
     return lines
 
 
-def _list_names(found):
-    return list(dict.fromkeys(threshold.name for threshold in found))
+def _list_names(thresholds):
+    return list(dict.fromkeys(threshold.name for threshold in thresholds))
 
 
-def _group_by_point(found):
-    size = len(_list_names(found))
-    return [found[n : n + size] for n in range(0, len(found), size)]
+def _group_by_point(thresholds):
+    size = len(_list_names(thresholds))
+    return [thresholds[n : n + size] for n in range(0, len(thresholds), size)]
 
 
 def _format_threshold(threshold):
@@ -109,10 +109,10 @@ def _format_threshold(threshold):
     speed, low, high = (_format_bound(threshold, v) for v in _list_numbers(threshold)[:3])
     beyond = np.isinf(threshold.speed) and threshold.low in (np.inf, threshold.speeds[-1])
     alike = beyond or low == speed == high
-    said = [] if alike or np.isnan(threshold.low) else [f"{low} to {high}"]
+    remarks = [] if alike or np.isnan(threshold.low) else [f"{low} to {high}"]
     if threshold.censored:
-        said.append("censored at " + ", ".join(f"{v:.3g}" for v in threshold.censored))
-    return speed + (f" ({'; '.join(said)})" if said else "")
+        remarks.append("censored at " + ", ".join(f"{v:.3g}" for v in threshold.censored))
+    return speed + (f" ({'; '.join(remarks)})" if remarks else "")
 
 
 def _format_bound(threshold, speed):

@@ -51,7 +51,10 @@ def register(condition: Condition) -> None:
     A file that calls it takes effect where it is among the `extensions` of a scene. Raises
     ValueError where another one has the name.
     """
-    if any(one.name == condition.name and one != condition for one in list_conditions()):
+    if any(
+        registered.name == condition.name and registered != condition
+        for registered in list_conditions()
+    ):
         raise ValueError(f"there is a threshold {condition.name}; another name is needed")
     THRESHOLDS[condition.name] = condition
 
@@ -96,16 +99,16 @@ def find_thresholds(data):
     outcomes of its failed collisions, and where all of them failed. The estimate leaves it out, and
     the interval reaches to the speeds beside it.
     """
-    found = []
+    thresholds = []
     for body, ratio in np.ndindex(data.sizes["body"], data.sizes["mass_ratio"]):
-        own = data.isel(body=body, mass_ratio=ratio)
-        phi = own.target_filling_factor.values
+        collisions = data.isel(body=body, mass_ratio=ratio)
+        phi = collisions.target_filling_factor.values
         phi = float(np.nanmean(phi)) if np.isfinite(phi).any() else np.nan
-        about = str(data.body.values[body]), float(data.mass_ratio.values[ratio])
+        labels = str(data.body.values[body]), float(data.mass_ratio.values[ratio])
         for condition in list_conditions():
-            *numbers, speeds, censored = _find_threshold(own, condition)
-            found.append(Threshold(*about, condition.name, *numbers, phi, speeds, censored))
-    return found
+            *numbers, speeds, censored = _find_threshold(collisions, condition)
+            thresholds.append(Threshold(*labels, condition.name, *numbers, phi, speeds, censored))
+    return thresholds
 
 
 def find_growth_bracket(data, body, ratio):
@@ -121,33 +124,33 @@ def find_growth_bracket(data, body, ratio):
     return float(speeds[below[0] - 1]), float(speeds[below[0]])
 
 
-def _find_threshold(own, condition):
+def _find_threshold(collisions, condition):
     """(speed, low, high, speeds that decide, censored speeds) of a Threshold."""
-    sums = _Sums.of(own, condition)
+    sums = _Sums.of(collisions, condition)
     best, *ends = sums.crossing()
     decided = sums.decided()
-    known = tuple(sums.speeds[decided].tolist())
+    decisive_speeds = tuple(sums.speeds[decided].tolist())
     if not sums.count.any():
-        return np.nan, np.nan, np.nan, known, ()
+        return np.nan, np.nan, np.nan, decisive_speeds, ()
     seeds = sums.total.shape[1]
     if seeds > 1:
         draws = np.random.default_rng(0).integers(seeds, size=(RESAMPLES, seeds))
-        several = np.array([sums.drawn(draw).crossing()[1:] for draw in draws])
+        resampled_ends = np.array([sums.drawn(draw).crossing()[1:] for draw in draws])
         tail = 0.5 * (1.0 - CONFIDENCE)
-        ends = [_compute_quantile(several[:, n], q) for n, q in ((0, tail), (1, 1.0 - tail))]
+        ends = [_compute_quantile(resampled_ends[:, n], q) for n, q in ((0, tail), (1, 1.0 - tail))]
     open_speeds = sums.speeds[~decided & (sums.failed.sum(axis=1) > 0)]
     # above all speeds that decide the interval has no end
     inside = (open_speeds > ends[0]) & (open_speeds < ends[1])
     censored = tuple(open_speeds[inside].tolist())
     if seeds == 1 and not censored:
         ends = [np.nan, np.nan]
-    return best, float(ends[0]), float(ends[1]), known, censored
+    return best, float(ends[0]), float(ends[1]), decisive_speeds, censored
 
 
-def _compute_quantile(values, share):
+def _compute_quantile(values, fraction):
     """Quantile of the draws with collisions that decide; not a number without one."""
-    known = values[~np.isnan(values)]
-    return np.quantile(known, share, method="nearest") if len(known) else np.nan
+    crossings = values[~np.isnan(values)]
+    return np.quantile(crossings, fraction, method="nearest") if len(crossings) else np.nan
 
 
 @dataclass(frozen=True)
@@ -167,14 +170,16 @@ class _Sums:
     ends: tuple[float, float]
 
     @classmethod
-    def of(cls, own, condition):
-        own = own.transpose("speed", "seed", "impact_parameter", ...)
-        hit = np.isfinite(own.growth_efficiency.values)
-        growth = np.where(hit, own.growth_efficiency.values, 0.0)
-        value = condition.value(own.outcome.values, growth) * hit
-        failed = (own.outcome.values == FAILED).sum(axis=2)
-        ends = _find_ends(condition, float(own.mass_ratio))
-        return cls(condition, own.speed.values, value.sum(axis=2), hit.sum(axis=2), failed, ends)
+    def of(cls, collisions, condition):
+        collisions = collisions.transpose("speed", "seed", "impact_parameter", ...)
+        hit = np.isfinite(collisions.growth_efficiency.values)
+        growth = np.where(hit, collisions.growth_efficiency.values, 0.0)
+        value = condition.value(collisions.outcome.values, growth) * hit
+        failed = (collisions.outcome.values == FAILED).sum(axis=2)
+        ends = _find_ends(condition, float(collisions.mass_ratio))
+        return cls(
+            condition, collisions.speed.values, value.sum(axis=2), hit.sum(axis=2), failed, ends
+        )
 
     def drawn(self, seeds):
         """The same of pairs that are drawn, by their numbers."""
@@ -184,21 +189,21 @@ class _Sums:
     def decided(self):
         """True for speeds whose mean is on one side of the limit, however failed ones ended."""
         total, count, failed = (a.sum(axis=1) for a in (self.total, self.count, self.failed))
-        most = np.maximum(count + failed, 1)
-        low, high = (self._past((total + failed * end) / most) for end in self.ends)
+        largest_count = np.maximum(count + failed, 1)
+        low, high = (self._past((total + failed * end) / largest_count) for end in self.ends)
         return (count > 0) & (low == high)
 
-    def course(self, chosen):
+    def course(self, is_selected):
         """Chosen speeds, and the mean there.
 
         It falls with the speed unless it rises to the threshold.
         """
-        count = self.count.sum(axis=1)[chosen]
-        mean = self.total.sum(axis=1)[chosen] / count
+        count = self.count.sum(axis=1)[is_selected]
+        mean = self.total.sum(axis=1)[is_selected] / count
         if not self.condition.rises and len(mean):
-            found = scipy.optimize.isotonic_regression(mean, weights=count, increasing=False)
-            mean = found.x
-        return self.speeds[chosen], mean
+            falling = scipy.optimize.isotonic_regression(mean, weights=count, increasing=False)
+            mean = falling.x
+        return self.speeds[is_selected], mean
 
     def crossing(self):
         """(speed, low, high) [m/s]: where the mean first crosses the limit, and its range.

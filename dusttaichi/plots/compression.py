@@ -82,7 +82,7 @@ def compression(runs, labels=None, laws=()):
             style.draw_records(axes, curve.raw_pressure / 1e3, curve.raw_filling_factor, number)
         axes.plot(curve.pressure / 1e3, curve.filling_factor, label=label, **line_style)
         if "inner_filling_factor" in run.series:
-            inner = measure_compression_curve(run, of="inner_filling_factor")
+            inner = measure_compression_curve(run, quantity="inner_filling_factor")
             fine = style.line_look(line_style["color"], 1.2, style.FINE)
             axes.plot(inner.pressure / 1e3, inner.filling_factor, label="inner cylinder", **fine)
             top = max(top, np.max(inner.filling_factor, initial=0) + 0.02)

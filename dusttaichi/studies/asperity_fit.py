@@ -121,34 +121,36 @@ class AsperityFit:
         self.material, self.speed = material, speed
         self._first = _volume_balance(material, speed)
 
-    def points(self, found):
+    def points(self, results_by_label):
         """The next simulation of the fit, after it those of POPPE."""
-        for failed in (one for one in found.values() if not one.ok):
+        for failed in (result for result in results_by_label.values() if not result.ok):
             raise DustError(failed.text)
-        fit, wanted = self._fit(found)
-        return [wanted] if fit is None else self._measured(fit)
+        fit, request = self._fit(results_by_label)
+        return [request] if fit is None else self._measured(fit)
 
-    def result(self, found):
+    def result(self, results_by_label):
         """The numbers of the fit, SI, once all points are found, as plain data."""
-        fit, _ = self._fit(found)
+        fit, _ = self._fit(results_by_label)
         grains = [
-            found[point.label].measured
+            results_by_label[point.label].measured
             | {"radius": radius, "poppe": POPPE[radius][0], "poppe_error": POPPE[radius][1]}
             | {"balance": sticking_speed_balance(self.material, fit.volume, radius)}
             for radius, point in zip(POPPE, self._measured(fit), strict=True)
         ]
-        own = {"material": self.material, "asperity_volume": fit.volume}
-        own |= {"speed": fit.speed, "sigma": fit.sigma}
-        return own | {"speed_without_asperities": _bare(self.material), "grains": grains}
+        numbers = {"material": self.material, "asperity_volume": fit.volume}
+        numbers |= {"speed": fit.speed, "sigma": fit.sigma}
+        return numbers | {"speed_without_asperities": _bare(self.material), "grains": grains}
 
-    def _fit(self, found):
+    def _fit(self, results_by_label):
         """(Fit, None), or (None, the simulation that it waits for)."""
         volume = self._first
         for _ in range(TRIES):
             point = self._request(volume)
-            if point.label not in found:
+            if point.label not in results_by_label:
                 return None, point
-            speed, sigma = (found[point.label].measured[name] for name in ("speed", "sigma"))
+            speed, sigma = (
+                results_by_label[point.label].measured[name] for name in ("speed", "sigma")
+            )
             if abs(speed / self.speed - 1.0) < CLOSE:
                 return Fit(volume, speed, sigma), None
             # E_asp grows as v^(4/5) (eqs 8 and 9 far above F_c), the energy of the grain as v^2
@@ -159,8 +161,8 @@ class AsperityFit:
 
     def _measured(self, fit):
         """Requests for the grains of POPPE; that of the material itself is known from the fit."""
-        own = _scene(self.material, None, fit.volume).material.radius
-        radii = (None if isclose(radius, own) else radius for radius in POPPE)
+        fitted_radius = _scene(self.material, None, fit.volume).material.radius
+        radii = (None if isclose(radius, fitted_radius) else radius for radius in POPPE)
         return [self._request(fit.volume, radius) for radius in radii]
 
     def _request(self, volume, radius=None):
@@ -176,11 +178,12 @@ def lines(numbers):
         f"{numbers['speed']:.4f} +- {numbers['sigma']:.4f} m/s; "
         f"without asperities {numbers['speed_without_asperities']:.3f} m/s)"
     )
-    for one in numbers["grains"]:
-        radius = quantities.format(one["radius"], "length")
+    for grain in numbers["grains"]:
+        radius = quantities.format(grain["radius"], "length")
         yield (
-            f"radius {radius}: sticks up to {one['speed']:.4f} m/s (energy balance "
-            f"{one['balance']:.4f}); Poppe et al. 2000: {one['poppe']} +- {one['poppe_error']} m/s"
+            f"radius {radius}: sticks up to {grain['speed']:.4f} m/s (energy balance "
+            f"{grain['balance']:.4f}); Poppe et al. 2000: {grain['poppe']} +- "
+            f"{grain['poppe_error']} m/s"
         )
 
 

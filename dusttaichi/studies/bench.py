@@ -72,29 +72,29 @@ def _narrow() -> str | None:
     """
     from dusttaichi.compute import processor
 
-    bits, own = vector_bits(), processor.own_bits()
-    if own is None or bits >= min(own, USUAL_BITS):
+    bits, supported_bits = vector_bits(), processor.own_bits()
+    if supported_bits is None or bits >= min(supported_bits, USUAL_BITS):
         return None
     return (
-        f"Kernels use vectors of {bits} bits where this processor has {own}: the compiler "
-        f"(LLVM of {compiler.label()}) does not know it, and steps of grains take about 1.3 times "
-        f"as long; {compiler.VARIABLE}=quadrants chooses a newer one."
+        f"Kernels use vectors of {bits} bits where this processor has {supported_bits}: the "
+        f"compiler (LLVM of {compiler.label()}) does not know it, and steps of grains take about "
+        f"1.3 times as long; {compiler.VARIABLE}=quadrants chooses a newer one."
     )
 
 
-def machine(*further: str) -> str:
-    """One line on the machine and the versions. further: more texts for it."""
+def machine(*remarks: str) -> str:
+    """One line on the machine and the versions. remarks: more texts for it."""
     from dusttaichi.results.provenance import provenance
 
-    here = provenance("", "")
+    facts = provenance("", "")
     texts = [
-        f"{here['cpu']}, {here['cpu_cores']} cores",
+        f"{facts['cpu']}, {facts['cpu_cores']} cores",
         f"vectors of {vector_bits()} bits",
-        f"Python {here['python_version']}",
+        f"Python {facts['python_version']}",
         compiler.label(),
-        f"dusttaichi {here['dusttaichi_version']}",
+        f"dusttaichi {facts['dusttaichi_version']}",
     ]
-    return "; ".join([*texts, *further])
+    return "; ".join([*texts, *remarks])
 
 
 @dataclass(frozen=True)
@@ -118,9 +118,9 @@ class Timing:
     def text(self) -> str:
         """Line of the table."""
         words = "1 thread " if self.threads == 1 else f"{self.threads} threads"
-        what, number = ("contact", self.contacts) if self.contacts else ("particle", self.size)
+        unit, number = ("contact", self.contacts) if self.contacts else ("particle", self.size)
         line = f"  {words:<11}{1.0 / self.seconds:>9,.0f} steps/s"
-        line += f"{1e9 * self.seconds / number:>9.1f} ns per {what} and step"
+        line += f"{1e9 * self.seconds / number:>9.1f} ns per {unit} and step"
         return line if self.threads == 1 else f"{line}   {self.speed_up:.2f} times one thread"
 
 
@@ -147,18 +147,20 @@ def _timings(name, threads, rounds, seconds, log):
             processes.append(stack.enter_context(Timed(f"{__name__}:answer")))
             built.append(processes[-1].ask("build", scene=str(name), threads=n))
         log(f"{name}: timing it")
-        found = [[p.ask("time", span=seconds)["step"] for p in processes] for _ in range(rounds)]
+        step_times = [
+            [p.ask("time", span=seconds)["step"] for p in processes] for _ in range(rounds)
+        ]
         residuals = [p.ask("ledger")["residual"] for p in processes]
-    for which, n in enumerate(threads):
-        own = [each[which] for each in found]
+    for index, n in enumerate(threads):
+        seconds_of_step = [round_times[index] for round_times in step_times]
         yield Timing(
             str(name),
-            **built[which],
+            **built[index],
             threads=n,
-            seconds=median(own),
-            speed_up=median(each[0] / each[which] for each in found),
-            spread=100.0 * (max(own) - min(own)) / median(own),
-            residual=residuals[which],
+            seconds=median(seconds_of_step),
+            speed_up=median(round_times[0] / round_times[index] for round_times in step_times),
+            spread=100.0 * (max(seconds_of_step) - min(seconds_of_step)) / median(seconds_of_step),
+            residual=residuals[index],
         )
 
 
@@ -205,23 +207,23 @@ def _build(scene, threads):
     sim = _state["sim"] = method.of(scene).build(scene, method.make_sample(scene))
     _state["start"] = method.Start.of(sim.measure())
     sim.advance(1)
-    found = {"size": sim.size, "contacts": sim.measure().parts.get("contacts")}
+    sizes = {"size": sim.size, "contacts": sim.measure().parts.get("contacts")}
     _state["steps"] = 1
     _time(WARM_UP)
-    return found
+    return sizes
 
 
 def _time(span):
     """Seconds of a step, over steps that take about `span` seconds."""
-    sim, took, made = _state["sim"], 0.0, 0
+    sim, took, steps = _state["sim"], 0.0, 0
     while took < span:
         began, first = time.perf_counter(), sim.step
         sim.advance(_state["steps"])
-        each = time.perf_counter() - began
-        took, made = took + each, made + sim.step - first
+        duration = time.perf_counter() - began
+        took, steps = took + duration, steps + sim.step - first
         # each call a tenth of the time, so that the cost of a call is negligible
-        _state["steps"] = max(1, round(_state["steps"] * min(10.0, 0.1 * span / each)))
-    return {"step": took / made}
+        _state["steps"] = max(1, round(_state["steps"] * min(10.0, 0.1 * span / duration)))
+    return {"step": took / steps}
 
 
 def _ledger():
@@ -253,7 +255,7 @@ def compiled_bits(folder) -> int:
     """
     from dusttaichi.compute.engine import ti
 
-    x, here = ti.field(ti.f64, shape=64), os.getcwd()
+    x, previous_folder = ti.field(ti.f64, shape=64), os.getcwd()
 
     @ti.kernel
     def products(n: ti.i32):
@@ -268,7 +270,7 @@ def compiled_bits(folder) -> int:
     try:
         products(0)
     finally:
-        os.chdir(here)
+        os.chdir(previous_folder)
     code = "".join(file.read_text() for file in Path(folder).glob("*optimized*.ll"))
     lanes = [int(n) for n in re.findall(r"fmul [a-z ]*<(\d+) x double>", code)]
     return 64 * max(lanes, default=1)

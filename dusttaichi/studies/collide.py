@@ -53,24 +53,24 @@ class Collisions:
     timed = False
 
     def __init__(self, scene: Scene, directory: Path):
-        own = getattr(scene, "collisions", None)
-        if own is None:
+        study_block = getattr(scene, "collisions", None)
+        if study_block is None:
             raise DustError(
                 f"{scene.name} has no block `collisions`, which says what to vary; for example "
                 "collisions: {speed: [10 m/s, 30 m/s], impact_parameter: [0], seeds: 3} "
                 "(`dust new collide` writes a file)"
             )
-        self.scene, self.directory, self._own, self._added = scene, Path(directory), own, 0
+        self.scene, self.directory, self._own, self._added = scene, Path(directory), study_block, 0
         data = one_thread(data_of(scene))
         data.pop("collisions")
         data.pop("replicas", None)
-        self._templates = _templates(data["sample"], own)
+        self._templates = _templates(data["sample"], study_block)
         self.axes = {
             "body": tuple(self._templates),
-            "mass_ratio": own.mass_ratio,
-            "speed": own.speeds,
-            "impact_parameter": own.impacts,
-            "seed": tuple(range(own.seeds)),
+            "mass_ratio": study_block.mass_ratio,
+            "speed": study_block.speeds,
+            "impact_parameter": study_block.impacts,
+            "seed": tuple(range(study_block.seeds)),
         }
         bodies = [path for block in self._templates.values() for path in relative_files(block)]
         self._inputs = tuple(sorted({*portable(data), *as_files(bodies)}))
@@ -88,27 +88,29 @@ class Collisions:
         """File in which each collision is a line of JSON as soon as it is done."""
         return self.directory / "collisions.jsonl"
 
-    def points(self, found) -> list[Request]:
+    def points(self, results_by_label) -> list[Request]:
         """All collisions, and when they are found those of a further speed."""
-        wanted = self.requests()
-        known = all(request.label in found for request in wanted)
-        if known and self._added < self._own.refine:
-            speed = next_speed(build_collisions_dataset(self._rows(wanted, found), self.axes))
+        requests = self.requests()
+        is_complete = all(request.label in results_by_label for request in requests)
+        if is_complete and self._added < self._own.refine:
+            speed = next_speed(
+                build_collisions_dataset(self._rows(requests, results_by_label), self.axes)
+            )
             if speed is not None:
                 self._added += 1
                 self.axes["speed"] = tuple(sorted({*self.axes["speed"], speed}))
                 return self.requests()
-        return wanted
+        return requests
 
     def requests(self) -> list[Request]:
         """The collisions, in the order of the axes."""
         scene, phases = self.base.to_yaml(), self._own.phases
         core = core_of(self.scene.to_yaml()) | {"collisions": None, "name": ""}
-        found = []
+        requests = []
         for values in itertools.product(*self.axes.values()):
             point = dict(zip(self.axes, values, strict=True))
             sample = _sample(self._templates[point["body"]], point)
-            found.append(
+            requests.append(
                 Request(
                     label=key_of(core, sample, phases),
                     task=TASK,
@@ -118,7 +120,7 @@ class Collisions:
                     cores=cores_of(self.base),
                 )
             )
-        return found
+        return requests
 
     @property
     def refine(self) -> int:

@@ -232,12 +232,12 @@ def run(
 def _round(points, progress, shelf, *, log, **how):
     """label -> Answer of the points (by label), in their order."""
     answers = {label: point.stored(shelf) for label, point in points.items()}
-    left = {label: points[label] for label, answer in answers.items() if answer is None}
+    missing = {label: points[label] for label, answer in answers.items() if answer is None}
     answers = {label: answer for label, answer in answers.items() if answer is not None}
     progress.more(len(points), len(answers))
     if answers:
         log(f"{len(answers)} of {len(points)} are already finished")
-    answers |= _do(left, progress, shelf, log=log, **how) if left else {}
+    answers |= _do(missing, progress, shelf, log=log, **how) if missing else {}
     return {label: answers[label] for label in points}
 
 
@@ -304,8 +304,8 @@ def _submit(pool, jobs, points, remote):
     """Future -> job. Input files of several jobs are shared once."""
     futures, shared = {}, {}
     for job in jobs:
-        own = [points[label] for label in job.labels] if remote else []
-        paths = tuple(dict.fromkeys(path for point in own for path in point.inputs))
+        remote_points = [points[label] for label in job.labels] if remote else []
+        paths = tuple(dict.fromkeys(path for point in remote_points for path in point.inputs))
         if paths not in shared:
             shared[paths] = pool.share({path: content_of(path) for path in paths})
         futures[pool.submit(job, shared[paths])] = job

@@ -74,9 +74,9 @@ ONE, NEAR, APART = [[0, 0, 0]], [[0, 0, 0], [1.9997, 0, 0]], [[2.0005, 0, 0], [0
 
 def scene(**blocks):
     """The blocks of BASE with others in their place; keys of `numerics` are added."""
-    own = {**BASE, **blocks}
-    own["numerics"] = {**BASE["numerics"], **blocks.get("numerics", {})}
-    return own
+    merged = {**BASE, **blocks}
+    merged["numerics"] = {**BASE["numerics"], **blocks.get("numerics", {})}
+    return merged
 
 
 def given(positions, **motion):
@@ -90,19 +90,21 @@ FEW_FRACTIONS = (0.01, 0.2, 0.3, 0.33, 0.5, 1.2)
 
 def time_step(quick):
     """Time steps from a hundredth of the stiffest period to more than it."""
-    things = {
+    setups = {
         "pair": ({"kind": "chain", "grains": 2}, {"kind": "open"}, 20_000),
         "wall": (given(ONE), BOTTOM, 20_000),
         "RBD cake": ({"kind": "cake", "grains": 200}, {"kind": "open"}, 4_000),
         "compacted cake": ({"kind": "compacted"}, {"kind": "open"}, 4_000),
     }
     cells = []
-    for name, (sample, boundary, steps) in things.items():
+    for name, (sample, boundary, steps) in setups.items():
         for damping in ("none",) if quick else ("none", "viscoelastic"):
-            own = scene(boundary=boundary, interaction={**BASE["interaction"], "damping": damping})
+            blocks = scene(
+                boundary=boundary, interaction={**BASE["interaction"], "damping": damping}
+            )
             for n, fraction in enumerate(FEW_FRACTIONS if quick else FRACTIONS):
                 cells.append(
-                    Cell("time step", f"{name}, damping {damping}, {fraction:g}", own,
+                    Cell("time step", f"{name}, damping {damping}, {fraction:g}", blocks,
                          {**sample, "speed": 0.005, "spin": 5e3}, steps // 4 if quick else steps,
                          fraction=fraction, limit=n == 0,
                          row=f"{name}, {damping}", column=fraction)
@@ -115,14 +117,14 @@ def long_runs(quick):
     steps = 200_000 if quick else 10_000_000
     cells = []
     for precision in ("f64",) if quick else ("f64", "mixed"):
-        own = scene(interaction={"damping": "none"}, numerics={"precision": precision})
-        for what, sample in (
+        blocks = scene(interaction={"damping": "none"}, numerics={"precision": precision})
+        for body, sample in (
             ("pair", {"kind": "chain", "grains": 2, "speed": 0.002, "spin": 1e3}),
             ("chain", {"kind": "chain", "grains": 10, "speed": 0.002, "spin": 1e3}),
         ):
             cells.append(
-                Cell("long runs", f"{what}, {precision}, {steps:.0e} steps", own, sample, steps,
-                     time_limit=300.0, row=what, column=precision)
+                Cell("long runs", f"{body}, {precision}, {steps:.0e} steps", blocks, sample, steps,
+                     time_limit=300.0, row=body, column=precision)
             )  # fmt: skip
     return cells
 
@@ -135,19 +137,19 @@ def wall_speeds(quick):
     cells = []
     for speed in SPEEDS[::3] if quick else SPEEDS:
         for damping in ("viscous",) if quick else ("viscous", "viscoelastic"):
-            own = {**BASE["interaction"], "damping": damping}
+            interaction = {**BASE["interaction"], "damping": damping}
             box = {"kind": "box", "wall_speed": f"{speed} m/s"}
             half = [[-0.5 * speed, 0, 0], [0.5 * speed, 0.05 * speed, 0]]
-            things = {
+            setups = {
                 "cake": (box, {"kind": "cake", "grains": 60}, 4_000),
                 "pair": (BASE["boundary"], given(APART, velocities=half), 3_000),
                 "wall": (BOTTOM, given(ONE, velocities=[[0.1 * speed, 0, -speed]]), 3_000),
             }
-            for what, (boundary, sample, steps) in things.items():
-                blocks = scene(boundary=boundary, interaction=own)
-                name = f"{what}, {damping}, {speed:g} m/s"
-                place = {"row": f"{what}, {damping}", "column": speed}
-                cells.append(Cell("wall speeds", name, blocks, sample, steps, **place))
+            for body, (boundary, sample, steps) in setups.items():
+                blocks = scene(boundary=boundary, interaction=interaction)
+                name = f"{body}, {damping}, {speed:g} m/s"
+                position_in_figure = {"row": f"{body}, {damping}", "column": speed}
+                cells.append(Cell("wall speeds", name, blocks, sample, steps, **position_in_figure))
     return sorted(cells, key=lambda cell: cell.row)
 
 
@@ -158,43 +160,43 @@ def size_ratios(quick):
     """A large grain and small ones of 0.1 um: one colliding, six or up to forty on it."""
     cells = []
     for ratio in RATIOS[::3] if quick else RATIOS:
-        own = scene(material=SMALL, interaction={"damping": "none"})
-        for what, sample, limit in (
+        blocks = scene(material=SMALL, interaction={"damping": "none"})
+        for arrangement, sample, limit in (
             ("flying", {"kind": "polydisperse", "ratio": ratio, "speed_in": 0.3}, False),
             ("six", {"kind": "polydisperse", "ratio": ratio, "around": 6, "speed": 0.01}, True),
             ("coat", {"kind": "polydisperse", "ratio": ratio,
                       "around": min(40, 2 * (1 + ratio) ** 2), "speed": 0.01}, True),
         ):  # fmt: skip
             cells.append(
-                Cell("size ratios", f"{what}, 1:{ratio}", own, sample, 3_000, limit=limit,
-                     row=what, column=ratio)
+                Cell("size ratios", f"{arrangement}, 1:{ratio}", blocks, sample, 3_000, limit=limit,
+                     row=arrangement, column=ratio)
             )  # fmt: skip
     return sorted(cells, key=lambda cell: cell.row)
 
 
 def filling_factors(quick):
     """Filling factors from a gas to the densest packing, in a periodic cell."""
-    things = {
+    samples = {
         phi: {"kind": "gas", "grains": 60, "filling_factor": phi}
         for phi in (1e-4, 1e-3, 0.01, 0.05, 0.15)
     }
-    things[0.3] = {"kind": "gas", "grains": 60, "filling_factor": 0.25}
+    samples[0.3] = {"kind": "gas", "grains": 60, "filling_factor": 0.25}
     dense = {0.74: {"kind": "lattice", "structure": "fcc", "cells": [4, 4, 4]}}
     for phi in (0.5, 0.6):
         dense[phi] = {"kind": "random_packing", "grains": 200, "filling_factor": phi}
-    things |= {phi: {"kind": "packed", "block": dense[phi]} for phi in sorted(dense)}
+    samples |= {phi: {"kind": "packed", "block": dense[phi]} for phi in sorted(dense)}
     cells = []
-    for n, (phi, sample) in enumerate(things.items()):
+    for n, (phi, sample) in enumerate(samples.items()):
         if quick and n % 4:
             continue
-        for what, speed, drive in (
+        for motion, speed, drive in (
             ("slow", 0.001, {}),
             ("fast", 1.0, {}),
             ("shrinking", 0.01, {"strain_rate": "-1e4 s^-1"}),
         ):
             cells.append(
-                Cell("filling factors", f"{what}, {phi:g}", scene(boundary={**PERIODIC, **drive}),
-                     {**sample, "speed": speed}, 1_500, row=what, column=phi, kernels=f"{phi}")
+                Cell("filling factors", f"{motion}, {phi:g}", scene(boundary={**PERIODIC, **drive}),
+                     {**sample, "speed": speed}, 1_500, row=motion, column=phi, kernels=f"{phi}")
             )  # fmt: skip
     return cells
 
@@ -203,7 +205,7 @@ def precisions(quick):
     """Scenes of the other groups in every precision."""
     pressed = {"kind": "box", "wall_speed": "1 m/s"}
     unequal = {"kind": "polydisperse", "ratio": 10, "around": 6, "speed": 0.01}
-    things = {
+    setups = {
         "pair, meeting": (scene(), {"kind": "meeting", "sticking": 0.7}, 5_000),
         "pair, 10 m/s": (scene(), given(APART, velocities=[[-10, 0, 0], [0, 1, 0]]), 3_000),
         "cake, warm": (scene(), {"kind": "cake", "grains": 60, "speed": 0.003}, 3_000),
@@ -213,11 +215,24 @@ def precisions(quick):
         "ice, meeting": (scene(material="ice_t19"), {"kind": "meeting", "sticking": 0.7}, 5_000),
     }
     cells = []
-    for what, (blocks, sample, steps) in list(things.items())[:: 3 if quick else 1]:
+    for setup, (blocks, sample, steps) in list(setups.items())[:: 3 if quick else 1]:
         for precision in ("f64", "mixed", "f32"):
-            own = {**blocks, "numerics": {**blocks["numerics"], "precision": precision}}
-            name = f"{what}, {precision}"
-            cells.append(Cell("precisions", name, own, sample, steps, row=what, column=precision))
+            blocks_with_precision = {
+                **blocks,
+                "numerics": {**blocks["numerics"], "precision": precision},
+            }
+            name = f"{setup}, {precision}"
+            cells.append(
+                Cell(
+                    "precisions",
+                    name,
+                    blocks_with_precision,
+                    sample,
+                    steps,
+                    row=setup,
+                    column=precision,
+                )
+            )
     return cells
 
 
@@ -228,17 +243,17 @@ ORIGIN = ["0 m"] * 3
 
 def special(quick):
     """Single grains, contacts about to form or break, coinciding grains, fast spins."""
-    things = _single() | _touching() | _overlapping() | _pulled() | _spinning()
+    setups = _single() | _touching() | _overlapping() | _pulled() | _spinning()
     cluster = {"kind": "cluster", "grains": 13}
     effects = dict.fromkeys(("rolling", "sliding", "twisting"), "off")
-    things["cluster at rest"] = scene(), cluster
-    things["no effects, pair"] = (
+    setups["cluster at rest"] = scene(), cluster
+    setups["no effects, pair"] = (
         scene(interaction={**effects, "damping": "none"}),
         {"kind": "meeting", "sticking": 0.5},
     )
     return [
         Cell("special states", name, blocks, sample, 3_000, kernels="special", row=name)
-        for name, (blocks, sample) in things.items()
+        for name, (blocks, sample) in setups.items()
     ]
 
 
@@ -257,20 +272,20 @@ def _single():
 
 def _touching():
     """Two grains at the distance of first contact."""
-    found = {"touching exactly, at rest": (scene(), given(TOUCHING))}
-    for way, velocity in (
+    setups = {"touching exactly, at rest": (scene(), given(TOUCHING))}
+    for motion, velocity in (
         ("approaching", [1e-3, 0, 0]),
         ("leaving", [-1e-3, 0, 0]),
         ("sliding past", [0, 0.1, 0]),
     ):
         sample = given(TOUCHING, velocities=[velocity, [0, 0, 0]])
-        found[f"touching exactly, {way}"] = scene(), sample
-    return found
+        setups[f"touching exactly, {motion}"] = scene(), sample
+    return setups
 
 
 def _overlapping():
     """Two grains with too large an overlap: the scene refuses most of them."""
-    found = {}
+    setups = {}
     for name, second in (
         ("coinciding", "0 m"),
         ("nearly coinciding", "1e-15 m"),
@@ -278,8 +293,8 @@ def _overlapping():
         ("overlapping by 9 %", "1.092 um"),
     ):
         positions = [ORIGIN, [second, "0 m", "0 m"]]
-        found[name] = scene(sample={"kind": "explicit", "positions": positions}), None
-    return found
+        setups[name] = scene(sample={"kind": "explicit", "positions": positions}), None
+    return setups
 
 
 def _pulled():
@@ -294,16 +309,16 @@ def _pulled():
 
 def _spinning():
     """Grains in contact with spins at which every spring slips."""
-    found = {}
+    setups = {}
     for name, spins in (
         ("pair rolling", [[0, 0, FAST], [0, 0, -FAST]]),
         ("pair sliding", [[0, 0, FAST], [0, 0, FAST]]),
         ("pair twisting", [[FAST, 0, 0], [-FAST, 0, 0]]),
         ("one of two", [[FAST, FAST, FAST], [0, 0, 0]]),
     ):
-        found[f"spin 1e9, {name}"] = scene(), given(NEAR, spins=spins)
+        setups[f"spin 1e9, {name}"] = scene(), given(NEAR, spins=spins)
     floor = scene(boundary=BOTTOM)
-    found["spin 1e9, on a wall"] = floor, given(ONE, spins=[[0, FAST, 0]])
-    found["spin 1e9, upright on a wall"] = floor, given(ONE, spins=[[0, 0, FAST]])
-    found["spin 1e9, cluster"] = scene(), {"kind": "cluster", "grains": 13, "spin": FAST}
-    return found
+    setups["spin 1e9, on a wall"] = floor, given(ONE, spins=[[0, FAST, 0]])
+    setups["spin 1e9, upright on a wall"] = floor, given(ONE, spins=[[0, 0, FAST]])
+    setups["spin 1e9, cluster"] = scene(), {"kind": "cluster", "grains": 13, "spin": FAST}
+    return setups

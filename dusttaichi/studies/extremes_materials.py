@@ -23,8 +23,8 @@ def materials(quick):
     """All corners of the six numbers: colliding grains, and a few grains on a wall."""
     cells = []
     for values in list(product(*CORNERS.values()))[:: 13 if quick else 1]:
-        place = [", ".join(f"{k} {v}" for k, v in some) for some in _halves(values)]
-        cells += _of_material(values, "materials", ", ".join(place), *place)
+        row_and_column = [", ".join(f"{k} {v}" for k, v in half) for half in _halves(values)]
+        cells += _of_material(values, "materials", ", ".join(row_and_column), *row_and_column)
     return sorted(cells, key=lambda cell: cell.kernels)
 
 
@@ -37,12 +37,12 @@ def single_materials(quick):
             name = f"{key} {end}"
             cells += _of_material(values, "one number", name, "", name)
     for damping in ("viscoelastic", "viscous", "scaled"):
-        own = scene(
+        blocks = scene(
             material=dict(zip(KEYS, (*MIDDLE[:5], 0), strict=True)),
             interaction={"damping": damping},
         )
         cells.append(
-            Cell("one number", f"nu 0, {damping}", own, {"kind": "meeting", "sticking": 0.7},
+            Cell("one number", f"nu 0, {damping}", blocks, {"kind": "meeting", "sticking": 0.7},
                  2_000, kernels=damping, row="pair", column=f"nu 0, {damping}")
         )  # fmt: skip
     return sorted(cells, key=lambda cell: cell.kernels)
@@ -56,14 +56,14 @@ def _halves(values):
 def _of_material(values, group, name, row, column):
     material = dict(zip(KEYS, values, strict=True))
     cells = []
-    for what, boundary, sample in (
+    for body, boundary, sample in (
         ("pair", {"kind": "open"}, {"kind": "meeting", "sticking": 0.7}),
         ("wall", BOTTOM, {"kind": "cluster", "grains": 4}),
     ):
-        own = scene(material=material, boundary=boundary, interaction={"damping": "none"})
+        blocks = scene(material=material, boundary=boundary, interaction={"damping": "none"})
         cells.append(
-            Cell(group, f"{what}, {name}", own, sample, 2_000, limit=what == "wall",
-                 row=f"{what}: {row}".rstrip(": "), column=column, kernels=what)
+            Cell(group, f"{body}, {name}", blocks, sample, 2_000, limit=body == "wall",
+                 row=f"{body}: {row}".rstrip(": "), column=column, kernels=body)
         )  # fmt: skip
     return cells
 
@@ -102,44 +102,44 @@ def continuum(quick):
 
 
 def _speeds(quick):
-    found = []
+    rows = []
     for speed in SPEEDS[::3] if quick else SPEEDS:
         text = f"{speed:g} m/s"
         pulled = PRESSED | {"wall_speed": f"-{text}"}
         bead = {"kind": "impact", "target": BED, "projectile": BEAD, "speed": text}
         down = ["0 m/s", f"-{text}"]
-        found += [
+        rows += [
             ("bead", text, {"sample": bead, "boundary": LYING, "gravity": "9.81 m/s^2"}),
             ("sphere on a wall", text, {"sample": SPHERE | {"velocity": down},
                                         "boundary": {"kind": "faces", "bottom": "rigid"}}),
             ("block compressed", text, {"sample": BED, "boundary": PRESSED | {"wall_speed": text}}),
             ("block pulled", text, {"sample": BED, "boundary": pulled}),
         ]  # fmt: skip
-    return sorted(found, key=lambda one: one[0])
+    return sorted(rows, key=lambda row: row[0])
 
 
 def _moduli(quick):
     bead = {"kind": "impact", "target": BED, "projectile": BEAD, "speed": "0.65 m/s"}
-    found = []
+    rows = []
     for modulus in MODULI[::3] if quick else MODULI:
         material = {"base": "dust_g09", "bulk_modulus": f"{modulus} kPa"}
         blocks = {"material": material, "sample": bead, "boundary": LYING}
-        found.append(("bulk modulus", f"{modulus:g} kPa", blocks))
-    return found
+        rows.append(("bulk modulus", f"{modulus:g} kPa", blocks))
+    return rows
 
 
 def _fillings(quick):
-    found = []
+    rows = []
     for phi in FILLINGS[::3] if quick else FILLINGS:
         sample = BED | {"filling_factor": phi}
         boundary = PRESSED | {"wall_speed": "0.2 m/s"}
-        found.append(("filling factor", f"{phi:g}", {"sample": sample, "boundary": boundary}))
-    return found
+        rows.append(("filling factor", f"{phi:g}", {"sample": sample, "boundary": boundary}))
+    return rows
 
 
 def _odd():
     """Single particles, bodies that touch, overlap or coincide, a fast spin, a collapsing bed."""
-    one = {"kind": "sphere", "diameter": "0.25 mm"}
+    particle = {"kind": "sphere", "diameter": "0.25 mm"}
     wall = {"kind": "faces", "bottom": "rigid"}
     fast = {"velocity": ["1 m/s", "-1 m/s"]}
     near = {"position": ["2.1 mm", "0 mm"], "velocity": ["-1 m/s", "0 m/s"]}
@@ -148,9 +148,9 @@ def _odd():
         return {"kind": "several", "bodies": [SPHERE, SPHERE | second]}
 
     weak = {"base": "dust_g09", "compressive": {"p_m": "0.1 Pa"}, "tensile": {"a": -2.0}}
-    things = {
-        "one particle": {"sample": one | fast},
-        "one particle on a wall": {"sample": one | fast, "boundary": wall},
+    blocks_by_name = {
+        "one particle": {"sample": particle | fast},
+        "one particle on a wall": {"sample": particle | fast, "boundary": wall},
         "two bodies meet": {"sample": both(near)},
         "two bodies overlap": {"sample": both({"position": ["1 mm", "0 mm"]})},
         "two bodies coincide": {"sample": both({})},
@@ -160,4 +160,4 @@ def _odd():
         "bead at rest": {"sample": {"kind": "impact", "target": BED, "projectile": BEAD},
                              "boundary": LYING, "gravity": "9.81 m/s^2"},
     }  # fmt: skip
-    return [("other bodies", name, blocks) for name, blocks in things.items()]
+    return [("other bodies", name, blocks) for name, blocks in blocks_by_name.items()]

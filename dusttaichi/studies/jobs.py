@@ -99,12 +99,12 @@ def _asked(worker, task, link):
         link.report(task.label, share, None)
 
     with nullcontext() if task.folder is None else _folder(task.folder) as folder:
-        own = {} if folder is None else {"directory": str(folder)}
-        arguments = task.arguments | own
+        folder_argument = {} if folder is None else {"directory": str(folder)}
+        arguments = task.arguments | folder_argument
         answer = worker.ask(arguments, limit, report=report, stopped=link.stopped)
         if folder is not None:
-            back = {name: (folder / name).read_bytes() for name in _returned(folder)}
-            answer = replace(answer, files=back)
+            contents = {name: (folder / name).read_bytes() for name in _returned(folder)}
+            answer = replace(answer, files=contents)
     return answer
 
 
@@ -114,10 +114,10 @@ def jobs_of(tasks, workers, *, remote):
     Large enough to share a start, and enough of them for all processes.
     """
     alone = [task for task in tasks if task.alone]
-    others = [task for task in tasks if not task.alone]
-    size = max(1, min(TOGETHER, math.ceil(len(others) / (ROUNDS * workers))))
-    parts = [others[first : first + size] for first in range(0, len(others), size)]
-    return [Job(tuple(part), remote) for part in (*([task] for task in alone), *parts)]
+    grouped = [task for task in tasks if not task.alone]
+    size = max(1, min(TOGETHER, math.ceil(len(grouped) / (ROUNDS * workers))))
+    batches = [grouped[first : first + size] for first in range(0, len(grouped), size)]
+    return [Job(tuple(batch), remote) for batch in (*([task] for task in alone), *batches)]
 
 
 def content_of(path):
@@ -133,9 +133,9 @@ def _laid_out(inputs):
     """Temporary directory with input files; yields that of their relative paths (../../a.csv)."""
     up = max((Path(name).parts.count("..") for name in inputs), default=0)
     with _folder({}) as folder:
-        here = folder.joinpath("inputs", *["d"] * up)
-        _write(inputs, here)
-        yield here
+        start_folder = folder.joinpath("inputs", *["d"] * up)
+        _write(inputs, start_folder)
+        yield start_folder
 
 
 @contextmanager
@@ -156,8 +156,8 @@ def _write(files, folder):
 
 def _returned(directory):
     """Relative paths of the files for a continuation, and of results and figures."""
-    beside = [p.name for p in directory.iterdir() if p.suffix in RETURNED and p.name[0] != "."]
-    return {*beside, *run_files(directory)}
+    results = [p.name for p in directory.iterdir() if p.suffix in RETURNED and p.name[0] != "."]
+    return {*results, *run_files(directory)}
 
 
 class Meter:

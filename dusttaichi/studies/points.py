@@ -114,8 +114,8 @@ class Point:
             block["seed"] += seed
             seeds["_".join(path)] = block["seed"]
         portable(data)
-        made = Scene.from_dict(data, title=f"the scene of {label}")
-        return cls(label, made, Path(directory) / label, seeds)
+        changed_scene = Scene.from_dict(data, title=f"the scene of {label}")
+        return cls(label, changed_scene, Path(directory) / label, seeds)
 
     @property
     def inputs(self) -> list[str]:
@@ -140,8 +140,8 @@ class Point:
         if status and shelf.timed and self.stopped:
             return None
         # without a checkpoint a run cannot continue, whatever other files there are
-        there = not shelf.timed and (self.directory / CHECKPOINT).exists()
-        return "resume" if there else "force"
+        has_checkpoint = not shelf.timed and (self.directory / CHECKPOINT).exists()
+        return "resume" if has_checkpoint else "force"
 
     def stored(self, shelf) -> Answer | None:
         """Its Answer where it is finished, or was stopped by a guard, as it would be again."""
@@ -158,18 +158,18 @@ class Point:
         """
         try:
             if RESULT in answer.files:  # parts belong to the previous result
-                parts = files.parts_folder(self.directory / RESULT)
-                shutil.rmtree(parts, ignore_errors=True)
+                parts_folder = files.parts_folder(self.directory / RESULT)
+                shutil.rmtree(parts_folder, ignore_errors=True)
             for name, content in answer.files.items():
                 (self.directory / name).parent.mkdir(parents=True, exist_ok=True)
                 files.write_whole(self.directory / name, content)
             if shelf.timed and answer.code in (0, GuardStop.exit_code):
-                end = {"stopped": answer.text} if answer.code else {"cost": answer.found["cost"]}
-                text = json.dumps(end | {"code": package_hash()})
+                record = {"stopped": answer.text} if answer.code else {"cost": answer.found["cost"]}
+                text = json.dumps(record | {"code": package_hash()})
                 files.write_whole(self.directory / COST, text.encode())
         except OSError as error:
-            why = files.explain(error, self.directory / RESULT)
-            raise DustError(f"Cannot write {self.directory}: {why}.") from error
+            reason = files.explain(error, self.directory / RESULT)
+            raise DustError(f"Cannot write {self.directory}: {reason}.") from error
 
     def shares(self, count, cores, *, remote):
         """(simultaneous runs of `count` on some cores, threads of each or "auto").
@@ -223,8 +223,8 @@ class Point:
 
     def _stored(self, key):
         try:
-            found = json.loads((self.directory / COST).read_text(encoding="utf-8"))
-            return found[key] if found["code"] == package_hash() else None
+            record = json.loads((self.directory / COST).read_text(encoding="utf-8"))
+            return record[key] if record["code"] == package_hash() else None
         except (OSError, ValueError, KeyError, TypeError):
             return None
 

@@ -34,7 +34,7 @@ class RestitutionMap:
         self.scene, self.directory, self.speeds = scene, Path(directory), _speeds(speeds)
         self.axes, scenes = grid(scene, list(settings))
         rows = self.file.with_suffix(".jsonl")
-        self.collisions = [Collision(one, tolerance, rows) for one in scenes]
+        self.collisions = [Collision(changed_scene, tolerance, rows) for changed_scene in scenes]
 
     @property
     def file(self):
@@ -44,27 +44,31 @@ class RestitutionMap:
     @property
     def beyond(self):
         """Sentence about speeds beyond the contact model, of the first scene with some, or ""."""
-        return next(filter(None, (one.beyond(self.speeds) for one in self.collisions)), "")
+        return next(
+            filter(None, (collision.beyond(self.speeds) for collision in self.collisions)), ""
+        )
 
-    def points(self, found):
+    def points(self, results_by_label):
         """All of them, the speeds fastest."""
-        return [one.request(speed) for one in self.collisions for speed in self.speeds]
+        return [collision.request(speed) for collision in self.collisions for speed in self.speeds]
 
-    def dataset(self, found):
+    def dataset(self, results_by_label):
         """xr.Dataset in SI of NUMBERS over (..., speed).
 
         The attribute sticking_speed is the closed form of the first point, closed_form whether it
         is valid there (two single grains, or one and a wall, without damping, head-on). Raises
         DustError where a collision failed.
         """
-        for failed in (one for one in found.values() if not one.ok):
+        for failed in (outcome for outcome in results_by_label.values() if not outcome.ok):
             raise DustError(failed.text)
-        outcomes = [found[point.label].measured for point in self.points(found)]
+        outcomes = [
+            results_by_label[point.label].measured for point in self.points(results_by_label)
+        ]
         axes, first = self.axes, self.collisions[0]
         dims = (*(axis.key for axis in axes), "speed")
         shape = (*(len(axis.texts) for axis in axes), len(self.speeds))
-        about = {"units": "m/s", "long_name": "speed of approach"}
-        data = xr.Dataset(coords={"speed": ("speed", self.speeds, about)})
+        attributes = {"units": "m/s", "long_name": "speed of approach"}
+        data = xr.Dataset(coords={"speed": ("speed", self.speeds, attributes)})
         for axis in axes:
             data.coords[axis.key] = (
                 axis.key,
@@ -72,13 +76,13 @@ class RestitutionMap:
                 {"units": axis.unit} if axis.unit else {},
             )
         for name, (key, unit, text) in NUMBERS.items():
-            values = np.array([one[key] for one in outcomes])
+            values = np.array([outcome[key] for outcome in outcomes])
             values = (values.astype(int) if key == "bound" else values).reshape(shape)
             data[name] = dims, values, {"units": unit, "long_name": text}
         data.attrs = of_study(
             self.scene,
             first.scene,
-            time_step=min(one["time_step"] for one in outcomes),
+            time_step=min(outcome["time_step"] for outcome in outcomes),
             sticking_speed=first.closed,
             closed_form=int(first.is_closed),
         )
@@ -98,13 +102,13 @@ def map_rows(data):
 
 
 def _speeds(text):
-    parts = [part.strip() for part in text.split(",")]
-    if len(parts) != 3 or not parts[2].isdigit() or int(parts[2]) < 2:
+    texts = [entry.strip() for entry in text.split(",")]
+    if len(texts) != 3 or not texts[2].isdigit() or int(texts[2]) < 2:
         raise DustError(
             f"--map {text}: must be two speeds and a number of at least 2, such as "
             '--map "0.01 m/s,5 m/s,40"'
         )
-    low, high = (speed_of("--map", part) for part in parts[:2])
+    low, high = (speed_of("--map", entry) for entry in texts[:2])
     if not 0.0 < low < high:
         raise DustError(f"--map {text}: the speeds must be above 0, and the second above the first")
-    return np.geomspace(low, high, int(parts[2]))
+    return np.geomspace(low, high, int(texts[2]))

@@ -71,10 +71,10 @@ def relative_files(block: dict) -> list[str]:
 
     They are relative to the current directory and valid on a cluster, too.
     """
-    found = [inner for _, inner in keys_of(block, "file")]
-    for inner in found:
+    blocks = [inner for _, inner in keys_of(block, "file")]
+    for inner in blocks:
         inner["file"] = os.path.relpath(inner["file"])
-    return [inner["file"] for inner in found]
+    return [inner["file"] for inner in blocks]
 
 
 def portable(data: dict) -> list[str]:
@@ -103,8 +103,8 @@ def seeds_moved(sample: dict, number: int) -> dict:
 def input_files(scene: Scene) -> list[str]:
     """Paths of the files of the sample of a scene, and of its extensions."""
     data = data_of(scene)
-    found = [block["file"] for _, block in keys_of(data.get("sample", {}), "file")]
-    return as_files([*found, *data["extensions"]])
+    paths = [block["file"] for _, block in keys_of(data.get("sample", {}), "file")]
+    return as_files([*paths, *data["extensions"]])
 
 
 def as_files(paths: list[str]) -> list[str]:
@@ -124,8 +124,8 @@ def with_settings(scene: Scene, settings: Settings) -> Scene:
     axes, scenes = grid(scene, settings)
     for axis in axes:
         if len(axis.texts) > 1:
-            why = "" if axis.key in ONCE else " (dust sweep takes them)"
-            raise DustError(f"--set {axis.key}: must be one value here{why}")
+            hint = "" if axis.key in ONCE else " (dust sweep takes them)"
+            raise DustError(f"--set {axis.key}: must be one value here{hint}")
     return scenes[0]
 
 
@@ -191,17 +191,17 @@ def _texts_of(settings: list[str]) -> dict[str, list[str]]:
 
 def with_common_unit(texts: list[str]) -> list[str]:
     """The values of a setting; where the last alone has a unit, the numbers before have it, too."""
-    found = [split_quantity(text) for text in texts]
-    units = [pair and pair[1] for pair in found]
+    numbers_and_units = [split_quantity(text) for text in texts]
+    units = [pair and pair[1] for pair in numbers_and_units]
     if not units[-1] or any(units[:-1]):
         return texts
     return [f"{text} {units[-1]}" if pair and not pair[1] else text
-            for text, pair in zip(texts, found, strict=True)]  # fmt: skip
+            for text, pair in zip(texts, numbers_and_units, strict=True)]  # fmt: skip
 
 
 def _split(text: str) -> list[str]:
     """Parts between commas outside brackets, braces and quotes."""
-    parts, depth, quote = [""], 0, ""
+    values, depth, quote = [""], 0, ""
     for letter in text:
         if quote:
             quote = "" if letter == quote else quote
@@ -210,16 +210,20 @@ def _split(text: str) -> list[str]:
         else:
             depth += (letter in "[{") - (letter in "]}")
         if letter == "," and depth == 0 and not quote:
-            parts.append("")
+            values.append("")
         else:
-            parts[-1] += letter
-    return parts
+            values[-1] += letter
+    return values
 
 
 def _axes(scene: Scene, choices: dict[str, list[Choice]]) -> tuple[Axis, ...]:
     """The axes of choices. Keys with a single value may need each other: they change together."""
     axes, problems = [], []
-    if single := {key: own[0].value for key, own in choices.items() if len(own) == 1}:
+    if single := {
+        key: single_values[0].value
+        for key, single_values in choices.items()
+        if len(single_values) == 1
+    }:
         scene = scene.with_values(single)
     for key, of_key in choices.items():
         texts, values = zip(*of_key, strict=True)
@@ -245,8 +249,8 @@ def _value(key: str, text: str) -> Any:
         data = read(text).data
         return text if key == "name" and isinstance(data, (int, float)) else data
     except yaml.YAMLError as error:
-        why = str(error).splitlines()[0]
-        raise DustError(f"{key} = {text}: not valid YAML: {why}") from None
+        problem = str(error).splitlines()[0]
+        raise DustError(f"{key} = {text}: not valid YAML: {problem}") from None
 
 
 def _point(scene: Scene, axes: tuple[Axis, ...], point: tuple[int, ...]) -> Scene:
@@ -258,26 +262,33 @@ def _coordinate(
     scenes: list[Scene], key: str, texts: tuple[str, ...]
 ) -> tuple[np.ndarray, str | None]:
     """(values, unit) of a key in resolved scenes; (texts, None) where they are not numbers."""
-    found = [_resolved(scene, key.split(".")) for scene in scenes]
-    if all(isinstance(v, (int, float)) and not isinstance(v, bool) for v, _ in found):
-        quantity = found[0][1]
+    values_and_quantities = [_resolved(scene, key.split(".")) for scene in scenes]
+    if all(
+        isinstance(v, (int, float)) and not isinstance(v, bool) for v, _ in values_and_quantities
+    ):
+        quantity = values_and_quantities[0][1]
         unit = DIMENSIONS[quantity.dimension].unit if quantity else None
-        return np.array([v for v, _ in found]), unit
+        return np.array([v for v, _ in values_and_quantities]), unit
     return np.array(texts), None
 
 
 def _resolved(scene: Scene, keys: list[str]) -> tuple[Any, Quantity | None]:
     """(value, Quantity or None) at the path `keys`; (None, None) for a shorthand."""
-    here, mark = scene, None
+    value, mark = scene, None
     for key in keys:
-        if isinstance(here, Block) and key in type(here).model_fields:
-            field = type(here).model_fields[key]
+        if isinstance(value, Block) and key in type(value).model_fields:
+            field = type(value).model_fields[key]
             mark = next(
-                (part for part in collect_annotations(field) if isinstance(part, Quantity)), None
+                (
+                    annotation
+                    for annotation in collect_annotations(field)
+                    if isinstance(annotation, Quantity)
+                ),
+                None,
             )
-            here = getattr(here, key)
-        elif isinstance(here, tuple) and key.isdigit():
-            here = here[int(key)]
+            value = getattr(value, key)
+        elif isinstance(value, tuple) and key.isdigit():
+            value = value[int(key)]
         else:
             return None, None
-    return here, mark
+    return value, mark

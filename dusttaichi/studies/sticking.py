@@ -68,14 +68,14 @@ class Collision:
         self._file, (scene, self.start) = file, _apart(scene)
         self.sample, _, _ = moving_bodies(scene)
         self.closed = closed_form(scene, self.sample)
-        own = chosen_step(ContactTable.for_sample(scene, self.sample), self.sample).dt
-        self.time = _stop_time(scene, own)
+        time_step = chosen_step(ContactTable.for_sample(scene, self.sample), self.sample).dt
+        self.time = _stop_time(scene, time_step)
         if len(self.sample) <= 2:
             overlap = meeting(scene, self.sample).delta0
-            own = min(own, LATEST * tolerance * overlap / self.closed)
-            scene = scene.with_value("numerics.time_step", f"{own:.17g} s")
+            time_step = min(time_step, LATEST * tolerance * overlap / self.closed)
+            scene = scene.with_value("numerics.time_step", f"{time_step:.17g} s")
         data = one_thread(data_of(scene))
-        self._expected = order(scene, len(self.sample))[1] * self.time / own
+        self._expected = order(scene, len(self.sample))[1] * self.time / time_step
         self._inputs, self.scene = tuple(portable(data)), scene
         self._small = Scene.from_dict(data, title=f"the scene of {scene.name}")
         self._text = self._small.to_yaml()
@@ -96,11 +96,11 @@ class Collision:
 
     def request(self, speed, looks=LOOKS):
         """The Request of the outcome at a relative speed of the bodies [m/s]."""
-        own = {"scene": self._text, "speed": float(speed), "time": self.time, "looks": looks}
+        arguments = {"scene": self._text, "speed": float(speed), "time": self.time, "looks": looks}
         return Request(
             label=key_of(self._core, float(speed), self.time),
             task=TASK,
-            arguments=own,
+            arguments=arguments,
             file=self._file,
             inputs=self._inputs,
             cores=cores_of(self._small),
@@ -194,19 +194,19 @@ class Search:
         """Sentence about speeds of the next bundle beyond the contact model, or ""."""
         return self.collision.beyond(self._asked)
 
-    def points(self, found):
+    def points(self, results_by_label):
         """The next bundle, none where the bracket is narrow enough."""
-        wanted = self._wanted()
-        if not all(point.label in found for point in wanted):
+        requests = self._wanted()
+        if not all(point.label in results_by_label for point in requests):
             ends = f"{self._asked[0]:.5g} to {self._asked[-1]:.5g} m/s"
-            self.log(f"bundle {self._rounds + 1}: {len(wanted)} speeds from {ends}")
-            return wanted
-        for failed in (one for one in found.values() if not one.ok):
+            self.log(f"bundle {self._rounds + 1}: {len(requests)} speeds from {ends}")
+            return requests
+        for failed in (result for result in results_by_label.values() if not result.ok):
             raise DustError(failed.text)
         self._rounds += 1
-        speeds, bound = _all_speeds(found)
-        own = sum(found[point.label].measured["bound"] for point in wanted)
-        self.log(f"bundle {self._rounds}: {own} of {len(wanted)} bound")
+        speeds, bound = _all_speeds(results_by_label)
+        bound_count = sum(results_by_label[point.label].measured["bound"] for point in requests)
+        self.log(f"bundle {self._rounds}: {bound_count} of {len(requests)} bound")
         low, high = self.bracket
         first = int(np.argmin(bound))
         if bound.all():
@@ -216,48 +216,59 @@ class Search:
         else:  # its ends are known
             self.bracket = float(speeds[first - 1]), float(speeds[first])
             if self.bracket[1] - self.bracket[0] <= self.tolerance * self.bracket[0]:
-                return wanted
+                return requests
             count, inside = TOGETHER + 2, slice(1, -1)
         if self._rounds == ROUNDS:
-            what = "all" if bound.all() else "none" if not bound.any() else "some"
+            fraction = "all" if bound.all() else "none" if not bound.any() else "some"
             raise DustError(
                 f"No sticking speed was found: between {speeds[0]:.3g} and {speeds[-1]:.3g} m/s "
-                f"{what} of the collisions lead to sticking. Try another --low and --high, or a "
-                "longer stop.time."
+                f"{fraction} of the collisions lead to sticking. Try another --low and --high, or "
+                "a longer stop.time."
             )
         self._asked = np.geomspace(*self.bracket, count)[inside]
-        return self.points(found)
+        return self.points(results_by_label)
 
     def _wanted(self):
         # whether they stick is seen at the end
         return [self.collision.request(speed, looks=1) for speed in self._asked]
 
-    def result(self, found):
+    def result(self, results_by_label):
         """The Sticking, once all points are found."""
-        steps = [one.measured["time_step"] for one in found.values()]
-        own = self.collision.closed, *_all_speeds(found), min(steps), self.collision.start
-        return Sticking(*self.bracket, *own)
+        steps = [result.measured["time_step"] for result in results_by_label.values()]
+        remaining = (
+            self.collision.closed,
+            *_all_speeds(results_by_label),
+            min(steps),
+            self.collision.start,
+        )
+        return Sticking(*self.bracket, *remaining)
 
 
-def _all_speeds(found):
+def _all_speeds(results_by_label):
     """(speeds [m/s], bound), in ascending order."""
-    tried = {one.point.arguments["speed"]: one.measured["bound"] for one in found.values()}
-    speeds = np.array(sorted(tried))
-    return speeds, np.array([tried[speed] for speed in speeds])
+    bound_by_speed = {
+        result.point.arguments["speed"]: result.measured["bound"]
+        for result in results_by_label.values()
+    }
+    speeds = np.array(sorted(bound_by_speed))
+    return speeds, np.array([bound_by_speed[speed] for speed in speeds])
 
 
-def rows(found):
+def rows(sticking):
     """Rows (name, value) of text of a Sticking."""
     lines = [
-        ("sticking speed", f"{found.speed:.6g} ± {0.5 * (found.high - found.low):.1g} m/s"),
-        ("two grains (or grain and wall), no damping", f"{found.closed:.6g} m/s"),
-        ("time step", f"{found.time_step * 1e12:.4g} ps"),
-        ("simulated speeds", str(len(found.speeds))),
+        (
+            "sticking speed",
+            f"{sticking.speed:.6g} ± {0.5 * (sticking.high - sticking.low):.1g} m/s",
+        ),
+        ("two grains (or grain and wall), no damping", f"{sticking.closed:.6g} m/s"),
+        ("time step", f"{sticking.time_step * 1e12:.4g} ps"),
+        ("simulated speeds", str(len(sticking.speeds))),
     ]
-    if found.start:
-        lines.append(("initial positions", found.start))
-    if len(found.again):
-        lines.append(("sticking also at", ", ".join(f"{v:.4g}" for v in found.again)))
+    if sticking.start:
+        lines.append(("initial positions", sticking.start))
+    if len(sticking.again):
+        lines.append(("sticking also at", ", ".join(f"{v:.4g}" for v in sticking.again)))
     return lines
 
 

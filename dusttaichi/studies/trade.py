@@ -83,8 +83,8 @@ class TradeStudy:
 
     timed = True  # costs are those of this code
 
-    def __init__(self, scene, directory, wanted, *, threads=1, log=lambda text: None):
-        self.given, self.scene, self.wanted = scene, wanted_points.base(scene, threads), wanted
+    def __init__(self, scene, directory, plan, *, threads=1, log=lambda text: None):
+        self.given, self.scene, self.wanted = scene, wanted_points.base(scene, threads), plan
         self.directory, self.log = Path(directory), log
         self.found, self._labels, self._said = None, {}, set()
 
@@ -93,11 +93,11 @@ class TradeStudy:
         """File of the dataset."""
         return self.directory / "trade.nc"
 
-    def points(self, found):
+    def points(self, results_by_label):
         """The points whose results are missing."""
 
         def run(some):
-            return self._results(some, found)
+            return self._results(some, results_by_label)
 
         try:
             self.found = trade(self.scene, run, self.wanted, log=self._say)
@@ -115,24 +115,24 @@ class TradeStudy:
             "measured": observables.measure_observables(run),
         }
 
-    def dataset(self, found):
+    def dataset(self, results_by_label):
         """The dataset of the trade."""
         from dusttaichi.studies.trade_report import dataset
 
         return dataset(self.found, self.given)
 
-    def _results(self, some, found):
+    def _results(self, requested, results_by_label):
         """label -> Row of points; equal scenes run once. Raises Missing."""
         rows, missing = {}, {}
-        for point in some:
+        for point in requested:
             try:
                 scene = changed(self.scene, point.changes)
             except DustError as error:
                 rows[point.label] = Row(point, 2, _one_line(error))
                 continue
             label = self._first_of(point, scene)
-            if label in found:
-                rows[point.label] = self._row(point, found[label], found)
+            if label in results_by_label:
+                rows[point.label] = self._row(point, results_by_label[label], results_by_label)
             elif label not in missing:
                 missing[label] = points.Point.of(scene, self.directory, label, snapshots=True)
         if missing:
@@ -141,16 +141,16 @@ class TradeStudy:
 
     def _first_of(self, point, scene):
         """Label of the run of a point: that of the first one with the same scene."""
-        own = re.sub(r"[^\w.+,=-]+", "_", point.label)[:LONGEST]
-        return own if point.again else self._labels.setdefault(scene.to_yaml(), own)
+        label = re.sub(r"[^\w.+,=-]+", "_", point.label)[:LONGEST]
+        return label if point.again else self._labels.setdefault(scene.to_yaml(), label)
 
-    def _row(self, point, one, found):
+    def _row(self, point, result, results_by_label):
         """The Row of a Found, with its cost over that of the default."""
-        if not one.ok:
-            return Row(point, one.code, _one_line(one.text))
-        default = found[DEFAULT.label].cost
-        ratio = one.cost / default if default else None
-        return Row(point, 0, cost=one.cost, ratio=ratio, **one.measured)
+        if not result.ok:
+            return Row(point, result.code, _one_line(result.text))
+        default = results_by_label[DEFAULT.label].cost
+        ratio = result.cost / default if default else None
+        return Row(point, 0, cost=result.cost, ratio=ratio, **result.measured)
 
     def _say(self, text):
         """Log a line once, as the trade is computed several times."""
@@ -159,28 +159,28 @@ class TradeStudy:
             self.log(text)
 
 
-def trade(scene, run, wanted, *, log=lambda text: None):
+def trade(scene, run, plan, *, log=lambda text: None):
     """The Trade of a base scene (`trade_points.base`), as Wanted.
 
     run: list of Points -> label -> Row. The default runs twice, which gives the noise of a cost.
     Raises DustError where the scene or its reference fails, or has no such observable.
     """
-    front, behind, left_out = wanted.plan(scene)
+    front, behind, left_out = plan.plan(scene)
     default = run([DEFAULT])[DEFAULT.label]
     _needed(default, "the unchanged scene")
-    refuse_unknown(wanted.observable, default.measured.names)  # before the other runs
+    refuse_unknown(plan.observable, default.measured.names)  # before the other runs
     results = run([*behind, *front])
     reference, check = results["reference"], results[behind[0].label]
     _needed(reference, "the reference")
-    others = [results[point.label] for point in behind[1:]]
-    measured = [default.measured, *(row.measured for row in others if row.ok)]
+    seed_rows = [results[point.label] for point in behind[1:]]
+    measured = [default.measured, *(row.measured for row in seed_rows if row.ok)]
     judge = Judge.of(
         reference.measured,
         check.measured if check.ok else None,
         default.measured,
         measured,
-        tolerance=wanted.tolerance,
-        name=wanted.observable,
+        tolerance=plan.tolerance,
+        name=plan.observable,
     )
     rows = [default, *(results[point.label] for point in front)]
     # a second run of the default has its noise
@@ -202,29 +202,31 @@ def trade(scene, run, wanted, *, log=lambda text: None):
 def _combined(rows, judge, noise, run, log):
     """Rows of all combinations that were run; the default is the first of `rows`."""
     singles, start = [r for r in rows if r.point.parameter in wanted_points.NAMES], None
-    most = None if judge.accepts(rows[0]) else judge.error(rows[0]) + judge.tolerance
-    tried = []
+    largest_error = None if judge.accepts(rows[0]) else judge.error(rows[0]) + judge.tolerance
+    combinations = []
     for kinds in ((NUMERICAL,), KINDS[1:]):
-        some = [r for r in singles if r.point.kind in kinds]
-        if most is not None and start is None:
+        candidates = [r for r in singles if r.point.kind in kinds]
+        if largest_error is not None and start is None:
             # begin at a more expensive row; combine it with those cheaper than the default
-            start = cheapest(some, judge, kinds, noise)
+            start = cheapest(candidates, judge, kinds, noise)
             if start is None:
                 continue
-        others = [r for r in some if start is None or r.point.parameter != start.point.parameter]
-        found = offers(others, judge, noise, most)
-        if found:
-            log(f"combining {', '.join(o[0].point.parameter for o in found)}")
-        more, start = walk(start, found, lambda p: run([p])[p.label], judge)
-        tried += more
-    return tried
+        other_candidates = [
+            r for r in candidates if start is None or r.point.parameter != start.point.parameter
+        ]
+        ranked_rows = offers(other_candidates, judge, noise, largest_error)
+        if ranked_rows:
+            log(f"combining {', '.join(o[0].point.parameter for o in ranked_rows)}")
+        new_combinations, start = walk(start, ranked_rows, lambda p: run([p])[p.label], judge)
+        combinations += new_combinations
+    return combinations
 
 
-def _needed(row, what):
+def _needed(row, description):
     if not row.ok:
-        raise DustError(f"{what} does not run, and nothing can be compared: {row.status}")
+        raise DustError(f"{description} does not run, and nothing can be compared: {row.status}")
     if row.ratio is None:
-        raise DustError(f"{what} computes no steps ({row.status}): no cost to compare")
+        raise DustError(f"{description} computes no steps ({row.status}): no cost to compare")
 
 
 def _one_line(text):

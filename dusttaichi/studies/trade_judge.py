@@ -71,18 +71,20 @@ class Judge:
                 "the reference and the unchanged scene have no number in common for a "
                 "comparison; give the run a longer time"
             )
-        nothing = dict.fromkeys(reference.names, math.nan)
-        found = nothing
+        undefined = dict.fromkeys(reference.names, math.nan)
+        convergence = undefined
         if check is not None:
-            found = {n: e for n, (_, e) in compute_differences(check, reference).items()}
-        telling = [n for n in names if n == CURVE or reference.values[n] != 0.0]
-        name = name or (telling or names)[0]
+            convergence = {n: e for n, (_, e) in compute_differences(check, reference).items()}
+        nonzero = [n for n in names if n == CURVE or reference.values[n] != 0.0]
+        name = name or (nonzero or names)[0]
         if not math.isfinite(compute_differences(default, reference)[name][1]):
             raise DustError(
                 f"{name} of the default and of its reference cannot be compared; choose another "
                 f"--observable ({', '.join(reference.names)})"
             )
-        return cls(reference, name, measure_scatter(seeds, reference), nothing | found, tolerance)
+        return cls(
+            reference, name, measure_scatter(seeds, reference), undefined | convergence, tolerance
+        )
 
     @property
     def floor(self):
@@ -122,8 +124,8 @@ class Judge:
 def refuse_unknown(name, names):
     """Refuse the name of an observable that is not among these. Raises DustError."""
     if name is not None and name not in names:
-        known = f"allowed: {', '.join(names)}" if names else "it has none"
-        raise DustError(f"--observable {name}: the scene has no such number; {known}")
+        allowed = f"allowed: {', '.join(names)}" if names else "it has none"
+        raise DustError(f"--observable {name}: the scene has no such number; {allowed}")
 
 
 def saves(row, noise):
@@ -131,30 +133,34 @@ def saves(row, noise):
     return row.ratio is not None and row.ratio < 1.0 - noise
 
 
-def offers(rows, judge, noise, most=None):
+def offers(rows, judge, noise, largest_error=None):
     """Rows that are cheaper at an accepted error: a list for each parameter, cheapest first.
 
-    The lists are sorted by the saving of their cheapest level over its error. most: where the error
-    of the default is too large, the largest error of a row for combination with an accepted one.
+    The lists are sorted by the saving of their cheapest level over its error. largest_error: where
+    the error of the default is too large, that of a row for combination with an accepted one.
     """
     parameters = {}
     for row in rows:
-        able = judge.accepts(row) if most is None else judge.error(row) <= most
-        if able and saves(row, noise):
+        is_acceptable = (
+            judge.accepts(row) if largest_error is None else judge.error(row) <= largest_error
+        )
+        if is_acceptable and saves(row, noise):
             parameters.setdefault(row.point.parameter, []).append(row)
 
-    def worth(found):
-        return (1.0 - found[0].ratio) / max(judge.error(found[0]), LEAST_ERROR)
+    def worth(levels):
+        return (1.0 - levels[0].ratio) / max(judge.error(levels[0]), LEAST_ERROR)
 
-    found = [sorted(some, key=lambda row: row.ratio) for some in parameters.values()]
-    return sorted(found, key=worth, reverse=True)
+    rows_by_parameter = [
+        sorted(levels, key=lambda row: row.ratio) for levels in parameters.values()
+    ]
+    return sorted(rows_by_parameter, key=worth, reverse=True)
 
 
-def combined(one, other):
+def combined(first, second):
     """The Point with the changes of both."""
-    kind = max(one.kind, other.kind, key=KINDS.index)
-    label = f"{one.label} + {other.label}"
-    return Point(label, "combined", label, kind=kind, changes=one.changes | other.changes)
+    kind = max(first.kind, second.kind, key=KINDS.index)
+    label = f"{first.label} + {second.label}"
+    return Point(label, "combined", label, kind=kind, changes=first.changes | second.changes)
 
 
 def walk(start, parameters, run, judge):
@@ -164,20 +170,20 @@ def walk(start, parameters, run, judge):
     A combination with a level is accepted where it is cheaper than without the level, at an
     accepted error; else the next cheapest level of the parameter is tried.
     """
-    here, tried = start, []
+    accepted, combinations = start, []
     for levels in parameters:
         for level in levels[:ATTEMPTS]:
-            if here is None:  # the single change has been run
-                here = level
+            if accepted is None:  # the single change has been run
+                accepted = level
                 break
-            point = combined(here.point, level.point)
+            point = combined(accepted.point, level.point)
             row = run(point)
-            tried.append(row)
-            better = row.ratio is not None and row.ratio < here.ratio
+            combinations.append(row)
+            better = row.ratio is not None and row.ratio < accepted.ratio
             if better and judge.accepts(row):
-                here = row
+                accepted = row
                 break
-    return tried, here
+    return combinations, accepted
 
 
 def cheapest(rows, judge, kinds, noise):
@@ -185,9 +191,9 @@ def cheapest(rows, judge, kinds, noise):
 
     It is the default where that is accepted and none is cheaper by more than the noise of a cost.
     """
-    able = [r for r in rows if r.point.kind in kinds and r.ratio is not None]
-    able = [row for row in able if judge.accepts(row)]
-    default = [row for row in able if row.point.parameter == "default"]
+    accepted = [r for r in rows if r.point.kind in kinds and r.ratio is not None]
+    accepted = [row for row in accepted if judge.accepts(row)]
+    default = [row for row in accepted if row.point.parameter == "default"]
     if default:
-        able = [row for row in able if saves(row, noise)] or default
-    return min(able, key=lambda row: row.ratio, default=None)
+        accepted = [row for row in accepted if saves(row, noise)] or default
+    return min(accepted, key=lambda row: row.ratio, default=None)

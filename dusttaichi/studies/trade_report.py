@@ -39,7 +39,7 @@ FLAGS = {
 
 
 def dataset(trade, given):
-    """The xr.Dataset of a Trade. given: scene of the user."""
+    """The xr.Dataset of a Trade. user_scene: as the user wrote it."""
     rows, judge = trade.rows, trade.judge
     found = [judge.errors(row) for row in rows]
     names = list(found[0])
@@ -92,19 +92,19 @@ def _attributes(trade, given):
     )
 
 
-def yaml_of(trade, row, given):
+def yaml_of(trade, row, user_scene):
     """YAML text to paste for a Row: all blocks of the scene with a change, in full.
 
-    "" for the default and for None. given: scene of the user, whose threads stay.
+    "" for the default and for None. user_scene: its threads stay.
     """
     if row is None or not row.point.changes:
         return ""
-    found = changed(trade.scene, row.point.changes).input_data
-    if "threads" not in (given.input_data.get("numerics") or {}):
-        found["numerics"].pop("threads", None)
+    changed_blocks = changed(trade.scene, row.point.changes).input_data
+    if "threads" not in (user_scene.input_data.get("numerics") or {}):
+        changed_blocks["numerics"].pop("threads", None)
     blocks = dict.fromkeys(path.split(".")[0] for path in row.point.changes)
     text = yaml.safe_dump(
-        {block: found[block] for block in blocks},
+        {block: changed_blocks[block] for block in blocks},
         sort_keys=False,
         default_flow_style=None,
         allow_unicode=True,
@@ -152,9 +152,9 @@ def table(trade):
 def sentences(trade):
     """Lines on the points that did not run, and on the accuracy of the numbers."""
     judge, name = trade.judge, trade.judge.name
-    own, spread = judge.convergence[name], judge.scatter[name]
+    convergence, spread = judge.convergence[name], judge.scatter[name]
     refused = [f"{row.point.label}: {row.status}" for row in trade.rows if not row.ok]
-    lines = [f"reference: changes by {percent(own)} at {trade.check.point.text}"]
+    lines = [f"reference: changes by {percent(convergence)} at {trade.check.point.text}"]
     if not judge.converged:
         lines[0] += (
             f", more than a third of the tolerance of {percent(judge.tolerance)}: errors of this "
@@ -176,27 +176,27 @@ def sentences(trade):
             "error below the change of the reference is marked as free"
         )
     lines.append(f"noise of a cost: {percent(trade.noise)}")
-    lines += [f"not varied: {parameter} ({why})" for parameter, why in trade.left_out.items()]
+    lines += [f"not varied: {parameter} ({reason})" for parameter, reason in trade.left_out.items()]
     return refused + lines
 
 
-def advice(trade, given):
-    """(heading, YAML text) of the cheapest settings. given: scene of the user."""
-    found, judge = [], trade.judge
+def advice(trade, user_scene):
+    """(heading, YAML text) of the cheapest settings. user_scene: as the user wrote it."""
+    headings_and_texts, judge = [], trade.judge
     least = "the change of the reference"
     if math.isfinite(judge.scatter[judge.name]):
         least = "the scatter"
-    for what, row in (
+    for scope, row in (
         ("numerical parameters only", trade.numerical),
         ("with changes of the physics or of the sample", trade.anything),
     ):
-        start = f"cheapest within {percent(judge.tolerance)}, {what}:"
+        start = f"cheapest within {percent(judge.tolerance)}, {scope}:"
         if row is None:
-            found.append((f"{start} none, not even the unchanged scene", ""))
+            headings_and_texts.append((f"{start} none, not even the unchanged scene", ""))
             continue
         free = f", within {least}" if judge.free(row) else ""
-        text = yaml_of(trade, row, given)
+        text = yaml_of(trade, row, user_scene)
         name = row.point.label if text else "the unchanged scene"
         cost = f"cost {row.ratio:.2f} of the default, error {percent(judge.error(row))}{free}"
-        found.append((f"{start} {name} ({cost})", text))
-    return found
+        headings_and_texts.append((f"{start} {name} ({cost})", text))
+    return headings_and_texts

@@ -68,7 +68,9 @@ class Worker(AbstractContextManager):
 
     def __init__(self, task, *, folder=None, kernels=None):
         self.task, self.fresh = task, True
-        own = {} if kernels is None else {compiler.variable(compiler.KERNEL_FOLDER): str(kernels)}
+        kernel_environment = (
+            {} if kernels is None else {compiler.variable(compiler.KERNEL_FOLDER): str(kernels)}
+        )
         self._messages = SimpleQueue()  # objects, and None at the end of the process
         self._ended = False
         self._errors = tempfile.TemporaryFile("w+", errors="replace")
@@ -80,7 +82,7 @@ class Worker(AbstractContextManager):
             text=True,
             errors="replace",
             cwd=folder,
-            env={**os.environ, **own},
+            env={**os.environ, **kernel_environment},
             # Ctrl-C in a terminal reaches only the parent, which then stops the workers
             start_new_session=True,
         )
@@ -93,7 +95,7 @@ class Worker(AbstractContextManager):
         A process without an answer in `seconds` is killed. report: called with each share that the
         task reports. stopped: called now and then; where it returns True, the process is stopped.
         """
-        found, end = {}, inf if seconds is None else time.monotonic() + seconds
+        reported, end = {}, inf if seconds is None else time.monotonic() + seconds
         self._write({"request": request})
         while not self._ended:
             try:
@@ -101,23 +103,23 @@ class Worker(AbstractContextManager):
             except Empty:
                 if time.monotonic() >= end:
                     self.kill()
-                    return Answer(LOST, f"no answer in {seconds:g} s", found)
+                    return Answer(LOST, f"no answer in {seconds:g} s", reported)
             else:
                 if message is None:
                     self._ended = True
                 elif "code" in message:
                     self.fresh = False
-                    found |= message.get("found") or {}
+                    reported |= message.get("found") or {}
                     startable = message.get("startable", True)
                     return Answer(
-                        message["code"], message.get("text", ""), found, startable=startable
+                        message["code"], message.get("text", ""), reported, startable=startable
                     )
                 else:
-                    found |= message["report"]
-                    report(found.get("share"))
+                    reported |= message["report"]
+                    report(reported.get("share"))
             if stopped():
                 self.stop()
-        return Answer(LOST, self._last_words(), found)
+        return Answer(LOST, self._last_words(), reported)
 
     @property
     def alive(self):
@@ -198,11 +200,11 @@ def taken(idle, task, stopped, folder=None):
     It becomes idle again if its process is well: if it answered, and is not to stop (`stopped()`).
     folder: current directory of a new one.
     """
-    own = [worker for worker in list(idle) if worker.task == task]
+    suitable = [worker for worker in list(idle) if worker.task == task]
     worker = None
     with suppress(IndexError, ValueError):  # another thread was faster
-        idle.remove(own[-1])
-        worker = own[-1]
+        idle.remove(suitable[-1])
+        worker = suitable[-1]
     worker = worker or Worker(task, folder=folder)
     try:
         yield worker

@@ -161,7 +161,7 @@ def test_summary_of_a_run_without_compression(tmp_path):
 
 
 def test_profiles(run):
-    few = analysis.read_profiles(run, most=3)
+    few = analysis.read_profiles(run, max_count=3)
     assert few.sizes["profile"] == 3
     assert float(few.middle.max()) < float(few.height.max())
     assert np.isnan(few.filling_factor[-1, -1]) and np.isnan(few.middle[-1, -1])
@@ -189,7 +189,7 @@ def test_curve_of_the_inner_part(tmp_path):
     """That of the profiles, at the times of the series."""
     path = synthetic.compression_run(tmp_path / "result.nc", points=50, grains=10_000)
     with analysis.open_run(path) as run:
-        curve = analysis.measure_compression_curve(run, of="inner_filling_factor")
+        curve = analysis.measure_compression_curve(run, quantity="inner_filling_factor")
         numbers = analysis.summarise(run)
     ends = average_inner_filling_factor(run.profiles).values[[0, -1]]
     np.testing.assert_allclose(curve.raw_filling_factor[[0, -1]], ends, rtol=1e-12)
@@ -198,7 +198,7 @@ def test_curve_of_the_inner_part(tmp_path):
     assert abs(numbers["inner_mean"]) < 0.02  # the noise of the profiles and their denser bottom
     with pytest.raises(DustError, match="it has no inner filling factor"):
         analysis.measure_compression_curve(
-            analysis.Run("run", run.series), of="inner_filling_factor"
+            analysis.Run("run", run.series), quantity="inner_filling_factor"
         )
 
 

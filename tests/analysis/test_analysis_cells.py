@@ -144,7 +144,7 @@ def test_unidirectional_law(plates):
     rows = {row[0]: row for row in analysis.tabulate(numbers)}
     assert rows["p_m"][2] == "5.6 kPa" and "onset of compression" in rows
     assert any(what.endswith("from G09") for what in rows)
-    inner = analysis.measure_compression_curve(plates, of="inner_filling_factor")
+    inner = analysis.measure_compression_curve(plates, quantity="inner_filling_factor")
     outer = analysis.measure_compression_curve(plates)
     np.testing.assert_allclose(inner.raw_filling_factor, 1.05 * outer.raw_filling_factor)
 

@@ -33,13 +33,15 @@ def register(row: Family | Statistics) -> None:
     ValueError for the name of another one.
     """
     if isinstance(row, Statistics):
-        taken = {row.name} & STATISTICS.keys()
+        used_names = {row.name} & STATISTICS.keys()
         table = STATISTICS
     else:
-        taken = index_observables().keys() & {number.name for number in row.numbers}
+        used_names = index_observables().keys() & {number.name for number in row.numbers}
         table = NUMBERS
-    if taken and table.get(row.name) != row:
-        raise ValueError(f"there is a number {', '.join(sorted(taken))}; another name is needed")
+    if used_names and table.get(row.name) != row:
+        raise ValueError(
+            f"there is a number {', '.join(sorted(used_names))}; another name is needed"
+        )
     table[row.name] = row
 
 
@@ -48,16 +50,26 @@ def statistics() -> list[Statistics]:
     return list(STATISTICS.values())
 
 
-def families(of: method.Method | None = None) -> list[Family]:
+def families(run_method: method.Method | None = None) -> list[Family]:
     """The families of runs of a method (default: of all methods) in the order of tables."""
-    methods = [of] if of is not None else [method.named(name) for name in method.METHODS]
-    own = [family for one in methods for family in method.rows(one.observables)]
-    return sorted([*_import_families(), *NUMBERS.values(), *own], key=lambda family: family.place)
+    methods = (
+        [run_method] if run_method is not None else [method.named(name) for name in method.METHODS]
+    )
+    method_families = [
+        family for some_method in methods for family in method.rows(some_method.observables)
+    ]
+    return sorted(
+        [*_import_families(), *NUMBERS.values(), *method_families], key=lambda family: family.place
+    )
 
 
-def list_in_table_order(of: method.Method | None = None) -> list[tuple[float, Observable]]:
+def list_in_table_order(run_method: method.Method | None = None) -> list[tuple[float, Observable]]:
     """(place, row) of all rows of `families` in the order of tables."""
-    rows = [(row.place or family.place, row) for family in families(of) for row in family.numbers]
+    rows = [
+        (row.place or family.place, row)
+        for family in families(run_method)
+        for row in family.numbers
+    ]
     return sorted(rows, key=lambda pair: pair[0])
 
 
@@ -71,4 +83,4 @@ def _import_families() -> tuple[Family, ...]:
     modules = (
         import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__)
     )
-    return tuple(family for one in modules for family in getattr(one, "FAMILIES", ()))
+    return tuple(family for imported in modules for family in getattr(imported, "FAMILIES", ()))

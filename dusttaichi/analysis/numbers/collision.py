@@ -14,13 +14,13 @@ from dusttaichi.errors import DustError
 
 
 def _measure(run):
-    bodies, parts = run.bodies(), find_fragments(run)
+    bodies, fragments = run.bodies(), find_fragments(run)
     numbers = {
         "speed": run.sample["speed"],
-        "outcome": determine_outcome(run, parts, bodies),
+        "outcome": determine_outcome(run, fragments, bodies),
         "settled": has_settled(run),
-        "fragments": len(parts),
-        "largest_share": float(parts.mass[0] / parts.mass.sum()),
+        "fragments": len(fragments),
+        "largest_share": float(fragments.mass[0] / fragments.mass.sum()),
     }
     if numbers["outcome"] in (NOT_MET, PASSED):
         return numbers
@@ -38,8 +38,10 @@ def _format_outcome(value, n):
         return "the bodies have not met yet: let the run continue"
     if value == PASSED:
         return "the bodies passed each other without touching"
-    share = f"{n['largest_share']:.1%} of the mass in the largest"
-    return f"{value}, {n['fragments']} fragments, {share}" if n["fragments"] > 1 else value
+    largest_fragment = f"{n['largest_share']:.1%} of the mass in the largest"
+    return (
+        f"{value}, {n['fragments']} fragments, {largest_fragment}" if n["fragments"] > 1 else value
+    )
 
 
 def _format_outcome_rows(value, n):

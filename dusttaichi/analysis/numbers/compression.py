@@ -50,7 +50,7 @@ def _measure(run):
         run.boundary == "plates",
     )
     deviation = measure_deviation(curve, law, p_high=_choose_highest_pressure(run))
-    whole = measure_deviation(curve, law, ALL[0], PLATES if plates else ALL[1])
+    overall = measure_deviation(curve, law, ALL[0], PLATES if plates else ALL[1])
     numbers = {
         "law_p_m": law.p_m,
         "law_delta": law.delta,
@@ -60,9 +60,9 @@ def _measure(run):
         "rms_p_low": deviation.p_low,
         "rms_p_high": deviation.p_high,
         "rms_covered": deviation.covered,
-        "largest": whole.largest,
-        "largest_p_low": whole.p_low,
-        "largest_p_high": whole.p_high,
+        "largest": overall.largest,
+        "largest_p_low": overall.p_low,
+        "largest_p_high": overall.p_high,
         "onset": find_onset(curve) if plates else None,
         "onset_peaks": find_onset(measure_compression_curve(run, peaks=PEAKS))
         if _is_momentary(run)
@@ -87,7 +87,7 @@ def _choose_highest_pressure(run):
 def _measure_inner_part(run, law):
     """Filling factor of the inner part at the end, and its mean distance from the law."""
     try:
-        curve = measure_compression_curve(run, of=INNER)
+        curve = measure_compression_curve(run, quantity=INNER)
     except DustError:  # neither a cylinder between plates nor profiles
         return {}
     phi = curve.raw_filling_factor
@@ -107,21 +107,21 @@ def _measure_at_filling_factors(run):
     """QUANTITIES at the filling factors AT."""
     series, numbers = run.part_that("compresses").series, {}
     for value in AT:
-        here = np.abs(series.filling_factor.values - value) < HALF_WIDTH
-        for name, *_, of in QUANTITIES:
-            values = of(series, run.grains)
-            numbers[f"{name}_at_{value:g}"] = values[here].mean() if here.any() else np.nan
+        is_near = np.abs(series.filling_factor.values - value) < HALF_WIDTH
+        for name, *_, extract in QUANTITIES:
+            values = extract(series, run.grains)
+            numbers[f"{name}_at_{value:g}"] = values[is_near].mean() if is_near.any() else np.nan
     return numbers
 
 
-def _build_deviation_rows(what, name):
+def _build_deviation_rows(title, name):
     def rows(value, n):
         low, high = n[f"{name}_p_low"], n[f"{name}_p_high"]
         within = "no common range of pressures"
         if np.isfinite(value):
             within = f"{value:.3f} ({low / 1e3:.3g}-{high / 1e3:.3g} kPa)"
         law = n["law_name"].split(" (")[0] or "the law"
-        return [(f"{what} of the filling factor from {law}", within, "0.02 (scatter)")]
+        return [(f"{title} of the filling factor from {law}", within, "0.02 (scatter)")]
 
     return rows
 
@@ -295,8 +295,10 @@ ISOTROPIC = Family(
 
 def _find_last_unloading(run):
     """The last Unloading with enough records for a modulus, or {}."""
-    known = [unloading for unloading in measure_unloadings(run) if np.isfinite(unloading.modulus)]
-    return known[-1] if known else {}
+    with_modulus = [
+        unloading for unloading in measure_unloadings(run) if np.isfinite(unloading.modulus)
+    ]
+    return with_modulus[-1] if with_modulus else {}
 
 
 def _format_modulus(value, n):

@@ -34,8 +34,8 @@ class _FinalState:
         self.run, self.grains = run, run.grains
         self.last = run.series.isel(time=-1) if len(run.series.time) else {}
 
-    def __call__(self, name, kind=float):
-        return kind(self.last[name]) if name in self.last else None
+    def __call__(self, name, convert=float):
+        return convert(self.last[name]) if name in self.last else None
 
     @cached_property
     def ledger(self):
@@ -60,11 +60,17 @@ class _FinalState:
     @property
     def missed_loads(self):
         """(stage, pressure, wanted) [Pa] of each load that its stage does not reach or hold."""
-        found = {load.stage: (load.pressure, load) for load in measure_controlled_loads(self.run)}
+        tests_by_stage = {
+            load.stage: (load.pressure, load) for load in measure_controlled_loads(self.run)
+        }
         for tests in (measure_shear_tests, measure_triaxial_tests):
             with suppress(DustError):  # the run has none
-                found |= {test.stage: (test.load, test) for test in tests(self.run)}
-        return [(stage, load, own.wanted) for stage, (load, own) in found.items() if own.missed]
+                tests_by_stage |= {test.stage: (test.load, test) for test in tests(self.run)}
+        return [
+            (stage, load, measured.wanted)
+            for stage, (load, measured) in tests_by_stage.items()
+            if measured.missed
+        ]
 
     @cached_property
     def load_controls(self):
@@ -89,27 +95,33 @@ def _format_load_control(value, n):
 
 def _format_missed_loads(value, n):
     rows = []
-    for stage, pressure, wanted in value:
-        texts = [format_quantity(p, "Pa") for p in (pressure, wanted)]
-        what = f"load missed{f' in {stage}' if stage else ''}"
-        rows.append((what, "{} instead of {}".format(*texts), ""))
+    for stage, pressure, prescribed in value:
+        texts = [format_quantity(p, "Pa") for p in (pressure, prescribed)]
+        title = f"load missed{f' in {stage}' if stage else ''}"
+        rows.append((title, "{} instead of {}".format(*texts), ""))
     return rows
 
 
 def _format_advice(value, n):
     pairs = (text.split(": ", 1) for text in value.split("\n"))
-    return [(f"set {key}", why, "") for key, why in pairs]
+    return [(f"set {key}", reason, "") for key, reason in pairs]
 
 
 def _format_contacts_per_grain(value, n):
-    around = n["coordination_number"]
-    shared = "" if around is None else f" (coordination number {around:.2f}: each has two grains)"
-    return f"{value:.2f}{shared}"
+    coordination = n["coordination_number"]
+    remark = (
+        ""
+        if coordination is None
+        else f" (coordination number {coordination:.2f}: each has two grains)"
+    )
+    return f"{value:.2f}{remark}"
 
 
 def _format_initial_contacts(value, n):
-    done = value.get("done")
-    return [("contacts at the start", value["text"] + (f": {done}" if done else ""), "")]
+    correction = value.get("done")
+    return [
+        ("contacts at the start", value["text"] + (f": {correction}" if correction else ""), "")
+    ]
 
 
 def _format_duration(seconds, n=None):

@@ -77,8 +77,8 @@ class Observable:
             return self.rows(value, numbers)
         if not is_known(value):
             return []
-        beside = self.literature(numbers) if callable(self.literature) else self.literature
-        return [(self.title, self._text(value, numbers), beside)]
+        literature = self.literature(numbers) if callable(self.literature) else self.literature
+        return [(self.title, self._text(value, numbers), literature)]
 
     def cell(self, value: Any, numbers: Mapping) -> str:
         """Its text in a comparison of runs, "-" without a value."""
@@ -162,35 +162,38 @@ class Statistics:
 GENERAL = 100.0
 
 
-def quiet(name: str, title: str, unit: str | None = "1", **more: Any) -> Observable:
+def quiet(name: str, title: str, unit: str | None = "1", **options: Any) -> Observable:
     """A row that tables of runs do not show, or only as part of another one."""
-    more = {"text": None, "column": None} | more
-    return Observable(name=name, title=title, unit=unit, **more)
+    options = {"text": None, "column": None} | options
+    return Observable(name=name, title=title, unit=unit, **options)
 
 
-def strength_by_law(name: str, what: str = "") -> Callable[[Mapping], str]:
+def strength_by_law(name: str, prefix: str = "") -> Callable[[Mapping], str]:
     """Literature beside a strength: the value of the row `name`, its tensile strength by T19."""
 
     def text(numbers):
         law = numbers.get(name)
-        return f"{format_quantity(law, 'Pa')} ({what}T19 eq 33)" if is_known(law) else ""
+        return f"{format_quantity(law, 'Pa')} ({prefix}T19 eq 33)" if is_known(law) else ""
 
     return text
 
 
-def strength_text(passed: str, whole: str, error: str = "") -> Callable[[Any, Mapping], str]:
-    """Text of a strength; passed: row that is true if the `whole` maximum was measured."""
+def strength_text(passed: str, subject: str, error: str = "") -> Callable[[Any, Mapping], str]:
+    """Text of a strength.
+
+    passed: row that is true if the maximum was measured. subject: start of the remark otherwise.
+    """
 
     def text(value, numbers):
         strength = format_quantity(value, "Pa", numbers.get(error))
-        return strength if numbers[passed] else f"at least {strength}: the {whole} not fallen yet"
+        return strength if numbers[passed] else f"at least {strength}: the {subject} not fallen yet"
 
     return text
 
 
-def uncertainty(name: str, unit: str = "1", **more: Any) -> Observable:
+def uncertainty(name: str, unit: str = "1", **options: Any) -> Observable:
     """The row NAME_sigma of the uncertainty of another one, which is shown with it."""
-    return quiet(name, f"uncertainty of {name.removesuffix('_sigma')}", unit, **more)
+    return quiet(name, f"uncertainty of {name.removesuffix('_sigma')}", unit, **options)
 
 
 def reason(error: Exception) -> str:

@@ -10,20 +10,20 @@ from dusttaichi.analysis.numbers.registry import AUTO, Family, Observable, quiet
 from dusttaichi.analysis.texts import format_quantity
 
 
-def _build_measurement(prefix, find, kind):
+def _build_measurement(prefix, measure_tests, attribute_prefix):
     """Measurement of one kind of test.
 
-    find: function from a Run to all of them; kind: prefix of the attributes of Friction.
+    measure_tests: function from a Run to all of them; attribute_prefix: of Friction.
     """
 
     def measure(run):
-        tests = find(run)
+        tests = measure_tests(run)
         # under another load than the prescribed one (`missed_loads`) there is no strength to give
         names = () if tests[-1].missed else ("strength", "strength_sigma", "load", "density")
         numbers = {f"{prefix}_{name}": getattr(tests[-1], name) for name in names}
         line = fit_friction(tests)
         for name in ("angle", "angle_sigma", "cohesion") if line else ():
-            numbers[f"{prefix}_{name}"] = getattr(line, kind + name)
+            numbers[f"{prefix}_{name}"] = getattr(line, attribute_prefix + name)
         return numbers
 
     return measure
@@ -34,8 +34,8 @@ def _list_test_numbers(prefix, strength, load):
 
     def under(value, n):
         text = format_quantity(value, "Pa", n[f"{prefix}_strength_sigma"])
-        at, phi = format_quantity(n[f"{prefix}_load"], "Pa"), n[f"{prefix}_density"]
-        return f"{text} (under {at}, filling factor {phi:.3g})"
+        load, phi = format_quantity(n[f"{prefix}_load"], "Pa"), n[f"{prefix}_density"]
+        return f"{text} (under {load}, filling factor {phi:.3g})"
 
     def degrees(value, n):
         sigma = n[f"{prefix}_angle_sigma"]
