@@ -23,9 +23,9 @@ class ControlledLoad:
     """One stage under a controlled pressure."""
 
     stage: str  #: Name of the stage.
-    wanted: float  #: Controlled pressure [Pa].
+    prescribed: float  #: Controlled pressure [Pa].
     pressure: float  #: Mean over the LAST records [Pa].
-    overshoot: float  #: Largest mean over LAST successive records over `wanted`, less 1.
+    overshoot: float  #: Largest mean over LAST successive records over `prescribed`, less 1.
     filling_factor: float  #: At the end.
     creep: float  #: Rate of the logarithm of the filling factor over the LAST records [1/s].
     time: float  #: Duration [s].
@@ -33,7 +33,7 @@ class ControlledLoad:
     @property
     def missed(self):
         """True where the load deviates from the controlled one by more than MISSED."""
-        return is_load_missed(self.pressure, self.wanted)
+        return is_load_missed(self.pressure, self.prescribed)
 
 
 def is_load_missed(load, prescribed, reference=0.0):
@@ -47,7 +47,7 @@ def is_load_missed(load, prescribed, reference=0.0):
 
 def format_load(test):
     """Load [kPa] of a Shearing or Triaxial, beside the prescribed one where that was missed."""
-    target = f" instead of {test.wanted / 1e3:.3g}" if test.missed else ""
+    target = f" instead of {test.prescribed / 1e3:.3g}" if test.missed else ""
     return f"{test.load / 1e3:.3g}{target} kPa"
 
 
@@ -79,7 +79,7 @@ def _measure_controlled_load(stage, prescribed):
     time, phi = series.time.values, series.filling_factor.values
     return ControlledLoad(
         stage=stage.stage_name,
-        wanted=prescribed,
+        prescribed=prescribed,
         pressure=float(mean[-1]),
         overshoot=float(mean.max() / prescribed - 1.0),
         filling_factor=float(phi[-1]),
@@ -99,17 +99,17 @@ class StrengthTest:
     strength_sigma: float  #: Its standard error, from the scatter of ten successive blocks [Pa].
     load: float  #: Mean there of the stress that loads the sample [Pa].
     density: float  #: Mean of the filling factor there.
-    wanted: float  #: Load that the scene prescribes [Pa]; NaN without one.
+    prescribed: float  #: Load that the scene prescribes [Pa]; NaN without one.
 
     @property
     def controlled(self):
         """True if the scene prescribes the load."""
-        return not np.isnan(self.wanted)
+        return not np.isnan(self.prescribed)
 
     @property
     def missed(self):
         """True where the load is prescribed and deviates by more than MISSED."""
-        return is_load_missed(self.load, self.wanted, self.strength)
+        return is_load_missed(self.load, self.prescribed, self.strength)
 
     @property
     def has_friction(self):
@@ -125,12 +125,12 @@ class Shearing(StrengthTest):
     shear: np.ndarray
     normal: np.ndarray  #: Stress across the motion, positive in compression [Pa], (n,).
     direction: float  #: 1 or -1, that of the shear along x; strain and shear are positive along it.
-    before: float  #: Total shear strain of the run at the start of the stage.
+    previous_strain: float  #: Total shear strain of the run at the start of the stage.
 
     @property
     def total_strain(self):
         """Shear strain along x since the start of the run, (n,)."""
-        return self.before + self.direction * self.strain
+        return self.previous_strain + self.direction * self.strain
 
 
 @dataclass(frozen=True)
@@ -217,9 +217,7 @@ def fit_friction(tests):
     It uses stages with a compressive normal stress that the scene prescribes; None below two loads.
     """
     usable = [test for test in tests if test.has_friction]
-    load, strength = (
-        np.array([getattr(test, name) for test in usable]) for name in ("load", "strength")
-    )
+    load, strength = np.array([(test.load, test.strength) for test in usable]).reshape(-1, 2).T
     if len(usable) < 2 or np.ptp(load) == 0.0:
         return None
     if len(usable) == 2:
@@ -265,9 +263,9 @@ def _measure_shear_test(stage, strain, previous_strain):
         shear=shear,
         normal=normal,
         filling_factor=phi,
-        wanted=_parse_normal_stress(stage),
+        prescribed=_parse_normal_stress(stage),
         direction=direction,
-        before=previous_strain,
+        previous_strain=previous_strain,
         **average_flow(strain, shear, normal, phi),
     )
 
@@ -279,12 +277,8 @@ def average_flow(strain, stress, load, density):
     ten blocks of these records.
     """
     late = strain > (1.0 - FLOWING) * strain[-1]
-    block_means = [np.mean(p) for p in np.array_split(stress[late], 10) if len(p)]
-    sigma = (
-        float(np.std(block_means, ddof=1) / np.sqrt(len(block_means)))
-        if len(block_means) > 1
-        else np.nan
-    )
+    blocks = [np.mean(block) for block in np.array_split(stress[late], 10) if len(block)]
+    sigma = float(np.std(blocks, ddof=1) / np.sqrt(len(blocks))) if len(blocks) > 1 else np.nan
     means = {"strength": stress, "load": load, "density": density}
     return {name: float(np.mean(a[late])) for name, a in means.items()} | {"strength_sigma": sigma}
 
@@ -308,10 +302,8 @@ def measure_triaxial_tests(run):
         There is none.
     """
     stresses = _find_controlled_stresses(run)
-    candidates = run.parts if "stress" in run.series else []
-    stages = [
-        stage for stage in candidates if stage.stage_name in stresses and len(stage.series.time) > 2
-    ]
+    candidates = [stage for stage in run.parts if stage.stage_name in stresses]
+    stages = [c for c in candidates if "stress" in c.series and len(c.series.time) > 2]
     if not stages:
         raise DustError(
             f"{run.path}: no stage is a triaxial test; it needs a stress along two axes and a "
@@ -338,9 +330,7 @@ def _find_controlled_stresses(run):
 def _measure_triaxial_test(stage, stress):
     """Triaxial of a stage; stress: prescribed along each axis, once "free"."""
     axis, series = stress.index("free"), stage.series
-    prescribed = -np.mean(
-        [parse(component, "pressure") for component in stress if component != "free"]
-    )
+    levels = [parse(level, "pressure") for level in stress if level != "free"]
     start, length = (records.box_length.values[..., axis] for records in (stage.start, series))
     strain = np.log(float(start) / length)
     compression = -np.diagonal(series.stress.values, axis1=1, axis2=2)
@@ -352,6 +342,6 @@ def _measure_triaxial_test(stage, stress):
         strain=strain,
         deviator=deviator,
         filling_factor=phi,
-        wanted=float(prescribed),
+        prescribed=-float(np.mean(levels)),
         **average_flow(np.abs(strain), deviator, confining, phi),
     )

@@ -229,11 +229,11 @@ def loads(run, constant_speed_runs=(), repeats=()):
         label="under load, settled",
     )
     axes.set_xscale("log")
-    lowest = min(load.wanted for load in load_steps) / 1e3
+    lowest = min(load.prescribed for load in load_steps) / 1e3
     # of a load that is not reached the reached pressure
     reached = np.quantile(path[0], 0.9) if len(path[0]) else lowest
     axes.set(
-        xlim=(0.1 * min(lowest, reached), 2.0 * max(load.wanted for load in load_steps) / 1e3),
+        xlim=(0.1 * min(lowest, reached), 2.0 * max(load.prescribed for load in load_steps) / 1e3),
         xlabel="pressure (kPa)",
         ylabel=r"filling factor $\phi$",
     )

@@ -142,7 +142,7 @@ def test_controlled_loads():
     stress = -np.eye(3) * np.linspace(0.0, 1.0, N).clip(max=0.5)[:, None, None] * 1e4
     one = run(SCENE, stress=stress, filling_factor=phi)
     (load,) = measure_controlled_loads(one)
-    assert load.pressure == pytest.approx(5e3) and load.wanted == 5e3 and not load.missed
+    assert load.pressure == pytest.approx(5e3) and load.prescribed == 5e3 and not load.missed
     assert load.overshoot == pytest.approx(0.0, abs=1e-12)
     assert load.creep == pytest.approx(1e-3 / 1e-5)
     assert len(loads(one, [one], repeats=[one]).axes) == 1

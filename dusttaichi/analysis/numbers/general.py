@@ -59,7 +59,7 @@ class _FinalState:
 
     @property
     def missed_loads(self):
-        """(stage, pressure, wanted) [Pa] of each load that its stage does not reach or hold."""
+        """(stage, load, prescribed load) [Pa] of loads that their stages do not reach or hold."""
         tests_by_stage = {
             load.stage: (load.pressure, load) for load in measure_controlled_loads(self.run)
         }
@@ -67,7 +67,7 @@ class _FinalState:
             with suppress(DustError):  # the run has none
                 tests_by_stage |= {test.stage: (test.load, test) for test in tests(self.run)}
         return [
-            (stage, load, measured.wanted)
+            (stage, load, measured.prescribed)
             for stage, (load, measured) in tests_by_stage.items()
             if measured.missed
         ]
