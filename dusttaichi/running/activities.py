@@ -135,7 +135,15 @@ class EndCheck(Activity):
         return self.series.next(step)
 
     def act(self):
-        self.run.end.check(self.series.record, self.run.sim, self.series.measurement)
+        run, step = self.run, self.run.sim.step
+        steps, due = run.state.last_steps(run.sim), next_step(run.plan.series, run.clock, step)
+        first = step - steps <= run.state.first
+        short = first and due < NEVER and 2 * steps < due - step
+        self.check(bounds=not first, averages=not short)
+
+    def check(self, **counts):
+        """Check the record of this step; counts: see End.check."""
+        self.run.end.check(self.series.record, self.run.sim, self.series.measurement, **counts)
 
 
 class StopTests(Activity):
@@ -165,7 +173,7 @@ class StopTests(Activity):
         record = in_si(sim, "series", loads(window))
         if run.end.reached_between(record, sim):
             self.series.act()
-            self.end_check.act()
+            self.end_check.check()
 
 
 class Profiles(Activity):

@@ -65,6 +65,10 @@ class RunState:
         self.open_window(sim)
         return Window(self.last_sums, self.sums, self.last_span)
 
+    def last_steps(self, sim):
+        """Steps over which the last record is averaged."""
+        return round(self.last_span / sim.dt)
+
     def window(self, sim):
         """The Window since the last record, that of the record at its step; None before any."""
         if sim.step > self.opened:

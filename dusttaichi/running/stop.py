@@ -37,39 +37,51 @@ class End:
         if state.ended:
             self.step, self.reason = step, state.ended
 
-    def check(self, record, sim, measurement):
-        """End the stage if its record meets a stop condition; measurement: of the record."""
+    def check(self, record, sim, measurement, *, bounds=True, averages=True):
+        """End the stage if its record meets a stop condition; measurement: of the record.
+
+        bounds: its pressure and stress may end the stage. averages: it counts for conditions that
+        average over records.
+        """
         domain, step = sim.domain, sim.step
         self.pressure = pressure(record, domain)
-        reason = self._reached(record, domain, step) or self._settled(
-            measurement, getattr(sim, "binds", True)
-        )
-        reason = reason or self._crept(record, domain)
-        if reason:
+        reasons = [self._crossed(record, domain)] if bounds else []
+        reasons += [self._filled(record, domain), self._rested(measurement, sim)]
+        if averages:
+            reasons += [self._torn(record, step), self._levelled(), self._crept(record, domain)]
+        if reason := next(filter(None, reasons), ""):
             self.step, self.reason, self.state.ended = step, reason, reason
 
     def put_off(self):
         """Let the stage continue in spite of its conditions."""
         self.step, self.reason, self.state.ended = NEVER, "", ""
 
-    def _reached(self, record, domain, step):
-        stop, reason = self.plan.stop, ""
+    def _crossed(self, record, domain):
+        """Reason of the end of a stage by a pressure or stress of a record, or ""."""
+        reason = ""
         for name, value, bounds in self.bounded(record, domain):
             if level := bounds.describe_crossing(value):
                 reason = f"{name} {level}"
                 if (overshoot := bounds.overshoot(value)) > OVERSHOOT:
                     reason += f", exceeded by {overshoot:.0%}: {value / 1e3:.4g} kPa"
-        if stop.filling_factor is not None and (self.clock.controlled or not self.clock.bounded):
-            grows = domain.servo.presses if self.clock.controlled else domain.wall_speed > 0.0
-            sign = 1.0 if grows else -1.0
-            if sign * (record["filling_factor"] - stop.filling_factor) >= 0.0:
-                reason = f"filling factor {stop.filling_factor:.4g}"
-        if stop.past_maximum is not None and past_maximum(
-            self.state.tension, self._tension(record, step), stop.past_maximum
-        ):
-            share = f"{stop.past_maximum:.0%}"
-            reason = f"the tension has fallen by {share} below its largest value"
         return reason
+
+    def _filled(self, record, domain):
+        """Reason of the end of a stage at a filling factor that no step is known for, or ""."""
+        stop, clock = self.plan.stop, self.clock
+        if stop.filling_factor is None or (clock.bounded and not clock.controlled):
+            return ""
+        grows = domain.servo.presses if clock.controlled else domain.wall_speed > 0.0
+        sign = 1.0 if grows else -1.0
+        reached = sign * (record["filling_factor"] - stop.filling_factor) >= 0.0
+        return f"filling factor {stop.filling_factor:.4g}" if reached else ""
+
+    def _torn(self, record, step):
+        """Reason of the end of a stage whose tension has passed its maximum, or ""."""
+        share, tension = self.plan.stop.past_maximum, self.state.tension
+        if share is None or not past_maximum(tension, self._tension(record, step), share):
+            return ""
+        return f"the tension has fallen by {share:.0%} below its largest value"
 
     def bounded(self, record, domain):
         """(name, value [Pa], Bounds) of the pressure and stresses of a record that may end it."""
@@ -98,20 +110,30 @@ class End:
         parts = np.diff(sums, axis=0, prepend=0.0) / steps[:, None]  # means between two tests
         error = np.sqrt(0.5 * np.mean(np.diff(parts, axis=0) ** 2, axis=0) / len(parts))
         low, high = means[-1] - SIGMAS * error, means[-1] + SIGMAS * error
-        bounds = [own for _, _, own in bounded]
-        return any(own.surely_crossed(*pair) for own, *pair in zip(bounds, low, high, strict=True))
+        return any(
+            limits.surely_crossed(lowest, highest) and limits.crossed(latest)
+            for (*_, limits), lowest, highest, latest in zip(
+                bounded, low, high, parts[-1], strict=True
+            )
+        )
 
-    def _settled(self, m, binds):
-        """Reason of the end of a stage at rest, or ""; binds: see method.Simulation."""
-        stop, state = self.plan.stop, self.state
-        if stop.rest is not None:
-            scale = m.bound if binds else turnover(m, state.start)[1]
-            if m.kinetic < stop.rest * scale:
-                of = "the binding energy" if binds else "the energy that has gone through"
-                return f"at rest: kinetic energy below {stop.rest:.3g} of {of}"
-        if stop.plateau is not None and plateau(state.pressures, self.pressure, stop.plateau):
-            return f"plateau: the pressure changes by less than {stop.plateau:.3g}"
-        return ""
+    def _rested(self, m, sim):
+        """Reason of the end of a stage at rest, or ""; m: Measurement of the record."""
+        rest = self.plan.stop.rest
+        if rest is None:
+            return ""
+        binds = getattr(sim, "binds", True)  # see method.Simulation
+        scale = m.bound if binds else turnover(m, self.state.start)[1]
+        of = "the binding energy" if binds else "the energy that has gone through"
+        at_rest = m.kinetic < rest * scale
+        return f"at rest: kinetic energy below {rest:.3g} of {of}" if at_rest else ""
+
+    def _levelled(self):
+        """Reason of the end of a stage whose pressure no longer changes, or ""."""
+        share = self.plan.stop.plateau
+        if share is None or not plateau(self.state.pressures, self.pressure, share):
+            return ""
+        return f"plateau: the pressure changes by less than {share:.3g}"
 
     def _crept(self, record, domain):
         """Reason of the end of a stage whose creep under load has stopped, or ""."""

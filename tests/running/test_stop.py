@@ -16,9 +16,12 @@ from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import contact_loads
 from dusttaichi.running import execute, schedule
+from dusttaichi.running.activities import EndCheck
+from dusttaichi.running.state import RunState
 from dusttaichi.running.stop import AVERAGED, End, component, plateau
 from dusttaichi.scene import from_yaml
 from dusttaichi.scene.boundary import Drive
+from dusttaichi.scene.output import Interval
 from dusttaichi.scene.stage import StagePlan
 from dusttaichi.scene.stop import Bounds, Stop
 
@@ -125,12 +128,31 @@ def test_a_mean_between_records_must_be_surely_beyond_a_threshold():
     assert 20e3 <= rise[:number].mean() < 24e3
     assert window_of(rise[::-1] - 34e3, below="15 kPa") > 2
     assert window_of([5e3, 90e3, *[5e3] * 14], above="20 kPa") == 0
+    assert window_of([40e3, 40e3, 40e3, *[18e3] * 5], above="20 kPa") == 0  # a peak at the start
     random = np.random.default_rng(1)
     loads = 19e3 * (1.0 + 0.33 * random.normal(size=(200, 16)))
     by_tests = sum(window_of(own, above="20 kPa") > 0 for own in loads)
     assert by_tests < 0.5 * np.sum(loads.mean(axis=1) >= 20e3)
     assert Bounds(above="20 kPa").overshoot(32e3) == pytest.approx(0.6)
     assert Bounds(below="-5 kPa").overshoot(-6e3) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("steps, counted", [(30, 0), (60, 1), (100, 1)])
+def test_a_first_record_has_the_peak_of_the_start(steps, counted):
+    """Its pressure ends no stage, as that of the second does; a short one joins no average."""
+    state = RunState(None, first=1000 - steps, last_span=steps * 0.5)
+    sim = SimpleNamespace(step=1000, dt=0.5, domain=SimpleNamespace(has_top=True))
+    stop = Stop(pressure="20 kPa", plateau=0.02)
+    plan = StagePlan("", Drive(), stop, Interval(steps=100), None, None)
+    run = SimpleNamespace(sim=sim, state=state, plan=plan, clock=Clock(dt=0.5))
+    run.end = End(plan, run.clock, state, 0)
+    record = {"pressure": [np.nan] * 5 + [30e3]}
+    check = EndCheck(run, SimpleNamespace(record=record, measurement=None))
+    check.act()
+    assert not state.ended and len(state.pressures) == counted
+    sim.step, state.last_span = 1100, 100 * 0.5
+    check.act()
+    assert state.ended == "pressure 20 kPa, exceeded by 50%: 30 kPa"
 
 
 def test_bounds_and_a_plateau():
