@@ -138,7 +138,7 @@ def _build(scene):
     from dusttaichi.scene import from_yaml
 
     scene = from_yaml(scene)
-    motion = method.of(scene).build(scene, method.make_sample(scene))
+    motion = method.find_method(scene).build(scene, method.make_sample(scene))
     motion.advance(1)
     began = time.process_time()
     motion.sim.search.now()

@@ -167,7 +167,7 @@ def main(
             bench_sample.bench_scene(grains, threads=1, precision=PRECISION),
         )
     else:
-        grains, (base, parts) = method.of(scene).preview(scene).size, parts_of(scene)
+        grains, (base, parts) = method.find_method(scene).preview(scene).size, parts_of(scene)
     steps = steps or max(LEAST_STEPS, GRAIN_STEPS // grains)
     rows, notes = [], [*_notes(scene, grains, rounds)]
     table = Table(machine(), rows, [("What each part costs", *_columns(per))], notes)

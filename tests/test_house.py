@@ -318,7 +318,7 @@ def test_methods_are_told_apart_in_one_place():
         ("isinstance(sim, (int, moving_grains.MovingGrains))", True),
         ("scene.method.startswith('gr')", True),
         ("speed.method == scene.method", False),
-        ("method.of(scene).build(scene)", False),
+        ("method.find_method(scene).build(scene)", False),
         ("METHODS[scene.method]", False),
         ("isinstance(scene, Scene)", False),
     ],

@@ -46,7 +46,7 @@ def check(
             from dusttaichi.studies.sweep import taken
 
             scene = scene.with_values(taken(scene, 0))
-        scene_method = method.of(scene)
+        scene_method = method.find_method(scene)
         # the preview may still refuse the scene, and the plan its study
         preview = _preview(scene, scene_method, quiet=as_json)
         return scene, scene_method, preview, _plan(scene)

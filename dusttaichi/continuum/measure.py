@@ -155,7 +155,7 @@ def measurement(sim, start):
     m = energies(sim)
     losses = m["loss"] - start
     potential = m["gravity_energy"] + m["elastic_energy"]
-    return Measurement.of(
+    return Measurement.from_energies(
         m["kinetic"], potential, losses, work=m["work"], parts=m | {"loss": losses}
     )
 

@@ -2,16 +2,16 @@
 
 from dusttaichi.continuum.scene.scene import ContinuumScene
 from dusttaichi.continuum.variables import VARIABLES
-from dusttaichi.method import Method, deferred
+from dusttaichi.method import Method, defer_import
 
 METHOD = Method(
     name="continuum",
     scene=ContinuumScene,
-    make_sample=deferred("dusttaichi.continuum.samples:make"),
-    build=deferred("dusttaichi.continuum.moving_dust:make"),
-    reopen=deferred("dusttaichi.continuum.moving_dust:reopen"),
+    make_sample=defer_import("dusttaichi.continuum.samples:make"),
+    build=defer_import("dusttaichi.continuum.moving_dust:make"),
+    reopen=defer_import("dusttaichi.continuum.moving_dust:reopen"),
     variables=VARIABLES,
-    preview=deferred("dusttaichi.continuum.preview:preview"),
+    preview=defer_import("dusttaichi.continuum.preview:preview"),
     seconds=1e-6,
     device_seconds=(2e-3, 1e-7),
     observables=("dusttaichi.continuum.analysis.numbers:FAMILIES",),

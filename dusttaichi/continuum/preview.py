@@ -42,7 +42,7 @@ def preview(scene):
     if texts := advice(scene, sample):
         sections.append(("Defaults to change", [tuple(text.split(": ", 1)) for text in texts]))
     domain = domain_of(scene, sample, output_step)
-    return Preview(sections, len(sample), domain.dt, domain.planned(scene))
+    return Preview(sections, len(sample), domain.dt, domain.plan_stages(scene))
 
 
 def _damped(viscosity):

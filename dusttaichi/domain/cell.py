@@ -45,7 +45,7 @@ class Cell:
         """Shift of the image above along x at a time."""
         return self.tilt + self.tilt_rate * time
 
-    def sheared(self, time):
+    def compute_shear_strain(self, time):
         """Shear strain since the start of the run."""
         return self.strain + self.shear_rate * time
 
@@ -96,10 +96,10 @@ class Cell:
         """
         periodic = np.isin(np.arange(3), self.axes)
         growth, rate = np.where(periodic, growth, 0.0), np.where(periodic, rate, 0.0)
-        now, offset = self.edges(time), self.offset(time)
-        start = (now - rate * time) * np.exp(-growth * time)
+        edges, offset = self.edges(time), self.offset(time)
+        start = (edges - rate * time) * np.exp(-growth * time)
         # the faces follow a homogeneous flow: the tilt along x grows with the edge there
-        tilt_rate = shear * now[2] + growth[0] * offset if self.tilted else 0.0
+        tilt_rate = shear * edges[2] + growth[0] * offset if self.tilted else 0.0
         return replace(
             self,
             start=start,
@@ -107,7 +107,7 @@ class Cell:
             growth=growth,
             tilt=offset - tilt_rate * time,
             tilt_rate=float(tilt_rate),
-            strain=self.sheared(time) - shear * time,
+            strain=self.compute_shear_strain(time) - shear * time,
             shear_rate=float(shear),
         )
 

@@ -68,9 +68,9 @@ class Clock:
 
         Lengths that follow a load are left out.
         """
-        now, before = self.lengths(step), self.lengths(self.first)
-        known = [n for n in range(3) if not isnan(before[n]) and n not in self.controlled]
-        changes = [abs(now[n] / before[n] - 1.0) for n in known]
+        lengths, first_lengths = self.lengths(step), self.lengths(self.first)
+        axes = [n for n in range(3) if not isnan(first_lengths[n]) and n not in self.controlled]
+        changes = [abs(lengths[n] / first_lengths[n] - 1.0) for n in axes]
         return max([abs(self.shear) * self.dt * (step - self.first), *changes])
 
     def step_of_filling_factor(self, phi):
@@ -83,7 +83,7 @@ class Clock:
 
     def fills(self, sign):
         """True where the filling factor grows (sign 1) or falls (-1) from the first step on."""
-        speeds = [sign * self._speed(axis) for axis in range(3)]
+        speeds = [sign * self._find_speed(axis) for axis in range(3)]
         return any(v < 0.0 for v in speeds) and not any(v > 0.0 for v in speeds)
 
     def step_of_strain(self, strain):
@@ -98,9 +98,9 @@ class Clock:
 
     def narrows(self, axis):
         """True where a length shrinks."""
-        return self._speed(axis) < 0.0
+        return self._find_speed(axis) < 0.0
 
-    def _speed(self, axis):
+    def _find_speed(self, axis):
         """Speed at which a length grows at the start of the stage; its sign does not change."""
         a, c, g = self.start[axis], self.rate[axis], self.growth[axis]
         return c + g * a * exp(min(g * self.dt * self.first, LARGEST))
@@ -141,8 +141,8 @@ class Clock:
             step = self.step_of_filling_factor(stop.filling_factor)
             ends.append((step, f"filling factor {stop.filling_factor:.4g}"))
         for axis, word in enumerate(("wide", "deep", "high")):
-            known = not isnan(self.start[axis]) and axis not in self.controlled
-            if known and self.moves:
+            is_prescribed = not isnan(self.start[axis]) and axis not in self.controlled
+            if is_prescribed and self.moves:
                 step = self.step_of_length(self.least[axis], axis)
                 narrow = f"two grains {word}" if self.least[axis] else "closed"
                 ends.append((step, f"the box is {narrow}"))

@@ -67,27 +67,27 @@ class Domain:
             cell = cell.driven(time, **self._face_motion(drive, servo))
         return replace(self, servo=servo, box=box, cell=cell)
 
-    def steered(self, integral):
+    def steer(self, integral):
         """The domain after the change of speeds by the servo that is due at this step.
 
         integral: see Servo.before. Raises GuardStop where the box has its smallest length.
         """
         servo, step = self.servo, self.servo.due
         load = (integral - servo.before) / (servo.every * self.dt) / self._measured_over(step)
-        servo = servo.changed(load, integral, self.dt)
-        time, new = self.dt * step, replace(self, servo=servo)
+        servo = servo.update(load, integral, self.dt)
+        time, domain = self.dt * step, replace(self, servo=servo)
         if servo.kind == WALL:
             box = self.box.driven(servo.speed[0], self.box.along[TOP, 0], time)
-            new = replace(new, box=box)
+            domain = replace(domain, box=box)
         else:
             growth, controlled = self.cell.growth.copy(), np.isin(np.arange(3), servo.axes)
             growth[controlled] = -servo.speed
             moved = self.cell.driven(time, growth=growth, shear=self.cell.shear_rate)
             # other edges stay bitwise identical: intervals may depend on their strain
             start = np.where(controlled, moved.start, self.cell.start)
-            new = replace(new, cell=replace(moved, start=start))
-        new._check_narrow(step)
-        return new
+            domain = replace(domain, cell=replace(moved, start=start))
+        domain._check_narrow(step)
+        return domain
 
     def _measured_over(self, step):
         """Area or volume over which the load is averaged."""
@@ -184,7 +184,7 @@ class Domain:
         """
         time = self.dt * step
         if self.cell is not None and self.cell.tilted:
-            return self.cell.sheared(time)
+            return self.cell.compute_shear_strain(time)
         height = self.lengths(step)[2]
         if not self.has_top:
             return 0.0
@@ -243,7 +243,7 @@ class Domain:
             units=self.units,
         )
 
-    def planned(self, scene):
+    def plan_stages(self, scene):
         """(name, largest number of steps, reason) of every stage, before anything is computed.
 
         Steps are infinite where only a measured quantity ends the stage; there the list ends.

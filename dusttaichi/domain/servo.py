@@ -91,7 +91,7 @@ class Servo:
         scatter = np.maximum(self.changes / ways - slope**2, 0.0)
         return np.maximum(np.sqrt(slope**2 + SCATTER**2 * scatter), SOFT)
 
-    def changed(self, load, integral, dt):
+    def update(self, load, integral, dt):
         """The Servo after a change of speed.
 
         load: mean since the last change, (n,). integral: the next `before`. dt: of a step.
@@ -101,12 +101,12 @@ class Servo:
         strain = self.speed * time / self.length
         response = self.gain / (self.stiffness * time) * self.length
         steady = self.steady + response * self.gain / (4.0 * DAMPED**2) * missing
-        there = np.abs(load) / self.scale
-        limit = LIMIT + (LOADED - LIMIT) * np.minimum(there, 1.0)
-        share = np.maximum(limit, RELIEF * np.abs(missing) * there)
-        most = np.minimum(self.largest, np.maximum(share * response, self.entry))
+        load_fraction = np.abs(load) / self.scale
+        limit = LIMIT + (LOADED - LIMIT) * np.minimum(load_fraction, 1.0)
+        speed_factor = np.maximum(limit, RELIEF * np.abs(missing) * load_fraction)
+        speed_limit = np.minimum(self.largest, np.maximum(speed_factor * response, self.entry))
         mean_error = self.mean_error + (missing - self.mean_error) / self.smooth
-        speed = np.clip(response * mean_error + steady, -most, most)
+        speed = np.clip(response * mean_error + steady, -speed_limit, speed_limit)
         return replace(
             self,
             speed=speed,
@@ -165,7 +165,7 @@ def make_servo(drive, domain, step, integral):
         return first
     first = replace(first, before=integral(first))
     speed = _approach(domain, kind, axes, step)
-    return _continued(first, drive, domain, speed) if speed.any() else first
+    return _continue_motion(first, drive, domain, speed) if speed.any() else first
 
 
 def _approach(domain, kind, axes, step):
@@ -177,13 +177,13 @@ def _approach(domain, kind, axes, step):
     return np.array([rates.mean()]) if kind == EVEN else rates[list(axes)]
 
 
-def _continued(first, drive, domain, speed):
+def _continue_motion(first, drive, domain, speed):
     """The Servo `first` of a stage that continues a motion at that speed or rates (n,)."""
     largest, last = first.largest, domain.servo
     if (drive.wall_speed if first.kind == WALL else drive.strain_rate) is None:
         largest = np.maximum(largest, np.abs(speed))
     speed = np.clip(speed, -largest, largest)
-    new = replace(
+    servo = replace(
         first,
         gain=drive.gain or IN_MOTION,
         largest=largest,
@@ -192,14 +192,14 @@ def _continued(first, drive, domain, speed):
         smooth=SMOOTH,
         entry=np.abs(speed),
     )
-    stiffness, strains = FIRM, (speed * new.every * domain.dt / new.length) ** 2
-    if last is not None and (last.kind, last.axes) == (new.kind, new.axes):
-        missing = (new.load - last.load + last.missing * last.scale) / new.scale
-        stiffness = np.maximum(FIRM, last.stiffness * last.scale / new.scale)
-        strains, new = np.maximum(strains, last.ways), replace(new, missing=missing)
+    stiffness, strains = FIRM, (speed * servo.every * domain.dt / servo.length) ** 2
+    if last is not None and (last.kind, last.axes) == (servo.kind, servo.axes):
+        missing = (servo.load - last.load + last.missing * last.scale) / servo.scale
+        stiffness = np.maximum(FIRM, last.stiffness * last.scale / servo.scale)
+        strains, servo = np.maximum(strains, last.ways), replace(servo, missing=missing)
     strains = np.maximum(strains, first.ways)
     changes, products = stiffness**2 * strains, -stiffness * strains
-    return replace(new, changes=changes, ways=strains, products=products)
+    return replace(servo, changes=changes, ways=strains, products=products)
 
 
 def _largest(drive, kind, axes, units):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from dusttaichi.grains.scene import GrainsScene
 from dusttaichi.grains.variables import VARIABLES
-from dusttaichi.method import Method, deferred
+from dusttaichi.method import Method, defer_import
 
 PACKAGE = Path(__file__).parents[1]
 
@@ -37,14 +37,14 @@ def _file_of(thing):
 METHOD = Method(
     name="grains",
     scene=GrainsScene,
-    make_sample=deferred("dusttaichi.samples:make"),
-    build=deferred("dusttaichi.grains.moving_grains:make"),
-    reopen=deferred("dusttaichi.grains.moving_grains:reopen"),
+    make_sample=defer_import("dusttaichi.samples:make"),
+    build=defer_import("dusttaichi.grains.moving_grains:make"),
+    reopen=defer_import("dusttaichi.grains.moving_grains:reopen"),
     variables=tuple(VARIABLES.values()),
     code=_code,
-    preview=deferred("dusttaichi.grains.preview:preview"),
-    internals=deferred("dusttaichi.grains.preview:internals"),
-    forces=deferred("dusttaichi.grains.inventory:forces"),
+    preview=defer_import("dusttaichi.grains.preview:preview"),
+    internals=defer_import("dusttaichi.grains.preview:internals"),
+    forces=defer_import("dusttaichi.grains.inventory:forces"),
     seconds=5e-8,
     device_seconds=(4e-5, 3e-10),
     observables=("dusttaichi.analysis.settings:OF_GRAINS",),

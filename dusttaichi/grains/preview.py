@@ -41,7 +41,7 @@ def preview(scene):
     if texts := advice(scene, sample):
         sections.append(("Defaults to change", [tuple(text.split(": ", 1)) for text in texts]))
     sections.append(("Memory", [("state", _state_memory(parts))]))
-    return Preview(sections, len(sample), step.dt, domain.planned(scene))
+    return Preview(sections, len(sample), step.dt, domain.plan_stages(scene))
 
 
 def _contacts(table):

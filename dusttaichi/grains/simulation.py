@@ -199,7 +199,7 @@ class Simulation:
         """Load control changes the speeds, within those that the search allows for."""
         loads = load_sums(self)
         with self._booked(loads):
-            self._surround(self.domain.steered(self._load_integral(self.servo, loads)))
+            self._surround(self.domain.steer(self._load_integral(self.servo, loads)))
 
     def _load_integral(self, servo, loads=None):
         """Time integral of the load of a Servo up to now: see Servo.before. loads: LoadSums."""

@@ -31,8 +31,8 @@ __all__ = [
     "built_anew",
     "make_sample",
     "moment",
-    "named",
-    "of",
+    "load_method",
+    "find_method",
     "register",
 ]
 
@@ -53,7 +53,7 @@ def built_anew(scene: Scene, state: State) -> Simulation:
     -------
     Simulation
     """
-    simulation = of(scene).build(scene, make_sample(scene))
+    simulation = find_method(scene).build(scene, make_sample(scene))
     simulation.restore(state)
     return simulation
 
@@ -191,7 +191,7 @@ def register(method: Method) -> None:
     METHODS[method.name] = method
 
 
-def named(name: str) -> Method:
+def load_method(name: str) -> Method:
     """The method of that name.
 
     Raises
@@ -203,35 +203,35 @@ def named(name: str) -> Method:
     return METHODS[name]
 
 
-def attribute(thing: Any) -> Any:
+def attribute(reference: Any) -> Any:
     """Object that "module:attribute" names; anything else is returned as it is."""
-    if not isinstance(thing, str):
-        return thing
-    module, name = thing.split(":")
+    if not isinstance(reference, str):
+        return reference
+    module, name = reference.split(":")
     return getattr(importlib.import_module(module), name)
 
 
-def deferred(place: str) -> Callable:
+def defer_import(reference: str) -> Callable:
     """Function that imports "module:attribute" when it is called, and calls that."""
-    return lambda *arguments: attribute(place)(*arguments)
+    return lambda *arguments: attribute(reference)(*arguments)
 
 
-def rows(named: tuple[Any, ...]) -> list:
+def rows(references: tuple[Any, ...]) -> list:
     """`observables` or `figures` of a Method, those imported that are named."""
-    found = [attribute(thing) for thing in named]
-    return [row for one in found for row in (one if isinstance(one, tuple) else (one,))]
+    objects = [attribute(reference) for reference in references]
+    return [row for entry in objects for row in (entry if isinstance(entry, tuple) else (entry,))]
 
 
-def of(scene: Scene) -> Method:
+def find_method(scene: Scene) -> Method:
     """The Method of a scene."""
-    return named(scene.method)
+    return load_method(scene.method)
 
 
 def of_result(scene: Mapping[str, Any]) -> Method:
     """The Method of a scene as plain data; one that knows its name only where it is not here."""
     name = str(scene.get("method", DEFAULT))
     try:
-        return named(name)
+        return load_method(name)
     except KeyError:
         nothing = dict.fromkeys(("scene", "make_sample", "build"))
         return Method(name=name, variables=(), **nothing)
@@ -251,4 +251,4 @@ def make_sample(scene: Scene) -> Any:
     DustError
         The sample cannot be made.
     """
-    return of(scene).make_sample(scene)
+    return find_method(scene).make_sample(scene)

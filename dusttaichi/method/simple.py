@@ -58,8 +58,8 @@ class SimpleSimulation:
     def records(self, group: str) -> list[tuple[str, dict]]:
         if group != "snapshots":
             return []
-        now = {"snapshot_time": self.time, "step": self.step}
-        return [(group, now | self.snapshot())]
+        record = {"snapshot_time": self.time, "step": self.step}
+        return [(group, record | self.snapshot())]
 
     def validate(self, measurement: Measurement) -> None:
         """The guard of the ledger, which is the run's, is enough."""

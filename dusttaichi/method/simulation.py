@@ -54,7 +54,7 @@ class Measurement:
     parts: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, kinetic, potential, losses, **others) -> Measurement:
+    def from_energies(cls, kinetic, potential, losses, **others) -> Measurement:
         """Measurement whose `energy` and `lost` are the sums of these.
 
         Parameters
@@ -88,14 +88,14 @@ class Start:
     exchanged: float = 0.0
 
     @classmethod
-    def of(cls, m: Measurement) -> Start:
+    def from_measurement(cls, m: Measurement) -> Start:
         return cls(float(m.kinetic), float(m.potential), float(m.energy), float(m.kick))
 
     def exchanged_by(self, m: Measurement) -> float:
         """Energy that kinetic and potential energy have exchanged by the time of m."""
         return max(self.exchanged, abs(float(m.kinetic) - self.kinetic))
 
-    def after(self, m: Measurement) -> Start:
+    def include_record(self, m: Measurement) -> Start:
         """This reference after a record of m."""
         return replace(self, exchanged=self.exchanged_by(m))
 

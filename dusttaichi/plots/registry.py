@@ -132,7 +132,9 @@ def register(row: Figure) -> None:
 def list_figures(of_method: method.Method | None = None) -> list[Figure]:
     """List the figures of runs of a method (default: of all methods) in order."""
     methods = (
-        [of_method] if of_method is not None else [method.named(name) for name in method.METHODS]
+        [of_method]
+        if of_method is not None
+        else [method.load_method(name) for name in method.METHODS]
     )
     method_rows = [
         getattr(row, "row", row)

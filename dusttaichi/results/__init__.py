@@ -6,7 +6,7 @@ contiguous ragged arrays: the rows of all snapshots one after the other, `contac
 each snapshot. All values are SI.
 """
 
-from dusttaichi.results.integrity import opened
+from dusttaichi.results.integrity import open_result
 from dusttaichi.results.provenance import provenance
 from dusttaichi.results.variables import COMMON, Variable, common, declare, reference_energy, select
 from dusttaichi.results.writer import Writer
@@ -17,7 +17,7 @@ __all__ = [
     "Writer",
     "common",
     "declare",
-    "opened",
+    "open_result",
     "provenance",
     "reference_energy",
     "select",

@@ -27,8 +27,12 @@ def parts_folder(result):
 def run_files(directory):
     """Relative paths of the existing files from which a run continues."""
     directory = Path(directory)
-    parts = sorted(parts_folder(directory / RESULT).glob("[0-9]*.nc"))
-    names = [RESULT, CHECKPOINT, *(str(part.relative_to(directory)) for part in parts)]
+    part_paths = sorted(parts_folder(directory / RESULT).glob("[0-9]*.nc"))
+    names = [
+        RESULT,
+        CHECKPOINT,
+        *(str(part_path.relative_to(directory)) for part_path in part_paths),
+    ]
     return [name for name in names if (directory / name).exists()]
 
 
@@ -57,14 +61,14 @@ def explain(error, path):
 
 def no_folder(path):
     """Clause that says why there is no folder at a path, or why there can be none."""
-    for place in (path, *path.parents):
-        if os.path.isdir(place):
+    for ancestor in (path, *path.parents):
+        if os.path.isdir(ancestor):
             break
-        if os.path.islink(place) and not os.path.exists(place):
-            return f"{place} is a link to {os.readlink(place)}, which does not exist"
-        if os.path.exists(place):
-            named = "file" if os.path.isfile(place) else "device or a pipe"
-            return f"{place} is a {named}, not a folder; choose another folder"
+        if os.path.islink(ancestor) and not os.path.exists(ancestor):
+            return f"{ancestor} is a link to {os.readlink(ancestor)}, which does not exist"
+        if os.path.exists(ancestor):
+            named = "file" if os.path.isfile(ancestor) else "device or a pipe"
+            return f"{ancestor} is a {named}, not a folder; choose another folder"
     return f"the folder {path} does not exist (any more)"
 
 
@@ -184,8 +188,8 @@ def _remove_forgotten():
     """Remove work files of processes that were killed before `hide`."""
     for path in MEMORY.glob(f"{WORK}*"):
         with suppress(OSError):
-            found = path.stat()
-            if found.st_uid == os.getuid() and time.time() - found.st_mtime > FORGOTTEN:
+            status = path.stat()
+            if status.st_uid == os.getuid() and time.time() - status.st_mtime > FORGOTTEN:
                 path.unlink()
 
 
@@ -201,13 +205,13 @@ def clone(source, target):
     if hasattr(os, "copy_file_range"):
         try:
             with open(source, "rb") as a, open(target, "wb") as b:
-                left = os.fstat(a.fileno()).st_size
-                while left > 0:
-                    done = os.copy_file_range(a.fileno(), b.fileno(), left)
-                    if done == 0:
+                remaining = os.fstat(a.fileno()).st_size
+                while remaining > 0:
+                    copied = os.copy_file_range(a.fileno(), b.fileno(), remaining)
+                    if copied == 0:
                         break
-                    left -= done
-            if left == 0:
+                    remaining -= copied
+            if remaining == 0:
                 return
         except OSError as error:
             if error.errno not in (errno.EXDEV, errno.EINVAL, errno.ENOSYS, errno.EOPNOTSUPP):

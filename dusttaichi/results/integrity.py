@@ -60,21 +60,21 @@ def check(path):
     (https://github.com/Unidata/netcdf4-python/issues/1444). Files without DIGEST, of other
     programs, are not verified. Raises as `open_netcdf`.
     """
-    real, identity = _identity(path)
-    if _checked.get(real, (None,))[0] != identity:
-        with opened(path):
+    real_path, identity = _identity(path)
+    if _checked.get(real_path, (None,))[0] != identity:
+        with open_result(path):
             pass
-    return _checked[real][1]
+    return _checked[real_path][1]
 
 
 @contextmanager
-def opened(path):
+def open_result(path):
     """A verified result file that is open for reading. Raises as `open_netcdf`."""
-    real, identity = _identity(path)
+    real_path, identity = _identity(path)
     with open_netcdf(path) as file:
-        if _checked.get(real, (None,))[0] != identity:
-            with told_apart(path):
-                _checked[real] = identity, _verified(file, path)
+        if _checked.get(real_path, (None,))[0] != identity:
+            with translate_errors(path):
+                _checked[real_path] = identity, _verify(file, path)
         yield file
 
 
@@ -86,7 +86,7 @@ def open_netcdf(path, engine=netCDF4.Dataset):
     without permission, where another program writes it or the disk has no locks; DamagedFile.
     """
     with ExitStack() as stack:
-        with told_apart(path):
+        with translate_errors(path):
             stack.enter_context(locks.reading(path))
             file = stack.enter_context(engine(path))
         yield file
@@ -94,18 +94,23 @@ def open_netcdf(path, engine=netCDF4.Dataset):
 
 def _identity(path):
     """(path, identity of the file and of its content), keys of `_checked`. Raises OSError."""
-    now = os.stat(path)
-    return os.path.realpath(path), (now.st_dev, now.st_ino, now.st_size, now.st_mtime_ns)
+    status = os.stat(path)
+    return os.path.realpath(path), (
+        status.st_dev,
+        status.st_ino,
+        status.st_size,
+        status.st_mtime_ns,
+    )
 
 
 def _is_marked(head):
     """True for the first bytes of a file that HDF5 has marked as being written."""
-    whole = head.startswith(b"\x89HDF") and len(head) == _SUPERBLOCK
-    return whole and head[8] == 3 and bool(head[11] & 5)
+    is_superblock = head.startswith(b"\x89HDF") and len(head) == _SUPERBLOCK
+    return is_superblock and head[8] == 3 and bool(head[11] & 5)
 
 
 @contextmanager
-def told_apart(path):
+def translate_errors(path):
     """Context in which a file is opened or read; its errors are those of `open_netcdf`."""
     try:
         yield
@@ -139,16 +144,16 @@ def refusal(error, path):
                 pass
     except OSError as fault:
         return DustError(f"{path} cannot be read: {fault.strerror or fault}.")
-    return damaged(path)
+    return build_damage_error(path)
 
 
-def _verified(file, path):
-    """The Header of an open file. Raises DustError, or an error of `told_apart`."""
+def _verify(file, path):
+    """The Header of an open file. Raises DustError, or an error of `translate_errors`."""
     header = Header({n: file.getncattr(n) for n in file.ncattrs()}, record_counts(file))
     digest = header.attributes.get(DIGEST)
     if isinstance(digest, str) and digest.startswith(_PREFIX):
         if digest != digest_of(file):
-            raise _changed(path)
+            raise _build_change_error(path)
         if os.stat(path).st_size <= LARGEST:
             _read_through(file, path)
     return header
@@ -170,11 +175,11 @@ def digest_of(file):
 def record_counts(file):
     """Group of an open file -> number of its records, of groups that grow."""
     groups = {"series": file, **file.groups}
-    found = {g: folder.dimensions.get(record_dimension(g)) for g, folder in groups.items()}
-    return {g: len(dimension) for g, dimension in found.items() if dimension is not None}
+    dimensions = {g: folder.dimensions.get(record_dimension(g)) for g, folder in groups.items()}
+    return {g: len(dimension) for g, dimension in dimensions.items() if dimension is not None}
 
 
-def damaged(path):
+def build_damage_error(path):
     """The DamagedFile for a path."""
     path, advice = Path(path), "Take it from a backup, or compute it again (--force)"
     if path.parent.suffix == ".parts":
@@ -182,7 +187,7 @@ def damaged(path):
     return DamagedFile(f"{path} is damaged: its content is not that which was written. {advice}.")
 
 
-def _changed(path):
+def _build_change_error(path):
     return DamagedFile(
         f"{path} is damaged, or another program has changed it: its texts are not those that were "
         f"written. If you have changed it yourself, remove its attribute {DIGEST}, too; otherwise "
@@ -210,7 +215,7 @@ def _read_through(file, path):
             corners = tuple(slice(None, None, chunk) for chunk in chunks)
             for start in range(0, len(variable), rows):
                 if _is_fill(variable[start : start + rows][corners], variable.dtype).any():
-                    raise damaged(path)
+                    raise build_damage_error(path)
 
 
 def _is_fill(values, dtype):

@@ -8,7 +8,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import WorkFile
-from dusttaichi.results.integrity import DIGEST, FILL, digest_of, opened, record_counts
+from dusttaichi.results.integrity import DIGEST, FILL, digest_of, open_result, record_counts
 from dusttaichi.results.variables import Variable, record_dimension
 
 SOURCE = "Definition: "
@@ -109,7 +109,7 @@ def read_records(path, layout, counts):
     Raises DustError where it cannot be read.
     """
     records = {}
-    with readable(path), opened(path) as file:
+    with readable(path), open_result(path) as file:
         file.set_auto_maskandscale(False)
         for variable in (v for v in layout.values() if v.grows and counts.get(v.group)):
             values = folder_of(file, variable.group)[variable.name][: counts[variable.group]]
@@ -122,7 +122,7 @@ def describe(path):
 
     Raises DustError where it cannot be read.
     """
-    with readable(path), opened(path) as file:
+    with readable(path), open_result(path) as file:
         file.set_auto_mask(False)
         lengths = {n: len(d) for n, d in file.dimensions.items() if not d.isunlimited()}
         sizes = {n: tuple(file[n][:]) if n in file.variables else s for n, s in lengths.items()}

@@ -88,8 +88,8 @@ def write_dataset(path, data, mark, *, packed=False):
 
 def refuse_inputs(path, inputs):
     """Raises DustError where `path` is one of the files that are read."""
-    for given in inputs:
-        if given.exists() and path.exists() and path.samefile(given):
+    for input_path in inputs:
+        if input_path.exists() and path.exists() and path.samefile(input_path):
             raise DustError(
                 f"{path} is read by this command and would be overwritten by it. Choose another "
                 "--output."

@@ -30,7 +30,7 @@ from dusttaichi.results.files import (
     replace_atomically,
     reserve,
 )
-from dusttaichi.results.integrity import DIGEST, DamagedFile, check, damaged, opened
+from dusttaichi.results.integrity import DIGEST, DamagedFile, build_damage_error, check, open_result
 from dusttaichi.results.layout import copy_records, define, describe, write_attributes
 from dusttaichi.results.run_lock import RunLock
 
@@ -74,25 +74,25 @@ def pieces_of(path):
     """
     path = Path(path)
     identity, records = identity_of(path), check(path).records
-    found = [Piece(path, dict.fromkeys(records, 0), records)]
-    for part in _parts(path):
-        attributes, records = check(part)
+    pieces = [Piece(path, dict.fromkeys(records, 0), records)]
+    for part_path in _parts(path):
+        attributes, records = check(part_path)
         if DIGEST not in attributes or CONTINUES not in attributes:
-            raise damaged(part)
+            raise build_damage_error(part_path)
         if attributes[CONTINUES] != identity:
             break  # of an earlier result
         starts = dict.fromkeys(records, 0) | json.loads(attributes[STARTS])
         ends = {group: starts[group] + n for group, n in records.items()}
-        if any(starts[group] > found[-1].ends.get(group, 0) for group in starts):
+        if any(starts[group] > pieces[-1].ends.get(group, 0) for group in starts):
             raise DamagedFile(
-                f"Records are missing between {found[-1].path} and {part}: a part is lost. Take it "
-                f"from a backup; without {part.name} and the parts after it the earlier records "
-                "can be read."
+                f"Records are missing between {pieces[-1].path} and {part_path}: a part is lost. "
+                f"Take it from a backup; without {part_path.name} and the parts after it the "
+                "earlier records can be read."
             )
-        before = {group: starts.get(group, n) for group, n in found[-1].ends.items()}
-        found[-1] = found[-1]._replace(ends=before)
-        found.append(Piece(part, starts, ends))
-    return found
+        former_ends = {group: starts.get(group, n) for group, n in pieces[-1].ends.items()}
+        pieces[-1] = pieces[-1]._replace(ends=former_ends)
+        pieces.append(Piece(part_path, starts, ends))
+    return pieces
 
 
 def _parts(path):
@@ -101,9 +101,9 @@ def _parts(path):
 
 def remove_parts(path, after=0):
     """Remove the parts of the result at `path` behind number `after`. Raises OSError."""
-    for part in reversed(_parts(path)):
-        if int(part.stem) > after:
-            part.unlink(missing_ok=True)
+    for part_path in reversed(_parts(path)):
+        if int(part_path.stem) > after:
+            part_path.unlink(missing_ok=True)
 
 
 def remove_other_parts(path):
@@ -112,7 +112,7 @@ def remove_other_parts(path):
 
 
 @contextmanager
-def acquired(path, lock):
+def acquire_lock(path, lock):
     """The lock of the directory of a result; a new one is released after an error."""
     acquired = RunLock(path.parent) if lock is None else lock
     try:
@@ -123,14 +123,17 @@ def acquired(path, lock):
         raise
 
 
-def appended(rows, blocks):
+def append_blocks(rows, blocks):
     """Two sets of arrays one after the other, each group -> name -> array."""
-    appended = {
-        group: {name: np.concatenate([rows[group][name], new]) for name, new in block.items()}
+    joined = {
+        group: {
+            name: np.concatenate([rows[group][name], block_values])
+            for name, block_values in block.items()
+        }
         for group, block in blocks.items()
         if group in rows
     }
-    return rows | blocks | appended
+    return rows | blocks | joined
 
 
 def already_there(path, what="it"):
@@ -148,7 +151,7 @@ def join(path, lock=None):
     directory, which that process holds, too, in case this one is killed.
     """
     command = python_command("dusttaichi.results.pieces", path)
-    done = subprocess.run(
+    process = subprocess.run(
         command,
         capture_output=True,
         text=True,
@@ -156,11 +159,11 @@ def join(path, lock=None):
         pass_fds=[] if lock is None else lock.descriptors,
         start_new_session=True,  # Ctrl-C waits for its end
     )
-    if done.returncode != 0:
+    if process.returncode != 0:
         remove(_temporary(path))
-        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        if done.returncode < 0:
-            last = f"HDF5 was ended by signal {-done.returncode}, as after a failed write"
+        last = (process.stderr.strip().splitlines() or ["no message"])[-1]
+        if process.returncode < 0:
+            last = f"HDF5 was ended by signal {-process.returncode}, as after a failed write"
         raise DustError(
             f"The parts of {path} could not be joined into one file: {last}. Nothing is lost: they "
             f"are in {parts_folder(path)} and are read from there. Remove the cause and join them "
@@ -173,25 +176,27 @@ def _put_together(path):
     pieces, parent = pieces_of(path), os.getppid()
     layout, sizes, static, attributes, _ = describe(pieces[-1].path)
     first, temporary = pieces[0], _temporary(path)
-    known, *_, present = describe(path)
-    fits = set(known) == set(layout) and all(present[g] <= n for g, n in pieces[-1].ends.items())
+    first_layout, *_, present = describe(path)
+    fits = set(first_layout) == set(layout) and all(
+        present[g] <= n for g, n in pieces[-1].ends.items()
+    )
     if fits:  # its records remain; those that are replaced are overwritten
         clone(path, temporary)
         pieces = pieces[1:]
     else:
         temporary.write_bytes(b"")
     reserve(temporary, sum(piece.path.stat().st_size for piece in pieces) + 1_000_000)
-    with netCDF4.Dataset(temporary, "a" if fits else "w", format="NETCDF4") as new:
+    with netCDF4.Dataset(temporary, "a" if fits else "w", format="NETCDF4") as joined_file:
         if not fits:
-            define(new, layout, sizes, static)
+            define(joined_file, layout, sizes, static)
         for piece in pieces:
             if os.getppid() != parent:
                 raise OSError("the run was killed")
             counts = {g: n - piece.starts[g] for g, n in piece.ends.items()}
-            with opened(piece.path) as old:
-                copy_records(old, new, layout, counts, piece.starts)
+            with open_result(piece.path) as piece_file:
+                copy_records(piece_file, joined_file, layout, counts, piece.starts)
         attributes = {k: v for k, v in attributes.items() if k not in OWN}
-        write_attributes(new, attributes | place(new_identity()))
+        write_attributes(joined_file, attributes | place(new_identity()))
     replace_atomically(temporary, first.path)
     remove_other_parts(path)
 

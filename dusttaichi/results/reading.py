@@ -10,7 +10,7 @@ from xarray.backends import BackendArray, NetCDF4DataStore
 from xarray.core import indexing
 
 from dusttaichi.results import locks
-from dusttaichi.results.integrity import opened, refusal
+from dusttaichi.results.integrity import open_result, refusal
 from dusttaichi.results.layout import folder_of
 from dusttaichi.results.pieces import OWN, pieces_of
 from dusttaichi.results.variables import record_dimension
@@ -24,7 +24,7 @@ def open_tree(path):
 
     Raises as `integrity.open_netcdf`; RuntimeError, ValueError or KeyError for other contents.
     """
-    return _tried(_open, path)
+    return _retry_reading(_open, path)
 
 
 def load_groups(path, *names):
@@ -32,10 +32,10 @@ def load_groups(path, *names):
 
     Raises as `open_tree`.
     """
-    return _tried(_load, path, names)
+    return _retry_reading(_load, path, names)
 
 
-def _tried(read, path, *arguments):
+def _retry_reading(read, path, *arguments):
     """Read a result by a function, also where its parts are just being joined."""
     for _ in range(ATTEMPTS):
         try:
@@ -48,7 +48,7 @@ def _tried(read, path, *arguments):
 
 def _load(path, names):
     """Groups of a result; FileNotFoundError where its parts have just been joined."""
-    with opened(path) as file:
+    with open_result(path) as file:
         if len(pieces_of(path)) == 1:
             folders = {"series": file, **file.groups}
             return {
@@ -68,9 +68,9 @@ def _open(path):
         return _open_file(path)
     with _open_file(pieces[-1].path) as last:
         groups = {node.path: node.to_dataset(inherit=False).load().copy() for node in last.subtree}
-        whole = {path: _whole(path, data, pieces) for path, data in groups.items()}
-    whole["/"].attrs = {k: v for k, v in whole["/"].attrs.items() if k not in OWN}
-    return xr.DataTree.from_dict(whole)
+        joined_groups = {path: _whole(path, data, pieces) for path, data in groups.items()}
+    joined_groups["/"].attrs = {k: v for k, v in joined_groups["/"].attrs.items() if k not in OWN}
+    return xr.DataTree.from_dict(joined_groups)
 
 
 def _open_file(path):
@@ -92,11 +92,11 @@ def _whole(path, last, pieces):
     names = [name for name, v in last.variables.items() if v.dims[:1] == (grown,)]
     read, lazy = _small(group, names, last, pieces), {}
     for name in names:
-        old = last.variables[name]
+        last_variable = last.variables[name]
         data = read.get(name)
         if data is None:
-            data = indexing.LazilyIndexedArray(_Joined(pieces, f"{group}/{name}", old))
-        lazy[name] = xr.Variable(old.dims, data, old.attrs)
+            data = indexing.LazilyIndexedArray(_Joined(pieces, f"{group}/{name}", last_variable))
+        lazy[name] = xr.Variable(last_variable.dims, data, last_variable.attrs)
     variables = dict(last.variables) | lazy
     coords = {name: variables.pop(name) for name in last.coords}
     return xr.Dataset(variables, coords, last.attrs)
@@ -105,16 +105,16 @@ def _whole(path, last, pieces):
 def _small(group, names, last, pieces):
     """Name -> array of the variables with small records, joined over the pieces."""
     small = [n for n in names if math.prod(last.variables[n].shape[1:]) <= SMALL]
-    found = {name: [] for name in small}
+    arrays_by_name = {name: [] for name in small}
     for piece in pieces:
         if piece.ends.get(group, 0) == piece.starts.get(group, 0):
             continue
-        with opened(piece.path) as file:
+        with open_result(piece.path) as file:
             file.set_auto_maskandscale(False)
             for name in small:
                 count = piece.ends[group] - piece.starts[group]
-                found[name].append(folder_of(file, group)[name][:count])
-    return {name: np.concatenate(arrays) for name, arrays in found.items() if arrays}
+                arrays_by_name[name].append(folder_of(file, group)[name][:count])
+    return {name: np.concatenate(arrays) for name, arrays in arrays_by_name.items() if arrays}
 
 
 class _Joined(BackendArray):
@@ -133,32 +133,32 @@ class _Joined(BackendArray):
         return indexing.explicit_indexing_adapter(key, self.shape, basic, self._read)
 
     def _read(self, key):
-        first, *rest = key
+        first, *entries = key
         if not isinstance(first, slice):
-            return self._rows([int(first)], rest)[0]
+            return self._rows([int(first)], entries)[0]
         rows = range(*first.indices(self.shape[0]))
-        return self._rows(rows, rest)
+        return self._rows(rows, entries)
 
-    def _rows(self, rows, rest):
+    def _rows(self, rows, entries):
         """These rows, in rising or falling order, of the entries `rest`."""
-        found, at = [], [bisect.bisect_right(self.starts, row) - 1 for row in rows]
+        blocks, at = [], [bisect.bisect_right(self.starts, row) - 1 for row in rows]
         for number in dict.fromkeys(at):
-            own = [
+            piece_rows = [
                 row - self.starts[number] for row, n in zip(rows, at, strict=True) if n == number
             ]
-            low, high = min(own), max(own) + 1
-            block = self._block(number, low, high, rest)
-            found.append(block[np.array(own) - low])
-        if found:
-            return np.concatenate(found)
-        return np.empty((0, *np.empty(self.shape[1:])[tuple(rest)].shape), self.dtype)
+            low, high = min(piece_rows), max(piece_rows) + 1
+            block = self._block(number, low, high, entries)
+            blocks.append(block[np.array(piece_rows) - low])
+        if blocks:
+            return np.concatenate(blocks)
+        return np.empty((0, *np.empty(self.shape[1:])[tuple(entries)].shape), self.dtype)
 
-    def _block(self, number, low, high, rest):
+    def _block(self, number, low, high, entries):
         """Rows of a piece; of the joined file if the parts have been joined since."""
         path = self.pieces[number].path
         if not path.exists():
             path, first = self.joined, self.starts[number]
             low, high = low + first, high + first
-        with opened(path) as file:
+        with open_result(path) as file:
             file.set_auto_maskandscale(False)
-            return folder_of(file, self.group)[self.name][(slice(low, high), *rest)]
+            return folder_of(file, self.group)[self.name][(slice(low, high), *entries)]

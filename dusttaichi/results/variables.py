@@ -114,14 +114,14 @@ def select(variables, features, chosen=(), precision="f64") -> list[Variable]:
         "f32": variables of every grain, particle or contact are in single precision.
     """
     features = {*features, REQUESTED}
-    selected = [v for v in variables if v.needs <= features and _wanted(v, chosen)]
+    selected = [v for v in variables if v.needs <= features and _select_requested(v, chosen)]
     if precision == "f64":
         return tuple(selected)
     large = {v.key for v in selected if v.dtype == "f8" and v.grows and EACH & set(v.dims)}
     return tuple(replace(v, dtype="f4") if v.key in large else v for v in selected)
 
 
-def _wanted(variable, chosen):
+def _select_requested(variable, chosen):
     if any(name[1:] in (variable.key, variable.name) for name in chosen if name[:1] == "-"):
         return not optional(variable)
     requested = {variable.key, variable.name} & set(chosen)
@@ -130,8 +130,8 @@ def _wanted(variable, chosen):
 
 def optional(variable):
     """True for a variable that a result may lack, or has on request."""
-    needed = variable.name in NEEDED or variable.counts or not variable.grows
-    return variable.group in CHOSEN and not needed
+    is_required = variable.name in NEEDED or variable.counts or not variable.grows
+    return variable.group in CHOSEN and not is_required
 
 
 def reference_energy(work, kinetic_start, potential_start, losses):

@@ -78,7 +78,7 @@ class Writer(AbstractContextManager):
             written.
         """
         path = Path(path)
-        with pieces.acquired(path, lock) as lock_of_run:
+        with pieces.acquire_lock(path, lock) as lock_of_run:
             if path.exists() and not force:
                 raise pieces.already_there(path)
             layout = {v.key: v for v in variables}
@@ -115,7 +115,7 @@ class Writer(AbstractContextManager):
         path = Path(path)
         if not path.exists():
             raise DustError(f"There is no result to continue at {path}.")
-        with pieces.acquired(path, lock) as lock_of_run:
+        with pieces.acquire_lock(path, lock) as lock_of_run:
             writer = cls._of_pieces(path, lock_of_run, counts)
             writer._owns_lock = lock is None
         return writer
@@ -237,7 +237,7 @@ class Writer(AbstractContextManager):
         number, starts, rows = self._number, self._starts, self._written
         if self._size >= PIECE:
             number, starts, rows = number + 1, dict(self._records), {}
-        rows = pieces.appended(rows, blocks)
+        rows = pieces.append_blocks(rows, blocks)
         file = self._file(number)
         try:
             if not self._alone:

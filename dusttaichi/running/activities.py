@@ -57,7 +57,7 @@ class Series(Activity):
         m = sim.measure()
         run.guard(m)
         self.measurement = m
-        run.state.start = run.state.start.after(m)
+        run.state.start = run.state.start.include_record(m)
         self.record = series_record(sim, run.clock, run.state, m, window)
         run.writer.append("series", self.record)
 

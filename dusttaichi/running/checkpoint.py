@@ -31,7 +31,7 @@ class Checkpoint(NamedTuple):
     note: str | None
 
 
-def _beside(path, suffix):
+def _append_suffix(path, suffix):
     path = Path(path)
     return path.with_name(path.name + suffix)
 
@@ -47,7 +47,7 @@ def save(path, arrays, meta):
     them is valid. Raises DustError, with the old checkpoints untouched, where the new one cannot be
     written.
     """
-    path, temporary = Path(path), _beside(path, ".tmp")
+    path, temporary = Path(path), _append_suffix(path, ".tmp")
     solid = {name: np.ascontiguousarray(a).reshape(-1) for name, a in arrays.items()}
     solid = {name: a[:1] if _is_uniform(a) else a for name, a in solid.items()}
     listing = [[n, a.dtype.str, list(np.shape(arrays[n])), len(a)] for n, a in solid.items()]
@@ -63,7 +63,7 @@ def save(path, arrays, meta):
             file.flush()
             os.fsync(file.fileno())
         if path.exists():
-            os.replace(path, _beside(path, ".previous"))
+            os.replace(path, _append_suffix(path, ".previous"))
         replace_atomically(temporary, path)
     except OSError as error:
         reason = explain(error, path)
@@ -110,7 +110,7 @@ def load(path):
     path = Path(path)
     problem = None
     # .tmp is valid and the newest after a kill between the two renames of `save`
-    for candidate in (path, _beside(path, ".tmp"), _beside(path, ".previous")):
+    for candidate in (path, _append_suffix(path, ".tmp"), _append_suffix(path, ".previous")):
         try:
             arrays, meta = _read(candidate)
         except FileNotFoundError:
@@ -131,10 +131,10 @@ def load(path):
 
 def exists(path):
     """True where there is a checkpoint, valid or not; an incomplete first one does not count."""
-    if any(_beside(path, suffix).exists() for suffix in ("", ".previous")):
+    if any(_append_suffix(path, suffix).exists() for suffix in ("", ".previous")):
         return True
     try:
-        _read(_beside(path, ".tmp"))
+        _read(_append_suffix(path, ".tmp"))
     except (ValueError, OSError):
         return False
     return True
@@ -144,7 +144,7 @@ def discard(path):
     """Remove the checkpoint and those beside it, for a new run. Raises DustError."""
     for suffix in ("", ".tmp", ".previous"):
         try:
-            _beside(path, suffix).unlink(missing_ok=True)
+            _append_suffix(path, suffix).unlink(missing_ok=True)
         except OSError as error:
             raise DustError(
                 f"The old checkpoint {path} cannot be removed: {explain(error, path)}."

@@ -18,8 +18,8 @@ def steps_of(duration, clock):
         if time < 0.0:
             raise problem
         return clock.steps_in(time)
-    real = isinstance(duration, numbers.Real) and not isinstance(duration, bool)
-    if not (real and duration >= 0 and duration % 1 == 0):
+    step_count = isinstance(duration, numbers.Real) and not isinstance(duration, bool)
+    if not (step_count and duration >= 0 and duration % 1 == 0):
         raise problem
     return int(duration)
 

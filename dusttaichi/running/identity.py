@@ -112,12 +112,12 @@ def check_same(saved, scene, inputs, stage):
         )
 
 
-def differences(old, new, path=""):
+def differences(former, current, path=""):
     """Paths of the keys in which plain data differ, such as "boundary.wall_speed", in no order."""
-    if isinstance(old, dict) and isinstance(new, dict):
-        for key in old.keys() | new.keys():
-            yield from differences(old.get(key), new.get(key), f"{path}.{key}".lstrip("."))
-    elif old != new:
+    if isinstance(former, dict) and isinstance(current, dict):
+        for key in former.keys() | current.keys():
+            yield from differences(former.get(key), current.get(key), f"{path}.{key}".lstrip("."))
+    elif former != current:
         yield path
 
 
@@ -137,15 +137,17 @@ def code_hash(scene):
     The package, external code of its method, such as laws of the user, and the extensions.
     """
     digest = hashlib.sha256(package_hash().encode())
-    own = [(extensions.find_imported(path), path) for path in method.of(scene).code(scene)]
+    code_files = [
+        (extensions.find_imported(path), path) for path in method.find_method(scene).code(scene)
+    ]
     # as imported, even if the files have changed since
-    known = {
+    code_extensions = {
         *scene.imported_extensions,
-        *(extension for extension, _ in own if extension is not None),
+        *(extension for extension, _ in code_files if extension is not None),
     }
-    for content in sorted({extension.digest for extension in known}):
+    for content in sorted({extension.digest for extension in code_extensions}):
         digest.update(content.encode())
-    for path in (path for extension, path in own if extension is None):
+    for path in (path for extension, path in code_files if extension is None):
         digest.update(Path(path).read_bytes())
     return digest.hexdigest()
 
@@ -157,7 +159,7 @@ class Origin(NamedTuple):
     inputs: list[str]  #: "" of a missing file.
 
     @classmethod
-    def of(cls, scene):
+    def read(cls, scene):
         paths = [path / RESULT if path.is_dir() else path for path in input_files(scene)]
         contents = (path.read_bytes() if path.is_file() else None for path in paths)
         hashes = ["" if c is None else hashlib.sha256(c).hexdigest() for c in contents]

@@ -17,8 +17,8 @@ from dusttaichi.running.activities import OwnRecords, records_now, series_record
 from dusttaichi.running.durations import interval_of, steps_of
 from dusttaichi.running.interrupts import Interrupts, before_the_first_step
 from dusttaichi.running.opening import Opening
-from dusttaichi.running.present import labelled, line_of, read_only
-from dusttaichi.running.progress import shown
+from dusttaichi.running.present import label_values, line_of, read_only
+from dusttaichi.running.progress import show_progress
 from dusttaichi.scene import Scene
 from dusttaichi.scene.paths import user_path
 
@@ -123,7 +123,7 @@ class Simulation(AbstractContextManager):
         """
         run, sim = self._run, self._run.sim
         window = run.state.window(sim)
-        return labelled(sim, series_record(sim, run.clock, run.state, sim.measure(), window))
+        return label_values(sim, series_record(sim, run.clock, run.state, sim.measure(), window))
 
     def snapshot(self):
         """The current frame: group of result.nc (snapshots, ...) -> name -> array [SI].
@@ -217,17 +217,19 @@ class Simulation(AbstractContextManager):
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", group) or group == "series":
             raise DustError(f"{group!r} cannot name a group; give a name of letters and digits")
         # NetCDF has one name for a group and a variable beside it
-        taken = {v.group for v in self._run.sim.variables}
-        taken |= {v.name for v in self._run.sim.variables if v.group == "series"}
-        taken |= {own.group for own in self._run.activities if isinstance(own, OwnRecords)}
-        if group in taken:
+        used_names = {v.group for v in self._run.sim.variables}
+        used_names |= {v.name for v in self._run.sim.variables if v.group == "series"}
+        used_names |= {
+            records.group for records in self._run.activities if isinstance(records, OwnRecords)
+        }
+        if group in used_names:
             raise DustError(f"the result has {group} already; give another name")
         when = interval_of(interval)
-        own = OwnRecords(self._run, when, group, lambda: function(self), units=units)
-        own.function.__name__ = group
-        self._run.activities.append(own)
+        records = OwnRecords(self._run, when, group, lambda: function(self), units=units)
+        records.function.__name__ = group
+        self._run.activities.append(records)
         if group not in self._run.writer.groups:
-            own.act()
+            records.act()
         return function
 
     def advance(self, duration):
@@ -260,7 +262,7 @@ class Simulation(AbstractContextManager):
             return self
         last = run.sim.step + steps
         self._reopen()
-        with self._interrupts(), run.guarded():
+        with self._interrupts(), run.record_guard_stop():
             run.advance_to(last)
             while run.sim.step < last:
                 if not run.next_stage():
@@ -281,7 +283,7 @@ class Simulation(AbstractContextManager):
             return self
         if self._past_end:
             run.end.step, run.end.reason = run.sim.step, f"{run.sim.step} steps"
-        with self._interrupts(), shown(run, quiet=self._progress is False):
+        with self._interrupts(), show_progress(run, quiet=self._progress is False):
             run.go()
         self._before_end = run.before_end
         return self

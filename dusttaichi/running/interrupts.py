@@ -14,16 +14,16 @@ NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # those of the system that are not igno
 @contextmanager
 def handled_by(handler):
     """Context in which `handler` handles the signals, in the main thread."""
-    before = {}
+    former_handlers = {}
     if threading.current_thread() is threading.main_thread():
-        known = [getattr(signal, name) for name in NAMES if hasattr(signal, name)]
-        taken = [n for n in known if signal.getsignal(n) is not signal.SIG_IGN]
-        before = {number: signal.signal(number, handler) for number in taken}
+        signals = [getattr(signal, name) for name in NAMES if hasattr(signal, name)]
+        handled = [n for n in signals if signal.getsignal(n) is not signal.SIG_IGN]
+        former_handlers = {number: signal.signal(number, handler) for number in handled}
     try:
         yield
     finally:
-        for number, old in before.items():
-            signal.signal(number, old)
+        for number, former_handler in former_handlers.items():
+            signal.signal(number, former_handler)
 
 
 @contextmanager
@@ -74,10 +74,10 @@ class Interrupts:
         self._collects = True
 
     def _take(self, *_):
-        now = real_time.monotonic()
+        received_at = real_time.monotonic()
         if self._asked_at is None:
-            self._asked_at = now
-        deaf = not self._seen and now - self._asked_at > PATIENCE
+            self._asked_at = received_at
+        deaf = not self._seen and received_at - self._asked_at > PATIENCE
         if deaf or not self._collects:
             raise KeyboardInterrupt
 

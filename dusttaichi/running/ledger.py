@@ -69,8 +69,8 @@ def check(sim, m, start, tolerance=0.01):
             + _cause(sim, "the step does not resolve the motion")
         )
     storing = getattr(sim, "storing", ())  # channels that may return energy
-    own = np.where(np.isin(sim.channels, storing), np.inf, m.losses)
-    worst = int(np.argmin(own))
+    channel_losses = np.where(np.isin(sim.channels, storing), np.inf, m.losses)
+    worst = int(np.argmin(channel_losses))
     if m.losses[worst] < -tolerance * through:
         raise GuardStop(
             f"{moment(sim)} the losses by {sim.channels[worst]} are negative, "
@@ -81,7 +81,7 @@ def check(sim, m, start, tolerance=0.01):
 
 def _cause(sim, cause, *remedies):
     """End of a message: the cause and what to try, or what of the start may be the cause."""
-    tried = " or ".join([f"a smaller {sim.step_key}", *remedies])
+    advice = " or ".join([f"a smaller {sim.step_key}", *remedies])
     if start := getattr(sim, "suspect", ""):
-        return f". At the start {start}. Otherwise try {tried}."
-    return f": {cause}. Try {tried}."
+        return f". At the start {start}. Otherwise try {advice}."
+    return f": {cause}. Try {advice}."

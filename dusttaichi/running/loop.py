@@ -50,9 +50,9 @@ class Run:
         series = activities.Series(self)
         self.snapshots = activities.Snapshots(self)
         end_check = activities.EndCheck(self, series)
-        found = [activities.Averages(self, series), series, end_check]
-        found.append(activities.StopTests(self, series, end_check))
-        return [*found, activities.Profiles(self), self.snapshots]
+        run_activities = [activities.Averages(self, series), series, end_check]
+        run_activities.append(activities.StopTests(self, series, end_check))
+        return [*run_activities, activities.Profiles(self), self.snapshots]
 
     def plan_stage(self):
         """Set the plan and the end of the present stage."""
@@ -74,14 +74,14 @@ class Run:
 
     def go(self):
         """Run to the end of the last stage; any end leaves the computed records on disk."""
-        with self.guarded():
+        with self.record_guard_stop():
             self.advance_to(None)
             while self.next_stage():
                 self.advance_to(None)
             self.finish()
 
     @contextmanager
-    def guarded(self):
+    def record_guard_stop(self):
         """Context in which a stop by a guard leaves a result on disk."""
         try:
             yield
@@ -94,18 +94,18 @@ class Run:
         """Advance the present stage to that step, or to its end (None)."""
         sim = self.sim
         while sim.step < self.end.step and (step is None or sim.step < step):
-            due = [(activity.next(sim.step), activity) for activity in self.activities]
-            first = min(at for at, _ in due)
+            scheduled = [(activity.next(sim.step), activity) for activity in self.activities]
+            first = min(at for at, _ in scheduled)
             self._advance_in_bursts(first if step is None else min(first, step))
-            for at, activity in due:
+            for at, activity in scheduled:
                 if at == sim.step:
                     activity.act()
             self.files.write_if_due(self)
 
-    def _advance_in_bursts(self, due):
+    def _advance_in_bursts(self, last_step):
         """Advance to the step `due`, with pauses for guards and the user."""
         sim = self.sim
-        while sim.step < due:
+        while sim.step < last_step:
             if self.interrupts.requested:
                 self._stop_early()
             # at most a second of slow steps, for Ctrl-C in large scenes
@@ -113,20 +113,20 @@ class Run:
             began, first = real_time.perf_counter(), sim.step
             check = ledger.next_check(first, self.state.first, sim.size)
             with self.advancing:
-                sim.advance(min(due - first, burst, check - first))
+                sim.advance(min(last_step - first, burst, check - first))
             if sim.step - first == burst or self.rate == 0.0:
                 self.rate = (sim.step - first) / (real_time.perf_counter() - began)
             self._check(sim.step == check)
-            if sim.step < due:
+            if sim.step < last_step:
                 self.files.write_if_due(self)
 
-    def _check(self, due):
+    def _check(self, is_scheduled):
         """Guards and report, if a check is due or after some real time."""
-        now = real_time.perf_counter()
-        self.state.wall_clock = now - self.began
-        if due or now - self.checked > BURST_SECONDS:
-            self.checked = now
-            if due or self.sim.step >= self.guarded_at + BURST_STEPS:
+        current_time = real_time.perf_counter()
+        self.state.wall_clock = current_time - self.began
+        if is_scheduled or current_time - self.checked > BURST_SECONDS:
+            self.checked = current_time
+            if is_scheduled or self.sim.step >= self.guarded_at + BURST_STEPS:
                 self.guarded_at = self.sim.step
                 self.guard(self.sim.measure())
             phi = self.clock.filling_factor_at(self.sim.step) if self.clock.bounded else None

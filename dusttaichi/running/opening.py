@@ -4,7 +4,7 @@ from dusttaichi import method
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.method import Start, State
-from dusttaichi.results import Writer, opened, provenance
+from dusttaichi.results import Writer, open_result, provenance
 from dusttaichi.results.files import CHECKPOINT, RESULT
 from dusttaichi.results.pieces import already_there
 from dusttaichi.results.plain import of_plain
@@ -24,8 +24,8 @@ class Opening:
     def __init__(self, scene, directory, lock, *, sampled=lambda sample: None, **others):
         self.sampled = sampled
         self.scene, self.directory, self.lock, self.others = scene, directory, lock, others
-        self.method = method.of(scene)
-        self.origin = Origin.of(scene)
+        self.method = method.find_method(scene)
+        self.origin = Origin.read(scene)
 
     def open(self, sample=None, *, force=False, resume=False):
         """A Run: resumed if requested and possible, else new.
@@ -35,7 +35,7 @@ class Opening:
         if not force and not resume and (self.directory / RESULT).exists():
             raise already_there(self.directory / RESULT)
         # a resumed run has its files
-        run = self.resumed() if resume else None
+        run = self.resume() if resume else None
         if run is None:
             check_outputs(self.scene, self.directory, force)
         return self.new(sample, force=force or resume) if run is None else run
@@ -60,11 +60,11 @@ class Opening:
             force=force,
             lock=self.lock,
         )
-        run = self._run(sim, RunState(Start.of(sim.measure())), writer)
+        run = self._run(sim, RunState(Start.from_measurement(sim.measure())), writer)
         run.begin()
         return run
 
-    def resumed(self):
+    def resume(self):
         """A Run at the checkpoint of an earlier one, or None without a checkpoint.
 
         Raises DustError for a checkpoint of another scene or version.
@@ -83,20 +83,22 @@ class Opening:
         check_same(saved.meta, self.scene, self.origin.inputs, stage)
         if stage_stop(saved.meta["scene"], stage) != stage_stop(self.scene.to_yaml(), stage):
             saved.meta["run"]["ended"] = ""
-        run = self._saved(saved)
+        run = self._restore(saved)
         time = run.sim.time * run.sim.units("s") * 1e6
         log(f"continuing from step {run.sim.step:,} ({time:.6g} µs)")
         return run
 
-    def _saved(self, saved):
+    def _restore(self, saved):
         """A Run from a Checkpoint."""
         state = State(saved.arrays, saved.meta["numbers"])
         sim = self.method.reopen(self.scene, state)
         if sim.dt != state.numbers["dt"]:
-            before, now = (dt * sim.units("s") * 1e9 for dt in (state.numbers["dt"], sim.dt))
+            saved_step, scene_step = (
+                dt * sim.units("s") * 1e9 for dt in (state.numbers["dt"], sim.dt)
+            )
             raise DustError(
-                f"{saved.source} has a time step of {before:.6g} ns, and this scene one of "
-                f"{now:.6g} ns. Start again with --force."
+                f"{saved.source} has a time step of {saved_step:.6g} ns, and this scene one of "
+                f"{scene_step:.6g} ns. Start again with --force."
             )
         writer = Writer.resume(self.directory / RESULT, saved.meta["counts"], lock=self.lock)
         return self._run(sim, of_plain(RunState, saved.meta["run"]), writer)
@@ -127,7 +129,7 @@ class Opening:
 def _refuse_finished(path):
     """Raise DustError for a finished result without a checkpoint, and for one in use."""
     try:
-        with opened(path) as file:
+        with open_result(path) as file:
             status = str(getattr(file, "status", ""))
     except FileNotFoundError:
         return

@@ -58,10 +58,10 @@ class RunFiles:
 
         Else a continued run would lack these records.
         """
-        now = real_time.perf_counter()
-        if now - self.saved > self.every:
+        current_time = real_time.perf_counter()
+        if current_time - self.saved > self.every:
             self.save(run)
-        elif now - self.flushed > max(LEAST, self.cost / FLUSH_SHARE):
+        elif current_time - self.flushed > max(LEAST, self.cost / FLUSH_SHARE):
             self.flush()
 
 
@@ -74,9 +74,9 @@ def check_outputs(scene, directory, force):
     with outputs.writing(force=force, inputs=input_files(scene)):
         for name, mark in (files.RESULT, ""), (SCENE, MADE), (CHECKPOINT, "dusttaichi checkpoint"):
             outputs.check(directory / name, mark)
-    own = directory / SCENE
-    if scene.path is not None and own.exists() and not outputs.is_ours(own, MADE):
-        outputs.refuse_inputs(own, [scene.path])
+    scene_file = directory / SCENE
+    if scene.path is not None and scene_file.exists() and not outputs.is_ours(scene_file, MADE):
+        outputs.refuse_inputs(scene_file, [scene.path])
 
 
 def write_scene(scene, directory):

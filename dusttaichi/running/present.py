@@ -35,7 +35,7 @@ def _numbers(row):
     return f"{row:.6g}" if not np.ndim(row) else f"({', '.join(map(_numbers, row))})"
 
 
-def labelled(sim, record):
+def label_values(sim, record):
     """A record of the time series as PresentValues: arrays as read-only xarray.DataArray.
 
     Their dimensions and coordinates (walls, axes, channels) are those in result.nc.
@@ -70,7 +70,9 @@ def line_of(simulation, run):
     steps = f"step {sim.step:,}" + (f" of {end:,}" if end < NEVER else "")
     stage = [f"stage {run.plan.name}"] if run.plan.name else []
     time = quantities.format(simulation.time, "time", digits=4)
-    parts = [f"{sim.size:,} {words}", *stage, steps, f"t = {time}"]
+    words_of_line = [f"{sim.size:,} {words}", *stage, steps, f"t = {time}"]
     if run.clock.bounded:
-        parts.append(f"φ = {run.clock.filling_factor_at(sim.step):.4g}")
-    return f"<Simulation {simulation.scene.name}: {', '.join(parts)}; {simulation.directory}>"
+        words_of_line.append(f"φ = {run.clock.filling_factor_at(sim.step):.4g}")
+    return (
+        f"<Simulation {simulation.scene.name}: {', '.join(words_of_line)}; {simulation.directory}>"
+    )

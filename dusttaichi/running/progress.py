@@ -50,12 +50,12 @@ class ProgressBar:
             state=state,
             visible=True,
         )
-        now = real_time.monotonic()
+        current_time = real_time.monotonic()
         log = not (self._bar.console.is_terminal or self._quiet)
-        if log and now - self._printed > self._every:
-            self._printed = now
-            share = f"{completed / total:.0%}  " if total else ""
-            self._bar.console.print(f"{description}  {share}{state}", soft_wrap=True)
+        if log and current_time - self._printed > self._every:
+            self._printed = current_time
+            percentage = f"{completed / total:.0%}  " if total else ""
+            self._bar.console.print(f"{description}  {percentage}{state}", soft_wrap=True)
 
     def log(self, text):
         """Print a line above the bar."""
@@ -102,33 +102,35 @@ class NotebookBar:
     def show(self, description, completed, total, state=""):
         """As that of ProgressBar."""
         with self._lock:  # reports of a study come from several threads
-            share = min(completed / total, 1.0) if total else None
-            self._last, now = (description, share, state), real_time.monotonic()
-            if self._handle is None or now - self._drawn > REDRAW:
-                self._drawn = now
-                self._draw(self._remaining(share, now))
+            fraction = min(completed / total, 1.0) if total else None
+            self._last, current_time = (description, fraction, state), real_time.monotonic()
+            if self._handle is None or current_time - self._drawn > REDRAW:
+                self._drawn = current_time
+                self._draw(self._remaining(fraction, current_time))
 
     def log(self, text):
         """Print a line."""
         print(text)
 
-    def _remaining(self, share, now):
+    def _remaining(self, fraction, current_time):
         """Text of the time that remains, "" where it is not known."""
-        if share is None:
+        if fraction is None:
             return ""
         if self._first_share is None:
-            self._first_share = share  # of a run that continues more than 0
-        done = share - self._first_share
-        seconds = (now - self._began) * (1.0 - share) / done if done > 0.0 else None
+            self._first_share = fraction  # of a run that continues more than 0
+        progress = fraction - self._first_share
+        seconds = (
+            (current_time - self._began) * (1.0 - fraction) / progress if progress > 0.0 else None
+        )
         return "" if seconds is None else f"{seconds // 60:.0f}:{seconds % 60:02.0f} left"
 
     def _draw(self, timing):
         from IPython.display import display
 
-        description, share, state = self._last
-        percent = "" if share is None else f"{share:.0%}"
+        description, fraction, state = self._last
+        percent = "" if fraction is None else f"{fraction:.0%}"
         text = "  ".join(filter(None, [description, percent, state, timing]))
-        value = "" if share is None else f' value="{share:.4f}"'
+        value = "" if fraction is None else f' value="{fraction:.4f}"'
         html = (
             f'<progress max="1"{value} style="width:16em;vertical-align:middle"></progress> '
             f'<span style="font-variant-numeric:tabular-nums;white-space:pre">{escape(text)}</span>'
@@ -153,7 +155,7 @@ def open_bar(quiet=False):
 
 def shares_text(running):
     """Shares of the first few simultaneous tasks. running: label -> share that is done."""
-    return "  ".join(f"{label} {share:.0%}" for label, share in list(running.items())[:SHOWN])
+    return "  ".join(f"{label} {fraction:.0%}" for label, fraction in list(running.items())[:SHOWN])
 
 
 def show_run(bar):
@@ -174,7 +176,7 @@ def show_run(bar):
 
 
 @contextmanager
-def shown(run, quiet=False):
+def show_progress(run, quiet=False):
     """Context in which a bar shows the reports of a Run, and at last why it ended."""
     silent = run.report
     with open_bar(quiet) as bar:
@@ -186,13 +188,13 @@ def shown(run, quiet=False):
             run.report = silent
 
 
-def show_study(bar, things="runs"):
+def show_study(bar, noun="runs"):
     """Function that shows the Progress of a study in a bar; things: what its points are called."""
 
     def show(progress):
         running = progress.running
         done = progress.done + sum(running.values())
-        heading = f"{progress.done} of {progress.total} {things}"
+        heading = f"{progress.done} of {progress.total} {noun}"
         bar.show(heading, done, progress.total, shares_text(running))
 
     return show

@@ -18,21 +18,22 @@ def next_step(interval, clock, step):
     if interval.time is not None:
         every = clock.steps(interval.time)
         k = floor((step + 0.5) / every) + 1
-        while (due := floor(k * every + 0.5)) <= step:
+        while (next_due := floor(k * every + 0.5)) <= step:
             k += 1
-        return due
+        return next_due
     if interval.strain is not None:
         k = floor(clock.strain_at(step) / interval.strain) + 1
-        while (due := clock.step_of_strain(k * interval.strain)) <= step:
+        while (next_due := clock.step_of_strain(k * interval.strain)) <= step:
             k += 1
-        return due
+        return next_due
     sign = -1 if clock.fills(-1) else 1
     k = floor(sign * clock.filling_factor_at(step) / interval.filling_factor) + 1
     while (
-        k != 0 and (due := clock.step_of_filling_factor(sign * k * interval.filling_factor)) <= step
+        k != 0
+        and (next_due := clock.step_of_filling_factor(sign * k * interval.filling_factor)) <= step
     ):
         k += 1
-    return due if k != 0 else NEVER
+    return next_due if k != 0 else NEVER
 
 
 def bytes_of(records):
@@ -46,7 +47,7 @@ def steps_apart(plans, clock, plan, size):
     plans: all StagePlans of the scene, of which those with automatic snapshots share their number.
     clock: of the stage, at its start; plan: its StagePlan; size: bytes of its first frame.
     """
-    sharing = sum(one.snapshots == "auto" for one in plans)
+    sharing = sum(stage_plan.snapshots == "auto" for stage_plan in plans)
     count = min(SNAPSHOTS, LARGEST // max(size, 1)) // max(sharing, 1)
     end, _ = clock.last_step(plan.stop)
     if end == NEVER and clock.moves:

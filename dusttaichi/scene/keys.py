@@ -46,7 +46,7 @@ def list_keys(method_name: str = method.DEFAULT) -> list[Key]:
     of a block that is allowed at several paths (`stop` and `stages.stop`) are listed at the least
     deep one.
     """
-    scene = method.named(method_name).scene
+    scene = method.load_method(method_name).scene
     return _list_below(scene, "", _find_homes(scene))
 
 
@@ -69,7 +69,7 @@ def find_key_path(block: type[BaseModel], name: str) -> str:
     It is the least deep path of the block; entries of a list are represented by the first.
     """
     for method_name in method.METHODS:
-        scene = method.named(method_name).scene
+        scene = method.load_method(method_name).scene
         homes = _find_homes(scene)
         if block is scene or block in homes:
             return ".".join([*_split_path(scene, homes.get(block, "")), name])

@@ -184,7 +184,8 @@ def json_schema() -> dict[str, Any]:
     It includes everything that is registered in this process.
     """
     schemas = [
-        _without_titles(method.named(name).scene.model_json_schema()) for name in method.METHODS
+        _without_titles(method.load_method(name).scene.model_json_schema())
+        for name in method.METHODS
     ]
     head = {"$schema": DRAFT, "title": "dusttaichi scene", "description": "One run of dusttaichi."}
     blocks = {name: block for schema in schemas for name, block in schema.pop("$defs").items()}

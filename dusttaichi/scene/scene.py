@@ -336,4 +336,4 @@ def _scene_class(data: dict[str, Any], lines: dict, title: str) -> type[Scene]:
         text = f"{' or '.join(method.METHODS)} is needed, or a file among `extensions` that has it"
         problem_line = problems.format_line(("method",), text, data, lines)
         raise problems.build_refusal(title, [problem_line])
-    return method.named(name).scene
+    return method.load_method(name).scene

@@ -107,7 +107,7 @@ def suggest_method(root: type[BaseModel], path: Path, data: Any) -> str:
 
 def _list_other_scenes(root: type[BaseModel]) -> list[tuple[str, type[BaseModel]]]:
     """(name, scene) of the other methods."""
-    scenes = [(name, method.named(name).scene) for name in method.METHODS]
+    scenes = [(name, method.load_method(name).scene) for name in method.METHODS]
     return [(name, scene) for name, scene in scenes if scene is not root]
 
 

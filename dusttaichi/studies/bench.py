@@ -204,8 +204,8 @@ def _build(scene, threads):
     from dusttaichi.scene import load
 
     scene = load(scene).with_value("numerics.threads", threads)
-    sim = _state["sim"] = method.of(scene).build(scene, method.make_sample(scene))
-    _state["start"] = method.Start.of(sim.measure())
+    sim = _state["sim"] = method.find_method(scene).build(scene, method.make_sample(scene))
+    _state["start"] = method.Start.from_measurement(sim.measure())
     sim.advance(1)
     sizes = {"size": sim.size, "contacts": sim.measure().parts.get("contacts")}
     _state["steps"] = 1

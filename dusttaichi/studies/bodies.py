@@ -24,7 +24,7 @@ class TwoBodies:
 
     def __init__(self, scene, sample):
         self.scene, self.sample = scene, sample
-        self.sim = method.of(scene).build(scene, sample)
+        self.sim = method.find_method(scene).build(scene, sample)
         self.dt = self.sim.dt * self.sim.units("s")
         materials, count = Materials(scene), len(sample)
         self.masses = np.broadcast_to(materials.masses(sample), count)

@@ -101,7 +101,7 @@ class _Motion(TwoBodies):
         self.touch = touch
         self.sim.advance(min(touch, end))
         self.lost = self.lost_before = self.dissipated()
-        start = method.Start.of(self.first)
+        start = method.Start.from_measurement(self.first)
         same, last, looks = 0, None, 0
         while self.sim.step < end and same < SAME:
             self.advance(min(look, end - self.sim.step))
@@ -141,7 +141,7 @@ class _Motion(TwoBodies):
         """Columns known at the end."""
         parts, m, J = self.fragments(), self.sim.measure(), self.sim.units("J")
         outcome = classify_outcome(parts, self.masses, self.bodies)
-        residual = ledger.ledger(m, method.Start.of(self.first))[0] * J
+        residual = ledger.ledger(m, method.Start.from_measurement(self.first))[0] * J
         return {
             "outcome": outcome,
             "settled": self.settled,

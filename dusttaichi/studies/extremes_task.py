@@ -51,7 +51,7 @@ def attempt(cell):
 def _attempt(cell):
     scene = Scene.from_dict(cell.scene)
     if not isinstance(scene, GrainsScene):
-        sim = method.of(scene).build(scene, method.make_sample(scene))
+        sim = method.find_method(scene).build(scene, method.make_sample(scene))
         result = watched(sim, scene, cell.steps, lambda: sim.snapshot().values())
         return replace(result, dt=sim.dt * sim.units("s"))
     if cell.limit:  # its perturbation is below the resolution of single precision
@@ -80,7 +80,11 @@ def watched(sim, scene, steps, state):
 
     state(): current arrays, whose numbers must be finite.
     """
-    tolerance, start, worst = scene.numerics.ledger_tolerance, Start.of(sim.measure()), 0.0
+    tolerance, start, worst = (
+        scene.numerics.ledger_tolerance,
+        Start.from_measurement(sim.measure()),
+        0.0,
+    )
     records = set(np.linspace(0, steps, RECORDS + 1).astype(int).tolist())
     while True:
         m = sim.measure()
@@ -89,7 +93,10 @@ def watched(sim, scene, steps, state):
         except GuardStop as stop:
             return CellResult("stopped", str(stop), worst, sim.step)
         residual, through = ledger.turnover(m, start)
-        worst, start = max(worst, abs(residual) / through if through > 0.0 else 0.0), start.after(m)
+        worst, start = (
+            max(worst, abs(residual) / through if through > 0.0 else 0.0),
+            start.include_record(m),
+        )
         entry = sim.series(m, None)
         bad = [
             key

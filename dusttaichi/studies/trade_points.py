@@ -14,14 +14,14 @@ NAMES = tuple(
     parameter.name
     for name in method.METHODS
     for parameter in getattr(
-        method.attribute(method.named(name).trade_parameters), "parameters", ()
+        method.attribute(method.load_method(name).trade_parameters), "parameters", ()
     )
 )
 
 
 def parameters_of(scene):
     """The Parameters of the method of a scene. Raises DustError where it has none."""
-    found = method.attribute(method.of(scene).trade_parameters)
+    found = method.attribute(method.find_method(scene).trade_parameters)
     if found is None:
         raise DustError(f"method: {scene.method} has no parameters for dust trade")
     return found

@@ -14,7 +14,7 @@ WARM = 20  # steps, the first of a measurement
 
 def order(scene, size):
     """(least, likely, most) seconds of a step of `size` particles: an order of magnitude."""
-    how = method.of(scene)
+    how = method.find_method(scene)
     on_cpu = getattr(scene.numerics, "backend", "cpu") == "cpu"
     least, per_particle = (LEAST, how.seconds) if on_cpu else how.device_seconds
     seconds = least + per_particle * size
@@ -27,7 +27,7 @@ def measured(scene, plan):
     plan: of its Preview. Compiles kernels that are not in the cache. Raises DustError where the
     scene ends after one step.
     """
-    how = method.of(scene)
+    how = method.find_method(scene)
     sim = how.build(scene, how.make_sample(scene))
     sim.advance(1)
     steps, took, made = WARM, 0.0, 0

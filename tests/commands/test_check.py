@@ -230,7 +230,7 @@ def test_the_first_steps_of_a_scene_tell_its_speed(monkeypatch):
             self.step += steps
 
     now, scene = [0.0], load("smoke")
-    kind = method.of(scene)
+    kind = method.find_method(scene)
     monkeypatch.setattr(trial.real_time, "perf_counter", lambda: now[0])
     fake = dataclasses.replace(kind, build=lambda *_: Sim(), make_sample=lambda scene: None)
     monkeypatch.setattr(trial.method, "of", lambda scene: fake)
@@ -295,7 +295,7 @@ CASES = [
 @pytest.mark.parametrize(("base", "changes", "keys"), CASES)
 def test_defaults_to_change_are_named(base, changes, keys):
     scene = Scene.from_dict(base | changes)
-    sections = dict(method.of(scene).preview(scene).sections)
+    sections = dict(method.find_method(scene).preview(scene).sections)
     assert [key for key, _ in sections.get("Defaults to change", [])] == keys
 
 

@@ -89,7 +89,7 @@ def particles(x, area, velocity=0.0, **more):
 def moving(scene, sample=None):
     """The simulation of a scene, with these particles or its own."""
     own = method.make_sample(scene) if sample is None else sample
-    return method.of(scene).build(scene, own)
+    return method.find_method(scene).build(scene, own)
 
 
 def period(motion, mode, until, every=1):

@@ -112,7 +112,7 @@ def test_a_resumed_run_and_two_threads_have_the_same_bits(clash):
     whole = motion.state().arrays
     whole = {name: a.copy() for name, a in whole.items()}
     scene, sample = motion.scene, motion.sample
-    again = method.of(scene).reopen(scene, kept)
+    again = method.find_method(scene).reopen(scene, kept)
     again.advance(30)
     for name, values in again.state().arrays.items():
         np.testing.assert_array_equal(values, whole[name], err_msg=name)

@@ -42,7 +42,7 @@ def jump(speed, m):
 def front(scene, speed, rho):
     """(speed of the front [m/s], pressure on the piston [Pa], density behind it [kg/m^3]) of dust
     that is pressed from above at a speed; rho: density to expect there."""
-    motion = method.of(scene).build(scene, method.make_sample(scene))
+    motion = method.find_method(scene).build(scene, method.make_sample(scene))
     sim, high = motion.sim, np.ptp(motion.sample.room[2])
     width, spacing = np.ptp(motion.sample.room[0]), scene.numerics.spacing
     end, edges = 0.7 * high / speed, np.arange(0.0, high, 2.0 * spacing)

@@ -16,7 +16,7 @@ from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import energies, grain_state
-from dusttaichi.method import State, of
+from dusttaichi.method import State, find_method
 from dusttaichi.physics.contact import jkr as normal
 from dusttaichi.running import execute
 from dusttaichi.samples import make
@@ -63,7 +63,7 @@ def pressed(stiffness, flow=0.0, ticks=800, noise=0.0):
         pressure = stiffness * (np.log(10.0 / edges[0]) - flow * STEP * end) * (1.0 + shift)
         integral += pressure * np.prod(domain.lengths(end)) * EVERY * STEP
         found.append(pressure / PRESSURE)
-        domain = domain.steered(np.array([integral]))
+        domain = domain.steer(np.array([integral]))
     return np.array(found)
 
 
@@ -122,7 +122,7 @@ def staged(stiffness, drives, ticks):
             integral += pressure * np.prod(domain.lengths(step)) * EVERY * STEP
             found.append(pressure)
             if domain.servo is not None:
-                domain = domain.steered(np.array([integral]))
+                domain = domain.steer(np.array([integral]))
         out.append(np.array(found))
     return out
 
@@ -222,7 +222,7 @@ def test_a_load_that_is_not_reached_stops_where_the_room_ends(column):
     domain = column[0].domain
     flat = replace(domain, radius=0.26 * domain.lengths(column[0].step)[2])
     with pytest.raises(GuardStop, match="along z, two grains, and the prescribed load"):
-        flat.steered(flat.servo.before)
+        flat.steer(flat.servo.before)
 
 
 CAKE = """
@@ -245,7 +245,7 @@ def mixed():
 
 
 def test_mixed_control(mixed):
-    sim = of(mixed).build(mixed, make(mixed))
+    sim = find_method(mixed).build(mixed, make(mixed))
     start, first = energies(sim.sim), sim.sim.lengths()
     sim.advance(3000)
     after, held = energies(sim.sim), sim.sim.servo
@@ -274,7 +274,7 @@ def test_dust_in_shear_holds_its_load():
     packed = packed.replace("seed: 3", "seed: 5")
     packed = packed.replace("0.2 ns", "0.3 ns")
     scene = from_yaml(packed % "stress: [free, free, -20 kPa], shear_rate: 3e4 s^-1")
-    sim = of(scene).build(scene, make(scene)).sim
+    sim = find_method(scene).build(scene, make(scene)).sim
     first = sim.lengths()[2]
     loads = [-stress_over(sim, 5000)[2, 2] for _ in range(5)]
     assert sim.lengths()[2] < 0.96 * first
@@ -283,14 +283,14 @@ def test_dust_in_shear_holds_its_load():
 
 def test_goes_on_with_the_same_bits(mixed):
     """However it is cut into calls, and after a checkpoint between two changes of speed."""
-    one = of(mixed).build(mixed, make(mixed))
+    one = find_method(mixed).build(mixed, make(mixed))
     one.advance(620)
     state = one.state()
     state = State({k: v.copy() for k, v in state.arrays.items()}, state.numbers)
     for part in (1, 29, 350, 500):
         one.advance(part)
     x, numbers = np.array(grain_state(one.sim)), one.sim.numbers()
-    again = of(mixed).reopen(mixed, state)
+    again = find_method(mixed).reopen(mixed, state)
     again.advance(880)
     assert np.array_equal(np.array(grain_state(again.sim)), x)
     assert again.sim.numbers()["servo"] == numbers["servo"]
@@ -344,7 +344,7 @@ def test_a_leaning_cell_is_the_sample_of_another_run(tmp_path):
     first = execute(from_yaml(text % "shear_rate: 1e5 s^-1"), tmp_path / "first")
     taken = text.replace("random_packing, grains: 60, filling_factor: 0.5, seed: 3", "explicit, %s")
     scene = from_yaml(taken % (f"file: {first}, keep: [box]", "size: fit"))
-    sim = of(scene).build(scene, make(scene)).sim
+    sim = find_method(scene).build(scene, make(scene)).sim
     with open_run(first) as run:
         last = run.series.isel(time=-1)
         assert sim.cell.offset(0.0) * units.LENGTH == float(run.snapshots.tilt[-1]) != 0.0
@@ -357,7 +357,7 @@ def test_a_leaning_cell_is_the_sample_of_another_run(tmp_path):
     assert kinetic == pytest.approx(moving, rel=1e-9)
     flat = from_yaml(taken % (f"file: {first}, keep: [box]", "axes: [x, y]"))
     with pytest.raises(DustError, match="sheared; a cell that is periodic along x, y and z"):
-        of(flat).build(flat, make(flat))
+        find_method(flat).build(flat, make(flat))
 
 
 def test_neighbours_across_leaning_faces():

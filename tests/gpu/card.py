@@ -66,12 +66,12 @@ def _grains(number, precision, backend, threads):
     scene = bench.bench_scene(number, threads=threads, precision=precision)
     scene = scene.with_value("numerics.backend", backend)
     positions = bench.tiled(bench.Recipe(number, DENSE))
-    return method.of(scene).build(scene, samples.Sample.at_rest(positions))
+    return method.find_method(scene).build(scene, samples.Sample.at_rest(positions))
 
 
 def _continuum(dimension, number, backend, threads):
     scene = continuum.scene_of(dimension, number, threads).with_value("numerics.backend", backend)
-    return method.of(scene).build(scene, method.make_sample(scene))
+    return method.find_method(scene).build(scene, method.make_sample(scene))
 
 
 def timed(kind, number, detail, backend, threads):

@@ -111,7 +111,7 @@ def run(name, backend, steps=None, precision=None):
     if precision is not None:
         scene = scene.with_value("numerics.precision", precision)
     usual = STEPS if name in GRAINS else CONTINUUM[name][1]
-    motion = method.of(scene).build(scene, method.make_sample(scene))
+    motion = method.find_method(scene).build(scene, method.make_sample(scene))
     before = motion.sim.search.count
     motion.advance(usual if steps is None else steps)
     return motion, motion.sim.search.count - before
@@ -193,7 +193,7 @@ def counted(name):
     scene = scene_of(name, "cuda")
     if name in GRAINS:
         scene = scene.with_value("numerics.skin", 0.4)
-    motion = method.of(scene).build(scene, method.make_sample(scene))
+    motion = method.find_method(scene).build(scene, method.make_sample(scene))
     sim = motion.sim
     if name in CONTINUUM:  # launches follow the number of steps of the previous output step
         motion.advance(1)

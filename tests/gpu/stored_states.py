@@ -81,7 +81,7 @@ def tolerance(name):
 
 def moved(scene):
     """(motion of a scene after STEPS steps, its Measurement at the start)."""
-    motion = method.of(scene).build(scene, method.make_sample(scene))
+    motion = method.find_method(scene).build(scene, method.make_sample(scene))
     start = motion.measure()
     motion.advance(STEPS)
     return motion, start

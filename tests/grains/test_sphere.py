@@ -82,7 +82,7 @@ def hit(precision="f64"):
     followed = FOLLOWED if precision == "f64" else {}
     scene = scene_with(**HIT, output=followed, numerics={"precision": precision})
     sim = make(scene, sample_of(cluster())).sim
-    start = Start.of(measurement(sim))
+    start = Start.from_measurement(measurement(sim))
     first = momenta(sim)
     sim.advance(4000)
     return state(sim), first, momenta(sim), opened(sim, start), measurement(sim).parts
@@ -93,7 +93,7 @@ def test_free_fall_is_a_parabola():
     g, v = np.array([1e5, 0.0, -2e5]), np.array([0.3, 0.2, 1.0])
     scene = scene_with((0, 0, 2e-5), v.tolist(), gravity={"acceleration": vector(g, "m/s^2")})
     sim = build(scene, sample_of([[0, 0, 0]], [v]))
-    start = Start.of(measurement(sim))
+    start = Start.from_measurement(measurement(sim))
     sim.advance(1000)
     t = sim.time * units.TIME
     x, u, _ = state(sim)
@@ -149,7 +149,7 @@ def test_a_restored_sphere_goes_on_with_the_same_bits():
 def test_a_driven_sphere_keeps_its_way_and_its_work_closes_the_ledger():
     scene = scene_with((0, 0, 7.85e-6), speed=(0, 0, -0.5))
     sim = build(scene, sample_of(cluster()))
-    start = Start.of(measurement(sim))
+    start = Start.from_measurement(measurement(sim))
     sim.advance(2500)
     way = 0.5 * sim.time
     sim.drive(Drive.model_validate({"sphere_speed": ["0 m/s", "0.2 m/s", "1 m/s"]}))
@@ -360,7 +360,7 @@ def test_central_gravity():
         central = {"acceleration": f"{g} m/s^2", "distance": "10 um", "exponent": exponent}
         scene = make_scene(gravity={"central": central}, dt=period / 4000)
         sim = build(scene, sample_of([[d, 0, 0]], [[0, speed, 0]]))
-        start = Start.of(measurement(sim))
+        start = Start.from_measurement(measurement(sim))
         sim.advance(4000)
         x, v, _ = grain_state(sim)
         np.testing.assert_allclose(x[0], [10.0, 0, 0], atol=1e-4)

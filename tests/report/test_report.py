@@ -193,7 +193,7 @@ def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeyp
     def broken(run):
         raise IndexError("index 3 is out of bounds")
 
-    own, grains = plots.coordination.row, method.named("grains")
+    own, grains = plots.coordination.row, method.load_method("grains")
     rows = [replace(row, draw=broken) if row is own else row for row in plots.list_figures(grains)]
     monkeypatch.setattr(plots.registry, "list_figures", lambda of_method=None: rows)
     synthetic.compression_run(tmp_path / "result.nc")

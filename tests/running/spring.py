@@ -60,7 +60,9 @@ class Spring(SimpleSimulation):
         kinetic, potential = 0.125 * (self.v + after) ** 2, 0.5 * self.k * self.x**2
         # the drag of the next step acts half before now
         lost = self.lost + 0.25 * self.dt * self.drag * self.v * (self.v + after)
-        return Measurement.of(kinetic, potential, [lost], kick=kinetic - 0.5 * self.v * after)
+        return Measurement.from_energies(
+            kinetic, potential, [lost], kick=kinetic - 0.5 * self.v * after
+        )
 
     def validate(self, measurement):
         if abs(self.x) > 10.0:

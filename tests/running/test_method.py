@@ -86,8 +86,8 @@ def test_guards(tmp_path):
 @pytest.mark.parametrize("lost", [0.0, -1.0, np.nan])
 def test_an_open_ledger_advises_the_key_that_shortens_the_step(key, lost):
     """Of the continuum that is cfl: numerics.time_step is no step of the method there."""
-    start = Start.of(Measurement.of(1.0, 0.0, [0.0]))
-    now = Measurement.of(2.0 - min(lost, 0.0), 0.0, [lost])
+    start = Start.from_measurement(Measurement.from_energies(1.0, 0.0, [0.0]))
+    now = Measurement.from_energies(2.0 - min(lost, 0.0), 0.0, [lost])
     sim = spring.Spring(from_yaml(PLAIN), 1.0)
     sim.validate, sim.step_key = lambda m: None, key
     with pytest.raises(GuardStop, match=f"Try a smaller {key}"):
@@ -101,19 +101,22 @@ def test_the_ledger_of_an_oscillation_is_measured_by_the_energy_exchanged():
     residual is left, which is compared with the kinetic energy of the half period. An energy that
     comes from nowhere is as large as its own kinetic energy, so that it is never within bounds."""
     sim = spring.Spring(from_yaml(PLAIN), 1.0)
-    start = Start.of(Measurement.of(0.0, 0.0, [0.0]))
-    half, whole = Measurement.of(1.0, -0.996, [0.0]), Measurement.of(1e-9, 0.005, [1e-6])
+    start = Start.from_measurement(Measurement.from_energies(0.0, 0.0, [0.0]))
+    half, whole = (
+        Measurement.from_energies(1.0, -0.996, [0.0]),
+        Measurement.from_energies(1e-9, 0.005, [1e-6]),
+    )
     ledger.check(sim, half, start)
     with pytest.raises(GuardStop, match="ledger is open"):
         ledger.check(sim, whole, start)  # without a record of the half period
     for m in (half, whole):
-        start = start.after(m)
+        start = start.include_record(m)
         ledger.check(sim, m, start)
     assert ledger.turnover(whole, start) == pytest.approx((0.005, 1.0), rel=1e-3)
     assert of_plain(RunState, plain(RunState(start))).start == start
     for kinetic in (0.015, 1.015, 1e3):
         with pytest.raises(GuardStop, match="ledger is open"):
-            ledger.check(sim, Measurement.of(kinetic, 0.0, [0.0]), start)
+            ledger.check(sim, Measurement.from_energies(kinetic, 0.0, [0.0]), start)
 
 
 def test_a_sweep_in_a_process_of_its_own(tmp_path):

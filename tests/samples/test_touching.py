@@ -182,7 +182,7 @@ def test_a_guard_names_deep_overlaps_of_the_start():
     text = "of the energy .*1.00%. At the start 200 of 201 contacts overlap .* 72.6 times.*: they "
     text += "push the grains apart. .*touch_within: 0.011 .* try a smaller numerics.time_step"
     with pytest.raises(GuardStop, match=text):
-        ledger.check(run, run.measure(), Start.of(start))
+        ledger.check(run, run.measure(), Start.from_measurement(start))
 
 
 @pytest.mark.parametrize("spacing", [1e-9, 1e-10, 5e-8, 1e-6])

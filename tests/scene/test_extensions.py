@@ -106,7 +106,7 @@ def test_what_cannot_be_imported(folder, written):
         "moved": "from dusttaichi.names import WALLS\n",
         "syntax": "a = 1\nb = = 2\n",
         "effect": "from dusttaichi.physics.contact import register\nregister('roling', 'a', 1)\n",
-        "grains": "from dusttaichi import method\nmethod.register(method.named('grains'))\n",
+        "grains": "from dusttaichi import method\nmethod.register(method.load_method('grains'))\n",
     }
     for name, text in files.items():
         (folder / f"{name}.py").write_text(text)

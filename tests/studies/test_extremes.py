@@ -150,7 +150,7 @@ def test_losses_that_make_energy_are_stopped():
         def validate(measurement):
             pass
 
-    start = Start.of(measured(1.0))
+    start = Start.from_measurement(measured(1.0))
     ledger.check(Sim, measured(1.0), start)
     with pytest.raises(GuardStop, match="damping are negative"):
         ledger.check(Sim, measured(1.5, (0, 0, -0.5, 0, 0, 0)), start)

@@ -228,7 +228,7 @@ def test_a_collision_is_the_run_of_its_scene_with_all_its_grains():
     )
     own = Collision(scene, 1e-2)
     found = task.run(None, **own.request(2.0).arguments)
-    how = method.of(scene)
+    how = method.find_method(scene)
     sim = how.build(scene, how.make_sample(scene)).sim
     sim.advance(math.ceil(102.5e-9 / (sim.dt * 1e-6)))
     assert found["time_step"] == sim.dt * 1e-6

@@ -53,7 +53,9 @@ def statistics() -> list[Statistics]:
 def families(run_method: method.Method | None = None) -> list[Family]:
     """The families of runs of a method (default: of all methods) in the order of tables."""
     methods = (
-        [run_method] if run_method is not None else [method.named(name) for name in method.METHODS]
+        [run_method]
+        if run_method is not None
+        else [method.load_method(name) for name in method.METHODS]
     )
     method_families = [
         family for some_method in methods for family in method.rows(some_method.observables)
