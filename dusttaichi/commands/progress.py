@@ -8,6 +8,7 @@ from pathlib import Path
 from dusttaichi.commands.console import err, remark
 
 AFTER = 1.0  # s: shorter waits need no bar
+REFRESH = 0.1  # s
 
 
 def progress_bar(quiet=False, description=None, **bar_options):
@@ -22,10 +23,12 @@ def shown_sample(bar, after=AFTER):
     """Context in which a bar shows the progress of samples that take longer than `after` s."""
     from dusttaichi.scene.making import listening
 
-    began = real_time.monotonic()
+    due = real_time.monotonic() + after
 
     def show(done, total):
-        if real_time.monotonic() - began > after:
+        nonlocal due
+        if (now := real_time.monotonic()) > due:  # generators call it for each grain
+            due = now + REFRESH
             bar.show("sample", done, total)
 
     with listening(show):

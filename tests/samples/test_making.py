@@ -1,14 +1,17 @@
 """Cost and progress of samples: told before a long one is made, and while it is."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from bodies import SIZES, scene
 
 from dusttaichi import method
+from dusttaichi.commands import progress
 from dusttaichi.commands.check import _tell_costs
 from dusttaichi.continuum.samples.lattice import glass
 from dusttaichi.scene import Scene
-from dusttaichi.scene.making import listening
+from dusttaichi.scene.making import listening, tell
 
 KINDS = {
     "rbd": {"grains": 3000},
@@ -73,3 +76,15 @@ def test_a_scatter_with_a_length_is_told_before():
     assert not Scene.from_dict(data | {"sample": block | {"filling_factor": 0.15}}).sample.costs(
         Scene.from_dict(data | {"sample": block})
     )
+
+
+def test_a_bar_is_updated_seldom(monkeypatch):
+    """Not for each grain, and not at all in the first second."""
+    now, shown = [0.0], []
+    monkeypatch.setattr(progress.real_time, "monotonic", lambda: now[0])
+    bar = SimpleNamespace(show=lambda text, done, total: shown.append((text, done, total)))
+    with progress.shown_sample(bar):
+        for grain in range(200):
+            now[0] = 0.01 * grain
+            tell(grain, 200)
+    assert shown[0][:2] == ("sample", 101) and 5 < len(shown) < 12
