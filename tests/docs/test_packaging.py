@@ -1,4 +1,4 @@
-"""What is installed elsewhere: the README of the wheel, the conda recipe, the tutorials' lock."""
+"""What is installed elsewhere: the README of the wheel, the tutorials' lock; the hosted CI."""
 
 import importlib.util
 import re
@@ -8,11 +8,7 @@ from types import SimpleNamespace
 
 import yaml
 
-from dusttaichi import __version__
-
 ROOT = Path(__file__).parents[2]
-# what conda calls otherwise, and what its recipe packs along
-CONDA = {"netcdf4": "netcdf4", "matplotlib": "matplotlib-base", "taichi": None}
 
 
 def project():
@@ -41,19 +37,25 @@ def test_the_readme_of_a_wheel_needs_no_clone(monkeypatch):
     assert "](https://example.org/v1/docs/validation.md)" in online and "data:" not in online
 
 
-def test_the_conda_recipe_needs_what_the_package_needs():
-    text = (ROOT / "packaging/conda/meta.yaml").read_text(encoding="utf-8")
-    assert f'"{__version__}"' in text
-    plain = re.sub(r"\{%.*?%\}|\{\{.*?\}\}", "", text)
-    needed = {line.split()[0]: line for line in yaml.safe_load(plain)["requirements"]["run"]}
-    for name, version in project().items():
-        conda = CONDA.get(name, name)
-        if conda is not None:
-            assert needed[conda].removeprefix(conda).strip() == version, name
-
-
 def test_the_lock_has_every_dependency():
     lines = (ROOT / "docs/tutorials/requirements.lock").read_text(encoding="utf-8").splitlines()
     locked = dict(line.split("==") for line in lines if not line.startswith("#"))
     assert set(project()) <= set(locked) and {"myst-nb", "ipykernel"} <= set(locked)
     assert all(re.fullmatch(r"[\d.a-z+]+", version) for version in locked.values())
+
+
+def test_the_hosted_ci_calls_the_script():
+    text = (ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8")
+    job = yaml.safe_load(text)["jobs"]["ci"]
+    assert [step["run"] for step in job["steps"] if "run" in step] == ["PYTHON=python .ci/run"]
+    pyproject = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    low, high = re.search(r'requires-python = ">=(3\.\d+),<3\.(\d+)"', pyproject).groups()
+    assert job["strategy"]["matrix"]["python"] == [low, f"3.{int(high) - 1}"]
+
+
+def test_the_hooks_are_those_of_the_ci():
+    hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
+    script = (ROOT / ".ci/run").read_text(encoding="utf-8")
+    entries = [hook["entry"] for repo in hooks["repos"] for hook in repo["hooks"]]
+    assert entries == ["ruff check", "ruff format --check"]
+    assert all(f"\n{entry} .\n" in script for entry in entries)
