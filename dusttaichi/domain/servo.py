@@ -107,19 +107,36 @@ class Servo:
         speed_limit = np.minimum(self.largest, np.maximum(speed_factor * response, self.entry))
         mean_error = self.mean_error + (missing - self.mean_error) / self.smooth
         speed = np.clip(response * mean_error + steady, -speed_limit, speed_limit)
+        measured = self._measure_stiffness(change, strain)
         return replace(
-            self,
+            measured,
             speed=speed,
             gain=self.gain + (self.late_gain - self.gain) / FADING,
             steady=speed - response * mean_error,
             missing=missing,
             mean_error=mean_error,
             entry=self.entry * (1.0 - 1.0 / MEMORY),
+            due=self.due + self.every,
+            before=np.array(integral, float),
+        )
+
+    def _measure_stiffness(self, change, strain):
+        """The Servo with the stiffness after a change of the relative load over a strain, (n,).
+
+        At the largest speed it does not fall, since constant speed tells nothing about it.
+        """
+        new = replace(
+            self,
             changes=self.changes + (change**2 - self.changes) / MEMORY,
             ways=self.ways + (strain**2 - self.ways) / MEMORY,
             products=self.products + (change * strain - self.products) / MEMORY,
-            due=self.due + self.every,
-            before=np.array(integral, float),
+        )
+        is_kept = (np.abs(self.speed) >= self.largest) & (new.stiffness < self.stiffness)
+        return replace(
+            self,
+            changes=np.where(is_kept, self.changes, new.changes),
+            ways=np.where(is_kept, self.ways, new.ways),
+            products=np.where(is_kept, self.products, new.products),
         )
 
 

@@ -155,6 +155,22 @@ def test_a_largest_speed_of_the_scene_limits_the_motion_that_a_stage_continues()
     assert rate(LOADED, None) == 0.0  # a plan does not know the motion
 
 
+def test_constant_speed_at_the_limit_tells_nothing_about_stiffness():
+    """A sample yields faster than the faces may follow, for a while, and then no longer: with a
+    stiffness that had been forgotten meanwhile they would turn round at once."""
+    cell = Cell(np.full(3, 10.0), np.zeros(3), np.full(3, -5e-2), np.zeros(3), (0, 1, 2))
+    drive = Drive.model_validate(LOADED | {"strain_rate": "5e4 s^-1"})
+    servo = (
+        Domain(STEP, cell=cell, units=units.GRAINS).driven(drive, 0, lambda _: np.zeros(1)).servo
+    )
+    for _ in range(1000):
+        servo = servo.changed(0.9 * servo.load, np.zeros(1), STEP)
+    assert servo.speed == pytest.approx(servo.largest, rel=0.02)
+    for _ in range(10):
+        servo = servo.changed(1.02 * servo.load, np.zeros(1), STEP)
+    assert servo.speed > 0.8 * servo.largest
+
+
 # The servo on grains.
 
 LOAD, COLUMN = 200e3, np.array([[0.0, 0.0, RADIUS - WALL.delta0 + n * REST] for n in range(3)])
