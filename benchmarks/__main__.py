@@ -103,9 +103,9 @@ def busy(*, quick: Quick = False):
     busy.main(quick=quick, log=remark).show()
 
 
-def _show(measure, output, force, **how):
+def _show(measure, output, force, **options):
     with writing(force=force):
-        measure(out=output, log=remark, **how).show()
+        measure(out=output, log=remark, **options).show()
     if output is not None:
         say_written([output])
 

@@ -70,6 +70,8 @@ def _rows(measured):
         yield {
             "threads": n,
             "rates": ", ".join(f"{run['steps'] / run['seconds']:.0f}" for run in answers),
-            "ratio": median(one["seconds"] / run["seconds"] for one, run in pairs),
+            "ratio": median(
+                single_thread_run["seconds"] / run["seconds"] for single_thread_run, run in pairs
+            ),
             "cores": median(run["processor"] / run["seconds"] for run in answers),
         }

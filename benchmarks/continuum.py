@@ -95,8 +95,8 @@ def _measure(dimension, particles, rounds) -> dict:
         steps = max(LEAST_STEPS, PARTICLE_STEPS // built["particles"])
         for process in processes:
             process.ask("timed", steps=max(1, steps // 5))
-        found = [[p.ask("timed", steps=steps) for p in processes] for _ in range(rounds)]
-    used = [one["used"] for one, _ in found]
+        timings = [[p.ask("timed", steps=steps) for p in processes] for _ in range(rounds)]
+    used = [single_thread["used"] for single_thread, _ in timings]
     step = median(used) / built["particles"]
     return {
         "dimension": dimension,
@@ -105,7 +105,9 @@ def _measure(dimension, particles, rounds) -> dict:
         "microseconds": 1e6 * step,
         "nanoseconds": 1e9 * step / built["neighbours"],
         "search": 1e6 * built["search"] / built["particles"],
-        "speed_up": median(one["real"] / two["real"] for one, two in found),
+        "speed_up": median(
+            single_thread["real"] / two_threads["real"] for single_thread, two_threads in timings
+        ),
         "spread": 100.0 * (max(used) - min(used)) / median(used),
     }
 
@@ -115,21 +117,21 @@ def _measure(dimension, particles, rounds) -> dict:
 _state = {}
 
 
-def _neighbours(sim):
-    """Mean number of neighbours within reach of the kernel, with images, of all particles that move
-    by themselves."""
+def _count_neighbours(sim):
+    """Count the neighbours within reach of the kernel: their mean over the particles that move by
+    themselves, with images."""
     x, lanes = sim.tables["x"].to_numpy(), sim.layout.lanes
     yields, blocks = sim.of_particles("group") < 0, -(-sim.n // lanes)
     first = sim.lists["first"].to_numpy(blocks + 1)
     entry = sim.lists["entry"].to_numpy()[: first[-1]]
     # a block has one list: each of its particles with all of that
-    block, found = np.repeat(np.arange(blocks), np.diff(first)), 0
+    block, neighbour_count = np.repeat(np.arange(blocks), np.diff(first)), 0
     for lane in range(lanes):
         i = np.minimum(lanes * block + lane, sim.n - 1)
         apart = np.linalg.norm(x[i] - x[entry], axis=1)
         near = (apart < 2.0 * sim.numbers["h"]) & (i != entry) & yields[i]
-        found += np.count_nonzero(near & (lanes * block + lane < sim.n))
-    return found / max(1, np.count_nonzero(yields))
+        neighbour_count += np.count_nonzero(near & (lanes * block + lane < sim.n))
+    return neighbour_count / max(1, np.count_nonzero(yields))
 
 
 def _build(scene):
@@ -144,23 +146,27 @@ def _build(scene):
     motion.sim.search.now()
     search = time.process_time() - began
     _state["motion"] = motion
-    found = {"particles": motion.size, "neighbours": _neighbours(motion.sim)}
-    return found | {"search": search}
+    measures = {"particles": motion.size, "neighbours": _count_neighbours(motion.sim)}
+    return measures | {"search": search}
 
 
-def _timed(steps):
-    """Wall time and processor time [s] of a step of the method, over whole steps of the run."""
+def _time_steps(steps):
+    """Measure wall and processor time [s] of a step of the method, over whole steps of the run."""
     motion = _state["motion"]
-    began, real, used = motion.sim.substeps, time.perf_counter(), time.process_time()
+    began, wall_start, processor_start = (
+        motion.sim.substeps,
+        time.perf_counter(),
+        time.process_time(),
+    )
     while motion.sim.substeps - began < steps:
         motion.advance(1)
-    done = motion.sim.substeps - began
+    steps_done = motion.sim.substeps - began
     return {
-        "real": (time.perf_counter() - real) / done,
-        "used": (time.process_time() - used) / done,
+        "real": (time.perf_counter() - wall_start) / steps_done,
+        "used": (time.process_time() - processor_start) / steps_done,
     }
 
 
 def answer(parent, *, do, **arguments):
     """Answer of the worker. do: "build" a scene, or measure `timed` steps of it."""
-    return {"build": _build, "timed": _timed}[do](**arguments)
+    return {"build": _build, "timed": _time_steps}[do](**arguments)

@@ -42,29 +42,32 @@ def main(log) -> Table:
     """Count a step in every precision. Raises DustError where counting is impossible."""
     recipe = bench_sample.Recipe(GRAINS, FILLING_FACTOR)
     bench_sample.prepare(recipe, log)
-    rows = [row for precision in PRECISIONS for row in _counted(recipe, precision, log)]
+    rows = [row for precision in PRECISIONS for row in _count_step(recipe, precision, log)]
     return Table(machine(), rows, BLOCKS)
 
 
-def _counted(recipe, precision, log):
+def _count_step(recipe, precision, log):
     log(f"{precision}: counting a step")
     scene = bench_sample.bench_scene(GRAINS, threads=1, precision=precision).to_yaml()
     with Timed(bench_sample.TASK) as process:
-        found, by = process.ask("count", scene=scene, path=str(recipe.path), steps=STEPS), "system"
-        step = found["instructions"]
+        counts, method = (
+            process.ask("count", scene=scene, path=str(recipe.path), steps=STEPS),
+            "system",
+        )
+        step = counts["instructions"]
         if step is None:
-            by = "single steps"
+            method = "single steps"
             log(f"{precision}: in single steps, half a minute")
-            step = _stepped(process, found["process"])
-    about = {"precision": precision, "grains": GRAINS, "pairs": found["pairs"], "by": by}
-    about |= {"a_pair": step / found["pairs"], "a_grain": step / GRAINS}
-    for what, moved in found["traffic"].items():
+            step = _count_single_steps(process, counts["process"])
+    row = {"precision": precision, "grains": GRAINS, "pairs": counts["pairs"], "by": method}
+    row |= {"a_pair": step / counts["pairs"], "a_grain": step / GRAINS}
+    for quantity, moved in counts["traffic"].items():
         passes = zip(("contacts", "passed_grains", "at_once"), moved, strict=True)
-        yield about | {"what": what, **dict(passes)}
+        yield row | {"what": quantity, **dict(passes)}
 
 
-def _stepped(process, number):
-    """Instructions of one step: a call with two steps minus a call with one."""
+def _count_single_steps(process, number):
+    """Count the instructions of a step: a call with two steps minus a call with one."""
     with ThreadPoolExecutor() as thread, Stepper(number) as stepper:
         thread.submit(process.ask, "mark_steps")
         once, twice = stepper.instructions(), stepper.instructions()

@@ -27,8 +27,8 @@ class Counter:
     def __init__(self):
         self._file, number = -1, _SYSCALLS.get(platform.machine())
         if number is not None and sys.platform == "linux":
-            kind = (0, 112, _INSTRUCTIONS, 0, 0, 0, _DISABLED_KERNEL_INHERIT)
-            block = ctypes.create_string_buffer(struct.pack("IIQQQQQ", *kind), 112)
+            event_attributes = (0, 112, _INSTRUCTIONS, 0, 0, 0, _DISABLED_KERNEL_INHERIT)
+            block = ctypes.create_string_buffer(struct.pack("IIQQQQQ", *event_attributes), 112)
             library = ctypes.CDLL(None, use_errno=True)
             self._file = library.syscall(number, block, 0, -1, -1, 0)
 
@@ -95,10 +95,10 @@ class Stepper:
                 break
             count += thread != first
             self._ptrace(_CONTINUE if thread == first else _STEP, thread, None, None)
-        for other in self._threads:
-            if other != first:
-                self._stop(other)
-                self._ptrace(_CONTINUE, other, None, None)
+        for stopped_thread in self._threads:
+            if stopped_thread != first:
+                self._stop(stopped_thread)
+                self._ptrace(_CONTINUE, stopped_thread, None, None)
         self._ptrace(_CONTINUE, first, None, None)
         return count
 

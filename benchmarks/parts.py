@@ -38,13 +38,13 @@ PRECISION = PRESETS["balanced"]["precision"]
 class Part:
     """A row of the table: the part `name` of a scene, against `instead`.
 
-    has, lacks: changes of the scene, path -> value, with the part and without it; or BUILT.
+    with_part, without_part: changes of the scene, path -> value; or BUILT.
     """
 
     name: str
     instead: str
-    has: dict
-    lacks: dict
+    with_part: dict
+    without_part: dict
 
 
 def _off(*effects):
@@ -120,8 +120,8 @@ def parts_of(scene):
     if scene.push:
         without["pushes"] = {"push": []}
     without |= {"energy ledger": {"ledger": False}, "noise: the scene with all": FULL}
-    parts = [Part(name, "", FULL, changes) for name, changes in without.items()]
-    return type(scene).from_dict(data), parts
+    optional_parts = [Part(name, "", FULL, changes) for name, changes in without.items()]
+    return type(scene).from_dict(data), optional_parts
 
 
 def _columns(per):
@@ -201,7 +201,7 @@ def _notes(scene, grains, rounds):
 
 
 def variant(scene, changes):
-    """Arguments of task.Benchmark.build for the scene with `has` or `lacks` of a Part."""
+    """Arguments of task.Benchmark.build for the scene with the changes of a Part."""
     built = {name: value for name, value in changes.items() if name in BUILT}
     keys = {path: value for path, value in changes.items() if path not in BUILT}
     return {"scene": scene.with_values(keys).to_yaml(), **built}
@@ -212,31 +212,33 @@ def measure_pair(part, scene, path, *, steps, rounds) -> dict:
     changes.
 
     path: file of the sample; None where the scene has its own, and then times are of a step in
-    place of over the number of contacts. ratio: lacks over has, median of the rounds; scatter: half
-    of the range that holds the middle half of them. share: what the part costs, of the time with
+    place of over the number of contacts. ratio: without over with, median of the rounds; scatter:
+    half of the range that holds the middle half of them. share: cost of the part, of the time with
     it [%].
     """
-    with Timed(bench_sample.TASK) as one, Timed(bench_sample.TASK) as other:
-        for process, changes in ((one, part.has), (other, part.lacks)):
+    with Timed(bench_sample.TASK) as with_part, Timed(bench_sample.TASK) as without_part:
+        for process, changes in ((with_part, part.with_part), (without_part, part.without_part)):
             process.ask("build", path=path, **variant(scene, changes))
             process.ask("time", steps=max(steps // 5, 1))  # kernels loaded, grains warm
-        found = {one: [], other: []}
+        times_by_process = {with_part: [], without_part: []}
         for number in range(rounds):
-            for process in (one, other) if number % 2 == 0 else (other, one):
+            for process in (
+                (with_part, without_part) if number % 2 == 0 else (without_part, with_part)
+            ):
                 timing = process.ask("time", steps=steps)
                 over = 1 if path is None else timing["contacts"]
                 if not over:
                     raise DustError("there are no contacts to take the time by")
-                found[process].append(1e9 * timing["seconds"] / over)
-    has, lacks = found.values()
-    ratios = [b / a for a, b in zip(has, lacks, strict=True)]
+                times_by_process[process].append(1e9 * timing["seconds"] / over)
+    times_with, times_without = times_by_process.values()
+    ratios = [b / a for a, b in zip(times_with, times_without, strict=True)]
     low, _, high = statistics.quantiles(ratios, n=4) if rounds > 1 else [math.nan] * 3
     ratio = statistics.median(ratios)
     return {
         "part": part.name,
         "instead": part.instead,
-        "has": statistics.median(has),
-        "lacks": statistics.median(lacks),
+        "has": statistics.median(times_with),
+        "lacks": statistics.median(times_without),
         "ratio": ratio,
         "scatter": 0.5 * (high - low),
         "share": 100.0 * (1.0 - ratio),

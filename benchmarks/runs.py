@@ -32,20 +32,24 @@ def main(*, quick=False, sizes=SIZES, rounds=ROUNDS, log=print) -> Table:
     rows = []
     for grains in sizes:
         steps = QUICK_STEPS // grains if quick else None
-        found = {n: [] for n in threads}
+        runs_by_threads = {n: [] for n in threads}
         for number in range(rounds):
-            for each in threads:
-                log(f"{grains} grains, threads {each}, round {number + 1} of {rounds}")
+            for thread_count in threads:
+                log(f"{grains} grains, threads {thread_count}, round {number + 1} of {rounds}")
                 with Timed(f"{__name__}:answer") as process:
-                    found[each].append(process.ask("run", grains=grains, threads=each, steps=steps))
-        rows += [{"grains": grains} | row for row in _rows(found)]
+                    runs_by_threads[thread_count].append(
+                        process.ask("run", grains=grains, threads=thread_count, steps=steps)
+                    )
+        rows += [{"grains": grains} | row for row in _rows(runs_by_threads)]
     title = f"{SCENE}, {'its first steps' if quick else 'whole runs'}"
     return Table(machine(), rows, [(title, FRONT, COLUMNS)])
 
 
-def _rows(found):
-    best = min(median(run["seconds"] for run in runs) for n, runs in found.items() if n != "auto")
-    for n, runs in found.items():
+def _rows(runs_by_threads):
+    best = min(
+        median(run["seconds"] for run in runs) for n, runs in runs_by_threads.items() if n != "auto"
+    )
+    for n, runs in runs_by_threads.items():
         yield {
             "threads": n,
             "steps": runs[0]["steps"],

@@ -130,9 +130,9 @@ def make(recipe: Recipe) -> samples.Sample:
     """The sample of a recipe, stored if it is new. Starts Taichi unless it is a cake."""
     sample = load(recipe.path)
     if sample is None:
-        positions = _positions(recipe)
+        positions = _generate_positions(recipe)
         sample = samples.Sample(
-            positions, _thermal(recipe, positions.shape), np.zeros_like(positions)
+            positions, _draw_velocities(recipe, positions.shape), np.zeros_like(positions)
         )
         _store(recipe.path, positions=sample.positions, velocities=sample.velocities)
     return sample
@@ -144,43 +144,43 @@ def tile(positions, grains: int, pitch) -> np.ndarray:
     across = math.ceil(math.sqrt(copies))
     rows = math.ceil(copies / across)
     shifts = [(a * pitch[0], b * pitch[1], 0.0) for a in range(across) for b in range(rows)]
-    tiled = np.concatenate([positions + np.array(shift) for shift in shifts])
-    return tiled[np.sort(np.argsort(tiled[:, 0], kind="stable")[:grains])]
+    tile_sample = np.concatenate([positions + np.array(shift) for shift in shifts])
+    return tile_sample[np.sort(np.argsort(tile_sample[:, 0], kind="stable")[:grains])]
 
 
-def tiled(recipe: Recipe) -> np.ndarray:
-    """Copies of the sample of TILE grains that touch, not relaxed: positions (grains, 3) [m]."""
+def tile_sample(recipe: Recipe) -> np.ndarray:
+    """Tile touching copies of the sample of TILE grains, not relaxed: positions (grains, 3) [m]."""
     scene = bench_scene(recipe.grains, seed=recipe.seed)
     base = make(Recipe(TILE, recipe.filling_factor, recipe.seed)).positions
     touch = 2 * scene.material.radius - pair_constants(scene.material, scene.interaction).delta0
     return tile(base, recipe.grains, np.ptp(base[:, :2], axis=0) + touch)
 
 
-def _positions(recipe: Recipe) -> np.ndarray:
+def _generate_positions(recipe: Recipe) -> np.ndarray:
     scene = bench_scene(recipe.grains, seed=recipe.seed)
     if recipe.filling_factor <= CAKE:
         return samples.make(scene).positions
     if recipe.grains > TILED_ABOVE:
-        return _settled(tiled(recipe), SETTLE_TILED)
-    return _settled(_pressed(samples.make(scene), recipe.filling_factor), SETTLE_ROUNDS)
+        return _relax(tile_sample(recipe), SETTLE_TILED)
+    return _relax(_compress(samples.make(scene), recipe.filling_factor), SETTLE_ROUNDS)
 
 
-def _pressed(cake, filling_factor: float) -> np.ndarray:
-    """Positions [m] after compression to a filling factor."""
+def _compress(cake, filling_factor: float) -> np.ndarray:
+    """Compress a cake to a filling factor: positions [m]."""
     sim = _build(len(cake), cake, PRESS_SPEED)
     width, depth, height = sim.lengths()
     volume = len(cake) * 4 / 3 * math.pi * sim.radius**3
     final = units.LENGTH * volume / (filling_factor * width * depth)
     height *= units.LENGTH
     sim.advance(max(1, round((height - final) / (PRESS_SPEED * TIME_STEP))))
-    return _where(sim)
+    return _read_positions(sim)
 
 
-def _settled(positions, rounds: int) -> np.ndarray:
+def _relax(positions, rounds: int) -> np.ndarray:
     for _ in range(rounds):
         sim = _build(len(positions), samples.Sample.at_rest(positions), 0.0)
         sim.advance(SETTLE_STEPS)
-        positions = _where(sim)
+        positions = _read_positions(sim)
     return positions
 
 
@@ -190,15 +190,15 @@ def _build(grains: int, sample, wall_speed: float):
     return build(bench_scene(grains, wall_speed=wall_speed, kappa=PRESS_KAPPA), sample)
 
 
-def _where(sim) -> np.ndarray:
-    """Positions [m] in the order of the sample."""
+def _read_positions(sim) -> np.ndarray:
+    """Read positions [m] in the order of the sample."""
     positions = np.empty((sim.grains, 3))
     positions[sim.order] = sim.fields["x"].to_numpy()[: sim.grains] * units.LENGTH
     return positions
 
 
-def _thermal(recipe: Recipe, shape) -> np.ndarray:
-    """Velocities [m/s] without a mean."""
+def _draw_velocities(recipe: Recipe, shape) -> np.ndarray:
+    """Draw velocities [m/s] without a mean."""
     rng = np.random.Generator(np.random.PCG64(recipe.seed))
     velocities = rng.normal(scale=THERMAL_SPEED / math.sqrt(3), size=shape)
     return velocities - velocities.mean(axis=0)

@@ -92,14 +92,18 @@ def main(
         smallest = None
         for grains in sizes or (SIZES[:2] if quick else SIZES):
             kernels = Path(scratch) / f"{grains}"
-            start = _start(grains, kernels, log)
+            start = _measure_start(grains, kernels, log)
             smallest = smallest or start
-            more = grains - smallest["grains"]
-            growth = 1e6 * (start["peak"] - smallest["peak"]) / more if more else math.nan
+            extra_grains = grains - smallest["grains"]
+            growth = (
+                1e6 * (start["peak"] - smallest["peak"]) / extra_grains
+                if extra_grains
+                else math.nan
+            )
             cases = [(f, n) for f in filling_factors for n in threads]
-            how = {"steps": steps, "rounds": rounds, "lammps": bool(about), "log": log}
-            found = _speed(grains, cases, kernels, notes, **how)
-            rows += [start | {"peak_per_grain": growth} | row for row in found]
+            options = {"steps": steps, "rounds": rounds, "lammps": bool(about), "log": log}
+            speed_rows = _measure_speed(grains, cases, kernels, notes, **options)
+            rows += [start | {"peak_per_grain": growth} | row for row in speed_rows]
     blocks = ("Speed", *SPEED), ("Start and memory", *START)
     table = Table(machine(*about), rows, blocks, tuple(dict.fromkeys(notes)))
     if out is not None:
@@ -110,26 +114,26 @@ def main(
 # -- start and memory ------------------------------------------------------------------------------
 
 
-def _start(grains, kernels, log) -> dict:
+def _measure_start(grains, kernels, log) -> dict:
     """Time from the start of a process to its first step, and memory."""
     log(f"{grains} grains: first step and memory")
     recipe = bench_sample.Recipe(grains, bench_sample.CAKE)  # made without kernels
     prepare(recipe, log, kernels)
     (cold, _), (warm, memory) = (_first_step(recipe, kernels) for _ in range(2))
-    found = {"cold": cold, "warm": warm, "peak": memory["peak"] / 1e6}
-    return {"grains": grains, **found, "fields_per_grain": memory["fields"] / grains}
+    measures = {"cold": cold, "warm": warm, "peak": memory["peak"] / 1e6}
+    return {"grains": grains, **measures, "fields_per_grain": memory["fields"] / grains}
 
 
 def _first_step(recipe, kernels):
     """(seconds from the start of a process to its first step, its memory)."""
     begin = time.perf_counter()
     with Timed(TASK, kernels) as process:
-        process.ask("build", **_built(recipe, 1))
+        process.ask("build", **_build_arguments(recipe, 1))
         return time.perf_counter() - begin, process.ask("memory")
 
 
-def _built(recipe, threads):
-    """Arguments of task.Benchmark.build."""
+def _build_arguments(recipe, threads):
+    """Assemble the arguments of task.Benchmark.build."""
     scene = bench_sample.bench_scene(recipe.grains, threads=threads, precision=PRECISION)
     return {"scene": scene.to_yaml(), "path": str(recipe.path)}
 
@@ -137,7 +141,7 @@ def _built(recipe, threads):
 # -- speed -------------------------------------------------------------------------------------
 
 
-def _speed(grains, cases, kernels, notes, *, steps, rounds, lammps, log) -> list[dict]:
+def _measure_speed(grains, cases, kernels, notes, *, steps, rounds, lammps, log) -> list[dict]:
     """A row for each case, (filling factor, threads)."""
     recipes = {f: bench_sample.Recipe(grains, f) for f, _ in cases}
     for recipe in recipes.values():
@@ -149,7 +153,9 @@ def _speed(grains, cases, kernels, notes, *, steps, rounds, lammps, log) -> list
         processes, boxes = {}, {}
         for case in cases:
             processes[case] = stack.enter_context(Timed(TASK, kernels))
-            boxes[case] = processes[case].ask("build", **_built(recipes[case[0]], case[1]))["box"]
+            boxes[case] = processes[case].ask(
+                "build", **_build_arguments(recipes[case[0]], case[1])
+            )["box"]
             processes[case].ask("time", steps=max(steps_of_ours // 5, 1))  # loads the kernels
         ours, theirs = {case: [] for case in cases}, {case: [] for case in cases}
         for number in range(rounds):
@@ -159,14 +165,14 @@ def _speed(grains, cases, kernels, notes, *, steps, rounds, lammps, log) -> list
                 if lammps:
                     recipe, box = recipes[case[0]], boxes[case]
                     theirs[case] += _time_lammps(recipe, case[1], box, theirs_steps, notes)
-    return [_row(recipes[case[0]], case, ours, theirs[case]) for case in cases]
+    return [_make_row(recipes[case[0]], case, ours, theirs[case]) for case in cases]
 
 
 def _time_lammps(recipe, threads, box, steps, notes):
     """A list of one timing of LAMMPS, or of none with a note on the reason."""
     sample, scene = bench_sample.load(recipe.path), bench_sample.bench_scene(recipe.grains)
     try:
-        found = lammps_bench.time_lammps(
+        timing = lammps_bench.time_lammps(
             sample.positions,
             scene.material,
             bench_sample.MODIFIERS,
@@ -180,16 +186,19 @@ def _time_lammps(recipe, threads, box, steps, notes):
     except DustError as error:
         notes.append(f"LAMMPS on {threads} processes: {error}")
         return []
-    return [found]
+    return [timing]
 
 
-def _row(recipe, case, ours, theirs) -> dict:
+def _make_row(recipe, case, ours, theirs) -> dict:
     """Row of a case. ours: answers of task.Benchmark.time by case. theirs: LAMMPS's, or none."""
     sample, grains = bench_sample.load(recipe.path), recipe.grains
     radius = bench_sample.bench_scene(grains).material.radius
-    seconds = {one: [each["seconds"] for each in found] for one, found in ours.items()}
-    step, contacts = median(seconds[case]), median(each["contacts"] for each in ours[case])
-    one = seconds.get((case[0], 1))
+    seconds = {
+        case_of_seconds: [timing["seconds"] for timing in timings]
+        for case_of_seconds, timings in ours.items()
+    }
+    step, contacts = median(seconds[case]), median(timing["contacts"] for timing in ours[case])
+    case_of_seconds = seconds.get((case[0], 1))
     row = {
         "filling_factor": samples.filling_factor(sample, radius),
         "precision": PRECISION,
@@ -197,10 +206,10 @@ def _row(recipe, case, ours, theirs) -> dict:
         "contacts": contacts / grains,
         "ns_per_contact": 1e9 * step / contacts if contacts else math.nan,
         "ns_per_grain_step": 1e9 * step / grains,
-        "search": _share("search", ours[case]),
-        "ledger": _share("ledger", ours[case]),
+        "search": _median_share("search", ours[case]),
+        "ledger": _median_share("ledger", ours[case]),
         "spread": 100 * (max(seconds[case]) - min(seconds[case])) / step,
-        "speed_up": _median_ratio(one, seconds[case]) if one else math.nan,
+        "speed_up": _median_ratio(case_of_seconds, seconds[case]) if case_of_seconds else math.nan,
     }
     if len(theirs) == len(seconds[case]):
         row["lammps_ns_per_contact"] = median(1e9 * s / max(1, n) for s, n in theirs)
@@ -208,8 +217,8 @@ def _row(recipe, case, ours, theirs) -> dict:
     return row
 
 
-def _share(part: str, rounds) -> float:
-    return 100 * median(each[part] / each["seconds"] for each in rounds)
+def _median_share(phase: str, rounds) -> float:
+    return 100 * median(timing[phase] / timing["seconds"] for timing in rounds)
 
 
 def _median_ratio(above, below) -> float:

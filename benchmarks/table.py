@@ -63,7 +63,9 @@ class Table:
 
     def to_csv(self, path) -> None:
         """Write a line for each row; the machine and notes are lines that begin with #."""
-        columns = dict.fromkeys(c for _, front, own in self.blocks for c in (*front, *own))
+        columns = dict.fromkeys(
+            c for _, front, numbers_columns in self.blocks for c in (*front, *numbers_columns)
+        )
         units = {c.name: f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns}
         table = pd.DataFrame(self.rows, columns=list(units)).rename(columns=units)
         lines = "".join(f"# {line}\n" for line in (self.machine, *self.notes))

@@ -81,15 +81,15 @@ class Benchmark:
         begin = time.perf_counter()
         sim.advance(steps)
         middle = time.perf_counter()
-        found = energies(sim)
+        measured = energies(sim)
         ledger = time.perf_counter() - middle
-        fastest = max(found["largest_speed"], _wall_speed(sim))
+        fastest = max(measured["largest_speed"], _wall_speed(sim))
         search_every = 0.5 * sim.search.skin / (fastest * sim.dt) if fastest > 0.0 else math.inf
         search = self.searching.seconds / (sim.search.count - searches) / max(1.0, search_every)
         ledger /= LEDGER_EVERY
         steps_alone = (middle - begin - self.searching.seconds) / steps
-        found = {"contacts": found["contacts"], "search": search, "ledger": ledger}
-        return found | {"seconds": steps_alone + search + ledger}
+        measured = {"contacts": measured["contacts"], "search": search, "ledger": ledger}
+        return measured | {"seconds": steps_alone + search + ledger}
 
     def memory(self):
         """Largest resident memory of this process, and memory of the fields of the scene [B]."""
@@ -107,11 +107,13 @@ class Benchmark:
         counter = instructions.Counter()  # before the threads that it counts
         self.build(scene, path)
         self.sim.advance(steps)
-        before = counter.read()
+        instructions_before = counter.read()
         self.sim.advance(steps)
-        found = None if before is None else (counter.read() - before) / steps
+        instructions_per_step = (
+            None if instructions_before is None else (counter.read() - instructions_before) / steps
+        )
         about = {"process": os.getpid(), "pairs": self.sim.state.pair_count}
-        return about | {"instructions": found, "traffic": traffic(self.sim)}
+        return about | {"instructions": instructions_per_step, "traffic": traffic(self.sim)}
 
     def mark_steps(self):
         """Mark a call with one step, and one with two, for an instructions.Stepper."""

@@ -42,19 +42,19 @@ def traffic(sim) -> dict[str, tuple[float, float, float]]:
     Three values: of the pass over contacts, of that over grains, of one pass over both, where
     grains find what they need in the cache. The last entry is the sum.
     """
-    found = {}
-    for name, width in _widths(sim).items():
+    bytes_by_group = {}
+    for name, width in _list_widths(sim).items():
         of_contacts, of_grains = PASSES[name]
         # what the first pass writes without reading, the second has in the cache
         both = of_contacts + ("r" if not of_contacts else "") + ("w" if "w" in of_grains else "")
         moved = np.array([len(access) * width for access in (of_contacts, of_grains, both)])
         group = "lists" if name in LISTS else name
-        found[group] = found.get(group, 0.0) + moved
-    found["sum"] = sum(found.values())
-    return {name: tuple(moved.tolist()) for name, moved in found.items()}
+        bytes_by_group[group] = bytes_by_group.get(group, 0.0) + moved
+    bytes_by_group["sum"] = sum(bytes_by_group.values())
+    return {name: tuple(moved.tolist()) for name, moved in bytes_by_group.items()}
 
 
-def _widths(sim):
+def _list_widths(sim):
     """Name -> bytes per listed pair, once read or written, of all in PASSES that a scene has."""
     layout, pairs = sim.layout, sim.state.pair_count
     row = BYTES[layout.law_name]
@@ -62,11 +62,11 @@ def _widths(sim):
     out = {name: n * row for name, n in rows.items() if n}
     for variable in declare(sim.grains, layout, sim.box is not None):
         if variable.name in PASSES:
-            (kind, components), shape = variable.element, variable.shape
+            (data_type, components), shape = variable.element, variable.shape
             count = prod(shape[1:]) * sim.grains
             if variable.name == "entry":
                 count = int(sim.state["entry_start"][-1])
             elif shape[-1] == layout.width:  # numbers of pairs are in blocks
                 count = prod(shape[1:]) // layout.width * pairs
-            out[variable.name] = BYTES[kind] * max(components, 1) * count / pairs
+            out[variable.name] = BYTES[data_type] * max(components, 1) * count / pairs
     return out

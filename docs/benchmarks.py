@@ -29,18 +29,18 @@ CONFIGS = HERE.parent / "configs/continuum/benchmarks"
 
 
 class Row(NamedTuple):
-    """A quantity of a benchmark: what is expected, and what a run has."""
+    """A quantity of a benchmark: its expected value, and that of a run."""
 
-    what: str
+    quantity: str
     unit: str
     expected: float
-    found: float
+    measured: float
 
 
 class Curves(NamedTuple):
     """Curves of the figure of a benchmark: (x, y) of a run as points, and of the closed form."""
 
-    found: tuple
+    measured: tuple
     exact: tuple
     x: str
     y: str
@@ -81,7 +81,7 @@ def planar_compaction(run):
     rows, ends = [], np.append(reach[waves], 0.0)
     for name, wave in zip(WAVES, waves, strict=True):
         level = 0.5 * (below[wave] + stress[wave])
-        at = [crossing(*found, level) for found in profiles]
+        at = [crossing(*measured, level) for measured in profiles]
         slope = np.polyfit([frame.time for frame in late], at, 1)[0]
         rows.append(Row(f"speed of the {name}", "m/s", flux[wave] / m.rho_i, slope))
     for name, high, low in zip(WAVES, ends, ends[1:], strict=False):
@@ -92,9 +92,9 @@ def planar_compaction(run):
                     phi[clear].mean()))  # fmt: skip
     x = np.linspace(0.0, 1.2 * reach[0], 2000)
     seen, loaded = axial > 1e-2 * stress[0], x < reach[0]
-    found = 1e3 * depth[seen], axial[seen]
-    known = 1e3 * x[loaded], exact(x)[loaded]
-    return rows, Curves(found, known, "initial depth (mm)", "axial stress (Pa)", decades=True)
+    measured = 1e3 * depth[seen], axial[seen]
+    expected = 1e3 * x[loaded], exact(x)[loaded]
+    return rows, Curves(measured, expected, "initial depth (mm)", "axial stress (Pa)", decades=True)
 
 
 def rows_of_dust(first, frame, values):
@@ -106,8 +106,8 @@ def rows_of_dust(first, frame, values):
 def crossing(depth, values, level):
     """The largest depth [m] at which values exceed a level, linearly between rows."""
     k = int(np.flatnonzero(values > level).max())
-    share = (values[k] - level) / (values[k] - values[k + 1])
-    return depth[k] + share * (depth[k + 1] - depth[k])
+    fraction = (values[k] - level) / (values[k] - values[k + 1])
+    return depth[k] + fraction * (depth[k + 1] - depth[k])
 
 
 # -- one point of dust -----------------------------------------------------------------------------
@@ -121,30 +121,30 @@ def single_point(run):
     stage = series.stage.values
     pressed, slowly, released, _, on, slowly_on, pulled = (stage == k for k in range(7))
 
-    def at(phi_wanted, inside):
+    def mean_stress_near(phi_wanted, inside):
         near = inside & (np.abs(phi - phi_wanted) < 0.006)
         return strength.confined(phi[near], m).mean(), axial[near].mean()
 
     start, end = (float(phi[inside][-1]) for inside in (slowly, slowly_on))
-    form = closed_forms.turned(start, m)
+    form = closed_forms.unload_confined(start, m)
     # over the elastic part, from four fifths to a fifth of the stress at its start
     top = strength.confined(start, m)
     slope = released & (axial < 0.8 * top) & (axial > 0.2 * top)
     modulus = np.polyfit(np.log(phi[slope]), axial[slope], 1)[0]
     zero = np.interp(0.0, -axial[released], phi[released])
     rows = [
-        Row("axial stress at 0.20", "Pa", *at(0.20, pressed)),
-        Row("axial stress at 0.25", "Pa", *at(0.25, pressed)),
+        Row("axial stress at 0.20", "Pa", *mean_stress_near(0.20, pressed)),
+        Row("axial stress at 0.25", "Pa", *mean_stress_near(0.25, pressed)),
         Row("modulus of unloading at 0.30", "MPa", 1e-6 * form.modulus, 1e-6 * modulus),
         Row("filling factor less that without axial stress", "1e-5", 1e5 * (start - form.released),
             1e5 * (start - zero)),
-        Row("axial stress at 0.33, after reloading", "Pa", *at(0.33, on)),
-        Row("largest tension when pulled", "Pa", closed_forms.turned(end, m).tension,
+        Row("axial stress at 0.33, after reloading", "Pa", *mean_stress_near(0.33, on)),
+        Row("largest tension when pulled", "Pa", closed_forms.unload_confined(end, m).tension,
             -axial[pulled].min()),
     ]  # fmt: skip
     point = [MaterialPoint.at(m)]
-    for before, after in zip(phi, phi[1:], strict=False):
-        point.append(point[-1].strained((0.0, 0.0, np.log(before / after))))
+    for previous_phi, next_phi in zip(phi, phi[1:], strict=False):
+        point.append(point[-1].strained((0.0, 0.0, np.log(previous_phi / next_phi))))
     exact = phi, np.array([-float(state.stress[2]) for state in point])
     return rows, Curves((phi, axial), exact, "filling factor", "axial stress (Pa)")
 
@@ -163,17 +163,17 @@ def verney_shell(run):
     radius = np.sqrt(inner**2 + square - square[0])
     t = np.array([frame.time for frame in frames])
     stop = closed_forms.verney(inner, outer, speed, m.rho_i, Y)
-    rest = np.argmin(radius)  # then it swings by some elastic strains
+    first_at_rest = np.argmin(radius)  # then it swings by some elastic strains
     change = frames[-1].density / m.rho_i - 1.0
     losses = compute_ledger(run).shares
     rows = [
-        Row("inner radius at rest", "mm", 1e3 * stop, 1e3 * radius[rest:].mean()),
+        Row("inner radius at rest", "mm", 1e3 * stop, 1e3 * radius[first_at_rest:].mean()),
         Row("way of the inner surface", "mm", 1e3 * (inner - stop),
-            1e3 * (inner - radius[rest:].mean())),
+            1e3 * (inner - radius[first_at_rest:].mean())),
         Row("energy taken by shear", "1", 1.0, losses["shear"]),
         Row("change of density, rms", "1", 0.0, np.sqrt((change**2).mean())),
     ]  # fmt: skip
-    way = 1e3 * t, np.array([1e3 * r for r in closed_forms.verney_way(t, inner, outer, speed,
+    way = 1e3 * t, np.array([1e3 * r for r in closed_forms.verney_radii(t, inner, outer, speed,
                                                                       m.rho_i, Y)])  # fmt: skip
     return rows, Curves((1e3 * t, 1e3 * radius), way, "time (ms)", "inner radius (mm)")
 
@@ -222,14 +222,16 @@ def diametral_compression(run):
     both = np.abs(series.wall_force.sel(wall=["bottom", "top"], xyz="z")).mean("wall").values
     P = np.interp([frame.time for frame in frames], series.time.values, both)
     tension, squares = np.array([disc_state(frame, D) for frame in frames]).T
-    rest = np.array([frame.time for frame in frames]) > series.time.values[-1] - RESTS
-    force, found, square = (values[rest].mean() for values in (P, tension, squares))
+    is_at_rest = np.array([frame.time for frame in frames]) > series.time.values[-1] - RESTS
+    force, mean_tension, square = (values[is_at_rest].mean() for values in (P, tension, squares))
     hertz = closed_forms.hertz_half_width(P, 0.5 * D, K, mu)
     width = closed_forms.hertz_half_width(force, 0.5 * D, K, mu)
     of_load, of_hertz = (closed_forms.brazilian(force, D, s) for s in (square, 0.25 * width**2))
     rows = [
-        Row("tension in the middle, load as distributed", "kPa", 1e-3 * of_load, 1e-3 * found),
-        Row("tension in the middle, contact of Hertz", "kPa", 1e-3 * of_hertz, 1e-3 * found),
+        Row(
+            "tension in the middle, load as distributed", "kPa", 1e-3 * of_load, 1e-3 * mean_tension
+        ),
+        Row("tension in the middle, contact of Hertz", "kPa", 1e-3 * of_hertz, 1e-3 * mean_tension),
         Row("half width of the contact", "mm", 1e3 * width, 2e3 * np.sqrt(square)),
     ]
     exact = P, 1e-3 * closed_forms.brazilian(P, D, 0.25 * hertz**2)
@@ -307,7 +309,7 @@ def scene_of(name, resolution):
     return load(CONFIGS / f"{name}.yaml").with_values(BENCHMARKS[name][1][resolution])
 
 
-def carried_out(name, resolution, folder):
+def run_benchmark(name, resolution, folder):
     """(rows, Curves, worst residual of the ledger) of a benchmark at a resolution, 0 or 1."""
     scene = scene_of(name, resolution)
     run = analysis.open_run(execute(scene, Path(folder) / f"{name}_{resolution}", force=True))
@@ -316,15 +318,15 @@ def carried_out(name, resolution, folder):
 
 
 @style.apply_style
-def figure_of(own):
+def figure_of(curves):
     """The curves of a benchmark."""
     figure, (axes,) = style.create_figure(height=2.8)
-    axes.plot(*own.exact, color=style.BLACK, linewidth=1.0, label="closed form")
-    axes.plot(*own.found, linestyle="none", marker=".", markersize=2.5, label="run")
-    if own.decades:
+    axes.plot(*curves.exact, color=style.BLACK, linewidth=1.0, label="closed form")
+    axes.plot(*curves.measured, linestyle="none", marker=".", markersize=2.5, label="run")
+    if curves.decades:
         axes.set_yscale("log")
-    axes.set_xlabel(own.x)
-    axes.set_ylabel(own.y)
+    axes.set_xlabel(curves.x)
+    axes.set_ylabel(curves.y)
     style.draw_legend(axes)
     return figure
 
@@ -332,17 +334,25 @@ def figure_of(own):
 def rows_of(name, folder):
     """Lines of the table of a benchmark at both resolutions; its figure is saved."""
     (coarse, _, open_1), (fine, curves, open_2) = (
-        carried_out(name, resolution, folder) for resolution in (0, 1)
+        run_benchmark(name, resolution, folder) for resolution in (0, 1)
     )
     plots.save(figure_of(curves), HERE / f"figures/benchmark_{name}.png")
     pairs = [*zip(coarse, fine, strict=True)]
     pairs.append((Row("ledger open by", "1", 0.0, open_1), Row("", "", 0.0, open_2)))
     ratio = np.divide(*(scene_of(name, k).numerics.spacing for k in (0, 1)))
     return [
-        [name, one.what, one.unit]
-        + [f"{v:.5g}" for v in (one.expected, one.found, other.expected, other.found)]
-        + [verdict(deviation(one), deviation(other), ratio)]
-        for one, other in pairs
+        [name, coarse_row.quantity, coarse_row.unit]
+        + [
+            f"{v:.5g}"
+            for v in (
+                coarse_row.expected,
+                coarse_row.measured,
+                fine_row.expected,
+                fine_row.measured,
+            )
+        ]
+        + [verdict(deviation(coarse_row), deviation(fine_row), ratio)]
+        for coarse_row, fine_row in pairs
     ]
 
 
@@ -352,7 +362,7 @@ NEAR = 0.02
 
 def deviation(row):
     """Relative to the expected value; absolute where that is 0."""
-    return (row.found - row.expected) / (abs(row.expected) or 1.0)
+    return (row.measured - row.expected) / (abs(row.expected) or 1.0)
 
 
 def verdict(coarse, fine, ratio):

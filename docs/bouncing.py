@@ -30,18 +30,24 @@ def rows(path):
     data = xr.load_dataset(f"{path}/collisions.nc")
     for body in data.body.values:
         for speed in data.speed.values:
-            own = data.sel(body=body, speed=speed)
-            hit = ~own.outcome.isin([MISS, FAILED])
-            count = {name: int((own.outcome == name).sum()) for name in np.unique(own.outcome)}
+            collisions = data.sel(body=body, speed=speed)
+            hit = ~collisions.outcome.isin([MISS, FAILED])
+            count = {
+                name: int((collisions.outcome == name).sum())
+                for name in np.unique(collisions.outcome)
+            }
             phi = compute_mean_and_error(
-                np.append(own.target_filling_factor.values, own.projectile_filling_factor.values)
+                np.append(
+                    collisions.target_filling_factor.values,
+                    collisions.projectile_filling_factor.values,
+                )
             )
-            bounced = own.restitution.values[own.outcome.values == "bouncing"]
+            bounced = collisions.restitution.values[collisions.outcome.values == "bouncing"]
             apart = compute_mean_and_error(bounced)
             yield {
                 "study": Path(path).name,
                 "level": str(body).rpartition("_")[0],
-                "grains_per_body": round(float(own.grains.mean()) / 2),
+                "grains_per_body": round(float(collisions.grains.mean()) / 2),
                 "filling_factor": f"{phi[0]:.4f}",
                 "speed_m_per_s": f"{speed:g}",
                 "pairs": int(hit.sum()),
@@ -49,23 +55,23 @@ def rows(path):
                 "sticking": count.get("sticking", 0),
                 "growth": count.get("growth", 0),
                 "failed": count.get(FAILED, 0),
-                "not_settled": int((own.settled == 0).sum()),
+                "not_settled": int((collisions.settled == 0).sum()),
                 "restitution": f"{apart[0]:.3f}" if len(bounced) else "",
-                "residual": f"{float(np.abs(own.residual).max()):.1e}",
+                "residual": f"{float(np.abs(collisions.residual).max()):.1e}",
                 "version": data.attrs.get("git_commit", ""),
             }
 
 
 def fit(path):
     """Print thresholds and exponents of a table."""
-    for level, own in pd.read_csv(path).groupby("level", sort=False):
+    for level, rows_of_level in pd.read_csv(path).groupby("level", sort=False):
         columns = ["grains_per_body", "speed_m_per_s", "pairs", "bouncing"]
-        every = own[columns].to_numpy(float).T
+        every = rows_of_level[columns].to_numpy(float).T
         every[:2] = np.log(every[:2])
         for speed in np.unique(every[1]):
             points = every[:, every[1] == speed]
-            found, middles = bouncing.likelihoods(points, np.zeros(1))
-            t, low, high = np.exp(bouncing.interval(middles, found.max(axis=(1, 2))))
+            likelihood, middles = bouncing.likelihoods(points, np.zeros(1))
+            t, low, high = np.exp(bouncing.interval(middles, likelihood.max(axis=(1, 2))))
             bounced, pairs = points[3].sum(), points[2].sum()
             print(
                 f"{level}, {np.exp(speed):g} m/s: {bounced:.0f} of {pairs:.0f} bounce, threshold "

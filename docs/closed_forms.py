@@ -24,8 +24,8 @@ def riemann(m, speed, states=4000):
     that is pressed along one axis; where it is concave a wave spreads, where it is convex there is
     a shock, whose chord takes the place of the path: so the waves are the upper concave hull.
     """
-    rest = MaterialPoint.at(m)
-    path = [rest, *rest.to_density(1.01 * m.rho_i, states)]  # dust yields at strains of 1e-4
+    at_rest = MaterialPoint.at(m)
+    path = [at_rest, *at_rest.to_density(1.01 * m.rho_i, states)]  # dust yields at strains of 1e-4
     path += path[-1].to_density(0.99 * m.phi_cap * m.rho_s, states)
     volume = np.array([1.0 / float(state.density) for state in path])
     stress = np.array([-float(state.stress[2]) for state in path])
@@ -41,11 +41,11 @@ def riemann(m, speed, states=4000):
     def slope(a, b):
         return (stress[b] - stress[a]) / (volume[a] - volume[b])
 
-    def moved(end):
+    def piston_speed(end):
         at = hull(end)
         return np.sqrt(np.diff(stress[at]) * -np.diff(volume[at])).sum()
 
-    at = hull(1 + bisect_left(range(1, 2 * states), speed, key=moved))
+    at = hull(1 + bisect_left(range(1, 2 * states), speed, key=piston_speed))
     flux = np.sqrt(np.diff(stress[at]) / -np.diff(volume[at]))
     return flux, stress[at[1:]], 1.0 / volume[at[1:]]
 
@@ -67,9 +67,11 @@ class Turning(NamedTuple):
     tension: float
 
 
-def turned(phi, m):
-    """The Turning at filling factor phi: p = Sigma and q = Y fall by K and 2 mu times the strain,
-    and where the dust is pulled on, p reaches T and the deviator -Y.
+def unload_confined(phi, m):
+    """Unload dust at filling factor phi: the Turning.
+
+    p = Sigma and q = Y fall by K and 2 mu times the strain, and where the dust is pulled on, p
+    reaches T and the deviator -Y.
 
     Elastic until the axial stress has gone, which needs Sigma + 2 Y/3 < 2 Y (K + 4 mu/3)/2 mu.
     """
@@ -100,29 +102,31 @@ def verney(inner, outer, speed, density, Y):
     apart = outer**2 - inner**2
     kinetic = np.pi * density * (speed * inner) ** 2 * np.log(outer / inner)
 
-    def taken(a):
+    def dissipated_energy(a):
         s = np.array([inner**2, a**2]) / inner**2
         t = s + apart / inner**2
         F = t * np.log(t) - s * np.log(s)
         return np.pi / np.sqrt(3.0) * Y * inner**2 * (F[0] - F[1])
 
-    most = taken(1e-6 * inner)
-    if most < kinetic:
-        raise ValueError(f"the shell closes: {kinetic:.3g} of {most:.3g} J/m are enough")
-    return brentq(lambda a: taken(a) - kinetic, 1e-6 * inner, inner)
+    largest_dissipation = dissipated_energy(1e-6 * inner)
+    if largest_dissipation < kinetic:
+        raise ValueError(
+            f"the shell closes: {kinetic:.3g} of {largest_dissipation:.3g} J/m are enough"
+        )
+    return brentq(lambda a: dissipated_energy(a) - kinetic, 1e-6 * inner, inner)
 
 
-def verney_way(times, inner, outer, speed, density, Y):
-    """Inner radii [m] of that shell at times [s] up to its stop, there after: of u from the energy
-    that is left, a da = -u dt."""
+def verney_radii(times, inner, outer, speed, density, Y):
+    """Inner radii [m] of that shell at times [s] up to its stop, there after: of u from the remaining
+    energy, a da = -u dt."""
     stop = verney(inner, outer, speed, density, Y)
     radii = stop + (inner - stop) * np.linspace(1.0, 0.0, 4001) ** 2
     apart = outer**2 - inner**2
     s = radii**2 / inner**2
     t = s + apart / inner**2
     F = t * np.log(t) - s * np.log(s)
-    left = np.pi / np.sqrt(3.0) * Y * inner**2 * (F - F[-1])
-    speeds = np.sqrt(left / (np.pi * density * radii**2 * 0.5 * np.log(t / s)))
+    remaining_energy = np.pi / np.sqrt(3.0) * Y * inner**2 * (F - F[-1])
+    speeds = np.sqrt(remaining_energy / (np.pi * density * radii**2 * 0.5 * np.log(t / s)))
     pace = 0.5 * (speeds[1:] + speeds[:-1])
     passed = np.append(0.0, np.cumsum(-np.diff(radii) / pace))
     return np.interp(times, passed, radii)

@@ -29,13 +29,13 @@ DECADES = 0.1
 def rows(path):
     """Dicts of the bins of one run."""
     with analysis.open_run(path) as run:
-        found = analysis.measure_isotropic_compression(run)
-        phi, pressure = found.raw_filling_factor, found.raw_pressure
+        compression = analysis.measure_isotropic_compression(run)
+        phi, pressure = compression.raw_filling_factor, compression.raw_pressure
         # the stress of a record is the mean since the one before
         phi = np.concatenate([phi[:1], 0.5 * (phi[1:] + phi[:-1])])
         m = run.material
         numbers = m.surface_energy, m.radius, m.critical_rolling
-        shares = TATSUUMA_2023.loss_shares(run, decades=DECADES)
+        loss_shares = TATSUUMA_2023.loss_shares(run, decades=DECADES)
         drive = run.scene["stages"][0]["drive"] if run.scene.get("stages") else {}
         about = {
             "run": Path(path).name,
@@ -44,7 +44,7 @@ def rows(path):
             "compression_rate": drive.get("compression_rate", ""),
             "version": run.attrs.get("git_commit", ""),
         }
-        for n, middle in enumerate(shares.filling_factor):
+        for n, middle in enumerate(loss_shares.filling_factor):
             low, high = middle * 10 ** (-0.5 * DECADES), middle * 10 ** (0.5 * DECADES)
             inside = (phi >= low) & (phi < high)
             mean = pressure[inside].mean()
@@ -55,7 +55,7 @@ def rows(path):
                 "pressure_Pa": f"{mean:.5g}",
                 "over_phi3": f"{mean / thin:.4g}",
                 "over_2023": f"{mean / dense:.4g}",
-                **{f"share_{c}": f"{shares.by_channel[c][n]:.4f}" for c in CHANNELS},
+                **{f"share_{c}": f"{loss_shares.by_channel[c][n]:.4f}" for c in CHANNELS},
             }
 
 

@@ -50,14 +50,14 @@ def _energy(run):
     return (run.series.kinetic + run.series.elastic_energy).values
 
 
-def measured(case, changes, folder):
+def measure_case(case, changes, folder):
     """Values of the number of a case with changes of its scene, one for each seed; or a text."""
     values = []
     for seed in case.get("seeds") or [None]:
-        own = changes | ({} if seed is None else {case.get("seed", "sample.seed"): seed})
+        seed_change = changes | ({} if seed is None else {case.get("seed", "sample.seed"): seed})
         try:
             scene = Scene.from_dict({"name": "defaults"} | case["scene"], HERE)
-            run = execute(scene.with_values(own | ALONE), folder, force=True)
+            run = execute(scene.with_values(seed_change | ALONE), folder, force=True)
             run = analysis.open_run(run)
             number = NUMBERS.get(case["number"])
             value = number(run) if number else summarise(run)[case["number"]]
@@ -68,12 +68,12 @@ def measured(case, changes, folder):
         except DustError as error:
             return str(error)
         if value is None:
-            return _why(summarise(run))
+            return _explain_missing(summarise(run))
         values.append(float(value))
     return np.array(values)
 
 
-def _why(numbers):
+def _explain_missing(numbers):
     """Why a run has no number, as its table says."""
     missed = numbers["missed_loads"]
     return "load missed" if missed else "none: " + numbers["status"]
@@ -82,7 +82,7 @@ def _why(numbers):
 def row(name, case, settings, plain, careful):
     """Row of the table: both values, their difference and the verdict."""
     limit, absolute = case["error"], case.get("absolute", False)
-    cells = [text(plain), words(settings), text(careful)]
+    cells = [format_mean(plain), format_settings(settings), format_mean(careful)]
     error = f"{limit:g}" if absolute else f"{limit:.2%}"
     difference, verdict = "", "differs"
     if isinstance(plain, str) and isinstance(careful, str):
@@ -91,26 +91,26 @@ def row(name, case, settings, plain, careful):
         change = plain - careful
         if not absolute:
             change = change / np.abs(careful.mean())
-        own, spread = change.mean(), 0.0
+        mean_change, spread = change.mean(), 0.0
         if len(change) > 1:
             spread = change.std(ddof=1) / len(change) ** 0.5
         form = "{:+.2g}" if absolute else "{:+.2%}"
-        difference = form.format(own) + (
+        difference = form.format(mean_change) + (
             f" ± {form[:-1].replace('+', '')}}}".format(spread) if spread else ""
         )
-        if abs(own) <= limit:
+        if abs(mean_change) <= limit:
             verdict = "agrees"
-        elif len(change) > 1 and abs(own) <= student.ppf(0.975, len(change) - 1) * spread:
+        elif len(change) > 1 and abs(mean_change) <= student.ppf(0.975, len(change) - 1) * spread:
             verdict = "within the scatter"
     return [name, case["about"], case["number"], *cells, difference, error, verdict]
 
 
-def text(values):
+def format_mean(values):
     """Mean of the values of the seeds."""
     return values if isinstance(values, str) else f"{values.mean():.4g}"
 
 
-def words(settings):
+def format_settings(settings):
     """Settings as the YAML has them."""
     return ", ".join(
         f"{key}: {value if isinstance(value, str) else json.dumps(value)}"
@@ -121,8 +121,8 @@ def words(settings):
 def rows(name, folder):
     """Rows of a case, one for each of its careful settings."""
     case = CASES[name]
-    plain = measured(case, {}, folder)
-    return [row(name, case, s, plain, measured(case, s, folder)) for s in case["careful"]]
+    plain = measure_case(case, {}, folder)
+    return [row(name, case, s, plain, measure_case(case, s, folder)) for s in case["careful"]]
 
 
 if __name__ == "__main__":

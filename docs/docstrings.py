@@ -22,33 +22,37 @@ def setup(app):
     app.connect("autodoc-skip-member", _skip)
 
 
-def _process(app, what, name, value, options, lines):
+def _process(app, object_type, name, value, options, lines):
     """Turn a docstring in NumPy's layout into fields; text that looks like markup is escaped."""
-    plain = restructured(_with_returns("\n".join(lines), value)).split("\n")
+    plain = convert_to_rst(_add_returns("\n".join(lines), value)).split("\n")
     # a property is none here: napoleon would take its text up to a colon for a type
-    kind = "object" if what in ("attribute", "data", "property") else what
-    lines[:] = NumpyDocstring(plain, _layout(), app, kind, name, value, options).lines()
-    if what == "class" and issubclass(value, BaseModel):
+    napoleon_type = "object" if object_type in ("attribute", "data", "property") else object_type
+    lines[:] = NumpyDocstring(plain, _layout(), app, napoleon_type, name, value, options).lines()
+    if object_type == "class" and issubclass(value, BaseModel):
         lines += _keys(value)
 
 
-def _with_returns(text, value):
+def _add_returns(text, value):
     """A docstring with parameters and the section Returns, which the annotation states as well."""
-    kind = getattr(inspect.unwrap(value), "__annotations__", {}).get("return")
-    if "Parameters\n---" not in text or "Returns\n---" in text or kind is None:
+    annotation = getattr(inspect.unwrap(value), "__annotations__", {}).get("return")
+    if "Parameters\n---" not in text or "Returns\n---" in text or annotation is None:
         return text
     end = re.search(r"^(Attributes|Raises|Notes)\n---|\Z", text, re.MULTILINE).start()
-    return f"{text[:end].rstrip()}\n\nReturns\n-------\n{_words(kind)}\n\n{text[end:]}"
+    return f"{text[:end].rstrip()}\n\nReturns\n-------\n{_words(annotation)}\n\n{text[end:]}"
 
 
-def _words(kind):
+def _words(annotation):
     """An annotation in words: `list of Band`, `xarray.Dataset`."""
-    if isinstance(kind, str):
-        return kind
-    if typing.get_origin(kind) is list:
-        return f"list of {_words(*typing.get_args(kind))}"
-    home = kind.__module__.partition(".")[0]
-    return kind.__name__ if home in ("builtins", "dusttaichi") else f"{home}.{kind.__name__}"
+    if isinstance(annotation, str):
+        return annotation
+    if typing.get_origin(annotation) is list:
+        return f"list of {_words(*typing.get_args(annotation))}"
+    home = annotation.__module__.partition(".")[0]
+    return (
+        annotation.__name__
+        if home in ("builtins", "dusttaichi")
+        else f"{home}.{annotation.__name__}"
+    )
 
 
 @cache
@@ -64,48 +68,55 @@ def _layout():
 
 def _keys(block):
     """The keys of a block of the YAML, with what they say."""
-    own = {name: field for name, field in block.model_fields.items() if field.description}
-    return [f"- ``{name}``: {_escaped(field.description)}" for name, field in own.items()] + [""]
+    described_fields = {
+        name: field for name, field in block.model_fields.items() if field.description
+    }
+    return [
+        f"- ``{name}``: {_escape_markup(field.description)}"
+        for name, field in described_fields.items()
+    ] + [""]
 
 
-def restructured(text):
+def convert_to_rst(text):
     """Plain text as reStructuredText: names in backticks as code, formulas as they stand."""
     paragraphs = re.split(r"\n[ \t]*\n", text.strip("\n"))
-    return "\n\n".join(_paragraph(one) for one in paragraphs) + "\n"
+    return "\n\n".join(_paragraph(paragraph) for paragraph in paragraphs) + "\n"
 
 
 def _paragraph(text):
     lines = text.split("\n")
     if lines[0] in SECTIONS and lines[1:] and set(lines[1]) == {"-"}:
-        return "\n".join(lines[:2] + [_escaped(line) for line in lines[2:]])
+        return "\n".join(lines[:2] + [_escape_markup(line) for line in lines[2:]])
     indents = [len(line) - len(line.lstrip()) for line in lines if line.strip()]
     if indents and min(indents) >= 2 or len(lines) > 1 and len(set(indents)) > 1:
         # set apart by the writer: formulas, tables, lists that go on in the next line
         if not re.match(r"\s*[-*] ", text):
             return "::\n\n" + "\n".join("    " + line for line in lines)
     if re.match(r"\s*[-*] ", text):
-        return "\n".join(_escaped(line, keep_bullet=True) for line in lines)
-    return "\n".join(_escaped(line) for line in lines)
+        return "\n".join(_escape_markup(line, keep_bullet=True) for line in lines)
+    return "\n".join(_escape_markup(line) for line in lines)
 
 
-def _escaped(line, keep_bullet=False):
+def _escape_markup(line, keep_bullet=False):
     bullet = re.match(r"\s*[-*] ", line) if keep_bullet else None
     start = bullet.group() if bullet else ""
-    parts = re.split(r"(``.+?``|`[^`]+`)", line[len(start) :])
+    pieces = re.split(r"(``.+?``|`[^`]+`)", line[len(start) :])
     shown = [
-        f"``{part.strip('`')}``" if part.startswith("`") else re.sub(r"([\\*|_`])", r"\\\1", part)
-        for part in parts
+        f"``{piece.strip('`')}``"
+        if piece.startswith("`")
+        else re.sub(r"([\\*|_`])", r"\\\1", piece)
+        for piece in pieces
     ]
     return start + "".join(shown)
 
 
-def _signature(app, what, name, value, options, signature, returns):
+def _signature(app, object_type, name, value, options, signature, returns):
     """Blocks of the YAML are filled by keys, which the page of the scene lists."""
     if isinstance(value, type) and issubclass(value, BaseModel):
         return "", None
     return None
 
 
-def _skip(app, what, name, value, skip, options):
+def _skip(app, object_type, name, value, skip, options):
     """Members that pydantic adds to a class are no part of the interface."""
     return True if name.startswith(("model_", "_")) else None

@@ -59,49 +59,53 @@ def rows(path):
     """Dicts of one study."""
     name, data = open_study(path)
     energy = breaking_energy(from_yaml(data.attrs["scene_resolved"]))
-    known = {(t.body, t.mass_ratio): t for t in find_thresholds(data) if t.name == "fragment"}
+    fragment_thresholds = {
+        (t.body, t.mass_ratio): t for t in find_thresholds(data) if t.name == "fragment"
+    }
     for index in np.ndindex(data.outcome.shape[:3]):
         body, ratio, speed = (data[a].values[n] for a, n in zip(data.dims, index, strict=False))
-        own = data.isel(body=index[0], mass_ratio=index[1], speed=index[2])
+        data_of_speed = data.isel(body=index[0], mass_ratio=index[1], speed=index[2])
         choice = np.zeros(data.outcome.shape, bool)
         choice[index] = True
-        hit = int((~own.outcome.isin([MISS, FAILED])).sum())
-        growth = compute_mean_and_error(own.growth_efficiency.values.ravel())
-        second = (own.second * (1.0 + own.actual_mass_ratio)).values.ravel()
-        loss = own.loss / own.impact_energy
-        tangential = compute_mean_and_error(tangential_loss(own).values.ravel())
-        over = float((own.impact_energy / own.grains).mean() / energy)
-        t = known[str(body), float(ratio)]
+        hit = int((~data_of_speed.outcome.isin([MISS, FAILED])).sum())
+        growth = compute_mean_and_error(data_of_speed.growth_efficiency.values.ravel())
+        second = (data_of_speed.second * (1.0 + data_of_speed.actual_mass_ratio)).values.ravel()
+        loss = data_of_speed.loss / data_of_speed.impact_energy
+        tangential = compute_mean_and_error(tangential_loss(data_of_speed).values.ravel())
+        over = float((data_of_speed.impact_energy / data_of_speed.grains).mean() / energy)
+        t = fragment_thresholds[str(body), float(ratio)]
         grains, collisions = select_fragments(data, choice)
         tau = fit_fragment_slope(grains, np.nanmax(data.grains.values[choice], initial=1))
         numbers = np.isin(data.fragment_collision, np.flatnonzero(choice.ravel()))
         single = data.fragment_mass.values[numbers & (data.fragment_grains.values == 1)].sum()
-        head_on = compute_mean_and_error(own.growth_efficiency.isel(impact_parameter=0).values)
+        head_on = compute_mean_and_error(
+            data_of_speed.growth_efficiency.isel(impact_parameter=0).values
+        )
         yield {
             "study": name,
             "body": body,
-            "grains": int(np.nanmean(own.grains)),
-            "mass_ratio": f"{float(np.nanmean(own.actual_mass_ratio)):.4g}",
+            "grains": int(np.nanmean(data_of_speed.grains)),
+            "mass_ratio": f"{float(np.nanmean(data_of_speed.actual_mass_ratio)):.4g}",
             "speed_m_per_s": f"{speed:g}",
             "touching": hit,
             "growth_efficiency": f"{growth[0]:.4f}",
             "growth_efficiency_error": f"{growth[1]:.4f}",
             "growth_smallest_impact_parameter": f"{head_on[0]:.4f}",
             "energy_over_breaking": f"{over:.4g}",
-            "largest": f"{float(own.largest.mean()):.4f}",
+            "largest": f"{float(data_of_speed.largest.mean()):.4f}",
             "second_over_projectile": f"{compute_mean_and_error(second)[0]:.4f}",
             "second_over_projectile_error": f"{compute_mean_and_error(second)[1]:.4f}",
             "heavier": int((second > 1.0 + ROUNDING).sum()),
-            "fragments": f"{float(own.fragments.mean()):.4g}",
+            "fragments": f"{float(data_of_speed.fragments.mean()):.4g}",
             "single": f"{single / hit:.4f}",
             "slope": f"{tau[0]:.3f}",
             "slope_error": f"{tau[1]:.3f}",
-            "bouncing": int((own.outcome == "bouncing").sum()),
-            "not_settled": int((own.settled == 0).sum()),
+            "bouncing": int((data_of_speed.outcome == "bouncing").sum()),
+            "not_settled": int((data_of_speed.settled == 0).sum()),
             **{f"loss_{c}": f"{float(loss.sel(channel=c).mean()):.4f}" for c in CHANNELS},
             "loss_tangential": f"{tangential[0]:.4f}",
             "loss_tangential_error": f"{tangential[1]:.4f}",
-            "residual": f"{float(np.abs(own.residual).max()):.1e}",
+            "residual": f"{float(np.abs(data_of_speed.residual).max()):.1e}",
             "v_fragment_m_per_s": f"{t.speed:.4g}",
             "v_fragment_low": f"{t.low:.4g}",
             "v_fragment_high": f"{t.high:.4g}",
@@ -109,18 +113,22 @@ def rows(path):
         }
 
 
-def pairs(first, *others):
+def pairs(first, *other_paths):
     """Print differences of growth efficiencies and of tangential losses of the same pairs."""
     _, base = open_study(first)
-    for path in others:
+    for path in other_paths:
         name, data = open_study(path)
         growth = (data.growth_efficiency - base.growth_efficiency).squeeze()
         loss = (tangential_loss(data) - tangential_loss(base)).squeeze()
         for speed in [*base.speed.values, None]:
-            own = [x if speed is None else x.sel(speed=speed) for x in (growth, loss)]
-            (f, error), (lost, lost_error) = (compute_mean_and_error(x.values.ravel()) for x in own)
-            where = "all speeds" if speed is None else f"{speed:g} m/s"
-            print(f"{name}, {where}: {f:+.3f} ± {error:.3f}; loss {lost:+.3f} ± {lost_error:.3f}")
+            differences = [x if speed is None else x.sel(speed=speed) for x in (growth, loss)]
+            (f, error), (lost, lost_error) = (
+                compute_mean_and_error(x.values.ravel()) for x in differences
+            )
+            speed_text = "all speeds" if speed is None else f"{speed:g} m/s"
+            print(
+                f"{name}, {speed_text}: {f:+.3f} ± {error:.3f}; loss {lost:+.3f} ± {lost_error:.3f}"
+            )
 
 
 if __name__ == "__main__":

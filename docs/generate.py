@@ -66,7 +66,7 @@ def main():
         "contact_numbers.md": contact_numbers(),
         "numbers.md": numbers(family for family in built_in() if not family.compared),
         "numbers_compared.md": numbers(family for family in built_in() if family.compared),
-        "numbers_bundled.md": numbers(*bundled()),
+        "numbers_bundled.md": numbers(*list_bundled()),
         **{f"variables_{group}.md": variables(group, VARIABLES.values()) for group in GROUPS},
         "variables_continuum.md": variables("series", OF_CONTINUUM),
         "variables_continuum_snapshots.md": variables("snapshots", OF_CONTINUUM),
@@ -78,8 +78,8 @@ def main():
         "api/index.md": interface.api_index(),
         **{f"api/{name}.md": interface.api_page(name, line) for name, line in packages},
     }
-    wanted = {OUTPUT / name for name in pages}
-    for path in set(OUTPUT.rglob("*.md")) - wanted:
+    expected_paths = {OUTPUT / name for name in pages}
+    for path in set(OUTPUT.rglob("*.md")) - expected_paths:
         path.unlink()
     for name, text in pages.items():
         path = OUTPUT / name
@@ -109,11 +109,11 @@ def keys(block):
     return keys_of(key for key in list_keys() if belongs(key))
 
 
-def keys_of(chosen):
+def keys_of(selected_keys):
     """The table of some keys, in Markdown."""
 
     def row(key):
-        of = f"of {', '.join(f'`{kind}`' for kind in key.kinds)}: " if key.kinds else ""
+        of = f"of {', '.join(f'`{kind_name}`' for kind_name in key.kinds)}: " if key.kinds else ""
         example = f", as `{key.example}`" if key.example else ""
         return {
             "key": f"`{key.path}`",
@@ -121,7 +121,7 @@ def keys_of(chosen):
             "meaning": f"{of}{key.meaning}<br>*{key.allowed}{example}*",
         }
 
-    return markdown(map(row, chosen))
+    return markdown(map(row, selected_keys))
 
 
 # Materials, variables, tables of numbers.
@@ -130,17 +130,20 @@ def keys_of(chosen):
 def materials():
     """The table of the named materials."""
     numbers = {name: _numbers(material) for name, material in NAMED.items()}
-    keys = dict.fromkeys(key for known in numbers.values() for key in known)
+    keys = dict.fromkeys(
+        key for values_of_material in numbers.values() for key in values_of_material
+    )
     return markdown(
-        {"": f"`{key}`"} | {f"`{name}`": f"{own.get(key, '')}" for name, own in numbers.items()}
+        {"": f"`{key}`"}
+        | {f"`{name}`": f"{values.get(key, '')}" for name, values in numbers.items()}
         for key in keys
     )
 
 
 def _numbers(material):
     """The numbers of a named material as written in YAML."""
-    given = material if isinstance(material, dict) else material.model_dump(mode="json")
-    return {key: value for key, value in given.items() if value is not None and key != "name"}
+    values = material if isinstance(material, dict) else material.model_dump(mode="json")
+    return {key: value for key, value in values.items() if value is not None and key != "name"}
 
 
 def contact_numbers():
@@ -156,27 +159,31 @@ def built_in():
     return [family for family in families() if family not in NUMBERS.values()]
 
 
-def bundled():
+def list_bundled():
     """(families of the bundled extensions, family -> file that it is of)."""
-    found = {}
+    families_by_name = {}
     for path in shipped.find_extensions("*.py"):
-        own = vars(extensions.import_extension(path)).values()
+        members = vars(extensions.import_extension(path)).values()
         name = path.relative_to(shipped.get_folder()).as_posix()
-        found |= {family.name: (family, name) for family in own if isinstance(family, Family)}
-    return [family for family, _ in found.values()], {n: file for n, (_, file) in found.items()}
+        families_by_name |= {
+            family.name: (family, name) for family in members if isinstance(family, Family)
+        }
+    return [family for family, _ in families_by_name.values()], {
+        n: file for n, (_, file) in families_by_name.items()
+    }
 
 
-def numbers(chosen, files=None):
+def numbers(selected, files=None):
     """The table of the numbers of some families; files: family -> file that it is of."""
     return markdown(
         {
-            "number": f"`{own.name}`",
-            "unit": own.unit or ("text" if own.unit == "" else ""),
-            "meaning": own.about or own.title.removeprefix("… "),
+            "number": f"`{number.name}`",
+            "unit": number.unit or ("text" if number.unit == "" else ""),
+            "meaning": number.about or number.title.removeprefix("… "),
             "where": f"{family.title}: `{files[family.name]}`" if files else family.title,
         }
-        for family in chosen
-        for own in family.numbers
+        for family in selected
+        for number in family.numbers
     )
 
 
@@ -196,15 +203,15 @@ def variables(group, declared):
     return markdown(row(variable) for variable in declared if variable.group == group)
 
 
-def csv_table(path, most=60):
+def csv_table(path, max_rows=60):
     """A CSV file as a table; of a long one its first rows, and how many there are."""
     lines = path.read_text(encoding="utf-8").splitlines()
     notes = [line.removeprefix("#").strip() + "\n" for line in lines if line.startswith("#")]
     table = read(path, dtype=str, keep_default_na=False)
-    shown = table.head(most).apply(lambda column: column.map(_short))
+    shown = table.head(max_rows).apply(lambda column: column.map(_short))
     texts = [*notes, ":::{div} numbers\n", markdown(shown.to_dict("records")), ":::\n"]
-    if len(table) > most:
-        texts.append(f"The first {most} of {len(table)} rows.\n")
+    if len(table) > max_rows:
+        texts.append(f"The first {max_rows} of {len(table)} rows.\n")
     return "\n".join(texts)
 
 

@@ -56,15 +56,15 @@ def commands():
 def exit_codes():
     """The table of exit codes."""
     return markdown(
-        {"exit code": f"{code}", "what has happened": what} for code, what in EXIT_CODES
+        {"exit code": f"{code}", "what has happened": meaning} for code, meaning in EXIT_CODES
     )
 
 
 def api_index():
     """The first page of the reference: the subpackages in two tables."""
     texts = [INDEX]
-    for kind, packages in (("public subpackage", PUBLIC), ("inner subpackage", INNER)):
-        rows = ({kind: f"[`dusttaichi.{n}`]({n}.md)", "content": line} for n, line in packages)
+    for heading, packages in (("public subpackage", PUBLIC), ("inner subpackage", INNER)):
+        rows = ({heading: f"[`dusttaichi.{n}`]({n}.md)", "content": line} for n, line in packages)
         texts.append(markdown(rows))
     names = "\n".join(name for name, _ in PUBLIC + INNER)
     return "\n".join([*texts, f"```{{toctree}}\n:hidden:\n\n{names}\n```\n"])
@@ -78,8 +78,8 @@ def api_page(subpackage, line):
         which = "members:\n   :inherited-members" if subpackage == "analysis" else "members"
         return "\n".join([*texts, AUTOMODULE.format(package.__name__, which)])
     texts.append(AUTOMODULE.format(package.__name__, "no-members"))
-    found = pkgutil.walk_packages(package.__path__, package.__name__ + ".")
-    for module in sorted(one.name for one in found if not one.ispkg):
+    modules = pkgutil.walk_packages(package.__path__, package.__name__ + ".")
+    for module in sorted(info.name for info in modules if not info.ispkg):
         title = module.removeprefix("dusttaichi.")
         texts += [f"## {title}\n", AUTOMODULE.format(module, "members")]
     return "\n".join(texts)
@@ -90,6 +90,14 @@ def aliases():
     links = {"Simulation": ":class:`~dusttaichi.running.interface.Simulation`"}
     for name, _ in PUBLIC:
         package = importlib.import_module(f"dusttaichi.{name}")
-        classes = (one for one in package.__all__ if isinstance(getattr(package, one), type))
-        links |= {one: f":class:`~dusttaichi.{name}.{one}`" for one in classes if one not in links}
+        classes = (
+            class_name
+            for class_name in package.__all__
+            if isinstance(getattr(package, class_name), type)
+        )
+        links |= {
+            class_name: f":class:`~dusttaichi.{name}.{class_name}`"
+            for class_name in classes
+            if class_name not in links
+        }
     return links

@@ -45,22 +45,22 @@ def outcomes(table):
     for scene, grains in table[["scene", "grains"]].dropna().drop_duplicates().values.tolist():
         # a run that was refused has no number of grains
         rows = table[(table.scene == scene) & table.grains.isin([grains, np.nan])]
-        base = _finished(rows[rows.settings == AS_IT_IS])
-        for settings, own in rows.groupby("settings", sort=False) if len(base) else ():
+        base = _select_finished(rows[rows.settings == AS_IT_IS])
+        for settings, rows_of_settings in rows.groupby("settings", sort=False) if len(base) else ():
             about = {"scene": scene, "grains": int(grains), "settings": settings}
-            result += [about | found for found in _of_setting(own, base)]
-    found = pd.DataFrame(result)
-    found["hidden"] = found.error <= found.scatter
-    found["resolved"] = found.error > 2.0 * found.uncertainty
-    return found
+            result += [about | numbers for numbers in _compare_setting(rows_of_settings, base)]
+    result_table = pd.DataFrame(result)
+    result_table["hidden"] = result_table.error <= result_table.scatter
+    result_table["resolved"] = result_table.error > 2.0 * result_table.uncertainty
+    return result_table
 
 
-def _finished(rows):
+def _select_finished(rows):
     return rows[rows.status.str.startswith("finished")]
 
 
-def _of_setting(rows, base):
-    finished = _finished(rows)
+def _compare_setting(rows, base):
+    finished = _select_finished(rows)
     about = {"seeds": len(finished), "refused": "" if len(finished) else rows.status.iloc[0]}
     if finished.empty:
         return [about | dict.fromkeys(NUMBERS, np.nan) | {"observable": ""}]
@@ -71,9 +71,9 @@ def _of_setting(rows, base):
     for name, columns in _observables(base).items():
         mine, right = (some[columns] for some in both)
         paired = mine.notna() & right.notna()
-        if known := [name for name in columns if paired[name].mean() > MOST]:
-            mine, right = (some.where(paired)[known] for some in (mine, right))
-            numbers = _numbers(mine, right, base[known].std())
+        if available := [name for name in columns if paired[name].mean() > MOST]:
+            mine, right = (some.where(paired)[available] for some in (mine, right))
+            numbers = _numbers(mine, right, base[available].std())
             result.append(about | numbers | {"observable": name})
     return result
 
@@ -92,10 +92,10 @@ def _numbers(mine, right, spread):
 
 def _observables(rows):
     """Observable -> its columns, of those that the first row has; of a curve all pressures."""
-    known = rows.columns[rows.iloc[0].notna()]
+    available = rows.columns[rows.iloc[0].notna()]
     curve = [name for name in rows if name.startswith(PHI)]
-    result = {CURVE: curve} if set(curve) & set(known) else {}
-    single = [n for n in TEXTS if n in known] + [n for n in known if n.startswith(STAGES)]
+    result = {CURVE: curve} if set(curve) & set(available) else {}
+    single = [n for n in TEXTS if n in available] + [n for n in available if n.startswith(STAGES)]
     return result | {name: [name] for name in single}
 
 
@@ -122,32 +122,32 @@ COLUMNS = 2
 
 
 @style.apply_style
-def figure(found, observables=()):
+def figure(table, observables=()):
     """The figure of outcomes: a panel for each scene.
 
     A panel shows the first of `observables` that the scene has, else its first. Dashed: a fifth of
     the cost; bars: standard errors; open: of a single seed.
     """
-    shown = found[(found.refused == "") & (found.settings != AS_IT_IS)]
+    shown = table[(table.refused == "") & (table.settings != AS_IT_IS)]
     panels = list(shown.groupby(["scene", "grains"], sort=False))
     figure, axes = style.create_grid(len(panels), COLUMNS, height=2.3)
     handles = {}
-    for place, ((scene, grains), own) in zip(axes, panels, strict=True):
-        names = own.observable.unique()
+    for axes_of_scene, ((scene, grains), rows) in zip(axes, panels, strict=True):
+        names = rows.observable.unique()
         name = next((n for n in observables if n in names), names[0])
-        _panel(place, own[own.observable == name])
+        _panel(axes_of_scene, rows[rows.observable == name])
         title = f"{scene.removeprefix('trade_')}, {grains} grains:\n{text_of(name)}"
-        place.set_title(title, fontsize=7)
-        handles |= dict(zip(*reversed(place.get_legend_handles_labels()), strict=True))
+        axes_of_scene.set_title(title, fontsize=7)
+        handles |= dict(zip(*reversed(axes_of_scene.get_legend_handles_labels()), strict=True))
     figure.legend(handles.values(), handles, loc="outside lower center", ncols=4, fontsize=7)
     return figure
 
 
-def _panel(axes, found):
-    scatter, errors = found.scatter.iloc[0], found.error.clip(lower=1e-4)
+def _panel(axes, rows):
+    scatter, errors = rows.scatter.iloc[0], rows.error.clip(lower=1e-4)
     axes.axhspan(1e-5, scatter, color=style.GREY, alpha=0.18, linewidth=0, label="scatter of seeds")
     axes.axvline(0.2, **style.line_look(style.BLACK, 0.8, (0, (5, 2))))
-    for o, error in zip(found.itertuples(), errors, strict=True):
+    for o, error in zip(rows.itertuples(), errors, strict=True):
         colour, marker, label = _look(o.settings)
         open_ = {"markerfacecolor": "white"} if o.seeds < 2 else {}
         bar = 0.0 if np.isnan(o.uncertainty) else o.uncertainty
@@ -157,12 +157,12 @@ def _panel(axes, found):
     axes.set(xscale="log", yscale="log")
     axes.set_xlabel("steps over those as it is", fontsize=7)
     axes.set_ylabel("error of the mean", fontsize=7)
-    axes.set_xlim(min(0.05, 0.8 * found.cost.min()), 1.2)
+    axes.set_xlim(min(0.05, 0.8 * rows.cost.min()), 1.2)
     axes.tick_params(labelsize=7, which="both")
     style.set_few_ticks(axes.xaxis)
     axes.set_ylim(0.5 * min(errors.min(), scatter), 2.0 * max(errors.max(), scatter))
 
 
 def _look(settings):
-    varied = tuple(sorted(part.split()[0] for part in settings.split(", ")))
+    varied = tuple(sorted(text.split()[0] for text in settings.split(", ")))
     return next((look for parameters, *look in KINDS if parameters == varied), OTHER)

@@ -67,13 +67,13 @@ def trade(scene):
 
 def softening():
     """Cost against error of softened contacts; and the table that `--suggest` reads."""
-    found = outcomes(read("softening.csv"))
+    table = outcomes(read("softening.csv"))
     # collisions refuse softened contacts: nothing to suggest
-    own = found[found.scene.isin(SUGGESTED) & (found.refused == "")]
-    kinds = {name: kind_of(load(name.replace("trade_", "trade/"))) for name in SUGGESTED}
-    own = own.assign(kind=own.scene.map(kinds))[COLUMNS]
-    own.to_csv(TABLE, index=False, lineterminator="\n", float_format="%.4g", na_rep="nan")
-    shown = found[found.scene.str.startswith("trade_")]
+    suggested = table[table.scene.isin(SUGGESTED) & (table.refused == "")]
+    kinds_by_scene = {name: kind_of(load(name.replace("trade_", "trade/"))) for name in SUGGESTED}
+    suggested = suggested.assign(kind=suggested.scene.map(kinds_by_scene))[COLUMNS]
+    suggested.to_csv(TABLE, index=False, lineterminator="\n", float_format="%.4g", na_rep="nan")
+    shown = table[table.scene.str.startswith("trade_")]
     return of_settings(shown, observables=("phi(P)", "strength", "ratio"))
 
 
@@ -91,8 +91,8 @@ def tensile_strength():
     """Tensile strength of ice: 1024 grains, four seeds at each of three filling factors."""
     table = read("tensile.csv")
     table = table[table.name.str.startswith("tensile_ice-stages.0.stop")]
-    results = [SimpleNamespace(**one._asdict(), passed=one.strength_passed)
-               for one in table.itertuples()]  # fmt: skip
+    results = [SimpleNamespace(**row._asdict(), passed=row.strength_passed)
+               for row in table.itertuples()]  # fmt: skip
     labels = [f"{len(table)} runs", *["_"] * (len(table) - 1)]
     return strengths(results, labels, [Material(**NAMED["ice_t19"])])
 
@@ -106,19 +106,19 @@ def strength_size(name, *words):
     table = read(name).dropna(subset="strength")
     table = table[table.name.str.contains("|".join(words))]
     weibull = extensions.import_extension("kimura2020/weibull.py")
-    known = [
-        weibull.Strengths(f"{grains} grains", grains, own.values, weibull.weibull(own.values))
-        for grains, own in table.groupby("grains").strength
+    strengths_by_size = [
+        weibull.Strengths(f"{grains} grains", grains, size.values, weibull.weibull(size.values))
+        for grains, size in table.groupby("grains").strength
     ]
-    for own in known:
-        kpa = own.values / 1e3
+    for size in strengths_by_size:
+        kpa = size.values / 1e3
         scatter = f" ± {kpa.std(ddof=1):.2f}" if len(kpa) > 1 else ""
-        print(f"{own.grains} grains, {len(kpa)} samples: {kpa.mean():.2f}{scatter} kPa")
-    columns, lines = weibull.strength_tables(known)
+        print(f"{size.grains} grains, {len(kpa)} samples: {kpa.mean():.2f}{scatter} kPa")
+    columns, lines = weibull.strength_tables(strengths_by_size)
     for texts in zip(*(texts for _, texts in columns), strict=True):
         print(", ".join(f"{head} {text}" for (head, _), text in zip(columns, texts, strict=True)))
     print(*lines, sep="\n")
-    return weibull.strength_samples(known)
+    return weibull.strength_samples(strengths_by_size)
 
 
 @style.apply_style
@@ -128,8 +128,8 @@ def compression_law():
     line."""
     compressive_strength = extensions.import_extension(DENSE).compressive_strength
     ice = Material(**NAMED["ice_t19"])
-    own = ice.surface_energy, ice.radius, ice.critical_rolling
-    unit = laws.isotropic_pressure(1.0, *own)
+    constants = ice.surface_energy, ice.radius, ice.critical_rolling
+    unit = laws.isotropic_pressure(1.0, *constants)
     table = read("compression_law.csv").query("filling_factor > @LOOSEST")
     figure, (axes, below) = style.create_figure(height=6.4, rows=2, ratios=[3, 2])
     phi = np.geomspace(LOOSEST, 0.65, 200)
@@ -137,7 +137,7 @@ def compression_law():
         (laws.isotropic_pressure, "-", r"$\phi^3$, T19 eq 9"),
         (compressive_strength, (0, (4, 2)), r"$(1/\phi-1/0.74)^{-3}$, Tatsuuma+ 2023"),
     ):
-        line = law(phi, *own) / unit
+        line = law(phi, *constants) / unit
         axes.plot(phi, line, color=style.BLACK, linewidth=1.1, linestyle=look, label=text)
     samples = table.groupby(["grains", "seed"], sort=False)
     for number, ((grains, seed), mine) in enumerate(samples):
@@ -192,10 +192,10 @@ def diametral_strength():
     table = read("diametral.csv")
     look["color"] = style.run_style(1)["color"]
     for passed, text in ((True, "discs"), (False, "discs, largest value")):
-        own = table[table.diametral_passed == passed]
+        discs = table[table.diametral_passed == passed]
         look |= {"label": text, "mfc": look["color"] if passed else "white"}
-        if len(own):
-            axes.plot(own.diametral_phi, own.diametral_strength / 1e3, "o", **look)
+        if len(discs):
+            axes.plot(discs.diametral_phi, discs.diametral_strength / 1e3, "o", **look)
     axes.set(yscale="log", xlabel=r"filling factor $\phi$", ylabel="tensile strength (kPa)")
     style.set_few_ticks(axes.yaxis)
     style.draw_legend(axes)
@@ -250,9 +250,11 @@ def fragmentation():
     for axes, column, label, lines in zip(panels, columns, labels, choices, strict=True):
         axes.axhline(0.0, color=style.GREY, linewidth=0.8)
         for number, (key, text) in enumerate(lines.items()):
-            own = table[(table.study == key[0]) & (table.body == key[1])]
+            rows = table[(table.study == key[0]) & (table.body == key[1])]
             line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4, "capsize": 2}
-            axes.errorbar(own[column], own.growth_efficiency, own.growth_efficiency_error, **line)
+            axes.errorbar(
+                rows[column], rows.growth_efficiency, rows.growth_efficiency_error, **line
+            )
         axes.set_xscale("log")
         style.set_few_ticks(axes.xaxis)
         axes.set(xlabel=label, ylabel="growth efficiency")
@@ -276,9 +278,9 @@ def bouncing_threshold():
     table = read("bouncing_levels.csv").sort_values("grains_per_body")
     figure, (axes,) = style.create_figure()
     for number, (key, text) in enumerate(BOUNCING.items()):
-        own = table[(table.level == key[0]) & (table.speed_m_per_s == key[1])]
+        rows = table[(table.level == key[0]) & (table.speed_m_per_s == key[1])]
         line = {**style.run_style(number), "label": text, "marker": "o", "ms": 4}
-        axes.plot(own.grains_per_body, own.bouncing / own.pairs, **line)
+        axes.plot(rows.grains_per_body, rows.bouncing / rows.pairs, **line)
     axes.set(xscale="log", xlabel="grains per body", ylabel="share of the pairs that bounce")
     style.draw_legend(axes)
     return figure

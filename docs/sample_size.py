@@ -45,15 +45,15 @@ def cell(path):
             analysis.Run(path, run.series.assign(pressure=pressure))
         )
         fit, near = fit_compression(curve), measure_deviation(curve, S12_STATIC)
-        whole = measure_deviation(curve, S12_STATIC, p_low=1e2, p_high=1.5e5)
+        full_range = measure_deviation(curve, S12_STATIC, p_low=1e2, p_high=1.5e5)
         numbers = {
             "p_m": fit.p_m,
             "delta": fit.delta,
             "rms": near.rms,
             "rms_mean": near.mean,
-            "largest": whole.largest,
-            "largest_p_low": whole.p_low,
-            "largest_p_high": whole.p_high,
+            "largest": full_range.largest,
+            "largest_p_low": full_range.p_low,
+            "largest_p_high": full_range.p_high,
         }
         return {name: f"{value:.5g}" for name, value in numbers.items()} | {
             "name": f"omni_static-cell__sample.seed_{run.scene['sample']['seed']}",
@@ -66,18 +66,23 @@ def cell(path):
 
 def groups():
     """{(kind, grains): rows} of the table, in the order of KINDS."""
-    found, order = read(TABLE), list(KINDS.values())
-    found["cost"] = found.steps * found.grains / 1e9  # grain-steps
-    kinds = [KINDS[BESIDE.sub("", name).replace("-__", "-")] for name in found.name]
-    known = {(kind, int(n)): own for (kind, n), own in found.groupby([kinds, "grains"], sort=False)}
-    return dict(sorted(known.items(), key=lambda item: (order.index(item[0][0]), item[0][1])))
+    table, order = read(TABLE), list(KINDS.values())
+    table["cost"] = table.steps * table.grains / 1e9  # grain-steps
+    row_kinds = [KINDS[BESIDE.sub("", name).replace("-__", "-")] for name in table.name]
+    rows_by_kind = {
+        (row_kind, int(n)): rows
+        for (row_kind, n), rows in table.groupby([row_kinds, "grains"], sort=False)
+    }
+    return dict(
+        sorted(rows_by_kind.items(), key=lambda item: (order.index(item[0][0]), item[0][1]))
+    )
 
 
 def page():
     """The table in Markdown; of several seeds the mean, or the range where it says more."""
     return markdown(
         {
-            "sample": kind,
+            "sample": row_kind,
             "grains": f"{grains}",
             "seeds": f"{len(rows)}",
             "1e9 grain-steps": f"{rows.cost.mean():.2f}",
@@ -90,7 +95,7 @@ def page():
             "$p_m$, kPa": _range(rows.p_m / 1e3, 1),
             "Δ": f"{rows.delta.mean():.2f}",
         }
-        for (kind, grains), rows in groups().items()
+        for (row_kind, grains), rows in groups().items()
     )
 
 
@@ -99,20 +104,24 @@ def figure():
     """Largest distance from S12 eq 31 against the cost; a point a sample, its grains beside it."""
     drawing, (axes,) = style.create_figure()
     axes.axhspan(0.0, EXPERIMENT_SCATTER, color="#D9D9D9", label="scatter of the experiment")
-    found = groups()
+    rows_by_kind = groups()
     markers = iter(MARKERS)
-    for number, kind in enumerate(dict.fromkeys(kind for kind, _ in found)):
-        own = [(grains, rows) for (other, grains), rows in found.items() if other == kind]
-        label, several = kind.replace("`", "").replace("… ", ""), len(own) > 1
+    for number, row_kind in enumerate(dict.fromkeys(row_kind for row_kind, _ in rows_by_kind)):
+        sizes = [
+            (grains, rows)
+            for (kind_of_rows, grains), rows in rows_by_kind.items()
+            if kind_of_rows == row_kind
+        ]
+        label, several = row_kind.replace("`", "").replace("… ", ""), len(sizes) > 1
         look = style.run_style(number) if several else style.line_look(style.BLACK, linestyle="")
         look["marker"] = "o" if several else next(markers)
-        means = [(rows.cost.mean(), rows.largest.mean()) for _, rows in own]
+        means = [(rows.cost.mean(), rows.largest.mean()) for _, rows in sizes]
         axes.plot(*np.transpose(means), label=label, ms=4, **look)
-        for _, rows in own:
+        for _, rows in sizes:
             axes.plot(rows.cost, rows.largest, **look | {"linestyle": "", "ms": 2})
         if several:
-            for (grains, _), place in zip(own, means, strict=True):
-                axes.annotate(f"{grains}", place, (4, 4), textcoords="offset points", fontsize=7)
+            for (grains, _), point in zip(sizes, means, strict=True):
+                axes.annotate(f"{grains}", point, (4, 4), textcoords="offset points", fontsize=7)
     axes.set(xscale="log", xlim=(0.15, 10.0), ylim=(0.0, 0.07))
     axes.set(xlabel=r"cost ($10^9$ grain-steps)", ylabel=r"largest distance in $\phi$ from eq 31")
     style.set_few_ticks(axes.xaxis)

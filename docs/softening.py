@@ -25,66 +25,78 @@ CHANNELS = ("rolling", "twisting", "damping", "sliding", "breaking", "forming")
 def pages():
     """The tables by the names of their files."""
     table = read("softening.csv")
-    found = outcomes(table)
+    outcome_table = outcomes(table)
     return {
-        "softening_levels.md": levels(found),
+        "softening_levels.md": levels(outcome_table),
         "softening_pressures.md": pressures(table),
         "softening_speeds.md": speeds(table),
         "softening_causes.md": causes(table),
-        "softening_drafts.md": drafts(found, CHOSEN),
-        "softening_unseen.md": drafts(found, UNSEEN),
+        "softening_drafts.md": drafts(outcome_table, CHOSEN),
+        "softening_unseen.md": drafts(outcome_table, UNSEEN),
     }
 
 
-def levels(found):
+def levels(outcome_table):
     """Cost and error of each scene and number at each level of stiffness."""
-    known = {(o.scene, o.grains, o.settings, o.observable): o for o in found.itertuples()}
+    outcomes_by_key = {
+        (o.scene, o.grains, o.settings, o.observable): o for o in outcome_table.itertuples()
+    }
     rows = []
-    for own in found[(found.settings == AS_IT_IS) & _begins(found, CHOSEN)].itertuples():
+    for base in outcome_table[
+        (outcome_table.settings == AS_IT_IS) & _has_prefix(outcome_table, CHOSEN)
+    ].itertuples():
         some, cells = [], {}
         for s in LEVELS:
-            here = own.scene, own.grains, f"{STIFFNESS} {s}"
-            some.append(known.get((*here, own.observable)))
-            cells[s] = _cell(some[-1], known.get((*here, "")), own.seeds)
+            key = base.scene, base.grains, f"{STIFFNESS} {s}"
+            some.append(outcomes_by_key.get((*key, base.observable)))
+            cells[s] = _cell(some[-1], outcomes_by_key.get((*key, "")), base.seeds)
         if any(some):
-            scatter = f"{own.seeds}, {_percent(own.scatter)}"
-            about = {"scene, grains": _name(own), "number": _number(own), "seeds, scatter": scatter}
+            scatter = f"{base.seeds}, {_format_percent(base.scatter)}"
+            about = {
+                "scene, grains": _name(base),
+                "number": _number(base),
+                "seeds, scatter": scatter,
+            }
             rows.append(about | cells | {"free down to": _free(some)})
     return markdown(rows)
 
 
 def pressures(table):
     """Shift of the mean filling factor of SCENE at each pressure, and the scatter of seeds."""
-    return _shifts(_runs(table, NAME), _softened(table, NAME))
+    return _shifts(_runs(table, NAME), _list_softened_runs(table, NAME))
 
 
 def speeds(table):
     """Shift as in `pressures` of SLOW, a wall a quarter as fast, and of SCENE against it."""
-    faster = {f"{what}, 20 cm/s": _runs(table, NAME, s) for what, s in (("1", AS_IT_IS), OF_DRAFT)}
-    return _shifts(_runs(table, SLOW), faster | _softened(table, SLOW))
+    faster = {
+        f"{label}, 20 cm/s": _runs(table, NAME, s) for label, s in (("1", AS_IT_IS), OF_DRAFT)
+    }
+    return _shifts(_runs(table, SLOW), faster | _list_softened_runs(table, SLOW))
 
 
-def _softened(table, name):
+def _list_softened_runs(table, name):
     """{first cell of a row: runs} of the levels and the draft of a scene."""
     levels = [(s, f"{STIFFNESS} {s}") for s in LEVELS]
-    return {what: _runs(table, name, settings) for what, settings in (*levels, OF_DRAFT)}
+    return {label: _runs(table, name, settings) for label, settings in (*levels, OF_DRAFT)}
 
 
 def _shifts(base, some):
     """Shifts of the mean filling factor at each pressure, over the seeds that both have."""
     names = [name for name in base if name.startswith(PHI)]
     mean, spread = base[names].mean(), base[names].std()
-    cells = {n: f"{mean[n]:.3f}, scatter {_percent(spread[n] / mean[n])}" for n in names}
+    cells = {n: f"{mean[n]:.3f}, scatter {_format_percent(spread[n] / mean[n])}" for n in names}
     rows = [(("1", len(base)), cells)]
-    for what, runs in some.items():
+    for label, runs in some.items():
         change = (runs[names] - base[names]).dropna(how="all")
         if len(change):
             shift, error = change.mean() / mean, change.sem() / mean
-            rows.append(((what, len(change)), {n: _signed(shift[n], error[n]) for n in names}))
+            rows.append(
+                ((label, len(change)), {n: _format_signed(shift[n], error[n]) for n in names})
+            )
     return markdown(
-        {f"`{STIFFNESS}`": what, "seeds": f"{seeds}"}
+        {f"`{STIFFNESS}`": label, "seeds": f"{seeds}"}
         | {f"φ at {name.removeprefix(PHI)}": cell for name, cell in cells.items()}
-        for (what, seeds), cells in rows
+        for (label, seeds), cells in rows
     )
 
 
@@ -100,7 +112,7 @@ def causes(table):
         lost = runs[[f"lost {name} [J]" for name in CHANNELS]].fillna(0.0).mean()
         touch = -float(pair.curve(np.array([0.0]))[1][0])
         formed = lost["lost forming [J]"] / touch / runs.grains.iloc[0]
-        shares = zip(CHANNELS, lost / lost.sum(), strict=True)
+        loss_shares = zip(CHANNELS, lost / lost.sum(), strict=True)
         lines.append(
             {
                 f"`{STIFFNESS}`": name,
@@ -108,7 +120,10 @@ def causes(table):
                 "slides from": f"{pair.numbers['zeta_crit'] * 1e9:.2g} nm",
                 "contacts formed per grain": f"{formed:.1f}",
                 "contacts per grain at the end": f"{runs['contacts a grain'].mean():.2f}",
-                **{f"lost on {channel}": _percent(share) for channel, share in shares},
+                **{
+                    f"lost on {channel}": _format_percent(fraction)
+                    for channel, fraction in loss_shares
+                },
             }
         )
     return markdown(lines)
@@ -129,25 +144,29 @@ def _runs_of_scene(table):
     return base.loc[seeds], {s: rows.loc[seeds] for s, rows in some.items()}
 
 
-def drafts(found, prefix):
+def drafts(outcome_table, prefix):
     """Drafts of the scenes whose names have a prefix."""
-    own = found[(found.settings == DRAFT) & (found.refused == "") & _begins(found, prefix)]
+    draft_rows = outcome_table[
+        (outcome_table.settings == DRAFT)
+        & (outcome_table.refused == "")
+        & _has_prefix(outcome_table, prefix)
+    ]
     return markdown(
         {
             "scene, grains": _name(o),
             "number": _number(o),
             "steps": f"{o.cost:.3f}",
-            "error of the mean": _signed(_sign(o) * o.error, o.uncertainty),
-            "scatter of seeds": _percent(o.scatter),
+            "error of the mean": _format_signed(_sign(o) * o.error, o.uncertainty),
+            "scatter of seeds": _format_percent(o.scatter),
             "seeds": f"{o.seeds}",
             "verdict": verdict(o),
         }
-        for o in own.itertuples()
+        for o in draft_rows.itertuples()
     )
 
 
-def _begins(found, prefix):
-    return found.scene.str.startswith(prefix)
+def _has_prefix(outcome_table, prefix):
+    return outcome_table.scene.str.startswith(prefix)
 
 
 def verdict(o):
@@ -165,7 +184,7 @@ def _cell(o, refused, seeds):
         return "not run"
     if o is None:
         return "refused" if "cannot be used" in refused.refused else "stopped"
-    text = f"{o.cost:.2f}: {_signed(_sign(o) * o.error, o.uncertainty)}"
+    text = f"{o.cost:.2f}: {_format_signed(_sign(o) * o.error, o.uncertainty)}"
     text += f" ({o.seeds} seed{'s' * (o.seeds > 1)})" if o.seeds < seeds else ""
     return text if o.hidden else f"**{text}**"
 
@@ -194,12 +213,12 @@ def _sign(o):
     return -1.0 if o.shift < 0.0 else 1.0
 
 
-def _signed(share, uncertainty):
-    text = f"{'−' if share < 0.0 else '+'}{_percent(abs(share))}"
-    return text if np.isnan(uncertainty) else f"{text[:-2]} ± {_percent(uncertainty)}"
+def _format_signed(fraction, uncertainty):
+    text = f"{'−' if fraction < 0.0 else '+'}{_format_percent(abs(fraction))}"
+    return text if np.isnan(uncertainty) else f"{text[:-2]} ± {_format_percent(uncertainty)}"
 
 
-def _percent(share):
-    if np.isnan(share):
+def _format_percent(fraction):
+    if np.isnan(fraction):
         return "-"
-    return f"{100 * share:.1f} %" if share < 0.095 else f"{100 * share:.0f} %"
+    return f"{100 * fraction:.1f} %" if fraction < 0.095 else f"{100 * fraction:.0f} %"

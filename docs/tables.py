@@ -9,9 +9,9 @@ import pandas as pd
 VALIDATION = Path(__file__).parent / "validation"
 
 
-def read(name, **how):
+def read(name, **options):
     """A table of validation/ as a DataFrame."""
-    return pd.read_csv(VALIDATION / name, comment="#", **how)
+    return pd.read_csv(VALIDATION / name, comment="#", **options)
 
 
 def write(path, rows):
@@ -27,16 +27,17 @@ def markdown(rows):
     return "".join(f"| {' | '.join(line)} |\n" for line in texts)
 
 
-def main(rows, **others):
+def main(rows, **named_functions):
     """Entry point of a script: `OUT.csv PATH...` writes the table of the rows of these paths.
 
-    others: functions that the first argument can name instead, and the rest are arguments of it.
+    named_functions: functions that the first argument can name instead, and the other arguments
+    are its own.
     """
-    first, *rest = sys.argv[1:]
-    if first in others:
-        others[first](*rest)
+    first, *arguments = sys.argv[1:]
+    if first in named_functions:
+        named_functions[first](*arguments)
     else:
-        write(first, [row for path in rest for row in rows(path)])
+        write(first, [row for path in arguments for row in rows(path)])
 
 
 def update(name, cases, rows):
@@ -45,13 +46,16 @@ def update(name, cases, rows):
     rows: function of a case and a folder for its runs; returns rows of texts that begin with the
     name. The table is in the order of `cases`; rows of those not measured stay as they are.
     """
-    old = pd.read_csv(VALIDATION / name, dtype=str, keep_default_na=False)
-    found = {case: own.values.tolist() for case, own in old.groupby(old.columns[0])}
+    stored = pd.read_csv(VALIDATION / name, dtype=str, keep_default_na=False)
+    rows_by_case = {
+        case: rows_of_case.values.tolist()
+        for case, rows_of_case in stored.groupby(stored.columns[0])
+    }
     with tempfile.TemporaryDirectory() as folder:
         for case in sys.argv[1:] or cases:
-            found[case] = rows(case, folder)
-            print(*(" | ".join(row) for row in found[case]), sep="\n", flush=True)
-            table = [row for one in cases for row in found.get(one, [])]
-            pd.DataFrame(table, columns=old.columns).to_csv(
+            rows_by_case[case] = rows(case, folder)
+            print(*(" | ".join(row) for row in rows_by_case[case]), sep="\n", flush=True)
+            table = [row for case_name in cases for row in rows_by_case.get(case_name, [])]
+            pd.DataFrame(table, columns=stored.columns).to_csv(
                 VALIDATION / name, index=False, lineterminator="\n"
             )

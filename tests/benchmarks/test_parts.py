@@ -23,7 +23,7 @@ BENCH = sample.bench_scene(8, threads=1, precision=parts.PRECISION)
 
 def scenes_of(part, scene=BENCH):
     """(scene, arguments of the build) with a part and without it."""
-    both = [parts.variant(scene, changes) for changes in (part.has, part.lacks)]
+    both = [parts.variant(scene, changes) for changes in (part.with_part, part.without_part)]
     return [(from_yaml(how.pop("scene")), how) for how in both]
 
 

@@ -124,14 +124,14 @@ def test_ratios_are_those_of_a_round(monkeypatch):
     ours = {(0.15, 1): rounds(2e-6), (0.15, 2): rounds(1e-6)}
     theirs = [(7e-6 * p, 20) for p in pace]
     recipe = sample.Recipe(10, 0.15)
-    row = speed._row(recipe, (0.15, 2), ours, theirs)
+    row = speed._make_row(recipe, (0.15, 2), ours, theirs)
     assert row["filling_factor"] == 0.14 and row["contacts"] == 2
     assert row["ns_per_contact"] == pytest.approx(1.1e3 / 20)
     assert row["lammps_ns_per_contact"] == pytest.approx(7.7e3 / 20)
     assert row["speed_up"] == pytest.approx(2) and row["lammps_ratio"] == pytest.approx(7)
     assert row["ledger"] == pytest.approx(6) and row["search"] == pytest.approx(4)
     assert row["spread"] == pytest.approx(100 * 2 / 1.1)
-    assert "lammps_ratio" not in speed._row(recipe, (0.15, 2), ours, [])
+    assert "lammps_ratio" not in speed._make_row(recipe, (0.15, 2), ours, [])
 
 
 def test_cake_moves_and_is_kept(tmp_path, monkeypatch):

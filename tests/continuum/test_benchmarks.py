@@ -61,7 +61,7 @@ def test_a_point_that_is_unloaded_and_pulled_is_that_of_the_closed_form(closed_f
     """The material point, an independent path of small strains, has the Turning of closed_forms."""
     m = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_g09"))
     at = MaterialPoint.at(m).to_density(0.3 * m.rho_s, 4000)[-1]
-    form = closed_forms.turned(0.3, m)
+    form = closed_forms.unload_confined(0.3, m)
     # straight down to no axial stress: strains of 2e-4 change the density, and rho_0' was reached
     # in steps
     strain = np.log(0.3 / form.released)
@@ -82,7 +82,7 @@ def test_a_shell_stops_where_its_energy_is_spent(closed_forms):
     thin = a * np.exp(-0.5 * rho * u**2 * np.sqrt(3.0) / (2.0 * Y))
     assert stop == pytest.approx(thin, rel=3e-4)  # the thickness of the shell
     times = np.linspace(0.0, 1.0, 5)
-    way = closed_forms.verney_way(times, a, 1.5 * a, u, rho, Y)
+    way = closed_forms.verney_radii(times, a, 1.5 * a, u, rho, Y)
     assert way[0] == pytest.approx(a) and (np.diff(way) <= 0.0).all()
     with pytest.raises(ValueError, match="closes"):
         closed_forms.verney(a, 2.0 * a, 1e3, rho, Y)
@@ -137,7 +137,7 @@ NEAR = {
 @pytest.mark.parametrize("name", NEAR)
 def test_a_benchmark_has_its_closed_form(benchmarks, name, resolution, tmp_path):
     """Within the deviations of docs/benchmarks.md; the residual of the ledger is below 1 %."""
-    rows, _, open_by = benchmarks.carried_out(name, resolution, tmp_path)
+    rows, _, open_by = benchmarks.run_benchmark(name, resolution, tmp_path)
     for row, near in zip(rows, np.broadcast_to(NEAR[name][resolution], len(rows)), strict=True):
         assert abs(benchmarks.deviation(row)) < near, row
     assert open_by < 0.01

@@ -74,7 +74,10 @@ def test_outcomes_are_defined_on_one_page():
 
 def test_numbers_of_bundled_extensions_are_in_a_table_of_their_own(generate):
     with extensions_forgotten():
-        text, own = generate.numbers(*generate.bundled()), generate.numbers(generate.built_in())
+        text, own = (
+            generate.numbers(*generate.list_bundled()),
+            generate.numbers(generate.built_in()),
+        )
         assert "| `spin_rate` |" in text and "`reissl2024/spin_up.py`" in text
         assert "spin_rate" not in own and "| `strength` |" in own and "`strength`" not in text
 

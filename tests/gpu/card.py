@@ -65,7 +65,7 @@ def _grains(number, precision, backend, threads):
     """Motion of copies of the dense sample."""
     scene = bench.bench_scene(number, threads=threads, precision=precision)
     scene = scene.with_value("numerics.backend", backend)
-    positions = bench.tiled(bench.Recipe(number, DENSE))
+    positions = bench.tile_sample(bench.Recipe(number, DENSE))
     return method.find_method(scene).build(scene, samples.Sample.at_rest(positions))
 
 
