@@ -117,7 +117,7 @@ def verney(inner, outer, speed, density, Y):
 
 
 def verney_radii(times, inner, outer, speed, density, Y):
-    """Inner radii [m] of that shell at times [s] up to its stop, there after: of u from the remaining
+    """Inner radii [m] of that shell at times [s], constant after its stop: of u from the remaining
     energy, a da = -u dt."""
     stop = verney(inner, outer, speed, density, Y)
     radii = stop + (inner - stop) * np.linspace(1.0, 0.0, 4001) ** 2

@@ -85,7 +85,9 @@ def test_the_parts_of_a_scene():
     assert pairs["walls"][1].boundary.kind == "open"
     tensile = {part.name for part in parts.parts_of(load(CONFIGS / "tensile_ice.yaml"))[1]}
     assert {"periodic faces and stress", "stress", "damping"} <= tensile
-    assert parts.PARTS[-1].has == parts.PARTS[-1].lacks  # its ratio is that of the noise
+    assert (
+        parts.PARTS[-1].with_part == parts.PARTS[-1].without_part
+    )  # its ratio is that of the noise
     with pytest.raises(DustError, match="method continuum.*benchmarks continuum"):
         parts.main(load(CONFIGS / "guettler2009/bead.yaml"))
 
