@@ -164,10 +164,10 @@ def test_constant_speed_at_the_limit_tells_nothing_about_stiffness():
         Domain(STEP, cell=cell, units=units.GRAINS).driven(drive, 0, lambda _: np.zeros(1)).servo
     )
     for _ in range(1000):
-        servo = servo.changed(0.9 * servo.load, np.zeros(1), STEP)
+        servo = servo.update(0.9 * servo.load, np.zeros(1), STEP)
     assert servo.speed == pytest.approx(servo.largest, rel=0.02)
     for _ in range(10):
-        servo = servo.changed(1.02 * servo.load, np.zeros(1), STEP)
+        servo = servo.update(1.02 * servo.load, np.zeros(1), STEP)
     assert servo.speed > 0.8 * servo.largest
 
 
