@@ -26,7 +26,7 @@ from dusttaichi.scene.fields import Count, Faults, Number
 from dusttaichi.scene.making import Cost, tell
 
 MOST_GRAINS = 2e5  # minutes
-SECONDS = 1.5e-4  # of a round and a grain
+SECONDS = 2.5e-4  # of a round and a grain
 ATTEMPTS = 5  # from other points: tens of grains may jam earlier
 MOST_ROUNDS = 40
 ROUND = 200  # evaluations between two checks of the remaining overlaps

@@ -25,7 +25,7 @@ from dusttaichi.scene.fields import Count, Faults, Number
 from dusttaichi.scene.making import Cost, tell
 
 MOST_GRAINS = 30_000  # two minutes
-SECONDS = 1.3e-7  # over the square of the number of grains
+SECONDS = 2e-7  # over the square of the number of grains
 POINTS, AT_ONCE = 32, 4  # draws of a trial, and those that are tried together
 TRIES = 100  # unsuccessful draws of that many points after which the box is full
 
