@@ -1,7 +1,4 @@
-"""A run from Python: built, advanced, measured, recorded, ended; everything in SI.
-
-It is the run of `dust run`: same activities, bitwise identical result.nc.
-"""
+"""A run from Python, in SI: that of `dust run`, with a bitwise identical result.nc."""
 
 import re
 import tempfile

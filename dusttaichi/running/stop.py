@@ -111,7 +111,7 @@ class End:
         error = np.sqrt(0.5 * np.mean(np.diff(parts, axis=0) ** 2, axis=0) / len(parts))
         low, high = means[-1] - SIGMAS * error, means[-1] + SIGMAS * error
         return any(
-            limits.surely_crossed(lowest, highest) and limits.crossed(latest)
+            limits.surely_crossed(lowest, highest) and limits.describe_crossing(latest)
             for (*_, limits), lowest, highest, latest in zip(
                 bounded, low, high, parts[-1], strict=True
             )

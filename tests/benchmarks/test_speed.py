@@ -144,7 +144,7 @@ def test_cake_moves_and_is_kept(tmp_path, monkeypatch):
     rms = np.sqrt((first.velocities**2).sum(axis=1).mean())
     assert rms == pytest.approx(sample.THERMAL_SPEED, rel=0.15)  # 200 grains: 4 % expected
     np.testing.assert_allclose(first.velocities.mean(axis=0), 0, atol=1e-15)
-    monkeypatch.setattr(sample, "_positions", None)
+    monkeypatch.setattr(sample, "_generate_positions", None)
     again = sample.make(recipe)
     np.testing.assert_array_equal(again.positions, first.positions)
     recipe.path.write_bytes(b"cut off")

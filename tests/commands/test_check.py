@@ -233,7 +233,7 @@ def test_the_first_steps_of_a_scene_tell_its_speed(monkeypatch):
     kind = method.find_method(scene)
     monkeypatch.setattr(trial.real_time, "perf_counter", lambda: now[0])
     fake = dataclasses.replace(kind, build=lambda *_: Sim(), make_sample=lambda scene: None)
-    monkeypatch.setattr(trial.method, "of", lambda scene: fake)
+    monkeypatch.setattr(trial.method, "find_method", lambda scene: fake)
     least, seconds, most = trial.measured(scene, [("", 4000, "")])
     assert seconds == pytest.approx(1e-3) and least < seconds < most
     with pytest.raises(DustError, match="ends after one step"):

@@ -173,7 +173,10 @@ def test_name_and_replicas_on_the_command_line(tmp_path):
     assert one.output.directory == Path("runs/other")
     scene, swept = with_common_settings(one, ["replicas=2", "stop.steps=5,6"])
     plan = sweep(scene, swept, tmp_path)
-    assert len(plan.members) == 4 and swept == ["stop.steps=5,6"]
+    assert len(plan.members) == 4
+    assert {key: [v.value for v in values] for key, values in swept.items()} == {
+        "stop.steps": [5, 6]
+    }
 
 
 @pytest.mark.parametrize(

@@ -153,7 +153,9 @@ def test_what_is_left_out_and_single_precision(run, tmp_path):
     assert "spin" not in frames and frames.position.dtype == np.float32
     assert frames.snapshot_time.dtype == np.float64 and run.series.time.dtype == np.float64
     assert np.isnan(read_frame(run).spin).all()
-    data = from_yaml(TEXT)._given | {"sample": {"kind": "explicit", "file": str(run.path.parent)}}
+    data = from_yaml(TEXT)._input_data | {
+        "sample": {"kind": "explicit", "file": str(run.path.parent)}
+    }
     taken = make(type(from_yaml(TEXT)).from_dict(data))
     np.testing.assert_allclose(taken.positions, read_frame(run).position)
     assert not taken.spins.any() and len(taken.contacts["i"]) == 1

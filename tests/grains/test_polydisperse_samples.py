@@ -115,7 +115,7 @@ def test_time_step_is_that_of_the_small_grains():
     mixture = polydisperse(np.arange(39).reshape(13, 3) * 1e-4, [0.1e-6] * 9 + [10e-6] * 4)
     period = time_step(ContactTable.for_sample(scene, mixture), 13).period
     like = Scene.from_dict(
-        {**scene._given, "material": {"base": "silicate_s12", "radius": "0.1 um"}}
+        {**scene._input_data, "material": {"base": "silicate_s12", "radius": "0.1 um"}}
     )
     alone = time_step(ContactTable(like), 13).period
     assert 0.75 * alone < period < alone

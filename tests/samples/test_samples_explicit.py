@@ -362,7 +362,7 @@ def test_keys_of_another_run_need_one(tmp_path, pressed):
         make(onward(tmp_path / "a.csv", snapshot=2))
     with pytest.raises(DustError, match="has no walls and no cell"):
         make(onward(tmp_path / "a.csv", keep=["walls"]))
-    data = onward(tmp_path)._given | {
+    data = onward(tmp_path)._input_data | {
         "sample": {"kind": "explicit", "positions": [["0 m"] * 3], "keep": ["box"]}
     }
     with pytest.raises(DustError, match="keep = .*: it is allowed only together with file"):

@@ -147,7 +147,7 @@ def test_a_scene_may_be_given_in_any_form(folder):
         return {k: v for k, v in as_scene(form).plain.items() if k != "extensions"}
 
     scene = dt.load("tiny.yaml")
-    forms = ("tiny.yaml", folder / "tiny.yaml", TINY, scene.given, " " + str(scene.given))
+    forms = ("tiny.yaml", folder / "tiny.yaml", TINY, scene.input_data, " " + str(scene.input_data))
     assert all(numbers(form) == numbers(scene) for form in forms)
     assert as_scene(scene) is scene and as_scene("smoke") == dt.load(CONFIGS / "smoke.yaml")
     for wrong, message in ((3, r"^3 \(int\) is no scene"), ("tny", "tny: there is no such file")):
