@@ -255,7 +255,7 @@ def test_a_later_process_shows_them(spun, tmp_path):
 @pytest.mark.long
 def test_what_is_no_aggregate_is_refused(spin_up, spun, monkeypatch):
     run, _ = spun
-    monkeypatch.setattr(spin_up, "frame_count", lambda run: 1)
+    monkeypatch.setattr(spin_up, "count_frames", lambda run: 1)
     monkeypatch.setattr(spin_up, "read_frame", lambda run, n: last)
     last = analysis.read_frame(run, -1)
     with pytest.raises(DustError, match="must be one piece"):

@@ -10,12 +10,15 @@ import dusttaichi as dt
 
 PACKAGE = Path(dt.__file__).parent
 SCRIPT = """
+from typing import Any
+
 import dusttaichi as dt
 
 reveal_type(dt.load("smoke"))
 reveal_type(dt.from_yaml("name: a"))
 reveal_type(dt.Scene.from_dict({}))
-reveal_type(dt.run("smoke", **{"sample.seed": 2}))
+changes: dict[str, Any] = {"sample.seed": 2}  # a type checker takes int for all keywords else
+reveal_type(dt.run("smoke", **changes))
 reveal_type(dt.sweep("smoke", {"sample.seed": [1, 2, 3]}, jobs=2))
 reveal_type(dt.collide("collide"))
 reveal_type(dt.study("study.py", "smoke"))
