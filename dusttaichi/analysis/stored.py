@@ -63,8 +63,7 @@ def open_trade(path):
     DustError
         There is none, or it cannot be read.
     """
-    file = find_stored(path, TRADES) or Path(path)
-    return read_stored(file, "a trade", ("cost_ratio", "error")), file
+    return _open(path, TRADES, "a trade", ("cost_ratio", "error"))
 
 
 def is_ensemble(path):
@@ -82,9 +81,8 @@ def open_ensemble(path):
     DustError
         There is none, or it cannot be read.
     """
-    file = find_stored(path, ENSEMBLES) or Path(path)
     required = ("summary_numbers", "coordinate", "replica")
-    data = read_stored(file, "an ensemble or a sweep", required)
+    data, file = _open(path, ENSEMBLES, "an ensemble or a sweep", required)
     extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
     return data, file
 
@@ -102,8 +100,8 @@ def open_collisions(path):
     DustError
         There is none, or it cannot be read.
     """
-    file = find_stored(path, COLLISIONS) or Path(path)
-    data = read_stored(file, "a study of collisions", ("outcome", "growth_efficiency"))
+    required = ("outcome", "growth_efficiency")
+    data, file = _open(path, COLLISIONS, "a study of collisions", required)
     extensions.import_bundled(str(data.attrs.get(extensions.KEY, "")))
     return data, file
 
@@ -121,8 +119,13 @@ def open_restitution_map(path):
     DustError
         There is none, or it cannot be read.
     """
-    file = find_stored(path, MAPS) or Path(path)
-    return read_stored(file, "a map of restitution", ("restitution", "bound", "speed")), file
+    return _open(path, MAPS, "a map of restitution", ("restitution", "bound", "speed"))
+
+
+def _open(path, names, description, required):
+    """(dataset, file) of a stored dataset of one of these file names, or of its directory."""
+    file = find_stored(path, names) or Path(path)
+    return read_stored(file, description, required), file
 
 
 def explain_missing_result(path):

@@ -3,10 +3,9 @@
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from dusttaichi.analysis import measure_fractal as fractal_of
-from dusttaichi.analysis.pores import measure_pores as pores_of
-from dusttaichi.analysis.structure import CENTRES
-from dusttaichi.analysis.structure import measure_structure as structure_of
+from dusttaichi.analysis import measure_fractal
+from dusttaichi.analysis.pores import measure_pores
+from dusttaichi.analysis.structure import CENTRES, measure_structure
 from dusttaichi.plots import style
 from dusttaichi.plots.registry import figure
 
@@ -34,7 +33,7 @@ def structure(run, snapshot=-1):
     DustError
         The snapshot has no contacts.
     """
-    network = structure_of(run, snapshot)
+    network = measure_structure(run, snapshot)
     panels = [_draw_neighbours, _draw_directions]
     panels += [_draw_forces] if len(network.normal_force) else []
     panels += [_draw_correlation] if np.isfinite(network.correlation).any() else []
@@ -108,7 +107,7 @@ def pores(run, snapshot=-1):
     DustError
         The boundary is open.
     """
-    void_pores = pores_of(run, snapshot)
+    void_pores = measure_pores(run, snapshot)
     figure, (axes,) = style.create_figure(height=3.2)
     factor, unit = style.choose_unit(void_pores.largest, style.LENGTHS)
     axes.plot(void_pores.radius * factor, void_pores.share, color=style.BLUE)
@@ -155,7 +154,7 @@ def fractal(run, snapshots=None):
     DustError
         There are no snapshots.
     """
-    result = fractal_of(run, snapshots)
+    result = measure_fractal(run, snapshots)
     figure, (axes, below) = style.create_figure(height=4.8, rows=2, ratios=[2.4, 1])
     x = result.radius_in / result.grain_radius
     colours = style.sample_gradient(len(result.number))
