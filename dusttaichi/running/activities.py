@@ -12,7 +12,7 @@ from dusttaichi.domain.clock import FARTHEST, NEVER
 from dusttaichi.errors import DustError
 from dusttaichi.results.variables import declare
 from dusttaichi.running.ledger import turnover
-from dusttaichi.running.schedule import bytes_of, next_step, steps_apart
+from dusttaichi.running.schedule import bytes_of, next_record, next_step, steps_apart
 from dusttaichi.running.stop import LEAST_STEPS, TESTS
 
 
@@ -44,7 +44,7 @@ class Series(Activity):
 
     def next(self, step):
         run = self.run
-        return min(next_step(run.plan.series, run.clock, step), run.end.step)
+        return min(next_record(run.plan.series, run.clock, step, run.state.first), run.end.step)
 
     def begin(self):
         self._write(None)
@@ -135,15 +135,13 @@ class EndCheck(Activity):
         return self.series.next(step)
 
     def act(self):
-        run, step = self.run, self.run.sim.step
-        steps, due = run.state.last_steps(run.sim), next_step(run.plan.series, run.clock, step)
-        first = step - steps <= run.state.first
-        short = first and due < NEVER and 2 * steps < due - step
-        self.check(bounds=not first, averages=not short)
+        state, sim = self.run.state, self.run.sim
+        self.check(bounds=sim.step - state.last_steps(sim) > state.first)
 
-    def check(self, **counts):
-        """Check the record of this step; counts: see End.check."""
-        self.run.end.check(self.series.record, self.run.sim, self.series.measurement, **counts)
+    def check(self, *, bounds=True):
+        """Check the record of this step; bounds: see End.check."""
+        measurement = self.series.measurement
+        self.run.end.check(self.series.record, self.run.sim, measurement, bounds=bounds)
 
 
 class StopTests(Activity):

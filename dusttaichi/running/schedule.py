@@ -36,6 +36,17 @@ def next_step(interval, clock, step):
     return next_due if k != 0 else NEVER
 
 
+def next_record(interval, clock, step, first):
+    """Next step of the records of a stage after `step`, or NEVER; first: first step of the stage.
+
+    The first record is at least half an interval long: an average over a few steps has the peak
+    with which a wall starts to move.
+    """
+    due = next_step(interval, clock, step)
+    following = next_step(interval, clock, due) if due < NEVER else NEVER
+    return following if following < NEVER and 2 * (due - first) < following - due else due
+
+
 def bytes_of(records):
     """Bytes of (group, record) pairs of a frame."""
     return sum(getattr(value, "nbytes", 8) for _, record in records for value in record.values())

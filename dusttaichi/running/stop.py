@@ -37,18 +37,16 @@ class End:
         if state.ended:
             self.step, self.reason = step, state.ended
 
-    def check(self, record, sim, measurement, *, bounds=True, averages=True):
+    def check(self, record, sim, measurement, *, bounds=True):
         """End the stage if its record meets a stop condition; measurement: of the record.
 
-        bounds: its pressure and stress may end the stage. averages: it counts for conditions that
-        average over records.
+        bounds: its pressure and stress may end the stage.
         """
         domain, step = sim.domain, sim.step
         self.pressure = pressure(record, domain)
         reasons = [self._crossed(record, domain)] if bounds else []
         reasons += [self._filled(record, domain), self._rested(measurement, sim)]
-        if averages:
-            reasons += [self._torn(record, step), self._levelled(), self._crept(record, domain)]
+        reasons += [self._torn(record, step), self._levelled(), self._crept(record, domain)]
         if reason := next(filter(None, reasons), ""):
             self.step, self.reason, self.state.ended = step, reason, reason
 

@@ -17,6 +17,7 @@ from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import contact_loads
 from dusttaichi.running import execute, schedule
 from dusttaichi.running.activities import EndCheck
+from dusttaichi.running.schedule import next_record
 from dusttaichi.running.state import RunState
 from dusttaichi.running.stop import AVERAGED, End, component, plateau
 from dusttaichi.scene import from_yaml
@@ -137,9 +138,9 @@ def test_a_mean_between_records_must_be_surely_beyond_a_threshold():
     assert Bounds(below="-5 kPa").overshoot(-6e3) == pytest.approx(0.2)
 
 
-@pytest.mark.parametrize("steps, counted", [(30, 0), (60, 1), (100, 1)])
-def test_a_first_record_has_the_peak_of_the_start(steps, counted):
-    """Its pressure ends no stage, as that of the second does; a short one joins no average."""
+@pytest.mark.parametrize("steps", [60, 100])
+def test_a_first_record_has_the_peak_of_the_start(steps):
+    """Its pressure ends no stage, as that of the second does."""
     state = RunState(None, first=1000 - steps, last_span=steps * 0.5)
     sim = SimpleNamespace(step=1000, dt=0.5, domain=SimpleNamespace(has_top=True))
     stop = Stop(pressure="20 kPa", plateau=0.02)
@@ -149,10 +150,21 @@ def test_a_first_record_has_the_peak_of_the_start(steps, counted):
     record = {"pressure": [np.nan] * 5 + [30e3]}
     check = EndCheck(run, SimpleNamespace(record=record, measurement=None))
     check.act()
-    assert not state.ended and len(state.pressures) == counted
+    assert not state.ended and len(state.pressures) == 1
     sim.step, state.last_span = 1100, 100 * 0.5
     check.act()
     assert state.ended == "pressure 20 kPa, exceeded by 50%: 30 kPa"
+
+
+def test_a_first_record_is_no_shorter_than_half_an_interval():
+    """Records are at multiples of the interval; a stage leaves out one that comes too soon."""
+    clock, interval = Clock(dt=0.5), Interval(steps=100)
+    assert next_record(interval, clock, 970, first=970) == 1100
+    assert next_record(interval, clock, 1010, first=970) == 1100
+    assert next_record(interval, clock, 940, first=940) == 1000
+    assert next_record(interval, clock, 1000, first=940) == 1100
+    assert next_record(Interval(steps=1), clock, 970, first=970) == 971
+    assert next_record(None, clock, 970, first=970) == NEVER
 
 
 def test_bounds_and_a_plateau():
