@@ -386,7 +386,7 @@ THEIR_OWN = {
         "studies/asperity_fit.py": "fits its one number",
         "commands/fit.py": "the command of that study",
         "plots/style.py": "the colour of its channel",
-        "grains/trade.py": "a switch of the trade study",
+        "grains/grain_variants.py": "a switch of the trade study",
         "plots/trade.py": "the colour of that switch",
     },
     "jkr": {

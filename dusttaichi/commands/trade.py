@@ -42,20 +42,20 @@ def trade(
     from dusttaichi.plots import save
     from dusttaichi.plots import trade as draw
     from dusttaichi.running import study_directory
-    from dusttaichi.studies import trade_points
-    from dusttaichi.studies.trade import TradeStudy, Wanted
+    from dusttaichi.studies import trade_plan
+    from dusttaichi.studies.trade import TradeStudy
 
     scene = options.load_scene(file, extensions=extensions)
     if suggest:
         _suggest(scene)
         return
-    names, error_limit = trade_points.chosen(parameters), trade_points.share_of(tolerance)
-    requests = Wanted(names, quick, seeds, error_limit, observable)
+    names, error_limit = trade_plan.parse_names(parameters), trade_plan.parse_tolerance(tolerance)
+    plan = trade_plan.TradePlan(names, quick, seeds, error_limit, observable)
     with options.writing(force=force, inputs=[file]):
         log = (lambda text: None) if quiet else remark
         folder = study_directory(scene, "trade", output)
-        study = TradeStudy(scene, folder, requests, threads=threads, log=log)
-        fraction = trade_points.parameters_of(study.scene).fraction(study.scene)
+        study = TradeStudy(scene, folder, plan, threads=threads, log=log)
+        fraction = trade_plan.find_parameters(study.scene).fraction(study.scene)
         if fraction is not None:
             log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
         engine_options = {"force": force, "resume": not force, "log": log, "quiet": quiet}
@@ -65,18 +65,18 @@ def trade(
         data.attrs |= {} if jobs is None else {"jobs": jobs}
         save_ensemble(data, study.file)
         paths = [study.file, save(draw(data), study.file.with_suffix(".png"))]
-    say_result(data, lambda: _show(study.found, scene), paths, as_json=as_json)
+    say_result(data, lambda: _show(study.trade, scene), paths, as_json=as_json)
 
 
 def _show(measured_trade, scene):
     """Print table and advice of a Trade."""
     from dusttaichi.studies import trade_report as report
 
-    title, headings, rows = report.table(measured_trade)
+    title, headings, rows = report.build_table(measured_trade)
     say_table(rows, *headings, title=title)
-    for line in report.sentences(measured_trade):
+    for line in report.list_remarks(measured_trade):
         say(line)
-    for heading, text in report.advice(measured_trade, scene):
+    for heading, text in report.list_advice(measured_trade, scene):
         say(f"\n{heading}")
         if text:
             say(text)

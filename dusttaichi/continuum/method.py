@@ -17,7 +17,7 @@ METHOD = Method(
     observables=("dusttaichi.continuum.analysis.numbers:FAMILIES",),
     figures=("dusttaichi.continuum.plots:FIGURES",),
     read_snapshot="dusttaichi.continuum.analysis:read_particles",
-    trade_parameters="dusttaichi.continuum.trade:PARAMETERS",
+    trade_parameters="dusttaichi.continuum.dust_variants:PARAMETERS",
     picture="dusttaichi.continuum.plots.dust:PICTURE",
     exports={"vtk": "dusttaichi.export.vtk:write_particles"},
 )

@@ -49,7 +49,7 @@ METHOD = Method(
     device_seconds=(4e-5, 3e-10),
     observables=("dusttaichi.analysis.settings:OF_GRAINS",),
     read_snapshot="dusttaichi.analysis.frame:read_frame",
-    trade_parameters="dusttaichi.grains.trade:PARAMETERS",
+    trade_parameters="dusttaichi.grains.grain_variants:PARAMETERS",
     picture="dusttaichi.plots.grains:PICTURE",
     exports={
         "vtk": "dusttaichi.export.vtk:write",

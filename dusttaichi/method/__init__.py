@@ -122,7 +122,7 @@ class Method:
     exports
         Format -> write(run, frames, folder), which returns the paths of the files.
     trade_parameters
-        method.trade.Parameters that `dust trade` varies.
+        method.variants.Parameters that `dust trade` varies.
 
     Notes
     -----

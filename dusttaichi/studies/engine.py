@@ -145,6 +145,30 @@ class Study(Protocol):
         """The dataset that is written at the end."""
 
 
+class StagedStudy:
+    """Study whose points come in stages, each made from the results of those before.
+
+    `stages` is a generator: it yields the points of a stage, and continues once `results`, label ->
+    Found, has all of them; a stage without missing points runs nothing.
+    """
+
+    _stages, _stage = None, ()
+
+    def stages(self):
+        """Generator of the lists of points."""
+        raise NotImplementedError
+
+    def points(self, found):
+        """Missing points of the present stage; none after the last one."""
+        self.results = found
+        self._stages = self._stages or self.stages()
+        while self._stage is not None:
+            if missing := [point for point in self._stage if point.label not in found]:
+                return missing
+            self._stage = next(self._stages, None)
+        return []
+
+
 @dataclass
 class Progress:
     """Progress of a study: number of runs, of finished ones, and shares of the running ones.

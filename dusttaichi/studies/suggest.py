@@ -11,7 +11,7 @@ import pandas as pd
 from dusttaichi.analysis.observables import find_pareto_front
 from dusttaichi.errors import DustError
 from dusttaichi.scene.numerics import DRAFT
-from dusttaichi.studies.trade_points import parameters_of
+from dusttaichi.studies.trade_plan import find_parameters
 
 TABLE = resources.files("dusttaichi.studies") / "measured.csv"
 COLUMNS = "kind scene grains settings observable cost error uncertainty scatter seeds".split()
@@ -23,7 +23,7 @@ SEEDS = 3  # fewest of a measurement
 
 def kind_of(scene):
     """Kind of a scene, as the table names it; None where it is of none."""
-    return parameters_of(scene).kind(scene)
+    return find_parameters(scene).kind(scene)
 
 
 def measured():

@@ -10,7 +10,7 @@ from dusttaichi.analysis.observables import (
     measure_scatter,
 )
 from dusttaichi.errors import DustError
-from dusttaichi.method.trade import KINDS, NUMERICAL, Point
+from dusttaichi.method.variants import KINDS, NUMERICAL, Variant
 
 ATTEMPTS = 2  # levels of a parameter that are tried in a combination
 LEAST_ERROR = 1e-6  # denominator of a gain over its error
@@ -18,14 +18,14 @@ LEAST_ERROR = 1e-6  # denominator of a gain over its error
 
 @dataclass(frozen=True)
 class Row:
-    """A Point with the result of its run.
+    """A Variant with the result of its run.
 
     code: 0, that of a DustError (2: refused, 3: stopped by a guard), or 1: the process was lost.
     status: end of the run, or the reason of the failure. cost [s]: core-seconds of the time steps,
     or None. ratio: of the cost to that of the default, or None.
     """
 
-    point: Point
+    variant: Variant
     code: int
     status: str
     cost: float | None = None
@@ -58,8 +58,9 @@ class Judge:
 
     @classmethod
     def of(cls, reference, check, default, seeds, *, tolerance, name=None):
-        """The Judge from Measured of the reference, its check (or None), the default and all seeds.
+        """The Judge of the ObservableValues of a reference.
 
+        check: of the check of the reference, or None. seeds: of the default with each seed.
         name: of the observable, by default the first of reference and default that is not 0, such
         as a restitution coefficient of bodies that stick. Raises DustError for an unknown one, and
         where the default cannot be compared.
@@ -71,10 +72,9 @@ class Judge:
                 "the reference and the unchanged scene have no number in common for a "
                 "comparison; give the run a longer time"
             )
-        undefined = dict.fromkeys(reference.names, math.nan)
-        convergence = undefined
+        convergence = dict.fromkeys(reference.names, math.nan)
         if check is not None:
-            convergence = {n: e for n, (_, e) in compute_differences(check, reference).items()}
+            convergence |= {n: e for n, (_, e) in compute_differences(check, reference).items()}
         nonzero = [n for n in names if n == CURVE or reference.values[n] != 0.0]
         name = name or (nonzero or names)[0]
         if not math.isfinite(compute_differences(default, reference)[name][1]):
@@ -82,15 +82,13 @@ class Judge:
                 f"{name} of the default and of its reference cannot be compared; choose another "
                 f"--observable ({', '.join(reference.names)})"
             )
-        return cls(
-            reference, name, measure_scatter(seeds, reference), undefined | convergence, tolerance
-        )
+        return cls(reference, name, measure_scatter(seeds, reference), convergence, tolerance)
 
     @property
     def floor(self):
         """Error that is not significant: the scatter, without seeds the convergence."""
-        known = self.scatter[self.name]
-        return known if math.isfinite(known) else self.convergence[self.name]
+        scatter = self.scatter[self.name]
+        return scatter if math.isfinite(scatter) else self.convergence[self.name]
 
     @property
     def converged(self):
@@ -105,7 +103,7 @@ class Judge:
         """Error of the decisive observable."""
         return self.errors(row)[self.name][1]
 
-    def free(self, row):
+    def is_free(self, row):
         """True where the error is below the floor."""
         return self.error(row) < self.floor
 
@@ -117,7 +115,7 @@ class Judge:
         """
         if not row.ok:
             return False
-        hidden = row.point.kind == NUMERICAL and self.free(row)
+        hidden = row.variant.kind == NUMERICAL and self.is_free(row)
         return hidden or self.error(row) <= self.tolerance
 
 
@@ -128,72 +126,69 @@ def refuse_unknown(name, names):
         raise DustError(f"--observable {name}: the scene has no such number; {allowed}")
 
 
-def saves(row, noise):
+def _saves(row, noise):
     """True for a row that is cheaper than the default beyond the noise."""
     return row.ratio is not None and row.ratio < 1.0 - noise
 
 
-def offers(rows, judge, noise, largest_error=None):
+def rank_offers(rows, judge, noise, largest_error=None):
     """Rows that are cheaper at an accepted error: a list for each parameter, cheapest first.
 
     The lists are sorted by the saving of their cheapest level over its error. largest_error: where
     the error of the default is too large, that of a row for combination with an accepted one.
     """
-    parameters = {}
-    for row in rows:
-        is_acceptable = (
-            judge.accepts(row) if largest_error is None else judge.error(row) <= largest_error
-        )
-        if is_acceptable and saves(row, noise):
-            parameters.setdefault(row.point.parameter, []).append(row)
+    offers = {}
+    for row in sorted((row for row in rows if _saves(row, noise)), key=lambda row: row.ratio):
+        if judge.accepts(row) if largest_error is None else judge.error(row) <= largest_error:
+            offers.setdefault(row.variant.parameter, []).append(row)
 
-    def worth(levels):
+    def compute_gain(levels):
         return (1.0 - levels[0].ratio) / max(judge.error(levels[0]), LEAST_ERROR)
 
-    rows_by_parameter = [
-        sorted(levels, key=lambda row: row.ratio) for levels in parameters.values()
-    ]
-    return sorted(rows_by_parameter, key=worth, reverse=True)
+    return sorted(offers.values(), key=compute_gain, reverse=True)
 
 
-def combined(first, second):
-    """The Point with the changes of both."""
+def combine_variants(first, second):
+    """The Variant with the changes of both."""
     kind = max(first.kind, second.kind, key=KINDS.index)
     label = f"{first.label} + {second.label}"
-    return Point(label, "combined", label, kind=kind, changes=first.changes | second.changes)
+    return Variant(label, "combined", label, kind=kind, changes=first.changes | second.changes)
 
 
-def walk(start, parameters, run, judge):
-    """(every combination that was run, last accepted Row) from `start` over the offers.
+def combine_offers(start, offers, run, judge):
+    """Stages of combinations; returns (Rows of all of them, last accepted Row).
 
-    start: a Row, None for the default. parameters: lists of `offers`. run: Point -> Row.
+    start: a Row, None for the default. offers: of `rank_offers`. run: generator of a stage that
+    runs Variants and returns their Rows.
     A combination with a level is accepted where it is cheaper than without the level, at an
     accepted error; else the next cheapest level of the parameter is tried.
     """
     accepted, combinations = start, []
-    for levels in parameters:
+    for levels in offers:
         for level in levels[:ATTEMPTS]:
             if accepted is None:  # the single change has been run
                 accepted = level
                 break
-            point = combined(accepted.point, level.point)
-            row = run(point)
+            (row,) = yield from run([combine_variants(accepted.variant, level.variant)])
             combinations.append(row)
-            better = row.ratio is not None and row.ratio < accepted.ratio
-            if better and judge.accepts(row):
+            is_cheaper = row.ratio is not None and row.ratio < accepted.ratio
+            if is_cheaper and judge.accepts(row):
                 accepted = row
                 break
     return combinations, accepted
 
 
-def cheapest(rows, judge, kinds, noise):
+def find_cheapest(rows, judge, kinds, noise):
     """The cheapest accepted Row of these kinds, or None.
 
     It is the default where that is accepted and none is cheaper by more than the noise of a cost.
     """
-    accepted = [r for r in rows if r.point.kind in kinds and r.ratio is not None]
-    accepted = [row for row in accepted if judge.accepts(row)]
-    default = [row for row in accepted if row.point.parameter == "default"]
+    accepted = [
+        row
+        for row in rows
+        if row.variant.kind in kinds and row.ratio is not None and judge.accepts(row)
+    ]
+    default = [row for row in accepted if row.variant.parameter == "default"]
     if default:
-        accepted = [row for row in accepted if saves(row, noise)] or default
+        accepted = [row for row in accepted if _saves(row, noise)] or default
     return min(accepted, key=lambda row: row.ratio, default=None)

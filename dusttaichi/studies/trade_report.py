@@ -7,19 +7,19 @@ import xarray as xr
 import yaml
 
 from dusttaichi.analysis.observables import describe_observable
-from dusttaichi.method.trade import changed
+from dusttaichi.method.variants import change_scene
 from dusttaichi.results.provenance import of_study
 
 # variables of trade.nc by point: name -> (long name, units or None for a text, from row and Judge)
 POINTS = {
     "parameter": ("the varied parameter, or default, preset, combined", None,
-                  lambda row, judge: row.point.parameter),
-    "label": ("the point", None, lambda row, judge: row.point.label),
+                  lambda row, judge: row.variant.parameter),
+    "label": ("the point", None, lambda row, judge: row.variant.label),
     "kind": ("numerical, physical or sample: what the parameter changes", None,
-             lambda row, judge: row.point.kind),
+             lambda row, judge: row.variant.kind),
     "status": ("how the run ended, or why it was refused", None, lambda row, judge: row.status),
     "value": ("value of the parameter, not a number for a word", "1",
-              lambda row, judge: row.point.value),
+              lambda row, judge: row.variant.value),
     "cost": ("core-seconds of the time steps, without start, compilation and writing", "s",
              lambda row, judge: row.cost),
     "cost_ratio": ("cost over that of the default", "1", lambda row, judge: row.ratio),
@@ -32,77 +32,77 @@ POINTS = {
 }  # fmt: skip
 FLAGS = {
     "free": ("the error is below the scatter of seeds (without seeds: the reference's own)",
-             lambda row, judge: judge.free(row)),
+             lambda row, judge: judge.is_free(row)),
     "accepted": ("the error is within the tolerance, or free where the kind is numerical",
                  lambda row, judge: judge.accepts(row)),
 }  # fmt: skip
 
 
-def dataset(trade, given):
+def build_dataset(trade, user_scene):
     """The xr.Dataset of a Trade. user_scene: as the user wrote it."""
     rows, judge = trade.rows, trade.judge
-    found = [judge.errors(row) for row in rows]
-    names = list(found[0])
-    data = xr.Dataset(attrs=_attributes(trade, given))
+    errors_by_row = [judge.errors(row) for row in rows]
+    names = list(errors_by_row[0])
+    data = xr.Dataset(attrs=_collect_attributes(trade, user_scene))
     data = data.assign_coords(observable=names)
 
-    def put(name, over, values, text, units=None, *, dtype=float):
-        about = {"long_name": text} if units is None else {"units": units, "long_name": text}
+    def put(name, dimension, values, text, units=None, *, dtype=float):
+        attributes = {"long_name": text} if units is None else {"units": units, "long_name": text}
         values = [math.nan if value is None else value for value in values]
-        data[name] = (over, np.array(values, dtype=dtype), about)
+        data[name] = (dimension, np.array(values, dtype=dtype), attributes)
 
-    for name, (text, units, of) in POINTS.items():
+    for name, (text, units, read) in POINTS.items():
         dtype = str if units is None else float
-        put(name, "point", [of(row, judge) for row in rows], text, units, dtype=dtype)
-    for name, (text, of) in FLAGS.items():
-        put(name, "point", [of(row, judge) for row in rows], text, dtype=np.int8)
+        put(name, "point", [read(row, judge) for row in rows], text, units, dtype=dtype)
+    for name, (text, read) in FLAGS.items():
+        put(name, "point", [read(row, judge) for row in rows], text, dtype=np.int8)
     for name in names:
         text, unit = describe_observable(name)
-        values, errors = zip(*(one[name] for one in found), strict=True)
+        values, errors = zip(*(errors[name] for errors in errors_by_row), strict=True)
         put(name, "point", values, text, unit)
         put(f"error_{name}", "point", errors, f"relative error of: {text}", "1")
         seeds = [seed.values.get(name) for seed in trade.seeds]
         if any(value is not None for value in seeds):
             put(f"seed_{name}", "seed", seeds, f"with each seed: {text}", unit)
-    for name, text, known in (
+    for name, text, numbers in (
         ("reference", "value of the reference, SI", judge.reference.values),
         ("scatter", "standard deviation between seeds, as an error", judge.scatter),
         ("convergence", "difference of the reference from that at `check`, as an error",
          judge.convergence),
     ):  # fmt: skip
-        put(name, "observable", [known.get(n) for n in names], text)
+        put(name, "observable", [numbers.get(n) for n in names], text)
     return data
 
 
-def _attributes(trade, given):
+def _collect_attributes(trade, user_scene):
     """Global attributes of the dataset."""
     best = {"cheapest_numerical": trade.numerical, "cheapest": trade.anything}
-    labels = {name: None if row is None else row.point.label for name, row in best.items()}
-    texts = {f"{name}_yaml": yaml_of(trade, row, given) or None for name, row in best.items()}
+    labels = {name: None if row is None else row.variant.label for name, row in best.items()}
+    texts = {f"{k}_yaml": write_yaml(trade, row, user_scene) or None for k, row in best.items()}
     return of_study(
-        given,
+        user_scene,
         trade.scene,
         observable=trade.judge.name,
         tolerance=trade.judge.tolerance,
         cost_noise=trade.noise,
-        check=trade.check.point.text,
+        check=trade.check.variant.text,
         left_out="; ".join(f"{k}: {v}" for k, v in trade.left_out.items()) or None,
         **labels,
         **texts,
     )
 
 
-def yaml_of(trade, row, user_scene):
+def write_yaml(trade, row, user_scene):
     """YAML text to paste for a Row: all blocks of the scene with a change, in full.
 
     "" for the default and for None. user_scene: its threads stay.
     """
-    if row is None or not row.point.changes:
+    if row is None or not row.variant.changes:
         return ""
-    changed_blocks = changed(trade.scene, row.point.changes).input_data
+    changed_blocks = change_scene(trade.scene, row.variant.changes).input_data
     if "threads" not in (user_scene.input_data.get("numerics") or {}):
         changed_blocks["numerics"].pop("threads", None)
-    blocks = dict.fromkeys(path.split(".")[0] for path in row.point.changes)
+    blocks = dict.fromkeys(path.split(".")[0] for path in row.variant.changes)
     text = yaml.safe_dump(
         {block: changed_blocks[block] for block in blocks},
         sort_keys=False,
@@ -113,7 +113,7 @@ def yaml_of(trade, row, user_scene):
     return text.rstrip()
 
 
-def percent(value):
+def format_percent(value):
     """A share as text, such as "2.5 %"; "-" for nan."""
     if not math.isfinite(value):
         return "-"
@@ -136,51 +136,49 @@ HEADINGS = tuple(
 )
 
 
-def table(trade):
+def build_table(trade):
     """Title, headings and rows of text for all points that ran."""
     judge = trade.judge
     title = f"{trade.scene.name}: cost against error of the {describe_observable(judge.name)[0]}"
     rows = []
     for row in (row for row in trade.rows if row.ok):
-        worth = ["free"] * judge.free(row) + ["too large"] * (not judge.accepts(row))
+        worth = ["free"] * judge.is_free(row) + ["too large"] * (not judge.accepts(row))
         cost = f"{row.ratio:.2f}", f"{row.cost:.3g}"
-        error = percent(judge.error(row)), ", ".join(worth), f"{row.ledger:.0e}"
-        rows.append((row.point.label, row.point.kind, *cost, *error))
+        error = format_percent(judge.error(row)), ", ".join(worth), f"{row.ledger:.0e}"
+        rows.append((row.variant.label, row.variant.kind, *cost, *error))
     return title, HEADINGS, rows
 
 
-def sentences(trade):
+def list_remarks(trade):
     """Lines on the points that did not run, and on the accuracy of the numbers."""
     judge, name = trade.judge, trade.judge.name
-    convergence, spread = judge.convergence[name], judge.scatter[name]
-    refused = [f"{row.point.label}: {row.status}" for row in trade.rows if not row.ok]
-    lines = [f"reference: changes by {percent(convergence)} at {trade.check.point.text}"]
+    convergence, scatter = judge.convergence[name], judge.scatter[name]
+    lines = [f"{row.variant.label}: {row.status}" for row in trade.rows if not row.ok]
+    text = f"reference: changes by {format_percent(convergence)} at {trade.check.variant.text}"
     if not judge.converged:
-        lines[0] += (
-            f", more than a third of the tolerance of {percent(judge.tolerance)}: errors of this "
-            "size may be its own"
+        limit = format_percent(judge.tolerance)
+        text += (
+            f", more than a third of the tolerance of {limit}: errors of this size may be its own"
         )
-    if math.isfinite(spread):
-        lines.append(
-            f"scatter between {len(trade.seeds)} seeds: {percent(spread)}; a smaller error is "
-            "marked as free"
-        )
-        if spread > judge.tolerance:
-            lines.append(
-                "the scatter exceeds the tolerance: the error of a single run is partly random, "
-                "even a small one. Use more grains"
-            )
-    else:
+    lines.append(text)
+    if not math.isfinite(scatter):
         lines.append(
             "the scatter between seeds is unknown (the sample has no seed, or --seeds is 1); an "
             "error below the change of the reference is marked as free"
         )
-    lines.append(f"noise of a cost: {percent(trade.noise)}")
-    lines += [f"not varied: {parameter} ({reason})" for parameter, reason in trade.left_out.items()]
-    return refused + lines
+    else:
+        text = f"scatter between {len(trade.seeds)} seeds: {format_percent(scatter)}"
+        lines.append(f"{text}; a smaller error is marked as free")
+    if scatter > judge.tolerance:
+        lines.append(
+            "the scatter exceeds the tolerance: the error of a single run is partly random, even a "
+            "small one. Use more grains"
+        )
+    lines.append(f"noise of a cost: {format_percent(trade.noise)}")
+    return lines + [f"not varied: {name} ({reason})" for name, reason in trade.left_out.items()]
 
 
-def advice(trade, user_scene):
+def list_advice(trade, user_scene):
     """(heading, YAML text) of the cheapest settings. user_scene: as the user wrote it."""
     headings_and_texts, judge = [], trade.judge
     least = "the change of the reference"
@@ -190,13 +188,15 @@ def advice(trade, user_scene):
         ("numerical parameters only", trade.numerical),
         ("with changes of the physics or of the sample", trade.anything),
     ):
-        start = f"cheapest within {percent(judge.tolerance)}, {scope}:"
+        start = f"cheapest within {format_percent(judge.tolerance)}, {scope}:"
         if row is None:
             headings_and_texts.append((f"{start} none, not even the unchanged scene", ""))
             continue
-        free = f", within {least}" if judge.free(row) else ""
-        text = yaml_of(trade, row, user_scene)
-        name = row.point.label if text else "the unchanged scene"
-        cost = f"cost {row.ratio:.2f} of the default, error {percent(judge.error(row))}{free}"
+        free = f", within {least}" if judge.is_free(row) else ""
+        text = write_yaml(trade, row, user_scene)
+        name = row.variant.label if text else "the unchanged scene"
+        cost = (
+            f"cost {row.ratio:.2f} of the default, error {format_percent(judge.error(row))}{free}"
+        )
         headings_and_texts.append((f"{start} {name} ({cost})", text))
     return headings_and_texts

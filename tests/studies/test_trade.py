@@ -17,11 +17,10 @@ from dusttaichi.analysis.observables import (
     measure_scatter,
 )
 from dusttaichi.errors import DustError
-from dusttaichi.grains import trade as grains
-from dusttaichi.method.trade import KINDS, changed
+from dusttaichi.grains import grain_variants as grains
+from dusttaichi.method.variants import KINDS, change_scene
 from dusttaichi.scene import from_yaml, load
-from dusttaichi.studies import suggest
-from dusttaichi.studies import trade_points as points_of
+from dusttaichi.studies import suggest, trade_plan
 
 TRADED = ("omni", "tensile", "collision", "sound")
 
@@ -72,74 +71,78 @@ def test_front_is_what_no_other_point_beats():
 
 @pytest.mark.parametrize("name", TRADED)
 def test_every_level_of_the_scenes_to_be_traded_is_a_scene(name):
-    base = points_of.base(load(CONFIGS / f"trade/{name}.yaml"))
-    points, left_out = points_of.ladder(base)
-    own = {parameter.name for parameter in points_of.parameters_of(base).parameters}
+    base = trade_plan.make_base_scene(load(CONFIGS / f"trade/{name}.yaml"))
+    points, left_out = trade_plan.list_single_changes(base)
+    own = {parameter.name for parameter in trade_plan.find_parameters(base).parameters}
     assert set(left_out) | {point.parameter for point in points} == own
-    scenes = [changed(base, point.changes) for point in points]
+    scenes = [change_scene(base, point.changes) for point in points]
     assert base not in scenes
     assert len({scene.to_yaml() for scene in scenes}) == len(points)
     assert len({point.label for point in points}) == len(points)
     assert all(point.kind in KINDS for point in points)
     for parameter in {point.parameter for point in points}:
-        quick = points_of.ladder(base, (parameter,), quick=True)[0]
+        quick = trade_plan.list_single_changes(base, (parameter,), quick=True)[0]
         everything = [p for p in points if p.parameter == parameter]
         assert len(quick) == min(3, len(everything))
         assert quick[0] == everything[0] and quick[-1] == everything[-1]
 
 
 def test_parameters_without_effect_have_a_reason():
-    sound = points_of.ladder(points_of.base(load(CONFIGS / "trade/sound.yaml")))[1]
+    sound = trade_plan.list_single_changes(
+        trade_plan.make_base_scene(load(CONFIGS / "trade/sound.yaml"))
+    )[1]
     moving = {"speed", "mass_scaling", "stiffness_scaling"}
     assert set(sound) == moving | {"side_walls", "damping", "asperities", "window"}
-    tensile = points_of.ladder(points_of.base(load(CONFIGS / "trade/tensile.yaml")))[1]
+    tensile = trade_plan.list_single_changes(
+        trade_plan.make_base_scene(load(CONFIGS / "trade/tensile.yaml"))
+    )[1]
     assert set(tensile) == {"side_walls", "asperities"}
-    assert "kind: pair" in points_of.ladder(from_yaml(PAIR))[1]["grains"]
+    assert "kind: pair" in trade_plan.list_single_changes(from_yaml(PAIR))[1]["grains"]
 
 
 def test_faster_stages_go_the_same_way():
     base = load(CONFIGS / "trade/tensile.yaml").with_value("stages.0.stop", {"time": "1 us"})
-    fast = changed(base, grains.faster(base, 4.0))
+    fast = change_scene(base, grains.change_speeds(base, 4.0))
     compress, relax, stretch = fast.stage_plans
     assert compress.drive.compression_rate == 4.0 * base.stage_plans[0].drive.compression_rate
     assert compress.stop.time == 0.25e-6
     assert relax == base.stage_plans[1]  # nothing moves in it
     assert stretch.drive.face_speed == (4.0, 0.0, 0.0) and stretch.stop == base.stage_plans[2].stop
     plain = scene_of()
-    assert grains.faster(plain, 0.5) == {"boundary.wall_speed": "0.5 cm/s"}
+    assert grains.change_speeds(plain, 0.5) == {"boundary.wall_speed": "0.5 cm/s"}
 
 
 def test_samples_are_made_larger_and_smaller():
     collision = load(CONFIGS / "trade/collision.yaml")
-    assert grains.resized(collision, 0.5) == {
+    assert grains.change_size(collision, 0.5) == {
         "sample.target.grains": 64,
         "sample.projectile.grains": 64,
     }
     sized = scene_of(sample="{kind: rbd, size: [10 um, 20 um, 30 um]}")
-    larger = changed(sized, grains.resized(sized, 8.0)).sample.size
+    larger = change_scene(sized, grains.change_size(sized, 8.0)).sample.size
     assert larger == pytest.approx((20e-6, 40e-6, 60e-6), rel=1e-12)
     roomy = scene_of(boundary="{kind: box, wall_speed: 1 cm/s, size: [40 um, 40 um, 40 um]}")
-    assert "size of the domain" in grains.resized(roomy, 0.5)
+    assert "size of the domain" in grains.explain_fixed_size(roomy)
 
 
 def test_a_step_that_is_given_is_traded_as_a_fraction():
     text = PAIR.replace("stop: {time: 40 ns}", "stop: {steps: 400}")
-    given = points_of.base(from_yaml(text + "numerics: {time_step: 0.1 ns}\n"))
+    given = trade_plan.make_base_scene(from_yaml(text + "numerics: {time_step: 0.1 ns}\n"))
     # the same task at every step: steps have become a time
     assert given.stop.steps is None and given.stop.time == pytest.approx(40e-9, rel=1e-3)
     assert given.numerics.threads == 1
-    fraction = grains.own_fraction(given)
+    fraction = grains.compute_step_fraction(given)
     auto = {"numerics.time_step": "auto", "numerics.step_fraction": fraction}
-    assert grains.own_step(changed(given, auto)) == pytest.approx(1e-10, rel=1e-9)
-    assert grains.own_fraction(from_yaml(PAIR)) is None
-    labels = [p.label for p in points_of.ladder(given, ("step_fraction",))[0]]
+    assert grains.compute_step(change_scene(given, auto)) == pytest.approx(1e-10, rel=1e-9)
+    assert grains.compute_step_fraction(from_yaml(PAIR)) is None
+    labels = [p.label for p in trade_plan.list_single_changes(given, ("step_fraction",))[0]]
     assert len(labels) == len(grains.FRACTIONS)  # none of them is the scene's own
 
 
 def test_presets_are_free_of_what_they_set():
     text = "numerics: {time_step: 0.1 ns, newton_steps: 0, skin: 0.1, mass_scaling: 4}\n"
-    base = points_of.base(from_yaml(edited("numerics", text.strip())))
-    found = [changed(base, p.changes) for p in points_of.parameters_of(base).presets(base)]
+    base = trade_plan.make_base_scene(from_yaml(edited("numerics", text.strip())))
+    found = [change_scene(base, p.changes) for p in trade_plan.find_parameters(base).presets(base)]
     draft, fast, balanced, reference = found
     for scene in (draft, fast, balanced, reference):
         assert scene.numerics.time_step == "auto"
@@ -149,60 +152,60 @@ def test_presets_are_free_of_what_they_set():
     assert fast.numerics.skin == 0.1 and fast.numerics.mass_scaling == 4.0
     # the reference is converged in these too
     assert reference.numerics.skin == "auto" and reference.numerics.mass_scaling == 1.0
-    half = changed(base, points_of.parameters_of(base).check(base).changes)
+    half = change_scene(base, trade_plan.find_parameters(base).check(base).changes)
     assert half.numerics.step_fraction == 0.5 * reference.numerics.step_fraction
 
 
 def test_seeds_of_all_bodies_move():
     base = load(CONFIGS / "trade/collision.yaml")
-    points = points_of.seeds(base, 3)
+    points = trade_plan.list_seeds(base, 3)
     assert points[1].changes == {
         "sample.seed": 3,
         "sample.target.seed": 3,
         "sample.projectile.seed": 4,
     }
-    assert points_of.seeds(load(CONFIGS / "trade/sound.yaml"), 4) == []
+    assert trade_plan.list_seeds(load(CONFIGS / "trade/sound.yaml"), 4) == []
 
 
 def test_bad_options_are_refused():
-    assert {points_of.share_of(text) for text in ("5%", "0.05", " 5 % ")} == {0.05}
+    assert {trade_plan.parse_tolerance(text) for text in ("5%", "0.05", " 5 % ")} == {0.05}
     for text in ("0", "-5%", "five", "200%", "nan", ""):
         with pytest.raises(DustError, match="--tolerance"):
-            points_of.share_of(text)
-    assert points_of.chosen("speed, skin") == ("skin", "speed")
+            trade_plan.parse_tolerance(text)
+    assert trade_plan.parse_names("speed, skin") == ("skin", "speed")
     for text in ("skn", ""):
         with pytest.raises(DustError, match=r"unknown parameter; allowed: step_fraction"):
-            points_of.chosen(text)
+            trade_plan.parse_names(text)
 
 
 def test_parameters_of_a_continuum():
     base = load(CONFIGS / "guettler2009/bead.yaml")
-    points, left_out = points_of.ladder(base, quick=True)
+    points, left_out = trade_plan.list_single_changes(base, quick=True)
     assert {p.parameter for p in points} == {
         "spacing", "h_over_spacing", "cfl", "viscosity_grid", "viscosity_contact",
     }  # fmt: skip
     assert not left_out
-    assert points_of.ladder(base, ("cfl", "skin"))[1] == {
+    assert trade_plan.list_single_changes(base, ("cfl", "skin"))[1] == {
         "skin": "no parameter of method: continuum"
     }
     with pytest.raises(
         DustError, match="precision: no parameter of method: continuum; allowed: spacing"
     ):
-        points_of.ladder(base, ("precision",))
+        trade_plan.list_single_changes(base, ("precision",))
     # a lattice has no seed that would change anything
-    assert not points_of.seeds(base, 2)
+    assert not trade_plan.list_seeds(base, 2)
     glass = base.with_value("sample.target.lattice", "glass")
-    assert points_of.seeds(glass, 2)[0].changes == {"sample.target.seed": 2}
-    reference = changed(base, points_of.parameters_of(base).presets(base)[-1].changes)
-    check = changed(base, points_of.parameters_of(base).check(base).changes)
+    assert trade_plan.list_seeds(glass, 2)[0].changes == {"sample.target.seed": 2}
+    reference = change_scene(base, trade_plan.find_parameters(base).presets(base)[-1].changes)
+    check = change_scene(base, trade_plan.find_parameters(base).check(base).changes)
     assert reference.numerics.spacing == pytest.approx(0.25 * base.numerics.spacing)
     assert reference.numerics.cfl == check.numerics.cfl == 0.25
     assert check.numerics.spacing == pytest.approx(2.0 * reference.numerics.spacing)
     # in space the reference is half as fine, and no level is as fine as it
     space = load(CONFIGS / "guettler2009/bounce.yaml")
-    reference = changed(space, points_of.parameters_of(space).presets(space)[-1].changes)
+    reference = change_scene(space, trade_plan.find_parameters(space).presets(space)[-1].changes)
     assert reference.numerics.spacing == pytest.approx(0.5 * space.numerics.spacing)
-    assert "spacing = 0.5" not in {p.label for p in points_of.ladder(space)[0]}
+    assert "spacing = 0.5" not in {p.label for p in trade_plan.list_single_changes(space)[0]}
 
 
 BOX = "compression in a box"

@@ -16,14 +16,20 @@ from scenes import scene as scene_of
 from dusttaichi import analysis
 from dusttaichi.analysis.observables import ObservableValues
 from dusttaichi.errors import DustError
-from dusttaichi.method.trade import KINDS, NUMERICAL, PHYSICAL, Point
+from dusttaichi.method.variants import KINDS, NUMERICAL, PHYSICAL, Variant
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies import engine, points
 from dusttaichi.studies.engine import Found, Shelf
-from dusttaichi.studies.trade import TradeStudy, Wanted, trade
-from dusttaichi.studies.trade_judge import Judge, Row, cheapest, offers, walk
-from dusttaichi.studies.trade_points import base as base_of
-from dusttaichi.studies.trade_report import yaml_of
+from dusttaichi.studies.trade import TradeStudy, measure_trade
+from dusttaichi.studies.trade_judge import (
+    Judge,
+    Row,
+    combine_offers,
+    find_cheapest,
+    rank_offers,
+)
+from dusttaichi.studies.trade_plan import TradePlan, make_base_scene
+from dusttaichi.studies.trade_report import write_yaml
 from dusttaichi.studies.workers import Answer
 
 # -- points --------------------------------------------------------------------------------------
@@ -50,12 +56,12 @@ class Counted:
 
 def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
     """`balanced` is the scene itself, and a draft of a collision is refused."""
-    wanted = Wanted(names=("step_fraction",), seeds=1)
+    wanted = TradePlan(names=("step_fraction",), seeds=1)
     study, counted = TradeStudy(from_yaml(PAIR), tmp_path, wanted), Counted()
     counted(study)
     assert counted.ran[0] == "default" and "balanced" not in counted.ran
     assert len(set(counted.ran)) == len(counted.ran) and "default_again" in counted.ran
-    rows = {row.point.label: row for row in study.found.rows}
+    rows = {row.variant.label: row for row in study.trade.rows}
     assert rows["balanced"].ratio == rows["default"].ratio == 1.0
     assert rows["step_fraction = 0.05"].ratio == pytest.approx(4.0)
     assert rows["draft"].code == 2 and "kinetic energy" in rows["draft"].status
@@ -63,7 +69,7 @@ def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
 
 def test_threads_are_those_of_every_run(tmp_path):
     """Also of the reference, whose numerics are its own; the YAML to paste has none."""
-    study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted(("step_fraction",), seeds=1), threads=2)
+    study = TradeStudy(from_yaml(PAIR), tmp_path, TradePlan(("step_fraction",), seeds=1), threads=2)
     counted = Counted()
     found = counted(study)
     assert {one.point.scene.numerics.threads for one in found.values()} == {2}
@@ -75,7 +81,7 @@ def mode(point, **how):
 
 
 def test_a_cost_is_that_of_this_code(tmp_path, monkeypatch):
-    study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted())
+    study = TradeStudy(from_yaml(PAIR), tmp_path, TradePlan())
     (point,) = study.points({})
     monkeypatch.setattr(points.Point, "_status", lambda point, timed: "finished: 40 ns")
     assert mode(point, timed=False) is None
@@ -93,7 +99,7 @@ def test_a_cost_is_that_of_this_code(tmp_path, monkeypatch):
 
 def test_a_run_that_a_guard_has_stopped_is_a_result(tmp_path, monkeypatch):
     """It would be stopped again: the next call of the command does not repeat it."""
-    study = TradeStudy(from_yaml(PAIR), tmp_path, Wanted())
+    study = TradeStudy(from_yaml(PAIR), tmp_path, TradePlan())
     (point,) = study.points({})
     point.directory.mkdir()
     monkeypatch.setattr(points.Point, "_status", lambda point, timed: "At 3 ns: a guard")
@@ -168,9 +174,10 @@ class Default(TradeStudy):
 
 
 def test_real_runs(tmp_path, monkeypatch):
-    study = Default(from_yaml(PAIR), tmp_path, Wanted())
+    study = Default(from_yaml(PAIR), tmp_path, TradePlan())
     found = engine.run(study, jobs=1, resume=True)
-    default, wild = (study._row(None, found[name], found) for name in ("default", "wild"))
+    study.results = found
+    default, wild = (study._make_row(None, found[name].point) for name in ("default", "wild"))
     assert default.ok and default.status.startswith("finished")
     assert default.cost > 0.0 and default.ratio == 1.0
     # a pair at 0.3 m/s bounces; e is that of the run itself
@@ -193,6 +200,17 @@ def test_real_runs(tmp_path, monkeypatch):
     assert seen == ["wild"] and again["default"].cost == default.cost
 
 
+def end_of(stages):
+    """What a generator of stages returns."""
+
+    def ended():
+        ends.append((yield from stages))
+
+    ends = []
+    assert not any(ended())
+    return ends[0]
+
+
 class Model:
     """Runs in closed form: value 100 (1 + errors) and cost by what is changed."""
 
@@ -201,9 +219,10 @@ class Model:
     def __init__(self, again=1.0):
         self.asked, self.again = [], again
 
-    def __call__(self, points):
-        self.asked += [point.label for point in points]
-        return {point.label: self.result(point) for point in points}
+    def run(self, variants):
+        self.asked += [variant.label for variant in variants]
+        yield []
+        return [self.result(variant) for variant in variants]
 
     def result(self, point):
         c = point.changes
@@ -231,17 +250,16 @@ class Model:
 def modelled(again=1.0, **options):
     model = Model(again)
     # wall speed 1 cm/s, so that the text of a changed one is the factor; one seed differs by 0.02
-    base = base_of(scene_of(sample="{kind: rbd, grains: 100, seed: 1}"))
+    base = make_base_scene(scene_of(sample="{kind: rbd, grains: 100, seed: 1}"))
     names = ("step_fraction", "precision", "speed", "rolling")
-    wanted = Wanted(**({"names": names, "tolerance": 0.09, "seeds": 2} | options))
-    found = trade(base, model, wanted)
-    return found, model
+    wanted = TradePlan(**({"names": names, "tolerance": 0.09, "seeds": 2} | options))
+    return end_of(measure_trade(base, model.run, wanted)), model
 
 
 def row(label, ratio, error):
     """A Row "parameter = level" whose cost is `ratio` of the default's."""
     name, _, text = label.partition(" = ")
-    point = Point(label, name, text, changes={name: (ratio, error)})
+    point = Variant(label, name, text, changes={name: (ratio, error)})
     return Row(point, 0, "", ratio, ratio, measured=ObservableValues({"p_m": 1.0 + error}))
 
 
@@ -249,7 +267,7 @@ def test_trade_takes_the_cheapest_within_the_tolerance():
     found, model = modelled()
     judge = found.judge
     assert model.asked[0] == "default" and judge.name == "strength"
-    by = {row.point.label: row for row in found.rows}
+    by = {row.variant.label: row for row in found.rows}
     right = 1.0 + 0.05**2
     assert judge.error(by["step_fraction = 0.3"]) == pytest.approx(
         (0.09 - 0.0025) / right, rel=1e-9
@@ -258,13 +276,13 @@ def test_trade_takes_the_cheapest_within_the_tolerance():
     assert judge.scatter["strength"] == pytest.approx(0.02 / math.sqrt(2) / right, rel=1e-9)
     assert judge.converged
     # below the scatter of 0.014, not merely within the tolerance
-    free = {label for label, row in by.items() if judge.free(row)}
+    free = {label for label, row in by.items() if judge.is_free(row)}
     assert free == {"reference", "step_fraction = 0.05", "step_fraction = 0.1"}
     # 0.3 of the period errs by 0.087: accepted, and the cheapest of the numerical parameters
-    assert found.numerical.point.label == "step_fraction = 0.3"
+    assert found.numerical.variant.label == "step_fraction = 0.3"
     # with the wall four times as fast it is 0.117: too much; twice as fast 0.097: too much as
     # well; and so is rolling left out. Alone, the fastest wall and no rolling err by less
-    assert found.anything.point.label == "speed = 4"
+    assert found.anything.variant.label == "speed = 4"
     assert by["step_fraction = 0.3 + speed = 4"].ratio == pytest.approx(1 / 6)
     assert not judge.accepts(by["step_fraction = 0.3 + speed = 4"])
 
@@ -272,9 +290,9 @@ def test_trade_takes_the_cheapest_within_the_tolerance():
 def test_where_the_scene_errs_too_much_the_way_begins_at_a_dearer_row():
     """It errs by 0.0375; 0.15 of the period by 0.02 at 4/3 of the cost, without rolling by 0.05."""
     found, model = modelled(tolerance=0.03, names=("step_fraction", "rolling"))
-    by = {row.point.label: row for row in found.rows}
+    by = {row.variant.label: row for row in found.rows}
     assert not found.judge.accepts(by["default"]) and by["default"].ratio == 1.0
-    assert found.anything.point.label == "step_fraction = 0.15"
+    assert found.anything.variant.label == "step_fraction = 0.15"
     assert "step_fraction = 0.15 + rolling = off" in by
     assert not found.judge.accepts(by["step_fraction = 0.15 + rolling = off"])
 
@@ -284,29 +302,32 @@ def test_noise_is_that_of_a_second_run():
     assert modelled()[0].noise == 0.02
     found, model = modelled(again=1.25)
     assert found.noise == 0.25 and "default again" in model.asked
-    assert found.anything.point.label == "speed = 4"
+    assert found.anything.variant.label == "speed = 4"
     found, _ = modelled(again=1.25, names=("rolling",))
-    assert found.anything.point.label == "fast"
-    assert not any(row.point.parameter == "combined" for row in found.rows)
+    assert found.anything.variant.label == "fast"
+    assert not any(row.variant.parameter == "combined" for row in found.rows)
 
 
 def test_the_cheapest_is_not_dearer_than_the_scene_as_it_is():
     judge = Judge(ObservableValues({"p_m": 1.0}), "p_m", {"p_m": 0.001}, {"p_m": 0.0}, 0.05)
     # the default ran beside itself while the machine was busy
     rows = [row("default", 1.1, 0.01), row("skin = 0.1", 1.05, 0.01), row("skin = 0.2", 0.99, 0.0)]
-    assert cheapest(rows, judge, (NUMERICAL,), 0.02) is rows[0]
-    assert cheapest([*rows, row("skin = 0.3", 0.9, 0.01)], judge, (NUMERICAL,), 0.02) is not rows[0]
+    assert find_cheapest(rows, judge, (NUMERICAL,), 0.02) is rows[0]
+    assert (
+        find_cheapest([*rows, row("skin = 0.3", 0.9, 0.01)], judge, (NUMERICAL,), 0.02)
+        is not rows[0]
+    )
     # where the scene itself errs too much, what does not may be dearer
     rows[0] = row("default", 1.0, 0.3)
-    assert cheapest(rows, judge, (NUMERICAL,), 0.02) is rows[2]
+    assert find_cheapest(rows, judge, (NUMERICAL,), 0.02) is rows[2]
 
 
 def test_what_is_combined_holds_together():
     found, _ = modelled(tolerance=0.12)
-    assert found.anything.point.label == "step_fraction = 0.3 + speed = 4"
-    assert found.anything.point.kind == PHYSICAL
+    assert found.anything.variant.label == "step_fraction = 0.3 + speed = 4"
+    assert found.anything.variant.kind == PHYSICAL
     assert found.anything.ratio == pytest.approx(1 / 6)
-    text = yaml_of(found, found.anything, scene_of())
+    text = write_yaml(found, found.anything, scene_of())
     plain = "".join(
         line
         for line in edited("numerics", "").splitlines(keepends=True)
@@ -319,13 +340,18 @@ def test_what_is_combined_holds_together():
 
 def test_refused_and_guarded_points_are_results():
     found, _ = modelled()
-    bad = {row.point.label: row.status for row in found.rows if not row.ok}
+    bad = {row.variant.label: row.status for row in found.rows if not row.ok}
     assert bad == {"precision = f64": "a guard", "precision = f32": "refused: f32"}
-    guarded = next(r for r in found.rows if r.point.label == "precision = f64")
+    guarded = next(r for r in found.rows if r.variant.label == "precision = f64")
     assert not found.judge.accepts(guarded) and math.isnan(found.judge.error(guarded))
-    base = base_of(scene_of())
+    base = make_base_scene(scene_of())
+
+    def run(variants):
+        yield []
+        return [Row(variant, 3, "too fast") for variant in variants]
+
     with pytest.raises(DustError, match="the unchanged scene does not run.*too fast"):
-        trade(base, lambda points: {p.label: Row(p, 3, "too fast") for p in points}, Wanted())
+        end_of(measure_trade(base, run, TradePlan()))
     with pytest.raises(DustError, match=r"--observable sound_speed.*allowed: strength"):
         modelled(observable="sound_speed")
 
@@ -342,18 +368,23 @@ def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
         row("b = 3", 0.99, 0.0),
         row("c = 1", 0.3, 0.05),
     ]
-    ladders = offers(rows, judge, noise=0.02)
+    ladders = rank_offers(rows, judge, noise=0.02)
     # b = 3 saves less than the noise, c errs by too much; a saves most for its error
-    assert [[r.point.label for r in found] for found in ladders] == [["a = 1"], ["b = 1", "b = 2"]]
+    assert [[r.variant.label for r in found] for found in ladders] == [
+        ["a = 1"],
+        ["b = 1", "b = 2"],
+    ]
 
-    def run(point):
-        parts = list(point.changes.values())
+    def run(variants):
+        yield []
+        (variant,) = variants
+        parts = list(variant.changes.values())
         of_both = row("x", math.prod(p[0] for p in parts), sum(p[1] for p in parts))
-        return replace(of_both, point=point)
+        return [replace(of_both, variant=variant)]
 
-    tried, last = walk(None, ladders, run, judge)
-    assert [r.point.label for r in tried] == ["a = 1 + b = 1", "a = 1 + b = 2"]
-    assert last.ratio == pytest.approx(0.3) and last.point.label == "a = 1 + b = 2"
+    tried, last = end_of(combine_offers(None, ladders, run, judge))
+    assert [r.variant.label for r in tried] == ["a = 1 + b = 1", "a = 1 + b = 2"]
+    assert last.ratio == pytest.approx(0.3) and last.variant.label == "a = 1 + b = 2"
 
 
 def test_without_seeds_nothing_is_free_but_below_the_reference_own_error():
@@ -363,10 +394,10 @@ def test_without_seeds_nothing_is_free_but_below_the_reference_own_error():
     )
     assert judge.floor == judge.convergence["sound_speed"] == pytest.approx(0.002)
     rows = [
-        Row(Point("", ""), 0, "", measured=ObservableValues({"sound_speed": v}))
+        Row(Variant("", ""), 0, "", measured=ObservableValues({"sound_speed": v}))
         for v in (500.9, 502.0)
     ]
-    assert [judge.free(row) for row in rows] == [True, False]
+    assert [judge.is_free(row) for row in rows] == [True, False]
     stuck = ObservableValues({"restitution": 0.0, "growth_efficiency": 0.9})
     assert Judge.of(stuck, stuck, stuck, [stuck], tolerance=0.05).name == "growth_efficiency"
 
@@ -375,10 +406,10 @@ def test_scatter_hides_errors_of_numerics_only():
     reference = ObservableValues({"p_m": 1.0})
     judge = Judge(reference, "p_m", {"p_m": 0.5}, {"p_m": 0.0}, 0.05)
     wrong = ObservableValues({"p_m": 1.3})
-    rows = {kind: Row(Point("", "", kind=kind), 0, "", measured=wrong) for kind in KINDS}
+    rows = {kind: Row(Variant("", "", kind=kind), 0, "", measured=wrong) for kind in KINDS}
     assert {kind: judge.accepts(row) for kind, row in rows.items()} == {
         "numerical": True,
         "physical": False,
         "sample": False,
     }
-    assert judge.free(rows[PHYSICAL])
+    assert judge.is_free(rows[PHYSICAL])

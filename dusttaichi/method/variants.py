@@ -9,8 +9,8 @@ KINDS = (NUMERICAL, PHYSICAL, SAMPLE)
 
 
 @dataclass(frozen=True)
-class Point:
-    """One scene to run. changes: of the base scene, see `changed`.
+class Variant:
+    """A changed scene. changes: of the base scene, see `change_scene`.
 
     again: run it although an equal scene has run.
     """
@@ -26,29 +26,38 @@ class Point:
 
 @dataclass(frozen=True)
 class Parameter:
-    """Parameter that can be varied.
+    """Parameter that can be varied: its levels are `values`.
 
-    levels: from the base scene to rows (text, changes), or to the reason why there are none.
+    changes: path of the key that has the value, or a function (scene, value) -> changes, which are
+    {} for a level that the scene does not have. obstacle: scene -> reason why the parameter cannot
+    be varied, or "".
     """
 
     name: str
     kind: str
-    text: str
-    levels: Callable
+    changes: str | Callable
+    values: tuple
+    obstacle: Callable = lambda scene: ""
 
-
-def levels_of(path, values):
-    """Levels of a Parameter that is a key of the YAML: these values, whatever the scene is."""
-    rows = [(f"{v:g}" if isinstance(v, float) else str(v), {path: v}) for v in values]
-    return lambda scene: rows
+    def list_levels(self, scene):
+        """(text, changes) of each level."""
+        is_key = isinstance(self.changes, str)
+        levels = [
+            (
+                f"{value:g}" if isinstance(value, float) else str(value),
+                {self.changes: value} if is_key else self.changes(scene, value),
+            )
+            for value in self.values
+        ]
+        return [(text, changes) for text, changes in levels if changes]
 
 
 @dataclass(frozen=True)
 class Parameters:
     """Parameters of a Method for `dust trade`, as its `trade_parameters`.
 
-    presets(scene): further Points, with the converged reference. check(scene): the Point that gives
-    the error of the reference. step(scene): time step [s] of a scene, which makes a time of a
+    presets(scene): further Variants, with the converged reference. check(scene): the Variant that
+    gives the error of the reference. step(scene): time step [s] of a scene, which makes a time of a
     number of steps; None where no scene sets it. fraction(scene): that over the stiffest period,
     None where it is chosen so. kind(scene): kind of scene for `--suggest`.
     """
@@ -61,13 +70,13 @@ class Parameters:
     kind: Callable = lambda scene: None
 
 
-def changed(scene, changes):
+def change_scene(scene, changes):
     """The scene with changes, made in their order. Raises DustError."""
     for path, value in changes.items():
         scene = scene.with_value(path, value)
     return scene
 
 
-def stage_paths(scene):
+def list_stage_paths(scene):
     """Prefix of the path of each stage's stop: "" or "stages.0." ..."""
     return [f"stages.{n}." for n in range(len(scene.stages))] or [""]
