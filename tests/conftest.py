@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from dusttaichi.compute.collector import collect_seldom
-from dusttaichi.scene import extensions
+from dusttaichi.physics.registry import copy_added
 
 HERE = Path(__file__).parent
 # files that take longest: they come first, so that at the end no process waits for another
@@ -148,9 +148,9 @@ def pytest_collection_finish():
 def registries_as_before():
     """A test that registers a law, a kind of sample or a method removes it again: what the schema
     says, and so other tests of the same process, depend on it."""
-    before = {kind: set(table) for kind, table in extensions._get_tables().items()}
+    before = {kind: set(table) for kind, table in copy_added().items()}
     yield
-    after = {kind: set(table) for kind, table in extensions._get_tables().items()}
+    after = {kind: set(table) for kind, table in copy_added().items()}
     others = {kind: names ^ before.get(kind, set()) for kind, names in after.items()}
     assert not any(others.values()), f"the test leaves registered: {others}"
 
@@ -171,7 +171,7 @@ def toys(monkeypatch):
     from dusttaichi.results import pieces, writer
     from dusttaichi.running import loop
 
-    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
+    monkeypatch.setattr(method.METHODS, "added", dict(method.METHODS.added))
     monkeypatch.setattr(loop, "BURST_SECONDS", loop.BURST_SECONDS)
     monkeypatch.setattr(writer, "PIECE", writer.PIECE)
     monkeypatch.setattr(pieces, "subprocess", pieces.subprocess)

@@ -14,6 +14,7 @@ from dusttaichi.grains.build import build
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.measure import energies, loads
 from dusttaichi.physics.contact import registry
+from dusttaichi.physics.registry import copy_added, restore_added
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene, extensions, from_yaml
 
@@ -176,32 +177,29 @@ def law_of_the_docs():
 @contextmanager
 def registered():
     """What is registered within is forgotten."""
-    known = [(laws, dict(laws)) for laws in (registry.LAWS, registry.BLOCKS)]
+    known = [(laws, dict(laws.added)) for laws in (registry.LAWS, registry.BLOCKS)]
     try:
         yield
     finally:
         for laws, before in known:
-            laws.clear()
-            laws.update(before)
+            laws.restore(before)
 
 
 @contextmanager
 def extensions_forgotten():
     """What files of a scene's `extensions` register within, and which they are, is forgotten; what
     they have registered before is unknown within."""
-    before, tables = (
-        {word: dict(table) for word, table in extensions._get_tables().items()} for _ in range(2)
-    )
+    before, tables = copy_added(), copy_added()
     for word, name in extensions._owners:
         tables[word].pop(name, None)
-    extensions._restore_tables(tables)
+    restore_added(tables)
     try:
         with pytest.MonkeyPatch.context() as patch:
             for name in ("_imported", "_owners"):
                 patch.setattr(extensions, name, {})
             yield
     finally:
-        extensions._restore_tables(before)
+        restore_added(before)
 
 
 @contextmanager

@@ -103,7 +103,7 @@ def register(label, law) -> None:
     law : function
         As for `measure_isotropic_compression`.
     """
-    PRESSURES[label] = law
+    PRESSURES.replace(label, law)
 
 
 def _apply_law(law, run, phi):

@@ -37,7 +37,7 @@ def tabulate(numbers):
     Numbers that the run does not have are left out.
     """
     name, rows = numbers["method"], [("status", numbers["status"], "")]
-    run_method = method.METHODS.get(name) and method.load_method(name)
+    run_method = method.load_method(name) if name in method.METHODS else None
     shown = list_in_table_order(run_method)
     for general, pairs in groupby(shown, key=lambda pair: pair[0] >= GENERAL):
         if general and has_fit_error(numbers, run_method):

@@ -44,6 +44,8 @@ FRAGMENT = Condition(
     limit=0.0,
 )
 
+THRESHOLDS.built_in.update({condition.name: condition for condition in (STICK, FRAGMENT)})
+
 
 def register(condition: Condition) -> None:
     """Add a Condition to those of which `find_thresholds` gives the speed.
@@ -51,17 +53,12 @@ def register(condition: Condition) -> None:
     A file that calls it takes effect where it is among the `extensions` of a scene. Raises
     ValueError where another one has the name.
     """
-    if any(
-        registered.name == condition.name and registered != condition
-        for registered in list_conditions()
-    ):
-        raise ValueError(f"there is a threshold {condition.name}; another name is needed")
-    THRESHOLDS[condition.name] = condition
+    THRESHOLDS.add(condition.name, condition)
 
 
 def list_conditions() -> list[Condition]:
     """The conditions of the package, and then those of extensions."""
-    return [STICK, FRAGMENT, *THRESHOLDS.values()]
+    return list(THRESHOLDS.values())
 
 
 @dataclass(frozen=True)

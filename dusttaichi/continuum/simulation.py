@@ -21,8 +21,7 @@ from dusttaichi.continuum.kernels.store import (
 )
 from dusttaichi.continuum.physics.kernels import MATERIAL
 from dusttaichi.errors import GuardStop
-from dusttaichi.method import moment
-from dusttaichi.units import SI
+from dusttaichi.method import SimpleSimulation, moment
 
 
 class Simulation:
@@ -34,7 +33,7 @@ class Simulation:
     bodies: rigid bodies.
     """
 
-    units = SI
+    units = SimpleSimulation.units  # SI
 
     def __init__(self, compiled, tables, n, *, numbers, materials, output_step, threads, bodies):
         self.kernels, self.layout = compiled.kernels, compiled.layout

@@ -13,13 +13,13 @@ PACKAGE = Path(__file__).parents[1]
 def _code(scene):
     """Files of laws and of a kind of sample that are not of this package."""
     from dusttaichi.physics.contact.registry import EFFECTS, law_name, law_of
-    from dusttaichi.samples.registry import KINDS
+    from dusttaichi.samples.registry import GRAINS
 
     chosen = [(effect, law_name(scene.interaction, effect)) for effect in EFFECTS]
     chosen += [("effects", name) for name in scene.interaction.effects]
     used = [law_of(*one) for one in chosen if one[1] is not None]
     bodies = (getattr(scene.sample, name, None) for name in ("target", "projectile", "of"))
-    made = [KINDS[block.kind].make for block in (scene.sample, *bodies) if block is not None]
+    made = [GRAINS[block.kind].make for block in (scene.sample, *bodies) if block is not None]
     files = [_file_of(one) for one in (*used, *made)]
     return sorted({path for path in files if path is not None and PACKAGE not in path.parents})
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from dusttaichi.method.simple import SimpleSimulation
 from dusttaichi.method.simulation import Measurement, Scene, Simulation, Start, State, Window
+from dusttaichi.physics.registry import Registry
 
 if TYPE_CHECKING:
     from dusttaichi.results.variables import Variable
@@ -171,10 +172,6 @@ def _methods_of_package() -> dict[str, str]:
     return {name: f"dusttaichi.{name}.method:METHOD" for name in ordered}
 
 
-BUILT_IN = _methods_of_package()  # each imported when a scene asks for it
-METHODS: dict[str, str | Method] = dict(BUILT_IN)
-
-
 def register(method: Method) -> None:
     """Make a method known by its name to this process.
 
@@ -186,9 +183,7 @@ def register(method: Method) -> None:
     ValueError
         The name is that of a method of this package.
     """
-    if method.name in BUILT_IN:
-        raise ValueError(f"{method.name} is a method of this package; another name is needed")
-    METHODS[method.name] = method
+    METHODS.replace(method.name, method)
 
 
 def load_method(name: str) -> Method:
@@ -199,7 +194,6 @@ def load_method(name: str) -> Method:
     KeyError
         There is none.
     """
-    METHODS[name] = attribute(METHODS[name])
     return METHODS[name]
 
 
@@ -209,6 +203,9 @@ def attribute(reference: Any) -> Any:
         return reference
     module, name = reference.split(":")
     return getattr(importlib.import_module(module), name)
+
+
+METHODS = Registry("method", _methods_of_package(), attribute)
 
 
 def defer_import(reference: str) -> Callable:

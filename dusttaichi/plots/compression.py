@@ -113,7 +113,7 @@ def isotropic(runs, labels=None):
     """
     runs, labels = style.label_runs(runs, labels)
     results = [isotropic_of(run) for run in runs]
-    drawn = {r"$(E_{\rm roll}/r^3)\,\phi^3$, T19 eq 9": isotropic_pressure} | PRESSURES
+    drawn = {r"$(E_{\rm roll}/r^3)\,\phi^3$, T19 eq 9": isotropic_pressure, **PRESSURES}
     figure, (axes,) = style.create_figure()
     raw = np.concatenate([t.raw_filling_factor for t in results])
     phi = np.geomspace(0.8 * raw.min(), min(1.2 * raw.max(), 0.7), 200)

@@ -124,9 +124,9 @@ def register(row: Figure) -> None:
         Another figure has the name.
     """
     row = getattr(row, "row", row)
-    if any(row_of_name.name == row.name and row_of_name != row for row_of_name in list_figures()):
+    if any(figure.name == row.name and figure != row for figure in list_figures()):
         raise ValueError(f"there is a figure {row.name}; another name is needed")
-    FIGURES[row.name] = row
+    FIGURES.add(row.name, row)
 
 
 def list_figures(of_method: method.Method | None = None) -> list[Figure]:

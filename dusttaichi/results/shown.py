@@ -4,10 +4,10 @@ Filled by `register` of `dusttaichi.analysis.numbers`, `analysis.thresholds`, `a
 and `plots`.
 """
 
-from typing import Any
+from dusttaichi.physics.registry import Registry
 
-NUMBERS: dict[str, Any] = {}
-FIGURES: dict[str, Any] = {}
-STATISTICS: dict[str, Any] = {}
-THRESHOLDS: dict[str, Any] = {}
-PRESSURES: dict[str, Any] = {}
+NUMBERS = Registry("family of numbers")
+FIGURES = Registry("figure")
+STATISTICS = Registry("statistics")
+THRESHOLDS = Registry("threshold")
+PRESSURES = Registry("law of the pressure")

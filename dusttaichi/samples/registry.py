@@ -56,7 +56,6 @@ class SampleBlock(KindBlock):
 
 
 GRAINS = Kinds(__package__, "kind of sample")
-KINDS = GRAINS.kinds
 reads_samples = GRAINS.add_reader
 
 
@@ -79,7 +78,7 @@ def make_sample(spec: SampleBlock, materials: Materials, *, body: bool = True) -
 
     body: it is one of a larger sample, so that the cell of the scene is not around it.
     """
-    sample = KINDS[spec.kind].make(spec, materials)
+    sample = GRAINS[spec.kind].make(spec, materials)
     sample.info.setdefault("kind", spec.kind)
     sample.info.setdefault("grains", len(sample))
     cell = OPEN if body else find_cell(sample.info, materials)

@@ -19,13 +19,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dusttaichi import method
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
-from dusttaichi.physics.contact import registry as laws
+from dusttaichi.physics.registry import Registry, copy_added, restore_added
 from dusttaichi.scene import problems, shipped
 from dusttaichi.scene.fields import refuse_unreadable
-from dusttaichi.scene.kinds import Kinds
 from dusttaichi.scene.paths import path_in
 
 KEY = "extensions"
@@ -51,7 +49,7 @@ class Extension:
 
 
 _imported: dict[Path, Extension] = {}
-_owners: dict[tuple[str, Any], tuple[Extension, Any]] = {}  # (table, name) -> (file, value)
+_owners: dict[tuple[str, Any], tuple[Extension, Any]] = {}  # (word, name) -> (file, value)
 
 
 class _Refusal(Exception):
@@ -192,14 +190,14 @@ def _import_file(entry: Any, folder: Path, unchanged: bool) -> Extension:
 
 def _import(extension: Extension, source: bytes) -> None:
     """Run a file as a module; its registrations are undone where it cannot be used."""
-    former_tables = {word: dict(table) for word, table in _get_tables().items()}
+    former_values = copy_added()
     _imported[extension.path] = extension
     try:
         _run_file(extension, source)
-        _record_owners(extension, former_tables)
+        _record_owners(extension, former_values)
     except BaseException:
         del _imported[extension.path]
-        _restore_tables(former_tables)
+        restore_added(former_values)
         raise
 
 
@@ -252,37 +250,16 @@ def _describe_exception(error: BaseException, path: str) -> str:
 # -- registrations ------------------------------------------------------------------------------
 
 
-def _get_tables() -> dict[str, dict]:
-    """Tables of everything that a file can register, by name."""
-    from dusttaichi.results import shown
-
-    return {
-        "law": laws.LAWS,
-        "block of the law": laws.BLOCKS,
-        "method": method.METHODS,
-        "family of numbers": shown.NUMBERS,
-        "figure": shown.FIGURES,
-        "statistics": shown.STATISTICS,
-        "threshold": shown.THRESHOLDS,
-        "law of the pressure": shown.PRESSURES,
-        **{registry.word: registry.added for registry in Kinds.registries},
-    }
-
-
-def _record_owners(extension: Extension, former_tables: dict[str, dict]) -> None:
+def _record_owners(extension: Extension, former_values: dict[str, dict]) -> None:
     """Record the registrations of this file. Refuses names that another file has registered."""
     new_owners = {}
-    for word, table in _get_tables().items():
-        former_table = former_tables.get(word, {})
-        for name, value in table.items():
+    for registry in Registry.registries:
+        word = registry.word
+        former = former_values.get(word, {})
+        for name, value in registry.added.items():
             owner, owned_value = _owners.get((word, name), (None, None))
-            # registered earlier, still a text "module:attribute", or registered by an imported file
-            if (
-                value is former_table.get(name)
-                or isinstance(former_table.get(name), str)
-                or value is owned_value
-            ):
-                continue
+            if value is former.get(name) or value is owned_value:
+                continue  # registered earlier, or by an imported file
             if owner is not None:
                 text = ".".join(name) if isinstance(name, tuple) else name
                 raise _Refusal(
@@ -291,11 +268,3 @@ def _record_owners(extension: Extension, former_tables: dict[str, dict]) -> None
                 )
             new_owners[word, name] = (extension, value)
     _owners.update(new_owners)
-
-
-def _restore_tables(former_tables: dict[str, dict]) -> None:
-    for word, table in _get_tables().items():
-        table.clear()
-        table.update(former_tables.get(word, {}))
-    for registry in Kinds.registries:
-        registry.rebuild_readers()

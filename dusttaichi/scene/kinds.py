@@ -1,13 +1,13 @@
 """Kinds of samples, selected by the key `kind`: a YAML block and a generator each."""
 
 import typing
-from collections import ChainMap
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Union
 
 from pydantic import BaseModel, Field
 
+from dusttaichi.physics.registry import Registry
 from dusttaichi.scene.fields import Block, Faults
 from dusttaichi.scene.making import Cost
 
@@ -51,21 +51,15 @@ class Kind:
     make: Callable
 
 
-class Kinds:
-    """Kinds by name, and the blocks that have a field for any of them.
+class Kinds(Registry):
+    """The Registry of kinds, and the blocks that have a field for any of them.
 
-    package: of the built-in kinds, one per file of the same name; the others are `added`. word: for
-    such a kind in errors.
+    package: of the built-in kinds, one per file of the same name; the others are `added`.
     """
 
-    registries: ClassVar[list["Kinds"]] = []
-
     def __init__(self, package: str, word: str):
-        self.package, self.word = package, word
-        self.built_in: dict[str, Kind] = {}
-        self.added: dict[str, Kind] = {}
-        self.kinds = ChainMap(self.built_in, self.added)
-        Kinds.registries.append(self)
+        super().__init__(word)
+        self.package = package
         self._readers: list[type[BaseModel]] = []
 
     def register(self, block: type) -> Callable:
@@ -92,6 +86,10 @@ class Kinds:
 
         return register_kind
 
+    def restore(self, added) -> None:
+        super().restore(added)
+        self.rebuild_readers()
+
     def rebuild_readers(self) -> None:
         """Update the blocks with a field for any kind."""
         for reader in self._readers:
@@ -117,7 +115,7 @@ class AnyOf:
     @property
     def blocks(self) -> list[type]:
         """The blocks in the order of their kinds."""
-        blocks = [self.kinds.kinds[name].block for name in sorted(self.kinds.kinds)]
+        blocks = [self.kinds[name].block for name in sorted(self.kinds)]
         return [block for block in blocks if block.is_body or not self.bodies]
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any):

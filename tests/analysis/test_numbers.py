@@ -84,10 +84,10 @@ def test_an_error_is_named_and_the_rest_is_measured(tmp_path, monkeypatch):
         Observable(name="whole", title="a whole row", value=lambda run: 3),
     )
     monkeypatch.setitem(
-        shown.NUMBERS, "mine", Family(name="mine", title="mine", place=1, numbers=rows)
+        shown.NUMBERS.added, "mine", Family(name="mine", title="mine", place=1, numbers=rows)
     )
     lost = Family(name="lost", title="a lost family", place=2, numbers=(), measure=wrong)
-    monkeypatch.setitem(shown.NUMBERS, "lost", lost)
+    monkeypatch.setitem(shown.NUMBERS.added, "lost", lost)
     run = analysis.open_run(made(tmp_path / "result.nc"))
     found = analysis.tabulate(analysis.summarise(run))
     assert ("a whole row", "3", "") in found

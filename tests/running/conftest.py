@@ -8,5 +8,5 @@ from dusttaichi import method
 
 @pytest.fixture(autouse=True)
 def known(monkeypatch):
-    monkeypatch.setattr(method, "METHODS", dict(method.METHODS))
+    monkeypatch.setattr(method.METHODS, "added", dict(method.METHODS.added))
     method.register(spring.METHOD)

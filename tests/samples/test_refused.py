@@ -152,8 +152,7 @@ EXAMPLE = EXAMPLES / "hollow_sphere.py"
 @pytest.fixture(autouse=True)
 def leave_no_kind_behind():
     yield
-    registry.GRAINS.added.clear()
-    registry.GRAINS.rebuild_readers()
+    registry.GRAINS.restore({})
 
 
 class RingSample(SampleBlock):

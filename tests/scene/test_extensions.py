@@ -130,7 +130,7 @@ def test_what_files_have_registered_is_taken_back_where_one_fails(folder):
     (folder / "late.py").write_text(RING + "\n1 / 0\n")
     with pytest.raises(DustError, match="ZeroDivisionError"):
         from_yaml(BASE + "extensions: [late.py]\n", folder)
-    assert "ring" not in kinds.KINDS
+    assert "ring" not in kinds.GRAINS
     with pytest.raises(DustError, match=r"sample.*ring"):
         from_yaml(BASE.replace("kind: rbd", "kind: ring"))
     with pytest.raises(DustError) as error:
@@ -242,7 +242,7 @@ def test_only_the_content_that_a_result_names_is_imported():
     other = f"spin_up.py sha256:{'0' * 64}"
     named = f"mine.py sha256:{'1' * 64}\nspin_up.py sha256:{digest}, {other}"
     extensions.import_bundled(other)
-    assert not shown.NUMBERS
+    assert not shown.NUMBERS.added
     extensions.import_bundled(named)
     assert "spin_up" in shown.NUMBERS and "spin_up" in shown.FIGURES
     assert extensions.list_missing(named) == ["mine.py", "spin_up.py"]

@@ -33,16 +33,14 @@ def register(row: Family | Statistics) -> None:
     ValueError for the name of another one.
     """
     if isinstance(row, Statistics):
-        used_names = {row.name} & STATISTICS.keys()
-        table = STATISTICS
-    else:
-        used_names = index_observables().keys() & {number.name for number in row.numbers}
-        table = NUMBERS
-    if used_names and table.get(row.name) != row:
+        STATISTICS.add(row.name, row)
+        return
+    used_names = index_observables().keys() & {number.name for number in row.numbers}
+    if used_names and NUMBERS.get(row.name) != row:
         raise ValueError(
             f"there is a number {', '.join(sorted(used_names))}; another name is needed"
         )
-    table[row.name] = row
+    NUMBERS.replace(row.name, row)
 
 
 def statistics() -> list[Statistics]:

@@ -25,7 +25,6 @@ from dusttaichi.scene.kinds import AnyOf, KindBlock, Kinds
 from dusttaichi.scene.quantities import Quantity
 
 CONTINUUM = Kinds(__package__, "kind of sample of the continuum")
-KINDS = CONTINUUM.kinds
 reads_particles = CONTINUUM.add_reader
 register = CONTINUUM.register
 
@@ -207,7 +206,7 @@ AnySingleBody = Annotated[BodyBlock, AnyOf(CONTINUUM, bodies=True)]
 
 def made(spec: BodyBlock, matter: Matter) -> Particles:
     """The particles of a block, with kind and number as info."""
-    particles = KINDS[spec.kind].make(spec, matter)
+    particles = CONTINUUM[spec.kind].make(spec, matter)
     particles.info.setdefault("kind", spec.kind)
     particles.info["particles"] = len(particles)
     return particles

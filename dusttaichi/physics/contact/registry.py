@@ -28,6 +28,8 @@ This module imports no Taichi: a law is imported on first use.
 
 from importlib import import_module
 
+from dusttaichi.physics.registry import Registry
+
 _EFFECT = ("HISTORY", "CHANNEL", "update", "evaluate")
 NEEDED = {
     "normal": ("response", "rest", "curve"),
@@ -50,7 +52,7 @@ DEFAULT = {
     "asperities": "pd08",
 }
 _HERE = "dusttaichi.physics.contact"
-LAWS = {
+_BUILT_IN = {
     ("normal", "jkr"): f"{_HERE}.jkr",
     ("rolling", "linear"): f"{_HERE}.rolling",
     ("sliding", "linear"): f"{_HERE}.sliding",
@@ -60,7 +62,8 @@ LAWS = {
     ("damping", "viscoelastic"): f"{_HERE}.damping.viscoelastic",
     ("asperities", "pd08"): f"{_HERE}.asperities",
 }
-BLOCKS = {}
+LAWS = Registry("law", _BUILT_IN, lambda law: import_module(law) if isinstance(law, str) else law)
+BLOCKS = Registry("block of the law")
 
 
 def register(effect, name, law, block=None):
@@ -78,14 +81,14 @@ def register(effect, name, law, block=None):
         raise ValueError(f"effect = {effect!r}: one of {', '.join(NEEDED)} is needed")
     if effect == "effects" and (name in EFFECTS or block is None):
         raise ValueError(f"name = {name!r}: a name of its own is needed, and a block")
-    if isinstance(LAWS.get((effect, name)), str):
+    if (effect, name) in LAWS.built_in:
         raise ValueError(f"name = {name!r}: {effect} has a built-in law of that name")
     parts = ("NUMBERS", "numbers", *NEEDED[effect])
     missing = [part for part in parts if not hasattr(law, part)]
     if missing:
         raise ValueError(f"the law {name!r} of {effect} lacks {', '.join(missing)}")
-    LAWS[effect, name] = law
-    BLOCKS[effect, name] = block
+    LAWS.replace((effect, name), law)
+    BLOCKS.replace((effect, name), block)
 
 
 def names(effect):
@@ -100,8 +103,7 @@ def block_of(effect, name):
 
 def law_of(effect, name):
     """The law; KeyError where there is none of that name."""
-    law = LAWS[effect, name]
-    return import_module(law) if isinstance(law, str) else law
+    return LAWS[effect, name]
 
 
 def chosen_model(interaction, newton_steps=2):
@@ -121,7 +123,11 @@ def chosen_model(interaction, newton_steps=2):
 
 def properties():
     """Name -> Property of the material that the registered laws bring in."""
-    laws = [law for law in LAWS.values() if not isinstance(law, str)]
+    return _material_properties(LAWS.added.values())
+
+
+def _material_properties(laws):
+    """Name -> Property of registered laws; built-in ones have none."""
     return {name: p for law in laws for name, p in getattr(law, "MATERIAL", {}).items()}
 
 
@@ -129,8 +135,7 @@ def properties_of(interaction):
     """Name -> Property of the material that the laws of an interaction bring in."""
     chosen = [(kind, law_name(interaction, kind)) for kind in EFFECTS]
     chosen += [("effects", name) for name in interaction.effects]
-    laws = [LAWS[kind, name] for kind, name in chosen if name is not None]
-    return {name: p for law in laws for name, p in getattr(law, "MATERIAL", {}).items()}
+    return _material_properties(LAWS.added[key] for key in chosen if key in LAWS.added)
 
 
 def block_in(interaction, kind):
