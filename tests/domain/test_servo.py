@@ -285,15 +285,16 @@ def stress_over(sim, steps):
 def test_dust_in_shear_holds_its_load():
     """Grains that shrink by some per cent as they are sheared by a quarter: a face whose speed
     follows the missing load would stay behind by a third. The stress of so few swings by a tenth
-    in parts of 1.5 us, the mean of four of them by half of that (five seeds: 19 to 23 kPa)."""
+    in parts of 1.5 us, the mean of four of them by half of that (six seeds: 18.7 to 20.4 kPa, and
+    lower by 3 to 9 %)."""
     packed = CAKE.replace("rbd, grains: 60", "random_packing, grains: 60, filling_factor: 0.42")
-    packed = packed.replace("seed: 3", "seed: 5")
+    packed = packed.replace("seed: 3", "seed: 2")
     packed = packed.replace("0.2 ns", "0.3 ns")
     scene = from_yaml(packed % "stress: [free, free, -20 kPa], shear_rate: 3e4 s^-1")
     sim = find_method(scene).build(scene, make(scene)).sim
     first = sim.lengths()[2]
     loads = [-stress_over(sim, 5000)[2, 2] for _ in range(5)]
-    assert sim.lengths()[2] < 0.98 * first  # by 3 % here: rearrangements are chaotic
+    assert sim.lengths()[2] < 0.96 * first  # by 6.6 % here: rearrangements are chaotic
     assert np.mean(loads[1:]) == pytest.approx(20e3, rel=0.1)
 
 
