@@ -214,9 +214,10 @@ def loads(run, constant_speed_runs=(), repeats=()):
     figure, (axes,) = style.create_figure()
     path = _collect_path(run)
     axes.plot(*path, color=style.GREY, linewidth=0.7, label="under load, not settled")
-    for number, (reference, label) in enumerate(
-        zip(*style.label_runs(constant_speed_runs), strict=True)
-    ):
+    references, labels = style.label_runs(constant_speed_runs)
+    if len(references) == 1:
+        labels = ["constant speed"]
+    for number, (reference, label) in enumerate(zip(references, labels, strict=True)):
         axes.plot(*_collect_path(reference), label=label, **style.run_style(number))
     axes.errorbar(
         pressure.mean(axis=0),
