@@ -12,6 +12,7 @@ from pathlib import Path
 import interface
 import sample_size
 import softening
+import verdicts
 from tables import VALIDATION, markdown, read
 
 from dusttaichi.analysis.numbers import Family, families
@@ -72,8 +73,13 @@ def main():
         "variables_continuum_snapshots.md": variables("snapshots", OF_CONTINUUM),
         "commands.md": interface.commands(),
         "exit_codes.md": interface.exit_codes(),
-        **{f"{file.stem}.md": csv_table(file) for file in VALIDATION.glob("*.csv")},
+        **{
+            f"{file.stem}.md": csv_table(file)
+            for file in VALIDATION.glob("*.csv")
+            if file.stem != "verdicts"
+        },
         **softening.pages(),
+        **verdicts.pages(),
         "sample_size_table.md": sample_size.page(),
         "api/index.md": interface.api_index(),
         **{f"api/{name}.md": interface.api_page(name, line) for name, line in packages},

@@ -1,0 +1,167 @@
+"""The book as a whole: its length, its links and how its pages are reached."""
+
+import csv
+import re
+import shlex
+import sys
+
+import pytest
+import typer
+from scenes import ROOT
+
+from dusttaichi.commands.app import app
+
+DOCS = ROOT / "docs"
+PAGES = {
+    path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8")
+    for path in sorted(DOCS.rglob("*.md"))
+    if not {"_build", "generated"} & set(path.relative_to(DOCS).parts)
+}
+# Pages for those who extend or change the program; all others are the users'.
+DEVELOPERS = {
+    "developing.md",
+    "development.md",
+    "extending.md",
+    "notes.md",
+    "releasing.md",
+    "reliability.md",
+    "walk_force.md",
+    "walk_number.md",
+}
+LIMITS = {"users": 61_200, "developers": 9300, "notes.md": 2400, "README.md": 1100}
+
+
+def count_words(pages):
+    return sum(len(PAGES[page].split()) for page in pages)
+
+
+def test_the_book_is_short():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    words = {
+        "users": count_words(PAGES.keys() - DEVELOPERS) + len(readme.split()),
+        "developers": count_words(DEVELOPERS),
+        "notes.md": count_words(["notes.md"]),
+        "README.md": len(readme.split()),
+    }
+    assert not {name: count for name, count in words.items() if count > LIMITS[name]}
+
+
+def toctree(page):
+    """Pages that a page has in its tables of contents."""
+    trees = re.findall(r"```\{toctree\}\n(.*?)```", PAGES[page], re.DOTALL)
+    entries = [
+        line.split("<")[-1].rstrip(">").strip()
+        for tree in trees
+        for line in tree.splitlines()
+        if line and line[0] != ":"
+    ]
+    folder = page.rpartition("/")[0]
+    return [f"{folder}/{entry}.md".removeprefix("/") for entry in entries]
+
+
+def test_every_page_is_reached_from_the_first():
+    reached, new = set(), {"index.md"}
+    while new:
+        reached |= new
+        new = {entry for page in new for entry in toctree(page) if entry in PAGES} - reached
+    assert reached == set(PAGES)
+
+
+def slug(heading):
+    """Anchor of a heading, as GitHub and MyST make it."""
+    text = re.sub(r"\]\([^)]*\)", "", heading)
+    text = re.sub(r"\{\w+\}", "", text).replace("*", "").replace("`", "")
+    return re.sub(r"[^\w\- ]", "", text.strip().lower()).replace(" ", "-")
+
+
+def anchors(page):
+    text = re.sub(r"```.*?```", "", PAGES[page], flags=re.DOTALL)
+    return {slug(heading) for heading in re.findall(r"^#+ (.+)$", text, re.MULTILINE)}
+
+
+def links():
+    rows = (DOCS / "validation/verdicts.csv").read_text(encoding="utf-8")
+    tables = [("validation.md", link) for link in re.findall(r"\]\(([^)#]+\.md[^)]*)\)", rows)]
+    pages = [
+        (page, link)
+        for page, text in PAGES.items()
+        for link in re.findall(r"\]\(((?!https?:)[^)\s]*(?:\.md|#)[^)\s]*)\)", text)
+    ]
+    return tables + [item for item in pages if "generated/" not in item[1]]
+
+
+def test_links_lead_to_pages_and_headings():
+    broken = []
+    for page, link in links():
+        file, _, anchor = link.partition("#")
+        path = (DOCS / page).parent.joinpath(file).resolve() if file else DOCS / page
+        target = path.relative_to(DOCS).as_posix() if path.is_relative_to(DOCS) else ""
+        if not path.is_file() or anchor and target in PAGES and anchor not in anchors(target):
+            broken.append(f"{page}: {link}")
+    assert not broken
+
+
+# The verdicts of the validation.
+
+
+@pytest.fixture(scope="module")
+def verdicts():
+    """docs/verdicts.py, which is no part of the package."""
+    sys.path.insert(0, str(DOCS))
+    try:
+        import verdicts
+
+        yield verdicts
+    finally:
+        sys.path.remove(str(DOCS))
+
+
+def rows():
+    with open(DOCS / "validation/verdicts.csv", newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_every_row_of_the_validation_has_a_verdict_on_a_page(verdicts):
+    assert len(rows()) > 100
+    assert {row["verdict"] for row in rows()} == set(verdicts.VERDICTS)
+    assert {row["page"] for row in rows()} == set(verdicts.PAGES)
+    for row in rows():
+        assert row["quantity"] and row["expected"] and row["here"] and row["command"], row
+    for name, (_, file) in verdicts.PAGES.items():
+        assert f"generated/verdicts_{name}.md" in PAGES[file.split("#")[0]]
+
+
+def test_notes_of_the_rows_are_on_their_page(verdicts):
+    for row in rows():
+        for number in re.findall(r"\[(\d+)\]\(#caveats\)", row["link"]):
+            page = PAGES[verdicts.PAGES[row["page"]][1]]
+            assert re.search(rf"^{number}\. ", page.split("## Caveats")[1], re.MULTILINE), row
+
+
+@pytest.mark.parametrize(
+    "expected, here, error",
+    [
+        ("2 kPa", "3.0 ± 0.1 kPa", "+50 %"),
+        ("1/2", "1/2", "0 %"),
+        ("16.7 ms", "17.4 ms", "+4.2 %"),
+        ("2 kPa", "2 Pa", ""),
+        ("0", "0.1", ""),
+        ("grows", "2", ""),
+    ],
+)
+def test_the_error_is_the_deviation_of_numbers_of_one_unit(verdicts, expected, here, error):
+    assert verdicts.compute_error(expected, here) == error
+
+
+@pytest.mark.parametrize("command", sorted({row["command"] for row in rows()}))
+def test_the_command_of_a_row_is_understood(command):
+    if command.startswith("test_"):
+        assert list((ROOT / "tests").rglob(f"{command}.py"))
+        return
+    words = shlex.split(command)
+    for word in words:
+        if word.startswith(("configs/", "docs/", "tests/")):
+            assert (ROOT / word).is_file(), word
+    if words[0] == "dust":
+        group = typer.main.get_command(app)
+        group.commands[words[1]].make_context(words[1], words[2:]).close()
