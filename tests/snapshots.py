@@ -4,7 +4,7 @@ import numpy as np
 import synthetic
 
 from dusttaichi.grains.variables import VARIABLES
-from dusttaichi.results import Writer, provenance, select
+from dusttaichi.results import Writer, provenance, select_variables
 
 DENSITY = 2650.0
 SCENE = "name: made\nmaterial: {density: 2650 kg/m^3}\n"
@@ -28,7 +28,7 @@ def write(path, frames, radius, box=None, periodic="", dt=1e-9, scene=SCENE, att
     attrs = known | {"periodic_axes": periodic} | dict(attrs)
     coords = {"snapshots/radius": np.broadcast_to(radius, count)}
     attrs = {"grains": count} | attrs
-    variables = select(VARIABLES.values(), features)
+    variables = select_variables(VARIABLES.values(), features)
     with Writer.create(path, variables, {"grain": count}, coords, attrs) as writer:
         for number, frame in enumerate(frames):
             for group, record in _records(frame, number, dt, count, box).items():

@@ -7,7 +7,7 @@ from dusttaichi.analysis import Run
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.physics import laws
 from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL
-from dusttaichi.results import Writer, provenance, select
+from dusttaichi.results import Writer, provenance, select_variables
 from dusttaichi.results.variables import LABELS
 from dusttaichi.scene.material import NAMED, Material
 
@@ -46,7 +46,7 @@ def writer(
     known = provenance(scene, scene, title="test", seed=1, backend="cpu", precision="f64")
     return Writer.create(
         path,
-        select(VARIABLES.values(), features, asked),
+        select_variables(VARIABLES.values(), features, asked),
         {"grain": grains, "bin": bins, "body": 2},
         coords,
         known | {"grains": grains} | dict(attrs),
@@ -78,7 +78,7 @@ def made(time=None, scene="", attrs=(), profiles=None, **variables):
 
 def series_record(step, features=FEATURES):
     """A record of the time series with numbers that tell the step."""
-    chosen = [v for v in select(VARIABLES.values(), features) if v.group == "series"]
+    chosen = [v for v in select_variables(VARIABLES.values(), features) if v.group == "series"]
     shapes = {v.name: tuple(len(LABELS[d]) for d in v.dims[1:]) for v in chosen}
     return {k: np.full(shape, float(step)) if shape else step for k, shape in shapes.items()}
 

@@ -13,7 +13,7 @@ import typer
 from dusttaichi import __version__
 from dusttaichi.commands import options
 from dusttaichi.commands.console import console, remark, say, say_json
-from dusttaichi.commands.progress import progress_bar, shown_sample
+from dusttaichi.commands.progress import progress_bar, show_sample
 from dusttaichi.errors import DustError
 
 FORMAT = "dusttaichi check 1"  # of the JSON
@@ -94,7 +94,7 @@ def _preview(scene, scene_method, *, quiet):
     if scene_method.preview is None:
         return None
     _tell_costs(scene)
-    with progress_bar(quiet) as bar, shown_sample(bar):
+    with progress_bar(quiet) as bar, show_sample(bar):
         return scene_method.preview(scene)
 
 

@@ -19,17 +19,17 @@ def progress_bar(quiet=False, description=None, **bar_options):
 
 
 @contextmanager
-def shown_sample(bar, after=AFTER):
-    """Context in which a bar shows the progress of samples that take longer than `after` s."""
+def show_sample(bar, delay=AFTER):
+    """Context in which a bar shows the progress of samples that take longer than `delay` s."""
     from dusttaichi.scene.making import listening
 
-    due = real_time.monotonic() + after
+    next_time = real_time.monotonic() + delay
 
-    def show(done, total):
-        nonlocal due
-        if (now := real_time.monotonic()) > due:  # generators call it for each grain
-            due = now + REFRESH
-            bar.show("sample", done, total)
+    def show(finished, total):
+        nonlocal next_time
+        if (current_time := real_time.monotonic()) > next_time:  # generators call it for each grain
+            next_time = current_time + REFRESH
+            bar.show("sample", finished, total)
 
     with listening(show):
         yield

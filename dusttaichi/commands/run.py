@@ -12,7 +12,7 @@ from dusttaichi.commands.console import (
     say_written,
 )
 from dusttaichi.commands.ensembles import run_sweep
-from dusttaichi.commands.progress import Phases, progress_bar, shown_sample
+from dusttaichi.commands.progress import Phases, progress_bar, show_sample
 from dusttaichi.commands.report import serve_report
 from dusttaichi.errors import DustError
 
@@ -75,7 +75,7 @@ def _run_one(scene, directory, *, quiet, phases, **run_options):
     segments = _Segments(scene, phases)
     hooks = {"sampled": lambda sample: phases.end("sample"), "ready": segments.ready}
     hooks["advancing"] = segments
-    with progress_bar(quiet, "building") as bar, shown_sample(bar):
+    with progress_bar(quiet, "building") as bar, show_sample(bar):
         with resumable(options.resume_command("--resume")):
             execute(scene, directory, report=show_run(bar), log=bar.log, **hooks, **run_options)
         phases.end("steps", segments.seconds)

@@ -15,9 +15,9 @@ from dusttaichi.continuum.variables import VARIABLES
 from dusttaichi.domain.walls import Box
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.physics.geometry import AXES, WALLS
-from dusttaichi.results.plain import of_plain, plain
+from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.results.provenance import yaml_text
-from dusttaichi.results.variables import select
+from dusttaichi.results.variables import select_variables
 
 BEFORE = "sample_"  # of the names of the arrays of the sample in a State
 
@@ -33,7 +33,9 @@ class MovingDust(SimpleSimulation):
         self.size, self.dt = sim.n, sim.output_step
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         self.around = domain_of(scene, sample, self.dt)
-        self.variables = select(VARIABLES, self._features(), *scene.output.variable_selection)
+        self.variables = select_variables(
+            VARIABLES, self._features(), *scene.output.variable_selection
+        )
         self.started = measure.energies(sim)["loss"]
         self._pairing = Pairing(sim, sample)
         self._warms = measure.Warming(scene, sample, sim) if sim.layout.heat else None
@@ -139,7 +141,7 @@ class MovingDust(SimpleSimulation):
         self.sim.restore(state.arrays, state.numbers["step"])
         self.started = np.array(state.numbers["started"])
         self._pairing.looked = state.numbers["looked"]
-        self.around = replace(self.around, box=of_plain(Box, state.numbers["box"]))
+        self.around = replace(self.around, box=from_plain(Box, state.numbers["box"]))
 
     # -- result ----------------------------------------------------------------------------------
 
@@ -181,7 +183,7 @@ def make(scene, sample):
 def reopen(scene, state):
     """MovingDust in a State of a continuum of that scene."""
     stored = state.numbers["sample"]
-    bodies = tuple(of_plain(Body, body) for body in stored["bodies"])
+    bodies = tuple(from_plain(Body, body) for body in stored["bodies"])
     arrays = {name: state.arrays[BEFORE + name] for name in (*ARRAYS, "body", "room")}
     others = {name: stored[name] for name in ("spacing", "dimension", "info")}
     out = make(scene, Particles(**arrays, **others, bodies=bodies))

@@ -1,7 +1,7 @@
 """The variables of the result of a continuum, each declared once."""
 
 from dusttaichi.results import roles
-from dusttaichi.results.variables import declared
+from dusttaichi.results.variables import declare_variables
 
 _INTEGERS = {"role": "i4", "body": "i4", "substeps": "i8", "material": "i4"}
 _PHYS = "docs, Continuum"
@@ -71,4 +71,4 @@ _TABLE = {
     ],
 }  # fmt: skip
 
-VARIABLES = declared(_TABLE, _INTEGERS)
+VARIABLES = declare_variables(_TABLE, _INTEGERS)

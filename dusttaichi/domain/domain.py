@@ -60,7 +60,7 @@ class Domain:
         if box is not None:
             unit = self.units("m/s")
             speed = (drive.wall_speed or 0.0) / unit
-            if servo is not None and servo.kind == WALL:
+            if servo is not None and servo.mode == WALL:
                 speed = servo.speed[0]
             box = box.driven(speed, (drive.shear_speed or 0.0) / unit, time)
         if cell is not None:
@@ -70,13 +70,15 @@ class Domain:
     def steer(self, integral):
         """The domain after the change of speeds by the servo that is due at this step.
 
-        integral: see Servo.before. Raises GuardStop where the box has its smallest length.
+        integral: see Servo.load_integral. Raises GuardStop where the box has its smallest length.
         """
-        servo, step = self.servo, self.servo.due
-        load = (integral - servo.before) / (servo.every * self.dt) / self._measured_over(step)
+        servo, step = self.servo, self.servo.next_change
+        load = (
+            (integral - servo.load_integral) / (servo.every * self.dt) / self._measured_over(step)
+        )
         servo = servo.update(load, integral, self.dt)
         time, domain = self.dt * step, replace(self, servo=servo)
-        if servo.kind == WALL:
+        if servo.mode == WALL:
             box = self.box.driven(servo.speed[0], self.box.along[TOP, 0], time)
             domain = replace(domain, box=box)
         else:
@@ -91,7 +93,7 @@ class Domain:
 
     def _measured_over(self, step):
         """Area or volume over which the load is averaged."""
-        if self.servo.kind == WALL:
+        if self.servo.mode == WALL:
             return self.wall_areas(step)[TOP]
         return np.prod(self.lengths(step))
 
@@ -99,9 +101,9 @@ class Domain:
         clock, lengths, um = self.clock(step), self.lengths(step), self.units("m") * 1e6
         for axis in range(3):
             if clock.narrows(axis) and lengths[axis] <= clock.least[axis]:
-                now = self.dt * step * self.units("s") * 1e6
+                time_us = self.dt * step * self.units("s") * 1e6
                 raise GuardStop(
-                    f"At {now:.6g} µs the box is {lengths[axis] * um:.4g} µm along "
+                    f"At {time_us:.6g} µs the box is {lengths[axis] * um:.4g} µm along "
                     f"{AXES[axis]}, two grains, and the prescribed load is not reached. "
                     "Try a larger sample or a lower pressure or stress."
                 )
@@ -162,7 +164,7 @@ class Domain:
         if self.box is None:
             return 0.0
         fastest = float(np.max(np.abs(self.box.speed)))
-        if self.servo is not None and self.servo.kind == WALL:
+        if self.servo is not None and self.servo.mode == WALL:
             return max(fastest, float(self.servo.largest[0]))
         return fastest
 
@@ -172,7 +174,7 @@ class Domain:
             return 0.0
         time = self.dt * step
         speeds = np.abs(self.cell.speeds(time))
-        if self.servo is not None and self.servo.kind != WALL:
+        if self.servo is not None and self.servo.mode != WALL:
             axes = list(self.servo.axes)
             speeds[axes] = self.servo.largest * self.cell.edges(time)[axes]
         return float(speeds.sum()) + abs(self.cell.tilt_rate)
@@ -267,7 +269,7 @@ class Domain:
             growth = np.array(drive.strain_rate) * time
         elif drive.face_speed is not None:
             rate = 2.0 * np.array(drive.face_speed) / self.units("m/s")
-        if servo is not None and servo.kind != WALL:
+        if servo is not None and servo.mode != WALL:
             growth[list(servo.axes)] = -servo.speed
         return {"rate": rate, "growth": growth, "shear": (drive.shear_rate or 0.0) * time}
 
@@ -275,7 +277,7 @@ class Domain:
         """Numbers of the axes along which a servo moves walls or faces."""
         if self.servo is None:
             return ()
-        return (2,) if self.servo.kind == WALL else self.servo.axes
+        return (2,) if self.servo.mode == WALL else self.servo.axes
 
     def _shear_rate(self, height):
         """Rate of shear, between walls relative to the height at the start."""

@@ -45,19 +45,19 @@ WALL, CELL, EVEN = "wall", "cell", "even"
 class Servo:
     """Load control of one stage.
 
-    kind: WALL moves the top wall, CELL edges of a cell one by one, EVEN all edges by the same
-    factor. axes: numbers of the edges. load: prescribed, positive in compression, (n,).
-    scale: reference of its relative error. gain: g. largest: speed or rate of approach,
-    (n,). length: of the box, or 1, by which displacements are divided, (n,). speed:
-    current, (n,). steady: v_0, (n,). missing: e at the last change, (n,), NaN before the first.
-    smooth: intervals over which e is averaged; mean_error: that average, (n,). late_gain: that g
-    goes to. entry: size of the speed that the stage continues, which fades, (n,).
-    changes, ways, products: mean squares of the changes of e and of the strains, and the mean of
-    their products, (n,). due: step of the next change. every: steps between two. before: time
-    integral of the measured load at the last change, (n,).
+    mode: WALL moves the top wall, CELL edges of a cell one by one, EVEN all edges by the same
+    factor. axes: numbers of the edges. load: prescribed, positive in compression, (n,). scale:
+    reference of its relative error. gain: g. largest: speed or rate of approach, (n,). length: of
+    the box, or 1, by which displacements are divided, (n,). speed: current, (n,). steady: v_0,
+    (n,). missing: e at the last change, (n,), NaN before the first. averaged_intervals: number over
+    which e is averaged; mean_error: that average, (n,). late_gain: that g goes to. entry: size of
+    the speed that the stage continues, which fades, (n,). squared_changes, squared_strains,
+    products: mean squares of the changes of e and of the strains, and the mean of their products,
+    (n,). next_change: its step. every: steps between two. load_integral: time integral of the
+    measured load at the last change, (n,).
     """
 
-    kind: str
+    mode: str
     axes: tuple
     load: np.ndarray
     scale: float
@@ -67,13 +67,13 @@ class Servo:
     speed: np.ndarray
     steady: np.ndarray
     missing: np.ndarray
-    changes: np.ndarray
-    ways: np.ndarray
+    squared_changes: np.ndarray
+    squared_strains: np.ndarray
     products: np.ndarray
-    due: int
+    next_change: int
     every: int
-    before: np.ndarray
-    smooth: int
+    load_integral: np.ndarray
+    averaged_intervals: int
     mean_error: np.ndarray
     late_gain: float
     entry: np.ndarray
@@ -86,15 +86,15 @@ class Servo:
     @property
     def stiffness(self):
         """Measured stiffness: change of the relative load per strain, (n,)."""
-        ways = np.maximum(self.ways, TINY)
-        slope = self.products / ways
-        scatter = np.maximum(self.changes / ways - slope**2, 0.0)
+        squares = np.maximum(self.squared_strains, TINY)
+        slope = self.products / squares
+        scatter = np.maximum(self.squared_changes / squares - slope**2, 0.0)
         return np.maximum(np.sqrt(slope**2 + SCATTER**2 * scatter), SOFT)
 
     def update(self, load, integral, dt):
         """The Servo after a change of speed.
 
-        load: mean since the last change, (n,). integral: the next `before`. dt: of a step.
+        load: mean since the last change, (n,). integral: the next `load_integral`. dt: of a step.
         """
         missing, time = (self.load - load) / self.scale, self.every * dt
         change = np.where(np.isnan(self.missing), 0.0, missing - self.missing)
@@ -105,7 +105,7 @@ class Servo:
         limit = LIMIT + (LOADED - LIMIT) * np.minimum(load_fraction, 1.0)
         speed_factor = np.maximum(limit, RELIEF * np.abs(missing) * load_fraction)
         speed_limit = np.minimum(self.largest, np.maximum(speed_factor * response, self.entry))
-        mean_error = self.mean_error + (missing - self.mean_error) / self.smooth
+        mean_error = self.mean_error + (missing - self.mean_error) / self.averaged_intervals
         speed = np.clip(response * mean_error + steady, -speed_limit, speed_limit)
         measured = self._measure_stiffness(change, strain)
         return replace(
@@ -116,8 +116,8 @@ class Servo:
             missing=missing,
             mean_error=mean_error,
             entry=self.entry * (1.0 - 1.0 / MEMORY),
-            due=self.due + self.every,
-            before=np.array(integral, float),
+            next_change=self.next_change + self.every,
+            load_integral=np.array(integral, float),
         )
 
     def _measure_stiffness(self, change, strain):
@@ -125,79 +125,79 @@ class Servo:
 
         At the largest speed it does not fall, since constant speed tells nothing about it.
         """
-        new = replace(
+        updated = replace(
             self,
-            changes=self.changes + (change**2 - self.changes) / MEMORY,
-            ways=self.ways + (strain**2 - self.ways) / MEMORY,
+            squared_changes=self.squared_changes + (change**2 - self.squared_changes) / MEMORY,
+            squared_strains=self.squared_strains + (strain**2 - self.squared_strains) / MEMORY,
             products=self.products + (change * strain - self.products) / MEMORY,
         )
-        is_kept = (np.abs(self.speed) >= self.largest) & (new.stiffness < self.stiffness)
+        is_kept = (np.abs(self.speed) >= self.largest) & (updated.stiffness < self.stiffness)
         return replace(
             self,
-            changes=np.where(is_kept, self.changes, new.changes),
-            ways=np.where(is_kept, self.ways, new.ways),
-            products=np.where(is_kept, self.products, new.products),
+            squared_changes=np.where(is_kept, self.squared_changes, updated.squared_changes),
+            squared_strains=np.where(is_kept, self.squared_strains, updated.squared_strains),
+            products=np.where(is_kept, self.products, updated.products),
         )
 
 
 def make_servo(drive, domain, step, integral):
     """The Servo of a Drive from that step on, None where no load is controlled.
 
-    integral(servo): time integral of its measured load (Servo.before); zero if None.
+    integral(servo): time integral of its measured load (Servo.load_integral); zero if None.
     """
     if not drive.controls_load:
         return None
     if drive.stress is not None:
-        kind, axes = CELL, drive.controlled_axes
+        mode, axes = CELL, drive.controlled_axes
         load = -np.array([drive.stress[n] for n in axes]) / domain.units("Pa")
     else:
-        kind = WALL if domain.has_top else EVEN
-        axes = () if kind == WALL else (0, 1, 2)
+        mode = WALL if domain.has_top else EVEN
+        axes = () if mode == WALL else (0, 1, 2)
         load = np.array([drive.pressure]) / domain.units("Pa")
-    n, wall = len(load), kind == WALL
+    n, wall = len(load), mode == WALL
     first = Servo(
-        kind=kind,
+        mode=mode,
         axes=tuple(axes),
         load=load,
         scale=float(np.abs(load).max()),
         gain=drive.gain or AT_REST,
-        largest=_largest(drive, kind, axes, domain.units),
+        largest=_find_largest_speed(drive, mode, axes, domain.units),
         # the height below the top wall, whether it has a bottom or not
         length=np.diff(domain.box.planes(domain.dt * step)[4:]) if wall else np.ones(n),
         speed=np.zeros(n),
         steady=np.zeros(n),
         missing=np.full(n, np.nan),
-        changes=np.full(n, FIRST**2),
-        ways=np.full(n, (FIRST / STIFF) ** 2),
+        squared_changes=np.full(n, FIRST**2),
+        squared_strains=np.full(n, (FIRST / STIFF) ** 2),
         products=np.full(n, -(FIRST**2) / STIFF),
-        due=step + EVERY,
+        next_change=step + EVERY,
         every=EVERY,
-        before=np.zeros(n),
-        smooth=1,
+        load_integral=np.zeros(n),
+        averaged_intervals=1,
         mean_error=np.zeros(n),
         late_gain=drive.gain or AT_REST,
         entry=np.zeros(n),
     )
     if integral is None:  # a plan, in which the motion is not known
         return first
-    first = replace(first, before=integral(first))
-    speed = _approach(domain, kind, axes, step)
+    first = replace(first, load_integral=integral(first))
+    speed = _measure_approach(domain, mode, axes, step)
     return _continue_motion(first, drive, domain, speed) if speed.any() else first
 
 
-def _approach(domain, kind, axes, step):
+def _measure_approach(domain, mode, axes, step):
     """Speed or rates (n,) at which walls or faces approach each other at a step."""
-    if kind == WALL:
+    if mode == WALL:
         return np.array([domain.wall_speed])
     time = domain.dt * step
     rates = -domain.cell.speeds(time) / domain.cell.edges(time)
-    return np.array([rates.mean()]) if kind == EVEN else rates[list(axes)]
+    return np.array([rates.mean()]) if mode == EVEN else rates[list(axes)]
 
 
 def _continue_motion(first, drive, domain, speed):
     """The Servo `first` of a stage that continues a motion at that speed or rates (n,)."""
     largest, last = first.largest, domain.servo
-    if (drive.wall_speed if first.kind == WALL else drive.strain_rate) is None:
+    if (drive.wall_speed if first.mode == WALL else drive.strain_rate) is None:
         largest = np.maximum(largest, np.abs(speed))
     speed = np.clip(speed, -largest, largest)
     servo = replace(
@@ -206,22 +206,22 @@ def _continue_motion(first, drive, domain, speed):
         largest=largest,
         speed=speed,
         steady=speed,
-        smooth=SMOOTH,
+        averaged_intervals=SMOOTH,
         entry=np.abs(speed),
     )
     stiffness, strains = FIRM, (speed * servo.every * domain.dt / servo.length) ** 2
-    if last is not None and (last.kind, last.axes) == (servo.kind, servo.axes):
+    if last is not None and (last.mode, last.axes) == (servo.mode, servo.axes):
         missing = (servo.load - last.load + last.missing * last.scale) / servo.scale
         stiffness = np.maximum(FIRM, last.stiffness * last.scale / servo.scale)
-        strains, servo = np.maximum(strains, last.ways), replace(servo, missing=missing)
-    strains = np.maximum(strains, first.ways)
+        strains, servo = np.maximum(strains, last.squared_strains), replace(servo, missing=missing)
+    strains = np.maximum(strains, first.squared_strains)
     changes, products = stiffness**2 * strains, -stiffness * strains
-    return replace(servo, changes=changes, ways=strains, products=products)
+    return replace(servo, squared_changes=changes, squared_strains=strains, products=products)
 
 
-def _largest(drive, kind, axes, units):
-    """Largest speed or rates of the motion by a Servo of that kind, (n,)."""
-    if kind == WALL:
+def _find_largest_speed(drive, mode, axes, units):
+    """Largest speed or rates of the motion by a Servo of that mode, (n,)."""
+    if mode == WALL:
         return np.array([drive.largest_wall_speed]) / units("m/s")
     rates = np.abs(drive.largest_rates) * units("s")
-    return rates[:1] if kind == EVEN else rates[list(axes)]
+    return rates[:1] if mode == EVEN else rates[list(axes)]

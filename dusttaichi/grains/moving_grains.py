@@ -14,7 +14,7 @@ from dusttaichi.grains.variables import VARIABLES, variables_of
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.provenance import yaml_text
-from dusttaichi.results.variables import select
+from dusttaichi.results.variables import select_variables
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.touching import deep_overlaps
 from dusttaichi.scene.material import DEFAULT
@@ -40,7 +40,7 @@ class MovingGrains(SimpleSimulation):
         self.workers = WorkerChoice(sim, fixed=scene.numerics.threads != "auto")
         features = features_of(scene, self.sample, sim)
         every = (*VARIABLES.values(), *variables_of(sim.layout.model))
-        self.variables = select(every, features, *scene.output.variable_selection)
+        self.variables = select_variables(every, features, *scene.output.variable_selection)
         self.bins = None
         if "profiles" in features:
             self.bins = record.bin_edges(sim.domain.clock(), sim.radius)

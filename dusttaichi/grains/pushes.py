@@ -15,7 +15,7 @@ from dusttaichi.domain.clock import NEVER
 from dusttaichi.grains.measure import contact_loads, grain_state, set_back, velocities
 from dusttaichi.grains.order import rank_of
 from dusttaichi.physics.geometry import rigid_rotation
-from dusttaichi.results.plain import of_plain, plain
+from dusttaichi.results.plain import from_plain, plain
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Push:
     def restored(self, numbers):
         """The Push of these numbers."""
         out = copy.copy(self)
-        out.forces = tuple(of_plain(Force, force) for force in numbers["forces"])
+        out.forces = tuple(from_plain(Force, force) for force in numbers["forces"])
         out._carry({g: np.array(speed) for g, speed in numbers["speeds"]})
         out.first = np.array(numbers["first"]).reshape(-1, 3)
         return out

@@ -31,7 +31,7 @@ from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
 from dusttaichi.grains.state import GrainState
 from dusttaichi.grains.step import step_numbers, walls_argument
-from dusttaichi.results.plain import of_plain, plain
+from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.units import GRAINS
 
 STORED = {"ledger_sums": LedgerSums, "box": Box, "cell": Cell, "servo": Servo}  # in a checkpoint
@@ -202,12 +202,12 @@ class Simulation:
             self._surround(self.domain.steer(self._load_integral(self.servo, loads)))
 
     def _load_integral(self, servo, loads=None):
-        """Time integral of the load of a Servo up to now: see Servo.before. loads: LoadSums."""
+        """Time integral of the load of a Servo up to now. loads: LoadSums."""
         loads = loads or load_sums(self)
-        if servo.kind == WALL:
+        if servo.mode == WALL:
             return (loads.impulses()[TOP : TOP + 1] * self.box.normal[TOP]).sum(axis=1)
         flux = np.diag(loads.momentum_flux())
-        return np.array([flux.mean()]) if servo.kind == EVEN else flux[list(servo.axes)]
+        return np.array([flux.mean()]) if servo.mode == EVEN else flux[list(servo.axes)]
 
     def _surround(self, domain):
         self.box, self.cell, self.servo = domain.box, domain.cell, domain.servo
@@ -238,13 +238,13 @@ class Simulation:
         while self.step < end:
             until = self.push.next_end(self.step, end)
             if self.servo is not None:
-                until = min(until, self.servo.due)
+                until = min(until, self.servo.next_change)
             done, due = self._call(until - self.step, pending, self.dt)
             self.step += done
             pending = 0
             if self.step == until and until < NEVER:
                 self._end_pushes()
-                if self.servo is not None and until == self.servo.due:
+                if self.servo is not None and until == self.servo.next_change:
                     self._steer()
             if due:
                 with self.search.around:
@@ -323,8 +323,8 @@ class Simulation:
         self.step = numbers["step"]
         self.search.restore(numbers["search"])
         for name, kind in STORED.items():
-            setattr(self, name, of_plain(kind, numbers[name]))
+            setattr(self, name, from_plain(kind, numbers[name]))
         if self.sphere is not None:
-            self.sphere.speed = of_plain(np.ndarray, numbers["sphere"])
+            self.sphere.speed = from_plain(np.ndarray, numbers["sphere"])
         if numbers["push"] is not None:
             self.push = self.push.restored(numbers["push"])

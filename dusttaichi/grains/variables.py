@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from dusttaichi.physics.geometry import WALLS
-from dusttaichi.results.variables import declare, declared
+from dusttaichi.results.variables import declare, declare_variables
 
 _TYPES = {
     "contact_count": "i8", "wall_contact_count": "i8", "outside_count": "i8", "step": "i8",
@@ -205,7 +205,7 @@ _TABLE = {
     ],
 }  # fmt: skip
 
-VARIABLES = {v.key: v for v in declared(_TABLE, _TYPES, _COUNTS)}
+VARIABLES = {v.key: v for v in declare_variables(_TABLE, _TYPES, _COUNTS)}
 
 
 def variables_of(model):

@@ -54,7 +54,7 @@ class Measurement:
     parts: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def from_energies(cls, kinetic, potential, losses, **others) -> Measurement:
+    def from_energies(cls, kinetic, potential, losses, **further_fields) -> Measurement:
         """Measurement whose `energy` and `lost` are the sums of these.
 
         Parameters
@@ -71,7 +71,7 @@ class Measurement:
         Measurement
         """
         losses = np.asarray(losses, float)
-        return cls(kinetic, potential, kinetic + potential, losses, losses.sum(), **others)
+        return cls(kinetic, potential, kinetic + potential, losses, losses.sum(), **further_fields)
 
 
 @dataclass(frozen=True)

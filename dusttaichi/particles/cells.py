@@ -20,22 +20,22 @@ def grid_length(dimension):
     return 4 * dimension + 2
 
 
-def place_cells(dimension, room, cells, own=0):
-    """Scratch fields, by name, of cells of at most `room` particles; nothing in them outlives it.
+def place_cells(dimension, capacity, cells, method_numbers=0):
+    """Scratch fields, by name, of cells of at most `capacity` particles, not kept between uses.
 
-    cells: their capacity. own: numbers of the method in `grid`.
+    cells: largest number of cells. method_numbers: further numbers of the method in `grid`.
     """
     shapes = {
         "cell_first": (ti.i32, (cells + 1,)),
-        "in_cell": (ti.i32, (room,)),
-        "cell_of": (ti.i32, (room,)),
+        "in_cell": (ti.i32, (capacity,)),
+        "cell_of": (ti.i32, (capacity,)),
         # what a cell has that has no place in its list yet; 0 between two sorts
         "placeless": (ti.i32, (cells + 1,)),
         "cell_chunk": (ti.i32, (scan_capacity(cells + 1),)),
-        "bounds": (ti.f64, (1 + scan_capacity(room), 2 * dimension + 2)),
-        "grid": (ti.f64, (grid_length(dimension) + own,)),
+        "bounds": (ti.f64, (1 + scan_capacity(capacity), 2 * dimension + 2)),
+        "grid": (ti.f64, (grid_length(dimension) + method_numbers,)),
     }
-    return {name: ti.field(kind, shape=shape) for name, (kind, shape) in shapes.items()}
+    return {name: ti.field(dtype, shape=shape) for name, (dtype, shape) in shapes.items()}
 
 
 def lay_grid(low, extent, width, room, *, edges, growth, tilt=0.0):
@@ -63,14 +63,14 @@ class Bounds:
 
     Largest coordinates, largest ones with the opposite sign, 1 if the place of any is `farthest`
     away or not a number, largest speed (0 without v). x, v: fields; table: see place_cells;
-    count(): function, number of particles, at most `room`. before: functions called first, of each
+    count(): function, number of particles, at most `capacity`. preparations: called first, of each
     particle.
     """
 
-    def __init__(self, x, table, count, farthest, *, room, v=None, before=()):
-        self.x, self.v, self.moves, self.before = x, v, v is not None, before
+    def __init__(self, x, table, count, farthest, *, capacity, v=None, preparations=()):
+        self.x, self.v, self.moves, self.preparations = x, v, v is not None, preparations
         self.table, self.count, self.farthest = table, count, farthest
-        self.n, self.light, self.chunks = x.n, is_short(x.shape[0]), -(-room // CHUNK)
+        self.n, self.light, self.chunks = x.n, is_short(x.shape[0]), -(-capacity // CHUNK)
         self.largest = Largest(table, self.chunks)
 
     @staticmethod
@@ -100,7 +100,7 @@ class Bounds:
         high, low = ti.Vector([-NOWHERE] * n, ti.f64), ti.Vector([-NOWHERE] * n, ti.f64)
         fastest, lost = ti.cast(0.0, ti.f64), ti.cast(0.0, ti.f64)
         for i in range(begin, end):
-            for function in ti.static(self.before):
+            for function in ti.static(self.preparations):
                 function(i)
             if ti.static(self.moves):
                 fastest = ti.max(fastest, self.v[i].norm())
@@ -166,9 +166,9 @@ class Cells:
         return ti.cast(grid.numbers, ti.i32)
 
     @ti.func
-    def of(self, place, grid: ti.template()):
-        """The cell of a place along each axis; what is outside is in the outermost."""
-        d = place - grid.origin
+    def find_cell(self, position, grid: ti.template()):
+        """Cell of a position along each axis; positions outside are in the outermost cells."""
+        d = position - grid.origin
         if ti.static(self.tilted):
             d[0] -= grid.tilt * (d[2] / grid.edges[2] - 0.5)
         outer = ti.Vector([self.outer[a] for a in ti.static(range(self.n))])
@@ -201,23 +201,23 @@ class Cells:
         are images, which stand that far away.
         """
         n = ti.static(self.n)
-        cells, there, rest = self.along(grid), begin, number
+        cells, cell, number_left = self.along(grid), begin, number
         image = ti.Vector.zero(ti.f64, n)
         for b in ti.static(range(n - 1, -1, -1)):
             if ti.static(b == 0):
-                there[b] += cut
+                cell[b] += cut
             elif ti.static(b == 1 and n - self.columns > 1):
-                there[b] += rest
+                cell[b] += number_left
             elif ti.static(b < n - 1 or not self.columns):
-                there[b] += rest % size[b]
-                rest //= size[b]
+                cell[b] += number_left % size[b]
+                number_left //= size[b]
             if ti.static(b in self.periodic):
-                turn = ti.cast(there[b] >= cells[b], ti.i32) - ti.cast(there[b] < 0, ti.i32)
-                there[b] -= turn * cells[b]
+                turn = ti.cast(cell[b] >= cells[b], ti.i32) - ti.cast(cell[b] < 0, ti.i32)
+                cell[b] -= turn * cells[b]
                 image[b] += turn * grid.edges[b]
                 if ti.static(self.tilted and b == 2):
                     image[0] += turn * grid.tilt
-        first = self.number(there, grid)
+        first = self.number(cell, grid)
         return first, first + (size[n - 1] if ti.static(self.columns) else 1), image
 
 
@@ -232,10 +232,10 @@ class Sort:
     """
 
     def __init__(self, fields, count, cells, cell, *, ordered):
-        self.first, self.member, self.of = fields.cell_first, fields.in_cell, fields.cell_of
+        self.first, self.member, self.cell_of = fields.cell_first, fields.in_cell, fields.cell_of
         self.placeless, self.scan = fields.placeless, Scan(fields.cell_chunk)
         self.count, self.cells, self.cell = count, cells, cell
-        self.room, self.most = self.member.shape[0], self.first.shape[0]
+        self.room, self.first_capacity = self.member.shape[0], self.first.shape[0]
         self.light = is_short(self.room)
         self.disordered = ordered and not self.light
 
@@ -251,20 +251,22 @@ class Sort:
             if is_idle(k, self.count()):
                 continue
             c = self.cell(k, grid)
-            self.of[k] = c
+            self.cell_of[k] = c
             if c >= 0:
                 ti.atomic_add(self.placeless[c], 1)
-        self.scan.exclusive(self.placeless, self.first, loop_length(self.cells() + 1, self.most))
+        self.scan.exclusive(
+            self.placeless, self.first, loop_length(self.cells() + 1, self.first_capacity)
+        )
         ti.loop_config(serialize=self.light)
         for q in range(loop_length(self.count(), self.room)):
             if is_idle(q, self.count()):
                 continue
             k = self.count() - 1 - q
-            c = self.of[k]
+            c = self.cell_of[k]
             if c >= 0:
                 self.member[self.first[c] + ti.atomic_sub(self.placeless[c], 1) - 1] = k
         if ti.static(self.disordered):
-            for c in range(loop_length(self.cells(), self.most - 1)):
+            for c in range(loop_length(self.cells(), self.first_capacity - 1)):
                 if is_idle(c, self.cells()):
                     continue
                 self.put_in_order(self.first[c], self.first[c + 1])
@@ -273,8 +275,8 @@ class Sort:
     def put_in_order(self, begin, end):
         """Sort a part of `in_cell`: few numbers, by insertion."""
         for k in range(begin + 1, end):
-            own, place = self.member[k], k
-            while place > begin and self.member[ti.max(place - 1, begin)] > own:
-                self.member[place] = self.member[place - 1]
-                place -= 1
-            self.member[place] = own
+            particle, slot = self.member[k], k
+            while slot > begin and self.member[ti.max(slot - 1, begin)] > particle:
+                self.member[slot] = self.member[slot - 1]
+                slot -= 1
+            self.member[slot] = particle

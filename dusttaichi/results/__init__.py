@@ -8,7 +8,14 @@ each snapshot. All values are SI.
 
 from dusttaichi.results.integrity import open_result
 from dusttaichi.results.provenance import provenance
-from dusttaichi.results.variables import COMMON, Variable, common, declare, reference_energy, select
+from dusttaichi.results.variables import (
+    COMMON,
+    Variable,
+    common,
+    declare,
+    reference_energy,
+    select_variables,
+)
 from dusttaichi.results.writer import Writer
 
 __all__ = [
@@ -20,5 +27,5 @@ __all__ = [
     "open_result",
     "provenance",
     "reference_energy",
-    "select",
+    "select_variables",
 ]

@@ -142,23 +142,23 @@ def write_whole(path, data):
 class WorkFile(AbstractContextManager):
     """A temporary file for a library that does not recover from failed writes (HDF5).
 
-    It is in memory (MEMORY) if there is enough, otherwise on disk, beside the file at `beside`,
-    with reserved space. room: largest size [bytes]. A context manager, which removes the file.
-    Raises OSError if there is not enough space.
+    It is in memory (MEMORY) if there is enough, otherwise on disk, beside the file at
+    `result_path`, with reserved space. size: largest, in bytes. A context manager, which removes
+    the file. Raises OSError if there is not enough space.
     """
 
-    def __init__(self, beside, room):
+    def __init__(self, result_path, size):
         self._hidden = False
-        if _free(MEMORY) > 2 * room:
+        if _free(MEMORY) > 2 * size:
             _remove_forgotten()
             self._descriptor, name = tempfile.mkstemp(prefix=WORK, dir=MEMORY)
             self.path = Path(name)
         else:
-            self.path = Path(beside).with_name(f".{Path(beside).name}.work")
+            self.path = Path(result_path).with_name(f".{Path(result_path).name}.work")
             flags = os.O_RDWR | os.O_CREAT | os.O_TRUNC
             self._descriptor = os.open(self.path, flags, 0o666)
             try:
-                reserve(self.path, room)
+                reserve(self.path, size)
             except OSError:
                 self.__exit__()
                 raise

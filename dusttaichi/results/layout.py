@@ -68,29 +68,31 @@ def _define_variable(folder, variable, sizes, ragged):
     options = {"fletcher32": True, "fill_value": FILL.get(variable.dtype)}  # integrity.py
     if variable.grows:
         options["chunksizes"] = _chunks(variable, sizes, ragged)
-    new = folder.createVariable(variable.name, variable.dtype, variable.dims, **options)
-    new.units, new.long_name = variable.units, variable.long_name
+    netcdf_variable = folder.createVariable(variable.name, variable.dtype, variable.dims, **options)
+    netcdf_variable.units, netcdf_variable.long_name = variable.units, variable.long_name
     if variable.history:
-        new.contact_history = "moves with its grains"
+        netcdf_variable.contact_history = "moves with its grains"
     if variable.source:
-        new.comment = f"{SOURCE}{variable.source}"
+        netcdf_variable.comment = f"{SOURCE}{variable.source}"
     if variable.group != "series" and not ragged and variable.grows:
-        own = (f"{record_dimension(variable.group)}_time", "step")
-        if variable.name not in own:
-            new.coordinates = " ".join((*own, *(["bin_height"] if "bin" in variable.dims else [])))
+        coordinate_names = (f"{record_dimension(variable.group)}_time", "step")
+        if variable.name not in coordinate_names:
+            netcdf_variable.coordinates = " ".join(
+                (*coordinate_names, *(["bin_height"] if "bin" in variable.dims else []))
+            )
     if variable.counts:
-        new.sample_dimension = variable.counts
+        netcdf_variable.sample_dimension = variable.counts
 
 
-def image(layout, dimensions, static, rows, attributes, *, beside):
+def yield_file_blocks(layout, dimensions, static, rows, attributes, *, result_path):
     """Yield the bytes of a file, made in memory, in blocks.
 
     rows: group -> name -> array, the records. layout, dimensions, static: as in `define`.
-    beside: as of WorkFile. Raises OSError or RuntimeError for lack of memory.
+    result_path: as of WorkFile. Raises OSError or RuntimeError for lack of memory.
     """
     size = sum(values.nbytes for arrays in rows.values() for values in arrays.values())
     size += sum(np.asarray(values).nbytes for values in static.values())
-    with WorkFile(beside, 2 * size + OVERHEAD) as work:
+    with WorkFile(result_path, 2 * size + OVERHEAD) as work:
         with netCDF4.Dataset(work.path, "w", format="NETCDF4") as file:
             work.hide()
             define(file, layout, dimensions, static)
@@ -174,18 +176,18 @@ def _variables(group, folder):
         )
 
 
-def copy_records(old, new, layout, records, starts=()):
+def copy_records(source_file, target_file, layout, records, starts=()):
     """The first `records` of each group from one open file to another.
 
     starts: group -> number of their first record in the new file, 0 by default.
     """
-    for file in (old, new):
+    for file in (source_file, target_file):
         file.set_auto_maskandscale(False)
     for variable in (v for v in layout.values() if v.grows):
         if (count := records.get(variable.group, 0)) == 0:
             continue  # the old file may not even have the group
-        source = folder_of(old, variable.group)[variable.name]
-        target = folder_of(new, variable.group)[variable.name]
+        source = folder_of(source_file, variable.group)[variable.name]
+        target = folder_of(target_file, variable.group)[variable.name]
         block = max(1, COPIED // (8 * max(math.prod(source.shape[1:]), 1)))
         begin = dict(starts).get(variable.group, 0)
         for start in range(0, count, block):

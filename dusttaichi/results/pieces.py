@@ -99,10 +99,10 @@ def _parts(path):
     return sorted(parts_folder(path).glob("[0-9]*.nc"))
 
 
-def remove_parts(path, after=0):
+def remove_parts(path, last_number=0):
     """Remove the parts of the result at `path` behind number `after`. Raises OSError."""
     for part_path in reversed(_parts(path)):
-        if int(part_path.stem) > after:
+        if int(part_path.stem) > last_number:
             part_path.unlink(missing_ok=True)
 
 
@@ -136,10 +136,10 @@ def append_blocks(rows, blocks):
     return rows | blocks | joined
 
 
-def already_there(path, what="it"):
-    """Error for an existing result; what: such as "with the missing runs", which --resume does."""
+def make_exists_error(path, remainder="it"):
+    """Error for an existing result; remainder: such as "with the missing runs"."""
     return DustError(
-        f"{path} exists already. Use --force to overwrite it, --resume to continue {what}, or "
+        f"{path} exists already. Use --force to overwrite it, --resume to continue {remainder}, or "
         "choose another output directory."
     )
 

@@ -21,20 +21,22 @@ def plain(value):
     return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value
 
 
-def of_plain(kind, value):
+def from_plain(value_type, value):
     """Value of a type from what `plain` has made of it.
 
     The type is that of an array, a tuple, a dict of such values, or a dataclass with them.
     """
     if value is None:
         return None
-    if isinstance(kind, UnionType):  # with None
-        kind = get_args(kind)[0]
-    if is_dataclass(kind):
-        kinds = get_type_hints(kind)
-        return kind(**{name: of_plain(kinds[name], own) for name, own in value.items()})
-    if get_origin(kind) is dict:
-        return {name: of_plain(get_args(kind)[1], own) for name, own in value.items()}
-    if kind in (np.ndarray, tuple):
-        return np.array(value) if kind is np.ndarray else tuple(value)
+    if isinstance(value_type, UnionType):  # with None
+        value_type = get_args(value_type)[0]
+    if is_dataclass(value_type):
+        field_types = get_type_hints(value_type)
+        return value_type(
+            **{name: from_plain(field_types[name], item) for name, item in value.items()}
+        )
+    if get_origin(value_type) is dict:
+        return {name: from_plain(get_args(value_type)[1], item) for name, item in value.items()}
+    if value_type in (np.ndarray, tuple):
+        return np.array(value) if value_type is np.ndarray else tuple(value)
     return value

@@ -46,7 +46,7 @@ def provenance(scene_given, scene_resolved, **numbers) -> dict:
         title, seed, backend, precision, threads, time_step [s] and further attributes of the run.
     """
     versions = {name: metadata.version(name) for name in (compiler.name(), "numpy", "netCDF4")}
-    found = {
+    attributes = {
         "Conventions": "CF-1.11",
         "source": f"dusttaichi {__version__}",
         "dusttaichi_version": __version__,
@@ -60,18 +60,20 @@ def provenance(scene_given, scene_resolved, **numbers) -> dict:
         **{f"{name.lower()}_version": version for name, version in versions.items()},
         **numbers,
     }
-    return {name: value for name, value in found.items() if value is not None}
+    return {name: value for name, value in attributes.items() if value is not None}
 
 
-def of_study(scene, resolved=None, **numbers) -> dict:
+def describe_study(scene, resolved=None, **numbers) -> dict:
     """Global attributes of the dataset of a study of a scene; see `provenance`.
 
     resolved: the scene that was used, if other than `scene`.
     """
     texts = scene.source or "", (resolved or scene).to_yaml()
-    found = provenance(*texts, title=scene.name, **numbers)
+    attributes = provenance(*texts, title=scene.name, **numbers)
     # as lists: a plain text is limited to 64 kB
-    return {key: [value] if key.startswith("scene_") else value for key, value in found.items()}
+    return {
+        key: [value] if key.startswith("scene_") else value for key, value in attributes.items()
+    }
 
 
 def yaml_text(value):

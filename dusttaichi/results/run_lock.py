@@ -38,13 +38,13 @@ class RunLock(AbstractContextManager):
         """Lock the folder as well, in case that the lock file is deleted; None if impossible."""
         if os.name != "posix":
             return None
-        folder, taken = os.open(self.path.parent, os.O_RDONLY), None
+        folder, is_locked = os.open(self.path.parent, os.O_RDONLY), None
         with suppress(OSError):
-            taken = locks.take(folder)
-        if taken:
+            is_locked = locks.take(folder)
+        if is_locked:
             return folder
         os.close(folder)
-        if taken is None:  # network file systems lock no folders
+        if is_locked is None:  # network file systems lock no folders
             return None
         refusal = self._refusal(self._descriptor)
         remove(self.path)  # it is this one's: the owner's was deleted
@@ -67,10 +67,10 @@ class RunLock(AbstractContextManager):
             os.close(descriptor)  # its owner removed the file in between: take the new one
 
     def _lock(self, descriptor):
-        taken = locks.take(descriptor)
+        is_locked = locks.take(descriptor)
         # a network file system may have no locks
-        lockless = taken is None and os.name == "posix"
-        if taken is False or (lockless and self._owner_lives(descriptor)):
+        lockless = is_locked is None and os.name == "posix"
+        if is_locked is False or (lockless and self._owner_lives(descriptor)):
             raise self._refusal(descriptor)
 
     def _refusal(self, descriptor):

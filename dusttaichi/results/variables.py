@@ -99,7 +99,7 @@ def declare(group, rows, integers=(), counts=()) -> list[Variable]:
     )
 
 
-def select(variables, features, chosen=(), precision="f64") -> list[Variable]:
+def select_variables(variables, features, selection=(), precision="f64") -> list[Variable]:
     """Variables whose needs are among the features, in order.
 
     Parameters
@@ -107,24 +107,24 @@ def select(variables, features, chosen=(), precision="f64") -> list[Variable]:
     variables : sequence of Variable
     features : set of str
         Features of the scene.
-    chosen : sequence of str
+    selection : sequence of str
         Names of `output.variables`: optional outputs (feature REQUESTED) and, with a minus,
         excluded ones.
     precision : str
         "f32": variables of every grain, particle or contact are in single precision.
     """
     features = {*features, REQUESTED}
-    selected = [v for v in variables if v.needs <= features and _select_requested(v, chosen)]
+    selected = [v for v in variables if v.needs <= features and _select_requested(v, selection)]
     if precision == "f64":
         return tuple(selected)
     large = {v.key for v in selected if v.dtype == "f8" and v.grows and EACH & set(v.dims)}
     return tuple(replace(v, dtype="f4") if v.key in large else v for v in selected)
 
 
-def _select_requested(variable, chosen):
-    if any(name[1:] in (variable.key, variable.name) for name in chosen if name[:1] == "-"):
+def _select_requested(variable, selection):
+    if any(name[1:] in (variable.key, variable.name) for name in selection if name[:1] == "-"):
         return not optional(variable)
-    requested = {variable.key, variable.name} & set(chosen)
+    requested = {variable.key, variable.name} & set(selection)
     return REQUESTED not in variable.needs or bool(requested)
 
 
@@ -207,10 +207,10 @@ _SHARED = COMMON | {variable.key: variable for variable in _OF_WALLS}
 
 def common(*features):
     """Variables that all methods share, of a scene with these features (see above)."""
-    return select(COMMON.values(), features)
+    return select_variables(COMMON.values(), features)
 
 
-def declared(table, integers, counts=()):
+def declare_variables(table, integers, counts=()):
     """Variables of a method, a tuple, from its table {group: rows of `declare`}.
 
     A row that is a mere name is a variable that methods share. counts: of the snapshots.

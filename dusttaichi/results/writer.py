@@ -9,13 +9,19 @@ import numpy as np
 from dusttaichi.errors import DustError
 from dusttaichi.results import pieces
 from dusttaichi.results.files import explain, parts_folder, write_whole
-from dusttaichi.results.layout import describe, image, ragged_groups, read_records, readable
+from dusttaichi.results.layout import (
+    describe,
+    ragged_groups,
+    read_records,
+    readable,
+    yield_file_blocks,
+)
 from dusttaichi.results.variables import LABELS
 
 PIECE = 8_000_000  # bytes from which a file is complete, and a new part begins
 
 
-def _now():
+def _format_time():
     return clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime())
 
 
@@ -80,15 +86,15 @@ class Writer(AbstractContextManager):
         path = Path(path)
         with pieces.acquire_lock(path, lock) as lock_of_run:
             if path.exists() and not force:
-                raise pieces.already_there(path)
+                raise pieces.make_exists_error(path)
             layout = {v.key: v for v in variables}
-            attributes = {"status": "running", "history": f"{_now()} started", **attrs}
+            attributes = {"status": "running", "history": f"{_format_time()} started", **attrs}
             static = {k: np.asarray(coords[k]) for k, v in layout.items() if not v.grows}
             records = dict.fromkeys((v.group for v in layout.values()), 0)
             sizes = {**LABELS, **sizes}
-            known = {"layout": layout, "sizes": sizes, "static": static}
-            known |= {"attributes": attributes, "records": records}
-            writer = cls(path, lock_of_run, **known)
+            contents = {"layout": layout, "sizes": sizes, "static": static}
+            contents |= {"attributes": attributes, "records": records}
+            writer = cls(path, lock_of_run, **contents)
             writer._owns_lock, writer._identity = lock is None, pieces.new_identity()
             writer._changed = True
             writer.flush()
@@ -116,12 +122,12 @@ class Writer(AbstractContextManager):
         if not path.exists():
             raise DustError(f"There is no result to continue at {path}.")
         with pieces.acquire_lock(path, lock) as lock_of_run:
-            writer = cls._of_pieces(path, lock_of_run, counts)
+            writer = cls._from_pieces(path, lock_of_run, counts)
             writer._owns_lock = lock is None
         return writer
 
     @classmethod
-    def _of_pieces(cls, path, lock, counts):
+    def _from_pieces(cls, path, lock, counts):
         """A Writer that continues the pieces of a result from `counts`."""
         with readable(path):  # damage is reported now, not at the end of the run
             files = pieces.pieces_of(path)
@@ -134,11 +140,11 @@ class Writer(AbstractContextManager):
         while len(files) > 1 and all(n >= counts.get(g, 0) for g, n in files[-1].starts.items()):
             files.pop()  # it is later than the checkpoint
         layout, sizes, static, attributes, _ = describe(files[-1].path)
-        attributes["history"] = f"{attributes.get('history', '')}\n{_now()} resumed"
+        attributes["history"] = f"{attributes.get('history', '')}\n{_format_time()} resumed"
         attributes = {k: v for k, v in attributes.items() if k not in pieces.OWN}
         records = {group: int(counts.get(group, 0)) for group in files[-1].ends}
-        known = {"layout": layout, "sizes": sizes, "static": static, "attributes": attributes}
-        writer = cls(path, lock, **known, records=records)
+        contents = {"layout": layout, "sizes": sizes, "static": static, "attributes": attributes}
+        writer = cls(path, lock, **contents, records=records)
         writer._continue_from(len(files) - 1, files[-1].starts)
         writer.set_status("running")
         return writer
@@ -164,8 +170,8 @@ class Writer(AbstractContextManager):
         if record.keys() != expected.keys():
             raise ValueError(f"{group} takes {sorted(expected)}, not {sorted(record)}")
         block, lengths = {}, set()
-        for name, (kind, tail) in expected.items():
-            data = np.array(record[name], dtype=kind)
+        for name, (dtype, tail) in expected.items():
+            data = np.array(record[name], dtype=dtype)
             data = data[np.newaxis] if data.ndim == len(tail) else data
             if data.shape[1:] != tail:
                 raise ValueError(f"{group}/{name} has shape {data.shape[1:]}, not {tail}")
@@ -233,7 +239,7 @@ class Writer(AbstractContextManager):
         if not self._changed:
             return 0.0
         began = clock.perf_counter()
-        counts, blocks = self.counts(), self._joined()
+        counts, blocks = self.counts(), self._join_blocks()
         number, starts, rows = self._number, self._starts, self._written
         if self._size >= PIECE:
             number, starts, rows = number + 1, dict(self._records), {}
@@ -285,13 +291,13 @@ class Writer(AbstractContextManager):
         """Set group -> name -> (type, shape of an entry) of all variables that grow."""
         self._entries = {}
         for v in (v for v in self._layout.values() if v.grows):
-            own = v.dtype, tuple(self._sizes[d] for d in v.dims[1:])
-            self._entries.setdefault(v.group, {})[v.name] = own
+            entry = v.dtype, tuple(self._sizes[d] for d in v.dims[1:])
+            self._entries.setdefault(v.group, {})[v.name] = entry
 
     def _rows_waiting(self, group):
         return sum(len(next(iter(block.values()))) for block in self._buffer[group])
 
-    def _joined(self):
+    def _join_blocks(self):
         """Group -> name -> array of the records in memory. Checks the number of ragged rows."""
         blocks = {
             group: {name: _concatenate([b[name] for b in waiting]) for name in waiting[0]}
@@ -320,10 +326,13 @@ class Writer(AbstractContextManager):
 
     def _write(self, rows, number, starts):
         """Write a piece with these rows, group -> name -> array."""
-        own = pieces.place(self._identity, starts if number else None)
-        attributes = self._attributes | {"date_modified": _now()} | own
-        known = self._layout, self._dimensions, self._static
-        write_whole(self._file(number), image(*known, rows, attributes, beside=self.path))
+        placement = pieces.place(self._identity, starts if number else None)
+        attributes = self._attributes | {"date_modified": _format_time()} | placement
+        contents = self._layout, self._dimensions, self._static
+        write_whole(
+            self._file(number),
+            yield_file_blocks(*contents, rows, attributes, result_path=self.path),
+        )
 
     def _failure(self, reason):
         waiting = sum(self._rows_waiting(group) for group in self._records)

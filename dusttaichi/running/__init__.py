@@ -92,8 +92,8 @@ def execute(
     """
     directory = user_path(directory)
     with Interrupts() as interrupts, RunLock(directory) as lock:
-        others = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
-        opening = Opening(scene, directory, lock, sampled=sampled, **others)
+        callbacks = {"interrupts": interrupts, "report": report, "log": log, "advancing": advancing}
+        opening = Opening(scene, directory, lock, sampled=sampled, **callbacks)
         with before_the_first_step():
             run = opening.open(force=force, resume=resume)
             ready(run.sim)

@@ -70,9 +70,9 @@ def series_record(sim, clock, state, m, window):
     return in_si(sim, "series", _common_record(sim, clock, state, m) | sim.series(m, window))
 
 
-def records_now(sim, kind):
+def take_records(sim, group_name):
     """Records [SI] of "profiles" or "snapshots" now, (group, record) pairs."""
-    records, converted = list(sim.records(kind)), []
+    records, converted = list(sim.records(group_name)), []
     while records:  # a group is freed before the next one is converted
         group, record = records.pop(0)
         converted.append((group, in_si(sim, group, record)))
@@ -159,10 +159,10 @@ class StopTests(Activity):
         run = self.run
         if not run.end.tested:
             return NEVER
-        opened, due = run.state.opened, self.series.next(step)
-        every = max(LEAST_STEPS, -(-(min(due, FARTHEST) - opened) // TESTS))
+        opened, next_series = run.state.opened, self.series.next(step)
+        every = max(LEAST_STEPS, -(-(min(next_series, FARTHEST) - opened) // TESTS))
         following = opened + ((step - opened) // every + 1) * every
-        return following if following < due else NEVER
+        return following if following < next_series else NEVER
 
     def act(self):
         run, sim = self.run, self.run.sim
@@ -246,7 +246,7 @@ class OwnRecords(Activity):
             ("record_time", "record", "s", "simulated time", "", ""),
             ("step", "record", "1", "time steps done", "", ""),
         ]
-        sizes, kinds = {}, {"step": "i8"}
+        sizes, dtypes = {}, {"step": "i8"}
         for name, value in values.items():
             if value.dtype.kind not in "fiub":
                 raise DustError(
@@ -258,5 +258,5 @@ class OwnRecords(Activity):
             rows.append(
                 (name, " ".join(["record", *dims]), self.units.get(name, "1"), text, "", "")
             )
-            kinds[name] = "f8" if value.dtype.kind == "f" else "i8"
-        self.run.writer.add(declare(self.group, rows, kinds), sizes)
+            dtypes[name] = "f8" if value.dtype.kind == "f" else "i8"
+        self.run.writer.add(declare(self.group, rows, dtypes), sizes)

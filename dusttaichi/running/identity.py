@@ -47,8 +47,8 @@ def without(data, keys):
 def without_paths(data):
     """Plain data of a scene without the paths of its files, whose contents are compared."""
     if isinstance(data, dict):
-        others = {k: v for k, v in data.items() if k != KEY and (k != "file" or v is None)}
-        return {k: without_paths(v) for k, v in others.items()}
+        content = {k: v for k, v in data.items() if k != KEY and (k != "file" or v is None)}
+        return {k: without_paths(v) for k, v in content.items()}
     return [without_paths(v) for v in data] if isinstance(data, list) else data
 
 
@@ -69,11 +69,13 @@ def check_extensions(saved, scene):
 
     saved: texts "name sha256:digest".
     """
-    now = scene.imported_texts
-    old, new = (sorted(text.rsplit(" ", 1)[1] for text in texts) for texts in (saved, now))
-    if old == new:
+    current = scene.imported_texts
+    saved_digests, current_digests = (
+        sorted(text.rsplit(" ", 1)[1] for text in texts) for texts in (saved, current)
+    )
+    if saved_digests == current_digests:
         return
-    changed = sorted({text.rsplit(" ", 1)[0] for text in set(saved) ^ set(now)})
+    changed = sorted({text.rsplit(" ", 1)[0] for text in set(saved) ^ set(current)})
     raise DustError(
         "--resume: the extensions of the scene are not those of the start of this run; "
         f"{', '.join(changed)} differs. Restore it, or start again with --force."
@@ -92,17 +94,19 @@ def check_same(saved, scene, inputs, stage):
     saved: the metadata of the checkpoint; inputs: hashes of the files of the scene; stage: number
     of the stage of the checkpoint, whose end may change, as may later stages.
     """
-    old, new = (
+    saved_data, scene_data = (
         without(without_paths(yaml.safe_load(text)), FREE_TO_CHANGE)
         for text in (saved["scene"], scene.to_yaml())
     )
-    for tree in (old, new):
-        done = tree.get("stages", [])[: stage + 1]
-        tree["stages"] = {str(n): s for n, s in enumerate(done)}
+    for tree in (saved_data, scene_data):
+        begun_stages = tree.get("stages", [])[: stage + 1]
+        tree["stages"] = {str(n): s for n, s in enumerate(begun_stages)}
         tree["stages"].get(str(stage), {}).pop("stop", None)
-    changed = sorted(differences(old, new))
-    old = saved["inputs"]
-    if len(old) != len(inputs) or any(b and a != b for a, b in zip(old, inputs, strict=True)):
+    changed = sorted(differences(saved_data, scene_data))
+    saved_data = saved["inputs"]
+    if len(saved_data) != len(inputs) or any(
+        b and a != b for a, b in zip(saved_data, inputs, strict=True)
+    ):
         changed.append("the contents of its files")
     if changed:
         raise DustError(

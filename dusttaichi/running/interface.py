@@ -10,7 +10,7 @@ from typing import Any
 from dusttaichi.errors import DustError, naming_keywords
 from dusttaichi.results import Writer, files
 from dusttaichi.results.run_lock import RunLock
-from dusttaichi.running.activities import OwnRecords, records_now, series_record
+from dusttaichi.running.activities import OwnRecords, series_record, take_records
 from dusttaichi.running.durations import interval_of, steps_of
 from dusttaichi.running.interrupts import Interrupts, before_the_first_step
 from dusttaichi.running.opening import Opening
@@ -130,7 +130,7 @@ class Simulation(AbstractContextManager):
         """
         return {
             group: {name: read_only(values) for name, values in record.items()}
-            for group, record in records_now(self._run.sim, "snapshots")
+            for group, record in take_records(self._run.sim, "snapshots")
         }
 
     @property

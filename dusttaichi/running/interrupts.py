@@ -93,11 +93,11 @@ def before_the_first_step():
 
 
 @contextmanager
-def resumable(onward, done=None):
+def resumable(onward, progress=None):
     """Context in which an interruption raises an Interrupted that says how to continue.
 
-    onward: how, such as a command. done: sentence about what is finished, of a study; without it a
-    KeyboardInterrupt stays one.
+    onward: how, such as a command. progress: sentence about the finished part of a study; without
+    it a KeyboardInterrupt stays one.
     """
     try:
         yield
@@ -106,6 +106,6 @@ def resumable(onward, done=None):
             raise
         raise Interrupted(f"{stop}. Continue with: {onward}") from None
     except KeyboardInterrupt:
-        if done is None:
+        if progress is None:
             raise
-        raise Interrupted(f"interrupted; {done}. Continue with: {onward}") from None
+        raise Interrupted(f"interrupted; {progress}. Continue with: {onward}") from None

@@ -137,9 +137,9 @@ class Run:
         """Raise GuardStop if the Measurement is invalid."""
         ledger.check(self.sim, m, self.state.start, self.scene.numerics.ledger_tolerance)
 
-    def record(self, kind):
+    def record(self, group_name):
         """Write records of "profiles" or "snapshots" now; returns them, (group, record) pairs."""
-        records = activities.records_now(self.sim, kind)
+        records = activities.take_records(self.sim, group_name)
         for group, entry in records:
             self.writer.append(group, entry)
         return records

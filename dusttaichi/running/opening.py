@@ -6,8 +6,8 @@ from dusttaichi.errors import DustError
 from dusttaichi.method import Start, State
 from dusttaichi.results import Writer, open_result, provenance
 from dusttaichi.results.files import CHECKPOINT, RESULT
-from dusttaichi.results.pieces import already_there
-from dusttaichi.results.plain import of_plain
+from dusttaichi.results.pieces import make_exists_error
+from dusttaichi.results.plain import from_plain
 from dusttaichi.running import checkpoint
 from dusttaichi.running.identity import Origin, check_extensions, check_same, stage_stop
 from dusttaichi.running.loop import Run
@@ -18,12 +18,12 @@ from dusttaichi.running.state import RunState
 class Opening:
     """Opens the run of a scene in a directory with an acquired RunLock.
 
-    sampled: called with the sample of a new run. others: further arguments of Run.
+    sampled: called with the sample of a new run. callbacks: further arguments of Run.
     """
 
-    def __init__(self, scene, directory, lock, *, sampled=lambda sample: None, **others):
+    def __init__(self, scene, directory, lock, *, sampled=lambda sample: None, **callbacks):
         self.sampled = sampled
-        self.scene, self.directory, self.lock, self.others = scene, directory, lock, others
+        self.scene, self.directory, self.lock, self.callbacks = scene, directory, lock, callbacks
         self.method = method.find_method(scene)
         self.origin = Origin.read(scene)
 
@@ -33,7 +33,7 @@ class Opening:
         sample: instead of that of the scene. Raises DustError, as for an existing result.
         """
         if not force and not resume and (self.directory / RESULT).exists():
-            raise already_there(self.directory / RESULT)
+            raise make_exists_error(self.directory / RESULT)
         # a resumed run has its files
         run = self.resume() if resume else None
         if run is None:
@@ -48,7 +48,7 @@ class Opening:
         sim = self.method.build(scene, sample)
         remarks = getattr(sample, "info", {}).get("remarks", ())
         for text in [*remarks, *getattr(sim, "remarks", ())]:
-            self.others["log"](text)
+            self.callbacks["log"](text)
         checkpoint.discard(self.directory / CHECKPOINT)
         write_scene(scene, self.directory)
         writer = Writer.create(
@@ -69,7 +69,7 @@ class Opening:
 
         Raises DustError for a checkpoint of another scene or version.
         """
-        path, log = self.directory / CHECKPOINT, self.others["log"]
+        path, log = self.directory / CHECKPOINT, self.callbacks["log"]
         if not checkpoint.exists(path):
             _refuse_finished(self.directory / RESULT)
             log(f"no checkpoint found in {self.directory}: starting from the beginning")
@@ -82,7 +82,7 @@ class Opening:
         stage = saved.meta["run"]["stage"]
         check_same(saved.meta, self.scene, self.origin.inputs, stage)
         if stage_stop(saved.meta["scene"], stage) != stage_stop(self.scene.to_yaml(), stage):
-            saved.meta["run"]["ended"] = ""
+            saved.meta["run"]["end_reason"] = ""
         run = self._restore(saved)
         time = run.sim.time * run.sim.units("s") * 1e6
         log(f"continuing from step {run.sim.step:,} ({time:.6g} µs)")
@@ -101,7 +101,7 @@ class Opening:
                 f"{scene_step:.6g} ns. Start again with --force."
             )
         writer = Writer.resume(self.directory / RESULT, saved.meta["counts"], lock=self.lock)
-        return self._run(sim, of_plain(RunState, saved.meta["run"]), writer)
+        return self._run(sim, from_plain(RunState, saved.meta["run"]), writer)
 
     def _check_code(self, saved):
         if saved.meta.get("code") != self.origin.code:
@@ -113,7 +113,7 @@ class Opening:
 
     def _run(self, sim, state, writer):
         run_files = RunFiles(self.directory, writer, self.scene.output.checkpoint, self.origin)
-        return Run(self.scene, sim, state, run_files, **self.others)
+        return Run(self.scene, sim, state, run_files, **self.callbacks)
 
     def _attributes(self, sim):
         scene = self.scene

@@ -193,8 +193,8 @@ def show_study(bar, noun="runs"):
 
     def show(progress):
         running = progress.running
-        done = progress.done + sum(running.values())
+        finished = progress.done + sum(running.values())
         heading = f"{progress.done} of {progress.total} {noun}"
-        bar.show(heading, done, progress.total, shares_text(running))
+        bar.show(heading, finished, progress.total, shares_text(running))
 
     return show

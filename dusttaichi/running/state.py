@@ -11,19 +11,19 @@ from dusttaichi.method import Start, Window
 class Tension:
     """Tensions [Pa] of the last records of a stage, for stop.past_maximum.
 
-    count: number of records so far; most: the largest average so far.
+    count: number of records so far; largest: the largest average so far.
     """
 
     last: list = field(default_factory=list)
     count: int = 0
-    most: float = 0.0
+    largest: float = 0.0
 
 
 @dataclass
 class RunState:
     """Progress of a run.
 
-    start: energies of step 0. stage: its number; first: its first step; ended: reason why it has
+    start: energies of step 0. stage: its number; first: its first step; end_reason: why it has
     ended before its last step was known, or "". last_snapshot: step of the last frame, or -1;
     frame_bytes: its size; apart: steps between automatic snapshots. opened: step at which the
     average of the next record begins; sums: of that step. last_sums, last_span: sums at which
@@ -36,7 +36,7 @@ class RunState:
     start: Start
     stage: int = 0
     first: int = 0
-    ended: str = ""
+    end_reason: str = ""
     last_snapshot: int = -1
     frame_bytes: int = 0
     apart: int = 0
@@ -52,7 +52,7 @@ class RunState:
 
     def begin_stage(self, stage, step):
         """The next stage begins at this step."""
-        self.stage, self.first, self.ended, self.tension = stage, step, "", Tension()
+        self.stage, self.first, self.end_reason, self.tension = stage, step, "", Tension()
         self.pressures, self.settling = [], []
 
     def open_window(self, sim):

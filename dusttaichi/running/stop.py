@@ -34,8 +34,8 @@ class End:
     def __init__(self, plan, clock, state, step):
         self.plan, self.clock, self.state, self.pressure = plan, clock, state, None
         self.step, self.reason = clock.last_step(plan.stop)
-        if state.ended:
-            self.step, self.reason = step, state.ended
+        if state.end_reason:
+            self.step, self.reason = step, state.end_reason
 
     def check(self, record, sim, measurement, *, bounds=True):
         """End the stage if its record meets a stop condition; measurement: of the record.
@@ -44,17 +44,21 @@ class End:
         """
         domain, step = sim.domain, sim.step
         self.pressure = pressure(record, domain)
-        reasons = [self._crossed(record, domain)] if bounds else []
-        reasons += [self._filled(record, domain), self._rested(measurement, sim)]
-        reasons += [self._torn(record, step), self._levelled(), self._crept(record, domain)]
+        reasons = [self._check_bounds(record, domain)] if bounds else []
+        reasons += [self._check_filling_factor(record, domain), self._check_rest(measurement, sim)]
+        reasons += [
+            self._check_maximum(record, step),
+            self._check_plateau(),
+            self._check_creep(record, domain),
+        ]
         if reason := next(filter(None, reasons), ""):
-            self.step, self.reason, self.state.ended = step, reason, reason
+            self.step, self.reason, self.state.end_reason = step, reason, reason
 
     def put_off(self):
         """Let the stage continue in spite of its conditions."""
-        self.step, self.reason, self.state.ended = NEVER, "", ""
+        self.step, self.reason, self.state.end_reason = NEVER, "", ""
 
-    def _crossed(self, record, domain):
+    def _check_bounds(self, record, domain):
         """Reason of the end of a stage by a pressure or stress of a record, or ""."""
         reason = ""
         for name, value, bounds in self.bounded(record, domain):
@@ -64,7 +68,7 @@ class End:
                     reason += f", exceeded by {overshoot:.0%}: {value / 1e3:.4g} kPa"
         return reason
 
-    def _filled(self, record, domain):
+    def _check_filling_factor(self, record, domain):
         """Reason of the end of a stage at a filling factor that no step is known for, or ""."""
         stop, clock = self.plan.stop, self.clock
         if stop.filling_factor is None or (clock.bounded and not clock.controlled):
@@ -74,12 +78,14 @@ class End:
         reached = sign * (record["filling_factor"] - stop.filling_factor) >= 0.0
         return f"filling factor {stop.filling_factor:.4g}" if reached else ""
 
-    def _torn(self, record, step):
+    def _check_maximum(self, record, step):
         """Reason of the end of a stage whose tension has passed its maximum, or ""."""
-        share, tension = self.plan.stop.past_maximum, self.state.tension
-        if share is None or not past_maximum(tension, self._tension(record, step), share):
+        drop, tensions = self.plan.stop.past_maximum, self.state.tension
+        if drop is None:
             return ""
-        return f"the tension has fallen by {share:.0%} below its largest value"
+        if not has_passed_maximum(tensions, self._measure_tension(record, step), drop):
+            return ""
+        return f"the tension has fallen by {drop:.0%} below its largest value"
 
     def bounded(self, record, domain):
         """(name, value [Pa], Bounds) of the pressure and stresses of a record that may end it."""
@@ -102,68 +108,70 @@ class End:
         tests.append([sim.step, [value for _, value, _ in bounded]])
         if len(tests) < FEWEST:
             return False
-        steps = np.diff([self.state.opened, *(step for step, _ in tests)])
+        steps = np.diff([self.state.opened, *(step for step, _ in tests)])[:, None]
         means = np.array([values for _, values in tests])
-        sums = means * np.cumsum(steps)[:, None]
-        parts = np.diff(sums, axis=0, prepend=0.0) / steps[:, None]  # means between two tests
-        error = np.sqrt(0.5 * np.mean(np.diff(parts, axis=0) ** 2, axis=0) / len(parts))
+        sums = means * np.cumsum(steps, axis=0)
+        interval_means = np.diff(sums, axis=0, prepend=0.0) / steps  # between two tests
+        variance = 0.5 * np.mean(np.diff(interval_means, axis=0) ** 2, axis=0)
+        error = np.sqrt(variance / len(interval_means))
         low, high = means[-1] - SIGMAS * error, means[-1] + SIGMAS * error
         return any(
             limits.surely_crossed(lowest, highest) and limits.describe_crossing(latest)
             for (*_, limits), lowest, highest, latest in zip(
-                bounded, low, high, parts[-1], strict=True
+                bounded, low, high, interval_means[-1], strict=True
             )
         )
 
-    def _rested(self, m, sim):
+    def _check_rest(self, m, sim):
         """Reason of the end of a stage at rest, or ""; m: Measurement of the record."""
-        rest = self.plan.stop.rest
-        if rest is None:
+        limit = self.plan.stop.rest
+        if limit is None:
             return ""
         binds = getattr(sim, "binds", True)  # see method.Simulation
         scale = m.bound if binds else turnover(m, self.state.start)[1]
         of = "the binding energy" if binds else "the energy that has gone through"
-        at_rest = m.kinetic < rest * scale
-        return f"at rest: kinetic energy below {rest:.3g} of {of}" if at_rest else ""
+        at_rest = m.kinetic < limit * scale
+        return f"at rest: kinetic energy below {limit:.3g} of {of}" if at_rest else ""
 
-    def _levelled(self):
+    def _check_plateau(self):
         """Reason of the end of a stage whose pressure no longer changes, or ""."""
-        share = self.plan.stop.plateau
-        if share is None or not plateau(self.state.pressures, self.pressure, share):
+        tolerance = self.plan.stop.plateau
+        if tolerance is None or not plateau(self.state.pressures, self.pressure, tolerance):
             return ""
-        return f"plateau: the pressure changes by less than {share:.3g}"
+        return f"plateau: the pressure changes by less than {tolerance:.3g}"
 
-    def _crept(self, record, domain):
+    def _check_creep(self, record, domain):
         """Reason of the end of a stage whose creep under load has stopped, or ""."""
         if self.plan.stop.creep is None:
             return ""
         point = [float(record["time"]), float(np.log(record["filling_factor"]))]
-        last = [*self.state.settling, [*point, self._relative_load(record, domain)]][-AVERAGED:]
+        point.append(self._measure_relative_load(record, domain))
+        last = [*self.state.settling, point][-AVERAGED:]
         self.state.settling = last
         if len(last) < AVERAGED:
             return ""
-        (begin, first, _), (end, now, _) = last[0], last[-1]
+        (begin, first, _), (end, latest, _) = last[0], last[-1]
         loaded = abs(np.mean([load for _, _, load in last]) - 1.0) <= DEVIATION
-        settled = abs(now - first) <= self.plan.stop.creep * (end - begin)
+        settled = abs(latest - first) <= self.plan.stop.creep * (end - begin)
         return f"settled: creep below {self.plan.stop.creep:.3g} s^-1" if loaded and settled else ""
 
-    def _relative_load(self, record, domain):
+    def _measure_relative_load(self, record, domain):
         """Load of a record over the controlled one."""
         servo = domain.servo
-        if servo.kind == WALL:
-            own = [record["pressure"][TOP]]
-        elif servo.kind == EVEN:
-            own = [pressure(record, domain)]
+        if servo.mode == WALL:
+            loads = [record["pressure"][TOP]]
+        elif servo.mode == EVEN:
+            loads = [pressure(record, domain)]
         else:
-            own = [-record["stress"][n, n] for n in servo.axes]
-        return float(np.sum(own) / domain.units("Pa") / np.sum(servo.load))
+            loads = [-record["stress"][n, n] for n in servo.axes]
+        return float(np.sum(loads) / domain.units("Pa") / np.sum(servo.load))
 
-    def _tension(self, record, step):
+    def _measure_tension(self, record, step):
         """Tension of a record along the axis that strains most [Pa]."""
         if "stress" not in record:
             return -float(record["pressure"][TOP])
-        now, before = (np.array(self.clock.lengths(s)) for s in (step, self.clock.first))
-        axis = int(np.argmax(np.abs(now / before - 1.0)))
+        lengths, first_lengths = (np.array(self.clock.lengths(s)) for s in (step, self.clock.first))
+        axis = int(np.argmax(np.abs(lengths / first_lengths - 1.0)))
         return float(record["stress"][axis, axis])
 
 
@@ -180,23 +188,23 @@ def component(stress, name):
     return 0.5 * float(stress[a, b] + stress[b, a])
 
 
-def plateau(last, pressure, share):
-    """True if the mean pressure [Pa] changes by at most `share` between two sets of records.
+def plateau(last, pressure, tolerance):
+    """True if the mean pressure [Pa] changes by at most a tolerance between two sets of records.
 
-    last: the pressures so far, to which the new one is added.
+    tolerance: relative. last: the pressures so far, to which the new one is added.
     """
     last[:] = [*last, pressure][-2 * AVERAGED :]
-    before, after = (np.mean(part) for part in (last[:AVERAGED], last[-AVERAGED:]))
-    return len(last) == 2 * AVERAGED and bool(abs(after - before) <= share * abs(before))
+    earlier, later = (np.mean(records) for records in (last[:AVERAGED], last[-AVERAGED:]))
+    return len(last) == 2 * AVERAGED and bool(abs(later - earlier) <= tolerance * abs(earlier))
 
 
-def past_maximum(tensions: Tension, tension, share):
-    """True once the average tension [Pa] has fallen by `share` below its largest value."""
+def has_passed_maximum(tensions: Tension, tension, drop):
+    """True once the average tension [Pa] has fallen by a fraction `drop` below its largest."""
     tensions.last = [*tensions.last, tension][-AVERAGED:]
     tensions.count += 1
     if tensions.count < AVERAGED:
         return False
     mean = float(np.mean(tensions.last))
-    tensions.most = max(tensions.most, mean)
-    pulled = tensions.most > 0.0 and tensions.count >= 2 * AVERAGED
-    return pulled and mean < (1.0 - share) * tensions.most
+    tensions.largest = max(tensions.largest, mean)
+    is_tensile = tensions.largest > 0.0 and tensions.count >= 2 * AVERAGED
+    return is_tensile and mean < (1.0 - drop) * tensions.largest

@@ -29,12 +29,12 @@ class KindBlock(Block):
 
     def costs(self, scene, path: str = "sample") -> dict[str, Cost]:
         """Costs of its sample and of its bodies, by their paths."""
-        cost, found = self.cost(scene), {}
+        cost, costs_by_path = self.cost(scene), {}
         if cost is not None:
-            found[f"{path}.kind = {self.kind}"] = cost
+            costs_by_path[f"{path}.kind = {self.kind}"] = cost
         for name, body in self.body_blocks.items():
-            found |= body.costs(scene, f"{path}.{name}")
-        return found
+            costs_by_path |= body.costs(scene, f"{path}.{name}")
+        return costs_by_path
 
     def conflicts(self, scene) -> Faults:
         """Conflicts with the scene's other blocks; the paths are relative to this block."""

@@ -32,7 +32,7 @@ def listening(listener: Callable[[float, float | None], None]):
         _listener.reset(token)
 
 
-def tell(done: float, total: float | None = None) -> None:
+def tell(finished: float, total: float | None = None) -> None:
     """Tell the listener, if there is one, that `done` of `total` of a sample is made."""
     if (listener := _listener.get()) is not None:
-        listener(done, total)
+        listener(finished, total)

@@ -17,7 +17,7 @@ from dusttaichi.analysis.threshold_tables import build_threshold_variables
 from dusttaichi.analysis.thresholds import find_growth_bracket, find_thresholds
 from dusttaichi.errors import DustError
 from dusttaichi.results.plain import plain
-from dusttaichi.results.provenance import of_study
+from dusttaichi.results.provenance import describe_study
 from dusttaichi.scene import Scene, quantities
 from dusttaichi.studies.points import core_of
 from dusttaichi.studies.requests import Request, cores_of, key_of
@@ -138,7 +138,7 @@ class Collisions:
 
     def dataset(self, found):
         """Dataset of the collisions with its thresholds; failed ones have no numbers."""
-        attrs = of_study(self.scene, by_area=int(self._own.by_area))
+        attrs = describe_study(self.scene, by_area=int(self._own.by_area))
         data = build_collisions_dataset(self._rows(self.requests(), found), self.axes, attrs)
         return data.assign(build_threshold_variables(find_thresholds(data), data))
 

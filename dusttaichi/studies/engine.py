@@ -20,7 +20,7 @@ import xarray as xr
 from dusttaichi import analysis
 from dusttaichi.compute.processor import usable_cores
 from dusttaichi.errors import StartError
-from dusttaichi.results.pieces import already_there
+from dusttaichi.results.pieces import make_exists_error
 from dusttaichi.results.run_lock import RunLock
 from dusttaichi.running.interrupts import noted_signals
 from dusttaichi.running.progress import open_bar, show_study
@@ -240,7 +240,7 @@ def run(
     locked = whole and study.directory is not None
     with RunLock(study.directory) if locked else nullcontext(), idle_workers() as idle:
         if locked and not force and not resume and study.file.exists():
-            raise already_there(study.file, "with the missing runs")
+            raise make_exists_error(study.file, "with the missing runs")
         while points := [p for p in study.points(found) if p.label not in found]:
             chosen = {p.label: p for p in points[part[0] - 1 :: part[1]]}
             for label, answer in _round(chosen, progress, shelf, idle=idle, **how).items():

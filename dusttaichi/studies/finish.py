@@ -10,7 +10,7 @@ import xarray as xr
 from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.results import outputs
-from dusttaichi.results.provenance import of_study
+from dusttaichi.results.provenance import describe_study
 from dusttaichi.running.interrupts import resumable
 from dusttaichi.running.progress import show_study
 from dusttaichi.studies import engine
@@ -144,7 +144,7 @@ def finish_study(study, point_results) -> Results:
     """Write the dataset of a study of the user. Raises DustError where all runs failed."""
     failure = _unless_all_failed(error_of_runs(point_results), point_results)
     data = study.dataset(point_results)
-    data.attrs = of_study(study.scene) | data.attrs
+    data.attrs = describe_study(study.scene) | data.attrs
     save_ensemble(data, study.file)
     return Results(data, [study.file], [], failure)
 

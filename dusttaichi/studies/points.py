@@ -18,7 +18,7 @@ from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.results import files
 from dusttaichi.results.files import CHECKPOINT, RESULT, run_files
 from dusttaichi.results.integrity import DamagedFile
-from dusttaichi.results.pieces import already_there
+from dusttaichi.results.pieces import make_exists_error
 from dusttaichi.results.reading import open_tree
 from dusttaichi.running import checkpoint
 from dusttaichi.running.identity import package_hash, without
@@ -132,7 +132,7 @@ class Point:
             return "force"
         if not shelf.resume:
             if (self.directory / RESULT).exists():
-                raise already_there(self.directory / RESULT, "with the missing runs")
+                raise make_exists_error(self.directory / RESULT, "with the missing runs")
             return "new"
         status = self._status(shelf.timed)
         if status.startswith("finished") and not (shelf.timed and self.cost is None):

@@ -15,7 +15,7 @@ from typing import Any
 from dusttaichi import __version__
 from dusttaichi.errors import DustError
 from dusttaichi.results import files
-from dusttaichi.results.pieces import already_there
+from dusttaichi.results.pieces import make_exists_error
 from dusttaichi.studies.jobs import Task
 from dusttaichi.studies.workers import INTERRUPTED, Answer
 
@@ -114,7 +114,7 @@ class Rows:
         written = [path, *parts] if part == WHOLE else [path, self.path]
         there = [file for file in written if file.exists()]
         if there and not force and not resume:
-            raise already_there(there[0], "with the missing ones")
+            raise make_exists_error(there[0], "with the missing ones")
         for other in [path, *parts] if resume and not force else ():
             self.known |= {} if other == self.path else _read(other)
         mine = _read(self.path) if resume and not force else {}

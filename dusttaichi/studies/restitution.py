@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi.errors import DustError
-from dusttaichi.results.provenance import of_study
+from dusttaichi.results.provenance import describe_study
 from dusttaichi.studies.settings import grid
 from dusttaichi.studies.sticking import Collision, speed_of
 
@@ -79,7 +79,7 @@ class RestitutionMap:
             values = np.array([outcome[key] for outcome in outcomes])
             values = (values.astype(int) if key == "bound" else values).reshape(shape)
             data[name] = dims, values, {"units": unit, "long_name": text}
-        data.attrs = of_study(
+        data.attrs = describe_study(
             self.scene,
             first.scene,
             time_step=min(outcome["time_step"] for outcome in outcomes),

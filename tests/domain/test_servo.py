@@ -57,7 +57,7 @@ def pressed(stiffness, flow=0.0, ticks=800, noise=0.0):
     domain, integral, found = Domain(STEP, cell=cell, units=units.GRAINS).driven(drive, 0), 0.0, []
     random, shift = np.random.default_rng(1), 0.0
     for _ in range(ticks):
-        begin, end = domain.servo.due - EVERY, domain.servo.due
+        begin, end = domain.servo.next_change - EVERY, domain.servo.next_change
         edges = domain.cell.edges(STEP * 0.5 * (begin + end))
         shift = 0.8 * shift + 0.6 * noise * random.normal()
         pressure = stiffness * (np.log(10.0 / edges[0]) - flow * STEP * end) * (1.0 + shift)
@@ -238,7 +238,7 @@ def test_a_load_that_is_not_reached_stops_where_the_room_ends(column):
     domain = column[0].domain
     flat = replace(domain, radius=0.26 * domain.lengths(column[0].step)[2])
     with pytest.raises(GuardStop, match="along z, two grains, and the prescribed load"):
-        flat.steer(flat.servo.before)
+        flat.steer(flat.servo.load_integral)
 
 
 CAKE = """

@@ -211,7 +211,7 @@ def counted(name):
 
 def _changes(sim):
     servo = getattr(sim, "servo", None)
-    return 0 if servo is None else servo.due // servo.every
+    return 0 if servo is None else servo.next_change // servo.every
 
 
 def _since(before):

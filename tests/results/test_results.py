@@ -19,7 +19,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.variables import VARIABLES
 from dusttaichi.physics.contact.numbers import CHANNELS
 from dusttaichi.physics.geometry import WALLS
-from dusttaichi.results import Writer, files, pieces, provenance, select
+from dusttaichi.results import Writer, files, pieces, provenance, select_variables
 from dusttaichi.results import writer as writing
 from dusttaichi.results.run_lock import RunLock
 from dusttaichi.running import checkpoint
@@ -54,7 +54,7 @@ def test_every_variable_has_units_and_a_name(tmp_path):
 
 
 def test_an_open_scene_has_no_walls(tmp_path):
-    keys = [v.key for v in select(VARIABLES.values(), {"snapshots", "contacts"})]
+    keys = [v.key for v in select_variables(VARIABLES.values(), {"snapshots", "contacts"})]
     assert "pressure" not in keys and "height" not in keys and "wall_contacts/foot" not in keys
     features = {"snapshots", "contacts"}
     with synthetic.writer(tmp_path / "result.nc", 2, features=features) as writer:

@@ -25,7 +25,7 @@ from dusttaichi.export import export
 from dusttaichi.grains.moving_grains import MovingGrains
 from dusttaichi.method import Measurement, SimpleSimulation, Start
 from dusttaichi.plots.registry import picture_of
-from dusttaichi.results.plain import of_plain, plain
+from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.running import execute, ledger, loop
 from dusttaichi.running.state import RunState
 from dusttaichi.scene import from_yaml
@@ -113,7 +113,7 @@ def test_the_ledger_of_an_oscillation_is_measured_by_the_energy_exchanged():
         start = start.include_record(m)
         ledger.check(sim, m, start)
     assert ledger.turnover(whole, start) == pytest.approx((0.005, 1.0), rel=1e-3)
-    assert of_plain(RunState, plain(RunState(start))).start == start
+    assert from_plain(RunState, plain(RunState(start))).start == start
     for kinetic in (0.015, 1.015, 1e3):
         with pytest.raises(GuardStop, match="ledger is open"):
             ledger.check(sim, Measurement.from_energies(kinetic, 0.0, [0.0]), start)

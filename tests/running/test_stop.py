@@ -109,7 +109,7 @@ def test_a_pressure_ends_a_stage_between_two_records(pressed, tmp_path):
 
 def window_of(values, **bounds):
     """Step of the test, of 16 in an interval, at which means of these values end a stage, or 0."""
-    state = SimpleNamespace(ended="", opened=0, tests=[])
+    state = SimpleNamespace(end_reason="", opened=0, tests=[])
     sim = SimpleNamespace(step=0, domain=SimpleNamespace(has_top=True))
     stop = Stop(pressure=Bounds(**bounds))
     end = End(StagePlan("", Drive(), stop, None, None, None), Clock(dt=1.0), state, 0)
@@ -150,10 +150,10 @@ def test_a_first_record_has_the_peak_of_the_start(steps):
     record = {"pressure": [np.nan] * 5 + [30e3]}
     check = EndCheck(run, SimpleNamespace(record=record, measurement=None))
     check.act()
-    assert not state.ended and len(state.pressures) == 1
+    assert not state.end_reason and len(state.pressures) == 1
     sim.step, state.last_span = 1100, 100 * 0.5
     check.act()
-    assert state.ended == "pressure 20 kPa, exceeded by 50%: 30 kPa"
+    assert state.end_reason == "pressure 20 kPa, exceeded by 50%: 30 kPa"
 
 
 def test_a_first_record_is_no_shorter_than_half_an_interval():

@@ -83,7 +83,7 @@ def test_a_bar_is_updated_seldom(monkeypatch):
     now, shown = [0.0], []
     monkeypatch.setattr(progress.real_time, "monotonic", lambda: now[0])
     bar = SimpleNamespace(show=lambda text, done, total: shown.append((text, done, total)))
-    with progress.shown_sample(bar):
+    with progress.show_sample(bar):
         for grain in range(200):
             now[0] = 0.01 * grain
             tell(grain, 200)

@@ -76,8 +76,8 @@ class Neighbours:
         low, high, lanes = self.place_lanes(block, self.lists.known[PARTICLES], x)
         start, found, reach = self.first[block], 0, self.lists.reaches[REACH]
         if lanes > 0:
-            begin = cells.of(low, grid) - 1
-            size = cells.of(high, grid) + 2 - begin
+            begin = cells.find_cell(low, grid) - 1
+            size = cells.find_cell(high, grid) + 2 - begin
             for cut in range(size[0]):
                 for run in range(cells.runs(size)):
                     one, behind, _ = cells.run(begin, size, cut, run, grid)

@@ -47,7 +47,7 @@ def place_search(fields, layout, room):
             columns = sum(max(1, v.element[1]) for v in declare(layout) if v.element[0] == kind)
             shapes[f"spare_{kind}"] = getattr(ti, kind), (columns, room)
     own = {name: ti.field(kind, shape=shape) for name, (kind, shape) in shapes.items()}
-    return own | place_cells(n, seen, MOST_CELLS * seen + FURTHER_CELLS, own=1)
+    return own | place_cells(n, seen, MOST_CELLS * seen + FURTHER_CELLS, method_numbers=1)
 
 
 def make_search(motion, near):
@@ -93,12 +93,12 @@ def make_search(motion, near):
         taken = 1
         if k < count() and lists.grid[last] != ORDER:
             taken = near.yields(k)
-        return ti.select(taken == 1, cells.number(cells.of(f.x[k], grid), grid), -1)
+        return ti.select(taken == 1, cells.number(cells.find_cell(f.x[k], grid), grid), -1)
 
     sort_seen = Sort(lists, seen, cells.total, cell, ordered=True)
     before = (put_back,) if layout.ghosts else ()
     room = lists.in_cell.shape[0]
-    bounds = Bounds(f.x, lists.bounds, count, FARTHEST, room=room, before=before)
+    bounds = Bounds(f.x, lists.bounds, count, FARTHEST, capacity=room, preparations=before)
 
     @ti.kernel
     def find_bounds():

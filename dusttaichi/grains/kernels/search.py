@@ -42,7 +42,7 @@ def place_search(grains, layout, walls):
     if layout.sphere:
         own["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK) + 1)
     return (
-        place_cells(3, grains, CELLS_PER_GRAIN * grains + FURTHER_CELLS, own=OWN_NUMBERS)
+        place_cells(3, grains, CELLS_PER_GRAIN * grains + FURTHER_CELLS, method_numbers=OWN_NUMBERS)
         | own
         | {
             "near": ti.field(ti.i32, shape=near),
@@ -57,7 +57,7 @@ def place_search(grains, layout, walls):
 def make_bounds(fields, scratch):
     """Kernel `find_bounds()` of all grains, and of their speeds (particles.cells.Bounds)."""
     x, v, room = fields["x"], fields["v"], scratch["in_cell"].shape[0]
-    bounds = Bounds(x, scratch["bounds"], counter(fields), FARTHEST, room=room, v=v)
+    bounds = Bounds(x, scratch["bounds"], counter(fields), FARTHEST, capacity=room, v=v)
 
     @ti.kernel
     def find_bounds():
@@ -134,7 +134,7 @@ class Neighbours:
     def visit(self, g, grid, reach, counting: ti.template()):
         """Counts or lists the neighbours of g: what is near in the cells around its own."""
         here, found, side = self.x[g], ti.Vector([0, 0]), ti.cast(self.numbers[AROUND], ti.i32)
-        begin, around = self.cells.of(here, grid) - 1, ti.Vector([side, side, 3])
+        begin, around = self.cells.find_cell(here, grid) - 1, ti.Vector([side, side, 3])
         for cut in range(around[0]):
             for run in range(self.cells.runs(around)):
                 one, behind, image = self.cells.run(begin, around, cut, run, grid)
@@ -177,7 +177,7 @@ def make_find(fields, scratch, layout, cells):
 
     @ti.func
     def home(g, grid: ti.template()):
-        return cells.number(cells.of(x[g], grid), grid)
+        return cells.number(cells.find_cell(x[g], grid), grid)
 
     sort = Sort(SimpleNamespace(**scratch), counter(fields), cells.total, home, ordered=False)
 
