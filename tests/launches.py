@@ -6,16 +6,21 @@ from dusttaichi.compute.loops import DONE, HALT, STOP, Arguments, Launches, by_w
 SHARES = 8  # of a phase
 
 
-def advance_by(kind, own, by_threads):
+def advance_by(execution, step_phases, by_threads):
     """compute.loops.advance_by, but for launches, which here are those of the CPU."""
-    return by_workers(own) if kind == "workers" else by_launches(own)
+    return by_workers(step_phases) if execution == "workers" else by_launches(step_phases)
 
 
-def by_launches(own):
+def by_launches(step_phases):
     """Launches of Steps on the cores of a CPU: a share of a phase at a time."""
-    known = Arguments(own)
-    sync, numbers, outside, first = known.sync, known.numbers, known.outside, known.first
-    is_due, made = own.is_due, own.made
+    arguments = Arguments(step_phases)
+    sync, numbers, outside, first = (
+        arguments.sync,
+        arguments.numbers,
+        arguments.outside,
+        arguments.first,
+    )
+    is_due, count_steps = step_phases.is_due, step_phases.count_steps
 
     def kernel_of(run, may_wait):
         @ti.kernel
@@ -38,12 +43,14 @@ def by_launches(own):
                 if is_due(first[None] + sync[DONE] + 1, numbers[None]):
                     sync[STOP] = HALT
                 else:
-                    sync[DONE] = made(sync[DONE])
+                    sync[DONE] = count_steps(sync[DONE])
                     conclude(sync)
 
-    before = [kernel_of(run, False) for runs in own.before for run in _all(runs)]
-    after = [kernel_of(run, True) for runs in own.after for run in _all(runs)]
-    return Launches(known, before, [*after, end], divided=True)
+    before_search = [
+        kernel_of(run, False) for runs in step_phases.before_search for run in _all(runs)
+    ]
+    after_search = [kernel_of(run, True) for runs in step_phases.after_search for run in _all(runs)]
+    return Launches(arguments, before_search, [*after_search, end], divided=True)
 
 
 def _all(phases):

@@ -113,9 +113,9 @@ def lists(sim):
         ("ghost_first", n, ["ghost_sign", "ghost_shift"]),
     ):
         if name in sim.lists:
-            found[name] = sim.lists[name].part(0, end + 1)
+            found[name] = sim.lists[name].copy_rows(0, end + 1)
             for column in columns:
-                found[column] = sim.lists[column].part(0, found[name][end])
+                found[column] = sim.lists[column].copy_rows(0, found[name][end])
     return found
 
 
@@ -123,7 +123,7 @@ def check_lists(sim):
     """Lists against brute force; returns them."""
     n, lanes, found = sim.n, sim.layout.lanes, lists(sim)
     x, ghosts = sim.of_particles("x"), found.get("ghost_first", [0])[-1]
-    seen = sim.tables["x"].part(0, n + ghosts)
+    seen = sim.tables["x"].copy_rows(0, n + ghosts)
     expected = images(sim, x)
     assert np.array_equal(seen[:n], x) and len(expected) == ghosts
     if ghosts:

@@ -29,11 +29,13 @@ class ThreadPool:
     @contextmanager
     def start(self, count):
         """Taichi is initialised in this context, with that many threads."""
-        before = thread_ids()
+        earlier_ids = thread_ids()
         yield
         # Taichi starts the threads that compile first, then the pool
-        found = sorted(thread_ids() - before)[-count:] if hasattr(os, "sched_setaffinity") else []
-        self.threads, self.apart = found if len(found) == count else [], False
+        pool_ids = (
+            sorted(thread_ids() - earlier_ids)[-count:] if hasattr(os, "sched_setaffinity") else []
+        )
+        self.threads, self.apart = pool_ids if len(pool_ids) == count else [], False
 
     def serve(self, workers):
         """Give each of several workers that wait for each other a core of its own.
@@ -47,19 +49,19 @@ class ThreadPool:
         cores = sorted(os.sched_getaffinity(0)) if count else []
         for number, thread in enumerate(self.threads):
             # fewer cores than threads: they were taken away meanwhile
-            own = cores[number::count] if apart and count <= len(cores) else cores
+            thread_cores = cores[number::count] if apart and count <= len(cores) else cores
             with suppress(OSError):
-                os.sched_setaffinity(thread, own)
+                os.sched_setaffinity(thread, thread_cores)
 
-    def waited(self):
+    def measure_waiting(self):
         """Time that the threads have waited for a core since their start [s], all together.
 
         They could compute, but other threads had their cores. 0 where the system does not tell.
         """
-        return sum(map(_waited, self.threads))
+        return sum(map(_read_waiting_time, self.threads))
 
 
-def _waited(thread):
+def _read_waiting_time(thread):
     """Time that a thread has waited for a core since its start [s]."""
     try:
         return 1e-9 * int((TASKS / str(thread) / "schedstat").read_bytes().split()[1])

@@ -25,7 +25,7 @@ SMALL = 400  # grains below which a second thread costs more than it gains
 
 @dataclass(frozen=True)
 class Loops:
-    """Layout of the loops: lanes of a block, blocks of a tile, and the kind of the step loop.
+    """Layout of the loops: lanes of a block, blocks of a tile, and the execution of the step loop.
 
     On a GPU a thread computes one contact and a block of threads a tile, with one kernel per phase
     instead of workers that wait for each other.
@@ -33,7 +33,7 @@ class Loops:
 
     width: int
     tile: int
-    kind: str
+    execution: str
 
 
 def loops_of(numerics):
@@ -119,8 +119,8 @@ def start_taichi(scene, threads):
                 enable_fallback=False,
             )
             # `threads` are started; that kernels may ask for more makes them the same for all
-            most = next((n for n in THREAD_CLASSES if n >= threads), threads)
-            settings().cpu_max_num_threads = most
+            thread_class = next((n for n in THREAD_CLASSES if n >= threads), threads)
+            settings().cpu_max_num_threads = thread_class
     except Exception as error:
         raise _refusal(error, scene.numerics.backend) from error
 

@@ -5,7 +5,7 @@ same input gives the same bits.
 """
 
 from dusttaichi.compute.engine import settings, ti
-from dusttaichi.compute.scan import whole
+from dusttaichi.compute.scan import count_blocks
 
 THREADS = 128  # of a block, by default
 _PADDING = 8  # numbers between the rows of two sums, which then begin in different memory banks
@@ -36,7 +36,7 @@ def is_idle(k, count: ti.template()):
     return k >= count if ti.static(on_device()) else 0
 
 
-def padded(capacity, threads=THREADS):
+def pad_to_blocks(capacity, threads=THREADS):
     """Length of a loop over at most `capacity` items in whole blocks.
 
     All threads of a block meet at barriers, so that each needs the same number of iterations.
@@ -46,14 +46,14 @@ def padded(capacity, threads=THREADS):
 
 @ti.data_oriented
 class BlockSums:
-    """Sums of `count` numbers over the threads of a block, in float type `real`."""
+    """Sums of `count` numbers over the threads of a block, of a float type."""
 
-    def __init__(self, count, threads=THREADS, real=ti.f64):
+    def __init__(self, count, threads=THREADS, dtype=ti.f64):
         if count > threads:
             raise ValueError(f"{count} sums for {threads} threads")
-        self.count, self.threads, self.real = count, threads, real
+        self.count, self.threads, self.dtype = count, threads, dtype
         # threads that form partial sums of each number: a power of two
-        self.parts = 2 ** ((threads // count).bit_length() - 1)
+        self.lanes = 2 ** ((threads // count).bit_length() - 1)
         self.row = threads + _PADDING
 
     @ti.func
@@ -62,20 +62,20 @@ class BlockSums:
 
         All threads of the block must call it, each with its number.
         """
-        pad = ti.simt.block.SharedArray((ti.static(self.count * self.row),), self.real)
+        pad = ti.simt.block.SharedArray((ti.static(self.count * self.row),), self.dtype)
         for k in ti.static(range(self.count)):
             pad[k * self.row + thread] = values[k]
         ti.simt.block.sync()
-        number, part = thread // self.parts, thread % self.parts
+        number, lane = thread // self.lanes, thread % self.lanes
         if number < self.count:
-            partial = ti.cast(0.0, self.real)
-            for n in range(whole(self.threads, self.parts)):
-                partial += pad[number * self.row + part + n * self.parts]
-            pad[number * self.row + part] = partial
+            partial = ti.cast(0.0, self.dtype)
+            for n in range(count_blocks(self.threads, self.lanes)):
+                partial += pad[number * self.row + lane + n * self.lanes]
+            pad[number * self.row + lane] = partial
         ti.simt.block.sync()
-        out = ti.cast(0.0, self.real)
+        out = ti.cast(0.0, self.dtype)
         if thread < self.count:
-            for n in range(self.parts):
+            for n in range(self.lanes):
                 out += pad[thread * self.row + n]
         ti.simt.block.sync()  # the next iteration writes here again
         return out

@@ -30,9 +30,9 @@ def provide_home():
 
 def remarks():
     """Remarks about the folder for the user, each once per process."""
-    found = list(_remarks)
+    texts = list(_remarks)
     _remarks.clear()
-    return found
+    return texts
 
 
 @lru_cache
@@ -42,17 +42,21 @@ def _folder(cache, home):
         parent = Path.home() / ".cache"
     if parent is not None and _writable(parent / "dusttaichi"):
         return parent / "dusttaichi"
-    own = _private() / "dusttaichi"
-    own.mkdir(exist_ok=True)
-    why = "HOME and XDG_CACHE_HOME are not set" if parent is None else f"{parent} is not writable"
-    _remarks.append(f"{why}: compiled kernels are stored in {own}")
-    return own
+    private_folder = _private() / "dusttaichi"
+    private_folder.mkdir(exist_ok=True)
+    problem = (
+        "HOME and XDG_CACHE_HOME are not set" if parent is None else f"{parent} is not writable"
+    )
+    _remarks.append(f"{problem}: compiled kernels are stored in {private_folder}")
+    return private_folder
 
 
 def _writable(folder):
     """True if that folder can be written or created."""
-    there = next((place for place in (folder, *folder.parents) if place.exists()), folder)
-    return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+    existing_folder = next(
+        (ancestor for ancestor in (folder, *folder.parents) if ancestor.exists()), folder
+    )
+    return existing_folder.is_dir() and os.access(existing_folder, os.W_OK | os.X_OK)
 
 
 def _private():
@@ -61,8 +65,8 @@ def _private():
     folder = Path(tempfile.gettempdir()) / f"dusttaichi-{user}"
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
-        found = folder.lstat()
-        if stat.S_ISDIR(found.st_mode) and found.st_uid == user and not found.st_mode & 0o022:
+        status = folder.lstat()
+        if stat.S_ISDIR(status.st_mode) and status.st_uid == user and not status.st_mode & 0o022:
             return folder
     except (OSError, AttributeError):
         pass

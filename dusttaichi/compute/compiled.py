@@ -31,7 +31,7 @@ class Compiled:
     program: Any
 
     @classmethod
-    def of(cls, key, layout, kernels, groups):
+    def from_kernels(cls, key, layout, kernels, groups):
         """Compiled of the loops of a key, whose last item is their kind (backend.Loops).
 
         Taichi's kernels are called by a Launch.
@@ -52,17 +52,17 @@ class Structures:
     def __init__(self):
         self._compiled, self._access = [], None
 
-    def of(self, key, scene, threads, compile_for):
+    def get(self, key, scene, threads, compile_for):
         """The Compiled of a key, and Taichi runs with its program.
 
         It is the previous one of that key, or that of `compile_for(key)` after a start of Taichi
         for the scene with that number of threads.
         """
-        for other in self._compiled:
-            if other.key == key and PROGRAMS.resume(other.program):
-                return other
+        for candidate in self._compiled:
+            if candidate.key == key and PROGRAMS.resume(candidate.program):
+                return candidate
         start_taichi(scene, threads)
-        living = [other for other in self._compiled if other.program in PROGRAMS]
+        living = [candidate for candidate in self._compiled if candidate.program in PROGRAMS]
         if len(living) < len(self._compiled):
             self._compiled = living
             gc.collect()  # kernels refer to themselves: 23 MB of each program

@@ -16,11 +16,11 @@ KERNEL_FOLDER = "OFFLINE_CACHE_FILE_PATH"  # its variable for the folder of kern
 
 def name():
     """Name of its package. Raises DustError for an unknown one."""
-    given = os.environ.get(VARIABLE, "")
-    found = given.strip().lower() or "taichi"
-    if found not in PREFIX:
-        raise DustError(f"{VARIABLE}={given}: no such compiler; allowed: {', '.join(PREFIX)}")
-    return found
+    text = os.environ.get(VARIABLE, "")
+    compiler = text.strip().lower() or "taichi"
+    if compiler not in PREFIX:
+        raise DustError(f"{VARIABLE}={text}: no such compiler; allowed: {', '.join(PREFIX)}")
+    return compiler
 
 
 def version():

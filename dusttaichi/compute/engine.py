@@ -37,10 +37,10 @@ warnings.filterwarnings("ignore", ".*Template mapper caching disabled")
 
 _PROGRAM = "prog" if compiler.name() == "taichi" else "_prog"
 
-__all__ = ["PATCHED", "VERSION", "drop_program", "program", "settings", "tested", "ti"]
+__all__ = ["PATCHED", "VERSION", "drop_program", "program", "settings", "is_tested", "ti"]
 
 
-def tested():
+def is_tested():
     """True for a compiler whose internals were tested and are not switched off."""
     return compiler.name() == "taichi" and VERSION in PATCHED and are_allowed()
 

@@ -42,24 +42,24 @@ REASONS = 3  # numbers in STOP are below this
 class Steps:
     """The phases of a step, in order, as Taichi functions.
 
-    before, after: phases up to where a search may be due, and from there; a tuple of several has no
-    barrier between them. is_due(step, numbers): true where the search must come first. made(done):
-    steps done at the end of one. Numbers, Outside: types of the arguments of that name. sync: the
-    field of SYNC integers.
+    before_search, after_search: phases up to where a search may be due, and from there; a tuple of
+    several has no barrier between them. is_due(step, numbers): true where the search must come
+    first. count_steps(done): steps done at the end of one. Numbers, Outside: types of the arguments
+    of that name. sync: the field of SYNC integers.
     """
 
     sync: Any
-    before: tuple
+    before_search: tuple
     is_due: Callable
-    after: tuple
-    made: Callable
+    after_search: tuple
+    count_steps: Callable
     Numbers: Any
     Outside: Any
 
 
-def advance_by(kind, own, by_threads):
+def advance_by(execution, step_phases, by_threads):
     """`advance` of Steps by "workers" (CPU), or by "launches" of kernels: by_threads()."""
-    return by_workers(own) if kind == "workers" else by_threads()
+    return by_workers(step_phases) if execution == "workers" else by_threads()
 
 
 # -- workers ---------------------------------------------------------------------------------------
@@ -74,9 +74,9 @@ def assemble(sync: ti.template(), workers):
     me = ti.atomic_add(sync[MEET], 1)
     present = 0
     if me == 0:
-        tries = 0
-        while ti.atomic_add(sync[MEET], 0) < workers and tries < PATIENCE:
-            tries += 1
+        attempts = 0
+        while ti.atomic_add(sync[MEET], 0) < workers and attempts < PATIENCE:
+            attempts += 1
         present = 1
         if ti.atomic_add(sync[MEET], CLOSED) == workers:
             present = workers
@@ -97,16 +97,16 @@ def barrier(sync: ti.template(), target):
         pass
 
 
-def by_workers(own):
+def by_workers(step_phases):
     """Kernel `advance(steps, first, pending, workers, numbers, outside)` of Steps.
 
     It makes up to `steps` steps from number `first`; with `pending` the first one has made the
-    phases `before` already (a search came between). It ends early when a search is due or a step is
-    stuck; sync[DONE] has the number done.
+    phases `before_search` already (a search came between). It ends early when a search is due or a
+    step is stuck; sync[DONE] has the number done.
     """
-    sync, is_due, made = own.sync, own.is_due, own.made
-    before, after = _runs(own.before), _runs(own.after)
-    Numbers, Outside = own.Numbers, own.Outside
+    sync, is_due, count_steps = step_phases.sync, step_phases.is_due, step_phases.count_steps
+    before_search, after_search = _runs(step_phases.before_search), _runs(step_phases.after_search)
+    Numbers, Outside = step_phases.Numbers, step_phases.Outside
 
     @ti.kernel
     def advance(
@@ -123,11 +123,11 @@ def by_workers(own):
         for q in range(workers * STRIDE):
             if q % STRIDE == 0:
                 me, present = assemble(sync, workers)
-                done, met, drifted = 0, 0, pending
-                while done < steps and present > 0:
-                    step = first + done + 1
+                steps_done, met, drifted = 0, 0, pending
+                while steps_done < steps and present > 0:
+                    step = first + steps_done + 1
                     if drifted == 0:
-                        for runs in ti.static(before):
+                        for runs in ti.static(before_search):
                             for run in ti.static(runs):
                                 run(me, present, step, numbers, outside)
                             met += present
@@ -135,16 +135,16 @@ def by_workers(own):
                         if is_due(step, numbers):
                             break
                     drifted = 0
-                    for runs in ti.static(after):
+                    for runs in ti.static(after_search):
                         for run in ti.static(runs):
                             run(me, present, step, numbers, outside)
                         met += present
                         barrier(sync, met)
-                    done = made(done)
+                    steps_done = count_steps(steps_done)
                     if sync[STUCK] == 1:
                         break
                 if me == 0:
-                    sync[DONE] = done
+                    sync[DONE] = steps_done
 
     return advance
 
@@ -162,11 +162,11 @@ class Arguments:
     note(outside): Taichi function that derives further fields from `outside`, or None.
     """
 
-    def __init__(self, own, note=None):
-        sync, numbers = own.sync, own.Numbers.field(shape=())
-        outside, first = own.Outside.field(shape=()), ti.field(ti.i64, shape=())
-        Numbers, Outside, derives = own.Numbers, own.Outside, note is not None
-        self.sync, self.is_due, self.first = sync, own.is_due, first
+    def __init__(self, step_phases, note=None):
+        sync, numbers = step_phases.sync, step_phases.Numbers.field(shape=())
+        outside, first = step_phases.Outside.field(shape=()), ti.field(ti.i64, shape=())
+        Numbers, Outside, derives = step_phases.Numbers, step_phases.Outside, note is not None
+        self.sync, self.is_due, self.first = sync, step_phases.is_due, first
         self.numbers, self.outside = numbers, outside
 
         @ti.kernel
@@ -176,10 +176,10 @@ class Arguments:
             sync[REQUESTED], sync[BEGUN] = steps, pending
 
         @ti.kernel
-        def pass_numbers(new: Numbers, others: Outside):
-            numbers[None], outside[None] = new, others
+        def pass_numbers(new_numbers: Numbers, new_outside: Outside):
+            numbers[None], outside[None] = new_numbers, new_outside
             if ti.static(derives):
-                note(others)
+                note(new_outside)
 
         self.begin, self._pass, self._passed = begin, pass_numbers, (None, None)
 
@@ -193,15 +193,17 @@ class Arguments:
 class Launches:
     """`advance` of a device, as of `by_workers`; it returns (steps done, 1 where one is stuck).
 
-    before, after: kernels of the phases; prepare: kernel before those of up to LOOK steps, or None.
-    divided: a step may take several passes of them, as many as in the call before.
+    before_search, after_search: kernels of the phases; prepare: kernel before those of up to LOOK
+    steps, or None. divided: a step may take several passes of them, as many as in the call before.
     """
 
-    def __init__(self, arguments, before, after, prepare=None, *, divided=False):
+    def __init__(self, arguments, before_search, after_search, prepare=None, *, divided=False):
         self.numbers, self._divided = arguments.numbers, divided
         self._begin, self.pass_numbers = arguments.begin, arguments.pass_numbers
         self._prepare = None if prepare is None else Launch(prepare)
-        self._before, self._after = ([Launch(k) for k in kernels] for kernels in (before, after))
+        self._before_search, self._after_search = (
+            [Launch(k) for k in kernels] for kernels in (before_search, after_search)
+        )
         self._launches_per_step, sync = 1.0, arguments.sync
 
         @ti.kernel
@@ -213,22 +215,24 @@ class Launches:
     def __call__(self, steps, first, pending, _workers, *arguments):
         self.pass_numbers(*arguments)
         self._begin(steps, first, pending)
-        launched, done, stopped = 0, 0, 0
+        launched, steps_done, stopped = 0, 0, 0
         while not stopped:
-            expected = ceil((steps - done) * self._launches_per_step)
+            expected = ceil((steps - steps_done) * self._launches_per_step)
             batch = max(1, min(LOOK, expected))
-            done, stopped = self.launch(batch, pending)
+            steps_done, stopped = self.launch(batch, pending)
             launched, pending = launched + batch, 0
         if self._divided:
-            self._launches_per_step = launched / max(1, done)
-        return done, stopped == ENDLESS
+            self._launches_per_step = launched / max(1, steps_done)
+        return steps_done, stopped == ENDLESS
 
     def launch(self, steps, pending=0):
         """Launch the kernels of that many steps, LOOK at most; (steps done so far, STOP)."""
         if self._prepare is not None:
             self._prepare()
         for _ in range(steps):
-            for kernel in self._after if pending else (*self._before, *self._after):
+            for kernel in (
+                self._after_search if pending else (*self._before_search, *self._after_search)
+            ):
                 kernel()
             pending = 0
         return divmod(self._progress(), REASONS)

@@ -42,15 +42,15 @@ class FieldAccess:
     """
 
     def __init__(self):
-        self._program, self._ended = program(), False
+        self._program, self._has_ended = program(), False
 
     def end(self):
         """Another simulation gets the fields."""
-        self._ended = True
+        self._has_ended = True
 
     def check(self):
         """Raises RuntimeError if it has ended."""
-        if self._ended or program() is not self._program:
+        if self._has_ended or program() is not self._program:
             raise RuntimeError("The memory of this simulation is gone: another one was built.")
 
 
@@ -65,16 +65,16 @@ class Table:
         self.field, self.rows, self.memory = field, rows, memory
         self.access = access or FieldAccess()
 
-    def to_numpy(self, rows=None, *rest):
-        """A copy of the used rows, or of the first `rows` of them; rest: slices of further axes."""
-        return self.part(0, self.rows if rows is None else min(rows, self.rows), *rest)
+    def to_numpy(self, rows=None, *slices):
+        """A copy of the used rows, or of the first `rows`; slices: of further axes."""
+        return self.copy_rows(0, self.rows if rows is None else min(rows, self.rows), *slices)
 
-    def part(self, first, end, *rest):
-        """A copy of the rows from `first` to before `end`; rest: slices of further axes."""
+    def copy_rows(self, first, end, *slices):
+        """A copy of the rows from `first` to before `end`; slices: of further axes."""
         self.access.check()
         if self.memory is None:
-            return transfer.read(self.field, first, end, *rest)
-        return self.memory[(slice(first, end), *rest)].copy()
+            return transfer.read(self.field, first, end, *slices)
+        return self.memory[(slice(first, end), *slices)].copy()
 
     def take(self, *index):
         """A copy of the elements at these indices, one array of them for each axis."""

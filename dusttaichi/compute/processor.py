@@ -31,7 +31,7 @@ def usable_cores():
 
 
 @lru_cache(maxsize=1)
-def _described():
+def _describe_processor():
     """(model, features) of the processor; no features if the system does not list them."""
     if sys.platform == "linux":
         lines = [line.partition(":")[::2] for line in _text("/proc/cpuinfo").splitlines()]
@@ -78,14 +78,14 @@ def _windows_features():
 
 def model():
     """Name of the processor, as the system gives it."""
-    return _described()[0]
+    return _describe_processor()[0]
 
 
 def own_bits():
     """Bits of the widest vectors of the processor; None if they are unknown."""
     if platform.machine().lower() in ("arm64", "aarch64"):
         return 128  # NEON; how wide SVE is the features do not say
-    return next((bits for feature, bits in X86 if feature in _described()[1]), None)
+    return next((bits for feature, bits in X86 if feature in _describe_processor()[1]), None)
 
 
 # -- the folder of its kernels ---------------------------------------------------------------------
@@ -93,8 +93,8 @@ def own_bits():
 
 def kernel_key():
     """One word for processor, features and compiler: kernels of one key serve each other."""
-    name, found = _described()
-    digest = hashlib.sha256("\n".join([name, platform.machine(), *sorted(found)]).encode())
+    name, features = _describe_processor()
+    digest = hashlib.sha256("\n".join([name, platform.machine(), *sorted(features)]).encode())
     slug = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:40]
     return f"{slug}-{digest.hexdigest()[:8]}-{compiler.name()}-{compiler.version()}"
 
@@ -136,7 +136,7 @@ def remove_old_locks(folder):
 
 def _remove_unused(root):
     """Remove folders of kernels that have not been used for long."""
-    old = time.time() - UNUSED
+    oldest_use = time.time() - UNUSED
     for folder in (path for path in root.iterdir() if path.is_dir()):
-        if folder.stat().st_mtime < old:
+        if folder.stat().st_mtime < oldest_use:
             shutil.rmtree(folder)

@@ -19,13 +19,13 @@ def is_short(particles):
 
 
 @ti.func
-def first_of(share, shares, n):
-    """First item of a share of n items, which ends before the first item of the next one."""
-    return n * share // shares
+def first_item(worker, workers, n):
+    """First of n items of a worker, whose items end before the first one of the next worker."""
+    return n * worker // workers
 
 
 @ti.func
-def whole(n: ti.template(), size: ti.template()):
+def count_blocks(n: ti.template(), size: ti.template()):
     """Number of groups of this size for n items; a constant of the kernel if both are."""
     return (n + size - 1) // size
 
@@ -50,11 +50,11 @@ class Scan:
         if ti.static(self.serial):
             ti.loop_config(serialize=True)
             for _ in range(1):
-                before = 0
+                total = 0
                 for k in range(n):
-                    here = values[k]
-                    starts[k] = before
-                    before += here
+                    value = values[k]
+                    starts[k] = total
+                    total += value
         else:
             self.by_chunks(values, starts, n)
 
@@ -65,35 +65,35 @@ class Scan:
         All five loops are parallel but the middle one over n / CHUNK^2 numbers.
         """
         sums = ti.static(self.chunk_sum)
-        for chunk in range(whole(n, CHUNK)):
+        for chunk in range(count_blocks(n, CHUNK)):
             total = 0
             for k in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, n)):
                 total += values[k]
             sums[chunk] = total
-        for group in range(whole(whole(n, CHUNK), CHUNK)):
-            total, end = 0, whole(n, CHUNK)
+        for group in range(count_blocks(count_blocks(n, CHUNK), CHUNK)):
+            total, end = 0, count_blocks(n, CHUNK)
             for k in range(group * CHUNK, ti.min((group + 1) * CHUNK, end)):
                 total += sums[k]
             sums[end + group] = total
         for _ in range(1):
-            before, end = 0, whole(n, CHUNK)
-            for k in range(end, end + whole(end, CHUNK)):
-                here = sums[k]
-                sums[k] = before
-                before += here
-        for group in range(whole(whole(n, CHUNK), CHUNK)):
-            end = whole(n, CHUNK)
+            running_sum, end = 0, count_blocks(n, CHUNK)
+            for k in range(end, end + count_blocks(end, CHUNK)):
+                value = sums[k]
+                sums[k] = running_sum
+                running_sum += value
+        for group in range(count_blocks(count_blocks(n, CHUNK), CHUNK)):
+            end = count_blocks(n, CHUNK)
             start = sums[end + group]
             for k in range(group * CHUNK, ti.min((group + 1) * CHUNK, end)):
-                here = sums[k]
+                value = sums[k]
                 sums[k] = start
-                start += here
-        for chunk in range(whole(n, CHUNK)):
+                start += value
+        for chunk in range(count_blocks(n, CHUNK)):
             start = sums[chunk]
             for k in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, n)):
-                here = values[k]
+                value = values[k]
                 starts[k] = start
-                start += here
+                start += value
 
 
 def scan_capacity(n):
@@ -137,7 +137,7 @@ class Largest:
     def join(self, first, end, to):
         """Write the largest numbers of the rows from `first` to before `end` to another row."""
         for k in ti.static(range(self.columns)):
-            most = self.table[first, k]
+            largest = self.table[first, k]
             for row in range(first + 1, end):
-                most = ti.max(most, self.table[row, k])
-            self.table[to, k] = most
+                largest = ti.max(largest, self.table[row, k])
+            self.table[to, k] = largest

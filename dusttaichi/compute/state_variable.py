@@ -21,5 +21,5 @@ class StateVariable:
 
     def field(self, **layout):
         """Taichi field with this element; layout: its shape and order, none to place it later."""
-        kind, length = ELEMENTS[self.element[0]], self.element[1]
-        return ti.Vector.field(length, kind, **layout) if length else ti.field(kind, **layout)
+        dtype, length = ELEMENTS[self.element[0]], self.element[1]
+        return ti.Vector.field(length, dtype, **layout) if length else ti.field(dtype, **layout)

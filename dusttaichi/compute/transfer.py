@@ -69,11 +69,11 @@ def _take_3(field: ti.template(), index: _ROWS, out: _ROWS):
 # -- functions of tables ------------------------------------------------------------------------
 
 
-def read(field, first, end, *rest):
-    """Rows from `first` to before `end`; rest: a slice of the second axis, or nothing."""
+def read(field, first, end, *slices):
+    """Rows from `first` to before `end`; slices: one of the second axis, or none."""
     shape, second = [end - first, *field.shape[1:]], 0
-    if rest:
-        (columns,) = rest
+    if slices:
+        (columns,) = slices
         second, last, _ = columns.indices(field.shape[1])
         shape[1] = last - second
     out = np.empty((*shape, *lanes_of(field)), type_of(field))

@@ -37,17 +37,17 @@ class WorkerChoice:
     ends a hopeless trial. Where the system tells how long its threads waited for cores, a number
     whose workers do so is left at once, without a trial, which would take a time that other
     programs make long and uncertain. Results do not depend on the number. sim: with
-    `advance(steps)` and `threads`; fixed: never change the number; clock, waited: time, and time
-    that the threads have waited for cores [s].
+    `advance(steps)` and `threads`; fixed: never change the number; clock, measure_waiting: time,
+    and time that the threads have waited for cores [s].
     """
 
-    def __init__(self, sim, fixed, clock=perf_counter, waited=POOL.waited):
-        self.sim, self.clock, self.waited = sim, clock, waited
-        self.ladder = ladder(sim.threads)
-        self.fixed = fixed or len(self.ladder) == 1
+    def __init__(self, sim, fixed, clock=perf_counter, measure_waiting=POOL.measure_waiting):
+        self.sim, self.clock, self.measure_waiting = sim, clock, measure_waiting
+        self.worker_numbers = list_worker_numbers(sim.threads)
+        self.fixed = fixed or len(self.worker_numbers) == 1
         # the piece that is timed, made in one or several calls; its steps, None as long as no rate
         # is known
-        self.pieces, self.made, self.seconds, self.waiting = self._choose(), 0, 0.0, 0.0
+        self.pieces, self.steps_done, self.seconds, self.waiting = self._choose(), 0, 0.0, 0.0
         self.planned = next(self.pieces)
 
     def advance(self, steps):
@@ -59,73 +59,76 @@ class WorkerChoice:
             if self.fixed:
                 self.sim.advance(piece)
                 continue
-            began, waited = self.clock(), self.waited()
+            began, waited = self.clock(), self.measure_waiting()
             self.sim.advance(piece)
-            self.made, self.seconds = self.made + piece, self.seconds + self.clock() - began
-            self.waiting += self.waited() - waited
+            self.steps_done, self.seconds = (
+                self.steps_done + piece,
+                self.seconds + self.clock() - began,
+            )
+            self.waiting += self.measure_waiting() - waited
             if self._is_over():
                 seconds = max(self.seconds, 1e-9)
-                timing = Timing(self.made / seconds, self.waiting / seconds)
+                timing = Timing(self.steps_done / seconds, self.waiting / seconds)
                 self.planned = self.pieces.send(timing)
-                self.made, self.seconds, self.waiting = 0, 0.0, 0.0
+                self.steps_done, self.seconds, self.waiting = 0, 0.0, 0.0
 
     def _to_make(self):
-        return max(16, self.made) if self.planned is None else self.planned - self.made
+        return max(16, self.steps_done) if self.planned is None else self.planned - self.steps_done
 
     def _is_over(self):
-        return self.seconds >= PIECE if self.planned is None else self.made >= self.planned
+        return self.seconds >= PIECE if self.planned is None else self.steps_done >= self.planned
 
     # -- decisions: generators of the steps of each piece, to which its Timing is sent -------------
 
     def _choose(self):
         """Set the number of workers, after a trial of another one whenever one is due."""
-        own, tried, wait, rises = self.sim.threads, self.clock(), 0.0, False
+        workers, last_trial, wait, rises = self.sim.threads, self.clock(), 0.0, False
         timing = yield None
         while True:
-            here = self.ladder.index(own)
-            if _is_crowded(own, timing):
-                own, tried, wait = self.ladder[here - 1], self.clock(), EVERY
-                self.sim.threads = own
-            elif self.clock() - tried >= wait:
-                # up and down the ladder in turn
-                rises = here == 0 or (here + 1 < len(self.ladder) and not rises)
-                other = self.ladder[here + 1 if rises else here - 1]
-                ratio, its_timing = yield from self._try(own, other, timing)
+            index = self.worker_numbers.index(workers)
+            if _is_crowded(workers, timing):
+                workers, last_trial, wait = self.worker_numbers[index - 1], self.clock(), EVERY
+                self.sim.threads = workers
+            elif self.clock() - last_trial >= wait:
+                # up and down the numbers in turn
+                rises = index == 0 or (index + 1 < len(self.worker_numbers) and not rises)
+                candidate = self.worker_numbers[index + 1 if rises else index - 1]
+                ratio, its_timing = yield from self._try(workers, candidate, timing)
                 if ratio > GAIN:
-                    own, timing, wait = other, its_timing, EVERY
+                    workers, timing, wait = candidate, its_timing, EVERY
                 else:
-                    most = SELDOM if ratio < HOPELESS else OFTEN
-                    wait = min(2.0 * wait, most) if wait else EVERY
-                self.sim.threads, tried = own, self.clock()
-            before, timing = timing.rate, (yield from _segment(own, timing.rate))
-            if timing.rate < FALLEN * before:
+                    longest_wait = SELDOM if ratio < HOPELESS else OFTEN
+                    wait = min(2.0 * wait, longest_wait) if wait else EVERY
+                self.sim.threads, last_trial = workers, self.clock()
+            previous_rate, timing = timing.rate, (yield from _segment(workers, timing.rate))
+            if timing.rate < FALLEN * previous_rate:
                 wait = 0.0  # the machine has other work now
 
-    def _try(self, own, other, timing):
-        """A trial; timing: of the own number. Returns (rate of the other over it, its Timing).
+    def _try(self, workers, candidate, timing):
+        """Try a number of workers; timing: of the present one. Returns (ratio of the rates, Timing).
 
         The ratio is HOPELESS where workers of the larger number wait for cores.
         """
         rate = timing.rate
-        if other > own and timing.waiting > TAKEN * own:
+        if candidate > workers and timing.waiting > TAKEN * workers:
             return HOPELESS, timing
-        self.sim.threads = other
+        self.sim.threads = candidate
         first = yield _steps(FIRST_PIECE, rate)
         if first.rate < HOPELESS * rate:
             return first.rate / rate, first
         timings = []  # the other number first
-        crowded = other > own and _is_crowded(other, first)
+        crowded = candidate > workers and _is_crowded(candidate, first)
         while not crowded:
             timings.append((yield _steps(PIECE, rate)))
-            if self.sim.threads == other:
-                crowded = other > own and _is_crowded(other, timings[-1])
-            rates = [each.rate for each in timings]
+            if self.sim.threads == candidate:
+                crowded = candidate > workers and _is_crowded(candidate, timings[-1])
+            rates = [trial.rate for trial in timings]
             ratios = [a / b for a, b in zip(rates[::2], rates[1::2], strict=False)]
             faster = sum(ratio > GAIN for ratio in ratios)
             if max(faster, len(ratios) - faster) > PAIRS // 2:
-                waiting = median(each.waiting for each in timings[::2])
+                waiting = median(trial.waiting for trial in timings[::2])
                 return median(ratios), Timing(median(rates[::2]), waiting)
-            self.sim.threads = own if len(rates) % 2 else other
+            self.sim.threads = workers if len(rates) % 2 else candidate
         return HOPELESS, first
 
 
@@ -142,7 +145,7 @@ def _segment(workers, rate):
         if _is_crowded(workers, timings[-1]):
             return timings[-1]
     return Timing(
-        harmonic_mean([each.rate for each in timings]), fmean(each.waiting for each in timings)
+        harmonic_mean([piece.rate for piece in timings]), fmean(piece.waiting for piece in timings)
     )
 
 
@@ -151,9 +154,9 @@ def _steps(seconds, rate):
     return max(1, int(seconds * rate))
 
 
-def ladder(most):
+def list_worker_numbers(largest):
     """Numbers of workers to choose among: 1, 2, 4 ... and all."""
-    found = [1]
-    while 2 * found[-1] < most:
-        found.append(2 * found[-1])
-    return found + [most] if most > 1 else found
+    numbers = [1]
+    while 2 * numbers[-1] < largest:
+        numbers.append(2 * numbers[-1])
+    return numbers + [largest] if largest > 1 else numbers

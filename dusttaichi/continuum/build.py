@@ -45,7 +45,7 @@ def build(scene, particles, *, loops=None):
     if len(moving) > BODIES:
         raise DustError(f"sample: {len(moving)} rigid bodies; allowed: {BODIES} at most.")
     threads, n = threads_of(scene, len(particles)), len(particles)
-    kind = (loops or loops_of(scene.numerics)).kind
+    kind = (loops or loops_of(scene.numerics)).execution
     compiled = chosen_kernels(scene, particles, threads, kind)
     mirrors, edges = surfaces(scene, particles)
     sim = Simulation(
@@ -107,7 +107,7 @@ def chosen_kernels(scene, particles, threads, kind):
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
     capacity = room, entries, capacity_for(ghost_count(scene, particles)) if layout.ghosts else 0
     key = ("continuum", numerics.backend, numerics.debug, layout, capacity, threads, kind)
-    return STRUCTURES.of(key, scene, threads, lambda key: compiled_for(key, layout, capacity))
+    return STRUCTURES.get(key, scene, threads, lambda key: compiled_for(key, layout, capacity))
 
 
 def ghost_count(scene, particles):

@@ -55,7 +55,7 @@ def compiled_for(key, layout, capacity):
     search = make_search(motion, rates.blocks.near)
     potential = make_potential(attraction, StepNumbers) if layout.self_gravity else None
     kernels = Kernels(advance, search, potential, StepNumbers)
-    return Compiled.of(key, layout, kernels, (fields, lists))
+    return Compiled.from_kernels(key, layout, kernels, (fields, lists))
 
 
 def passes(f, lists, layout, attraction=None):

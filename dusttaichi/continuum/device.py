@@ -4,7 +4,7 @@ A thread for each particle, a block of them for each surface. Lengths of loops a
 are compiled: else a launch of their own would find them first.
 """
 
-from dusttaichi.compute.blocks import THREADS, BlockSums, largest_of_block, padded
+from dusttaichi.compute.blocks import THREADS, BlockSums, largest_of_block, pad_to_blocks
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DONE, DUE, HALT, STOP, Arguments, Launches, conclude
 from dusttaichi.continuum.kernels.store import BODIES, FACES, PARTS
@@ -17,7 +17,7 @@ def by_threads(phases, own):
     known, sums = Arguments(own), BlockSums(PARTS)
     motion, rates, forces = phases.motion, phases.rates, phases.forces
     sync, numbers, material = known.sync, known.numbers, known.outside
-    threads = padded(motion.f.mass.shape[0])
+    threads = pad_to_blocks(motion.f.mass.shape[0])
     # the fastest signal of each block of threads
     fastest = ti.field(ti.f64, shape=threads // THREADS)
 

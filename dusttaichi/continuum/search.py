@@ -153,10 +153,10 @@ class Search:
         if self.launches.visit():
             blocks = -(-n // layout.lanes)
             if layout.ghosts:
-                self._check_capacity("ghost_sign", sim.lists["ghost_first"].part(n, n + 1))
-            self._check_capacity("entry", sim.lists["first"].part(blocks, blocks + 1))
+                self._check_capacity("ghost_sign", sim.lists["ghost_first"].copy_rows(n, n + 1))
+            self._check_capacity("entry", sim.lists["first"].copy_rows(blocks, blocks + 1))
             if layout.rigid:
-                self._check_capacity("touch_row", sim.lists["touch_first"].part(n, n + 1))
+                self._check_capacity("touch_row", sim.lists["touch_first"].copy_rows(n, n + 1))
         self.launches.visit()
 
     def images(self):

@@ -10,7 +10,7 @@ that fit the present speed of sound; it is stuck where it would take too many of
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DONE, DUE, Steps
-from dusttaichi.compute.scan import first_of
+from dusttaichi.compute.scan import first_item
 from dusttaichi.continuum.kernels.store import APART
 from dusttaichi.continuum.physics.kernels import MATERIAL
 
@@ -19,10 +19,10 @@ def steps_of(phases, StepNumbers):
     """The Steps of Phases: motion of bodies and particles, search, stresses, forces, next step."""
     return Steps(
         phases.sync,
-        before=(phases.move_bodies, phases.kick_and_drift),
+        before_search=(phases.move_bodies, phases.kick_and_drift),
         is_due=phases.search_is_due,
-        after=(phases.respond, phases.push, phases.end),
-        made=phases.made,
+        after_search=(phases.respond, phases.push, phases.end),
+        count_steps=phases.count_steps,
         Numbers=StepNumbers,
         Outside=MATERIAL,
     )
@@ -41,7 +41,7 @@ class Phases:
     def share_of_blocks(self, share, shares, numbers: ti.template()):
         """First block of a share, and the one behind its last."""
         n = self.blocks.count(numbers)
-        return first_of(share, shares, n), first_of(share + 1, shares, n)
+        return first_item(share, shares, n), first_item(share + 1, shares, n)
 
     @ti.func
     def share_of_particles(self, share, shares, numbers: ti.template()):
@@ -95,6 +95,6 @@ class Phases:
             self.sync[DONE] += self.motion.next_step(shares, numbers)
 
     @ti.func
-    def made(self, done):
+    def count_steps(self, done):
         """Output steps done at the end of a step."""
         return self.sync[DONE]

@@ -44,7 +44,7 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
     """
     parts = prepared(scene, sample, loops=loops, ledger=ledger, step=step)
     layout, grains, walls = parts.layout, len(parts.order), parts.domain.box is not None
-    compiled = chosen_kernels(parts.scene, layout, (parts.loops.kind, grains, parts.threads))
+    compiled = chosen_kernels(parts.scene, layout, (parts.loops.execution, grains, parts.threads))
     rows = {var.name: var.shape[0] for var in declare(grains, layout, walls)}
     tables = STRUCTURES.tables(compiled, rows)
     tables[0]["counts"].from_numpy(np.array(store.sizes(grains, layout, walls)))
@@ -176,7 +176,7 @@ def chosen_kernels(scene, layout, running):
     materials = len(scene.all_materials)
     started = ("grains", scene.numerics.backend, scene.numerics.debug, threads)
     key = (*started, room, layout, walls, materials, kind)
-    return STRUCTURES.of(key, scene, threads, lambda key: compiled_for(key, scene, layout, room))
+    return STRUCTURES.get(key, scene, threads, lambda key: compiled_for(key, scene, layout, room))
 
 
 def check_precision(scene, sample, delta0):

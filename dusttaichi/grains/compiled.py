@@ -52,7 +52,7 @@ def compiled_for(key, scene, layout, room):
         kernels.add_grain_losses = make_add_grain_losses(fields, layout)
     if on_device():
         kernels.load_sums = make_load_sums(fields, sums, layout, walls)
-    return Compiled.of(key, layout, kernels, (fields, scratch, sums))
+    return Compiled.from_kernels(key, layout, kernels, (fields, scratch, sums))
 
 
 def interfaces(scene, model):

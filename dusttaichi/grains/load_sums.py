@@ -26,7 +26,7 @@ class LoadSums:
         if self.sim.box is None:
             return np.zeros((6, 3))
         lanes, first = self.state.wall_lanes(), int(self.state["counts"][FIRST_WALL])
-        load = self.fields["load"].part(first, first + self.state.wall_blocks, slice(0, 3))
+        load = self.fields["load"].copy_rows(first, first + self.state.wall_blocks, slice(0, 3))
         along = (np.bincount(lanes.wall, load[:, n].ravel(), minlength=6) for n in range(3))
         return np.stack(list(along), axis=1)
 

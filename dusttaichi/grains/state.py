@@ -81,7 +81,7 @@ class GrainState:
 
     def row(self, name, row):
         """A copy of one row of a field."""
-        return self.fields[name].part(row, row + 1)[0]
+        return self.fields[name].copy_rows(row, row + 1)[0]
 
     def put_grains(self, name, values, far=False):
         """Fill a field of all grains; the two beyond them rest, far away if these are places."""
@@ -170,7 +170,7 @@ class GrainState:
     def lanes(self, name, blocks=slice(None)):
         """A field (blocks, components, lanes) as an array (contacts, components)."""
         first, end, _ = blocks.indices(self.fields[name].rows)
-        return _by_contact(self.fields[name].part(first, end))
+        return _by_contact(self.fields[name].copy_rows(first, end))
 
     def rows(self, part, blocks):
         """History ("history") or loads ("load") of the contacts of these blocks.
@@ -178,7 +178,7 @@ class GrainState:
         (contacts, rows). blocks: a slice.
         """
         name, rows = self._place_of(part)
-        return _by_contact(self.fields[name].part(blocks.start, blocks.stop, rows))
+        return _by_contact(self.fields[name].copy_rows(blocks.start, blocks.stop, rows))
 
     def rows_of(self, part, contacts):
         """`rows` of the contacts with these numbers, which rise without gaps."""
@@ -196,7 +196,7 @@ class GrainState:
     def put_rows(self, part, values, blocks):
         """The reverse of `rows`."""
         name, rows = self._place_of(part)
-        numbers = self.fields[name].part(blocks.start, blocks.stop)
+        numbers = self.fields[name].copy_rows(blocks.start, blocks.stop)
         shape = (-1, self.layout.width, values.shape[1])
         numbers[:, rows] = values.reshape(shape).transpose(0, 2, 1)
         self.fields[name].from_numpy(numbers, blocks.start)
@@ -306,7 +306,7 @@ class GrainState:
         for name, table in self.fields.items():
             if name in OF_BLOCKS:
                 rest = (slice(LOADS),) if name == "load" else ()
-                parts = [table.part(b.start, b.stop, *rest) for b in _within(used, table.rows)]
+                parts = [table.copy_rows(b.start, b.stop, *rest) for b in _within(used, table.rows)]
                 arrays[name] = np.concatenate(parts)
             else:
                 entries = self["entry_start"][-1] if name == "entry" else None

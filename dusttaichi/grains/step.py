@@ -11,7 +11,7 @@ from functools import lru_cache
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DUE, Steps
-from dusttaichi.compute.scan import CHUNK, first_of, whole
+from dusttaichi.compute.scan import CHUNK, count_blocks, first_item
 from dusttaichi.grains.kernels.contacts import ContactPass
 from dusttaichi.grains.kernels.gather import PairGatherer, WallGatherer, Walls
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
@@ -27,10 +27,10 @@ def steps_of(phases):
     motion = [phases.kick_and_drift] + [phases.move_sphere] * phases.has_sphere
     return Steps(
         phases.sync,
-        before=(tuple(motion),),
+        before_search=(tuple(motion),),
         is_due=phases.search_is_due,
-        after=(tuple(contacts.run for contacts in phases.contacts),),
-        made=phases.made,
+        after_search=(tuple(contacts.run for contacts in phases.contacts),),
+        count_steps=phases.count_steps,
         Numbers=StepNumbers,
         Outside=Walls,
     )
@@ -114,11 +114,11 @@ class Phases:
         Few lines of the cache then go from core to core. It is near an even share at least, where
         some grains have many pairs and others few.
         """
-        n, tiles = whole(self.counts[GRAINS], self.part_size), self.pairs.tiles()
-        even, most = first_of(me, workers, n), n // (8 * workers)
+        n, tiles = count_blocks(self.counts[GRAINS], self.part_size), self.pairs.tiles()
+        even, most = first_item(me, workers, n), n // (8 * workers)
         part = even
         if 0 < me < workers and tiles >= workers:
-            own = self.pair_i[first_of(me, workers, tiles) * self.tile, 0] // self.part_size
+            own = self.pair_i[first_item(me, workers, tiles) * self.tile, 0] // self.part_size
             part = ti.max(even - most, ti.min(own, even + most))
         return part
 
@@ -144,7 +144,7 @@ class Phases:
         return self.sync[DUE] == 1 or step >= numbers.wall_due
 
     @ti.func
-    def made(self, done):
+    def count_steps(self, done):
         """Steps done at the end of one."""
         return done + 1
 

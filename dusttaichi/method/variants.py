@@ -12,7 +12,7 @@ KINDS = (NUMERICAL, PHYSICAL, SAMPLE)
 class Variant:
     """A changed scene. changes: of the base scene, see `change_scene`.
 
-    again: run it although an equal scene has run.
+    repeats: run it although an equal scene has run.
     """
 
     label: str
@@ -21,7 +21,7 @@ class Variant:
     value: float = float("nan")
     kind: str = NUMERICAL
     changes: dict = field(default_factory=dict)
-    again: bool = False
+    repeats: bool = False
 
 
 @dataclass(frozen=True)

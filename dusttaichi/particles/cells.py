@@ -10,7 +10,7 @@ from math import floor, prod
 
 from dusttaichi.compute.blocks import is_idle, loop_length
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Largest, Scan, is_short, scan_capacity, whole
+from dusttaichi.compute.scan import CHUNK, Largest, Scan, count_blocks, is_short, scan_capacity
 
 NOWHERE = 1e300  # farther than any place
 
@@ -76,7 +76,7 @@ class Bounds:
     @staticmethod
     def read(table):
         """(Lowest, highest coordinates, True if any is lost, largest speed) of a Table."""
-        row = table.part(0, 1)[0]
+        row = table.copy_rows(0, 1)[0]
         n = len(row) // 2 - 1
         return -row[n : 2 * n], row[:n], row[2 * n] > 0.0, float(row[2 * n + 1])
 
@@ -88,10 +88,10 @@ class Bounds:
             for _ in range(1):
                 self.of_part(0, self.count(), 0)
         else:
-            for chunk in range(loop_length(whole(self.count(), CHUNK), self.chunks)):
+            for chunk in range(loop_length(count_blocks(self.count(), CHUNK), self.chunks)):
                 end = ti.min((chunk + 1) * CHUNK, self.count())
                 self.of_part(chunk * CHUNK, end, chunk + 1)
-            self.largest.find(whole(self.count(), CHUNK))
+            self.largest.find(count_blocks(self.count(), CHUNK))
 
     @ti.func
     def of_part(self, begin, end, row):

@@ -16,7 +16,7 @@ from dusttaichi.compute.taichi_internals.programs import PROGRAMS
 X = np.array([[-0.6005, 0.0, 0.0], [0.6005, 0.01, 0.0]]) * 1e-6
 V = np.array([[0.3, 0.1, 0.0], [-0.3, 0.0, 0.0]])
 
-pytestmark = pytest.mark.skipif(not engine.tested(), reason="other compilers keep the last one")
+pytestmark = pytest.mark.skipif(not engine.is_tested(), reason="other compilers keep the last one")
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def small():
             for n in field:
                 field[n] = key[1]
 
-        return Compiled.of(key, None, SimpleNamespace(fill=fill), ({"field": field},))
+        return Compiled.from_kernels(key, None, SimpleNamespace(fill=fill), ({"field": field},))
 
     yield lambda n, **own: structures.of(
         ("test", n, "workers"), make_scene(numerics=own), 1, compile_for

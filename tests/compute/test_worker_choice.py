@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dusttaichi.compute.worker_choice import WorkerChoice, ladder
+from dusttaichi.compute.worker_choice import WorkerChoice, list_worker_numbers
 
 
 class Machine:
@@ -23,7 +23,7 @@ class Machine:
         self.spent[self.threads] = self.spent.get(self.threads, 0.0) + took
         self.steps += steps
 
-    def waited(self):
+    def measure_waiting(self):
         return self.waits
 
     def clock(self):
@@ -31,7 +31,7 @@ class Machine:
 
 
 def run(machine, steps, call=1000, fixed=False):
-    choice = WorkerChoice(machine, fixed, machine.clock, machine.waited)
+    choice = WorkerChoice(machine, fixed, machine.clock, machine.measure_waiting)
     begun = machine.steps
     while machine.steps - begun < steps:
         choice.advance(call)
@@ -39,7 +39,7 @@ def run(machine, steps, call=1000, fixed=False):
 
 
 def test_ladder():
-    assert [ladder(n) for n in (1, 2, 3, 8)] == [[1], [1, 2], [1, 2, 3], [1, 2, 4, 8]]
+    assert [list_worker_numbers(n) for n in (1, 2, 3, 8)] == [[1], [1, 2], [1, 2, 3], [1, 2, 4, 8]]
 
 
 @pytest.mark.parametrize("call", [1, 37, 10_000])

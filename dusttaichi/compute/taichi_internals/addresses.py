@@ -61,7 +61,7 @@ def _memory(field, base):
     dtype, lanes = np.dtype(type_of(field)), lanes_of(field)
     offset, size = _offset(field)
     elements = int(np.prod(field.shape, dtype=np.int64))
-    whole = (ctypes.c_char * (size * elements)).from_address(base + offset)
+    memory = (ctypes.c_char * (size * elements)).from_address(base + offset)
     strides = (size, *[dtype.itemsize] * len(lanes))
-    rows = np.ndarray((elements, *lanes), dtype, buffer=whole, strides=strides)
+    rows = np.ndarray((elements, *lanes), dtype, buffer=memory, strides=strides)
     return rows.reshape(*field.shape, *lanes)  # a view of the same memory

@@ -4,7 +4,7 @@ At every call Taichi inspects the arguments, finds the compiled kernel and creat
 launch. That takes 30 to 100 us, as long as many steps of a small scene.
 """
 
-from dusttaichi.compute.engine import program, settings, tested, ti
+from dusttaichi.compute.engine import is_tested, program, settings, ti
 
 LOOK = 16  # steps that are launched before the host reads the progress of the device
 
@@ -20,22 +20,24 @@ class Launch:
 
     def __init__(self, kernel):
         self.kernel, self._returns = kernel, bool(kernel._primal.return_type)
-        self._program, self._own, self._compiled, self._context, self._last = (None,) * 5
+        self._program, self._kernel_data, self._compiled, self._context, self._last = (None,) * 5
         self._passes, self._renews = None, False
 
     def __call__(self, *arguments):
         running = program()
-        if self._own is None or running is not self._program:
+        if self._kernel_data is None or running is not self._program:
             out = self.kernel(*arguments)
-            if tested() and not settings().debug:
+            if is_tested() and not settings().debug:
                 self._remember(running)
             return out
         # a launch redirects result and arguments of its context to the device: each needs a new one
         if self._renews:
             self._renew()
-        for put, new, old in zip(self._passes, arguments, self._last, strict=True):
-            if new is not old:
-                put(self._context, new)
+        for pass_argument, argument, last_argument in zip(
+            self._passes, arguments, self._last, strict=True
+        ):
+            if argument is not last_argument:
+                pass_argument(self._context, argument)
         self._last = arguments
         running.launch_kernel(self._compiled, self._context)
         if not self._returns:
@@ -44,27 +46,36 @@ class Launch:
         return self._context.get_struct_ret_int((0,))
 
     def _remember(self, running):
-        own = self.kernel._primal
+        primal = self.kernel._primal
         if self._passes is None:
-            self._passes = [_passing(n, one.annotation) for n, one in enumerate(own.arguments)]
+            self._passes = [
+                _choose_passing(n, parameter.annotation)
+                for n, parameter in enumerate(primal.arguments)
+            ]
         if None in self._passes:
             return
-        (self._own,) = own.compiled_kernels.values()
+        (self._kernel_data,) = primal.compiled_kernels.values()
         config, device = running.config(), running.get_device_caps()
-        self._program, self._compiled = running, running.compile_kernel(config, device, self._own)
+        self._program, self._compiled = (
+            running,
+            running.compile_kernel(config, device, self._kernel_data),
+        )
         self._renews = self._returns or (bool(self._passes) and settings().arch != ti.cpu)
         self._renew()
 
     def _renew(self):
-        self._context, self._last = self._own.make_launch_context(), (None,) * len(self._passes)
+        self._context, self._last = (
+            self._kernel_data.make_launch_context(),
+            (None,) * len(self._passes),
+        )
 
 
-def _passing(place, kind):
+def _choose_passing(number, annotation):
     """Function that passes an argument of a type to a context; None for other types."""
-    if kind in (ti.f64, ti.f32):
-        return lambda context, value: context.set_arg_float((place,), float(value))
-    if kind in (ti.i64, ti.i32):
-        return lambda context, value: context.set_arg_int((place,), int(value))
-    if isinstance(kind, ti.lang.struct.StructType):
-        return lambda context, value: kind.set_kernel_struct_args(value, context, (place,))
+    if annotation in (ti.f64, ti.f32):
+        return lambda context, value: context.set_arg_float((number,), float(value))
+    if annotation in (ti.i64, ti.i32):
+        return lambda context, value: context.set_arg_int((number,), int(value))
+    if isinstance(annotation, ti.lang.struct.StructType):
+        return lambda context, value: annotation.set_kernel_struct_args(value, context, (number,))
     return None

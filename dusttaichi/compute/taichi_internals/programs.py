@@ -16,7 +16,7 @@ from functools import cache
 from typing import Any
 
 from dusttaichi.compute.affinity import POOL
-from dusttaichi.compute.engine import drop_program, program, settings, tested, ti
+from dusttaichi.compute.engine import drop_program, is_tested, program, settings, ti
 
 MOST = 20  # programs, with their fields 0.5 GB of small scenes
 # s in which a program has compiled, above which some of its kernels were not found on disk: Taichi
@@ -77,29 +77,29 @@ class Programs:
         ti.init(**options)
         self._current, self.lasts = program(), lasts and _count() is not None
 
-    def resume(self, wanted):
+    def resume(self, target):
         """Make a program the current one; False where it has ended, or the current one must end."""
-        if program() is wanted:
+        if program() is target:
             return True
-        found = next((other for other in self._aside if other.program is wanted), None)
-        if found is None or not (self.lasts and self._is_ours()):
+        entry = next((aside for aside in self._aside if aside.program is target), None)
+        if entry is None or not (self.lasts and self._is_ours()):
             return False
-        self._aside.remove(found)
+        self._aside.remove(entry)
         self._set_aside()
-        found.resume()
-        self._current = wanted
+        entry.resume()
+        self._current = target
         return True
 
-    def __contains__(self, wanted):
+    def __contains__(self, target):
         """True if a program has not ended."""
-        return any(wanted is known for known in (program(), *(p.program for p in self._aside)))
+        return any(target is living for living in (program(), *(p.program for p in self._aside)))
 
     def end(self):
         """Finish all: Taichi stores their new kernels on disk and frees their memory."""
         if program() is None and not self._aside:
             return
-        for other in self._aside:
-            other.program.finalize()
+        for aside in self._aside:
+            aside.program.finalize()
         self._aside.clear()
         ti.reset()
         if _count() is not None:
@@ -114,14 +114,14 @@ class Programs:
             return
         POOL.threads = []
         self._forked = ti.cpu if program() is None else settings().arch
-        left = [*self._aside, program()]
+        kept_alive = [*self._aside, program()]
         if _count() is None:
             drop_program()
         else:
             if program() is not None:
-                left.append(Aside.of_current())
+                kept_alive.append(Aside.of_current())
             ti.lang.impl.pytaichi = ti.lang.impl.PyTaichi(ti.lang.impl.pytaichi.kernels)
-        ctypes.pythonapi.Py_IncRef(ctypes.py_object(left))
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(kept_alive))
         self._aside, self._current = [], None
 
     def _refuse_fork(self, arch):
@@ -136,8 +136,8 @@ class Programs:
         return program() is not None and program() is self._current
 
     def _may_stay(self):
-        own = program() if self.lasts and self._is_ours() else None
-        return own is not None and own.get_total_compilation_time() < COMPILED
+        current = program() if self.lasts and self._is_ours() else None
+        return current is not None and current.get_total_compilation_time() < COMPILED
 
     def _set_aside(self):
         self._aside.append(Aside.of_current())
@@ -147,7 +147,7 @@ class Programs:
 @cache
 def _count():
     """Taichi's number of programs; None where it cannot be set."""
-    if not tested():
+    if not is_tested():
         return None
     try:
         library = ctypes.CDLL(ti.lang.impl._ti_core.__file__)

@@ -16,7 +16,7 @@ from importlib import import_module
 from dusttaichi.compute import compiler, engine
 from dusttaichi.compute.engine import ti
 
-if engine.tested():
+if engine.is_tested():
     Expr, Struct = ti.lang.expr.Expr, ti.Struct
     impl, kernel_impl = ti.lang.impl, ti.lang.kernel_impl
     matrix_ops, make_matrix = import_module("taichi.lang.matrix_ops"), ti.lang.matrix.make_matrix
@@ -26,8 +26,8 @@ if engine.tested():
 
 def patch(debug):
     """Patch the internals of a tested version; with debug, restore its own."""
-    for holder, name, own, ours in patches():
-        setattr(holder, name, own if debug else ours)
+    for holder, name, original, ours in patches():
+        setattr(holder, name, original if debug else ours)
 
 
 @cache
@@ -41,9 +41,9 @@ def patches():
     share one class. Products of vectors are expressions at once, not functions whose sources are
     read at every call; without it kernels are other code.
     """
-    if not engine.tested():
+    if not engine.is_tested():
         return []
-    found = [
+    replacements = [
         (ASTTransformerContext, "get_pos_info", _position),  # 0.50 s
         (kernel_impl, "_get_tree_and_ctx", _tree_and_context),  # 0.18 s with the next two
         (kernel_impl, "transform_tree", _transform(kernel_impl.transform_tree)),
@@ -51,7 +51,7 @@ def patches():
         (Struct, "_register_members", _register_members),  # 0.04 to 0.28 s
         *((matrix_ops, name, _at_once(name, ours)) for name, ours in _OPERATIONS),  # 0.05 s
     ]
-    return [(holder, name, getattr(holder, name), ours) for holder, name, ours in found]
+    return [(holder, name, getattr(holder, name), ours) for holder, name, ours in replacements]
 
 
 def rows(debug):
@@ -61,8 +61,8 @@ def rows(debug):
     elif patches():
         text = "applied: kernels are read and called in less time"
     else:
-        known = " and ".join(engine.PATCHED)
-        text = f"none: they are for Taichi {known}, and without them the first step takes longer"
+        versions = " and ".join(engine.PATCHED)
+        text = f"none: they are for Taichi {versions}, and without them the first step takes longer"
     name = compiler.name().capitalize()
     return [("compiler", f"{name} {engine.VERSION}"), ("patches of its internals", text)]
 
@@ -138,11 +138,11 @@ def _tree_and_context(function, **settings):
     )
 
 
-def _transform(own):
+def _transform(original):
     def transform(tree, context):
         """Result of Taichi's pass over a tree."""
         try:
-            return own(tree, context)
+            return original(tree, context)
         finally:
             if not context.is_kernel:
                 tree.source.give_back(tree)
@@ -152,13 +152,13 @@ def _transform(own):
 
 def _build(builder, context, node):
     """Taichi's pass over a node."""
-    runtime, kind = impl.get_runtime(), node.__class__
-    placed = issubclass(kind, (ast.stmt, ast.expr))
+    runtime, node_type = impl.get_runtime(), node.__class__
+    placed = issubclass(node_type, (ast.stmt, ast.expr))
     runtime.src_info_stack.append(context.get_pos_info(node) if placed else "")
     try:
-        build = getattr(builder, f"build_{kind.__name__}", None)
+        build = getattr(builder, f"build_{node_type.__name__}", None)
         if build is None:
-            raise ti.TaichiSyntaxError(f'Unsupported node "{kind.__name__}"')
+            raise ti.TaichiSyntaxError(f'Unsupported node "{node_type.__name__}"')
         return build(context, node)
     except Exception as error:
         if runtime.print_full_traceback:
@@ -167,13 +167,13 @@ def _build(builder, context, node):
             raise error.with_traceback(None) from None
         context.raised = True
         error = ast_utils.handle_exception_from_cpp(error)
-        known = isinstance(error, ti.TaichiCompilationError)
-        text = str(error) if known else ast_utils.traceback.format_exc()
-        refusal = type(error) if known else ti.TaichiCompilationError
+        is_compilation_error = isinstance(error, ti.TaichiCompilationError)
+        text = str(error) if is_compilation_error else ast_utils.traceback.format_exc()
+        refusal = type(error) if is_compilation_error else ti.TaichiCompilationError
         raise refusal(context.get_pos_info(node) + text) from None
     finally:
         runtime.src_info_stack.pop()
-        if kind is ast.Call:  # the only note on a tree that Taichi looks up
+        if node_type is ast.Call:  # the only note on a tree that Taichi looks up
             node.func.__dict__.pop("caller", None)
 
 
@@ -193,15 +193,15 @@ def _at_once(name, ours):
 
     A cross product in the plane is a number and stays Taichi's own.
     """
-    own = getattr(matrix_ops, name)
+    original = getattr(matrix_ops, name)
 
-    @wraps(own)
+    @wraps(original)
     def call(*args):
         vectors = impl.inside_kernel() and all(isinstance(a, Expr) and a.is_tensor() for a in args)
         shapes = {a.get_shape() for a in args} if vectors else ()
         shape = shapes.pop() if len(shapes) == 1 else ()
         if len(shape) != 1 or (ours is _cross and shape != (3,)):
-            return own(*args)
+            return original(*args)
         return ours(*(_components(a, shape[0]) for a in args))
 
     return call

@@ -5,7 +5,7 @@ within reach of one of them.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import whole
+from dusttaichi.compute.scan import count_blocks
 from dusttaichi.results.roles import DUST, ELASTIC
 
 PARTICLES, SEEN = range(2)  # in `known`: particles, and with images
@@ -67,7 +67,7 @@ class Neighbours:
     @ti.func
     def count(self):
         """Number of blocks."""
-        return whole(self.lists.known[PARTICLES], self.lanes)
+        return count_blocks(self.lists.known[PARTICLES], self.lanes)
 
     @ti.func
     def entries(self, block, cells: ti.template(), grid: ti.template(), listing):

@@ -6,7 +6,7 @@ half of the one and the first half of the other. At the start the last step has 
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import STUCK
-from dusttaichi.compute.scan import whole
+from dusttaichi.compute.scan import count_blocks
 from dusttaichi.continuum.kernels.store import (
     APART,
     COLUMN,
@@ -223,7 +223,7 @@ class Motion:
         """
         out = ti.Vector.zero(ti.f64, PARTS)
         touches = self.lists.touch_first[numbers.count]
-        for n in range(whole(touches, threads)):
+        for n in range(count_blocks(touches, threads)):
             e = n * threads + thread
             if e < touches:
                 if self.lists.touch_row[e] == row:

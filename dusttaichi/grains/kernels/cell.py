@@ -1,8 +1,8 @@
 """The periodic cell in the passes: the edges of the moment, and what they do to a pair."""
 
-from dusttaichi.compute.blocks import BlockSums, on_device, padded
+from dusttaichi.compute.blocks import BlockSums, on_device, pad_to_blocks
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, whole
+from dusttaichi.compute.scan import CHUNK, count_blocks
 from dusttaichi.grains.kernels.store import GRAINS
 
 START, RATE, GROWTH, CENTRE, TILT = range(5)  # rows of the `cell` field; RATE and GROWTH by time
@@ -123,7 +123,7 @@ def make_wrap(fields, layout):
             wrap_by_threads(low, edges, speeds, tilt, mass)
         else:
             grains = counts[GRAINS]
-            for chunk in range(whole(grains, CHUNK)):
+            for chunk in range(count_blocks(grains, CHUNK)):
                 total = ti.cast(0.0, ti.f64)
                 for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
                     total += wrap_grain(g, low, edges, speeds, tilt)
@@ -138,7 +138,7 @@ def make_wrap_by_threads(fields, wrap_grain):
     And the sums of its changes on a device, with a thread for each grain and a block for a chunk.
     """
     counts, wrap_work = fields["counts"], fields["wrap_work"]
-    threads, sums = padded(fields["wraps"].shape[0], CHUNK), BlockSums(1, CHUNK)
+    threads, sums = pad_to_blocks(fields["wraps"].shape[0], CHUNK), BlockSums(1, CHUNK)
 
     @ti.func
     def wrap_by_threads(

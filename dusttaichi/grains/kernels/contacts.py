@@ -12,7 +12,7 @@ nine of the stress are values; there is no branch.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import first_of, whole
+from dusttaichi.compute.scan import count_blocks, first_item
 from dusttaichi.grains.kernels.numbers import ON_BALL, PAIR, WALL
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
@@ -151,13 +151,13 @@ class ContactPass:
         """Number of blocks."""
         out = self.counts[self.number]
         if ti.static(not self.flat):
-            out = whole(out, self.width)
+            out = count_blocks(out, self.width)
         return out
 
     @ti.func
     def tiles(self):
         """Number of tiles."""
-        return whole(self.counts[self.number], ti.static(self.per_block * self.per_tile))
+        return count_blocks(self.counts[self.number], ti.static(self.per_block * self.per_tile))
 
     @ti.func
     def span(self, tile):
@@ -182,7 +182,7 @@ class ContactPass:
         """The contacts of a share: current history, loads, losses."""
         n, dt = self.tiles(), numbers.dt
         outside = self.gatherer.outside(step, dt, box)
-        for tile in range(first_of(me, workers, n), first_of(me + 1, workers, n)):
+        for tile in range(first_item(me, workers, n), first_item(me + 1, workers, n)):
             self.tile(tile, dt, outside, dt * step)
 
     @ti.func

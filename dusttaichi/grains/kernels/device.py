@@ -8,7 +8,7 @@ is added up in a fixed order (compute.blocks).
 
 from types import SimpleNamespace
 
-from dusttaichi.compute.blocks import THREADS, BlockSums, padded
+from dusttaichi.compute.blocks import THREADS, BlockSums, pad_to_blocks
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import BEGUN, DONE, DUE, HALT, STOP, Arguments, Launches, conclude
 from dusttaichi.compute.scan import CHUNK
@@ -203,7 +203,7 @@ def make_kick(known, threads):
     """
     phases, sync, numbers = threads.phases, known.sync, known.numbers
     block = threads.grain_block
-    grain_threads = padded(phases.fields["x"].shape[0], block)
+    grain_threads = pad_to_blocks(phases.fields["x"].shape[0], block)
     # the sphere has a block of its own, behind those of the grains
     sphere_threads, sphere_loads = block * phases.has_sphere, BlockSums(6, block)
 
@@ -236,7 +236,7 @@ def make_kick(known, threads):
 def make_touch(known, threads):
     """Kernel `touch()`: a thread for each contact, unless a search must come before."""
     sync, numbers, first, is_due = known.sync, known.numbers, known.first, known.is_due
-    contact_threads = padded(threads.phases.fields["contact"].shape[0])
+    contact_threads = pad_to_blocks(threads.phases.fields["contact"].shape[0])
 
     @ti.kernel
     def touch():

@@ -6,7 +6,7 @@ on the threads.
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, whole
+from dusttaichi.compute.scan import CHUNK, count_blocks
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.grains import make_gather, make_gravity, make_push
 from dusttaichi.grains.kernels.store import GRAINS, capacity, sphere_capacity
@@ -136,7 +136,7 @@ def make_measure_grains(fields, sums, layout):
     @ti.kernel
     def measure_grains(mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64):
         grains = counts[GRAINS]
-        for chunk in range(whole(grains, CHUNK)):
+        for chunk in range(count_blocks(grains, CHUNK)):
             zero = ti.cast(0.0, ti.f64)
             linear, angular, fastest, spin = zero, zero, zero, zero
             kicked, turned = zero, zero

@@ -5,7 +5,7 @@ Pairs with their history, carried over exactly, and the contacts of every grain.
 
 from dusttaichi.compute.blocks import is_idle, loop_length, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, is_short, whole
+from dusttaichi.compute.scan import CHUNK, count_blocks, is_short
 from dusttaichi.grains.kernels.store import GRAINS, NEIGHBOURS, OVERFLOW, PAIRS
 from dusttaichi.particles.lists import Lists
 
@@ -200,7 +200,7 @@ def make_relist(fields, scratch, layout, write_constants=None, others=()):
 
     @ti.func
     def old_blocks():
-        return whole(old_start[counts[GRAINS]], W)
+        return count_blocks(old_start[counts[GRAINS]], W)
 
     @ti.func
     def relist(grid: ti.template()):
@@ -221,7 +221,7 @@ def make_relist(fields, scratch, layout, write_constants=None, others=()):
                 if k == 0:
                     counts[PAIRS] = pairs
                 # one at least: a grain's pairs end where those of another begin
-                if k == 0 or pairs + k < whole(pairs, full) * full:
+                if k == 0 or pairs + k < count_blocks(pairs, full) * full:
                     lists.lanes.clear((pairs + k) // W, (pairs + k) % W)
 
     return relist, entries.fill
@@ -243,7 +243,7 @@ def make_body_relist(fields, scratch, layout, lists):
 
     @ti.func
     def chunks():
-        return loop_length(whole(counts[GRAINS], CHUNK), chunk_room)
+        return loop_length(count_blocks(counts[GRAINS], CHUNK), chunk_room)
 
     @ti.func
     def carry(g, n, c, grid: ti.template()):

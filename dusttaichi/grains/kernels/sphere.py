@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 from dusttaichi.compute.blocks import loop_length, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan, whole
+from dusttaichi.compute.scan import CHUNK, Scan, count_blocks
 from dusttaichi.grains.kernels.grains import make_gravity
 from dusttaichi.grains.kernels.relist import PairLanes
 from dusttaichi.grains.kernels.search import SPHERE_REACH
@@ -31,7 +31,7 @@ def make_loads(fields, layout):
 
     @ti.func
     def loads():
-        first, n = counts[FIRST_SPHERE], whole(counts[ON_SPHERE], W)
+        first, n = counts[FIRST_SPHERE], count_blocks(counts[ON_SPHERE], W)
         force = ti.Vector([along(first, n, 0), along(first, n, 1), along(first, n, 2)])
         torque = ti.Vector([along(first, n, 6), along(first, n, 7), along(first, n, 8)])
         return -force, torque
@@ -39,7 +39,7 @@ def make_loads(fields, layout):
     @ti.func
     def share(thread, threads):
         out, contacts = ti.Vector.zero(ti.f64, 6), counts[ON_SPHERE]
-        for n in range(whole(contacts, threads)):
+        for n in range(count_blocks(contacts, threads)):
             c = n * threads + thread
             if c < contacts:
                 b, lane = counts[FIRST_SPHERE] + c // W, c % W
@@ -124,7 +124,7 @@ class SphereLists:
     @ti.func
     def blocks(self):
         """Number of blocks of the lists before."""
-        return whole(self.counts[ON_SPHERE], self.width)
+        return count_blocks(self.counts[ON_SPHERE], self.width)
 
     @ti.func
     def body(self, n, box: ti.template(), grid: ti.template()):
@@ -164,14 +164,14 @@ class SphereLists:
         To be called outside of the loops of a kernel.
         """
         entries = ti.static(self.chunk_first.shape[0] - 1)
-        end = loop_length(whole(self.counts[GRAINS], CHUNK), entries)
+        end = loop_length(count_blocks(self.counts[GRAINS], CHUNK), entries)
         self.scan.exclusive(self.chunk_first, self.chunk_first, end + 1)
         ti.loop_config(serialize=self.in_order)
         for k in range(self.full):
-            contacts = self.chunk_first[whole(self.counts[GRAINS], CHUNK)]
+            contacts = self.chunk_first[count_blocks(self.counts[GRAINS], CHUNK)]
             if k == 0:
                 s = self.counts[GRAINS] + SPHERE
                 self.x_search[s], self.counts[ON_SPHERE] = self.x[s], contacts
-            if contacts + k < whole(contacts, self.full) * self.full:
+            if contacts + k < count_blocks(contacts, self.full) * self.full:
                 c = self.counts[FIRST_SPHERE] * self.width + contacts + k
                 self.lanes.clear(c // self.width, c % self.width)

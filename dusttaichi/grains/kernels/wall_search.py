@@ -2,7 +2,7 @@
 
 from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import CHUNK, Scan, first_of, whole
+from dusttaichi.compute.scan import CHUNK, Scan, count_blocks, first_item
 from dusttaichi.grains.kernels.relist import HistoryRows
 from dusttaichi.grains.kernels.search import TIME, WALL_REACH
 from dusttaichi.grains.kernels.store import (
@@ -93,17 +93,21 @@ class WallLists:
     @ti.func
     def lay_out_sections(self):
         """Lanes and blocks of each wall, section by section."""
-        block, sections, chunks = 0, self.counts[WALL_SECTIONS], whole(self.counts[GRAINS], CHUNK)
+        block, sections, chunks = (
+            0,
+            self.counts[WALL_SECTIONS],
+            count_blocks(self.counts[GRAINS], CHUNK),
+        )
         for section in range(sections):
-            first = first_of(section, sections, chunks)
-            end = first_of(section + 1, sections, chunks)
+            first = first_item(section, sections, chunks)
+            end = first_item(section + 1, sections, chunks)
             for n in range(6):
                 lanes = 0
                 for chunk in range(first, end):
                     here = self.chunk_first[n * self.chunk_room + chunk]
                     self.chunk_first[n * self.chunk_room + chunk] = block * self.width + lanes
                     lanes += here
-                blocks = whole(lanes, self.width)
+                blocks = count_blocks(lanes, self.width)
                 if block + blocks > self.counts[WALL_ROOM]:
                     self.counts[OVERFLOW] = 2
                     blocks, lanes = 0, 0
@@ -154,7 +158,7 @@ class WallSums:
     def of_wall(self, wall, thread):
         """Number `thread` of the force and the impulse; all threads of the block must call it."""
         own, blocks = ti.Vector.zero(ti.f64, 6), self.counts[WALL_BLOCKS]
-        for n in range(whole(blocks, THREADS)):
+        for n in range(count_blocks(blocks, THREADS)):
             c = n * THREADS + thread
             if c < blocks:
                 if self.of[c] == wall:
