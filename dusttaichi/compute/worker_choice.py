@@ -105,7 +105,7 @@ class WorkerChoice:
                 wait = 0.0  # the machine has other work now
 
     def _try(self, workers, candidate, timing):
-        """Try a number of workers; timing: of the present one. Returns (ratio of the rates, Timing).
+        """Try a number of workers; timing: of the present one. Returns (ratio of rates, Timing).
 
         The ratio is HOPELESS where workers of the larger number wait for cores.
         """
