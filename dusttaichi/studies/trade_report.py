@@ -8,7 +8,7 @@ import yaml
 
 from dusttaichi.analysis.observables import describe_observable
 from dusttaichi.method.variants import change_scene
-from dusttaichi.results.provenance import of_study
+from dusttaichi.results.provenance import describe_study
 
 # variables of trade.nc by point: name -> (long name, units or None for a text, from row and Judge)
 POINTS = {
@@ -79,7 +79,7 @@ def _collect_attributes(trade, user_scene):
     best = {"cheapest_numerical": trade.numerical, "cheapest": trade.anything}
     labels = {name: None if row is None else row.variant.label for name, row in best.items()}
     texts = {f"{k}_yaml": write_yaml(trade, row, user_scene) or None for k, row in best.items()}
-    return of_study(
+    return describe_study(
         user_scene,
         trade.scene,
         observable=trade.judge.name,
