@@ -35,7 +35,7 @@ def small():
 
         return Compiled.from_kernels(key, None, SimpleNamespace(fill=fill), ({"field": field},))
 
-    yield lambda n, **own: structures.of(
+    yield lambda n, **own: structures.get(
         ("test", n, "workers"), make_scene(numerics=own), 1, compile_for
     )
     PROGRAMS.end()
