@@ -21,7 +21,7 @@ def grid_length(dimension):
 
 
 def place_cells(dimension, capacity, cells, method_numbers=0):
-    """Scratch fields, by name, of cells of at most `capacity` particles, not kept between uses.
+    """Scratch fields, by name, of cells of at most `capacity` particles; not valid after use.
 
     cells: largest number of cells. method_numbers: further numbers of the method in `grid`.
     """
