@@ -79,11 +79,13 @@ def print_friction(samples, is_triaxial=False):
     """Print the line of friction of all samples, and the angle of each."""
     for number, tests in enumerate([[test for sample in samples for test in sample], *samples]):
         fit = analysis.fit_friction(tests)
-        angle = (fit.triaxial_angle, fit.triaxial_angle_sigma, fit.triaxial_cohesion)
-        angle = angle if is_triaxial else (fit.angle, fit.angle_sigma, fit.cohesion)
+        name = f"sample {number}" if number else "all samples"
+        angle, sigma = fit.angle, fit.angle_sigma
+        if is_triaxial:
+            name += f", cohesion {fit.triaxial_cohesion / 1e3:.2f} kPa"
+            angle, sigma = fit.triaxial_angle, fit.triaxial_angle_sigma
         print(
-            f"{f'sample {number}' if number else 'all samples'}: friction angle {angle[0]:.1f}° ± "
-            f"{angle[1]:.1f}°, cohesion {angle[2] / 1e3:.2f} kPa; slope {fit.slope:.3f} ± "
+            f"{name}: friction angle {angle:.1f}° ± {sigma:.1f}°; slope {fit.slope:.3f} ± "
             f"{fit.slope_sigma:.3f}, intercept {fit.cohesion / 1e3:.2f} ± "
             f"{fit.cohesion_sigma / 1e3:.2f} kPa"
         )

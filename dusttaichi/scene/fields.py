@@ -64,6 +64,7 @@ class Block(BaseModel):
 
     @model_validator(mode="after")
     def _refuse_faults(self):
+        type(self).model_rebuild()  # pydantic < 2.14 builds serializers of nested blocks never
         if faults := list(self.faults()):
             raise build_faults_error(faults)
         return self
