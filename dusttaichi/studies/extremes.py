@@ -12,24 +12,31 @@ from dusttaichi.errors import DustError
 from dusttaichi.results import outputs
 from dusttaichi.studies import extremes_cells as cells
 from dusttaichi.studies.extremes_cells import CellResult
-from dusttaichi.studies.extremes_materials import continuum, materials, single_materials
+from dusttaichi.studies.extremes_continuum import vary_dust
 from dusttaichi.studies.requests import Request, key_of
+from dusttaichi.studies.verdicts import STABLE, VERDICTS, WRONG
 
-TASK = "dusttaichi.studies.extremes_task:attempt_cell"
-VERDICTS = ("stable", "refused", "stopped", "WRONG")
+TASK = "dusttaichi.studies.extremes_trial:attempt_cell"
 GROUPS = {
-    "time step": cells.time_step, "materials": materials, "one number": single_materials,
-    "wall speeds": cells.wall_speeds, "size ratios": cells.size_ratios,
-    "special states": cells.special, "filling factors": cells.filling_factors,
-    "long runs": cells.long_runs, "precisions": cells.precisions, "continuum": continuum,
-}  # fmt: skip
+    "time step": cells.vary_time_step,
+    "materials": cells.vary_materials,
+    "one number": cells.vary_number,
+    "wall speeds": cells.vary_speed,
+    "size ratios": cells.vary_size_ratio,
+    "special states": cells.try_special_states,
+    "filling factors": cells.vary_filling_factor,
+    "long runs": cells.run_long,
+    "precisions": cells.vary_precision,
+    "continuum": vary_dust,
+}
 
 
 class ExtremesMap:
     """Study (engine.Study) of the cells of the map.
 
-    directory: of its files. quick: fewer cells and steps. only: names of groups, by default all.
-    threads: of each cell. Raises DustError for an unknown group.
+    cells, requests: in the order of the dataset. directory: of its files. quick: fewer cells and
+    steps. only: names of groups, by default all. threads: of each cell. Raises DustError for an
+    unknown group.
     """
 
     scene = None
@@ -41,36 +48,38 @@ class ExtremesMap:
         for name in only or ():
             if name not in GROUPS:
                 raise DustError(f'--only "{name}": unknown group; allowed: {", ".join(GROUPS)}')
-        groups = [make(quick) for name, make in GROUPS.items() if not only or name in only]
-        self.threads = threads
-        self.cells = [_with_threads(cell, threads) for group in groups for cell in group]
+        self.cells = [
+            _set_threads(cell, threads)
+            for name, make_cells in GROUPS.items()
+            if not only or name in only
+            for cell in make_cells(quick)
+        ]
+        self.requests = [
+            Request(
+                key_of(asdict(cell)),
+                TASK,
+                {"cell": asdict(cell)},
+                self.directory / "cells.jsonl",
+                cores=threads,
+                seconds=cell.time_limit,
+            )
+            for cell in self.cells
+        ]
 
     def points(self, found):
         """A request for each cell: those with the same kernels together, the longest first."""
-        shared = groupby(self.cells, lambda cell: (cell.group, cell.kernels or cell.row))
+        pairs = zip(self.cells, self.requests, strict=True)
+        shared = groupby(pairs, lambda pair: (pair[0].group, pair[0].kernels or pair[0].row))
         runs = [list(run) for _, run in shared]
         # none of them runs alone at the end
-        runs.sort(key=lambda run: -max(cell.steps for cell in run))
-        return [self._request(cell) for run in runs for cell in run]
-
-    def _request(self, cell):
-        data = asdict(cell)
-        file = self.directory / "cells.jsonl"
-        how = {"cores": self.threads, "seconds": cell.time_limit}
-        return Request(key_of(data), TASK, {"cell": data}, file, **how)
+        runs.sort(key=lambda run: -max(cell.steps for cell, _ in run))
+        return [request for run in runs for _, request in run]
 
     def dataset(self, found):
-        """The dataset (`dataset`). A process that crashed or hung is WRONG, too."""
-        made = (found[self._request(cell).label] for cell in self.cells)
-        ends = [
-            CellResult(**one.measured) if one.ok else CellResult("WRONG", one.text) for one in made
-        ]
-        return dataset(zip(self.cells, ends, strict=True))
-
-
-def _with_threads(cell, threads):
-    numerics = cell.scene.get("numerics", {}) | {"threads": threads}
-    return replace(cell, scene=cell.scene | {"numerics": numerics})
+        """The dataset (`build_dataset`). A process that crashed or hung is WRONG, too."""
+        results = (found[request.label] for request in self.requests)
+        ends = [CellResult(**r.measured) if r.ok else CellResult(WRONG, r.text) for r in results]
+        return build_dataset(self.cells, ends)
 
 
 NUMBERS = (
@@ -84,23 +93,16 @@ NUMBERS = (
 )
 
 
-def dataset(found):
-    """xarray.Dataset over `cell` of (Cell, CellResult) pairs; verdicts and reasons are text."""
-    cells, ends = zip(*found, strict=True)
+def build_dataset(cells, ends):
+    """xarray.Dataset over `cell` of Cells and their CellResults; verdicts and reasons are text."""
     data = {
         name: ("cell", [float(getattr(o, name)) for o in ends], {"units": unit, "long_name": text})
         for name, unit, text in NUMBERS
     }
-    texts = {
-        "group": [c.group for c in cells],
-        "name": [c.name for c in cells],
-        "row": [c.row for c in cells],
-        "column": [str(c.column) for c in cells],
-        "verdict": [o.verdict for o in ends],
-        "reason": [o.reason for o in ends],
-        "scene": [json.dumps(c.scene) for c in cells],
-        "sample": [json.dumps(c.sample) for c in cells],
-    }
+    texts = {name: [getattr(c, name) for c in cells] for name in ("group", "name", "row")}
+    texts["column"] = [str(c.column) for c in cells]
+    texts |= {name: [getattr(o, name) for o in ends] for name in ("verdict", "reason")}
+    texts |= {k: [json.dumps(getattr(c, k)) for c in cells] for k in ("scene", "sample")}
     return xr.Dataset(data | {k: ("cell", np.array(v, dtype=object)) for k, v in texts.items()})
 
 
@@ -115,23 +117,26 @@ def save(data, path):
     return paths
 
 
-def summary(data):
+HEADINGS = ("group", "cells", *VERDICTS, "worst residual", "limits", "estimated/measured")
+
+
+def summarise(data):
     """Rows of text for each group and for all, under HEADINGS.
 
     Cells by verdict, largest residual of the stable ones, range of the ratio of estimated to
     measured limit.
     """
-    table = data.to_dataframe()
-    return [_row(*part) for part in [*table.groupby("group", sort=False), ("all", table)]]
+    table, rows = data.to_dataframe(), []
+    for name, cells_of_row in [*table.groupby("group", sort=False), ("all", table)]:
+        counts = [str((cells_of_row.verdict == verdict).sum()) for verdict in VERDICTS]
+        stable = cells_of_row.residual[cells_of_row.verdict == STABLE]
+        ratio = cells_of_row.ratio[np.isfinite(cells_of_row.ratio)]
+        worst = f"{stable.max():.1e}" if len(stable) else "-"
+        span = f"{ratio.min():.3f} to {ratio.max():.3f}" if len(ratio) else "-"
+        rows.append([name, str(len(cells_of_row)), *counts, worst, str(len(ratio)), span])
+    return rows
 
 
-def _row(name, part):
-    counts = [str((part.verdict == verdict).sum()) for verdict in VERDICTS]
-    stable = part.residual[part.verdict == "stable"]
-    ratio = part.ratio[np.isfinite(part.ratio)]
-    worst = f"{stable.max():.1e}" if len(stable) else "-"
-    span = f"{ratio.min():.3f} to {ratio.max():.3f}" if len(ratio) else "-"
-    return [name, str(len(part)), *counts, worst, str(len(ratio)), span]
-
-
-HEADINGS = ("group", "cells", *VERDICTS, "worst residual", "limits", "estimated/measured")
+def _set_threads(cell, threads):
+    numerics = cell.scene.get("numerics", {}) | {"threads": threads}
+    return replace(cell, scene=cell.scene | {"numerics": numerics})

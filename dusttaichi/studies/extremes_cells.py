@@ -1,10 +1,11 @@
-"""Cells of the map of `dust extremes`: what a cell and its result are, and groups of grains.
+"""Cells of the map of `dust extremes`: what a cell and its result are, and the groups of grains.
 
-A group is a function of `quick` that returns its cells: time steps, speeds over six decades,
-unequal sizes, filling factors, precisions, and contacts about to form or break.
+A group is a function of `quick` that returns its cells: time steps, materials, speeds over six
+decades, unequal sizes, filling factors, precisions, and contacts about to form or break.
 """
 
 from dataclasses import dataclass
+from itertools import product
 from math import nan
 
 
@@ -65,21 +66,28 @@ BASE = {
     "stop": {"steps": 1},
     "numerics": {"threads": 1},
 }
+OPEN, UNDAMPED = {"kind": "open"}, {"damping": "none"}
 BOTTOM = {"kind": "box", "omit": ["x_min", "x_max", "y_min", "y_max", "top"]}
-PERIODIC = {"kind": "periodic"}
 SMALL = {"base": "silicate_s12", "radius": "0.1 um"}
 # positions in radii: of one grain, of two in contact, and of two about to touch
 ONE, NEAR, APART = [[0, 0, 0]], [[0, 0, 0], [1.9997, 0, 0]], [[2.0005, 0, 0], [0, 0, 0]]
+PAIR, CAKE = {"kind": "chain", "grains": 2}, {"kind": "cake", "grains": 60}
+MEETING = {"kind": "meeting", "sticking": 0.7}
 
 
-def scene(**blocks):
-    """The blocks of BASE with others in their place; keys of `numerics` are added."""
-    merged = {**BASE, **blocks}
-    merged["numerics"] = {**BASE["numerics"], **blocks.get("numerics", {})}
-    return merged
+def compose_scene(*, damping=None, precision=None, **blocks):
+    """The blocks of BASE with others in their place.
+
+    damping: of the interaction of BASE. precision, and the keys of `numerics`, are added.
+    """
+    scene = BASE | blocks
+    if damping is not None:
+        scene["interaction"] = BASE["interaction"] | {"damping": damping}
+    added = {} if precision is None else {"precision": precision}
+    return scene | {"numerics": BASE["numerics"] | blocks.get("numerics", {}) | added}
 
 
-def given(positions, **motion):
+def place(positions, **motion):
     """Sample of grains at positions [radii]."""
     return {"kind": "given", "positions": positions, **motion}
 
@@ -88,237 +96,227 @@ FRACTIONS = (0.01, 0.03, 0.1, 0.2, 0.25, 0.28, 0.3, 0.31, 0.33, 0.36, 0.4, 0.5, 
 FEW_FRACTIONS = (0.01, 0.2, 0.3, 0.33, 0.5, 1.2)
 
 
-def time_step(quick):
+def vary_time_step(quick):
     """Time steps from a hundredth of the stiffest period to more than it."""
-    setups = {
-        "pair": ({"kind": "chain", "grains": 2}, {"kind": "open"}, 20_000),
-        "wall": (given(ONE), BOTTOM, 20_000),
-        "RBD cake": ({"kind": "cake", "grains": 200}, {"kind": "open"}, 4_000),
-        "compacted cake": ({"kind": "compacted"}, {"kind": "open"}, 4_000),
-    }
-    cells = []
-    for name, (sample, boundary, steps) in setups.items():
-        for damping in ("none",) if quick else ("none", "viscoelastic"):
-            blocks = scene(
-                boundary=boundary, interaction={**BASE["interaction"], "damping": damping}
-            )
-            for n, fraction in enumerate(FEW_FRACTIONS if quick else FRACTIONS):
-                cells.append(
-                    Cell("time step", f"{name}, damping {damping}, {fraction:g}", blocks,
-                         {**sample, "speed": 0.005, "spin": 5e3}, steps // 4 if quick else steps,
-                         fraction=fraction, limit=n == 0,
-                         row=f"{name}, {damping}", column=fraction)
-                )  # fmt: skip
-    return cells
+    bodies = (
+        ("pair", PAIR, OPEN, 20_000),
+        ("wall", place(ONE), BOTTOM, 20_000),
+        ("RBD cake", CAKE | {"grains": 200}, OPEN, 4_000),
+        ("compacted cake", {"kind": "compacted"}, OPEN, 4_000),
+    )
+    fractions = FEW_FRACTIONS if quick else FRACTIONS
+    dampings = ("none",) if quick else ("none", "viscoelastic")
+    return [
+        Cell("time step", f"{body}, damping {damping}, {fraction:g}",
+             compose_scene(boundary=boundary, damping=damping),
+             sample | {"speed": 0.005, "spin": 5e3}, steps // 4 if quick else steps,
+             fraction=fraction, limit=fraction == fractions[0],
+             row=f"{body}, {damping}", column=fraction)
+        for (body, sample, boundary, steps), damping, fraction in product(
+            bodies, dampings, fractions)
+    ]  # fmt: skip
 
 
-def long_runs(quick):
+def run_long(quick):
     """Many steps, for drifts."""
     steps = 200_000 if quick else 10_000_000
-    cells = []
-    for precision in ("f64",) if quick else ("f64", "mixed"):
-        blocks = scene(interaction={"damping": "none"}, numerics={"precision": precision})
-        for body, sample in (
-            ("pair", {"kind": "chain", "grains": 2, "speed": 0.002, "spin": 1e3}),
-            ("chain", {"kind": "chain", "grains": 10, "speed": 0.002, "spin": 1e3}),
-        ):
-            cells.append(
-                Cell("long runs", f"{body}, {precision}, {steps:.0e} steps", blocks, sample, steps,
-                     time_limit=300.0, row=body, column=precision)
-            )  # fmt: skip
-    return cells
+    return [
+        Cell("long runs", f"{body}, {precision}, {steps:.0e} steps",
+             compose_scene(interaction=UNDAMPED, precision=precision),
+             {"kind": "chain", "grains": grains, "speed": 0.002, "spin": 1e3}, steps,
+             time_limit=300.0, row=body, column=precision)
+        for precision in (("f64",) if quick else ("f64", "mixed"))
+        for body, grains in (("pair", 2), ("chain", 10))
+    ]  # fmt: skip
 
 
 SPEEDS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 
 
-def wall_speeds(quick):
+def vary_speed(quick):
     """A cake compressed at speeds over six decades; pairs, and grains and walls, at the same."""
+    bodies = {
+        "cake": lambda v: ({"kind": "box", "wall_speed": f"{v} m/s"}, CAKE, 4_000),
+        "pair": lambda v: (
+            OPEN, place(APART, velocities=[[-0.5 * v, 0, 0], [0.5 * v, 0.05 * v, 0]]), 3_000),
+        "wall": lambda v: (BOTTOM, place(ONE, velocities=[[0.1 * v, 0, -v]]), 3_000),
+    }  # fmt: skip
+    dampings = ("viscous",) if quick else ("viscoelastic", "viscous")
     cells = []
-    for speed in SPEEDS[::3] if quick else SPEEDS:
-        for damping in ("viscous",) if quick else ("viscous", "viscoelastic"):
-            interaction = {**BASE["interaction"], "damping": damping}
-            box = {"kind": "box", "wall_speed": f"{speed} m/s"}
-            half = [[-0.5 * speed, 0, 0], [0.5 * speed, 0.05 * speed, 0]]
-            setups = {
-                "cake": (box, {"kind": "cake", "grains": 60}, 4_000),
-                "pair": (BASE["boundary"], given(APART, velocities=half), 3_000),
-                "wall": (BOTTOM, given(ONE, velocities=[[0.1 * speed, 0, -speed]]), 3_000),
-            }
-            for body, (boundary, sample, steps) in setups.items():
-                blocks = scene(boundary=boundary, interaction=interaction)
-                name = f"{body}, {damping}, {speed:g} m/s"
-                position_in_figure = {"row": f"{body}, {damping}", "column": speed}
-                cells.append(Cell("wall speeds", name, blocks, sample, steps, **position_in_figure))
-    return sorted(cells, key=lambda cell: cell.row)
+    for body, damping, speed in product(bodies, dampings, SPEEDS[::3] if quick else SPEEDS):
+        (boundary, sample, steps), row = bodies[body](speed), f"{body}, {damping}"
+        blocks = compose_scene(boundary=boundary, damping=damping)
+        name = f"{row}, {speed:g} m/s"
+        cells.append(Cell("wall speeds", name, blocks, sample, steps, row=row, column=speed))
+    return cells
 
 
 RATIOS = (1, 3, 10, 30, 100, 300, 1000)
 
 
-def size_ratios(quick):
+def vary_size_ratio(quick):
     """A large grain and small ones of 0.1 um: one colliding, six or up to forty on it."""
-    cells = []
-    for ratio in RATIOS[::3] if quick else RATIOS:
-        blocks = scene(material=SMALL, interaction={"damping": "none"})
-        for arrangement, sample, limit in (
-            ("flying", {"kind": "polydisperse", "ratio": ratio, "speed_in": 0.3}, False),
-            ("six", {"kind": "polydisperse", "ratio": ratio, "around": 6, "speed": 0.01}, True),
-            ("coat", {"kind": "polydisperse", "ratio": ratio,
-                      "around": min(40, 2 * (1 + ratio) ** 2), "speed": 0.01}, True),
-        ):  # fmt: skip
-            cells.append(
-                Cell("size ratios", f"{arrangement}, 1:{ratio}", blocks, sample, 3_000, limit=limit,
-                     row=arrangement, column=ratio)
-            )  # fmt: skip
-    return sorted(cells, key=lambda cell: cell.row)
+    blocks = compose_scene(material=SMALL, interaction=UNDAMPED)
+    arrangements = {
+        "coat": lambda ratio: {"around": min(40, 2 * (1 + ratio) ** 2), "speed": 0.01},
+        "flying": lambda ratio: {"speed_in": 0.3},
+        "six": lambda ratio: {"around": 6, "speed": 0.01},
+    }
+    return [
+        Cell("size ratios", f"{row}, 1:{ratio}", blocks,
+             {"kind": "polydisperse", "ratio": ratio} | arrange(ratio), 3_000,
+             limit=row != "flying", row=row, column=ratio)
+        for row, arrange in arrangements.items()
+        for ratio in (RATIOS[::3] if quick else RATIOS)
+    ]  # fmt: skip
 
 
-def filling_factors(quick):
+def vary_filling_factor(quick):
     """Filling factors from a gas to the densest packing, in a periodic cell."""
-    samples = {
-        phi: {"kind": "gas", "grains": 60, "filling_factor": phi}
-        for phi in (1e-4, 1e-3, 0.01, 0.05, 0.15)
-    }
-    samples[0.3] = {"kind": "gas", "grains": 60, "filling_factor": 0.25}
-    dense = {0.74: {"kind": "lattice", "structure": "fcc", "cells": [4, 4, 4]}}
+    gas = {"kind": "gas", "grains": 60}
+    packing = {"kind": "random_packing", "grains": 200}
+    samples = {phi: gas | {"filling_factor": phi} for phi in (1e-4, 1e-3, 0.01, 0.05, 0.15)}
+    samples[0.3] = gas | {"filling_factor": 0.25}
     for phi in (0.5, 0.6):
-        dense[phi] = {"kind": "random_packing", "grains": 200, "filling_factor": phi}
-    samples |= {phi: {"kind": "packed", "block": dense[phi]} for phi in sorted(dense)}
-    cells = []
-    for n, (phi, sample) in enumerate(samples.items()):
-        if quick and n % 4:
-            continue
-        for motion, speed, drive in (
-            ("slow", 0.001, {}),
-            ("fast", 1.0, {}),
-            ("shrinking", 0.01, {"strain_rate": "-1e4 s^-1"}),
-        ):
-            cells.append(
-                Cell("filling factors", f"{motion}, {phi:g}", scene(boundary={**PERIODIC, **drive}),
-                     {**sample, "speed": speed}, 1_500, row=motion, column=phi, kernels=f"{phi}")
-            )  # fmt: skip
-    return cells
+        samples[phi] = {"kind": "packed", "block": packing | {"filling_factor": phi}}
+    fcc = {"kind": "lattice", "structure": "fcc", "cells": [4, 4, 4]}
+    samples[0.74] = {"kind": "packed", "block": fcc}
+    motions = (("slow", 0.001, None), ("fast", 1.0, None), ("shrinking", 0.01, "-1e4 s^-1"))
+    return [
+        Cell("filling factors", f"{motion}, {phi:g}",
+             compose_scene(boundary={"kind": "periodic"} | ({"strain_rate": rate} if rate else {})),
+             sample | {"speed": speed}, 1_500, row=motion, column=phi, kernels=f"{phi}")
+        for phi, sample in list(samples.items())[:: 4 if quick else 1]
+        for motion, speed, rate in motions
+    ]  # fmt: skip
 
 
-def precisions(quick):
+def vary_precision(quick):
     """Scenes of the other groups in every precision."""
-    pressed = {"kind": "box", "wall_speed": "1 m/s"}
+    pressed = {"boundary": {"kind": "box", "wall_speed": "1 m/s"}}
     unequal = {"kind": "polydisperse", "ratio": 10, "around": 6, "speed": 0.01}
-    setups = {
-        "pair, meeting": (scene(), {"kind": "meeting", "sticking": 0.7}, 5_000),
-        "pair, 10 m/s": (scene(), given(APART, velocities=[[-10, 0, 0], [0, 1, 0]]), 3_000),
-        "cake, warm": (scene(), {"kind": "cake", "grains": 60, "speed": 0.003}, 3_000),
-        "cake, pressed": (scene(boundary=pressed), {"kind": "cake", "grains": 60}, 3_000),
-        "pair, spinning": (scene(), given(NEAR, spins=[[1e7, 0, 1e7], [0, 0, 0]]), 5_000),
-        "polydisperse": (scene(material=SMALL), unequal, 3_000),
-        "ice, meeting": (scene(material="ice_t19"), {"kind": "meeting", "sticking": 0.7}, 5_000),
-    }
-    cells = []
-    for setup, (blocks, sample, steps) in list(setups.items())[:: 3 if quick else 1]:
-        for precision in ("f64", "mixed", "f32"):
-            blocks_with_precision = {
-                **blocks,
-                "numerics": {**blocks["numerics"], "precision": precision},
-            }
-            name = f"{setup}, {precision}"
-            cells.append(
-                Cell(
-                    "precisions",
-                    name,
-                    blocks_with_precision,
-                    sample,
-                    steps,
-                    row=setup,
-                    column=precision,
-                )
-            )
-    return cells
+    setups = (
+        ("pair, meeting", {}, MEETING, 5_000),
+        ("pair, 10 m/s", {}, place(APART, velocities=[[-10, 0, 0], [0, 1, 0]]), 3_000),
+        ("cake, warm", {}, CAKE | {"speed": 0.003}, 3_000),
+        ("cake, pressed", pressed, CAKE, 3_000),
+        ("pair, spinning", {}, place(NEAR, spins=[[1e7, 0, 1e7], [0, 0, 0]]), 5_000),
+        ("polydisperse", {"material": SMALL}, unequal, 3_000),
+        ("ice, meeting", {"material": "ice_t19"}, MEETING, 5_000),
+    )
+    return [
+        Cell("precisions", f"{row}, {precision}", compose_scene(**blocks, precision=precision),
+             sample, steps, row=row, column=precision)
+        for row, blocks, sample, steps in setups[:: 3 if quick else 1]
+        for precision in ("f64", "mixed", "f32")
+    ]  # fmt: skip
 
+
+# -- materials -----------------------------------------------------------------------------------
+
+CORNERS = {
+    "gamma": ("1e-4 J/m^2", "1 J/m^2"),
+    "E": ("1e6 Pa", "1e12 Pa"),
+    "r": ("10 nm", "1 mm"),
+    "rho": ("100 kg/m^3", "2e4 kg/m^3"),
+    "xi_crit": ("0.01 nm", "1 um"),
+    "nu": (0, 0.49),
+}
+KEYS = ("surface_energy", "young_modulus", "radius", "density", "critical_rolling", "poisson_ratio")
+MIDDLE = ("20 mJ/m^2", "54 GPa", "0.6 um", "2.65 g/cm^3", "2 nm", 0.17)
+BODIES = {"pair": (OPEN, MEETING), "wall": (BOTTOM, {"kind": "cluster", "grains": 4})}
+
+
+def vary_materials(quick):
+    """All corners of the six numbers: colliding grains, and a few grains on a wall."""
+    cells = []
+    for body, values in product(BODIES, list(product(*CORNERS.values()))[:: 13 if quick else 1]):
+        texts = [f"{key} {value}" for key, value in zip(CORNERS, values, strict=True)]
+        row, column = ", ".join(texts[:3]), ", ".join(texts[3:])
+        cells.append(
+            _cell_of_material(
+                "materials", body, values, f"{row}, {column}", row=f"{body}: {row}", column=column
+            )
+        )
+    return cells  # fmt: skip
+
+
+def vary_number(quick):
+    """Each of the six numbers at its ends, the others of silicate."""
+    cells = []
+    for n, (key, ends) in enumerate(CORNERS.items()):
+        for end, body in product(ends[1 if quick else 0 :], BODIES):
+            values, name = (*MIDDLE[:n], end, *MIDDLE[n + 1 :]), f"{key} {end}"
+            cells.append(_cell_of_material("one number", body, values, name, row=body, column=name))
+    material = dict(zip(KEYS, (*MIDDLE[:5], 0), strict=True))
+    for damping in ("viscoelastic", "viscous", "scaled"):
+        blocks = compose_scene(material=material, interaction={"damping": damping})
+        name = f"nu 0, {damping}"
+        cells.append(Cell("one number", name, blocks, MEETING, 2_000, kernels=damping, row="pair",
+                          column=name))  # fmt: skip
+    return sorted(cells, key=lambda cell: cell.kernels)
+
+
+def _cell_of_material(group, body, values, name, **position):
+    boundary, sample = BODIES[body]
+    material = dict(zip(KEYS, values, strict=True))
+    blocks = compose_scene(material=material, boundary=boundary, interaction=UNDAMPED)
+    return Cell(group, f"{body}, {name}", blocks, sample, 2_000, limit=body == "wall",
+                kernels=body, **position)  # fmt: skip
+
+
+# -- special states ------------------------------------------------------------------------------
 
 FAST = 1e9  # rad/s
 TOUCHING = [[0, 0, 0], [2, 0, 0]]  # in radii
-ORIGIN = ["0 m"] * 3
+TIMED = {"numerics": {"time_step": "0.1 ns"}}
+WITHOUT_EFFECTS = dict.fromkeys(("rolling", "sliding", "twisting"), "off")
+FLOOR = {"boundary": BOTTOM}
+CLUSTER, PULLED = {"kind": "cluster", "grains": 13}, {"kind": "pulled", "grains": 10}
 
 
-def special(quick):
+def _two_at(distance):
+    """Blocks of a sample of two grains, which most scenes refuse."""
+    positions = [["0 m"] * 3, [distance, "0 m", "0 m"]]
+    return {"sample": {"kind": "explicit", "positions": positions}}
+
+
+SPECIAL_STATES = {  # name -> blocks of the scene, sample
+    "one grain, auto": ({}, place(ONE)),
+    "one grain at rest": (TIMED, place(ONE)),
+    "one grain flying": (TIMED, place(ONE, velocities=[[1, 2, 3]])),
+    "one grain spinning": (TIMED, place(ONE, spins=[[FAST, 0, 0]])),
+    "two grains at rest": ({}, place([[0, 0, 0], [3, 0, 0]])),
+    "two grains, bound": ({}, PAIR),
+    "touching exactly, at rest": ({}, place(TOUCHING)),
+    "touching exactly, approaching": (
+        {}, place(TOUCHING, velocities=[[1e-3, 0, 0], [0, 0, 0]])),
+    "touching exactly, leaving": ({}, place(TOUCHING, velocities=[[-1e-3, 0, 0], [0, 0, 0]])),
+    "touching exactly, sliding past": ({}, place(TOUCHING, velocities=[[0, 0.1, 0], [0, 0, 0]])),
+    "coinciding": (_two_at("0 m"), None),
+    "nearly coinciding": (_two_at("1e-15 m"), None),
+    "overlapping by half": (_two_at("0.6 um"), None),
+    "overlapping by 9 %": (_two_at("1.092 um"), None),
+    "at pull-off, two": ({}, {"kind": "pulled", "grains": 2}),
+    "at pull-off, ten": ({}, PULLED),
+    "at pull-off, ten, hot": ({}, PULLED | {"speed": 0.01}),
+    "spin 1e9, pair rolling": ({}, place(NEAR, spins=[[0, 0, FAST], [0, 0, -FAST]])),
+    "spin 1e9, pair sliding": ({}, place(NEAR, spins=[[0, 0, FAST], [0, 0, FAST]])),
+    "spin 1e9, pair twisting": ({}, place(NEAR, spins=[[FAST, 0, 0], [-FAST, 0, 0]])),
+    "spin 1e9, one of two": ({}, place(NEAR, spins=[[FAST, FAST, FAST], [0, 0, 0]])),
+    "spin 1e9, on a wall": (FLOOR, place(ONE, spins=[[0, FAST, 0]])),
+    "spin 1e9, upright on a wall": (FLOOR, place(ONE, spins=[[0, 0, FAST]])),
+    "spin 1e9, cluster": ({}, CLUSTER | {"spin": FAST}),
+    "cluster at rest": ({}, CLUSTER),
+    "no effects, pair": ({"interaction": WITHOUT_EFFECTS | UNDAMPED},
+                         {"kind": "meeting", "sticking": 0.5}),
+}  # fmt: skip
+
+
+def try_special_states(quick):
     """Single grains, contacts about to form or break, coinciding grains, fast spins."""
-    setups = _single() | _touching() | _overlapping() | _pulled() | _spinning()
-    cluster = {"kind": "cluster", "grains": 13}
-    effects = dict.fromkeys(("rolling", "sliding", "twisting"), "off")
-    setups["cluster at rest"] = scene(), cluster
-    setups["no effects, pair"] = (
-        scene(interaction={**effects, "damping": "none"}),
-        {"kind": "meeting", "sticking": 0.5},
-    )
     return [
-        Cell("special states", name, blocks, sample, 3_000, kernels="special", row=name)
-        for name, (blocks, sample) in setups.items()
-    ]
-
-
-def _single():
-    """Grains without contacts, and two bound ones: name -> (scene, sample)."""
-    timed = scene(numerics={"time_step": "0.1 ns"})
-    return {
-        "one grain, auto": (scene(), given(ONE)),
-        "one grain at rest": (timed, given(ONE)),
-        "one grain flying": (timed, given(ONE, velocities=[[1, 2, 3]])),
-        "one grain spinning": (timed, given(ONE, spins=[[FAST, 0, 0]])),
-        "two grains at rest": (scene(), given([[0, 0, 0], [3, 0, 0]])),
-        "two grains, bound": (scene(), {"kind": "chain", "grains": 2}),
-    }
-
-
-def _touching():
-    """Two grains at the distance of first contact."""
-    setups = {"touching exactly, at rest": (scene(), given(TOUCHING))}
-    for motion, velocity in (
-        ("approaching", [1e-3, 0, 0]),
-        ("leaving", [-1e-3, 0, 0]),
-        ("sliding past", [0, 0.1, 0]),
-    ):
-        sample = given(TOUCHING, velocities=[velocity, [0, 0, 0]])
-        setups[f"touching exactly, {motion}"] = scene(), sample
-    return setups
-
-
-def _overlapping():
-    """Two grains with too large an overlap: the scene refuses most of them."""
-    setups = {}
-    for name, second in (
-        ("coinciding", "0 m"),
-        ("nearly coinciding", "1e-15 m"),
-        ("overlapping by half", "0.6 um"),
-        ("overlapping by 9 %", "1.092 um"),
-    ):
-        positions = [ORIGIN, [second, "0 m", "0 m"]]
-        setups[name] = scene(sample={"kind": "explicit", "positions": positions}), None
-    return setups
-
-
-def _pulled():
-    """Chains at pull-off."""
-    chain = {"kind": "pulled", "grains": 10}
-    return {
-        "at pull-off, two": (scene(), {"kind": "pulled", "grains": 2}),
-        "at pull-off, ten": (scene(), chain),
-        "at pull-off, ten, hot": (scene(), chain | {"speed": 0.01}),
-    }
-
-
-def _spinning():
-    """Grains in contact with spins at which every spring slips."""
-    setups = {}
-    for name, spins in (
-        ("pair rolling", [[0, 0, FAST], [0, 0, -FAST]]),
-        ("pair sliding", [[0, 0, FAST], [0, 0, FAST]]),
-        ("pair twisting", [[FAST, 0, 0], [-FAST, 0, 0]]),
-        ("one of two", [[FAST, FAST, FAST], [0, 0, 0]]),
-    ):
-        setups[f"spin 1e9, {name}"] = scene(), given(NEAR, spins=spins)
-    floor = scene(boundary=BOTTOM)
-    setups["spin 1e9, on a wall"] = floor, given(ONE, spins=[[0, FAST, 0]])
-    setups["spin 1e9, upright on a wall"] = floor, given(ONE, spins=[[0, 0, FAST]])
-    setups["spin 1e9, cluster"] = scene(), {"kind": "cluster", "grains": 13, "spin": FAST}
-    return setups
+        Cell("special states", name, compose_scene(**blocks), sample, 3_000, kernels="special",
+             row=name)
+        for name, (blocks, sample) in SPECIAL_STATES.items()
+    ]  # fmt: skip

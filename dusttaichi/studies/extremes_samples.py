@@ -13,9 +13,15 @@ from dusttaichi.physics.encounter import breaking_speed
 from dusttaichi.physics.stability import close_packed
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene
+from dusttaichi.studies.extremes_cells import BASE
 
 # compression of a compacted cake
-PRESSED = {"grains": 300, "filling_factor": 0.4, "wall_speed": "2 m/s"}
+COMPRESSED = BASE | {
+    "interaction": BASE["interaction"] | {"damping": "viscoelastic"},
+    "sample": {"kind": "rbd", "grains": 300},
+    "boundary": {"kind": "box", "wall_speed": "2 m/s"},
+}
+COMPRESSED_TO = 0.4  # filling factor
 SETTLE = 20_000  # steps without walls, about 6 us, until vibrations and creep have ended
 
 
@@ -31,34 +37,32 @@ def make(scene, spec):
     rng = np.random.default_rng(3)
     sample.velocities[:] += speed * rng.normal(size=sample.velocities.shape)
     sample.spins[:] += spin * rng.normal(size=sample.spins.shape)
-    sample.info.update(samples.describe(sample, *_radii(scene, sample)))
+    radius = scene.material.radius
+    sizes = (radius, 2.0 * radius) if sample.radii is None else (sample.radii, None)
+    sample.info.update(samples.describe(sample, *sizes))
     return sample
 
 
-def _radii(scene, sample):
-    radius = scene.material.radius
-    return (radius, 2.0 * radius) if sample.radii is None else (sample.radii, None)
+def _make_contact(scene):
+    """ContactConstants of two grains of the scene."""
+    return pair_constants(scene.material, scene.interaction)
 
 
-def given(scene, positions, velocities=None, spins=None):
+def place_grains(scene, positions, velocities=((0, 0, 0),), spins=((0, 0, 0),)):
     """Grains at positions [radii] with velocities [m/s] and spins [rad/s]."""
     x = np.array(positions, float) * scene.material.radius
-    v, w = (
-        np.zeros_like(x) if a is None else np.array(a, float) + np.zeros_like(x)
-        for a in (velocities, spins)
-    )
-    return Sample(x, v, w)
+    return Sample(x, *(np.array(a, float) + np.zeros_like(x) for a in (velocities, spins)))
 
 
-def cluster(scene, grains):
+def make_cluster(scene, grains):
     """Close-packed grains at rest."""
-    contact = pair_constants(scene.material, scene.interaction)
+    contact = _make_contact(scene)
     return Sample.at_rest(close_packed(grains) * (2.0 * contact.r - contact.delta0))
 
 
-def meeting(scene, sticking, offset=0.3):
+def make_collision(scene, sticking, offset=0.3):
     """Two grains just before contact, at `sticking` times their sticking speed, off-centre."""
-    c = pair_constants(scene.material, scene.interaction)
+    c = _make_contact(scene)
     v = sticking * breaking_speed(c)
     y = 2.0 * c.r * offset
     x = np.sqrt((2.0 * c.r + c.delta0) ** 2 - y**2)
@@ -68,60 +72,44 @@ def meeting(scene, sticking, offset=0.3):
     )
 
 
-def cake(scene, grains, seed=1):
+def deposit_cake(scene, grains, seed=1):
     """A cake of random ballistic deposition."""
     block = {"kind": "rbd", "grains": grains, "seed": seed}
     return Sample.at_rest(samples.make(scene.with_value("sample", block)).positions)
 
 
 @cache
-def _pressed():
+def _compress():
     """Positions and contacts of a cake after compression in a box and relaxation without it."""
-    box = {"kind": "box", "wall_speed": PRESSED["wall_speed"]}
-    scene = Scene.from_dict(
-        {
-            "name": "pressed",
-            "material": "silicate_s12",
-            "boundary": box,
-            "sample": {"kind": "rbd", "grains": PRESSED["grains"]},
-            "stop": {"steps": 1},
-            "interaction": {
-                "rolling": {"modifier": 8},
-                "sliding": {"modifier": 2.5},
-                "damping": "viscoelastic",
-            },
-            "numerics": {"threads": 1},
-        }
-    )
+    scene = Scene.from_dict(COMPRESSED)
     sim = build(scene, samples.make(scene))
-    while sim.volume / np.prod(sim.lengths()) < PRESSED["filling_factor"]:
+    while sim.volume / np.prod(sim.lengths()) < COMPRESSED_TO:
         sim.advance(200)
-    free = Scene.from_dict({**scene.input_data, "boundary": {"kind": "open"}})
-    sim = build(free, _as_it_is(sim))
+    sim = build(scene.with_value("boundary", {"kind": "open"}), _read_at_rest(sim))
     sim.advance(SETTLE)
-    settled = _as_it_is(sim)
+    settled = _read_at_rest(sim)
     return settled.positions, settled.contacts
 
 
-def _as_it_is(sim):
+def _read_at_rest(sim):
     """Sample from a simulation: positions and strained contacts, at rest."""
-    found = contact_state(sim)
-    contacts = {name: found[name] for name in ("pointer_i", "pointer_j", "twist")}
-    contacts |= {"i": found["grain_i"], "j": found["grain_j"]}
-    contacts["approach"] = np.zeros(len(found["twist"]))
+    state = contact_state(sim)
+    contacts = {name: state[name] for name in ("pointer_i", "pointer_j", "twist")}
+    contacts |= {"i": state["grain_i"], "j": state["grain_j"]}
+    contacts["approach"] = np.zeros(len(state["twist"]))
     x = grain_state(sim)[0] * sim.units("m")
     return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
 
 
-def compacted(scene):
+def compress_cake(scene):
     """A cake of silicate after compression, with its strained contacts."""
-    x, contacts = _pressed()
+    x, contacts = _compress()
     return Sample(x.copy(), np.zeros_like(x), np.zeros_like(x), contacts)
 
 
-def pulled(scene, grains):
+def pull_chain(scene, grains):
     """A chain with all contacts just before pull-off."""
-    c = pair_constants(scene.material, scene.interaction)
+    c = _make_contact(scene)
     x = np.zeros((grains, 3))
     x[:, 0] = (2.0 * c.r + c.delta_c * (1.0 - 1e-9)) * np.arange(grains)
     i = np.arange(grains - 1)
@@ -131,64 +119,70 @@ def pulled(scene, grains):
     return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
 
 
-def chain(scene, grains, apart=1.0):
-    """A chain of grains along x; apart: distance over that in equilibrium."""
-    c = pair_constants(scene.material, scene.interaction)
+def make_chain(scene, grains):
+    """A chain of grains along x in equilibrium."""
+    c = _make_contact(scene)
     x = np.zeros((grains, 3))
-    x[:, 0] = apart * (2.0 * c.r - c.delta0) * np.arange(grains)
+    x[:, 0] = (2.0 * c.r - c.delta0) * np.arange(grains)
     return Sample.at_rest(x)
 
 
-def gas(scene, grains, filling_factor):
+def scatter_gas(scene, grains, filling_factor):
     """Random grains without contacts in a periodic cube of a filling factor."""
     r = scene.material.radius
     edge = (grains * 4.0 / 3.0 * np.pi * r**3 / filling_factor) ** (1.0 / 3.0)
     rng, x = np.random.default_rng(7), []
     while len(x) < grains:
-        one = edge * rng.random(3)
-        apart = np.array(x).reshape(-1, 3) - one
+        position = edge * rng.random(3)
+        apart = np.array(x).reshape(-1, 3) - position
         apart -= edge * np.round(apart / edge)
-        if not len(x) or np.min(np.linalg.norm(apart, axis=1)) > 2.02 * r:
-            x.append(one)
+        if np.min(np.linalg.norm(apart, axis=1), initial=np.inf) > 2.02 * r:
+            x.append(position)
     sample = Sample.at_rest(np.array(x))
     sample.info["period"] = [edge] * 3
     return sample
 
 
-def packed(scene, block):
-    """A sample of a kind that scenes have."""
-    made = samples.make(scene.with_value("sample", block))
-    still = np.zeros_like(made.positions)
-    return Sample(made.positions, still, still.copy(), info=made.info)
+def make_of_scene(scene, block):
+    """A sample of a kind that scenes have, at rest."""
+    sample = samples.make(scene.with_value("sample", block))
+    still = np.zeros_like(sample.positions)
+    return Sample(sample.positions, still, still.copy(), info=sample.info)
 
 
-def polydisperse(scene, ratio, around=1, speed_in=0.0):
+def surround_grain(scene, ratio, around=1, speed_in=0.0):
     """A grain of `ratio` times the radius with `around` small ones.
 
     They are in equilibrium contact, or at a small distance with speed_in [m/s] towards it.
     """
     small = scene.material.radius
     c = mixed_constants(scene.material, small, scene.material, ratio * small, scene.interaction)
-    ways = _sphere(around)
+    directions = _spread_directions(around)
     gap = c.delta0 if speed_in else -c.delta0
-    x = np.concatenate([np.zeros((1, 3)), ((1.0 + ratio) * small + gap) * ways])
-    v = np.concatenate([np.zeros((1, 3)), -speed_in * ways])
+    x = np.concatenate([np.zeros((1, 3)), ((1.0 + ratio) * small + gap) * directions])
+    v = np.concatenate([np.zeros((1, 3)), -speed_in * directions])
     radii = np.r_[ratio * small, np.full(around, small)]
     return Sample(x, v, np.zeros_like(x), radii=radii)
 
 
-def _sphere(n):
+def _spread_directions(n):
     """n directions uniformly over the sphere (Fibonacci), (n, 3)."""
     k = np.arange(n) + 0.5
-    z, turn = 1.0 - 2.0 * k / n, np.pi * (1.0 + 5.0**0.5) * k
+    z, angle = 1.0 - 2.0 * k / n, np.pi * (1.0 + 5.0**0.5) * k
     return np.column_stack(
-        [np.sqrt(1.0 - z**2) * np.cos(turn), np.sqrt(1.0 - z**2) * np.sin(turn), z]
+        [np.sqrt(1.0 - z**2) * np.cos(angle), np.sqrt(1.0 - z**2) * np.sin(angle), z]
     )
 
 
 KINDS = {
-    make.__name__: make
-    for make in (
-        given, cluster, meeting, cake, compacted, pulled, chain, gas, packed, polydisperse,
-    )
-}  # fmt: skip
+    "given": place_grains,
+    "cluster": make_cluster,
+    "meeting": make_collision,
+    "cake": deposit_cake,
+    "compacted": compress_cake,
+    "pulled": pull_chain,
+    "chain": make_chain,
+    "gas": scatter_gas,
+    "packed": make_of_scene,
+    "polydisperse": surround_grain,
+}

@@ -17,7 +17,7 @@ from dusttaichi.physics import network as springs
 from dusttaichi.physics.contact import constants, jkr_curve
 from dusttaichi.samples import Sample
 from dusttaichi.scene import load
-from dusttaichi.studies.extremes_task import measured_limit
+from dusttaichi.studies.extremes_trial import measure_stable_step
 
 D = 2 * RADIUS - 0.16627e-9
 
@@ -141,7 +141,7 @@ def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
     still = np.zeros((3, 3))
     sim = build(scene, Sample(x, still, still.copy(), radii=r))
     estimate = network.stable_step(sim)[1]
-    assert measured_limit(sim, estimate) == pytest.approx(estimate, rel=0.05)
+    assert measure_stable_step(sim, estimate) == pytest.approx(estimate, rel=0.05)
 
 
 @pytest.mark.parametrize("time", ["12.5 ps", "60 ps"])
@@ -151,7 +151,7 @@ def test_limit_of_strong_damping_is_the_measured_one(time):
     scene = make_scene(dt="0.01 ns", boundary=FAR, damping=damping)
     sim = build(scene, sample_of(cluster(3)))
     estimate = network.stable_step(sim)[1]
-    assert measured_limit(sim, estimate) == pytest.approx(estimate, rel=0.02)
+    assert measure_stable_step(sim, estimate) == pytest.approx(estimate, rel=0.02)
     found = stability.damped_limit(
         constants.grain_mass(scene.material),
         constants.pair_constants(scene.material, scene.interaction),

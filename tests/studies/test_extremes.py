@@ -15,9 +15,10 @@ from dusttaichi.method import Measurement, Start
 from dusttaichi.running import ledger
 from dusttaichi.studies import engine, jobs
 from dusttaichi.studies import extremes as study
-from dusttaichi.studies.extremes import GROUPS, VERDICTS
-from dusttaichi.studies.extremes_cells import BOTTOM, Cell, scene
-from dusttaichi.studies.extremes_task import attempt
+from dusttaichi.studies.extremes import GROUPS
+from dusttaichi.studies.extremes_cells import BOTTOM, Cell, compose_scene
+from dusttaichi.studies.extremes_trial import attempt
+from dusttaichi.studies.verdicts import VERDICTS, judge, name_infinite
 
 
 def cells_of(group, *words):
@@ -99,7 +100,7 @@ def test_grains_that_have_left_a_wall():
     fast = Cell(
         "wall speeds",
         "gone",
-        scene(boundary=BOTTOM),
+        compose_scene(boundary=BOTTOM),
         {"kind": "given", "positions": [[0, 0, 0]], "velocities": [[1, 0, -10]]},
         3000,
     )
@@ -218,7 +219,7 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(
     assert "WRONG  g: cell-3: because" in said.out
     with xr.open_dataset(tmp_path / "map" / "extremes.nc") as data:
         assert data.verdict.values.tolist() == list(VERDICTS)
-        (*_, last) = study.summary(data.load())
+        (*_, last) = study.summarise(data.load())
         counts = ["1"] * 4
         assert last == ["all", "4", *counts, "1.0e-03", "4", "1.100 to 1.100"]
     with pytest.raises(SystemExit):
@@ -240,3 +241,24 @@ def test_threads_are_those_of_each_cell(tmp_path):
     assert not {point.label for point in one} & {point.label for point in two}
     default = study.ExtremesMap(tmp_path, quick=True).points({})
     assert [point.label for point in default] == [point.label for point in one]
+
+
+def test_the_judge_of_the_map_and_of_the_tortures():
+    def stop():
+        raise GuardStop("too fast")
+
+    def refuse():
+        raise DustError("no grains")
+
+    def fail():
+        return {}["speed"]
+
+    infinite = name_infinite({"x": [0.0, 1.0], "v": [np.nan, 0.0], "w": np.inf})
+    assert infinite == "not a number in v, w" and name_infinite({"x": np.zeros(3)}) == ""
+    cases = (stop, "stopped"), (refuse, "refused"), (fail, "WRONG"), (lambda: infinite, "WRONG")
+    verdicts = [(judge(compute), name) for compute, name in (*cases, (lambda: "", "stable"))]
+    assert all(verdict.name == name for verdict, name in verdicts)
+    (stopped, _), (refused, _), (failed, _), (wrong, _), _ = verdicts
+    assert (stopped.reason, refused.reason, wrong.reason) == ("too fast", "no grains", infinite)
+    assert failed.reason.startswith("KeyError: 'speed' (test_extremes.py:")
+    assert "Traceback" in failed.details

@@ -26,7 +26,7 @@ def main():
     parser.add_argument("--only", help="kills: of these runs alone, by commas")
     parser.add_argument("--write", action="store_true", help="put the figures into the docs")
     given = parser.parse_args()
-    sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "run"), str(HERE.parents[1])]
+    sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "running"), str(HERE.parents[1])]
     from tally import Tally, write_row
 
     count = COUNTS.get(given.kind, 0) if given.count is None else given.count

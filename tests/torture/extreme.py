@@ -4,6 +4,7 @@ Each is refused, stopped by a guard, or comes to its end, with finite numbers in
 ends by a signal, with a traceback, or does not end. Half of them are of each method.
 """
 
+import json
 import math
 import random
 import resource
@@ -20,6 +21,7 @@ from tally import forked
 from dusttaichi.errors import DustError
 from dusttaichi.running import execute
 from dusttaichi.scene import from_yaml, quantities
+from dusttaichi.studies.verdicts import REFUSED, STOPPED, WRONG, judge, name_infinite
 
 SECONDS = 1200  # of processor time; few scenes take more than one, the finest of them minutes
 BYTES = 12_000_000_000
@@ -74,11 +76,11 @@ def _numbers(data):
         if isinstance(value, (dict, list)):
             if key not in KEPT:
                 yield from _numbers(value)
-        elif _quantity(value) or (isinstance(value, (int, float)) and value is not True):
+        elif _dimension_of(value) or (isinstance(value, (int, float)) and value is not True):
             yield data, key
 
 
-def _quantity(value):
+def _dimension_of(value):
     """The dimension of a text with a unit, or None."""
     for name in quantities.DIMENSIONS if isinstance(value, str) else ():
         try:
@@ -91,7 +93,7 @@ def _quantity(value):
 
 def _extreme(value, rng):
     """Another number: of the ends of all there may be, or up to four decades from the given one."""
-    name = _quantity(value)
+    name = _dimension_of(value)
     if name is None:
         near = float(value) * 10.0 ** rng.uniform(-4.0, 4.0)
         return rng.choice((0.0, 1e-12, 1.0, 1e6, 1e12, -1.0, near, near, near, near, near, near))
@@ -120,16 +122,24 @@ def run(count, seed, tally):
 
 def _case(text, directory):
     """(how a scene ended, what went wrong or None)."""
-    run = (_limit, lambda: execute(from_yaml(text), directory))
-    status, words = forked(directory.with_suffix(".told"), *run)
+    stored = directory.with_suffix(".verdict")
+    status, words = forked(
+        directory.with_suffix(".told"), _limit, lambda: _write_verdict(stored, text, directory)
+    )
     if status < 0:
         signals = {-signal.SIGXCPU: "it does not end"}
         return "signal", signals.get(status, f"ended by signal {-status}")
-    if status == 1:
+    if status:
         return "traceback", words[-1500:]
-    if status in (2, 3) and len(words) < 30:
-        return "refused", f"a message that says little: {words!r}"
-    return {0: "finished", 2: "refused", 3: "stopped"}[status], _infinite(directory, status)
+    name, reason = json.loads(stored.read_text())
+    if name in (REFUSED, STOPPED) and len(reason) < 30:
+        return name, f"a message that says little: {reason!r}"
+    return name, reason[-1500:] if name == WRONG else None
+
+
+def _write_verdict(path, text, directory):
+    verdict = judge(lambda: _run(text, directory))
+    path.write_text(json.dumps([verdict.name, verdict.details or verdict.reason]))
 
 
 def _limit():
@@ -139,14 +149,11 @@ def _limit():
     np.seterr(all="ignore")
 
 
-def _infinite(directory, status):
-    """What in the result of a scene that came to its end is not a number, or None."""
-    if status != 0:
-        return None
+def _run(text, directory):
+    """Run a scene; what in its result is not a number, or ""."""
+    execute(from_yaml(text), directory)
     with netCDF4.Dataset(directory / "result.nc") as file:
         file.set_auto_mask(False)
-        for name in ("kinetic_translation", "potential", "loss", "kinetic", "energy_residual"):
-            if name in file.variables and not np.isfinite(file[name][:]).all():
-                return f"{name} is not a number"
-        positions = file["snapshots"]["position"][:]
-    return None if np.isfinite(positions).all() else "positions are not numbers"
+        names = ("kinetic_translation", "potential", "loss", "kinetic", "energy_residual")
+        arrays = {name: file[name][:] for name in names if name in file.variables}
+        return name_infinite(arrays | {"positions": file["snapshots"]["position"][:]})

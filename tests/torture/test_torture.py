@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tally import Tally
 
-sys.path[:0] = [str(Path(__file__).parents[1] / "run")]
+sys.path[:0] = [str(Path(__file__).parents[1] / "running")]
 
 
 def test_mutated_scenes():
