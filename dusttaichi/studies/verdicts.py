@@ -12,7 +12,7 @@ VERDICTS = STABLE, REFUSED, STOPPED, WRONG = "stable", "refused", "stopped", "WR
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a computation ended, and why. details: traceback of an unexpected error, or ""."""
+    """End of a computation, with its reason. details: traceback of an unexpected error, or ""."""
 
     name: str
     reason: str = ""
