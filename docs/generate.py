@@ -63,6 +63,7 @@ def main():
         "keys_continuum.md": keys_of(
             key for key in list_keys("continuum") if key not in list_keys()
         ),
+        "scenes.md": scenes(),
         "materials.md": materials(),
         "contact_numbers.md": contact_numbers(),
         "numbers.md": numbers(family for family in built_in() if not family.compared),
@@ -130,7 +131,20 @@ def keys_of(selected_keys):
     return markdown(map(row, selected_keys))
 
 
-# Materials, variables, tables of numbers.
+# Scenes, materials, variables, tables of numbers.
+
+
+def scenes():
+    """The table of the bundled scenes with the summaries that they begin with."""
+    folder = shipped.get_folder()
+    return markdown(
+        {
+            "scene": f"`configs/{name}.yaml`",
+            "command": f"`dust {shipped.choose_command(folder / f'{name}.yaml')}`",
+            "content": shipped.read_summary(folder / f"{name}.yaml"),
+        }
+        for name in shipped.list_names()
+    )
 
 
 def materials():

@@ -82,6 +82,14 @@ def test_numbers_of_bundled_extensions_are_in_a_table_of_their_own(generate):
         assert "spin_rate" not in own and "| `strength` |" in own and "`strength`" not in text
 
 
+def test_every_bundled_scene_is_in_a_table_with_its_summary(generate):
+    text = generate.scenes()
+    for path in sorted((ROOT / "configs").rglob("*.yaml")):
+        assert f"| `{path.relative_to(ROOT).as_posix()}` |" in text
+    assert "|  |" not in text
+    assert "generated/scenes.md" in included()
+
+
 def test_every_bundled_extension_is_named_on_the_page():
     page = (DOCS / "extending.md").read_text(encoding="utf-8")
     for path in shipped.find_extensions("*.py"):

@@ -108,14 +108,6 @@ def test_every_figure_is_there(page):
         assert (folder / "".join(figure)).is_file(), figure
 
 
-def test_every_config_is_described():
-    """By its name, or by that of its folder with the words 'and others'."""
-    for path in sorted((ROOT / "configs").rglob("*.yaml")):
-        name = path.relative_to(ROOT).as_posix()
-        others = rf"{path.parent.relative_to(ROOT).as_posix()}/[^|]*(and others|{path.name})"
-        assert name in EVERYTHING or re.search(others, PAGES["docs/scenes.md"]), name
-
-
 # YAML.
 
 CONFIGS = {path.stem for path in (ROOT / "configs").glob("*.yaml")}
