@@ -22,6 +22,7 @@ from dusttaichi.continuum.kernels.store import (
 )
 from dusttaichi.continuum.physics.elasticity import bulk_modulus
 from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.registry import laws_of
 from dusttaichi.continuum.samples.flaws import flaws_of
 from dusttaichi.continuum.search import SKIN, SUPPORT, Search
 from dusttaichi.continuum.simulation import Simulation, body_row
@@ -90,6 +91,7 @@ def layout_of(scene, kind="workers"):
         heat=scene.material.heat_capacity is not None,
         damage=any(material.damage for material in scene.all_materials),
         materials=bool(scene.materials),
+        laws=laws_of(scene.all_materials),
         lanes=LANES if kind == "workers" else 1,
     )
 

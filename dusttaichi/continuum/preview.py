@@ -10,7 +10,7 @@ from dusttaichi.continuum.advice import advice
 from dusttaichi.continuum.build import domain_of, layout_of, stiff_faces
 from dusttaichi.continuum.kernels.rates import DAMPED
 from dusttaichi.continuum.kernels.store import declare
-from dusttaichi.continuum.physics import elasticity, strength
+from dusttaichi.continuum.physics import elasticity, registry, strength
 from dusttaichi.continuum.samples import make, numbers_of
 from dusttaichi.method import Preview
 from dusttaichi.results.roles import ELASTIC, ROLES
@@ -34,7 +34,11 @@ def preview(scene):
     output_step = time_step.output_step(scene, fastest)
     sections = [
         ("Sample", _sample(scene, sample)),
-        *([("Dust at the start", _dust(sample, dust, sound, m))] if dust.any() else []),
+        *(
+            [("Dust at the start", _dust(sample, dust, sound, m) + _laws(scene))]
+            if dust.any()
+            else []
+        ),
         ("Particles", [*_particles(scene), *_resolution(sample)]),
         ("Time step", _steps(scene, sample, fastest, output_step)),
         ("Memory", [("state", _memory(scene, len(sample)))]),
@@ -87,6 +91,17 @@ def _dust(sample, dust, sound, m):
         ("tensile strength -T", ends(-strength.tensile(phi, m), "pressure")),
         ("shear strength Y", ends(strength.shear(phi, m), "pressure")),
     ]
+
+
+def _laws(scene):
+    """Row of the laws of the dust that are not the default ones; none where all are."""
+    chosen = dict.fromkeys(
+        f"{kind} {name}"
+        for material in scene.all_materials
+        for kind, default in registry.DEFAULT.items()
+        if (name := registry.law_name(material, kind)) != default
+    )
+    return [("laws", ", ".join(chosen))] if chosen else []
 
 
 def _particles(scene):

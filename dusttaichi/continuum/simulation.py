@@ -19,7 +19,7 @@ from dusttaichi.continuum.kernels.store import (
     WHOLE,
     declare,
 )
-from dusttaichi.continuum.physics.kernels import MATERIAL
+from dusttaichi.continuum.physics.kernels import material_type
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import SimpleSimulation, moment
 
@@ -41,7 +41,7 @@ class Simulation:
         self.axes = [0, 2] if self.dimension == 2 else [0, 1, 2]
         self.n, self.numbers = n, numbers
         self.materials, self.material = materials, materials.taken(0)
-        self.material_numbers = MATERIAL(**asdict(self.material))
+        self.material_numbers = material_type(self.layout.laws)(**asdict(self.material))
         self.output_step, self.threads, self.bodies = output_step, threads, bodies
         self.tables, self.lists = tables
         self.names = [variable.name for variable in declare(self.layout)]

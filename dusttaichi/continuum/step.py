@@ -12,7 +12,6 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DONE, DUE, Steps
 from dusttaichi.compute.scan import first_item
 from dusttaichi.continuum.kernels.store import APART
-from dusttaichi.continuum.physics.kernels import MATERIAL
 
 
 def steps_of(phases, StepNumbers):
@@ -24,7 +23,7 @@ def steps_of(phases, StepNumbers):
         after_search=(phases.respond, phases.push, phases.end),
         count_steps=phases.count_steps,
         Numbers=StepNumbers,
-        Outside=MATERIAL,
+        Outside=phases.rates.law.Material,
     )
 
 

@@ -27,7 +27,7 @@ def validate(sim, measurement):
     if phi > 1.0:
         raise GuardStop(
             f"{when} dust has the filling factor {phi:.4g}, more than its solid has. From "
-            f"material.compressive.phi_2 = {phi_2:g} on dust is elastic; this dust has "
+            f"{phi_2:g} on, the end of its compressive strength, dust is elastic; this dust has "
             f"{unloaded:.3g} without pressure, and its bulk modulus there does not withstand what "
             "happens. Try a lower speed, a larger material.bulk_modulus or material.exponent, an "
             "earlier stop, or a smaller numerics.cfl."

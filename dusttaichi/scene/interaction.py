@@ -6,6 +6,7 @@ from pydantic import Field, SerializeAsAny, field_validator
 
 from dusttaichi.physics.contact import registry
 from dusttaichi.scene.fields import Block, Number, Switch, build_faults_error, build_value_error
+from dusttaichi.scene.named_laws import RegisteredLaws, validate_law
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -97,52 +98,11 @@ class _DampingWord:
         return {"anyOf": [{"enum": [*_MODELS, None]}, handler(schema)]}
 
 
-def _validate_law(effect: str, key: str, value: Any) -> Block | None:
-    """Block of a registered law; None for a built-in one, or where none is named."""
-    name = value.get(key) if isinstance(value, dict) else getattr(value, key, None)
-    if not isinstance(name, str) or name == "none":
-        return None
-    if name not in registry.names(effect):
-        if effect == "damping":
-            return None  # pydantic lists the allowed ones
-        names = ", ".join(registry.names(effect))
-        raise build_faults_error(
-            [(key, f"{names} is needed, or the name of a law that is registered")]
-        )
-    block = registry.block_of(effect, name)
-    return None if block is None else block.model_validate(value)
-
-
-class _RegisteredLaws:
-    """Adds the blocks of the registered laws of an effect to its JSON Schema."""
-
-    def __init__(self, effect: str, key: str):
-        self.effect, self.key = effect, key
-
-    def __get_pydantic_json_schema__(self, schema, handler):
-        built_in_schema = handler(schema)
-        names = [n for n in registry.names(self.effect) if registry.block_of(self.effect, n)]
-        blocks = [self._build_schema(name) for name in names]
-        return (
-            {"anyOf": [*built_in_schema.get("anyOf", [built_in_schema]), *blocks]}
-            if blocks
-            else built_in_schema
-        )
-
-    def block_of(self, value: Any) -> type[Block] | None:
-        """Block of the registered law that a value of the YAML names; None for others."""
-        name = value.get(self.key) if isinstance(value, dict) else None
-        is_registered = isinstance(name, str) and name in registry.names(self.effect)
-        return registry.block_of(self.effect, name) if is_registered else None
-
-    def _build_schema(self, name: str) -> dict:
-        schema = registry.block_of(self.effect, name).model_json_schema()
-        if "$defs" in schema:  # a resource of its own, to which its references are relative
-            schema["$id"] = f"urn:dusttaichi:{self.effect}:{name}"
-        name_schema = {"const": name, "type": "string", "description": "name of the law"}
-        schema["properties"] = {**schema["properties"], self.key: name_schema}
-        schema["required"] = sorted({*schema.get("required", []), self.key})
-        return schema
+def _validate_damping(value: Any) -> Block | None:
+    """Block of a registered law of the damping; pydantic lists the allowed names of others."""
+    name = value.get("model") if isinstance(value, dict) else getattr(value, "model", None)
+    known = isinstance(name, str) and name in registry.names("damping")
+    return validate_law(registry, "damping", value, "model") if known else None
 
 
 class _Effects:
@@ -167,17 +127,17 @@ class Interaction(Block):
         description="surface energy of a contact between different materials: root of the product, "
         "mean, or gamma1 + gamma2 - 2/(1/gamma1 + 1/gamma2)",
     )
-    normal: Annotated[SerializeAsAny[NormalLaw], _RegisteredLaws("normal", "law")] = Field(
+    normal: Annotated[SerializeAsAny[NormalLaw], RegisteredLaws(registry, "normal", "law")] = Field(
         {}, description="force along the normal: law jkr, or one that is registered"
     )
     rolling: Annotated[
-        SerializeAsAny[Effect] | None, _SWITCH, _RegisteredLaws("rolling", "law")
+        SerializeAsAny[Effect] | None, _SWITCH, RegisteredLaws(registry, "rolling", "law")
     ] = Field({}, description="resistance to rolling")
     sliding: Annotated[
-        SerializeAsAny[Effect] | None, _SWITCH, _RegisteredLaws("sliding", "law")
+        SerializeAsAny[Effect] | None, _SWITCH, RegisteredLaws(registry, "sliding", "law")
     ] = Field({}, description="resistance to sliding")
     twisting: Annotated[
-        SerializeAsAny[Effect] | None, _SWITCH, _RegisteredLaws("twisting", "law")
+        SerializeAsAny[Effect] | None, _SWITCH, RegisteredLaws(registry, "twisting", "law")
     ] = Field({}, description="resistance to twisting")
     asperities: Annotated[Asperities | None, _ASPERITIES] = Field(
         None, description="energy lost on flattening asperities at first touch"
@@ -187,7 +147,7 @@ class Interaction(Block):
             BuiltInDamping,
             Field(discriminator="model"),
             _DampingWord(),
-            _RegisteredLaws("damping", "model"),
+            RegisteredLaws(registry, "damping", "model"),
         ]
     ] = Field({"model": "viscous"}, description="damping of the normal motion of a contact")
 
@@ -224,12 +184,12 @@ class Interaction(Block):
     @field_validator("normal", "rolling", "sliding", "twisting", mode="wrap")
     @classmethod
     def _validate_registered_law(cls, value: Any, handler: Any, info: Any) -> Any:
-        return _validate_law(info.field_name, "law", value) or handler(value)
+        return validate_law(registry, info.field_name, value) or handler(value)
 
     @field_validator("damping", mode="wrap")
     @classmethod
     def _expand_damping_word(cls, value: Any, handler: Any) -> Any:
-        return _validate_law("damping", "model", value) or handler(cls._expand_damping(value))
+        return _validate_damping(value) or handler(cls._expand_damping(value))
 
     @staticmethod
     def _expand_damping(value: Any) -> Any:

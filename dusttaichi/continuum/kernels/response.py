@@ -7,8 +7,7 @@ body has no strengths: it remains on its path, and its deviator follows the rate
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.kernels import tensors
-from dusttaichi.continuum.physics.kernels import LAWS, MATERIAL
-from dusttaichi.continuum.physics.numbers import NUMBERS
+from dusttaichi.continuum.physics.kernels import laws_of, material_type
 from dusttaichi.results.roles import ELASTIC
 
 
@@ -18,7 +17,8 @@ class Response:
 
     def __init__(self, fields, lists, layout):
         self.f, self.lists, self.layout, self.n = fields, lists, layout, layout.dimension
-        self.columns = range(len(NUMBERS))
+        self.laws, self.Material = laws_of(layout.laws), material_type(layout.laws)
+        self.columns = range(layout.material_numbers)
 
     @ti.func
     def material(self, i, first: ti.template()):
@@ -26,7 +26,7 @@ class Response:
         own = first
         if ti.static(self.layout.materials):
             row = self.f.material[i]
-            own = MATERIAL(*[self.lists.materials[row, n] for n in self.columns])
+            own = self.Material(*[self.lists.materials[row, n] for n in self.columns])
         return own
 
     @ti.func
@@ -44,19 +44,19 @@ class Response:
         before, S = self.f.pressure[i], tensors.matrix(self.f.deviator[i], self.n)
         density = self.f.density[i] * ti.exp(-growth * dt)
         reference, K = self.f.reference[i], self.f.modulus[i]
-        elastic = LAWS.path_pressure(density, reference, K)
+        elastic = self.laws.path_pressure(density, reference, K)
         p, yields = elastic, self.f.role[i] != ELASTIC
         if yields:
-            p = LAWS.limited_pressure(density, elastic, m)
+            p = self.laws.limited_pressure(density, elastic, m)
             if p != elastic:
-                reference = LAWS.reference_density(density, p, m)
-                K = LAWS.bulk_modulus(reference, m)
+                reference = self.laws.reference_density(density, p, m)
+                K = self.laws.bulk_modulus(reference, m)
         mu = self.f.shear_ratio[i] * K
         trial = tensors.turned(S, dt * W) + (2.0 * mu * dt) * (D - numbers.share * growth * one)
         over = 1.0
         if yields:
-            Y = LAWS.shear(density / m.rho_s, m)
-            over = LAWS.radial(LAWS.second_invariant(trial), Y)
+            Y = self.laws.shear(density / m.rho_s, m)
+            over = self.laws.radial(self.laws.second_invariant(trial), Y)
         after = trial * (over * ti.select(numbers.over_return > 0.5, over, 1.0))
         swollen = self.f.density[i] / density
         power = 0.5 * (1.0 + swollen) * self.f.volume[i] * dt
@@ -65,10 +65,10 @@ class Response:
         self.f.impedance[i] = ti.sqrt((K + 4.0 / 3.0 * mu) * density)
         if ti.static(self.layout.damage):
             whole = 1.0 - self.f.damage[i] ** 3
-            before, S = LAWS.carried_pressure(before, whole), whole * S
+            before, S = self.laws.carried_pressure(before, whole), whole * S
             self.crack(i, after, dt, m)
             whole = 1.0 - self.f.damage[i] ** 3
-            p, after = LAWS.carried_pressure(p, whole), whole * after
+            p, after = self.laws.carried_pressure(p, whole), whole * after
         pressed = -0.5 * (before + p) * growth * power
         done = ti.Vector(
             [
@@ -85,8 +85,8 @@ class Response:
         """Flaws of particle i grow over a step; S: the deviator without damage."""
         weakest, exponent, count = self.f.flaws[i][0], self.f.flaws[i][1], self.f.flaws[i][2]
         K, pressure = self.f.modulus[i], self.f.pressure[i]
-        strain = LAWS.tensile_strain(tensors.largest(S) - pressure, K, m)
-        active = LAWS.active_flaws(strain, weakest, exponent, count)
+        strain = self.laws.tensile_strain(tensors.largest(S) - pressure, K, m)
+        active = self.laws.active_flaws(strain, weakest, exponent, count)
         sound = self.f.impedance[i] / self.f.density[i]
         step = m.crack_speed * sound * dt * self.f.flaws[i][3]
-        self.f.damage[i] = LAWS.grown(self.f.damage[i], active, count, step)
+        self.f.damage[i] = self.laws.grown(self.f.damage[i], active, count, step)

@@ -12,7 +12,8 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import SYNC
 from dusttaichi.compute.scan import scan_capacity
 from dusttaichi.compute.state_variable import ELEMENTS, StateVariable
-from dusttaichi.continuum.physics.numbers import NUMBERS
+from dusttaichi.continuum.physics.numbers import numbers_class
+from dusttaichi.continuum.physics.registry import DustLaws
 
 FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies
 FREE = -1  # group of dust
@@ -97,7 +98,8 @@ class Layout(NamedTuple):
     Dimension, kernel, ghosts or none, surfaces of rigid faces or none, of rigid bodies or none,
     contact that opens or sticks, viscosity by pairs or none, artificial stress or none, stiffness
     against hourglass modes or none, self-gravity or none, heat of viscosity or none, damage or
-    none, one material or several. lanes: particles of a block, which share a list of neighbours.
+    none, one material or several. laws: of the dust. lanes: particles of a block, which share a
+    list of neighbours.
     """
 
     dimension: int
@@ -113,7 +115,13 @@ class Layout(NamedTuple):
     heat: bool
     damage: bool
     materials: bool
+    laws: DustLaws
     lanes: int
+
+    @property
+    def material_numbers(self):
+        """Number of the numbers of a material."""
+        return len(numbers_class(self.laws).names())
 
     @property
     def rigid(self):
@@ -239,7 +247,7 @@ def place(layout, room, entries, ghosts=0):
             "potential": (ti.f64, (room,)),
         }
     if layout.materials:
-        lists["materials"] = (ti.f64, (MATERIALS, len(NUMBERS)))
+        lists["materials"] = (ti.f64, (MATERIALS, layout.material_numbers))
     if layout.ghosts:
         lists |= {
             "ghost_first": (ti.i32, (room + 1,)),

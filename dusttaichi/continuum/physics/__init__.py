@@ -3,3 +3,7 @@
 The formulas stand once, in files that import no Taichi: scenes, samples and analysis call them with
 floats or NumPy arrays. `kernels` makes Taichi functions of the very same source.
 """
+
+from dusttaichi.continuum.physics.registry import register
+
+__all__ = ["register"]

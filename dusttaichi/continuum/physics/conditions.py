@@ -16,8 +16,8 @@ def impossible(m):
         return [
             (
                 "density",
-                f"it is a filling factor of {start:.3g}, and compressive.phi_2 = {m.phi_2:g} is "
-                "never reached; less density, or a larger phi_2, is needed",
+                f"it is a filling factor of {start:.3g}, and phi_2 = {m.phi_2:g} is never reached, "
+                "where the compressive strength ends; less density, or a larger phi_2, is needed",
             )
         ]
     end = m.phi_1 + REACH * (m.phi_2 - m.phi_1)
@@ -37,6 +37,6 @@ def impossible(m):
             f"elastic strain: K/phi = {K[worst] / phi[worst]:.3g} Pa must exceed dSigma/dphi = "
             f"{strength.compressive_slope(phi[worst], m):.3g} Pa, and Sigma = "
             f"{strength.compressive(phi[worst], m):.3g} Pa must stay below {m.q_max:.2g} K; "
-            "a larger bulk_modulus or exponent, or a smaller p_m, is needed",
+            "a larger bulk_modulus or exponent, or a smaller compressive strength (p_m), is needed",
         )
     ]

@@ -2,20 +2,23 @@
 
 On an elastic path the dust has the density `reference` at zero pressure (rho_0' of G09), and
 
-    p = K (rho/reference - 1),  K = K_0 (reference/rho_i)^gamma      (G09 eqs 7 and 15)
+    p = K (rho/reference - 1)      (G09 eq 7)
 
-with K constant along the path. The ratio of the shear modulus to K is fixed.
+with K constant along the path, by default K_0 (reference/rho_i)^gamma (G09 eq 15); the law is
+chosen by name (registry). The ratio of the shear modulus to K is fixed.
 """
 
-from numpy import exp, log, sqrt, where
+from numpy import log, sqrt, where
+
+from dusttaichi.continuum.physics.chosen import modulus_law
 
 SMALL = 0.02
 """Elastic strain of the density below which its energy is computed as a series."""
 
 
 def bulk_modulus(reference, m):
-    """K [Pa] of the elastic path with density `reference` [kg/m^3] at zero pressure (G09 eq 15)."""
-    return m.K_0 * exp(m.gamma * log(reference / m.rho_i))
+    """K [Pa] of the elastic path with density `reference` [kg/m^3] at zero pressure."""
+    return modulus_law(reference, m)
 
 
 def shear_modulus(reference, m):

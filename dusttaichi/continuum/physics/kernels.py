@@ -2,18 +2,34 @@
 
 A formula of this subpackage is written with NumPy's `maximum`, `minimum`, `where`, `sqrt` and `exp`
 by their bare names, and with other formulas of the subpackage. Here each is compiled with Taichi's
-functions under these names, so that nothing is written twice. m: a struct of `MATERIAL`, whose
+functions under these names, so that nothing is written twice. m: a struct of `material_type`, whose
 values in order are `numbers.MaterialNumbers.of(material).values()`.
 """
 
+from functools import cache
 from inspect import getmembers, isfunction
 from types import FunctionType, SimpleNamespace
 
-from dusttaichi.compute.engine import ti
-from dusttaichi.continuum.physics import attraction, damage, deviator, elasticity, path, strength
-from dusttaichi.continuum.physics.numbers import NUMBERS
+import numpy as np
 
-MATERIAL = ti.types.struct(**dict.fromkeys(NUMBERS, ti.f64))
+from dusttaichi.compute.engine import ti
+from dusttaichi.continuum.physics import (
+    attraction,
+    chosen,
+    damage,
+    deviator,
+    elasticity,
+    path,
+    strength,
+)
+from dusttaichi.continuum.physics.numbers import MaterialNumbers, numbers_class
+from dusttaichi.continuum.physics.registry import FUNCTIONS
+
+
+@cache
+def material_type(laws):
+    """Struct of the numbers of a material with DustLaws."""
+    return ti.types.struct(**dict.fromkeys(numbers_class(laws).names(), ti.f64))
 
 
 @ti.func
@@ -22,31 +38,53 @@ def _unit(matrix):
 
 
 _NAMES = {
-    "maximum": ti.max,
-    "minimum": ti.min,
-    "where": ti.select,
-    "sqrt": ti.sqrt,
+    "abs": abs,
+    "cos": ti.cos,
     "exp": ti.exp,
     "log": ti.log,
-    "unit": _unit,
+    "maximum": ti.max,
+    "minimum": ti.min,
+    "sin": ti.sin,
+    "sqrt": ti.sqrt,
+    "tanh": ti.tanh,
+    "where": ti.select,
 }
+_NUMPY = {id(getattr(np, name)): _NAMES[name] for name in FUNCTIONS}
 
 
-def _compiled(*modules):
-    """Taichi functions of all formulas of the modules, by name; each knows the others."""
-    laws, known = {}, []
-    for module in modules:
+def _compiled(plain, names):
+    """Taichi function of a plain one; names: Taichi functions by name, known to it beside."""
+    known = dict(plain.__globals__)
+    copy = FunctionType(plain.__code__, known, plain.__name__)
+    copy.__doc__ = plain.__doc__
+    for name in plain.__code__.co_names:
+        value = known.get(name)
+        if id(value) in _NUMPY:
+            known[name] = _NUMPY[id(value)]
+        elif name in names:
+            known[name] = names[name]
+        elif isfunction(value):
+            known[name] = _compiled(value, names)
+    return ti.func(copy)
+
+
+@cache
+def laws_of(laws):
+    """The Taichi functions of all formulas with DustLaws.
+
+    For example laws_of(m.laws).compressive(phi, m), or pressure(density, reference, m).
+    """
+    names = {"unit": _unit}
+    for name, function in vars(chosen.functions_of(laws)).items():
+        # modulus and exponent come before the solution that uses them
+        names[f"{name}_law"] = _compiled(getattr(function, "plain", function), names)
+    formulas = {}
+    for module in (strength, elasticity, path, deviator, attraction, damage):
         for name, plain in getmembers(module, isfunction):
-            if plain.__module__ != module.__name__:
-                continue
-            known.append(dict(plain.__globals__))
-            copy = FunctionType(plain.__code__, known[-1], name)
-            copy.__doc__ = plain.__doc__
-            laws[name] = ti.func(copy)
-    for names in known:
-        names.update({**_NAMES, **laws})
-    return SimpleNamespace(**laws)
+            if plain.__module__ == module.__name__:
+                formulas[name] = _compiled(plain, names)
+    return SimpleNamespace(**formulas)
 
 
-LAWS = _compiled(strength, elasticity, path, deviator, attraction, damage)
-"""The Taichi functions: LAWS.compressive(phi, m), LAWS.pressure(density, reference, m), ..."""
+LAWS, MATERIAL = laws_of(MaterialNumbers.laws), material_type(MaterialNumbers.laws)
+"""The Taichi functions with the built-in laws, and the struct of their numbers."""

@@ -6,8 +6,9 @@ it grows where the dust is compacted and falls where it flows in tension. The de
 G09, where a path ends, are those at which it meets the limits, and need not be stored.
 """
 
-from numpy import exp, log, maximum, minimum, where
+from numpy import maximum, minimum, where
 
+from dusttaichi.continuum.physics.chosen import reference_law
 from dusttaichi.continuum.physics.elasticity import bulk_modulus, elastic_pressure
 from dusttaichi.continuum.physics.strength import compressive, tensile
 
@@ -32,20 +33,9 @@ def limited_pressure(density, trial, m):
 def reference_density(density, pressure, m):
     """Density at zero pressure [kg/m^3] of the elastic path through (density, pressure).
 
-    With reference = (1 - d) density it is the smallest d that solves d (1 - d)^(gamma - 1) = q,
-    q = pressure/K(density): q/(1 - (gamma - 1) q) and three steps of Newton's method, which leave
-    round-off for |q| <= 0.04 at gamma = 4. q lies between -SOFTEST and q_max.
+    The pressure over K(density) is between -SOFTEST and q_max.
     """
-    g = m.gamma
-    q = pressure / bulk_modulus(density, m)
-    d = q / (1.0 - (g - 1.0) * q)
-    slope = exp((g - 2.0) * log(1.0 - d))
-    d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
-    slope = exp((g - 2.0) * log(1.0 - d))
-    d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
-    slope = exp((g - 2.0) * log(1.0 - d))
-    d -= (d * (1.0 - d) * slope - q) / (slope * (1.0 - g * d))
-    return (1.0 - d) * density
+    return reference_law(density, pressure, m)
 
 
 def pressure(density, reference, m):

@@ -42,7 +42,7 @@ def matter_of(scene) -> Matter:
             spacing=scene.numerics.spacing,
             solid=material.solid_density,
             filling_factor=material.filling_factor,
-            most=material.compressive.phi_2,
+            most=MaterialNumbers.of(material).phi_2,
             support=scene.numerics.support,
             number=number,
         )

@@ -1,5 +1,5 @@
 """Blocks of a scene of the continuum, frozen, in SI once read."""
 
-from dusttaichi.continuum.scene.material import ContinuumMaterial
+from dusttaichi.continuum.scene.material import ContinuumMaterial, DustLaw
 
-__all__ = ["ContinuumMaterial"]
+__all__ = ["ContinuumMaterial", "DustLaw"]

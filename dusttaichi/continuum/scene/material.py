@@ -3,10 +3,18 @@
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, ValidationError, ValidationInfo, model_validator
+from pydantic import (
+    Field,
+    SerializeAsAny,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
-from dusttaichi.continuum.physics import conditions
-from dusttaichi.continuum.physics.numbers import SHEAR, MaterialNumbers
+from dusttaichi.continuum.physics import conditions, registry
+from dusttaichi.continuum.physics.laws.shear_product import WORDS as SHEAR
+from dusttaichi.continuum.physics.numbers import CommonNumbers, MaterialNumbers
 from dusttaichi.continuum.scene import dusts as continuum_dusts
 from dusttaichi.scene import moduli
 from dusttaichi.scene.fields import (
@@ -19,14 +27,22 @@ from dusttaichi.scene.fields import (
     build_value_error,
 )
 from dusttaichi.scene.moduli import with_moduli
+from dusttaichi.scene.named_laws import RegisteredLaws, validate_law
 from dusttaichi.scene.quantities import Quantity
 
 Share = Annotated[float, Number(gt=0, lt=1)]
 
 
-class CompressiveLaw(Block):
+class DustLaw(Block):
+    """A law of dust, by its name; laws of your own derive their block from it."""
+
+    law: str = Field(description="name of the law")
+
+
+class CompressiveLaw(DustLaw):
     """Sigma = p_m ((phi_2 - phi_1)/(phi_2 - phi) - 1)^(delta ln 10) (G09 eq 10)."""
 
+    law: str = Field("g09", description="name of the law; others than g09 are registered")
     phi_1: Annotated[float, Number(ge=0, lt=1)] = Field(
         description="filling factor at which the compressive strength vanishes"
     )
@@ -44,9 +60,12 @@ class CompressiveLaw(Block):
             yield "phi_2", f"it must lie 0.02 or more above phi_1 = {self.phi_1:g}"
 
 
-class TensileLaw(Block):
+class TensileLaw(DustLaw):
     """T = -10^(a + b phi) Pa (G09 eq 8)."""
 
+    law: str = Field(
+        "exponential", description="name of the law; others than exponential are registered"
+    )
     a: Annotated[float, Number(ge=-3, le=9)] = Field(
         description="lg of the tensile strength in Pa at filling factor 0"
     )
@@ -55,7 +74,7 @@ class TensileLaw(Block):
     )
 
 
-class ShearLaw(NamedBlock):
+class ShearLaw(NamedBlock, DustLaw):
     """Y = factor Sigma^exponent |T|^(1 - exponent) (G09 sections 4.1 and 5.1.2)."""
 
     WORDS: ClassVar[dict[str, dict[str, Any]]] = {
@@ -65,10 +84,17 @@ class ShearLaw(NamedBlock):
         f"{', '.join(SHEAR)} or a block is needed, for example {{factor: 1, exponent: 0.5}}"
     )
 
+    law: str = Field("product", description="name of the law; others than product are registered")
     factor: Annotated[float, Number(gt=0, le=100)] = Field(1.0, description="factor C")
     exponent: Annotated[float, Number(ge=0, le=1)] = Field(
         0.5, description="exponent a of the compressive strength"
     )
+
+
+class ElasticityLaw(DustLaw):
+    """K = bulk_modulus (rho/density)^exponent (G09 eq 15)."""
+
+    law: str = Field("power", description="name of the law; others than power are registered")
 
 
 class Damage(Block):
@@ -127,9 +153,18 @@ class ContinuumMaterial(Block):
     shear_ratio: Annotated[float, Number(gt=0, le=1.5)] = Field(
         description="shear modulus over bulk modulus; poisson_ratio may be given in its place"
     )
-    compressive: CompressiveLaw = Field(description="compressive strength Sigma")
-    tensile: TensileLaw = Field(description="tensile strength T")
-    shear: ShearLaw = Field("sqrt", description="shear strength Y")
+    elasticity: Annotated[SerializeAsAny[ElasticityLaw], RegisteredLaws(registry, "elasticity")] = (
+        Field({}, description="law of the bulk modulus")
+    )
+    compressive: Annotated[
+        SerializeAsAny[CompressiveLaw], RegisteredLaws(registry, "compressive")
+    ] = Field(description="compressive strength Sigma")
+    tensile: Annotated[SerializeAsAny[TensileLaw], RegisteredLaws(registry, "tensile")] = Field(
+        description="tensile strength T"
+    )
+    shear: Annotated[SerializeAsAny[ShearLaw], RegisteredLaws(registry, "shear")] = Field(
+        "sqrt", description="shear strength Y"
+    )
     damage: Damage | None = Field(
         None, description="damage by tension: flaws that grow, default none"
     )
@@ -162,13 +197,25 @@ class ContinuumMaterial(Block):
         if changed:
             whole["name"] += ", changed"
         for key, value in changed.items():
-            both = isinstance(value, dict) and isinstance(whole.get(key), dict)
-            whole[key] = {**whole[key], **value} if both else value
+            whole[key] = cls._changed(key, whole.get(key), value)
         if "poisson_ratio" in changed and "shear_ratio" not in changed:
             whole.pop("shear_ratio", None)
         if "young_modulus" in changed and "bulk_modulus" not in changed:
             whole.pop("bulk_modulus", None)
         return with_moduli(whole)
+
+    @staticmethod
+    def _changed(key: str, former: Any, value: Any) -> Any:
+        """Plain data of a key with changes; another law keeps none of the former numbers."""
+        if not (isinstance(value, dict) and isinstance(former, dict)):
+            return value
+        law = former.get("law", registry.DEFAULT.get(key))
+        return {**former, **value} if value.get("law", law) == law else value
+
+    @field_validator("compressive", "tensile", "shear", "elasticity", mode="wrap")
+    @classmethod
+    def _validate_registered_law(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:
+        return validate_law(registry, info.field_name, value) or handler(value)
 
     @staticmethod
     def _known(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
@@ -186,6 +233,9 @@ class ContinuumMaterial(Block):
         return True
 
     def faults(self) -> Faults:
+        conflict = registry.describe_conflict(registry.laws_of([self]), CommonNumbers.names())
+        if conflict is not None:
+            return [("", conflict)]
         return conditions.impossible(MaterialNumbers.of(self))
 
     @property
@@ -210,11 +260,20 @@ class ContinuumMaterial(Block):
         }
         numbers = {"base": base, "draw": draw, **block["properties"], **moduli.SCHEMA}
         some = {
-            key: {"type": "object", "description": f"changed numbers of the {key} strength"}
-            for key in ("compressive", "tensile")
+            key: _changed_schema(key, built_in)
+            for key, built_in in (("compressive", CompressiveLaw), ("tensile", TensileLaw))
         }
         partial = {**block, "properties": {**numbers, **some}, "required": ["base"]}
         return {
             "description": cls.__doc__,
             "anyOf": [{"type": "string", "examples": list(continuum_dusts.NAMES)}, partial, block],
         }
+
+
+def _changed_schema(key: str, built_in: type[DustLaw]) -> dict[str, Any]:
+    """Schema of a strength where the material has a base: some of its numbers, or another law."""
+    properties = built_in.model_json_schema()["properties"]
+    numbers = {"type": "object", "properties": properties, "additionalProperties": False}
+    laws = RegisteredLaws(registry, key).build_schemas()
+    text = f"changed numbers of the {key} strength, or another law"
+    return {"description": text, **({"anyOf": [numbers, *laws]} if laws else numbers)}

@@ -4,6 +4,8 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from dusttaichi.continuum.physics import registry
+from dusttaichi.continuum.physics.numbers import CommonNumbers
 from dusttaichi.continuum.samples import AnyParticles, reads_particles
 from dusttaichi.continuum.scene.boundary import ContinuumBoundary, FacesBoundary, OpenBoundary
 from dusttaichi.continuum.scene.material import ContinuumMaterial
@@ -87,7 +89,7 @@ class ContinuumScene(MaterialsScene):
             for block, faults in blocks.items()
             for key, text in faults
         ]
-        found += [*check_gravity(self), *self._plane_gravity(), *self._heat()]
+        found += [*check_gravity(self), *self._plane_gravity(), *self._heat(), *self._laws()]
         return [*super().faults(), *found]
 
     def _heat(self) -> Faults:
@@ -97,6 +99,12 @@ class ContinuumScene(MaterialsScene):
             without = self.material_names[warm.index(False)]
             path = "material" if without == DEFAULT else f"materials.{without}"
             yield f"{path}.heat_capacity", "another material has one; give it to all, or to none"
+
+    def _laws(self) -> Faults:
+        """Laws of all materials are compiled together."""
+        laws = registry.laws_of(self.all_materials)
+        if conflict := registry.describe_conflict(laws, CommonNumbers.names()):
+            yield "materials", conflict
 
     def _plane_gravity(self) -> Faults:
         """Gravity that a continuum, or its plane, does not have."""
