@@ -145,7 +145,7 @@ class EndCheck(Activity):
 
 
 class StopTests(Activity):
-    """Tests of the pressure and stresses of the stop conditions between two records.
+    """Tests of the loads and filling factors of the stop conditions between two records.
 
     Where one has surely been reached, the stage ends with a record. The tests measure alone: the
     motion and the other records keep their bits.
@@ -169,6 +169,8 @@ class StopTests(Activity):
         window = run.state.window(sim)
         loads = getattr(sim, "mean_loads", lambda window: sim.series(sim.measure(), window))
         record = in_si(sim, "series", loads(window))
+        if run.clock.bounded:
+            record["filling_factor"] = run.clock.filling_factor_at(sim.step)
         if run.end.reached_between(record, sim):
             self.series.act()
             self.end_check.check()

@@ -5,7 +5,8 @@ rise many times over from one to the next where dust is loaded again. What count
 the last record, which the record that ends the stage has. It scatters more than that of a whole
 interval: its standard error follows from the changes between successive tests, which a steady rise
 adds little to, and a stage ends where the mean is SIGMAS of it beyond a threshold: by chance less
-often than at a record.
+often than at a record. A filling factor is tested there too where a controlled load moves the
+walls, and no step is known for it.
 """
 
 import numpy as np
@@ -98,15 +99,22 @@ class End:
 
     @property
     def tested(self):
-        """True where a pressure or stress may end the stage between two records."""
-        return self.plan.stop.pressure is not None or self.plan.stop.stress is not None
+        """True where a pressure, a stress or a filling factor under load may end it at a test."""
+        stop, clock = self.plan.stop, self.clock
+        dense = stop.filling_factor is not None and clock.bounded and bool(clock.controlled)
+        return dense or stop.pressure is not None or stop.stress is not None
 
     def reached_between(self, record, sim):
-        """True if the means since the last record, now in `record`, are surely beyond a bound."""
+        """True if means since the last record, in `record`, or its filling factor cross a bound.
+
+        A mean must be surely beyond it; a filling factor has no scatter.
+        """
+        if self._check_filling_factor(record, sim.domain):
+            return True
         bounded = self.bounded(record, sim.domain)
         tests = self.state.tests
         tests.append([sim.step, [value for _, value, _ in bounded]])
-        if len(tests) < FEWEST:
+        if len(tests) < FEWEST or not bounded:
             return False
         steps = np.diff([self.state.opened, *(step for step, _ in tests)])[:, None]
         means = np.array([values for _, values in tests])

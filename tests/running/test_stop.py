@@ -1,5 +1,6 @@
 """What ends a stage, and snapshots that a scene leaves to the run."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -136,6 +137,24 @@ def test_a_mean_between_records_must_be_surely_beyond_a_threshold():
     assert by_tests < 0.5 * np.sum(loads.mean(axis=1) >= 20e3)
     assert Bounds(above="20 kPa").overshoot(32e3) == pytest.approx(0.6)
     assert Bounds(below="-5 kPa").overshoot(-6e3) == pytest.approx(0.2)
+
+
+def test_a_filling_factor_under_load_is_tested_between_records():
+    """No step is known for it: the first test at which the box is as dense ends the stage."""
+    clock = Clock(
+        dt=1.0, volume=0.3, start=(1.0, 1.0, 1.0), rate=(0.0, 0.0, -1e-3), controlled=(2,)
+    )
+    plan = StagePlan("", Drive(), Stop(filling_factor=0.4), None, None, None)
+    end = End(plan, clock, SimpleNamespace(end_reason="", opened=0, tests=[]), 0)
+    assert end.tested
+    domain = SimpleNamespace(has_top=True, servo=SimpleNamespace(presses=True))
+    ends = []
+    for step in (100, 200, 300):
+        record = {"filling_factor": clock.filling_factor_at(step)}
+        ends.append(end.reached_between(record, SimpleNamespace(step=step, domain=domain)))
+    assert ends == [False, False, True]
+    at_speed = dataclasses.replace(clock, controlled=())
+    assert not End(plan, at_speed, SimpleNamespace(end_reason=""), 0).tested
 
 
 @pytest.mark.parametrize("steps", [60, 100])
