@@ -34,7 +34,7 @@ IMPORTS = {
     "continuum": "plots analysis samples method domain scene results physics particles compute "
     "errors",
     "plots": "analysis method results physics errors",
-    "running": "method domain scene results compute.compiler errors",
+    "running": "method domain scene results compute errors",
     "grains": "samples method domain scene results physics particles compute units errors",
     "analysis": "method scene results physics errors",
     "samples": "scene results physics errors",

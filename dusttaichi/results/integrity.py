@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 from contextlib import ExitStack, contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,6 +25,7 @@ DIGEST = "digest"  # global attribute
 _PREFIX = "SHA-256 of the texts and names: "  # other digests are of older versions
 LARGEST = 4e9  # bytes up to which all numbers are read first; above, each chunk as it is used
 _BLOCK = 4_000_000  # bytes that are read at a time
+_reads_numbers = ContextVar("reads_numbers", default=True)
 # errors of HDF5 that are damage unless there is another cause: NC_EHDFERR, NC_ENOTBUILT
 _REPORTED = HDF5_ERROR, -128
 _SUPERBLOCK = 12  # bytes up to its version (at 8) and its flags of writing (at 11, from version 3)
@@ -76,6 +78,19 @@ def open_result(path):
             with translate_errors(path):
                 _checked[real_path] = identity, _verify(file, path)
         yield file
+
+
+@contextmanager
+def numbers_unread():
+    """Context in which files are opened without reading all their numbers first.
+
+    For who reads every number anyway, by `read_block`.
+    """
+    token = _reads_numbers.set(False)
+    try:
+        yield
+    finally:
+        _reads_numbers.reset(token)
 
 
 @contextmanager
@@ -154,7 +169,7 @@ def _verify(file, path):
     if isinstance(digest, str) and digest.startswith(_PREFIX):
         if digest != digest_of(file):
             raise _build_change_error(path)
-        if os.stat(path).st_size <= LARGEST:
+        if os.stat(path).st_size <= LARGEST and _reads_numbers.get():
             _read_through(file, path)
     return header
 
@@ -206,16 +221,31 @@ def _read_through(file, path):
         for variable in group.variables.values():
             if variable.dtype is str or not variable.size:
                 continue
-            chunks = variable.chunking()
-            if not isinstance(chunks, list):  # a single number, or of an older version
+            if not isinstance(variable.chunking(), list):  # a single number, or of an older version
                 variable[...]
                 continue
-            row = variable.dtype.itemsize * variable.size // len(variable)
-            rows = max(_BLOCK // row // chunks[0], 1) * chunks[0]
-            corners = tuple(slice(None, None, chunk) for chunk in chunks)
+            rows = rows_of_block(variable)
             for start in range(0, len(variable), rows):
-                if _is_fill(variable[start : start + rows][corners], variable.dtype).any():
-                    raise build_damage_error(path)
+                read_block(variable, start, start + rows, path)
+
+
+def rows_of_block(variable):
+    """Records of a variable with chunks that are read at a time, a multiple of those of a chunk."""
+    row = variable.dtype.itemsize * variable.size // len(variable)
+    rows = variable.chunking()[0]
+    return max(_BLOCK // row // rows, 1) * rows
+
+
+def read_block(variable, start, end, path):
+    """Records `start` to before `end` of a variable with chunks; `start` is the first of a chunk.
+
+    path: of its file. Raises RuntimeError, DamagedFile.
+    """
+    values = variable[start:end]
+    corners = tuple(slice(None, None, chunk) for chunk in variable.chunking())
+    if _is_fill(values[corners], variable.dtype).any():
+        raise build_damage_error(path)
+    return values
 
 
 def _is_fill(values, dtype):

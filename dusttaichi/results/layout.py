@@ -8,13 +8,20 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import WorkFile
-from dusttaichi.results.integrity import DIGEST, FILL, digest_of, open_result, record_counts
+from dusttaichi.results.integrity import (
+    DIGEST,
+    FILL,
+    digest_of,
+    open_result,
+    read_block,
+    record_counts,
+    rows_of_block,
+)
 from dusttaichi.results.variables import Variable, record_dimension
 
 SOURCE = "Definition: "
 CHUNK = 8192  # largest number of entries of a chunk along an axis
 OVERHEAD = 20_000_000  # bytes of a file beside its records: tables, partly filled chunks
-COPIED = 4_000_000  # bytes that are copied at a time
 
 
 def folder_of(file, group):
@@ -179,8 +186,10 @@ def _variables(group, folder):
 def copy_records(source_file, target_file, layout, records, starts=()):
     """The first `records` of each group from one open file to another.
 
-    starts: group -> number of their first record in the new file, 0 by default.
+    starts: group -> number of their first record in the new file, 0 by default. Raises
+    RuntimeError, DamagedFile.
     """
+    path = source_file.filepath()
     for file in (source_file, target_file):
         file.set_auto_maskandscale(False)
     for variable in (v for v in layout.values() if v.grows):
@@ -188,8 +197,7 @@ def copy_records(source_file, target_file, layout, records, starts=()):
             continue  # the old file may not even have the group
         source = folder_of(source_file, variable.group)[variable.name]
         target = folder_of(target_file, variable.group)[variable.name]
-        block = max(1, COPIED // (8 * max(math.prod(source.shape[1:]), 1)))
-        begin = dict(starts).get(variable.group, 0)
-        for start in range(0, count, block):
-            end = min(start + block, count)
-            target[begin + start : begin + end] = source[start:end]
+        begin, rows = dict(starts).get(variable.group, 0), rows_of_block(source)
+        for start in range(0, count, rows):
+            end = min(start + rows, count)
+            target[begin + start : begin + end] = read_block(source, start, end, path)

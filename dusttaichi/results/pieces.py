@@ -29,9 +29,23 @@ from dusttaichi.results.files import (
     remove,
     replace_atomically,
     reserve,
+    write_whole,
 )
-from dusttaichi.results.integrity import DIGEST, DamagedFile, build_damage_error, check, open_result
-from dusttaichi.results.layout import copy_records, define, describe, write_attributes
+from dusttaichi.results.integrity import (
+    DIGEST,
+    DamagedFile,
+    build_damage_error,
+    check,
+    numbers_unread,
+    open_result,
+)
+from dusttaichi.results.layout import (
+    copy_records,
+    define,
+    describe,
+    write_attributes,
+    yield_file_blocks,
+)
 from dusttaichi.results.run_lock import RunLock
 
 IDENTITY = "id"  # global attribute of result.nc, by which its parts know it
@@ -144,13 +158,40 @@ def make_exists_error(path, remainder="it"):
     )
 
 
+def write_piece(path, contents, attributes, result_path):
+    """Write one file of a result, whole. Raises OSError, RuntimeError.
+
+    contents: layout, dimensions, static values and rows, as `yield_file_blocks` takes them.
+    """
+    write_whole(path, yield_file_blocks(*contents, attributes, result_path=result_path))
+
+
+def build_write_error(path, error, waiting, last_time):
+    """The DustError of a file of the result at `path` that could not be written.
+
+    waiting: number of records that are in memory. last_time: of the last record on disk [s], or
+    None.
+    """
+    reason = explain(error, path)
+    if not path.exists():
+        return DustError(f"Could not write {path}: {reason}. There is no result.")
+    until = "" if last_time is None else f" (up to t = {last_time:.6g} s)"
+    return DustError(
+        f"Could not write {path}: {reason}. The result of the last flush is readable{until}; "
+        f"{waiting} records since then are not on disk. Remove the cause and continue with "
+        "--resume."
+    )
+
+
 def join(path, lock=None):
-    """Join the pieces of the result at `path` into one file. Raises DustError; nothing is lost.
+    """Join the pieces of the result at `path` into one file; returns its identity.
 
     In a separate process, since HDF5 does not recover from a failed write. lock: the RunLock of the
-    directory, which that process holds, too, in case this one is killed.
+    directory, which that process holds, too, in case this one is killed. Raises DustError; nothing
+    is lost then.
     """
-    command = python_command("dusttaichi.results.pieces", path)
+    identity = new_identity()
+    command = python_command("dusttaichi.results.pieces", path, identity)
     process = subprocess.run(
         command,
         capture_output=True,
@@ -169,10 +210,15 @@ def join(path, lock=None):
             f"are in {parts_folder(path)} and are read from there. Remove the cause and join them "
             "with --resume."
         )
+    return identity
 
 
-def _put_together(path):
-    """Replace the file at `path` by the joined one. Raises OSError, DustError."""
+def _put_together(path, identity):
+    """Replace the file at `path` by the joined one of that identity. Raises OSError, DustError.
+
+    A run calls it in `numbers_unread`: it has written the files or verified those that it
+    continued, and numbers are checked as they are copied.
+    """
     pieces, parent = pieces_of(path), os.getppid()
     layout, sizes, static, attributes, _ = describe(pieces[-1].path)
     first, temporary = pieces[0], _temporary(path)
@@ -196,7 +242,7 @@ def _put_together(path):
             with open_result(piece.path) as piece_file:
                 copy_records(piece_file, joined_file, layout, counts, piece.starts)
         attributes = {k: v for k, v in attributes.items() if k not in OWN}
-        write_attributes(joined_file, attributes | place(new_identity()))
+        write_attributes(joined_file, attributes | place(identity))
     replace_atomically(temporary, first.path)
     remove_other_parts(path)
 
@@ -206,10 +252,11 @@ def _temporary(path):
 
 
 def main(arguments):
-    """Entry point of the joining process; its argument is the path of the result."""
-    path = Path(*arguments)
+    """Entry point of the joining process: path of the result, identity of the joined one."""
+    path, identity = Path(arguments[0]), arguments[1]
     try:
-        _put_together(path)
+        with numbers_unread():
+            _put_together(path, identity)
     except (OSError, RuntimeError, DustError) as error:
         remove(_temporary(path))
         sys.exit(str(error) if isinstance(error, DustError) else explain(error, path))

@@ -8,26 +8,16 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import pieces
-from dusttaichi.results.files import explain, parts_folder, write_whole
-from dusttaichi.results.layout import (
-    describe,
-    ragged_groups,
-    read_records,
-    readable,
-    yield_file_blocks,
-)
+from dusttaichi.results.files import parts_folder
+from dusttaichi.results.layout import describe, read_records, readable
 from dusttaichi.results.variables import LABELS
+from dusttaichi.results.waiting import Batch, WaitingRecords
 
 PIECE = 8_000_000  # bytes from which a file is complete, and a new part begins
 
 
 def _format_time():
     return clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime())
-
-
-def _concatenate(blocks):
-    """The arrays one after another; a single array is not copied."""
-    return blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
 
 
 class Writer(AbstractContextManager):
@@ -48,8 +38,7 @@ class Writer(AbstractContextManager):
         self._layout, self._dimensions, self._static = layout, sizes, static
         self._sizes = {d: n if isinstance(n, int) else len(n) for d, n in sizes.items()}
         self._attributes, self._records = attributes, records
-        self._note_entries()
-        self._buffer = {group: [] for group in records}
+        self._waiting = WaitingRecords(layout, self._sizes)
         # the current piece: its number (0 is the result itself), its first records
         self._number, self._starts, self._identity = 0, dict.fromkeys(records, 0), ""
         self._size = 0  # of that piece [bytes]
@@ -57,6 +46,7 @@ class Writer(AbstractContextManager):
         self._alone = False  # there are no later parts, of a run that had progressed further
         self._changed = False
         self._last_time = None
+        self._pending = None  # the Batch that a Background writes, and that
 
     @classmethod
     def create(cls, path, variables, sizes, coords, attrs, *, force=False, lock=None) -> "Writer":
@@ -166,20 +156,7 @@ class Writer(AbstractContextManager):
         ValueError
             The record lacks a variable of the group.
         """
-        expected = self._entries.get(group, {})
-        if record.keys() != expected.keys():
-            raise ValueError(f"{group} takes {sorted(expected)}, not {sorted(record)}")
-        block, lengths = {}, set()
-        for name, (dtype, tail) in expected.items():
-            data = np.array(record[name], dtype=dtype)
-            data = data[np.newaxis] if data.ndim == len(tail) else data
-            if data.shape[1:] != tail:
-                raise ValueError(f"{group}/{name} has shape {data.shape[1:]}, not {tail}")
-            block[name] = data
-            lengths.add(len(data))
-        if len(lengths) != 1:
-            raise ValueError(f"the arrays of {group} differ in their number of rows: {lengths}")
-        self._buffer[group].append(block)
+        self._waiting.append(group, record)
         self._changed = True
 
     @property
@@ -197,12 +174,11 @@ class Writer(AbstractContextManager):
             As in `create`.
         """
         self.flush()
-        self._layout |= {v.key: v for v in variables}
         self._dimensions |= dict(sizes)
         self._sizes |= dict(sizes)
+        self._waiting.declare(variables, self._sizes)
         for group in dict.fromkeys(v.group for v in variables):
-            self._records[group], self._starts[group], self._buffer[group] = 0, 0, []
-        self._note_entries()
+            self._records[group], self._starts[group] = 0, 0
         self._changed = True
 
     def set_status(self, status):
@@ -221,7 +197,12 @@ class Writer(AbstractContextManager):
 
     def counts(self):
         """Records of each group, with those in memory, for a checkpoint."""
-        return {g: n + self._rows_waiting(g) for g, n in self._records.items()}
+        return {g: n + self._waiting.rows(g) for g, n in self._records.items()}
+
+    @property
+    def bytes_waiting(self):
+        """Bytes of the records in memory that no one writes yet."""
+        return self._waiting.nbytes
 
     def flush(self):
         """Write everything to disk.
@@ -236,32 +217,54 @@ class Writer(AbstractContextManager):
         DustError
             The file cannot be written; nothing is lost then, and flush may be called again.
         """
+        self.settle()
         if not self._changed:
             return 0.0
         began = clock.perf_counter()
-        counts, blocks = self.counts(), self._join_blocks()
-        number, starts, rows = self._number, self._starts, self._written
-        if self._size >= PIECE:
-            number, starts, rows = number + 1, dict(self._records), {}
-        rows = pieces.append_blocks(rows, blocks)
-        file = self._file(number)
+        batch = self._take()
         try:
-            if not self._alone:
-                pieces.remove_parts(self.path, number)
-            if number:
-                file.parent.mkdir(exist_ok=True)
-            self._write(rows, number, starts)
+            self._prepare(batch)
+            pieces.write_piece(*batch.arguments)
         except (OSError, RuntimeError) as error:
-            reason = explain(error, self.path)
-            raise DustError(self._failure(reason)) from error
-        # harmless if interrupted after the rename: the same records are then written again
-        self._records, self._buffer = counts, {group: [] for group in counts}
-        self._number, self._starts, self._size = number, starts, file.stat().st_size
-        self._written = rows if self._size < PIECE else {}
-        self._alone, self._changed = True, False
-        if "series" in blocks:
-            self._last_time = blocks["series"]["time"][-1]
+            raise self._put_back(batch, error) from error
+        self._commit(batch)
         return clock.perf_counter() - began
+
+    def begin_flush(self, background, *calls):
+        """Begin to write everything by a Background, which `settle` and every `flush` wait for.
+
+        calls: further ones of the Background, after this one. Raises as `settle`.
+        """
+        self.settle()
+        if self._changed:
+            batch = self._take()
+            try:
+                self._prepare(batch)
+            except OSError as error:
+                raise self._put_back(batch, error) from error
+            calls = (pieces.write_piece, *batch.arguments), *calls
+        else:
+            batch = None
+        self._pending = batch, background
+        background.start(*calls)
+
+    def settle(self):
+        """Wait for the file that a Background writes, if any; returns the seconds that it took.
+
+        Raises DustError where it cannot be written; its records are in memory again.
+        """
+        if self._pending is None:
+            return 0.0
+        batch, background = self._pending
+        error = background.wait()
+        self._pending = None
+        if batch is not None:
+            if error is not None and background.done == 0:
+                raise self._put_back(batch, error) from error
+            self._commit(batch)
+        if error is not None:  # of a further call
+            raise error if isinstance(error, DustError) else DustError(f"{self.path}: {error}")
+        return background.seconds
 
     def join(self):
         """Join all files on disk into one.
@@ -273,8 +276,8 @@ class Writer(AbstractContextManager):
         """
         self.flush()
         if self._number:
-            pieces.join(self.path, self._lock)
-            self._continue_from(0, dict.fromkeys(self._records, 0))
+            identity = pieces.join(self.path, self._lock)
+            self._continue_from(0, dict.fromkeys(self._records, 0), identity)
 
     def close(self):
         """Flush and release the lock (also where the flush fails)."""
@@ -287,60 +290,58 @@ class Writer(AbstractContextManager):
     def __exit__(self, *_):
         self.close()
 
-    def _note_entries(self):
-        """Set group -> name -> (type, shape of an entry) of all variables that grow."""
-        self._entries = {}
-        for v in (v for v in self._layout.values() if v.grows):
-            entry = v.dtype, tuple(self._sizes[d] for d in v.dims[1:])
-            self._entries.setdefault(v.group, {})[v.name] = entry
-
-    def _rows_waiting(self, group):
-        return sum(len(next(iter(block.values()))) for block in self._buffer[group])
-
-    def _join_blocks(self):
-        """Group -> name -> array of the records in memory. Checks the number of ragged rows."""
-        blocks = {
-            group: {name: _concatenate([b[name] for b in waiting]) for name in waiting[0]}
-            for group, waiting in self._buffer.items()
-            if waiting
-        }
-        for group, count in ragged_groups(self._layout).items():
-            expected, rows = blocks.get(count.group, {}).get(count.name), self._rows_waiting(group)
-            expected = 0 if expected is None else expected.sum()
-            if expected != rows:
-                raise ValueError(
-                    f"{group} has {rows} rows since the last flush, {count.name} {expected}"
-                )
-        return blocks
-
     def _file(self, number):
         return parts_folder(self.path) / f"{number:06}.nc" if number else self.path
 
-    def _continue_from(self, number, starts):
-        """Make the piece of that number, which is on disk, the current one."""
+    def _continue_from(self, number, starts, identity=None):
+        """Make the piece of that number, which is on disk, the current one.
+
+        identity: of the result, where it is known.
+        """
         file = self._file(number)
-        self._number, self._starts = number, dict(starts)
-        self._identity, self._size = pieces.identity_of(self.path), file.stat().st_size
+        self._number, self._starts, self._size = number, dict(starts), file.stat().st_size
+        self._identity = identity or pieces.identity_of(self.path)
         counting = {group: n - self._starts[group] for group, n in self._records.items()}
         self._written = read_records(file, self._layout, counting) if self._size < PIECE else {}
 
-    def _write(self, rows, number, starts):
-        """Write a piece with these rows, group -> name -> array."""
-        placement = pieces.place(self._identity, starts if number else None)
-        attributes = self._attributes | {"date_modified": _format_time()} | placement
-        contents = self._layout, self._dimensions, self._static
-        write_whole(
-            self._file(number),
-            yield_file_blocks(*contents, rows, attributes, result_path=self.path),
-        )
+    def _take(self):
+        """The records in memory as a Batch, which is to be written; they are counted as written.
 
-    def _failure(self, reason):
-        waiting = sum(self._rows_waiting(group) for group in self._records)
-        if not self.path.exists():
-            return f"Could not write {self.path}: {reason}. There is no result."
-        until = "" if self._last_time is None else f" (up to t = {self._last_time:.6g} s)"
-        return (
-            f"Could not write {self.path}: {reason}. The result of the last flush is "
-            f"readable{until}; {waiting} records since then are not on disk. Remove the cause and "
-            "continue with --resume."
-        )
+        Checks the number of ragged rows.
+        """
+        counts, blocks = self.counts(), self._waiting.take()
+        number, starts, rows = self._number, self._starts, self._written
+        if self._size >= PIECE:
+            number, starts, rows = number + 1, dict(self._records), {}
+        rows = pieces.append_blocks(rows, blocks)
+        own = pieces.place(self._identity, starts if number else None)
+        attributes = self._attributes | {"date_modified": _format_time()} | own
+        contents = dict(self._layout), dict(self._dimensions), self._static, rows
+        file = self._file(number)
+        arguments = file, contents, attributes, self.path
+        batch = Batch(number, starts, blocks, self._records, arguments)
+        self._records, self._changed = counts, False
+        return batch
+
+    def _prepare(self, batch):
+        """Make room for the file of a Batch. Raises OSError."""
+        if not self._alone:
+            pieces.remove_parts(self.path, batch.number)
+        if batch.number:
+            batch.file.parent.mkdir(exist_ok=True)
+
+    def _commit(self, batch):
+        """Note that a Batch is on disk."""
+        self._number, self._starts = batch.number, batch.starts
+        self._size = batch.file.stat().st_size
+        self._written = batch.rows if self._size < PIECE else {}
+        self._alone = True
+        if "series" in batch.blocks:
+            self._last_time = batch.blocks["series"]["time"][-1]
+
+    def _put_back(self, batch, error):
+        """Take the records of a Batch that could not be written into memory; the DustError."""
+        self._records, self._changed = batch.records, True
+        self._waiting.put_back(batch.blocks)
+        waiting = sum(self._waiting.rows(group) for group in self._records)
+        return pieces.build_write_error(self.path, error, waiting, self._last_time)

@@ -98,5 +98,6 @@ def execute(
             run = opening.open(force=force, resume=resume)
             ready(run.sim)
         interrupts.collect()
-        run.go()
+        with run.files:
+            run.go()
     return directory

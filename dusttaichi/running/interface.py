@@ -339,6 +339,7 @@ class Simulation(AbstractContextManager):
             if self._temporary is None and self._before_end is None:
                 self._run.writer.set_status("interrupted")
                 self.save()
+            self._run.files.close()
         finally:
             self._lock.release()
             self._lock = None

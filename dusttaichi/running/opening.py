@@ -112,7 +112,8 @@ class Opening:
             )
 
     def _run(self, sim, state, writer):
-        run_files = RunFiles(self.directory, writer, self.scene.output.checkpoint, self.origin)
+        every = self.scene.output.checkpoint
+        run_files = RunFiles(self.directory, writer, every, self.origin, lock=self.lock)
         return Run(self.scene, sim, state, run_files, **self.callbacks)
 
     def _attributes(self, sim):

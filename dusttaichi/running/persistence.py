@@ -1,32 +1,40 @@
 """Files of a run: the result and its checkpoint, and the times at which they are written."""
 
 import time as real_time
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
+from dusttaichi.compute.background import Background
 from dusttaichi.errors import DustError
 from dusttaichi.results import files, outputs
 from dusttaichi.results.files import CHECKPOINT
+from dusttaichi.results.plain import plain
 from dusttaichi.running import checkpoint
 from dusttaichi.running.identity import input_files
 
 FLUSH_SHARE = 0.02  # share of the real time for writing
 LEAST = 5.0  # s between two flushes
+LARGE = 8_000_000  # bytes from which a file is written by a process of its own
+LARGEST = 250_000_000  # bytes of records that wait at most while another file is written
 SCENE = "scene.yaml"
 MADE = "# Written by dusttaichi: the scene of this run, with every default."
 
 
-class RunFiles:
+class RunFiles(AbstractContextManager):
     """The files of a run directory, written by a Writer and by checkpoint.save.
 
-    every [s]: real time between two checkpoints. origin: the Origin of the run.
+    Large ones are written by a process of its own while steps go on. every [s]: real time between
+    two checkpoints. origin: the Origin of the run. lock: RunLock of the directory, or None. A
+    context manager, which waits for the last file.
     """
 
-    def __init__(self, directory, writer, every, origin):
+    def __init__(self, directory, writer, every, origin, *, lock=None):
         self.directory, self.writer = Path(directory), writer
         self.every, self.origin = every, origin
         self.cost = 0.0
         self.saved = self.flushed = real_time.perf_counter()
+        self._background = Background([] if lock is None else lock.descriptors)
 
     def flush(self):
         """Put all records on disk."""
@@ -38,16 +46,7 @@ class RunFiles:
 
         last: adds records that the result has and a continuation will not.
         """
-        state = run.sim.state()
-        meta = {
-            "scene": run.scene.to_yaml(),
-            "inputs": self.origin.inputs,
-            "extensions": run.scene.imported_texts,
-            "code": self.origin.code,
-            "numbers": state.numbers,
-            "run": replace(run.state),  # as it is before `last`
-            "counts": self.writer.counts(),
-        }
+        state, meta = self._checkpoint(run)
         last()
         self.flush()
         checkpoint.save(self.directory / CHECKPOINT, state.arrays, meta)
@@ -56,13 +55,64 @@ class RunFiles:
     def write_if_due(self, run):
         """Flush or write a checkpoint after some time; call it after the records of a step.
 
-        Else a continued run would lack these records.
+        Else a continued run would lack these records. Raises DustError, also that of an earlier
+        call, whose records are in memory again.
         """
+        if self._background.busy:
+            if self.writer.bytes_waiting < LARGEST:
+                return
+        elif (seconds := self.writer.settle()) > 0.0:
+            self.cost, self.flushed = seconds, real_time.perf_counter()
         current_time = real_time.perf_counter()
         if current_time - self.saved > self.every:
-            self.save(run)
-        elif current_time - self.flushed > max(LEAST, self.cost / FLUSH_SHARE):
+            self._begin_save(run)
+        elif (
+            current_time - self.flushed > max(LEAST, self.cost / FLUSH_SHARE)
+            or self.writer.bytes_waiting > LARGEST
+        ):
+            self._begin_flush()
+
+    def _begin_flush(self):
+        if self.writer.bytes_waiting < LARGE:
             self.flush()
+        else:
+            self.writer.begin_flush(self._background)
+            self.flushed = real_time.perf_counter()
+
+    def _begin_save(self, run):
+        state, meta = self._checkpoint(run)
+        path = self.directory / CHECKPOINT
+        if sum(a.nbytes for a in state.arrays.values()) < LARGE:
+            self.flush()
+            checkpoint.save(path, state.arrays, meta)
+        else:
+            call = checkpoint.save, path, state.arrays, plain(meta)
+            self.writer.begin_flush(self._background, call)
+        self.saved = self.flushed = real_time.perf_counter()
+
+    def _checkpoint(self, run):
+        """State and meta data of a checkpoint."""
+        state = run.sim.state()
+        meta = {
+            "scene": run.scene.to_yaml(),
+            "inputs": self.origin.inputs,
+            "extensions": run.scene.imported_texts,
+            "code": self.origin.code,
+            "numbers": state.numbers,
+            "run": replace(run.state),  # as it is before the last records
+            "counts": self.writer.counts(),
+        }
+        return state, meta
+
+    def close(self):
+        """Wait for the last file, and end the process that writes."""
+        try:
+            self.writer.settle()
+        finally:
+            self._background.close()
+
+    def __exit__(self, *_):
+        self.close()
 
 
 def check_outputs(scene, directory, force):

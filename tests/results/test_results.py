@@ -150,20 +150,26 @@ def fill_parts(writer):
 @pytest.fixture
 def joined_here(monkeypatch):
     """Parts are joined in this process, not in one of its own."""
-    monkeypatch.setattr(pieces, "join", lambda path, lock: pieces._put_together(path))
+
+    def join(path, lock):
+        identity = pieces.new_identity()
+        pieces._put_together(path, identity)
+        return identity
+
+    monkeypatch.setattr(pieces, "join", join)
 
 
 def test_a_large_result_is_written_in_parts_and_read_as_one(tmp_path, monkeypatch, joined_here):
     """Each flush writes what is new and one piece at most; at the end there is one file."""
     monkeypatch.setattr(writing, "PIECE", 100_000)
     path, written = tmp_path / "result.nc", []
-    real = writing.write_whole
+    real = pieces.write_whole
 
     def write_whole(file, data):
         real(file, data)
         written.append(file.stat().st_size)
 
-    monkeypatch.setattr(writing, "write_whole", write_whole)
+    monkeypatch.setattr(pieces, "write_whole", write_whole)
     with synthetic.writer(path, GRAINS) as writer:
         for step in range(0, 300, 60):
             fill(writer, step, step + 60, rows=1)

@@ -69,7 +69,7 @@ def _forked(command, **_):
     if not (child := os.fork()):
         text, code = "", 1
         try:
-            pieces.main(command[-1:])
+            pieces.main(command[-2:])
             code = 0
         except SystemExit as stop:
             text = str(stop)

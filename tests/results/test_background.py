@@ -1,0 +1,62 @@
+"""A process that writes files while this one goes on; what it could not write is not lost."""
+
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+import synthetic
+from records import GRAINS, check, fill
+
+from dusttaichi.compute.background import Background
+from dusttaichi.errors import DustError
+from dusttaichi.running import checkpoint
+
+
+@pytest.fixture
+def background():
+    background = Background()
+    yield background
+    background.close()
+
+
+def test_calls_are_made_in_another_process_in_their_order(tmp_path, background):
+    arrays = {"a": np.arange(2_000_000.0), "transposed": np.arange(6.0).reshape(2, 3).T}
+    path = tmp_path / "checkpoint"
+    background.start((checkpoint.save, path, arrays, {}), (os.rename, path, tmp_path / "other"))
+    assert background.wait() is None and background.done == 2
+    stored = checkpoint.load(tmp_path / "other").arrays
+    assert all(np.array_equal(stored[name], values) for name, values in arrays.items())
+
+
+def test_its_errors_are_answers_and_a_killed_process_is_followed_by_another(tmp_path, background):
+    background.start((os.rename, tmp_path / "none", tmp_path / "a"), (os.mkdir, tmp_path / "b"))
+    assert isinstance(background.wait(), FileNotFoundError) and background.done == 0
+    assert not (tmp_path / "b").exists()
+    background.start((time.sleep, 60.0))
+    os.kill(background._process.pid, signal.SIGKILL)
+    assert "has ended" in str(background.wait())
+    background.start((os.mkdir, tmp_path / "b"))
+    assert background.wait() is None and (tmp_path / "b").exists()
+
+
+def test_records_that_could_not_be_written_wait_for_the_next_attempt(tmp_path, background):
+    path = tmp_path / "result.nc"
+    with synthetic.writer(path, GRAINS) as writer:
+        fill(writer, 0, 20)
+        writer.begin_flush(background)
+        fill(writer, 20, 30)
+        assert writer.settle() > 0.0 and writer.counts()["series"] == 30
+        assert check(path) == 20
+        blocked = path.with_name(".result.nc.tmp")
+        blocked.mkdir()
+        writer.begin_flush(background)
+        fill(writer, 30, 40)
+        with pytest.raises(DustError, match=r"up to t = 19 s\); \d+ records since then"):
+            writer.settle()
+        assert writer.counts()["series"] == 40 and check(path) == 20
+        blocked.rmdir()
+        writer.begin_flush(background)
+        assert writer.flush() == 0.0  # waits
+    assert check(path) == 40
