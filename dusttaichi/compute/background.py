@@ -1,4 +1,4 @@
-"""Functions that a process of their own calls while this one goes on.
+"""Functions that a process of their own calls while this one continues.
 
 A thread alone would wait: Taichi holds Python's lock during a kernel. A request is the pickle of a
 function and its arguments, whose arrays follow it as bytes; the answer is that of its error, or of
@@ -86,7 +86,7 @@ class Background:
             return RuntimeError(f"the process that writes files has ended ({error})")
 
     def _end(self):
-        """Wait for the end of the process, which was told to end or was killed."""
+        """Wait for the end of the process, which is to end or was killed."""
         for pipe in (self._process.stdin, self._process.stdout):
             with suppress(OSError):
                 pipe.close()

@@ -324,7 +324,7 @@ class Writer(AbstractContextManager):
         return batch
 
     def _prepare(self, batch):
-        """Make room for the file of a Batch. Raises OSError."""
+        """Prepare the folder for the file of a Batch. Raises OSError."""
         if not self._alone:
             pieces.remove_parts(self.path, batch.number)
         if batch.number:

@@ -24,7 +24,7 @@ MADE = "# Written by dusttaichi: the scene of this run, with every default."
 class RunFiles(AbstractContextManager):
     """The files of a run directory, written by a Writer and by checkpoint.save.
 
-    Large ones are written by a process of its own while steps go on. every [s]: real time between
+    Large ones are written by a process of its own during the steps. every [s]: real time between
     two checkpoints. origin: the Origin of the run. lock: RunLock of the directory, or None. A
     context manager, which waits for the last file.
     """

@@ -1,4 +1,4 @@
-"""A process that writes files while this one goes on; what it could not write is not lost."""
+"""A process that writes files while this one continues; what it could not write is not lost."""
 
 import os
 import signal
