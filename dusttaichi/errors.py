@@ -50,5 +50,5 @@ def naming_keywords() -> Iterator[None]:
     try:
         yield
     except DustError as error:
-        error.args = tuple(with_keywords(part) for part in error.args)
+        error.args = tuple(with_keywords(text) for text in error.args)
         raise

@@ -28,17 +28,17 @@ class Units:
     """
 
     def __init__(self, symbols=None):
-        self.symbols, self._known = symbols, {}
+        self.symbols, self._factors = symbols, {}
 
     def __call__(self, unit):
-        if unit not in self._known:
-            self._known[unit] = self._value(unit)
-        return self._known[unit]
+        if unit not in self._factors:
+            self._factors[unit] = self._value(unit)
+        return self._factors[unit]
 
     def _value(self, unit):
         value = 1.0
-        for n, part in enumerate(unit.split("/") if self.symbols else ()):
-            for factor in part.split():
+        for n, factors in enumerate(unit.split("/") if self.symbols else ()):
+            for factor in factors.split():
                 symbol, _, power = factor.partition("^")
                 value *= self.symbols[symbol] ** ((-1.0 if n else 1.0) * float(power or 1.0))
         return value

@@ -220,7 +220,7 @@ def test_neighbours_of_a_lattice():
         geometry.neighbours_within([[0.5] * 3], radii, [1, 1, 1]), [0, 6, 18, 26, 32]
     )
     # of a lattice each grain has as many neighbours as any other
-    some = geometry.neighbours_within(lattice, radii, (4, 4, 4), most=5)
+    some = geometry.neighbours_within(lattice, radii, (4, 4, 4), largest_number=5)
     np.testing.assert_array_equal(some, found)
     pair = geometry.neighbours_within([[0, 0, 0], [1.5, 0, 0]], [1.0, 2.0])
     np.testing.assert_array_equal(pair, [0, 1])
@@ -240,8 +240,8 @@ def test_fragments_are_those_of_a_graph():
     for count, bonds in ((1, 0), (50, 0), (50, 20), (300, 200), (300, 600)):
         i, j = rng.integers(count, size=(2, bonds))
         graph = coo_array((np.ones(bonds), (i, j)), shape=(count, count))
-        number, label = geometry.connected(np.column_stack([i, j]), count)
+        number, label = geometry.label_components(np.column_stack([i, j]), count)
         assert number == connected_components(graph, directed=False)[0]
         np.testing.assert_array_equal(label, connected_components(graph, directed=False)[1])
     chain = np.column_stack([np.arange(999), np.arange(1, 1000)])[rng.permutation(999)]
-    assert geometry.connected(chain, 1000)[0] == 1
+    assert geometry.label_components(chain, 1000)[0] == 1

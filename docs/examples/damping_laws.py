@@ -65,9 +65,9 @@ class Brilliantov:
 
     @staticmethod
     @ti.pyfunc
-    def numbers(c, own):
+    def numbers(c, block):
         # F = 4 F_c (s^6 - s^3), delta0 = a0^2/(3 R)
-        return {"kappa": own.time * 4.0 * c.glue * c.F_jkr * 3.0 * c.R / c.a0**2}
+        return {"kappa": block.time * 4.0 * c.glue * c.F_jkr * 3.0 * c.R / c.a0**2}
 
     @staticmethod
     @ti.pyfunc
@@ -88,10 +88,10 @@ class CrackTipLaw:
 
     @staticmethod
     @ti.pyfunc
-    def numbers(c, own):
+    def numbers(c, block):
         delta0 = c.a0**2 / (3.0 * c.R)
-        crack = 4.0 * pi * c.gamma * c.a0**3 / (delta0**2 * own.speed)
-        return {**viscoelastic.numbers(c, own), "kappa_crack": crack}
+        crack = 4.0 * pi * c.gamma * c.a0**3 / (delta0**2 * block.speed)
+        return {**viscoelastic.numbers(c, block), "kappa_crack": crack}
 
     @staticmethod
     @ti.pyfunc

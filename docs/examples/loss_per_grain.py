@@ -18,7 +18,7 @@ numbers.register(
     Family(
         name="loss per grain",
         title="energy that grains lose",
-        place=5,
+        order=5,
         applies=applies,
         numbers=(
             Observable(

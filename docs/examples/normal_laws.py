@@ -62,7 +62,7 @@ class Hertz:
 
 def _hertz_numbers(adhesion):
     @ti.pyfunc
-    def numbers(c, own):
+    def numbers(c, block):
         return {
             "hertz": 4.0 / 3.0 * c.E_star * c.R**0.5,
             "pull": adhesion * pi * c.glue * c.gamma * c.R,
@@ -94,8 +94,8 @@ class Linear:
 
     @staticmethod
     @ti.pyfunc
-    def numbers(c, own):
-        return {"spring": own.stiffness - pi * c.R * own.cohesion, "reach": 0.0 * c.R}
+    def numbers(c, block):
+        return {"spring": block.stiffness - pi * c.R * block.cohesion, "reach": 0.0 * c.R}
 
     @staticmethod
     def response(newton_steps):

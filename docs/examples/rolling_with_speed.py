@@ -17,7 +17,7 @@ from pydantic import Field
 
 from dusttaichi import ti
 from dusttaichi.physics.contact import register, rolling
-from dusttaichi.physics.contact.limit import limited
+from dusttaichi.physics.contact.limit import limit_displacement
 from dusttaichi.physics.contact.numbers import Constant
 from dusttaichi.scene.interaction import Effect
 from dusttaichi.scene.quantities import Quantity
@@ -41,8 +41,8 @@ class RollingWithSpeed:
 
     @staticmethod
     @ti.pyfunc
-    def numbers(c, own):
-        return {**rolling.numbers(c, own), "slowness": 1.0 / own.speed + 0.0 * c.R}
+    def numbers(c, block):
+        return {**rolling.numbers(c, block), "slowness": 1.0 / block.speed + 0.0 * c.R}
 
     HISTORY, CHANNEL = rolling.HISTORY, rolling.CHANNEL
     energy = rolling.energy
@@ -52,7 +52,7 @@ class RollingWithSpeed:
     @ti.func
     def update(k: ti.template(), h: ti.template(), p, dt):
         growth = 1.0 + k.rolling_rate.norm() * p.slowness
-        past = limited(h.xi, p.xi_crit * growth, p.k_r)
+        past = limit_displacement(h.xi, p.xi_crit * growth, p.k_r)
         h.xi = h.xi * (1.0 - past.over)
         return past.lost
 

@@ -62,8 +62,8 @@ class SinteredNeck:
 
     @staticmethod
     @ti.pyfunc
-    def numbers(c, own):
-        a, E = own.radius * 2.0 * c.R_pair, c.E_star * 2.0 * (1.0 - c.nu * c.nu)
+    def numbers(c, block):
+        a, E = block.radius * 2.0 * c.R_pair, c.E_star * 2.0 * (1.0 - c.nu * c.nu)
         bend = E * pi * a**3 / 4.0
         return {
             "neck_stretch": E * pi * a,

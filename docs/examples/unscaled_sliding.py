@@ -21,8 +21,8 @@ class UnscaledSliding:
 
     @staticmethod
     @ti.pyfunc
-    def numbers(c, own):
-        of = sliding.numbers(c, own)
+    def numbers(c, block):
+        of = sliding.numbers(c, block)
         softer = c.stiffness_scaling ** (2.0 / 3.0)
         return {"k_s": of["k_s"] / softer, "zeta_crit": of["zeta_crit"] * softer}
 

@@ -161,11 +161,11 @@ def tabulate_collisions(data):
     columns = {name: data[name].values for name in AVERAGED}
     columns |= {name: (e / data.impact_energy).values for name, e in energies.items()}
     columns |= {name: values.values for name, values in compute_phase_losses(data).items()}
-    shares = [name for name in OUTCOMES if name != MISS]
+    outcomes_hit = [name for name in OUTCOMES if name != MISS]
     header = [
         "body", "mass_ratio", "speed_m_per_s", "over", "impact_parameter", "collisions", "hit",
     ]  # fmt: skip
-    header += [f"share_{name.replace(' ', '_')}" for name in shares]
+    header += [f"share_{name.replace(' ', '_')}" for name in outcomes_hit]
     header += [suffix for name in columns for suffix in (name, f"{name}_error")]
     header += ["slope", "slope_error", "not_settled", "failed"]
     rows = []
@@ -180,7 +180,7 @@ def tabulate_collisions(data):
             keys = [data[axis].values[n] for axis, n in zip(AXES, index, strict=False)]
             is_selected = np.zeros(data.outcome.shape, bool)
             is_selected[(*index, impact_parameter)] = True
-            rows.append([*keys, *name, *_average_row(data, is_selected, columns, shares)])
+            rows.append([*keys, *name, *_average_row(data, is_selected, columns, outcomes_hit)])
     return header, rows
 
 
@@ -201,13 +201,13 @@ def compute_phase_losses(data):
     }
 
 
-def _average_row(data, is_selected, columns, shares):
+def _average_row(data, is_selected, columns, outcomes_hit):
     outcomes = data.outcome.values[is_selected]
     has_outcome = outcomes != FAILED
     hit = has_outcome & (outcomes != MISS)
     count = hit.sum()
     row = [int(has_outcome.sum()), count / max(1, has_outcome.sum())]
-    row += [(outcomes == name).sum() / count if count else np.nan for name in shares]
+    row += [(outcomes == name).sum() / count if count else np.nan for name in outcomes_hit]
     for values in columns.values():
         row += compute_mean_and_error(values[is_selected])
     grains, _ = select_fragments(data, is_selected)

@@ -66,31 +66,31 @@ def gather(runs, axes=None, labels=None, attrs=None) -> xr.Dataset:
     shape = (*shape, len(runs) // math.prod(shape))
     dims = (*axes, "replica")
     name = "filling_factor" if all(_driven(_last_stage(run)) for run in present) else "time"
-    parts = [None if run is None else _driven_part(run, name) for run in runs]
-    grid = common_coordinate([c[name].values for c in parts if c is not None])
+    stages = [None if run is None else _driven_part(run, name) for run in runs]
+    grid = common_coordinate([c[name].values for c in stages if c is not None])
     data = xr.Dataset(coords={**axes, "replica": ("replica", np.arange(shape[-1]))})
     data.coords[name] = (name, grid, _attributes(present[0].series[name]))
     data["replica"].attrs["long_name"] = "number of the replica"
     for label, values in (labels or {}).items():
         data.coords[label] = (dims, np.array(values).reshape(shape))
     series = {}
-    for key, values in _series(parts, name, grid).items():
+    for key, values in _series(stages, name, grid).items():
         shaped = values.values.reshape(*shape, *values.shape[1:])
         series[key] = ((*dims, *values.dims[1:]), shaped, values.attrs)
     data.update(series)  # at once: xarray aligns all variables with each one that comes
-    for part in (one for one in parts if one is not None):
-        data.coords.update({k: v for k, v in part.coords.items() if "time" not in v.dims})
+    for stage in (part for part in stages if part is not None):
+        data.coords.update({k: v for k, v in stage.coords.items() if "time" not in v.dims})
     data.attrs["summary_numbers"] = _add_numbers(data, runs, dims, shape)
     for add in (add_extremes, add_stages, add_compression):
         add(data, runs, dims, shape)
     add_statistics(data, *(name for name in data.data_vars if not name.startswith(EXTREMES)))
-    reach = [_reaches(c, name, grid) for c in parts]
+    reach = [_reaches(c, name, grid) for c in stages]
     count = np.array(reach).reshape(*shape, len(grid)).sum(axis=len(dims) - 1)
     about = {"long_name": f"replicas that reach this {name.replace('_', ' ')}", "units": "1"}
     data["replica_count"] = ((*axes, name), count, about)
     for label in COPIED:
-        found = sorted({str(run.attrs[label]) for run in present if label in run.attrs})
-        data.attrs |= {label: ", ".join(found)} if found else {}
+        texts = sorted({str(run.attrs[label]) for run in present if label in run.attrs})
+        data.attrs |= {label: ", ".join(texts)} if texts else {}
     data.attrs |= {"Conventions": "CF-1.11", "coordinate": name, **(attrs or {})}
     data.attrs["convention"] = CONVENTION.format(coordinate=name)
     return data
@@ -144,9 +144,9 @@ def common_coordinate(ranges):
     grid = step * np.arange(first, last + 1) if last > first else np.array([low, high])
     # ends that are not on it by rounding
     ends = np.unique([end for values in ranges for end in (values[0], values[-1])])
-    place = np.searchsorted(grid, ends)
+    indices = np.searchsorted(grid, ends)
     near = np.pad(grid, 1, constant_values=(-np.inf, np.inf))
-    apart = np.minimum(ends - near[place], near[place + 1] - ends)
+    apart = np.minimum(ends - near[indices], near[indices + 1] - ends)
     return np.sort(np.concatenate([grid, ends[apart > 1e-6 * step]]))
 
 
@@ -156,8 +156,8 @@ def _inside(values, grid):
     return (grid >= values[0] - slack) & (grid <= values[-1] + slack)
 
 
-def _reaches(part, name, grid):
-    return np.zeros(len(grid), bool) if part is None else _inside(part[name].values, grid)
+def _reaches(stage, name, grid):
+    return np.zeros(len(grid), bool) if stage is None else _inside(stage[name].values, grid)
 
 
 def interpolate(x, y, grid):
@@ -170,26 +170,26 @@ def interpolate(x, y, grid):
     return out
 
 
-def _series(parts, name, grid):
+def _series(stages, name, grid):
     """Every variable of the series but the coordinate on the grid, (run, coordinate, ...).
 
     NaN for runs that lack it.
     """
-    examples, found = {}, {}
-    for part in parts:
-        for key, variable in () if part is None else part.variables.items():
+    examples, variables = {}, {}
+    for stage in stages:
+        for key, variable in () if stage is None else stage.variables.items():
             if key != name and variable.dims[:1] == ("time",):
-                examples.setdefault(key, part[key])
+                examples.setdefault(key, stage[key])
     for key, example in examples.items():
         rows = [
-            interpolate(part[name].values, part[key].values.astype(float), grid)
-            if part is not None and key in part.variables
+            interpolate(stage[name].values, stage[key].values.astype(float), grid)
+            if stage is not None and key in stage.variables
             else np.full((len(grid), *example.shape[1:]), np.nan)
-            for part in parts
+            for stage in stages
         ]
         dims = ("run", name, *example.dims[1:])
-        found[key] = xr.Variable(dims, np.array(rows), _attributes(example))
-    return found
+        variables[key] = xr.Variable(dims, np.array(rows), _attributes(example))
+    return variables
 
 
 def _attributes(variable):
@@ -198,30 +198,39 @@ def _attributes(variable):
 
 def _add_numbers(data, runs, dims, shape):
     """The numbers of the summaries as variables over the runs; returns their names, joined."""
-    found = [{} if run is None else summarise(run) for run in runs]
+    summaries = [{} if run is None else summarise(run) for run in runs]
     methods = {run.method.name: run.method for run in runs if run is not None}
-    every = {n.name: n for one in methods.values() for f in families(one) for n in f.numbers}
-    there = {name for one in found for name, value in one.items() if value is not None}
-    rows = {name: number for name, number in every.items() if number.unit and name in there}
-    for name, texts in _reasons(found, every.values()).items():
+    observables = {n.name: n for m in methods.values() for f in families(m) for n in f.numbers}
+    present_names = {
+        name for numbers in summaries for name, value in numbers.items() if value is not None
+    }
+    rows = {name: row for name, row in observables.items() if row.unit and name in present_names}
+    for name, texts in _reasons(summaries, observables.values()).items():
         data.coords[name] = (dims, np.array(texts).reshape(shape), {"long_name": NO_NUMBER})
     recorded = next((run.series.variables for run in runs if run is not None), {})
     for name, number in rows.items():
-        values = [np.nan if one.get(name) is None else one[name] for one in found]
+        values = [np.nan if summary.get(name) is None else summary[name] for summary in summaries]
         attrs = {"long_name": number.about or number.title, "units": number.unit}
         if name in recorded:
-            own = recorded[name].attrs
-            attrs["long_name"] = f"{own.get('long_name', name)}, at the end of a run"
-            attrs["units"] = own.get("units", number.unit)
+            recorded_attrs = recorded[name].attrs
+            attrs["long_name"] = f"{recorded_attrs.get('long_name', name)}, at the end of a run"
+            attrs["units"] = recorded_attrs.get("units", number.unit)
         data[_number(name, recorded)] = (dims, np.array(values, float).reshape(shape), attrs)
     return " ".join(_number(name, recorded) for name in rows)
 
 
-def _reasons(found, rows):
+def _reasons(summaries, rows):
     """Reasons of the runs for missing numbers, by the name of their row; errors by PROBLEMS."""
-    texts = {row.why: [one.get(row.why) or "" for one in found] for row in rows if row.why}
-    wrong = [[f"{what}: {why}" for what, why in one.get(PROBLEMS, [])] for one in found]
-    texts[PROBLEMS] = ["; ".join(parts) for parts in wrong]
+    texts = {
+        row.reason_row: [summary.get(row.reason_row) or "" for summary in summaries]
+        for row in rows
+        if row.reason_row
+    }
+    wrong = [
+        [f"{title}: {problem}" for title, problem in summary.get(PROBLEMS, [])]
+        for summary in summaries
+    ]
+    texts[PROBLEMS] = ["; ".join(problems) for problems in wrong]
     return {name: column for name, column in texts.items() if any(column)}
 
 
@@ -232,18 +241,18 @@ def _number(name, recorded):
 
 def add_statistics(data, *names):
     """Add mean_NAME and std_NAME over the replicas, NaN for none, or fewer than two."""
-    found = {}
+    statistics = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of means without values
         for name in names:
             values = data[name].where(np.isfinite(data[name]))
-            for kind, method, result in (
+            for prefix, method, result in (
                 ("mean", "mean", values.mean("replica")),
                 ("std", "standard_deviation", values.std("replica", ddof=1)),
             ):
                 attrs = data[name].attrs | {"cell_methods": f"replica: {method}"}
-                found[f"{kind}_{name}"] = (result.dims, result.values, attrs)
-    data.update(found)
+                statistics[f"{prefix}_{name}"] = (result.dims, result.values, attrs)
+    data.update(statistics)
 
 
 def save_ensemble(data, path):

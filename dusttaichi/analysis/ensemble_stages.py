@@ -17,8 +17,8 @@ MAIN = "pressure stress filling_factor height kinetic coordination_number".split
 
 def add_extremes(data, runs, dims, shape):
     """Add smallest_NAME and largest_NAME, over all records, of every variable of the series."""
-    examples, found = {}, {}
-    for run in (one for one in runs if one is not None):
+    examples, variables = {}, {}
+    for run in filter(None, runs):
         for name, variable in run.series.data_vars.items():
             if variable.dims[:1] == ("time",) and variable.dtype.kind in "fi" and name != "stage":
                 examples.setdefault(name, variable)
@@ -28,9 +28,9 @@ def add_extremes(data, runs, dims, shape):
             about = {k: v for k, v in example.attrs.items() if k in ("units", "long_name")}
             about["long_name"] = f"{about.get('long_name', name)}, {word} of a run"
             values = np.array(rows).reshape(*shape, *example.shape[1:])
-            found[f"{word}_{name}"] = ((*dims, *example.dims[1:]), values, about)
-    data.update(found)
-    return list(found)
+            variables[f"{word}_{name}"] = ((*dims, *example.dims[1:]), values, about)
+    data.update(variables)
+    return list(variables)
 
 
 def _extreme(run, name, of, shape):
@@ -49,26 +49,29 @@ def add_stages(data, runs, dims, shape):
     names = max((run.stages for run in present), key=len, default=())
     if not names:
         return []
-    parts = [{} if run is None else {p.stage_name: p for p in run.parts} for run in runs]
+    stages_by_run = [{} if run is None else {p.stage_name: p for p in run.parts} for run in runs]
     data.coords["stage"] = ("stage", list(names), {"long_name": "stages of the runs, in order"})
-    found, some = {}, present[0].series
+    variables, some = {}, present[0].series
     for name in ("time", *(n for n in MAIN if n in some)):
         example = some[name]
         inner = example.dims[1:]
         missing = np.full(example.shape[1:], np.nan)
-        rows = [[_end(own.get(stage), name, missing) for stage in names] for own in parts]
+        rows = [
+            [_end(run_stages.get(stage), name, missing) for stage in names]
+            for run_stages in stages_by_run
+        ]
         about = {k: v for k, v in example.attrs.items() if k in ("units", "long_name")}
         about["long_name"] = f"{about.get('long_name', name)}, at the end of a stage"
         values = np.array(rows, float).reshape(*shape, len(names), *example.shape[1:])
-        found[f"stage_end_{name}"] = ((*dims, "stage", *inner), values, about)
-    data.update(found)
-    return list(found)
+        variables[f"stage_end_{name}"] = ((*dims, "stage", *inner), values, about)
+    data.update(variables)
+    return list(variables)
 
 
-def _end(part, name, missing):
-    if part is None or name not in part.series or not len(part.series.time):
+def _end(stage, name, missing):
+    if stage is None or name not in stage.series or not len(stage.series.time):
         return missing
-    return part.series[name].values[-1]
+    return stage.series[name].values[-1]
 
 
 def add_compression(data, runs, dims, shape):
@@ -97,7 +100,7 @@ def add_compression(data, runs, dims, shape):
 
 def _curve(run):
     """Number of each bin -> its pressure [Pa]; {} for a run without stages that compress."""
-    if run is None or not run.stages or not any(part.compresses for part in run.parts):
+    if run is None or not run.stages or not any(stage.compresses for stage in run.parts):
         return {}
     try:
         curve = measure_compression_curve(run)

@@ -43,7 +43,7 @@ class Band:
     replicas: int  #: Their largest number at any x.
     label: str  #: Point of the sweep, "" without one.
 
-    def named(self, label):
+    def with_label(self, label):
         """This Band with another label."""
         return replace(self, label=label)
 
@@ -72,14 +72,14 @@ def bands(data, name, width=BIN_WIDTH, along=None, **selected) -> list[Band]:
         values = values.coarsen({x: window}, boundary="pad").median()
     scattered = xr.Dataset({"y": values.transpose(..., "replica", x)})
     add_statistics(scattered, "y")
-    known = np.isfinite(scattered.y.values)
+    is_finite = np.isfinite(scattered.y.values)
     mean, std = scattered.mean_y.values, scattered.std_y.values
     result = []
-    for index, label in zip(np.ndindex(known.shape[:-2]), point_labels(data), strict=True):
-        present = np.flatnonzero(known[index].any(axis=0))
+    for index, label in zip(np.ndindex(is_finite.shape[:-2]), point_labels(data), strict=True):
+        present = np.flatnonzero(is_finite[index].any(axis=0))
         if len(present):
             span = slice(present[0], present[-1] + 1)
-            replicas = int(known[index].any(axis=1).sum())
+            replicas = int(is_finite[index].any(axis=1).sum())
             columns = scattered[x].values[span], mean[index][span], std[index][span]
             result.append(Band(*columns, replicas, label))
     return result
@@ -134,14 +134,13 @@ def key_of(data, axis):
     return data[axis].attrs.get("key", axis) if axis in data.coords else axis
 
 
-def missing(data):
+def list_missing_numbers(data):
     """(missing number, names of points, "2 of 3 runs", why), in order, of finished runs.
 
-    The reason is for example a failed fit, a test without strength, or an error. Reasons that
-    differ in numbers alone are one, for all of their points; no names where these are all.
+    Reasons that differ in numbers alone are one, for all of their points (no names if all points).
     """
     rows, points, groups = index_observables(), point_labels(data), {}
-    reasons = {row.why: rows[row.why].title for row in rows.values() if row.why}
+    reasons = {n: rows[n].title for n in (row.reason_row for row in rows.values()) if n}
     for name, title in (reasons | {PROBLEMS: "number"}).items():
         if name not in data:
             continue
@@ -151,32 +150,32 @@ def missing(data):
                 key = title, mask_numbers(text)
                 groups.setdefault(key, []).append((label, text.removeprefix("none: ")))
     return [
-        (title, *_counted(points, [label for label, _ in found], data.sizes["replica"]),
-         merge_with_ranges([text for _, text in found]))
-        for (title, _), found in groups.items()
+        (title, *_count_runs(points, [label for label, _ in entries], data.sizes["replica"]),
+         merge_with_ranges([text for _, text in entries]))
+        for (title, _), entries in groups.items()
     ]  # fmt: skip
 
 
-def _counted(points, labels, replicas):
+def _count_runs(points, labels, replicas):
     """(names of the points, "" if these are all; "2 of 3 runs" of theirs) for the runs' labels."""
     names = list(dict.fromkeys(labels))
     count = f"{len(labels)} of {len(names) * replicas} runs"
     if len(names) == len(points):
         return "", count
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return "; ".join(names[:NAMED]) + more, count
+    remainder = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return "; ".join(names[:NAMED]) + remainder, count
 
 
 def statistics_tables(data):
     """(Statistics, columns, lines, why it failed or "") of those with something to say."""
     for row in statistics():
-        columns, lines, why = [], [], ""
+        columns, lines, problem = [], [], ""
         try:
             columns, lines = row.table(data)
         except Exception as error:  # of an extension; the others are still shown
-            why = reason(error)
-        if columns or lines or why:
-            yield row, columns, lines, why
+            problem = reason(error)
+        if columns or lines or problem:
+            yield row, columns, lines, problem
 
 
 def _axis_texts(data, axis):
@@ -209,11 +208,12 @@ def number_texts(data, name, size=None):
     Followed by "(2 of 3)" where some replicas lack it. size: see `format_quantity`.
     """
     mean, std = data[f"mean_{name}"].values.ravel(), data[f"std_{name}"].values.ravel()
-    known = np.isfinite(data[name].transpose(*axes_of(data), "replica").values)
-    counts, unit = known.sum(axis=-1).ravel(), data[name].attrs.get("units")
+    is_finite = np.isfinite(data[name].transpose(*axes_of(data), "replica").values)
+    counts, replicas = is_finite.sum(axis=-1).ravel(), is_finite.shape[-1]
+    unit = data[name].attrs.get("units")
     return [
-        format_quantity(m, unit, s, size) + _of(count, known.shape[-1]) if math.isfinite(m) else "-"
-        for m, s, count in zip(mean.tolist(), std.tolist(), counts.tolist(), strict=True)
+        format_quantity(m, unit, s, size) + _note_count(n, replicas) if math.isfinite(m) else "-"
+        for m, s, n in zip(mean.tolist(), std.tolist(), counts.tolist(), strict=True)
     ]
 
 
@@ -277,7 +277,7 @@ def head_and_columns(data):
     return [key for key in keys if key not in alone], shown, "; ".join(remarks)
 
 
-def _of(count, replicas):
+def _note_count(count, replicas):
     return "" if count == replicas else f" ({count} of {replicas})"
 
 
@@ -303,9 +303,9 @@ class Against:
     @property
     def varies(self):
         """True where the number differs between runs."""
-        known = self.runs[np.isfinite(self.runs)]
+        finite = self.runs[np.isfinite(self.runs)]
         # by more than the last of the four digits that tables show
-        return len(known) > 1 and np.ptp(known) > 1e-4 * np.max(np.abs(known))
+        return len(finite) > 1 and np.ptp(finite) > 1e-4 * np.max(np.abs(finite))
 
 
 def against(data, name):
@@ -329,13 +329,13 @@ def against(data, name):
             name, unit, "replica", "", x, [*map(str, x)], [""], runs[..., 0], no_std, runs
         )
     key = max(axes, key=lambda axis: (data[axis].dtype.kind in "fi", data.sizes[axis]))
-    others = [axis for axis in axes if axis != key]
-    runs = values.transpose(*others, key, "replica").values
+    further_axes = [axis for axis in axes if axis != key]
+    runs = values.transpose(*further_axes, key, "replica").values
     runs = runs.reshape(-1, *runs.shape[-2:])
     spread = xr.Dataset({"y": (("line", key, "replica"), runs)})
     add_statistics(spread, "y")
     x, x_unit, ticks = _place(data, key)
-    lines = _labels(data, _several(data, others))
+    lines = _labels(data, _several(data, further_axes))
     mean, std = spread.mean_y.values, spread.std_y.values
     return Against(name, unit, key_of(data, key), x_unit, x, ticks, lines, mean, std, runs)
 

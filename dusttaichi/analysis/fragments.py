@@ -7,12 +7,12 @@ import numpy as np
 from dusttaichi.analysis.frame import read_frame, read_grain_masses
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import (
-    connected,
     grains_within,
+    label_components,
     largest_first,
     power,
 )
-from dusttaichi.physics.unwrap import unwrapped
+from dusttaichi.physics.unwrap import unwrap_fragments
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def find_frame_fragments(frame, masses):
     position = frame.position
     if frame.periodic.any():  # at the images that connect fragments across periodic faces
         starts = np.unique(label, return_index=True)[1]
-        position = unwrapped(position, frame.pairs, starts, frame.nearest)
+        position = unwrap_fragments(position, frame.pairs, starts, frame.nearest)
     mass = np.bincount(label, masses, minlength=number)
 
     def mean(values):
@@ -99,7 +99,7 @@ def find_frame_fragments(frame, masses):
 
 def label_fragments(frame, masses):
     """Fragment of each grain of a Frame, (N,), 0 the heaviest; masses: of the grains, (N,)."""
-    return largest_first(connected(frame.pairs, len(masses))[1], masses)
+    return largest_first(label_components(frame.pairs, len(masses))[1], masses)
 
 
 def _sum_by_label(label, vectors, number):
@@ -139,7 +139,7 @@ def fit_fragment_dimension(run, snapshot=-1, fragment=0) -> FragmentDimension:
         raise DustError(f"There is no fragment {fragment}; allowed: 0 to {len(fragments) - 1}.")
     members = fragments.label == fragment
     start = np.flatnonzero(members)[:1]
-    x = unwrapped(frame.position, frame.pairs, start, frame.nearest)[members]
+    x = unwrap_fragments(frame.position, frame.pairs, start, frame.nearest)[members]
     mean = float(frame.radius[members].mean())
     # grains are spheres, not points
     gyration = np.sqrt(fragments.radius_of_gyration[fragment] ** 2 + 0.6 * mean**2)
@@ -158,7 +158,7 @@ class MassSpectrum:
 
     mass: np.ndarray  #: [kg], (F,), rising.
     count: np.ndarray  #: Number of fragments of at least this mass, (F,).
-    share: np.ndarray  #: Their share of the total mass, (F,).
+    mass_fraction: np.ndarray  #: Their share of the total mass, (F,).
     edges: np.ndarray  #: Edges of the bins [kg], (bins + 1,), evenly spaced in the logarithm.
     histogram: np.ndarray  #: (bins,).
 

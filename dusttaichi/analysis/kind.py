@@ -49,7 +49,9 @@ class RunKind:
     @property
     def unloads(self):
         """True where a pressed sample is unloaded (in a stage): it expands under pressure."""
-        return self._does(lambda stage: stage._before is not None and stage._expands_under_pressure)
+        return self._does(
+            lambda stage: stage._record_before is not None and stage._expands_under_pressure
+        )
 
     @property
     def sheared(self):
@@ -67,8 +69,8 @@ class RunKind:
     @property
     def collides(self):
         """True where two bodies collide, with the contacts of at least two snapshots."""
-        kind = self.scene.get("sample", {}).get("kind")
-        if kind not in ("pair", "collision") or self.boundary != "open":
+        sample_kind = self.scene.get("sample", {}).get("kind")
+        if sample_kind not in ("pair", "collision") or self.boundary != "open":
             return False
         if not self.sample.get("speed") or "contacts" not in getattr(self.tree, "children", ()):
             return False
@@ -116,7 +118,7 @@ class RunKind:
         if "filling_factor" not in self.series or not len(self.series.time):
             return 0.0
         phi = self.series.filling_factor.values
-        first = phi[0] if self._before is None else self._before.filling_factor.values
+        first = phi[0] if self._record_before is None else self._record_before.filling_factor.values
         growth = float(phi[-1] / first) - 1.0
         return growth if np.isfinite(growth) else 0.0
 

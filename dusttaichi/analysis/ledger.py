@@ -69,7 +69,7 @@ def compute_ledger(run):
     size = np.where(np.isnan(relative), np.inf, np.abs(relative))
     ends = {c: v[-1] for c, v in losses.items()}
     size_of_all = sum(abs(v) for v in ends.values())  # rounding of a channel may be a gain
-    shares = {c: float(v / size_of_all) if size_of_all else 0.0 for c, v in ends.items()}
+    fractions = {c: float(v / size_of_all) if size_of_all else 0.0 for c, v in ends.items()}
     return Ledger(
         time=series.time.values,
         losses=losses,
@@ -79,7 +79,7 @@ def compute_ledger(run):
         reference=reference,
         relative=relative,
         worst=float(size.max()),
-        shares=shares,
+        shares=fractions,
     )
 
 

@@ -59,7 +59,8 @@ def rank_observables():
     The curve of a compression precedes them all.
     """
     return sorted(
-        (n for n in index_observables().values() if n.wanted), key=lambda number: number.wanted
+        (n for n in index_observables().values() if n.trade_rank),
+        key=lambda number: number.trade_rank,
     )
 
 

@@ -31,8 +31,8 @@ def _describe_run(run):
         entry = {"title": number.about or number.title, "unit": number.unit, "value": value}
         if number.error:
             entry["error"] = convert_value(values[number.error])
-        if value is None and values.get(number.why):
-            entry["why"] = values[number.why]
+        if value is None and values.get(number.reason_row):
+            entry["why"] = values[number.reason_row]
         if name not in errors:
             entries[name] = entry
     return {

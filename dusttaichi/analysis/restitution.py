@@ -7,7 +7,7 @@ import numpy as np
 from dusttaichi.analysis.fragments import find_fragments, find_two_fragments
 from dusttaichi.analysis.frame import count_frames, read_frame, read_grain_masses
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import WALLS, in_one
+from dusttaichi.physics.geometry import WALLS, are_in_same_fragment
 
 UNTOUCHED = 1e-5
 """Relative change of the relative velocity below which two bodies have not touched: above the
@@ -18,15 +18,15 @@ rounding of single precision, and below the effect of the first contact on thous
 class Restitution:
     """A collision along its normal."""
 
-    before: float  #: Speed of approach of the centres of mass along the normal [m/s].
-    after: float  #: Speed of separation after the collision [m/s]; negative: still approaching.
+    approach_speed: float  #: Speed of approach of the centres of mass along the normal [m/s].
+    separation_speed: float  #: Speed of separation afterwards [m/s]; negative: still approaching.
     sticks: bool  #: True if the two stay together.
     normal: np.ndarray  #: Unit vector from the second body, or the wall, to the first, (3,).
 
     @property
     def coefficient(self):
         """e = after over before; 0 where the two stick."""
-        return 0.0 if self.sticks else self.after / self.before
+        return 0.0 if self.sticks else self.separation_speed / self.approach_speed
 
 
 def measure_restitution(run, first=0, last=-1, bodies=None) -> Restitution:
@@ -64,20 +64,25 @@ def measure_restitution(run, first=0, last=-1, bodies=None) -> Restitution:
     )
     normal = separation / np.linalg.norm(separation)
 
-    before, after = (
+    first_velocity, last_velocity = (
         _compute_velocity(frame, first_body, masses) - _compute_velocity(frame, second_body, masses)
         for frame in (start, end)
     )
     sticks = are_stuck_together(find_fragments(run, last), (first_body, second_body))
-    result = _check_approach(run, -float(before @ normal), float(after @ normal), sticks, normal)
-    if not sticks and np.linalg.norm(after - before) <= UNTOUCHED * np.linalg.norm(before):
+    result = _check_approach(
+        run, -float(first_velocity @ normal), float(last_velocity @ normal), sticks, normal
+    )
+    change = np.linalg.norm(last_velocity - first_velocity)
+    if not sticks and change <= UNTOUCHED * np.linalg.norm(first_velocity):
         raise DustError(f"{run.path}: the bodies have not touched, so there is no restitution.")
     return result
 
 
 def are_stuck_together(fragments, bodies):
     """True where one of the Fragments has more than half of the mass of both bodies (grains)."""
-    return in_one(fragments.label, (fragments.mass / fragments.grains)[fragments.label], bodies)
+    return are_in_same_fragment(
+        fragments.label, (fragments.mass / fragments.grains)[fragments.label], bodies
+    )
 
 
 def compute_relative_motion(run, snapshot, bodies, masses):
@@ -131,18 +136,19 @@ def measure_wall_restitution(run, wall="bottom", first=0, last=-1) -> Restitutio
 
     normal = sign * np.eye(3)[axis]
     result = _check_approach(run, -separation(start), separation(end), bool(sticks), normal)
-    if not sticks and abs(result.after + result.before) <= UNTOUCHED * result.before:
+    change = abs(result.separation_speed + result.approach_speed)
+    if not sticks and change <= UNTOUCHED * result.approach_speed:
         raise DustError(f"{run.path}: the grains have not touched the wall {wall}.")
     return result
 
 
-def _check_approach(run, before, after, sticks, normal):
-    if not before > 0.0:
+def _check_approach(run, approach_speed, separation_speed, sticks, normal):
+    if not approach_speed > 0.0:
         raise DustError(
             f"{run.path}: the bodies do not approach each other in the first snapshot taken "
-            f"(relative speed {before:.3g} m/s); allowed: a snapshot before the collision."
+            f"(relative speed {approach_speed:.3g} m/s); allowed: a snapshot before the collision."
         )
-    return Restitution(before, after, sticks, normal)
+    return Restitution(approach_speed, separation_speed, sticks, normal)
 
 
 def _compute_separation(frame, first_body, second_body, masses):

@@ -46,7 +46,7 @@ class Run(RunKind, AbstractContextManager):
         self.attrs = foreign.check_attributes(series.attrs, path)
         self.whole = self
         self._file, self._tree = file, None
-        self._before = None  # the last record before a stage
+        self._record_before = None  # the last record before a stage
         self.stage_name = ""
 
     def __repr__(self):
@@ -144,7 +144,7 @@ class Run(RunKind, AbstractContextManager):
             raise DustError(f"{self.path}: stage {names[number]} has not begun.")
         view = copy.copy(self.whole)
         view.stage_name = names[number]
-        view._before = series.isel(time=records[0] - 1) if records[0] else None
+        view._record_before = series.isel(time=records[0] - 1) if records[0] else None
         view.series = series.isel(time=records)
         if view.profiles is not None:
             is_inside = view._holds(view.profiles.step.values)
@@ -172,7 +172,7 @@ class Run(RunKind, AbstractContextManager):
     @property
     def start(self):
         """The initial record: the last of the stage before, or the first."""
-        return self.series.isel(time=0) if self._before is None else self._before
+        return self.series.isel(time=0) if self._record_before is None else self._record_before
 
     def _holds(self, steps):
         """True for `steps` between the start and the last record, both included."""

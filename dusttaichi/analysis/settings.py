@@ -49,7 +49,7 @@ def _format_drives(scene):
 OF_GRAINS = Family(
     name="grains",
     title="the scene of grains",
-    place=0,
+    order=0,
     measure=_read_grain_settings,
     compared=True,
     numbers=tuple(

@@ -97,8 +97,8 @@ def compute_pair_correlation(frame):
     counts = scipy.spatial.cKDTree(wrapped[centres], boxsize=box).count_neighbors(
         tree, edges * diameter
     )
-    others = counts - len(centres)  # a grain is within reach of itself, also at no distance
-    shells = np.diff(others).astype(float)
+    pair_counts = counts - len(centres)  # a grain is within reach of itself, also at no distance
+    shells = np.diff(pair_counts).astype(float)
     volume = 4.0 / 3.0 * np.pi * np.diff((edges * diameter) ** 3)
     expected = len(centres) * len(x) / np.prod(frame.edges) * volume
     # pairs of random centres are counted independently of each other

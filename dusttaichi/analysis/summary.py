@@ -72,7 +72,7 @@ def compare(runs):
         for name, family in families_by_name.items()
     }
     rows, problems = [{"name": name} for name in name_runs(runs)], [[] for _ in runs]
-    for family in sorted(all_families.values(), key=lambda family: family.place):
+    for family in sorted(all_families.values(), key=lambda family: family.order):
         measured = [
             family.of(run) if family.name in names else ({}, [])
             for run, names in zip(runs, families_of_runs, strict=True)

@@ -31,7 +31,7 @@ def label_key(path, among=()):
         Paths of the other keys, from which the label must differ.
     """
     text = _find_label(path)
-    if any(other != path and _find_label(other) == text for other in among):
+    if any(sibling != path and _find_label(sibling) == text for sibling in among):
         return _join_words(path.split(".")[-3:])
     return text
 

@@ -11,8 +11,10 @@ DECIMALS = 5  # more than these are written as powers of ten
 _NUMBER = re.compile(r"(?<![\w.-])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w-])")
 # SI unit -> (power of ten, unit), largest first
 _POWERS = {
-    kind.unit: sorted(((power, unit) for unit, power in kind.powers.items()), reverse=True)
-    for kind in quantities.DIMENSIONS.values()
+    dimension.unit: sorted(
+        ((power, unit) for unit, power in dimension.powers.items()), reverse=True
+    )
+    for dimension in quantities.DIMENSIONS.values()
 }
 
 

@@ -113,7 +113,7 @@ def find_growth_bracket(data, body, ratio):
 
     None where it does not do so between two speeds of the study.
     """
-    sums = _Sums.of(data.isel(body=body, mass_ratio=ratio), FRAGMENT)
+    sums = _Sums.from_collisions(data.isel(body=body, mass_ratio=ratio), FRAGMENT)
     speeds, mean = sums.course(sums.count.sum(axis=1) > 0)
     below = np.flatnonzero(mean < 0.0)
     if not len(below) or below[0] == 0:
@@ -123,16 +123,16 @@ def find_growth_bracket(data, body, ratio):
 
 def _find_threshold(collisions, condition):
     """(speed, low, high, speeds that decide, censored speeds) of a Threshold."""
-    sums = _Sums.of(collisions, condition)
+    sums = _Sums.from_collisions(collisions, condition)
     best, *ends = sums.crossing()
-    decided = sums.decided()
+    decided = sums.find_decided()
     decisive_speeds = tuple(sums.speeds[decided].tolist())
     if not sums.count.any():
         return np.nan, np.nan, np.nan, decisive_speeds, ()
     seeds = sums.total.shape[1]
     if seeds > 1:
         draws = np.random.default_rng(0).integers(seeds, size=(RESAMPLES, seeds))
-        resampled_ends = np.array([sums.drawn(draw).crossing()[1:] for draw in draws])
+        resampled_ends = np.array([sums.resample(draw).crossing()[1:] for draw in draws])
         tail = 0.5 * (1.0 - CONFIDENCE)
         ends = [_compute_quantile(resampled_ends[:, n], q) for n, q in ((0, tail), (1, 1.0 - tail))]
     open_speeds = sums.speeds[~decided & (sums.failed.sum(axis=1) > 0)]
@@ -167,7 +167,7 @@ class _Sums:
     ends: tuple[float, float]
 
     @classmethod
-    def of(cls, collisions, condition):
+    def from_collisions(cls, collisions, condition):
         collisions = collisions.transpose("speed", "seed", "impact_parameter", ...)
         hit = np.isfinite(collisions.growth_efficiency.values)
         growth = np.where(hit, collisions.growth_efficiency.values, 0.0)
@@ -178,12 +178,12 @@ class _Sums:
             condition, collisions.speed.values, value.sum(axis=2), hit.sum(axis=2), failed, ends
         )
 
-    def drawn(self, seeds):
+    def resample(self, seeds):
         """The same of pairs that are drawn, by their numbers."""
         arrays = (array[:, seeds] for array in (self.total, self.count, self.failed))
         return _Sums(self.condition, self.speeds, *arrays, self.ends)
 
-    def decided(self):
+    def find_decided(self):
         """True for speeds whose mean is on one side of the limit, however failed ones ended."""
         total, count, failed = (a.sum(axis=1) for a in (self.total, self.count, self.failed))
         largest_count = np.maximum(count + failed, 1)
@@ -208,14 +208,14 @@ class _Sums:
         low and high differ from it where censored speeds leave it open. Not a number without a
         speed that decides.
         """
-        decided = self.decided()
+        decided = self.find_decided()
         speeds, mean = self.course(decided)
         if not len(speeds):
             return (np.nan, 0.0, np.inf) if self.failed.any() else (np.nan,) * 3
         past = np.flatnonzero(self._past(mean))
         n = past[0] if len(past) else len(speeds)
         below, above = ([0.0, *speeds][n], [*speeds, np.inf][n])
-        best = self._between(speeds, mean, n)
+        best = self._interpolate_crossing(speeds, mean, n)
         unknown = self.speeds[~decided & (self.failed.sum(axis=1) > 0)]
         low, high = best, best
         if ((unknown > below) & (unknown < above)).any():
@@ -224,7 +224,7 @@ class _Sums:
             low = float(max(speeds[speeds < unknown.min()], default=0.0))
         return best, low, high
 
-    def _between(self, speeds, mean, n):
+    def _interpolate_crossing(self, speeds, mean, n):
         """Speed before the n-th at which the mean crosses the limit [m/s]."""
         if n in (0, len(speeds)):
             return np.inf if n else 0.0

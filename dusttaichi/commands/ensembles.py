@@ -35,7 +35,7 @@ def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **eng
     of `engine.run`. Raises DustError for invalid input, Interrupted, and, after all output is
     written, GuardStop or DustError for runs that failed.
     """
-    from dusttaichi.analysis.ensemble_tables import missing
+    from dusttaichi.analysis.ensemble_tables import list_missing_numbers
     from dusttaichi.analysis.plain import convert_ensemble
     from dusttaichi.studies.finish import error_of_runs, finish_sweep
 
@@ -57,7 +57,7 @@ def run_sweep(sweep, *, quiet, verbose=False, figures=True, as_json=False, **eng
     else:
         _say_table(data)
         _say_statistics(data)
-    for number_title, label, runs, reason in missing(data):
+    for number_title, label, runs, reason in list_missing_numbers(data):
         write_line(f"no {number_title} for {runs}{f', {label}' if label else ''}: {reason}")
     say_written(results.files, write_line)
     if results.failure:

@@ -27,26 +27,26 @@ def energy(contact, overlap):
 @lru_cache(maxsize=64)  # the runs of a study mostly have the same
 def overlap(contact, speed):
     """Largest overlap [m] of a head-on collision, speed [m/s]."""
-    given = 0.5 * contact.mass * speed**2 + energy(contact, 0.0)
+    energy_available = 0.5 * contact.mass * speed**2 + energy(contact, 0.0)
     low, high = contact.delta0, max(2.0 * contact.delta0, 1e-3 * contact.R)
-    if energy(contact, low) >= given:
+    if energy(contact, low) >= energy_available:
         return low
-    while energy(contact, high) < given:
+    while energy(contact, high) < energy_available:
         low, high = high, 2.0 * high
     while high - low > 1e-12 * high:  # scipy.optimize alone takes longer to import
         trial = np.linspace(low, high, 20)
-        above = np.searchsorted(contact.curve(trial)[1], given)
+        above = np.searchsorted(contact.curve(trial)[1], energy_available)
         low, high = trial[above - 1 : above + 1]
     return float(high)
 
 
-def speed_of_overlap(contact, most):
+def speed_of_overlap(contact, largest_overlap):
     """Speed [m/s] of the head-on collision whose largest overlap is `most` [m].
 
     That overlap counts as at least the overlap at rest.
     """
-    given = energy(contact, most) - energy(contact, 0.0)
-    return sqrt(2.0 * max(given, 0.0) / contact.mass)
+    energy_available = energy(contact, largest_overlap) - energy(contact, 0.0)
+    return sqrt(2.0 * max(energy_available, 0.0) / contact.mass)
 
 
 def breaking_speed(contact):

@@ -36,16 +36,16 @@ def pairs_within(positions, radii, factor=1.0, period=None):
     octave = np.floor(np.log2(radii / np.min(radii))).astype(int)
     groups = [np.flatnonzero(octave == k) for k in np.unique(octave)]
     trees = [scipy.spatial.cKDTree(positions[group], boxsize=period) for group in groups]
-    found = []
-    for a, one in enumerate(groups):
+    pairs = []
+    for a, members in enumerate(groups):
         for b in range(a, len(groups)):
-            reach = factor * (radii[one].max() + radii[groups[b]].max())
+            reach = factor * (radii[members].max() + radii[groups[b]].max())
             near = trees[a].sparse_distance_matrix(trees[b], reach, output_type="ndarray")
-            i, j, distance = one[near["i"]], groups[b][near["j"]], near["v"]
+            i, j, distance = members[near["i"]], groups[b][near["j"]], near["v"]
             keep = distance <= factor * (radii[i] + radii[j])
             keep &= i < j if a == b else True
-            found.append((np.minimum(i, j)[keep], np.maximum(i, j)[keep], distance[keep]))
-    return tuple(np.concatenate(part) for part in zip(*found, strict=True))
+            pairs.append((np.minimum(i, j)[keep], np.maximum(i, j)[keep], distance[keep]))
+    return tuple(np.concatenate(columns) for columns in zip(*pairs, strict=True))
 
 
 def union_area(centres, radius):
@@ -86,9 +86,9 @@ def _union_unequal(centres, radius):
     hidden[np.where(r[i] < r[j], i, j)[within]] = True
     keep = ~(within | hidden[i] | hidden[j])
     i, j = i[keep], j[keep]
-    owner, other = np.concatenate([i, j]), np.concatenate([j, i])
-    towards, d = centres[other] - centres[owner], np.tile(distance[keep], 2)
-    cosine = (d**2 + (r[owner] - r[other]) * (r[owner] + r[other])) / (2.0 * d * r[owner])
+    owner, neighbour = np.concatenate([i, j]), np.concatenate([j, i])
+    towards, d = centres[neighbour] - centres[owner], np.tile(distance[keep], 2)
+    cosine = (d**2 + (r[owner] - r[neighbour]) * (r[owner] + r[neighbour])) / (2.0 * d * r[owner])
     disc, start, end = _free_arcs(len(r), owner, towards, np.arccos(np.clip(cosine, -1.0, 1.0)))
     open_ = ~hidden[disc]
     disc, start, end = disc[open_], start[open_], end[open_]
@@ -146,8 +146,8 @@ def cylinder_volume(positions, radius, axis_xy, cylinder_radius, *, low, high):
     distance = np.hypot(*(positions[:, :2] - np.asarray(axis_xy, float)).T)
     inside = distance + radius <= cylinder_radius
     cut = ~inside & (distance < cylinder_radius + radius) & (high > low)
-    whole = np.maximum(_sphere_below(high, radius) - _sphere_below(low, radius), 0.0)
-    volume = whole[inside].sum()
+    uncut_volumes = np.maximum(_sphere_below(high, radius) - _sphere_below(low, radius), 0.0)
+    volume = uncut_volumes[inside].sum()
     radius = radius[cut][:, None] if np.ndim(radius) else radius
     return float(volume + _cut_volume(low[cut], high[cut], distance[cut], radius, cylinder_radius))
 
@@ -193,7 +193,7 @@ def lens_area(r1, r2, distance):
     return np.where(apart, 0.0, np.where(within, np.pi * np.minimum(r1, r2) ** 2, both))
 
 
-def neighbours_within(positions, radii_in, period=None, most=None):
+def neighbours_within(positions, radii_in, period=None, largest_number=None):
     """Mean number of other grains whose centre is nearer than r_in to that of a grain.
 
     N(r < r_in) of T19 section 4.1 (Fig 10), without the grain in the middle. positions: (N, 3).
@@ -212,11 +212,13 @@ def neighbours_within(positions, radii_in, period=None, most=None):
     # cKDTree also counts equal distances
     nearer = np.nextafter(radii[order], -np.inf).clip(min=0.0)
     centres, images = _with_images(positions, edges, nearer.max(initial=0.0))
-    if most is not None and len(centres) > most:
-        centres = np.random.default_rng(1).choice(centres, most, replace=False)
-    found = scipy.spatial.cKDTree(centres).count_neighbors(scipy.spatial.cKDTree(images), nearer)
+    if largest_number is not None and len(centres) > largest_number:
+        centres = np.random.default_rng(1).choice(centres, largest_number, replace=False)
+    pair_counts = scipy.spatial.cKDTree(centres).count_neighbors(
+        scipy.spatial.cKDTree(images), nearer
+    )
     counts = np.empty(len(radii))
-    counts[order] = found / len(centres) - 1.0
+    counts[order] = pair_counts / len(centres) - 1.0
     return counts
 
 
@@ -228,8 +230,8 @@ def _with_images(positions, edges, reach):
     low, high = positions.min(axis=0) - reach, positions.max(axis=0) + reach
     images = positions
     for axis in periodic:
-        most = int(np.ceil(reach / edges[axis]))
-        shifts = edges[axis] * np.arange(-most, most + 1) * np.eye(3)[axis][:, None]
+        image_count = int(np.ceil(reach / edges[axis]))
+        shifts = edges[axis] * np.arange(-image_count, image_count + 1) * np.eye(3)[axis][:, None]
         images = (images[:, None, :] + shifts.T).reshape(-1, 3)
         images = images[(images[:, axis] >= low[axis]) & (images[:, axis] <= high[axis])]
     return positions, images
@@ -241,7 +243,7 @@ def radius_of_gyration(positions):
     return float(np.sqrt(np.mean(np.sum((positions - positions.mean(axis=0)) ** 2, axis=1))))
 
 
-def connected(pairs, count):
+def label_components(pairs, count):
     """(number of fragments, fragment of each of `count` points (count,)).
 
     pairs: (C, 2) connected points. Fragments are numbered in the order of their first points.
@@ -257,13 +259,15 @@ def connected(pairs, count):
     return len(starts), label
 
 
-def in_one(label, masses, bodies):
+def are_in_same_fragment(label, masses, bodies):
     """True where one fragment has more than half of the mass of both bodies.
 
     label, masses: fragment and mass of each point, (N,). bodies: points of each.
     """
-    shares = [np.bincount(label[b], masses[b], minlength=label.max() + 1) for b in bodies]
-    return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in shares)).any())
+    masses_by_fragment = [
+        np.bincount(label[b], masses[b], minlength=label.max() + 1) for b in bodies
+    ]
+    return bool(np.logical_and(*(mass > 0.5 * mass.sum() for mass in masses_by_fragment)).any())
 
 
 def heaviest_first(label, masses):
@@ -302,8 +306,8 @@ def grains_within(positions, radius, gyration):
     core = np.flatnonzero(np.linalg.norm(positions - positions.mean(axis=0), axis=1) <= reach)
     if len(core) == 0:
         return None
-    most = max(20, int(MOST_DISTANCES / len(positions)))
-    core = core[:: -(-len(core) // most)]
+    largest_core = max(20, int(MOST_DISTANCES / len(positions)))
+    core = core[:: -(-len(core) // largest_core)]
     radii = np.geomspace(3 * radius, largest, SHELLS)
     counts = np.zeros(SHELLS)
     x, y, z = np.ascontiguousarray(positions.T)

@@ -20,16 +20,16 @@ def near(a, b, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np.nd
     cKDTree, in another order.
     """
     if not (len(a) and len(b)):
-        return _joined([])
+        return _join_batches([])
     grid = _Grid((a, b), reach, period)
     points, targets = _Sorted(grid, a), _Sorted(grid, b, images=True)
-    found = []
+    batches = []
     for row in product((-1, 0, 1), repeat=a.shape[1] - 1):
         middle = grid.shift(row)
-        begin, end = targets.between(points.cells + (middle - 1), points.cells + (middle + 1))
+        begin, end = targets.find_range(points.cells + (middle - 1), points.cells + (middle + 1))
         candidates = _Candidates(begin, end, points.counts)
-        found += candidates.close(points, targets, reach, period)
-    return _joined(found)
+        batches += candidates.close(points, targets, reach, period)
+    return _join_batches(batches)
 
 
 def near_pairs(x, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -38,19 +38,19 @@ def near_pairs(x, reach: float, period=None) -> tuple[np.ndarray, np.ndarray, np
     In no particular order.
     """
     if len(x) < 2:
-        return _joined([])
+        return _join_batches([])
     grid = _Grid((x,), reach, period)
     points, targets = _Sorted(grid, x), _Sorted(grid, x, images=True)
-    found = []
+    batches = []
     for row in product((-1, 0, 1), repeat=x.shape[1] - 1):
         if row < (0,) * len(row):
             continue  # each two cells are compared once
-        here, middle = not any(row), grid.shift(row)
-        first = points.cells + (middle if here else middle - 1)
-        begin, end = targets.between(first, points.cells + (middle + 1))
-        candidates = _Candidates(begin, end, points.counts, behind=here)
-        found += candidates.close(points, targets, reach, period)
-    i, j, distance = _joined(found)
+        is_same_row, middle = not any(row), grid.shift(row)
+        first = points.cells + (middle if is_same_row else middle - 1)
+        begin, end = targets.find_range(first, points.cells + (middle + 1))
+        candidates = _Candidates(begin, end, points.counts, behind=is_same_row)
+        batches += candidates.close(points, targets, reach, period)
+    i, j, distance = _join_batches(batches)
     return np.minimum(i, j), np.maximum(i, j), distance
 
 
@@ -68,10 +68,10 @@ def are_apart(x, reach: float, period=None) -> bool:
     return not (near_pairs(x, reach, period)[2] < reach).any()
 
 
-def _joined(found):
-    if not found:
+def _join_batches(batches):
+    if not batches:
         return np.empty(0, int), np.empty(0, int), np.empty(0)
-    return tuple(np.concatenate(part) for part in zip(*found, strict=True))
+    return tuple(np.concatenate(column) for column in zip(*batches, strict=True))
 
 
 class _Grid:
@@ -87,19 +87,19 @@ class _Grid:
         if period is not None:
             self.periodic = np.isfinite(period)
             low, edges = np.where(self.periodic, 0.0, low), np.where(self.periodic, period, edges)
-        most = 2 ** (KEYS // len(low)) - 2
+        largest_number = 2 ** (KEYS // len(low)) - 2
         with np.errstate(divide="ignore", invalid="ignore"):
             cells = np.where(edges > 0.0, edges / (reach * WIDER), 1.0)
-        self.coarse = bool(cells.max() > most)
-        self.cells = np.clip(cells, 1, most).astype(np.int64)
+        self.coarse = bool(cells.max() > largest_number)
+        self.cells = np.clip(cells, 1, largest_number).astype(np.int64)
         self.low, self.size = low, np.where(edges > 0.0, edges, 1.0) / self.cells
         strides = np.cumprod([1, *(self.cells[:0:-1] + 2)])
         self.strides = strides[::-1]
 
-    def places(self, x):
+    def find_cells(self, x):
         """Cells (N, D) of points, from 1 on."""
-        places = ((x - self.low) / self.size).astype(np.int64)
-        return np.clip(places, 0, self.cells - 1) + 1
+        cells = ((x - self.low) / self.size).astype(np.int64)
+        return np.clip(cells, 0, self.cells - 1) + 1
 
     def shift(self, row):
         """Difference of the numbers of two cells that are that far apart along all axes but one."""
@@ -114,10 +114,10 @@ class _Sorted:
     """
 
     def __init__(self, grid, x, *, images=False):
-        places, self.rows = grid.places(x), np.arange(len(x))
+        point_cells, self.rows = grid.find_cells(x), np.arange(len(x))
         if images:
-            places, self.rows = _with_images(grid, places, self.rows)
-        keys = places @ grid.strides
+            point_cells, self.rows = _with_images(grid, point_cells, self.rows)
+        keys = point_cells @ grid.strides
         order = np.argsort(keys, kind="stable")
         self.keys, self.rows = keys[order], self.rows[order]
         self.columns = [np.take(column, self.rows) for column in x.T]
@@ -125,7 +125,7 @@ class _Sorted:
         self.cells = self.keys[self.first]
         self.counts = np.diff(self.first, append=len(self.keys))
 
-    def between(self, low, high):
+    def find_range(self, low, high):
         """Places (begin, end) in the order of the points of cells from `low` to `high`."""
         first = np.append(self.first, len(self.keys))
         begin = first[np.searchsorted(self.cells, low, "left")]
@@ -154,9 +154,9 @@ class _Candidates:
         cuts = np.searchsorted(ends, np.arange(BATCH, total, BATCH))
         for begin, end in zip([0, *cuts], [*cuts, len(ends)], strict=True):
             number = self.number[begin:end]
-            before = np.cumsum(number) - number
+            first_candidates = np.cumsum(number) - number
             i = np.repeat(self.points[begin:end], number)
-            j = np.arange(len(i)) + np.repeat(self.start[begin:end] - before, number)
+            j = np.arange(len(i)) + np.repeat(self.start[begin:end] - first_candidates, number)
             square = np.zeros(len(i))
             for k, (x, y) in enumerate(zip(points.columns, targets.columns, strict=True)):
                 apart = np.abs(x[i] - y[j])
@@ -167,12 +167,12 @@ class _Candidates:
             yield points.rows[i[near]], targets.rows[j[near]], np.sqrt(square[near])
 
 
-def _with_images(grid, places, rows):
+def _with_images(grid, point_cells, rows):
     """Cells and numbers of points, and of the images beside the faces of at least three cells."""
     for axis in np.flatnonzero(grid.periodic & (grid.cells >= 3)):
         for end, beyond in ((1, grid.cells[axis] + 1), (grid.cells[axis], 0)):
-            at_face = np.flatnonzero(places[: len(rows), axis] == end)
-            image = places[at_face]
+            at_face = np.flatnonzero(point_cells[: len(rows), axis] == end)
+            image = point_cells[at_face]
             image[:, axis] = beyond
-            places, rows = np.concatenate([places, image]), np.append(rows, rows[at_face])
-    return places, rows
+            point_cells, rows = np.concatenate([point_cells, image]), np.append(rows, rows[at_face])
+    return point_cells, rows

@@ -48,24 +48,24 @@ class Contacts:
 def matrices(contacts, mass):
     """A and C (see above), sparse (6N, 6N), in sqrt(m) x and sqrt(2/5 m) r theta. mass: (N,)."""
     size, sqrt_mass = len(contacts.r), np.sqrt(mass)
-    own = {name: getattr(contacts, name)[:, None, None] for name in ("r", "R")}
-    own |= {
+    constants = {name: getattr(contacts, name)[:, None, None] for name in ("r", "R")}
+    constants |= {
         k: np.maximum(getattr(contacts, k), 0.0)[:, None, None]
         for k in ("k_n", "k_s", "k_r", "k_t")
     }
-    parts = springs(
-        SimpleNamespace(**own),
+    spring_blocks = springs(
+        SimpleNamespace(**constants),
         contacts.normal,
         contacts.strength[:, None, None],
         contacts.ratio[:, None, None],
     )
     i, j = contacts.grain_i, np.maximum(contacts.grain_j, 0)
-    there = (contacts.grain_j >= 0).astype(float)
+    is_grain = (contacts.grain_j >= 0).astype(float)
     scale = (
         1.0 / sqrt_mass[i],
         sqrt(2.5) / sqrt_mass[i],
-        there / sqrt_mass[j],
-        there * sqrt(2.5) / sqrt_mass[j],
+        is_grain / sqrt_mass[j],
+        is_grain * sqrt(2.5) / sqrt_mass[j],
     )
     first = (6 * i, 6 * i + 3, 6 * j, 6 * j + 3)
 
@@ -78,16 +78,16 @@ def matrices(contacts, mass):
             row.append(np.broadcast_to(number, filled.shape).ravel())
             column.append((start[:, None, None] + np.arange(3) + 0 * number).ravel())
             value.append(filled.ravel())
-        place = (np.concatenate(row), np.concatenate(column))
+        indices = (np.concatenate(row), np.concatenate(column))
         return scipy.sparse.csr_array(
-            (np.concatenate(value), place), shape=(size * m, 6 * len(mass))
+            (np.concatenate(value), indices), shape=(size * m, 6 * len(mass))
         )
 
     A = scipy.sparse.csr_array((6 * len(mass), 6 * len(mass)))
-    for k, *blocks in parts:
+    for k, *blocks in spring_blocks:
         B = rows(np.sqrt(k), *blocks)
         A = A + B.T @ B
-    B = rows(np.ones((size, 1, 1)), *parts[0][1:])
+    B = rows(np.ones((size, 1, 1)), *spring_blocks[0][1:])
     return A.tocsr(), (B.T @ scipy.sparse.diags_array(contacts.kappa) @ B).tocsr()
 
 
@@ -98,10 +98,10 @@ def largest(matrix):
     if matrix.shape[0] <= DENSE:
         return max(0.0, float(np.linalg.eigvalsh(matrix.toarray())[-1]))
     start = np.random.default_rng(1).normal(size=matrix.shape[0])
-    found = scipy.sparse.linalg.eigsh(
+    eigenvalues = scipy.sparse.linalg.eigsh(
         matrix, k=1, which="LA", tol=1e-4, v0=start, return_eigenvectors=False
     )
-    return max(0.0, float(found[0]))
+    return max(0.0, float(eigenvalues[0]))
 
 
 def limit(contacts, mass):

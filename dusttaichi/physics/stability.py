@@ -28,14 +28,16 @@ def close_packed(n):
         (side * np.cos(a), side * np.sin(a), -height) for a in pi / 2 + np.arange(3) * 2 * pi / 3
     ]
     sites = np.array([(0.0, 0.0, 0.0), *ring, *upper, *lower])
-    chosen = [0]
-    while len(chosen) < min(n, 13):
-        rest = [k for k in range(13) if k not in chosen]
-        links = [np.sum(np.linalg.norm(sites[chosen] - sites[k], axis=1) < 1.01) for k in rest]
-        chosen.append(rest[int(np.argmax(links))])
-    found = sites[chosen]
-    found.setflags(write=False)  # every later caller gets the same array
-    return found
+    selection = [0]
+    while len(selection) < min(n, 13):
+        candidates = [k for k in range(13) if k not in selection]
+        links = [
+            np.sum(np.linalg.norm(sites[selection] - sites[k], axis=1) < 1.01) for k in candidates
+        ]
+        selection.append(candidates[int(np.argmax(links))])
+    centres = sites[selection]
+    centres.setflags(write=False)  # every later caller gets the same array
+    return centres
 
 
 @cache
@@ -47,9 +49,9 @@ def on_a_wall(n):
     sites = close_packed(13)
     sites = sites[sites[:, 2] > -0.1]
     order = np.argsort(np.linalg.norm(sites, axis=1), kind="stable")
-    found = sites[order[: min(n, 10)]]
-    found.setflags(write=False)
-    return found
+    centres = sites[order[: min(n, 10)]]
+    centres.setflags(write=False)
+    return centres
 
 
 def stiffness_matrix(centres, pair, walls=()):
@@ -94,10 +96,10 @@ def stiffness(contact, name):
 
     With the part that its further effects add (`STIFFNESS`: kind of spring -> their number).
     """
-    own, effects = getattr(contact, name), getattr(contact, "interaction", None)
+    base_stiffness, effects = getattr(contact, name), getattr(contact, "interaction", None)
     effects = () if effects is None else effects.effects
     added = [getattr(law_of("effects", effect), "STIFFNESS", {}) for effect in effects]
-    return own + sum(contact.numbers[number[name]] for number in added if name in number)
+    return base_stiffness + sum(contact.numbers[number[name]] for number in added if name in number)
 
 
 def springs(contact, n, strength=1.0, ratio=1.0):
@@ -147,22 +149,24 @@ def clusters(pair, wall, grains, strengths):
     out = [stiffness_matrix(close_packed(grains), pair)] if grains > 1 else []
     if strengths is None:
         return out
-    there = [(axis, s) for axis, s in zip(AXES, strengths, strict=True) if s is not None]
+    present_walls = [(axis, s) for axis, s in zip(AXES, strengths, strict=True) if s is not None]
     if grains <= FEW:
         sites = close_packed(grains)
-        walls = [(wall, axis, s, range(len(sites))) for axis, s in there]
+        walls = [(wall, axis, s, range(len(sites))) for axis, s in present_walls]
         return [*out, stiffness_matrix(sites, pair, walls)]
     sites = on_a_wall(grains)
     layer = np.flatnonzero(np.abs(sites[:, 2]) < 0.1)
-    strongest = max(s for _, s in there)
+    strongest = max(s for _, s in present_walls)
     out.append(stiffness_matrix(sites, pair, [(wall, (0, 0, 1), strongest, layer)]))
     # a corner: the walls of three axes, and the neighbours along them
     corner = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
     walls = []
     for k in range(3):
-        here = [s for axis, s in there if axis[k]]
-        if here:
-            walls.append((wall, np.eye(3)[k], max(here), np.flatnonzero(corner[:, k] < 0.5)))
+        strengths_of_axis = [s for axis, s in present_walls if axis[k]]
+        if strengths_of_axis:
+            walls.append(
+                (wall, np.eye(3)[k], max(strengths_of_axis), np.flatnonzero(corner[:, k] < 0.5))
+            )
     return [*out, stiffness_matrix(corner, pair, walls)]
 
 
@@ -173,11 +177,11 @@ def stiffest(mass, pair, wall, grains, strengths=None):
     pair, wall: ContactConstants. strengths: factor on the springs (but the normal one) of the six
     walls, None for one left out.
     """
-    found = clusters(pair, wall, grains, strengths)
-    if not found:
+    matrices = clusters(pair, wall, grains, strengths)
+    if not matrices:
         return float("inf"), 0.0
-    omega = max(highest_frequency(K, mass) for K, _ in found)
-    return 2.0 * pi / omega, max(highest(C, mass) for _, C in found)
+    omega = max(highest_frequency(K, mass) for K, _ in matrices)
+    return 2.0 * pi / omega, max(highest(C, mass) for _, C in matrices)
 
 
 def damped_limit(mass, pair, wall, grains, strengths=None):

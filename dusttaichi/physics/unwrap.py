@@ -4,7 +4,7 @@ import numpy as np
 import scipy
 
 
-def unwrapped(positions, pairs, starts, nearest):
+def unwrap_fragments(positions, pairs, starts, nearest):
     """Positions (N, 3) for which fragments are not cut by the faces of a periodic cell.
 
     pairs: (C, 2) connected points. starts: a point of each fragment, which does not move; other

@@ -158,7 +158,7 @@ def _compute_bands(data, apart, name, **selected):
         bands(data.isel(replica=[n]), name, **selected) for n in range(data.sizes["replica"])
     ]
     return [
-        band.named(f"replica {n}")
+        band.with_label(f"replica {n}")
         for n, replica_bands in enumerate(bands_by_replica)
         for band in replica_bands
     ]

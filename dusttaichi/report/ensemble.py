@@ -34,7 +34,7 @@ def collect_ensemble_data(data, file):
     figures = plots.draw_figures(data, failed)
     missing_lines = [
         f"no {quantity}{label and f', {label}'} ({runs}): {problem}"
-        for quantity, label, runs, problem in tables.missing(data)
+        for quantity, label, runs, problem in tables.list_missing_numbers(data)
     ]
     missing_lines += [f"figure not drawn: {title}: {problem}" for title, problem in failed]
     statistics_lines = [

@@ -64,19 +64,19 @@ def collide(targets: np.ndarray, projectiles: np.ndarray, distance: float, rng) 
     joined = np.empty((len(targets), targets.shape[1] + projectiles.shape[1], 3))
     waiting = np.arange(len(targets))
     while len(waiting):
-        one = _turned(targets[waiting], rng)
-        other = _turned(projectiles[waiting], rng)
-        reach = _outer(one) + _outer(other) + distance
-        other[..., :2] += (random_in_disc(rng, len(waiting)) * reach[:, None])[:, None]
-        flight = first_touch(one, other, distance)
+        first = _rotate_randomly(targets[waiting], rng)
+        second = _rotate_randomly(projectiles[waiting], rng)
+        reach = _outer(first) + _outer(second) + distance
+        second[..., :2] += (random_in_disc(rng, len(waiting)) * reach[:, None])[:, None]
+        flight = first_touch(first, second, distance)
         hit = np.isfinite(flight)
-        other[hit, :, 2] -= flight[hit, None]
-        joined[waiting[hit]] = np.concatenate([one[hit], other[hit]], axis=1)
+        second[hit, :, 2] -= flight[hit, None]
+        joined[waiting[hit]] = np.concatenate([first[hit], second[hit]], axis=1)
         waiting = waiting[~hit]
     return joined - joined.mean(axis=1, keepdims=True)
 
 
-def _turned(bodies, rng) -> np.ndarray:
+def _rotate_randomly(bodies, rng) -> np.ndarray:
     return np.einsum("cij,cnj->cni", random_rotations(rng, len(bodies)), bodies)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import connected
+from dusttaichi.physics.geometry import label_components
 from dusttaichi.samples.sample import extent
 from dusttaichi.samples.values import edges_of, exactly_one, shape_of
 from dusttaichi.scene.fields import Faults
@@ -81,7 +81,8 @@ def measures(sample, grains, radii, period=None, on_floor: bool = False) -> dict
     grains: mixture.Grains, radii: theirs, or one number [m]; period: edges (3,) [m] of a periodic
     cell.
     """
-    fragment_count, labels = connected(grains.touching(sample.positions, period), len(sample))
+    pairs = grains.touching(sample.positions, period)
+    fragment_count, labels = label_components(pairs, len(sample))
     info = {"pieces": int(fragment_count), "largest_piece": int(np.bincount(labels).max())}
     if on_floor:
         lowest = sample.positions[:, 2] == radii

@@ -16,8 +16,8 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import (
     AXES,
     LYING,
-    connected,
     heaviest_first,
+    label_components,
     nearest_image,
     pairs_within,
 )
@@ -202,7 +202,7 @@ def _select_largest_fragment(sample: Sample, radii, materials: Materials) -> Sam
     if sample.contacts is not None:
         stored_pairs = np.column_stack([sample.contacts["i"], sample.contacts["j"]])
         pairs = np.concatenate([pairs, stored_pairs])
-    _, label = connected(pairs, len(sample))
+    _, label = label_components(pairs, len(sample))
     masses = np.broadcast_to(materials.masses(sample), len(sample))
     return extraction.select_grains(
         sample, np.flatnonzero(label == heaviest_first(label, masses)[0])

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from dusttaichi.physics.geometry import AXES, connected, heaviest_first, pairs_within
-from dusttaichi.physics.unwrap import crossings, unwrapped
+from dusttaichi.physics.geometry import AXES, heaviest_first, label_components, pairs_within
+from dusttaichi.physics.unwrap import crossings, unwrap_fragments
 from dusttaichi.samples.extraction import FARTHEST
 from dusttaichi.samples.images import OPEN, Cell
 from dusttaichi.samples.sample import (
@@ -48,7 +48,7 @@ def describe(sample: Sample, radius, touch: float | None, cell: Cell = OPEN) -> 
         number `percolating` and their axes `along`, "x y z".
     """
     pairs = pairs_in_contact(sample, touch, radius, cell)
-    number, label = connected(pairs, len(sample))
+    number, label = label_components(pairs, len(sample))
     info = {
         "filling_factor": filling_factor(sample, radius, cell),
         "filling_factor_in": volume(sample, radius, cell)[1],
@@ -57,7 +57,7 @@ def describe(sample: Sample, radius, touch: float | None, cell: Cell = OPEN) -> 
     }
     body, body_radius, across = sample, radius, np.zeros(3, bool)
     if len(cell.axes):
-        x = unwrapped(sample.positions, pairs, _find_first_grains(label), cell.nearest)
+        x = unwrap_fragments(sample.positions, pairs, _find_first_grains(label), cell.nearest)
         percolates = _find_percolation(x, pairs, label, cell)
         if percolates.any():
             info["network"]["percolating"] = int(percolates.any(axis=1).sum())

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import WALLS, connected, heaviest_first
-from dusttaichi.physics.unwrap import unwrapped
+from dusttaichi.physics.geometry import WALLS, heaviest_first, label_components
+from dusttaichi.physics.unwrap import unwrap_fragments
 from dusttaichi.samples.files import remarks_on_reading, unread_of
 from dusttaichi.samples.sample import Sample
 
@@ -24,7 +24,7 @@ def extract_fragment(sample: Sample, wall_contacts, which, *, pairs, nearest, ma
     contact. masses: (N,). nearest: maps distance vectors [m] to those to the nearest image, so that
     the fragment is not cut by the faces of its cell. Raises DustError for one that there is not.
     """
-    number, label = connected(pairs, len(sample))
+    number, label = label_components(pairs, len(sample))
     order = heaviest_first(label, masses)
     rank = 0 if which == LARGEST else which
     if rank >= number:
@@ -33,7 +33,7 @@ def extract_fragment(sample: Sample, wall_contacts, which, *, pairs, nearest, ma
             f"{number - 1}, or {LARGEST}."
         )
     members = np.flatnonzero(label == order[rank])
-    positions = unwrapped(sample.positions, pairs, members[:1], nearest)
+    positions = unwrap_fragments(sample.positions, pairs, members[:1], nearest)
     if wall_contacts is not None:
         rows = np.isin(wall_contacts["grain"], members)
         wall_contacts = _renumber(wall_contacts, rows, members, ("grain",))

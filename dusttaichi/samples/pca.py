@@ -74,10 +74,10 @@ class PcaSample(MixtureBlock):
         radius, grains = scene.material.radius, self.grains
         if self.shape != "aggregate":
             grains = _guessed_grains(self, radius, cut.proportions(self, radius))
-        each, square = SECONDS
+        seconds_per_grain, seconds_per_square = SECONDS
         if is_mixture(self) or self.cluster > 1 or self.impact_parameter is not None:
-            square *= SLOWER
-        return Cost("N^2", each * grains + square * grains**2)
+            seconds_per_square *= SLOWER
+        return Cost("N^2", seconds_per_grain * grains + seconds_per_square * grains**2)
 
     def faults(self) -> Faults:
         yield from cut.faults(self)
@@ -113,21 +113,21 @@ class Aggregate:
         u, v = find_perpendicular(directions)
         starts = off[:, :1] * u + off[:, 1:] * v - cover * directions
         hits = ballistic.first_hits(self.positions, starts, directions, distance, 2 * cover)
-        new = np.empty((shots, 3))
+        landed = np.empty((shots, 3))
         count = 0
         for start, direction, hit in zip(starts, directions, hits, strict=True):
-            apart = new[:count] - start
+            apart = landed[:count] - start
             along = apart @ direction
             across_squared = ((apart - along[:, None] * direction) ** 2).sum(axis=1)
             hit = flight_length(along, across_squared, distance).min(initial=hit)
             if hit == np.inf:
                 continue
-            new[count] = start + hit * direction
-            self.reach = max(self.reach, float(np.linalg.norm(new[count])))
+            landed[count] = start + hit * direction
+            self.reach = max(self.reach, float(np.linalg.norm(landed[count])))
             count += 1
             if self.reach + distance > cover:
                 break
-        self.positions = np.concatenate([self.positions, new[:count]])
+        self.positions = np.concatenate([self.positions, landed[:count]])
 
 
 @register(PcaSample)
@@ -151,7 +151,7 @@ def make(spec: PcaSample, materials: Materials) -> Sample:
         positions = aggregate.positions[: spec.grains]
         positions = positions - positions.mean(axis=0)
     else:
-        positions = _cut(spec, materials.radius, aggregate, rng)
+        positions = _grow_cut(spec, materials.radius, aggregate, rng)
     grains = Crowd(spec, materials, rng).draw(len(positions), rng)
     info = {"kind": "pca", "shape": spec.shape, "seed": int(spec.seed), "grains": len(positions)}
     info["aggregated"] = len(aggregate.positions)
@@ -172,50 +172,50 @@ def _one_by_one(spec, materials: Materials, rng) -> Sample:
     edges = cut.proportions(spec, radius)
     _check_grains(_guessed_grains(spec, radius, edges) * SLOWER)
     grown = ballistic.Aggregate(draw_grains(spec, materials, 1, rng), spec.impact_parameter)
-    needed = None
-    while needed is None:
+    factor = None
+    while factor is None:
         tell(len(grown.positions))
         for _ in range(max(20, len(grown.positions) // 10)):
             grown.add(np.zeros((1, 3)), draw_grains(spec, materials, 1, rng), rng)
         scale = cut.scale(grown.positions, spec.shape, edges, grown.grains.radii, centred=True)
-        needed = _settled(spec, edges, scale, grown.reach)
-    inside = np.flatnonzero(scale <= needed)
+        factor = _find_settled_factor(spec, edges, scale, grown.reach)
+    inside = np.flatnonzero(scale <= factor)
     if len(inside) == 0:
         raise cut.nothing_inside(edges, radius, spec.seed)
-    x = grown.positions[inside] + [0.0, 0.0, needed * edges[2] / 2]
+    x = grown.positions[inside] + [0.0, 0.0, factor * edges[2] / 2]
     info |= {"grains": len(inside), "aggregated": len(scale)}
     return place_grains(x, grown.grains.select(inside), materials, info)
 
 
-def _cut(spec, radius, aggregate: Aggregate, rng) -> np.ndarray:
+def _grow_cut(spec, radius, aggregate: Aggregate, rng) -> np.ndarray:
     edges = cut.proportions(spec, radius)
     _check_grains(_guessed_grains(spec, radius, edges))
-    needed = None
-    while needed is None:
+    factor = None
+    while factor is None:
         aggregate.shoot(rng)
         tell(len(aggregate.positions))
         scale = cut.scale(aggregate.positions, spec.shape, edges, radius, centred=True)
-        needed = _settled(spec, edges, scale, aggregate.reach)
-    return aggregate.positions[scale <= needed] + [0.0, 0.0, needed * edges[2] / 2]
+        factor = _find_settled_factor(spec, edges, scale, aggregate.reach)
+    return aggregate.positions[scale <= factor] + [0.0, 0.0, factor * edges[2] / 2]
 
 
-def _settled(spec, edges, scale, reach) -> float | None:
+def _find_settled_factor(spec, edges, scale, reach) -> float | None:
     """Factor on the edges of the cut, once no more grains come to rest in it; None before.
 
     scale: smallest factor for each grain; reach: of the aggregate [m].
     """
     if spec.grains is None:
-        needed = 1.0
+        factor = 1.0
     elif len(scale) > spec.grains:
-        needed = np.partition(scale, spec.grains - 1)[spec.grains - 1]
+        factor = np.partition(scale, spec.grains - 1)[spec.grains - 1]
     else:
         return None
     last = scale[int((1 - LAST) * len(scale)) :]
     # corners of the cut beyond the reach of the aggregate would be empty
-    corner = needed * np.linalg.norm(edges * _corner(spec.shape)) / 2
-    latecomers = np.count_nonzero(last <= needed)
-    done = reach > corner and latecomers <= FEW * np.count_nonzero(scale <= needed)
-    return needed if done else None
+    corner = factor * np.linalg.norm(edges * _corner(spec.shape)) / 2
+    latecomers = np.count_nonzero(last <= factor)
+    is_settled = reach > corner and latecomers <= FEW * np.count_nonzero(scale <= factor)
+    return factor if is_settled else None
 
 
 def _corner(shape: str) -> np.ndarray:

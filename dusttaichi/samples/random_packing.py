@@ -124,9 +124,9 @@ def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | 
         apart = at[i] - at[j]
         apart -= box * np.round(apart / box)
         length = np.sqrt((apart**2).sum(axis=1))
-        wanted = (grains.distance(i, j) + margin) / unit
-        overlap = np.maximum(1.0 - length / wanted, 0.0)
-        push = (overlap / np.maximum(length, 1e-12) / wanted)[:, None] * apart
+        equilibrium = (grains.distance(i, j) + margin) / unit
+        overlap = np.maximum(1.0 - length / equilibrium, 0.0)
+        push = (overlap / np.maximum(length, 1e-12) / equilibrium)[:, None] * apart
         n = len(at)
         gradient = np.column_stack(
             [np.bincount(j, push[:, k], n) - np.bincount(i, push[:, k], n) for k in range(3)]
@@ -137,14 +137,14 @@ def _pushed_apart(points, period, grains: Grains, crowd: Crowd) -> np.ndarray | 
         tell(number, MOST_ROUNDS)
         if _apart(x, box, grains, unit):
             return np.mod(x, box) * unit
-        found = scipy.optimize.minimize(
+        minimum = scipy.optimize.minimize(
             energy,
             x.reshape(-1),
             jac=True,
             method="L-BFGS-B",
             options={"maxfun": ROUND, "maxiter": ROUND, "ftol": 0.0, "gtol": 0.0, "maxcor": 20},
         )
-        x = np.mod(found.x.reshape(-1, 3), box)
+        x = np.mod(minimum.x.reshape(-1, 3), box)
     return None
 
 

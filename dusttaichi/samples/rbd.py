@@ -165,18 +165,18 @@ class Deposit:
             apart -= period * np.round(apart / period)
             square += apart**2
         touch = self.grains.distance(upper, lower)
-        left = touch**2 - square
-        able = left > 0
-        return upper[able], lower[able], np.sqrt(left[able])
+        square_height = touch**2 - square
+        able = square_height > 0
+        return upper[able], lower[able], np.sqrt(square_height[able])
 
     def _raise_landing(self, xy: np.ndarray, z: np.ndarray, grains: Grains) -> None:
         least = self.crowd.least(grains)
         within = least - self._half_diagonal
         if within.max(initial=0.0) <= 0.0:
             return
-        beside = np.ceil(within.max() / self._cell_edges + 0.5).astype(int)
-        numbers, squares = zip(*map(self._cells_beside, (0, 1), xy.T, beside), strict=True)
-        for m, n in product(*(range(2 * most + 1) for most in beside)):
+        cell_reaches = np.ceil(within.max() / self._cell_edges + 0.5).astype(int)
+        numbers, squares = zip(*map(self._cells_beside, (0, 1), xy.T, cell_reaches), strict=True)
+        for m, n in product(*(range(2 * cell_reach + 1) for cell_reach in cell_reaches)):
             apart = np.sqrt(squares[0][m] + squares[1][n])
             rows = np.flatnonzero(apart <= within)
             reached = (apart[rows] + self._half_diagonal) ** 2
@@ -184,11 +184,11 @@ class Deposit:
             cells = numbers[0][m][rows] * self._landing.shape[1] + numbers[1][n][rows]
             np.maximum.at(self._landing.reshape(-1), cells, z[rows] + rise)
 
-    def _cells_beside(self, axis, x, beside):
-        """Numbers of cells up to `beside` from that of each x, and squares of distances [m^2]."""
+    def _cells_beside(self, axis, x, cell_reach):
+        """Cells up to `cell_reach` from that of each x, and squares of their distances [m^2]."""
         cells, period = self._landing.shape[axis], self.period[axis]
         at, numbers, squares = (x / self._cell_edges[axis]).astype(int), [], []
-        for shift in range(-beside, beside + 1):
+        for shift in range(-cell_reach, cell_reach + 1):
             number = (at + shift) % cells
             apart = np.abs(x - (number + 0.5) * self._cell_edges[axis])
             numbers.append(number)
@@ -197,16 +197,16 @@ class Deposit:
 
     def _forget_covered(self) -> None:
         """Remove grains out of reach: all around them drops rest higher than on their tops."""
-        beside = np.ceil(self.widest / self._cell_edges).astype(int)
+        cell_reaches = np.ceil(self.widest / self._cell_edges).astype(int)
         lowest = self._landing
-        for axis, most in enumerate(beside):
-            shifts = (np.roll(lowest, shift, axis) for shift in range(-most, most + 1))
+        for axis, cell_reach in enumerate(cell_reaches):
+            shifts = (np.roll(lowest, n, axis) for n in range(-cell_reach, cell_reach + 1))
             lowest = functools.reduce(np.minimum, shifts)
         x, y, z = self.positions[self._reachable].T
         cell_x = np.minimum((x / self._cell_edges[0]).astype(int), lowest.shape[0] - 1)
         cell_y = np.minimum((y / self._cell_edges[1]).astype(int), lowest.shape[1] - 1)
-        most = self.crowd.most(self.grains.select(self._reachable), self.largest)
-        top = z + most * (1 + ROUNDING)
+        heights = self.crowd.most(self.grains.select(self._reachable), self.largest)
+        top = z + heights * (1 + ROUNDING)
         self._reachable = self._reachable[lowest[cell_x, cell_y] < top]
 
 
@@ -230,26 +230,26 @@ def make(spec: RbdSample, materials: Materials) -> Sample:
         edges, least = cut.proportions(spec, crowd.radius), LEAST_PERIOD * crowd.radius
         least = max(least, 8.0 * crowd.largest)
         if spec.grains is None:
-            period, height, needed = np.maximum(edges[:2], least), edges[2], 1.0
+            period, height, factor = np.maximum(edges[:2], least), edges[2], 1.0
         else:
             width = width or _guessed_width(spec, crowd.radius)
-            period, height, needed = max(1.1 * width, least), spec.aspect * width, math.inf
+            period, height, factor = max(1.1 * width, least), spec.aspect * width, math.inf
         _check_drops(np.broadcast_to(period, 2), spec.base + height, crowd.radius)
         deposit = Deposit(period, crowd)
-        while deposit.complete_below <= spec.base + needed * edges[2] - crowd.smallest:
+        while deposit.complete_below <= spec.base + factor * edges[2] - crowd.smallest:
             _drop_batch(deposit, rng)
-            tell(deposit.complete_below, spec.base + min(needed * edges[2], height))
+            tell(deposit.complete_below, spec.base + min(factor * edges[2], height))
             if spec.grains is not None and len(deposit.positions) >= spec.grains:
                 scale, last = _scale(deposit, spec, edges), spec.grains - 1
-                needed = np.partition(scale, last)[last]
-        if spec.grains is None or needed <= period:
+                factor = np.partition(scale, last)[last]
+        if spec.grains is None or factor <= period:
             break
-        width = 1.5 * max(period, min(needed, 2 * period))
+        width = 1.5 * max(period, min(factor, 2 * period))
     scale = _scale(deposit, spec, edges)
     inside = scale <= 1.0
     if spec.grains is not None:
         inside = np.sort(np.argsort(scale, kind="stable")[: spec.grains])
-    positions, grains = _placed(deposit, spec)[inside], deposit.grains.select(inside)
+    positions, grains = _place_about_axis(deposit, spec)[inside], deposit.grains.select(inside)
     if len(positions) == 0:
         raise cut.nothing_inside(edges, crowd.radius, spec.seed)
     return _sample(spec, materials, (positions, grains), {"deposited": len(scale)})
@@ -265,7 +265,7 @@ def _one_period(spec, materials: Materials) -> Sample:
     crowd = Crowd(spec, materials, rng)
     edges = cut.proportions(spec, crowd.radius)
     if spec.grains is not None:
-        edges = edges * _guessed_width(spec, crowd.radius, beside=0.0)
+        edges = edges * _guessed_width(spec, crowd.radius, margin=0.0)
     if edges[:2].min() < 4.0 * crowd.largest:
         raise DustError(
             f"sample.periodic: the deposit, {cut.in_um(edges[:2])} wide, is narrower than two "
@@ -278,7 +278,7 @@ def _one_period(spec, materials: Materials) -> Sample:
         tell(deposit.complete_below, spec.base + min(top, edges[2]))
         if spec.grains is not None and len(deposit.positions) >= spec.grains:
             top = np.partition(_tops(deposit, spec), spec.grains - 1)[spec.grains - 1]
-    x, tops = _placed(deposit, spec), _tops(deposit, spec)
+    x, tops = _place_about_axis(deposit, spec), _tops(deposit, spec)
     lowest = np.flatnonzero(tops <= top)
     if spec.grains is not None:
         lowest = np.sort(np.argsort(tops, kind="stable")[: spec.grains])
@@ -306,7 +306,7 @@ def _sample(spec, materials, body, info) -> Sample:
 
 def _scale(deposit, spec, edges):
     """Factors (N,) on the edges of the cut with which each grain is just inside."""
-    x, radii = _placed(deposit, spec), deposit.grains.radii
+    x, radii = _place_about_axis(deposit, spec), deposit.grains.radii
     return np.where(x[:, 2] >= radii, cut.scale(x, spec.shape, edges, radii), math.inf)
 
 
@@ -330,13 +330,13 @@ def _drop_batch(deposit: Deposit, rng) -> None:
     deposit.drop(np.minimum(rng.random((n, 2)) * deposit.period, below), grains)
 
 
-def _placed(deposit: Deposit, spec) -> np.ndarray:
+def _place_about_axis(deposit: Deposit, spec) -> np.ndarray:
     """Positions (N, 3) [m] about the axis, above the base."""
     return deposit.positions - np.append(deposit.period / 2, spec.base)
 
 
-def _guessed_width(spec, radius, beside=2.0) -> float:
+def _guessed_width(spec, radius, margin=2.0) -> float:
     """Width of the cut at bulk density; whole grains need 2 r beside their centres."""
     area = math.pi / 4 if spec.shape == "cylinder" else 1.0
     centres = spec.grains * 4 / 3 * math.pi / (BULK * area * spec.aspect)
-    return radius * max(centres ** (1 / 3) + beside, 2.0 / spec.aspect)
+    return radius * max(centres ** (1 / 3) + margin, 2.0 / spec.aspect)

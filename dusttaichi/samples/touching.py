@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dusttaichi.physics.geometry import connected
+from dusttaichi.physics.geometry import label_components
 from dusttaichi.samples.description import format_counts
 from dusttaichi.samples.images import find_cell
 from dusttaichi.samples.materials import Materials
@@ -72,7 +72,7 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
     x = change.pop("positions", sample.positions)
     info = dict(sample.info)
     i, j = grains.cell.pairs(x, grains.radii).T
-    fragments = int(connected(np.column_stack([i, j]), len(sample))[0])
+    fragments = int(label_components(np.column_stack([i, j]), len(sample))[0])
     touching = {"contacts": len(i), "fragments": fragments, **change}
     touching["text"] = format_counts(touching)
     texts = []

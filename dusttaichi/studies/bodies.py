@@ -8,7 +8,7 @@ from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.grains.contacts import contact_state, wall_contact_state
 from dusttaichi.grains.measure import grain_state
-from dusttaichi.physics.geometry import connected, in_one
+from dusttaichi.physics.geometry import are_in_same_fragment, label_components
 from dusttaichi.samples.materials import Materials
 
 
@@ -75,7 +75,7 @@ class TwoBodies:
         """Fragment of each grain (N,): sets of grains connected by contacts."""
         pairs = contact_state(self.sim.sim)
         pairs = np.column_stack([pairs["grain_i"], pairs["grain_j"]])
-        return connected(pairs, len(self.masses))[1]
+        return label_components(pairs, len(self.masses))[1]
 
     def is_one(self):
         """True while one fragment has more than half of the mass of both, or touches the wall."""
@@ -83,4 +83,4 @@ class TwoBodies:
             return len(wall_contact_state(self.sim.sim)["grain"]) > 0
         label = self.fragment_of()
         mean = np.bincount(label, self.masses) / np.bincount(label)
-        return in_one(label, mean[label], self.bodies)
+        return are_in_same_fragment(label, mean[label], self.bodies)

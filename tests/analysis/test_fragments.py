@@ -144,7 +144,7 @@ def test_growth_efficiency_and_spectrum(tmp_path):
         one = 4 / 3 * np.pi * R**3 * snapshots.DENSITY
         np.testing.assert_allclose(spectrum.mass / one, [1, 1, 1, 6, 11])
         assert spectrum.count.tolist() == [5, 4, 3, 2, 1]
-        np.testing.assert_allclose(spectrum.share, np.array([20, 19, 18, 17, 11]) / 20)
+        np.testing.assert_allclose(spectrum.mass_fraction, np.array([20, 19, 18, 17, 11]) / 20)
         assert spectrum.histogram.tolist() == [3, 0, 1, 1] and len(spectrum.edges) == 5
         (axes,) = plots.mass_spectrum([spectrum], ["made"]).axes
         assert "fragments" in axes.get_ylabel() and axes.get_xscale() == "log"
@@ -265,7 +265,8 @@ def test_restitution_of_two_aggregates(tmp_path, after, offset, before, back):
         result = analysis.measure_restitution(run)
         assert not result.sticks
         # floats as they were put in
-        assert (result.before, result.after) == (pytest.approx(before), pytest.approx(back))
+        speeds = result.approach_speed, result.separation_speed
+        assert speeds == (pytest.approx(before), pytest.approx(back))
         assert result.coefficient == pytest.approx(back / before)
         if not offset:
             np.testing.assert_allclose(np.abs(result.normal), [1.0, 0.0, 0.0], atol=1e-12)
@@ -304,7 +305,8 @@ def test_restitution_on_a_moving_wall(tmp_path, wall, axis, sign):
     frames.append(frames[-1] | {"touching": [(0, side)]})
     with opened(tmp_path, frames, box=np.full(6, NAN), dt=dt) as run:
         result = analysis.measure_wall_restitution(run, wall, last=18)
-        assert result.before == pytest.approx(1.2) and result.after == pytest.approx(0.6)
+        speeds = result.approach_speed, result.separation_speed
+        assert speeds == (pytest.approx(1.2), pytest.approx(0.6))
         assert result.coefficient == pytest.approx(0.5) and not result.sticks
         assert analysis.measure_wall_restitution(run, wall).sticks
         with pytest.raises(DustError, match=f"have not touched the wall {wall}"):

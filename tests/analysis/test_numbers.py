@@ -84,9 +84,9 @@ def test_an_error_is_named_and_the_rest_is_measured(tmp_path, monkeypatch):
         Observable(name="whole", title="a whole row", value=lambda run: 3),
     )
     monkeypatch.setitem(
-        shown.NUMBERS.added, "mine", Family(name="mine", title="mine", place=1, numbers=rows)
+        shown.NUMBERS.added, "mine", Family(name="mine", title="mine", order=1, numbers=rows)
     )
-    lost = Family(name="lost", title="a lost family", place=2, numbers=(), measure=wrong)
+    lost = Family(name="lost", title="a lost family", order=2, numbers=(), measure=wrong)
     monkeypatch.setitem(shown.NUMBERS.added, "lost", lost)
     run = analysis.open_run(made(tmp_path / "result.nc"))
     found = analysis.tabulate(analysis.summarise(run))
@@ -97,7 +97,9 @@ def test_an_error_is_named_and_the_rest_is_measured(tmp_path, monkeypatch):
     ]
     assert len(convert_runs([run])["runs"][0]["problems"]) == 2
     assert len(analysis.compare([run])[0]["problems"]) == 2
-    ((what, _, count, why),) = tables.missing(analysis.gather([run], attrs={"title": "made"}))
+    ((what, _, count, why),) = tables.list_missing_numbers(
+        analysis.gather([run], attrs={"title": "made"})
+    )
     assert (what, count) == ("number", "1 of 1 runs") and "a lost family: IndexError" in why
 
 
@@ -108,7 +110,7 @@ def test_why_there_is_none(tmp_path):
     found = convert_runs([short])["runs"][0]["numbers"]
     assert found["p_m"]["value"] is None and found["p_m"]["why"]
     data = analysis.gather([short], attrs={"title": "made"})
-    assert tables.missing(data) == [("fit", "", "1 of 1 runs", found["p_m"]["why"])]
+    assert tables.list_missing_numbers(data) == [("fit", "", "1 of 1 runs", found["p_m"]["why"])]
 
 
 def test_names_are_unique_and_what_rows_refer_to_is_there():
@@ -116,11 +118,11 @@ def test_names_are_unique_and_what_rows_refer_to_is_there():
     assert len(names) == len(set(names))
     with pytest.raises(ValueError, match="there is a number p_m"):
         numbers.register(
-            Family(name="x", title="x", place=1, numbers=(Observable(name="p_m", title="x"),))
+            Family(name="x", title="x", order=1, numbers=(Observable(name="p_m", title="x"),))
         )
     known, figures = numbers.index_observables(), {row.name for row in plots.list_figures()}
     for number in known.values():
-        assert {number.error, number.why} - {""} <= known.keys(), number.name
+        assert {number.error, number.reason_row} - {""} <= known.keys(), number.name
         assert not number.figure or number.figure in figures, number.name
         assert number.sweeps in ("tables", "ensembles", "file")
 

@@ -93,7 +93,7 @@ def places(run):
 
 
 NUMBERS = Family(
-    name="spring", title="a particle on a spring", place=10,
+    name="spring", title="a particle on a spring", order=10,
     numbers=(
         Observable(name="swing", title="largest displacement", unit="m", figure="places",
                value=lambda run: float(abs(run.series.place).max())),

@@ -9,8 +9,8 @@ from dusttaichi import samples
 from dusttaichi.grains.build import build, prepared
 from dusttaichi.grains.measure import energies
 from dusttaichi.grains.preview import preview
-from dusttaichi.physics.geometry import connected, nearest_image
-from dusttaichi.physics.unwrap import crossings, unwrapped
+from dusttaichi.physics.geometry import label_components, nearest_image
+from dusttaichi.physics.unwrap import crossings, unwrap_fragments
 from dusttaichi.samples.images import Cell
 
 CELL = {"kind": "periodic"}
@@ -58,7 +58,7 @@ def test_numbers_of_a_cell_are_those_of_all_images(name):
     info, cell, x = parts.sample.info, parts.domain.cell, parts.sample.positions
     period = np.where(np.isin(range(3), cell.axes), cell.edges(0.0) * 1e-6, 1.0)  # 1 m: open
     i, j = np.nonzero(np.triu(periodic_distances(x, period) <= 2 * R))
-    number = connected(np.column_stack([i, j]), len(x))[0]
+    number = label_components(np.column_stack([i, j]), len(x))[0]
     network = info["network"]
     assert network["contacts"] == len(i) and network["fragments"] == number
     assert number == fragments or fragments is None
@@ -118,7 +118,7 @@ def test_a_tilted_cell_has_its_images():
     np.testing.assert_array_equal(cell.pairs(x, radii), [[0, 1]])
     shifted = x + np.array([[0, 0, 0], [3, 0, 10], [-7, 20, -10], [0, 0, 0]])
     np.testing.assert_array_equal(cell.pairs(shifted, radii), [[0, 1]])
-    alone = unwrapped(shifted, [[0, 1]], [0, 2, 3], cell.nearest)
+    alone = unwrap_fragments(shifted, [[0, 1]], [0, 2, 3], cell.nearest)
     assert np.linalg.norm(alone[0] - alone[1]) == pytest.approx(1.0)
 
 
@@ -132,7 +132,9 @@ def test_scattered_trees_are_put_together(tilt):
     period = np.array([8.0, np.inf, 9.0])
     vectors = np.array([[8.0, 0, 0], [0, 0, 0], [tilt, 0, 9.0]])
     scattered = x + rng.integers(-2, 3, (200, 3)) @ vectors
-    together = unwrapped(scattered, pairs, [0, 100], lambda d: nearest_image(d, period, tilt))
+    together = unwrap_fragments(
+        scattered, pairs, [0, 100], lambda d: nearest_image(d, period, tilt)
+    )
     for part in (slice(0, 100), slice(100, 200)):
         shift = together[part] - x[part]
         np.testing.assert_allclose(shift, np.tile(shift[0], (100, 1)), atol=1e-12)

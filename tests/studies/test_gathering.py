@@ -192,14 +192,14 @@ def test_a_mean_says_how_many_runs_it_is_of_and_why_others_have_none():
     texts = tables.number_texts(data, "final_height")
     assert texts[0].endswith("(2 of 3)") and "of" not in texts[1]
     assert tables.point_labels(data) == ["wall speed = 1 cm/s", "wall speed = 5 cm/s"]
-    assert tables.missing(data) == [
+    assert tables.list_missing_numbers(data) == [
         ("fit", "wall speed = 1 cm/s", "1 of 3 runs", "too rough"),
         ("fit", "wall speed = 5 cm/s", "2 of 3 runs", "too short"),
     ]
     why = [f"{n} points of 1e-3 m in x_1 are too few" for n in (2, 0, 10, 3, 4, 5)]
     data = analysis.gather(runs, axes, {"fit_problem": why}, {"title": "t"})
     reason = "0 to 10 points of 1e-3 m in x_1 are too few"
-    assert tables.missing(data) == [("fit", "", "6 of 6 runs", reason)]
+    assert tables.list_missing_numbers(data) == [("fit", "", "6 of 6 runs", reason)]
     assert data.sel(boundary_wall_speed=0.05).mean_height.notnull().all()
 
 

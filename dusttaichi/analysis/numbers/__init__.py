@@ -59,14 +59,14 @@ def families(run_method: method.Method | None = None) -> list[Family]:
         family for some_method in methods for family in method.rows(some_method.observables)
     ]
     return sorted(
-        [*_import_families(), *NUMBERS.values(), *method_families], key=lambda family: family.place
+        [*_import_families(), *NUMBERS.values(), *method_families], key=lambda family: family.order
     )
 
 
 def list_in_table_order(run_method: method.Method | None = None) -> list[tuple[float, Observable]]:
     """(place, row) of all rows of `families` in the order of tables."""
     rows = [
-        (row.place or family.place, row)
+        (row.order or family.order, row)
         for family in families(run_method)
         for row in family.numbers
     ]

@@ -56,7 +56,7 @@ def _format_settled(value, n):
 COLLISION = Family(
     name="collision",
     title="collision of two bodies",
-    place=60,
+    order=60,
     applies=lambda run: run.collides,
     measure=_measure,
     numbers=(
@@ -66,16 +66,16 @@ COLLISION = Family(
                    column=("outcome", "{}", 1), figure="collision"),
         Observable(name="settled", title="fragments no longer change", unit="",
                    rows=_format_settled, column=None),
-        quiet("fragments", "fragments", column=("fragments", "{}", 1), wanted=11,
+        quiet("fragments", "fragments", column=("fragments", "{}", 1), trade_rank=11,
               figure="fragments"),
         quiet("largest_share", "share of the largest fragment",
-              column=("largest fragment", "{:.3f}", 1), wanted=10, figure="fragments"),
+              column=("largest fragment", "{:.3f}", 1), trade_rank=10, figure="fragments"),
         Observable(name="growth_efficiency", title="growth efficiency", text="{:.3f}",
-                   column=("growth efficiency", "{:.3f}", 1), wanted=9),
+                   column=("growth efficiency", "{:.3f}", 1), trade_rank=9),
         Observable(name="compaction", title="compaction of the largest fragment", text="{:.3f}",
                    column=("compaction", "{:.3f}", 1)),
         Observable(name="restitution", title="coefficient of restitution", text="{:.4f}",
-                   column=("restitution", "{:.3f}", 1), wanted=5),
+                   column=("restitution", "{:.3f}", 1), trade_rank=5),
     ),
 )  # fmt: skip
 FAMILIES = (COLLISION,)

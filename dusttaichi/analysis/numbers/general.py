@@ -135,7 +135,7 @@ def _format_duration(seconds, n=None):
 END = Family(
     name="end",
     title="every run, at its end",
-    place=GENERAL,
+    order=GENERAL,
     measure=_FinalState,
     numbers=(
         Observable(name="filling_factor", title="filling factor", text="{:.4f}", column=None,

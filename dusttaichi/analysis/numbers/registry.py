@@ -21,17 +21,18 @@ class Observable:
     unit: "" of a text or a bool, None of a structure. symbol: its formula for matplotlib. value:
     function from the measurement of the family to its value, or the name of an entry or attribute
     of that (default: `name`); None, or not a number, where a run does not have it. error: name of
-    the row with its 1-sigma uncertainty; why: name of the row with the reason why it is missing.
+    the row with its 1-sigma uncertainty; reason_row: name of the row with the reason why it is
+    missing.
 
     text: its presentation in the table of a run: a format, a function of (value, all numbers), AUTO
     (with unit and error), or None for no row. literature: the value beside it, a text or a function
     of all numbers. rows: instead of both, a function of (value, all numbers) to rows of three
     texts. column: in comparisons, (heading, format, size of its unit), AUTO or None. short: its
     name in sweeps (default: `name` with blanks). sweeps: where its mean and scatter are shown, in
-    TABLES of sweeps and ensembles, in those of ENSEMBLES only, or only in the FILE.
-    wanted: rank among the numbers by which runs of different costs are compared (`dust trade`), 0
-    for none; trade_name: its name there. about: description in a line (default: title). figure:
-    name of the figure that shows it. place: of its row in tables (default: the family's).
+    TABLES of sweeps and ensembles, in those of ENSEMBLES only, or only in the FILE. trade_rank:
+    rank among the numbers by which runs of different costs are compared (`dust trade`), 0 for none;
+    trade_name: its name there. about: description in a line (default: title). figure: name of the
+    figure that shows it. order: of its row in tables (default: the family's).
     """
 
     name: str
@@ -40,25 +41,25 @@ class Observable:
     symbol: str = ""
     value: Callable[[Any], Any] | str = ""
     error: str = ""
-    why: str = ""
+    reason_row: str = ""
     text: Any = AUTO
     literature: Any = ""
     rows: Callable | None = None
     column: Any = AUTO
     short: str = ""
     sweeps: str = TABLES
-    wanted: int = 0
+    trade_rank: int = 0
     trade_name: str = ""
     about: str = ""
     figure: str = ""
-    place: float = 0.0
+    order: float = 0.0
 
     @property
     def heading(self) -> str:
         """Its name in tables of several runs."""
         return self.short or self.name.replace("_", " ")
 
-    def of(self, measured: Any) -> Any:
+    def evaluate(self, measured: Any) -> Any:
         """Its value in the measurement of the family, or None."""
         name = self.value or self.name
         if callable(name):
@@ -109,7 +110,7 @@ class Observable:
 class Family:
     """Rows of the registry that are measured together.
 
-    name, title: of the family. place: families are shown in the order of their places; numbers of
+    name, title: of the family. order: tables show families in ascending order; numbers of
     every run come last, from GENERAL. applies: whether a Run has it. measure: function from a Run
     to the argument of the rows' `value` (default: the Run itself). optional: a DustError of
     `measure` means that the run has none of them. compared: for comparisons of runs only, such as
@@ -118,14 +119,14 @@ class Family:
 
     name: str
     title: str
-    place: float
+    order: float
     numbers: tuple[Observable, ...]
     applies: Callable[[Any], bool] = lambda run: True
     measure: Callable[[Any], Any] = lambda run: run
     optional: bool = False
     compared: bool = False
 
-    def of(self, run) -> tuple[dict[str, Any], list[tuple[str, str]]]:
+    def evaluate(self, run) -> tuple[dict[str, Any], list[tuple[str, str]]]:
         """(values of a Run by the names of the rows, (title, error) of those not measured)."""
         values, failed = dict.fromkeys(number.name for number in self.numbers), []
         try:
@@ -137,7 +138,7 @@ class Family:
             return values, [] if nothing else [(self.title, reason(error))]
         for number in self.numbers:
             try:
-                values[number.name] = number.of(measured)
+                values[number.name] = number.evaluate(measured)
             except Exception as error:  # nor the other rows
                 failed.append((number.title, reason(error)))
         return values, failed

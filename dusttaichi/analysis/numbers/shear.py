@@ -58,7 +58,7 @@ def _list_test_numbers(prefix, strength, load):
 SHEAR = Family(
     name="shear",
     title="shear",
-    place=50,
+    order=50,
     applies=lambda run: run.sheared,
     optional=True,  # no stage has three records so far
     measure=_build_measurement("shear", measure_shear_tests, ""),
@@ -67,7 +67,7 @@ SHEAR = Family(
 TRIAXIAL = Family(
     name="triaxial",
     title="triaxial test",
-    place=55,
+    order=55,
     applies=is_triaxial,
     optional=True,
     measure=_build_measurement("triaxial", measure_triaxial_tests, "triaxial_"),

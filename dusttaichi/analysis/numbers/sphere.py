@@ -24,7 +24,7 @@ def _format_stop(value, n):
 SPHERE = Family(
     name="sphere",
     title="penetration of a sphere",
-    place=70,
+    order=70,
     applies=lambda run: run.has_sphere,
     measure=_measure,
     optional=True,  # it flies, or there is no dust below it
@@ -45,13 +45,13 @@ SPHERE = Family(
 SOUND = Family(
     name="sound",
     title="a push",
-    place=80,
+    order=80,
     applies=lambda run: bool(run.pushes),
     measure=lambda run: fit_sound_speed(measure_arrival(run)),
     optional=True,  # too few snapshots, or the wave has not arrived
     numbers=(
         Observable(name="sound_speed", title="speed of sound", unit="m/s", value="speed",
-                   error="sound_speed_sigma", column=("sound m/s", "{:.4g}", 1), wanted=4,
+                   error="sound_speed_sigma", column=("sound m/s", "{:.4g}", 1), trade_rank=4,
                    figure="sound_speed"),
         uncertainty("sound_speed_sigma", "m/s", value="sigma", column=("± m/s", "{:.1g}", 1)),
     ),

@@ -24,7 +24,7 @@ def _format_strength_location(value, n):
 TENSION = Family(
     name="tension",
     title="stretching",
-    place=30,
+    order=30,
     applies=lambda run: run.stretches or explain_missing_strength(run) is not None,
     measure=_measure,
     numbers=(
@@ -34,10 +34,10 @@ TENSION = Family(
         quiet("phi_init", "filling factor at the start", symbol=r"$\phi_{\rm init}$",
               column=("phi_init", "{:.3g}", 1)),
         Observable(name="strength", title="tensile strength", unit="Pa", error="strength_sigma",
-                   why="strength_problem",
+                   reason_row="strength_problem",
                    text=strength_text("strength_passed", "stress had", "strength_sigma"),
                    literature=strength_by_law("strength_law"),
-                   column=("strength kPa", "{:.3g}", 1e3), wanted=2, figure="tensile"),
+                   column=("strength kPa", "{:.3g}", 1e3), trade_rank=2, figure="tensile"),
         uncertainty("strength_sigma", "Pa", column=("± kPa", "{:.2g}", 1e3)),
         Observable(name="strength_phi", title="… at filling factor", text=_format_strength_location,
                    literature=lambda n: f"{0.5 * n['phi_init']:.3g} (T19: half)",

@@ -8,7 +8,7 @@ import scipy
 from dusttaichi.analysis.restitution import UNTOUCHED
 from dusttaichi.continuum.analysis.particles import read_particles
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import AXES, WALLS, connected, largest_first
+from dusttaichi.physics.geometry import AXES, WALLS, label_components, largest_first
 from dusttaichi.results.roles import FIXED, WALL
 from dusttaichi.scene.quantities import parse
 
@@ -73,7 +73,7 @@ def pieces_of(frame, planes=()):
     i, j = pairs.T
     near = np.linalg.norm(x[i] - x[j], axis=1) < APART * 0.5 * (size[i] + size[j])
     weight = frame.mass[moves]
-    count, component = connected(pairs[near], len(x))
+    count, component = label_components(pairs[near], len(x))
     label = largest_first(component, weight)
     mass = np.bincount(label, weight, minlength=count)
 

@@ -32,11 +32,11 @@ RADIAL = True
 
 
 @ti.pyfunc
-def numbers(c, own):
+def numbers(c, block):
     """crush_force (PD08 eq 9), crush_energy = Y v pi a0^2 (PD08 eqs 7, 10)."""
     return {
         "crush_force": 2.5**0.6 * c.R**0.2 * c.E_star**0.4 / c.F_jkr,
-        "crush_energy": own.yield_strength * c.asperity_volume * pi * c.a0**2,
+        "crush_energy": block.yield_strength * c.asperity_volume * pi * c.a0**2,
     }
 
 
@@ -63,8 +63,8 @@ def impulse(u, change, p):
     of `speed` to take, and a touch that loses all ends at rest.
     """
     speed = ti.max(-u - 0.5 * change, 0.0)
-    left = ti.max(speed * speed - 2.0 * loss(u, p) / p.mass, 0.0)
-    return p.mass * (speed - ti.sqrt(left))
+    remaining_square = ti.max(speed * speed - 2.0 * loss(u, p) / p.mass, 0.0)
+    return p.mass * (speed - ti.sqrt(remaining_square))
 
 
 @ti.func

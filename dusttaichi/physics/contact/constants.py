@@ -209,10 +209,10 @@ class ContactConstants(Interface):
         if name in ("k_r", "k_s", "k_t", "kappa"):
             return self.numbers.get(name, 0.0)
         if not name.startswith("_") and name not in ("numbers", "properties"):
-            own = dict(self.properties)
-            own = own if name in own else self.numbers  # which are made of the properties
-            if name in own:
-                return own[name]
+            values = dict(self.properties)
+            values = values if name in values else self.numbers  # which are made of the properties
+            if name in values:
+                return values[name]
         raise AttributeError(f"a contact has no number {name!r}")
 
 

@@ -37,7 +37,7 @@ harmonic mean of the two.
 """
 
 
-def _of(unit):
+def _define_field(unit):
     return field(metadata={"unit": unit})
 
 
@@ -50,15 +50,15 @@ class Interface:
     of the two. stiffness_scaling: factor s that is in E* and G* (see `softened`).
     """
 
-    gamma: float = _of("J/m^2")
-    E_star: float = _of("Pa")
-    G_star: float = _of("Pa")
-    G: float = _of("Pa")
-    nu: float = _of("1")
-    xi_crit: float = _of("m")
-    density: float = _of("kg/m^3")
-    asperity_volume: float = _of("m")
-    stiffness_scaling: float = _of("1")
+    gamma: float = _define_field("J/m^2")
+    E_star: float = _define_field("Pa")
+    G_star: float = _define_field("Pa")
+    G: float = _define_field("Pa")
+    nu: float = _define_field("1")
+    xi_crit: float = _define_field("m")
+    density: float = _define_field("kg/m^3")
+    asperity_volume: float = _define_field("m")
+    stiffness_scaling: float = _define_field("1")
     properties: tuple  # (name, value) of those that laws have brought in, SI
 
 
@@ -69,18 +69,18 @@ def mixed_properties(a, b, interaction):
     """
     from dusttaichi.physics.contact.registry import properties_of
 
-    one, other = dict(a.properties), dict(b.properties)
+    values_a, values_b = dict(a.properties), dict(b.properties)
     return tuple(
-        (name, MIXING[found.mixing](one[name], other[name]))
-        for name, found in properties_of(interaction).items()
-        if name in one and name in other
+        (name, MIXING[definition.mixing](values_a[name], values_b[name]))
+        for name, definition in properties_of(interaction).items()
+        if name in values_a and name in values_b
     )
 
 
 def interface(a, b, interaction):
     """Interface of two materials, in either order the same."""
     rule = interaction.shear_modulus
-    one, two = (
+    first, second = (
         Interface(
             gamma=m.surface_energy,
             E_star=reduced_modulus(m),
@@ -95,22 +95,22 @@ def interface(a, b, interaction):
         )
         for m in (a, b)
     )
-    if one == two:
-        return one
+    if first == second:
+        return first
 
     def series(x, y):
         # x and y are those of two grains of one material each: 1/(2 x) is the part of one grain
         return 2.0 * x * y / (x + y)
 
     return Interface(
-        gamma=MIXING[interaction.mixing](one.gamma, two.gamma),
-        E_star=series(one.E_star, two.E_star),
-        G_star=series(one.G_star, two.G_star),
-        G=series(one.G, two.G),
-        nu=0.5 * (one.nu + two.nu),
-        xi_crit=0.5 * (one.xi_crit + two.xi_crit),
-        density=0.5 * (one.density + two.density),
-        asperity_volume=0.5 * (one.asperity_volume + two.asperity_volume),
-        stiffness_scaling=one.stiffness_scaling,
-        properties=one.properties,
+        gamma=MIXING[interaction.mixing](first.gamma, second.gamma),
+        E_star=series(first.E_star, second.E_star),
+        G_star=series(first.G_star, second.G_star),
+        G=series(first.G, second.G),
+        nu=0.5 * (first.nu + second.nu),
+        xi_crit=0.5 * (first.xi_crit + second.xi_crit),
+        density=0.5 * (first.density + second.density),
+        asperity_volume=0.5 * (first.asperity_volume + second.asperity_volume),
+        stiffness_scaling=first.stiffness_scaling,
+        properties=first.properties,
     )

@@ -34,7 +34,7 @@ equilibrium_overlap = ti.pyfunc(constants.equilibrium_overlap)
 
 
 @ti.pyfunc
-def numbers(c, own):
+def numbers(c, block):
     """From delta0 and F_c (S12 after eqs 2 and 3)."""
     delta0, F_c = equilibrium_overlap(c.a0, c.R), c.glue * c.F_jkr
     return {

@@ -25,52 +25,52 @@ from dusttaichi.compute.engine import ti
 
 
 @cache
-def motion_type(real):
-    """The struct Motion: relative motion of two bodies for all effects, in `real`."""
-    vec3 = ti.types.vector(3, real)
+def motion_type(dtype):
+    """The struct Motion: relative motion of two bodies for all effects, in `dtype`."""
+    vec3 = ti.types.vector(3, dtype)
 
     @ti.dataclass
     class Motion:
-        overlap: real  # distance at first contact less the current distance (from a wall)
-        distance_inverse: real  # one over the distance of the centres
+        overlap: dtype  # distance at first contact less the current distance (from a wall)
+        distance_inverse: dtype  # one over the distance of the centres
         normal: vec3  # n_c, from the second body to the first
         turned: vec3  # change of n_c over the last step
         middle: vec3  # n_c half a step ago, when the velocities are
-        speed: real  # rate of the distance half a step ago: its change over dt
-        speed_now: real  # of the relative velocity along the current n_c
-        speed_before: real  # along that of the previous step
-        struck: real  # change of `speed` by impulses of the step before, which effects add to
+        speed: dtype  # rate of the distance half a step ago: its change over dt
+        speed_now: dtype  # of the relative velocity along the current n_c
+        speed_before: dtype  # along that of the previous step
+        struck: dtype  # change of `speed` by impulses of the step before, which effects add to
         velocity: vec3  # of the first centre relative to the second
         spin_1: vec3
         spin_2: vec3
         rotation_1: vec3  # in the last step
         rotation_2: vec3
         slip: vec3  # displacement of the contact point by the translation alone
-        was: real  # 1 where the contact touched a step ago, else 0
-        now: real  # 1 where it touches
-        elastic_force: real  # of the normal law, positive where it pushes
-        elastic_energy: real
-        contact_radius: real  # in units of that at equilibrium
+        was: dtype  # 1 where the contact touched a step ago, else 0
+        now: dtype  # 1 where it touches
+        elastic_force: dtype  # of the normal law, positive where it pushes
+        elastic_energy: dtype
+        contact_radius: dtype  # in units of that at equilibrium
         rolling_rate: vec3  # of xi in the last step
         sliding_rate: vec3  # of zeta
-        along_1: real  # components along n_c of the deviations of the pointers
-        along_2: real
+        along_1: dtype  # components along n_c of the deviations of the pointers
+        along_2: dtype
         pointer_1: vec3  # n1, n2 (S12 sect. 2.1.3)
         pointer_2: vec3
-        lever: real  # (r1 n1 - r2 n2).n_c over the distance (S12 eq 13), -1 on a wall
-        zeta_along: real  # component of r1 n1 - r2 n2 + (r1 + r2) n_c along n_c
+        lever: dtype  # (r1 n1 - r2 n2).n_c over the distance (S12 eq 13), -1 on a wall
+        zeta_along: dtype  # component of r1 n1 - r2 n2 + (r1 + r2) n_c along n_c
 
     return Motion
 
 
 @cache
-def load_type(real):
+def load_type(dtype):
     """The struct Load: what effects exert on the two bodies of a contact, each adding its own."""
-    vec3 = ti.types.vector(3, real)
+    vec3 = ti.types.vector(3, dtype)
 
     @ti.dataclass
     class Load:
-        push: real  # force along n_c on the first body
+        push: dtype  # force along n_c on the first body
         force: vec3  # any other force on it, minus that on the second
         pull_1: vec3  # on the pointers: dU/dn_i, which turns grain i by pull_i x n_i
         pull_2: vec3
@@ -165,9 +165,9 @@ def deviations(h: ti.template(), p):
 @ti.func
 def carry(k: ti.template(), h: ti.template(), p):
     """Rotate the pointers with their grains: xi and zeta become current, perpendicular to n_c."""
-    before = k.normal - k.turned
+    previous_normal = k.normal - k.turned
     e1, e2 = deviations(h, p)
-    n1, n2 = e1 - before, e2 + before
+    n1, n2 = e1 - previous_normal, e2 + previous_normal
     by_1, by_2 = rotation(n1, k.rotation_1), rotation(n2, k.rotation_2)
     k.rolling_rate = (k.spin_1.cross(n1) + k.spin_2.cross(n2)) * p.R
     k.sliding_rate = across(

@@ -4,7 +4,7 @@ from dusttaichi.compute.engine import ti
 
 
 @ti.func
-def limited(x, critical, k):
+def limit_displacement(x, critical, k):
     """Excess of the displacement x of a linear spring k over the limit |x| = critical.
 
     Returns a struct: `over`, the fraction of x beyond the limit, 1 - critical/|x| where positive,

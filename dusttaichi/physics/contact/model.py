@@ -39,21 +39,21 @@ class ContactModel:
     @cached_property
     def radial(self):
         """Laws along the normal but the normal law itself."""
-        return tuple(law for kind, law in self.effects[1:] if getattr(law, "RADIAL", False))
+        return tuple(law for effect, law in self.effects[1:] if getattr(law, "RADIAL", False))
 
     @cached_property
     def springs(self):
         """All other laws."""
-        return tuple(law for kind, law in self.effects[1:] if not getattr(law, "RADIAL", False))
+        return tuple(law for effect, law in self.effects[1:] if not getattr(law, "RADIAL", False))
 
     @cached_property
     def laws(self):
         """Laws that dissipate, in the order of the losses that `Mechanics.update` returns."""
         return self.radial + self.springs
 
-    def has(self, kind):
+    def has(self, effect):
         """True where there is an effect of a kind."""
-        return any(own == kind for own, _ in self.effects)
+        return any(name == effect for name, _ in self.effects)
 
     @cached_property
     def numbers(self):
@@ -73,26 +73,26 @@ class ContactModel:
     @cached_property
     def potentials(self):
         """Names of the columns of the potential energy."""
-        kinds = [kind for kind, law in self.effects if law in self.springs]
-        return (*SPRINGS, *(kind for kind in kinds if kind not in SPRINGS))
+        names = [effect for effect, law in self.effects if law in self.springs]
+        return (*SPRINGS, *(effect for effect in names if effect not in SPRINGS))
 
 
 @ti.data_oriented
 class Mechanics:
-    """Evaluation of the effects of a ContactModel on one contact, in the float type `real`.
+    """Evaluation of the effects of a ContactModel on one contact, in the float type `dtype`.
 
     k: Motion of the contact (kinematics). h: struct of its history, by the names that the model
     says. p: its numbers. flat: whether the second body is a wall.
     """
 
-    def __init__(self, model, real):
-        self.model, self.real = model, real
-        self.Motion, self.Load = kinematics.motion_type(real), kinematics.load_type(real)
+    def __init__(self, model, dtype):
+        self.model, self.dtype = model, dtype
+        self.Motion, self.Load = kinematics.motion_type(dtype), kinematics.load_type(dtype)
         self.respond = model.normal.response(model.newton_steps)
         self.radial, self.springs = model.radial, model.springs
-        kinds = {law: kind for kind, law in model.effects}
+        effect_of_law = {law: effect for effect, law in model.effects}
         columns = model.potentials
-        self.columns = tuple(columns.index(kinds[law]) for law in self.springs)
+        self.columns = tuple(columns.index(effect_of_law[law]) for law in self.springs)
         self.losses, self.potentials = len(model.laws), len(columns)
         self.pushing = tuple(law for law in self.radial if hasattr(law, "push"))
         self.forming = tuple(law for law in model.laws if hasattr(law, "form"))
@@ -110,8 +110,8 @@ class Mechanics:
     @ti.func
     def press(self, k: ti.template(), p):
         """Set the elastic response of the contact."""
-        found = self.respond(k, p)
-        k.elastic_force, k.elastic_energy = found.force, found.energy
+        response = self.respond(k, p)
+        k.elastic_force, k.elastic_energy = response.force, response.energy
 
     @ti.func
     def update(self, k: ti.template(), h: ti.template(), p, dt, flat: ti.template()):
@@ -119,7 +119,7 @@ class Mechanics:
 
         Returns a vector of the energies dissipated, by law.
         """
-        lost = ti.Vector.zero(self.real, ti.static(max(self.losses, 1)))
+        lost = ti.Vector.zero(self.dtype, ti.static(max(self.losses, 1)))
         # before the response: its roots and divisions wait for each other, and where they come
         # first they fill the scheduler of a core (4 % of the pass over pairs)
         kinematics.carry(k, h, p)
@@ -144,15 +144,15 @@ class Mechanics:
         push = k.now * k.elastic_force
         for law in ti.static(self.pushing):
             push += law.push(h)
-        found, stored = self.springs_of(k, h, p, k.now * k.was * strength)
-        found.force += k.normal * push
+        load, stored = self.springs_of(k, h, p, k.now * k.was * strength)
+        load.force += k.normal * push
         stored[0] += k.now * k.elastic_energy
-        return found, stored
+        return load, stored
 
     @ti.func
     def springs_of(self, k: ti.template(), h: ti.template(), p, weight):
         """(load, energies) of all springs but the normal one, times a weight."""
-        stored = ti.Vector.zero(self.real, self.potentials)
+        stored = ti.Vector.zero(self.dtype, self.potentials)
         load = self.Load()
         for n in ti.static(range(len(self.springs))):
             stored[self.columns[n]] = weight * self.springs[n].evaluate(k, h, p, load)

@@ -3,8 +3,8 @@
 A law is a module (or any object) with
 
 - ``NUMBERS``: name -> Constant, the constants of a contact that it needs;
-- ``numbers(c, own)``: a `ti.pyfunc` that returns their values as a dict. c: the contact
-  (`constants.ContactConstants` by name), own: the keys of the law's block in the YAML; both in SI
+- ``numbers(c, block)``: a `ti.pyfunc` that returns their values as a dict. c: the contact
+  (`constants.ContactConstants` by name), block: the keys of the law's block in the YAML; both in SI
   on the host, in internal units in a kernel;
 - ``HISTORY``: name -> History, what a contact keeps for it beside xi and zeta; ``CHANNEL``: name of
   the channel of the ledger that its losses go to;
@@ -43,7 +43,7 @@ NEEDED = {
 """Parts that a law of each kind has beside NUMBERS and numbers, in the order in which they act.
 `effects` are those that are registered beside the built-in kinds."""
 
-EFFECTS = tuple(kind for kind in NEEDED if kind != "effects")
+EFFECTS = tuple(name for name in NEEDED if name != "effects")
 DEFAULT = {
     "normal": "jkr",
     "rolling": "linear",
@@ -83,8 +83,8 @@ def register(effect, name, law, block=None):
         raise ValueError(f"name = {name!r}: a name of its own is needed, and a block")
     if (effect, name) in LAWS.built_in:
         raise ValueError(f"name = {name!r}: {effect} has a built-in law of that name")
-    parts = ("NUMBERS", "numbers", *NEEDED[effect])
-    missing = [part for part in parts if not hasattr(law, part)]
+    required = ("NUMBERS", "numbers", *NEEDED[effect])
+    missing = [attribute for attribute in required if not hasattr(law, attribute)]
     if missing:
         raise ValueError(f"the law {name!r} of {effect} lacks {', '.join(missing)}")
     LAWS.replace((effect, name), law)
@@ -93,7 +93,7 @@ def register(effect, name, law, block=None):
 
 def names(effect):
     """Names of the laws of an effect."""
-    return tuple(name for own, name in LAWS if own == effect)
+    return tuple(name for owner, name in LAWS if owner == effect)
 
 
 def block_of(effect, name):
@@ -112,11 +112,11 @@ def chosen_model(interaction, newton_steps=2):
     from dusttaichi.physics.contact.model import ContactModel
 
     effects = []
-    for kind in EFFECTS:
-        name = law_name(interaction, kind)
+    for effect in EFFECTS:
+        name = law_name(interaction, effect)
         if name is not None:
-            law = law_of(kind, name)
-            effects.append((kind, damping_of(law) if kind == "damping" else law))
+            law = law_of(effect, name)
+            effects.append((effect, damping_of(law) if effect == "damping" else law))
     effects += [(name, law_of("effects", name)) for name in interaction.effects]
     return ContactModel(tuple(effects), newton_steps)
 
@@ -133,14 +133,14 @@ def _material_properties(laws):
 
 def properties_of(interaction):
     """Name -> Property of the material that the laws of an interaction bring in."""
-    chosen = [(kind, law_name(interaction, kind)) for kind in EFFECTS]
-    chosen += [("effects", name) for name in interaction.effects]
-    return _material_properties(LAWS.added[key] for key in chosen if key in LAWS.added)
+    laws_by_effect = [(effect, law_name(interaction, effect)) for effect in EFFECTS]
+    laws_by_effect += [("effects", name) for name in interaction.effects]
+    return _material_properties(LAWS.added[key] for key in laws_by_effect if key in LAWS.added)
 
 
-def block_in(interaction, kind):
+def block_in(interaction, effect):
     """The block of an effect in the YAML: of a built-in kind, or of a registered effect by name."""
-    return getattr(interaction, kind) if kind in EFFECTS else interaction.effects[kind]
+    return getattr(interaction, effect) if effect in EFFECTS else interaction.effects[effect]
 
 
 def normal_law(interaction):

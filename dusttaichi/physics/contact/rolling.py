@@ -5,7 +5,7 @@ dU/dn_i = R k_r xi, which turns grain i by the torque R k_r xi x n_i.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.limit import limited
+from dusttaichi.physics.contact.limit import limit_displacement
 from dusttaichi.physics.contact.numbers import Constant
 
 NUMBERS = {
@@ -17,9 +17,9 @@ CHANNEL = "rolling"
 
 
 @ti.pyfunc
-def numbers(c, own):
+def numbers(c, block):
     """k_r = 4 F_c/R (S12 eq 17) times the modifier; xi_crit that of the materials."""
-    return {"k_r": own.modifier * (4.0 * c.F_jkr / c.R), "xi_crit": c.xi_crit}
+    return {"k_r": block.modifier * (4.0 * c.F_jkr / c.R), "xi_crit": c.xi_crit}
 
 
 @ti.pyfunc
@@ -31,7 +31,7 @@ def energy(xi, p):
 @ti.func
 def update(k: ti.template(), h: ti.template(), p, dt):
     """xi back within its limit (Wada et al. 2007); the energy dissipated."""
-    past = limited(h.xi, p.xi_crit, p.k_r)
+    past = limit_displacement(h.xi, p.xi_crit, p.k_r)
     h.xi = h.xi * (1.0 - past.over)
     return past.lost
 

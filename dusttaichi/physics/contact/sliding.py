@@ -9,7 +9,7 @@ force k_s zeta (r1 n1 - r2 n2).n_c/d (S12 eq 13), on a wall -k_s zeta.
 from math import pi
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.limit import limited
+from dusttaichi.physics.contact.limit import limit_displacement
 from dusttaichi.physics.contact.numbers import Constant
 
 NUMBERS = {
@@ -21,14 +21,14 @@ CHANNEL = "sliding"
 
 
 @ti.pyfunc
-def numbers(c, own):
+def numbers(c, block):
     """k_s = 8 a0 G* (S12 eq 18) times the modifier; zeta_crit = (2 - nu) a0/(16 pi).
 
     The latter after S12 sect. 2.1.6. A softened contact has the k_s of its moduli, which goes with
     s^(2/3), and slides at the same force: zeta_crit goes with s^(-2/3), of which a0 has s^(-1/3).
     """
     return {
-        "k_s": own.modifier * (8.0 * c.a0 * c.G_star),
+        "k_s": block.modifier * (8.0 * c.a0 * c.G_star),
         "zeta_crit": (2.0 - c.nu) * c.a0 / (16.0 * pi) * c.stiffness_scaling ** (-1.0 / 3.0),
     }
 
@@ -42,7 +42,7 @@ def energy(zeta, p):
 @ti.func
 def update(k: ti.template(), h: ti.template(), p, dt):
     """zeta back within its limit; the energy dissipated."""
-    past = limited(h.zeta, p.zeta_crit, p.k_s)
+    past = limit_displacement(h.zeta, p.zeta_crit, p.k_s)
     h.zeta = h.zeta * (1.0 - past.over)
     return past.lost
 

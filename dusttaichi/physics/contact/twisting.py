@@ -17,14 +17,14 @@ CHANNEL = "twisting"
 
 
 @ti.pyfunc
-def numbers(c, own):
+def numbers(c, block):
     """k_t = (16/3) G a0^3 with 1/G = 1/G1 + 1/G2 (S12 eq 19) times the modifier.
 
     On a wall a0 is that of a pair; phi_crit = 1/(16 pi) (S12 sect. 2.1.6). A softened contact has
     the same of both: G a0^3 does not depend on the moduli.
     """
     return {
-        "k_t": own.modifier * (16.0 / 3.0 * c.G * c.a0_pair**3),
+        "k_t": block.modifier * (16.0 / 3.0 * c.G * c.a0_pair**3),
         "phi_crit": 1.0 / (16.0 * pi) + 0.0 * c.R,
     }
 

@@ -37,9 +37,9 @@ def _update(coefficient):
 
         The speed is extrapolated by half a step from the last two half steps.
         """
-        before = h.speed
-        ahead = k.speed + 0.5 * k.was * (k.speed - before - k.struck)
-        lost = 0.5 * dt * h.damping_force * (before + k.speed)
+        previous_speed = h.speed
+        ahead = k.speed + 0.5 * k.was * (k.speed - previous_speed - k.struck)
+        lost = 0.5 * dt * h.damping_force * (previous_speed + k.speed)
         h.damping_force = k.now * (coefficient(k, p) * ahead)
         h.speed = k.now * k.speed
         return lost

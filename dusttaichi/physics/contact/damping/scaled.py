@@ -10,7 +10,7 @@ collision_time = ti.pyfunc(constants.collision_time)
 
 
 @ti.pyfunc
-def numbers(c, own):
+def numbers(c, block):
     """kappa of m0 and t_c of the contact's equal grains; t_c goes with 1/sqrt(k_n) by itself."""
     t_c = collision_time(c.size, c.density, c.gamma, c.E_star)
-    return {"kappa": own.coefficient * c.m0 / t_c}
+    return {"kappa": block.coefficient * c.m0 / t_c}

@@ -7,12 +7,12 @@ NUMBERS = {"kappa": Constant("kg/s", "damping constant of the normal motion wher
 
 
 @ti.pyfunc
-def numbers(c, own):
+def numbers(c, block):
     """kappa(a0) = (2 T/nu^2) E* a0.
 
     A softened contact has T s^(-1/3), so that kappa goes with sqrt(k_n), as s^(1/3).
     """
-    time = own.time * c.stiffness_scaling ** (-1.0 / 3.0)
+    time = block.time * c.stiffness_scaling ** (-1.0 / 3.0)
     return {"kappa": 2.0 * time / c.nu**2 * c.E_star * c.a0}
 
 

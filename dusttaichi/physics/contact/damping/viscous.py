@@ -7,9 +7,9 @@ NUMBERS = {"kappa": Constant("kg/s", "damping constant of the normal motion")}
 
 
 @ti.pyfunc
-def numbers(c, own):
+def numbers(c, block):
     """kappa as the scene says; of a softened contact in the same proportion to sqrt(k_n)."""
-    return {"kappa": own.kappa * c.stiffness_scaling ** (1.0 / 3.0) + 0.0 * c.R}
+    return {"kappa": block.kappa * c.stiffness_scaling ** (1.0 / 3.0) + 0.0 * c.R}
 
 
 @ti.pyfunc
