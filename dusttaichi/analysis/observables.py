@@ -101,7 +101,7 @@ def measure_observables(run):
         {n.trade_name or n.name: numbers.get(n.name) for n in rank_observables()}
     )
     if not values and curve is None and len(run.series.time):
-        values = _select_finite({number.name: number.of(run) for number in ENERGIES})
+        values = _select_finite({number.name: number.evaluate(run) for number in ENERGIES})
     return ObservableValues(values, curve and tuple(c.tolist() for c in curve))
 
 

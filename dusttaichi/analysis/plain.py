@@ -20,7 +20,7 @@ def convert_runs(runs):
 def _describe_run(run):
     entries, values, rows, problems = {}, {}, {}, []
     for family in families(run.method):
-        family_values, failed = family.of(run)
+        family_values, failed = family.evaluate(run)
         problems += [{"what": title, "why": error} for title, error in failed]
         if any(value is not None for value in family_values.values()):
             values |= family_values

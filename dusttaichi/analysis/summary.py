@@ -25,7 +25,7 @@ def summarise(run):
     problems = []
     for family in families(run.method):
         if not family.compared:
-            values, failed = family.of(run)
+            values, failed = family.evaluate(run)
             numbers |= values
             problems += failed
     return numbers | {PROBLEMS: problems}
@@ -74,7 +74,7 @@ def compare(runs):
     rows, problems = [{"name": name} for name in name_runs(runs)], [[] for _ in runs]
     for family in sorted(all_families.values(), key=lambda family: family.order):
         measured = [
-            family.of(run) if family.name in names else ({}, [])
+            family.evaluate(run) if family.name in names else ({}, [])
             for run, names in zip(runs, families_of_runs, strict=True)
         ]
         for of_run, (_, failed) in zip(problems, measured, strict=True):
