@@ -63,7 +63,7 @@ class Measurement:
         potential : float
         losses : array
             (C,).
-        **others
+        **further_fields
             The other fields.
 
         Returns

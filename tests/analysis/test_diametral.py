@@ -230,7 +230,7 @@ def test_a_chain_breaks_where_its_middle_pulls_with_the_largest_force(spin_up, s
     assert nearest.max() < 1e-3 and given[-1] >= 0.96
     assert np.all(found.rate[: found.broken] <= 1.001 * found.given[: found.broken])
     run, critical = spun
-    numbers, failed = spin_up.SPIN_UP.of(run)
+    numbers, failed = spin_up.SPIN_UP.evaluate(run)
     assert not failed and numbers["spin_broken"] and numbers["spin_rate"] < 1.01 * critical
     # rho R^2 omega^2 / 4 = M omega^2 / (16 pi R / 3), and R^2 = 5/3 of the mean square distance
     square = 5.0 / 3.0 * 1.25 * (2 * RADIUS - PAIR.delta0) ** 2
