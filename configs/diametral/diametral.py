@@ -116,7 +116,7 @@ def _grain_volume(run):
 DIAMETRAL = Family(
     name="diametral",
     title="diametral compression",
-    place=32,
+    order=32,
     applies=is_diametral,
     measure=diametral,
     numbers=(
@@ -126,7 +126,7 @@ DIAMETRAL = Family(
                    literature=strength_by_law("diametral_law", "tensile strength, "),
                    about="2 F/(pi D L) of a lying cylinder between plates, at the largest force F "
                    f"(mean over ten records) before it falls by {FALL:.0%} and stays below",
-                   column=("diametral kPa", "{:.3g}", 1e3), wanted=2, figure="diametral"),
+                   column=("diametral kPa", "{:.3g}", 1e3), trade_rank=2, figure="diametral"),
         Observable(name="diametral_strain", title="… at a deflection over the diameter",
                    value="strength_strain",
                    text="{:.3g}", column=("at strain", "{:.3g}", 1)),

@@ -114,7 +114,7 @@ def _rate_text(value, n):
 SPIN_UP = Family(
     name="spin_up",
     title="an aggregate that is spun up",
-    place=85,
+    order=85,
     applies=is_spun,
     measure=spin_up,
     numbers=(
@@ -127,7 +127,7 @@ SPIN_UP = Family(
                    value=lambda spin: float(spin.stress[spin.top]),
                    literature=strength_by_law("spin_law", "tensile strength, "),
                    about="rho R^2 omega^2 / 4 at that rate",
-                   column=("spin stress kPa", "{:.3g}", 1e3), wanted=2, figure="spin_up"),
+                   column=("spin stress kPa", "{:.3g}", 1e3), trade_rank=2, figure="spin_up"),
         quiet("spin_phi", "filling factor of the sphere with the aggregate's radius of gyration",
               value="filling_factor",
               column=("phi of sphere", "{:.3g}", 1)),

@@ -40,7 +40,7 @@ def dense_ratio(run, low=DENSE, high=1.0):
 DENSE_COMPRESSION = Family(
     name="dense compression",
     title="compression from all sides up to dense packing",
-    place=40.5,
+    order=40.5,
     applies=lambda run: run.shrinks,
     measure=lambda run: list_ratio_numbers("dense_ratio", dense_ratio(run)),
     numbers=(
