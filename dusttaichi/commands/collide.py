@@ -4,33 +4,18 @@ from contextlib import suppress
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say, say_abreast
-from dusttaichi.commands.ensembles import run_study, say_part, say_result
+from dusttaichi.commands.study_command import study_command
 from dusttaichi.errors import DustError
 
 THRESHOLDS = "thresholds, with 68 % confidence"
 
 
-def collide(
-    file: options.SceneFile,
-    *,
-    settings: options.Settings = None,
-    force: options.ForceResults = False,
-    resume: options.ResumeMissing = False,
-    part: options.Part = None,
-    output: options.Output = None,
-    threads: options.Threads = None,
-    jobs: options.Jobs = None,
-    scheduler: options.Scheduler = None,
-    extensions: options.Extensions = None,
-    as_json: options.Json = False,
-    figures: options.Figures = True,
-    quiet: options.Quiet = False,
-):
+@study_command("collisions")
+def collide(file: options.SceneFile, *, settings: options.Settings = None, run):
     """Run many collisions: a map of their outcomes, a table.
 
     Over speed, impact parameter, mass ratio, bodies and seeds.
     """
-    from dusttaichi.running import study_directory
     from dusttaichi.studies.collide import Collisions
     from dusttaichi.studies.finish import (
         error_of_collisions,
@@ -38,25 +23,20 @@ def collide(
         unfinished_collisions,
     )
 
-    options.refuse_both(force, resume)
-    scene = options.load_scene(file, threads, settings, extensions)
-    study = Collisions(scene, study_directory(scene, "collisions", output))
+    scene = run.load_scene(file, settings)
+    study = Collisions(scene, run.find_folder(scene, "collisions"))
     _remark_model(scene)
-    with options.writing(force=force, inputs=[file]):
-        engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
-        engine_options["part"] = options.part_of(part)
-        point_results = run_study(study, quiet=quiet, noun="collisions", **engine_options)
-        if engine_options["part"] != (1, 1):
-            say_part(len(point_results), len(study.requests()), "collisions")
+    with run.writing(file):
+        point_results = run.run(study)
+        if run.is_partial:
+            run.say_part(point_results, len(study.requests()))
             if failure := error_of_collisions(point_results):
                 raise failure
             return
-        results = finish_collisions(study, point_results, figures)
+        results = finish_collisions(study, point_results, run.figures)
     if text := unfinished_collisions(results.data):
         remark(text)
-    say_result(results.data, lambda: _show(results.data), results.files, as_json=as_json)
-    if results.failure:
-        raise results.failure
+    run.say_result(results.data, lambda: _show(results.data), results.files, results.failure)
 
 
 def _remark_model(scene):

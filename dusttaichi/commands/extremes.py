@@ -8,22 +8,23 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import say, say_table
-from dusttaichi.commands.ensembles import run_study, say_result
+from dusttaichi.commands.study_command import study_command
 
 
+@study_command(
+    "cells",
+    omit="resume part extensions figures",
+    threads=(options.Threads, 1),
+    output=(options.MapOutput, None),
+    force=(options.flag("--force", "repeat finished cells"), False),
+)
 def extremes(
     *,
     quick: options.flag("--quick", "fewer cells, two minutes") = False,
     only: Annotated[
         list[str] | None, typer.Option("--only", help="one group; may be repeated", metavar="GROUP")
     ] = None,
-    threads: options.Threads = 1,
-    jobs: options.Jobs = None,
-    scheduler: options.Scheduler = None,
-    output: options.MapOutput = None,
-    force: options.flag("--force", "repeat finished cells") = False,
-    as_json: options.Json = False,
-    quiet: options.Quiet = False,
+    run,
 ):
     """Map where runs are stable, refused or stopped by a guard.
 
@@ -32,15 +33,13 @@ def extremes(
     from dusttaichi import plots
     from dusttaichi.studies.extremes import ExtremesMap, save
 
-    folder = output or Path("runs/extremes")
-    study = ExtremesMap(folder, quick=quick, only=only, threads=threads)
-    engine_options = {"force": force, "resume": not force, "onward": options.resume_command()}
-    engine_options |= {"jobs": jobs, "scheduler": scheduler, "quiet": quiet, "noun": "cells"}
-    with options.writing(force=force):
-        data = study.dataset(run_study(study, **engine_options))
+    folder = run.output or Path("runs/extremes")
+    study = ExtremesMap(folder, quick=quick, only=only, threads=run.threads)
+    with run.writing():
+        data = study.dataset(run.run_again(study))
         paths = save(data, study.file)
         paths.append(plots.save(plots.extremes(data), study.file.with_suffix(".png")))
-    say_result(data, lambda: _show(data), paths, as_json=as_json)
+    run.say_result(data, lambda: _show(data), paths)
     if (data.verdict == "WRONG").any():
         sys.exit(1)
 

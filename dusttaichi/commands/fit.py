@@ -7,12 +7,17 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import say, say_table
-from dusttaichi.commands.ensembles import run_study, say_result
+from dusttaichi.commands.study_command import study_command
 from dusttaichi.errors import DustError
 
 TARGETS = ("asperities", "continuum")
 
 
+@study_command(
+    "simulations",
+    omit="resume part output threads extensions figures",
+    force=(options.Overwrite, False),
+)
 def fit(
     target: Annotated[str, typer.Argument(help=" or ".join(TARGETS), metavar="WHAT")],
     runs: Annotated[
@@ -33,11 +38,7 @@ def fit(
         float | None,
         typer.Option(help="continuum: strain rate of the fitted compression [1/s]", metavar="RATE"),
     ] = None,
-    jobs: options.Jobs = None,
-    scheduler: options.Scheduler = None,
-    force: options.Overwrite = False,
-    as_json: options.Json = False,
-    quiet: options.Quiet = False,
+    run,
 ):
     """Fit numbers of the model.
 
@@ -50,16 +51,16 @@ def fit(
             f"fit {target}: there is no fit of that name; allowed: {', '.join(TARGETS)}"
         )
     if target == "asperities":
-        _asperities(material, speed, as_json, jobs=jobs, scheduler=scheduler, quiet=quiet)
+        _asperities(material, speed, run)
         return
-    for name, value in (("--jobs", jobs), ("--scheduler", scheduler)):
+    for name, value in (("--jobs", run.jobs), ("--scheduler", run.scheduler)):
         if value is not None:
             raise DustError(f"{name} {value}: a fit of the continuum runs no scenes; leave it out")
-    with options.writing(force=force, inputs=runs or []):
-        _continuum(runs or [], output, phi_2, rate, as_json=as_json)
+    with run.writing(*(runs or [])):
+        _continuum(runs or [], output, phi_2, rate, run)
 
 
-def _asperities(material, speed, as_json, **engine_options):
+def _asperities(material, speed, run):
     from dusttaichi.scene import quantities
     from dusttaichi.studies import asperity_fit
 
@@ -67,16 +68,16 @@ def _asperities(material, speed, as_json, **engine_options):
     if sticking_speed <= 0.0:
         raise DustError(f"--speed = {speed!r}: a speed above 0 is needed")
     study = asperity_fit.AsperityFit(material, sticking_speed)
-    numbers = study.result(run_study(study, noun="simulations", **engine_options))
+    numbers = study.result(run.run(study, force=False))
 
     def show():
         for text in asperity_fit.lines(numbers):
             say(text)
 
-    say_result(numbers, show, [], as_json=as_json)
+    run.say_result(numbers, show, [])
 
 
-def _continuum(runs, output, phi_2, rate, *, as_json):
+def _continuum(runs, output, phi_2, rate, run):
     from dusttaichi.continuum.analysis import fit_tables as tables
 
     if output.suffix not in (".yaml", ".yml"):
@@ -85,7 +86,7 @@ def _continuum(runs, output, phi_2, rate, *, as_json):
         raise DustError(f"--phi-2 = {phi_2:g}: a number above 0.2 and below 0.75 is needed")
     material_fit = tables.fit_runs(runs, phi_2, rate)
     paths = write(material_fit, output)
-    say_result(tables.numbers(material_fit), lambda: _show(material_fit), paths, as_json=as_json)
+    run.say_result(tables.numbers(material_fit), lambda: _show(material_fit), paths)
 
 
 def write(fit, path):

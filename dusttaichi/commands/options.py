@@ -204,12 +204,6 @@ def remark_missing(attributes):
         remark(f"without numbers and figures of {names}; --extension FILE adds them")
 
 
-def refuse_both(force, resume):
-    """Refuse --force together with --resume. Raises DustError."""
-    if force and resume:
-        raise DustError("--force starts again, --resume continues: give only one of them")
-
-
 def resume_command(*further, without=None):
     """The command that continues after an interruption: this command, with `further` words.
 

@@ -14,54 +14,47 @@ from dusttaichi.commands.console import (
 from dusttaichi.commands.ensembles import run_sweep
 from dusttaichi.commands.progress import Phases, progress_bar, show_sample
 from dusttaichi.commands.report import serve_report
+from dusttaichi.commands.study_command import study_command
 from dusttaichi.errors import DustError
 
 
+@study_command(
+    omit="part",
+    force=(options.flag("--force", "overwrite an existing result"), False),
+    resume=(options.flag("--resume", "continue an interrupted run"), False),
+)
 def run(
     file: options.SceneFile,
     *,
     settings: options.Settings = None,
-    force: options.flag("--force", "overwrite an existing result") = False,
-    resume: options.flag("--resume", "continue an interrupted run") = False,
     watch: options.flag("--watch", "show the run in a browser, as dust watch does") = False,
-    extensions: options.Extensions = None,
-    output: options.Output = None,
-    threads: options.Threads = None,
-    jobs: options.Jobs = None,
-    scheduler: options.Scheduler = None,
-    as_json: options.Json = False,
-    figures: options.Figures = True,
-    quiet: options.Quiet = False,
     verbose: options.Verbose = False,
+    run,
 ):
     """Run a scene: result, figures and a short table."""
     from dusttaichi.running import run_directory
 
-    options.refuse_both(force, resume)
     phases = Phases(verbose)
-    scene = options.load_scene(file, threads, settings, extensions)
-    directory = run_directory(scene, output)
-    if getattr(scene, "collisions", None) is not None and not quiet:
+    scene = run.load_scene(file, settings)
+    directory = run_directory(scene, run.output)
+    if getattr(scene, "collisions", None) is not None and not run.quiet:
         remark(f"this is the one collision of `sample`; all of `collisions`: dust collide {file}")
     if scene.replicas is not None:
         from dusttaichi.studies.sweep import replicas
 
-        study = replicas(scene, directory)
-        engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
-        with options.writing(force=force, inputs=[file]):
-            engine_options |= {"quiet": quiet, "verbose": verbose}
-            run_sweep(study, figures=figures, as_json=as_json, **engine_options)
+        with run.writing(file):
+            run_sweep(replicas(scene, directory), run, verbose=verbose)
         return
-    for option, value in (("--scheduler", scheduler), ("--jobs", jobs)):
+    for option, value in (("--scheduler", run.scheduler), ("--jobs", run.jobs)):
         if value is not None:
             raise DustError(f"{option} is for many runs: a scene with replicas, or dust sweep")
-    engine_options = {"force": force, "resume": resume}
+    engine_options = {"force": run.force, "resume": run.resume}
     phases.end("imports and scene")
     with serve_report(directory, watch):
-        _run_one(scene, directory, quiet=quiet, phases=phases, **engine_options)
-    with options.writing(force=force, inputs=[file]):
-        frames = _show_result(directory, figures, as_json, phases)
-    if not (quiet or as_json):
+        _run_one(scene, directory, quiet=run.quiet, phases=phases, **engine_options)
+    with run.writing(file):
+        frames = _show_result(directory, run.figures, run.as_json, phases)
+    if not (run.quiet or run.as_json):
         _say_next(directory, frames)
     phases.total()
 

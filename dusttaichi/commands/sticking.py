@@ -6,11 +6,17 @@ import typer
 
 from dusttaichi.commands import options
 from dusttaichi.commands.console import remark, say
-from dusttaichi.commands.ensembles import run_study, say_result
+from dusttaichi.commands.study_command import study_command
 
 SHOWN_EVERY = 30.0  # s between two lines of progress in a log: a bundle may take hours
 
 
+@study_command(
+    "collisions",
+    omit="part figures",
+    force=(options.Overwrite, False),
+    resume=(options.flag("--resume", "compute the missing collisions"), False),
+)
 def sticking(
     file: options.SceneFile,
     *,
@@ -29,15 +35,7 @@ def sticking(
         str | None,
         typer.Option("--map", help="restitution at COUNT speeds", metavar="LOW,HIGH,COUNT"),
     ] = None,
-    output: options.Output = None,
-    threads: options.Threads = None,
-    jobs: options.Jobs = None,
-    scheduler: options.Scheduler = None,
-    extensions: options.Extensions = None,
-    force: options.Overwrite = False,
-    resume: options.flag("--resume", "compute the missing collisions") = False,
-    as_json: options.Json = False,
-    quiet: options.Quiet = False,
+    run,
 ):
     """Find the sticking speed of a collision, or its restitution.
 
@@ -49,31 +47,30 @@ def sticking(
     from dusttaichi.studies import sticking as search
     from dusttaichi.studies.settings import with_settings
 
-    scene = options.load_scene(file, threads, extensions=extensions)
-    folder = output or scene.output.directory.with_name(f"{scene.name}-sticking")
-    engine_options = {"scheduler": scheduler, "jobs": jobs, "quiet": quiet, "noun": "collisions"}
-    engine_options |= {"force": not resume, "resume": resume, "every": SHOWN_EVERY}
+    scene = options.load_scene(file, run.threads, extensions=run.extensions)
+    folder = run.output or scene.output.directory.with_name(f"{scene.name}-sticking")
+    # --force is about files of others alone
+    options_of_run = {"force": not run.resume, "every": SHOWN_EVERY}
     if chart is not None:
         study = restitution.RestitutionMap(scene, folder, chart, tolerance, settings or [])
         _remark_model(study)
-        with options.writing(force=force, inputs=[file]):
-            data = study.dataset(run_study(study, **engine_options))
+        with run.writing(file):
+            data = study.dataset(run.run(study, **options_of_run))
             paths = _save_map(data, study.file)
         rows, numbers = restitution.map_rows(data), data
     else:
         scene = with_settings(scene, settings or [])
-        log = (lambda text: None) if quiet else remark
         ends = (search.speed_of(*end) for end in (("--low", low), ("--high", high)))
-        study = search.Search(scene, tolerance, *ends, directory=folder, log=log)
+        study = search.Search(scene, tolerance, *ends, directory=folder, log=run.log)
         _remark_model(study)
-        bracket, paths = study.result(run_study(study, **engine_options)), [study.file]
+        bracket, paths = study.result(run.run(study, **options_of_run)), [study.file]
         rows, numbers = search.rows(bracket), convert_value(bracket) | {"speed": bracket.speed}
 
     def show():
         for label, value in rows:
             say(f"{label:<44} {value}")
 
-    say_result(numbers, show, paths, as_json=as_json)
+    run.say_result(numbers, show, paths)
 
 
 def _remark_model(study):

@@ -6,8 +6,10 @@ import typer
 
 from dusttaichi.commands import completion, options
 from dusttaichi.commands.ensembles import run_sweep
+from dusttaichi.commands.study_command import study_command
 
 
+@study_command()
 def sweep(
     file: options.SceneFile,
     *,
@@ -20,30 +22,14 @@ def sweep(
             autocompletion=completion.complete_keys,
         ),
     ],
-    force: options.ForceResults = False,
-    resume: options.ResumeMissing = False,
-    part: options.Part = None,
-    extensions: options.Extensions = None,
-    output: options.Output = None,
-    threads: options.Threads = None,
-    jobs: options.Jobs = None,
-    scheduler: options.Scheduler = None,
-    as_json: options.Json = False,
-    figures: options.Figures = True,
-    quiet: options.Quiet = False,
     verbose: options.Verbose = False,
+    run,
 ):
     """Run a scene over a grid of values: dataset, figure, table."""
-    from dusttaichi.running import study_directory
     from dusttaichi.studies import sweep as studies
     from dusttaichi.studies.settings import with_common_settings
 
-    options.refuse_both(force, resume)
-    scene = options.load_scene(file, threads, extensions=extensions)
-    scene, swept = with_common_settings(scene, settings)
-    study = studies.sweep(scene, swept, study_directory(scene, "sweep", output))
-    with options.writing(force=force, inputs=[file]):
-        engine_options = {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
-        engine_options["part"] = options.part_of(part)
-        engine_options |= {"quiet": quiet, "verbose": verbose}
-        run_sweep(study, figures=figures, as_json=as_json, **engine_options)
+    scene, swept = with_common_settings(run.load_scene(file), settings)
+    study = studies.sweep(scene, swept, run.find_folder(scene, "sweep"))
+    with run.writing(file):
+        run_sweep(study, run, verbose=verbose)

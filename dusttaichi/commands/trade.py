@@ -5,10 +5,16 @@ from typing import Annotated
 import typer
 
 from dusttaichi.commands import options
-from dusttaichi.commands.console import remark, say, say_table
-from dusttaichi.commands.ensembles import run_study, say_result
+from dusttaichi.commands.console import say, say_table
+from dusttaichi.commands.study_command import study_command
 
 
+@study_command(
+    "points",
+    omit="resume part figures",
+    threads=(options.Threads, 1),
+    force=(options.flag("--force", "run finished points again"), False),
+)
 def trade(
     file: options.SceneFile,
     *,
@@ -24,15 +30,8 @@ def trade(
         int | None, typer.Option(min=1, help="seeds for the scatter: 4, with --quick 2")
     ] = None,
     quick: options.flag("--quick", "three levels of each parameter, two seeds") = False,
-    threads: options.Threads = 1,
-    jobs: options.Jobs = None,
-    scheduler: options.Scheduler = None,
     suggest: options.flag("--suggest", "no runs: cheapest settings for such scenes") = False,
-    force: options.flag("--force", "run finished points again") = False,
-    extensions: options.Extensions = None,
-    output: options.Output = None,
-    as_json: options.Json = False,
-    quiet: options.Quiet = False,
+    run,
 ):
     """Measure run time and error of each numerical parameter.
 
@@ -41,31 +40,26 @@ def trade(
     from dusttaichi.analysis.ensemble import save_ensemble
     from dusttaichi.plots import save
     from dusttaichi.plots import trade as draw
-    from dusttaichi.running import study_directory
     from dusttaichi.studies import trade_plan
     from dusttaichi.studies.trade import TradeStudy
 
-    scene = options.load_scene(file, extensions=extensions)
+    scene = options.load_scene(file, extensions=run.extensions)
     if suggest:
         _suggest(scene)
         return
     names, error_limit = trade_plan.parse_names(parameters), trade_plan.parse_tolerance(tolerance)
     plan = trade_plan.TradePlan(names, quick, seeds, error_limit, observable)
-    with options.writing(force=force, inputs=[file]):
-        log = (lambda text: None) if quiet else remark
-        folder = study_directory(scene, "trade", output)
-        study = TradeStudy(scene, folder, plan, threads=threads, log=log)
+    with run.writing(file):
+        folder = run.find_folder(scene, "trade")
+        study = TradeStudy(scene, folder, plan, threads=run.threads, log=run.log)
         fraction = trade_plan.find_parameters(study.scene).fraction(study.scene)
         if fraction is not None:
-            log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
-        engine_options = {"force": force, "resume": not force, "log": log, "quiet": quiet}
-        engine_options |= {"jobs": jobs, "scheduler": scheduler}
-        engine_options |= {"noun": "points", "onward": options.resume_command()}
-        data = study.dataset(run_study(study, **engine_options))
-        data.attrs |= {} if jobs is None else {"jobs": jobs}
+            run.log(f"the time step of the scene is {fraction:.3g} of its stiffest period")
+        data = study.dataset(run.run_again(study, log=run.log))
+        data.attrs |= {} if run.jobs is None else {"jobs": run.jobs}
         save_ensemble(data, study.file)
         paths = [study.file, save(draw(data), study.file.with_suffix(".png"))]
-    say_result(data, lambda: _show(study.trade, scene), paths, as_json=as_json)
+    run.say_result(data, lambda: _show(study.trade, scene), paths)
 
 
 def _show(measured_trade, scene):
