@@ -29,7 +29,7 @@ from dusttaichi.studies.trade_plan import NAMES, make_base_scene
 LEAST_NOISE = 0.02  # of a cost
 LONGEST = 120  # characters of a directory's name
 DEFAULT = Variant("default", "default")
-AGAIN = Variant("default again", "default", again=True)
+AGAIN = Variant("default again", "default", repeats=True)
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class TradeStudy(StagedStudy):
 
     def _find_point(self, variant, scene):
         """Point of the first variant with an equal scene."""
-        text = variant.label if variant.again else scene.to_yaml()
+        text = variant.label if variant.repeats else scene.to_yaml()
         if text not in self._points:
             label = re.sub(r"[^\w.+,=-]+", "_", variant.label)[:LONGEST]
             self._points[text] = Point.of(scene, self.directory, label, snapshots=True)

@@ -226,7 +226,7 @@ class Model:
 
     def result(self, point):
         c = point.changes
-        if point.again:
+        if point.repeats:
             measured = ObservableValues({"strength": 104.0})
             return Row(point, 0, "finished", 10.0 * self.again, self.again, measured=measured)
         if c.get("numerics.precision") == "f32":
