@@ -1,4 +1,4 @@
-"""What the commands of studies share: their options, the run with its bar, and the end of it."""
+"""Options that the commands of studies share, the run with its bar, and its end."""
 
 import inspect
 from dataclasses import dataclass
