@@ -19,7 +19,7 @@ from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
-from dusttaichi.grains.order import grain_order
+from dusttaichi.grains.order import order_by_members
 from dusttaichi.grains.pushes import make_push
 from dusttaichi.grains.setup import Prepared
 from dusttaichi.grains.simulation import Simulation
@@ -64,7 +64,7 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     properties = equal_properties(scene.material) if own is None else own
     radii, dt = properties.radius / units.LENGTH, step.dt / units.TIME
     smallest, largest = float(np.min(radii)), float(np.max(radii))
-    order = grain_order(sample.positions / units.LENGTH, 4.0 * float(np.median(radii)))
+    order = order_by_members(sample.positions / units.LENGTH, radii, sample.info.get("members"))
     push = make_push(
         scene.push, sample.info, order, dt, {push.kind for push in list_stage_pushes(scene)}
     )
@@ -77,7 +77,9 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     loops = loops or loops_of(scene.numerics)
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     layout = replace(
-        chosen_layout(scene, model, loops, push, polydisperse=own is not None),
+        chosen_layout(
+            scene, model, loops, push, polydisperse=own is not None, members="members" in sample.info
+        ),
         ledger=ledger,
         tilted=is_tilted(scene, sample),
         few_wall_contacts=has_few_wall_contacts(box, cell, len(order), smallest),
@@ -132,8 +134,8 @@ def chosen_numbers(table, model):
     return pair, wall, on_sphere, rows
 
 
-def chosen_layout(scene, model, loops, push, polydisperse):
-    """The Layout of the numbers that a scene needs."""
+def chosen_layout(scene, model, loops, push, *, polydisperse, members=False):
+    """The Layout of the numbers that a scene needs; members: see grains.members."""
     return store.Layout(
         width=loops.width,
         tile=loops.tile,
@@ -148,7 +150,8 @@ def chosen_layout(scene, model, loops, push, polydisperse):
         gravity="" if scene.gravity is None else scene.gravity.kind,
         orientation=scene.output.requests("orientation"),
         contact_loss=scene.output.requests("loss"),
-        grain_loss=scene.output.requests("grain_loss"),
+        grain_loss=scene.output.requests("grain_loss") or members,
+        members=members,
     )
 
 

@@ -15,6 +15,7 @@ from dusttaichi.grains.kernels.device import ContactThreads, by_threads
 from dusttaichi.grains.kernels.grain_losses import make_add_grain_losses
 from dusttaichi.grains.kernels.load_sums import make_load_sums, place_load_sums
 from dusttaichi.grains.kernels.measure import make_measure, place_measure
+from dusttaichi.grains.kernels.members import make_measure_members, place_member_sums
 from dusttaichi.grains.kernels.neighbour_lists import make_neighbour_lists
 from dusttaichi.grains.kernels.polydisperse import interface_table, make_write_constants
 from dusttaichi.grains.step import Phases, make_evaluate, steps_of
@@ -29,6 +30,7 @@ def compiled_for(key, scene, layout, room):
     fields = place(declare(room, layout, walls), by_columns=kind == "launches")
     scratch = search.place_search(room, layout, walls)
     sums = place_measure(room, layout, walls)
+    sums |= place_member_sums(room, layout) if layout.members else {}
     sums |= place_load_sums(room, layout, walls) if on_device() else {}
     write = None
     if layout.polydisperse:
@@ -46,6 +48,8 @@ def compiled_for(key, scene, layout, room):
         ),
         **make_measure(fields, sums, layout, phases),
     )
+    if layout.members:
+        vars(kernels).update(make_measure_members(fields, sums, layout, phases.pairs))
     if layout.periodic:
         kernels.wrap = make_wrap(fields, layout)
     if layout.grain_loss:

@@ -175,9 +175,9 @@ class MovingGrains(SimpleSimulation):
         }
 
 
-def make(scene, sample):
-    """MovingGrains of a scene and a Sample, at step 0."""
-    out = MovingGrains(scene, sample, build(scene, sample))
+def make(scene, sample, step=None):
+    """MovingGrains of a scene and a Sample, at step 0; step: as for `build`."""
+    out = MovingGrains(scene, sample, build(scene, sample, step=step))
     out.domain.check_start()
     return out
 

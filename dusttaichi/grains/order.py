@@ -24,6 +24,21 @@ def grain_order(positions, cell):
     return np.concatenate([part[np.lexsort((key[part], at_cut[part]))] for part in parts])
 
 
+def order_by_members(positions, radii, members):
+    """`grain_order` of grains of these radii, one number or (N,); of each member by itself.
+
+    members: grains of both bodies of each (grains.members), or None.
+    """
+    if members is None:
+        return grain_order(positions, 4.0 * float(np.median(radii)))
+    radii, ends = np.broadcast_to(radii, len(positions)), np.cumsum(np.sum(members, axis=1))
+    parts = []
+    for first, end in zip([0, *ends[:-1]], ends, strict=True):
+        cell = 4.0 * float(np.median(radii[first:end]))
+        parts.append(first + grain_order(positions[first:end], cell))
+    return np.concatenate(parts)
+
+
 def bisected(positions, reach):
     """Order of the grains by bisection, and the cuts that each grain is near.
 

@@ -26,6 +26,7 @@ from dusttaichi.grains.measure import (
     set_back,
     wall_work,
 )
+from dusttaichi.grains.members import Members
 from dusttaichi.grains.pushes import push_anew
 from dusttaichi.grains.search import Search
 from dusttaichi.grains.sphere import MovingSphere
@@ -74,6 +75,9 @@ class Simulation:
             self.sphere = MovingSphere(self, parts.sphere, on_sphere)
         self.chosen, self.threads = parts.step, parts.threads
         self.search, self.ledger_sums = Search(self, parts.skin), LedgerSums()
+        self.members = None
+        if self.layout.members:
+            self.members = Members(self, self.sample_info["members"])
         self._move(parts.scene.stage_plans[0].drive)
         self._start(parts.sample)
 
@@ -125,6 +129,8 @@ class Simulation:
             state["mass"], state["inertia"] = self.mass[:, 0], self.inertia[:, 0]
         if self.sphere is not None:
             self.sphere.place()
+        if self.members is not None:
+            self.members.place(sample.positions[order] / units.LENGTH)
         state.put_numbers(
             self.pair, self.wall, None if self.sphere is None else self.sphere.contact
         )
@@ -160,6 +166,8 @@ class Simulation:
         names = ("loss", "loss_wall", "loss_sphere")
         self.ledger_sums.pending = [begin[name].tolist() for name in names]
         self.ledger_sums.face_power = face_power(self)
+        if self.members is not None:
+            self.members.begin()
 
     # -- drive -----------------------------------------------------------------------------------
 

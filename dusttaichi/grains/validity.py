@@ -11,20 +11,21 @@ from dusttaichi.physics.geometry import WALLS
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 
 
-def validate(sim, measurement, run):
+def validate(sim, measurement, run, grains=slice(None)):
     """Raise GuardStop if the Measurement of a grain Simulation cannot be trusted.
 
-    run: the method.Simulation, for the message.
+    run: the method.Simulation, for the message. grains: those of the Measurement, by the sample's
+    numbers, of which the message counts from the first on.
     """
     m, when = measurement.parts, moment(run)
     if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
-            f"{when} the energy is not a number{_culprit(sim)}: the step is too long for what "
+            f"{when} the energy is not a number{_culprit(sim, grains)}: the step is too long for what "
             f"happens. {_start(run)} a smaller numerics.time_step or a lower speed."
         )
     if m["largest_strain"] > LARGEST_OVERLAP:
         raise GuardStop(
-            f"{when} a contact{_deepest(sim)} overlaps by {m['largest_strain']:.3g} of the "
+            f"{when} a contact{_deepest(sim, grains)} overlaps by {m['largest_strain']:.3g} of the "
             f"(smaller) radius, more than {LARGEST_OVERLAP:g}: adhesive elastic contacts mean "
             f"nothing there. {_start(run)} a lower wall speed, an earlier stop, or a smaller "
             "numerics.time_step."
@@ -37,21 +38,21 @@ def _start(run):
     return f"At the start {run.suspect}. Otherwise try" if run.suspect else "Try"
 
 
-def _culprit(sim):
-    x, v, _ = grain_state(sim)
+def _culprit(sim, grains):
+    x, v, _ = grain_state(sim)[:, grains]
     bad = np.flatnonzero(~np.isfinite(x).all(axis=1) | ~np.isfinite(v).all(axis=1))
     return f" (grain {bad[0]} first of {len(bad)})" if len(bad) else ""
 
 
-def _deepest(sim):
-    pairs = contact_state(sim)
-    if len(pairs["overlap"]) == 0:
+def _deepest(sim, grains):
+    pairs, (first, end, _) = contact_state(sim), grains.indices(sim.grains)
+    i, j, overlap = (pairs[name] for name in ("grain_i", "grain_j", "overlap"))
+    inside = (i >= first) & (i < end)
+    if not inside.any():
         return " with a wall"
     radii = sim.grain_radii
-    k = int(
-        np.argmax(pairs["overlap"] / np.minimum(radii[pairs["grain_i"]], radii[pairs["grain_j"]]))
-    )
-    return f" (grains {pairs['grain_i'][k]} and {pairs['grain_j'][k]} the deepest)"
+    k = int(np.argmax(np.where(inside, overlap / np.minimum(radii[i], radii[j]), -np.inf)))
+    return f" (grains {i[k] - first} and {j[k] - first} the deepest)"
 
 
 def _inside(sim, when):

@@ -14,6 +14,7 @@ from dusttaichi.samples.ballistic import first_touch, random_rotations
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.registry import AnyBody, SampleBlock, make_sample, reads_samples, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.side_by_side import join_contacts, join_grains
 from dusttaichi.samples.values import ImpactParameter, Seed
 from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import Quantity
@@ -104,8 +105,8 @@ def make(spec: CollisionSample, materials: Materials) -> Sample:
             ]
         ),
         np.concatenate([first.spins, second.spins]),
-        _join_contacts(first, second),
-        **(_join_grains(first, second, radii) if polydisperse else {}),
+        join_contacts((first, second)),
+        **(join_grains((first, second), radii) if polydisperse else {}),
     )
     colliding.info.update(
         kind="collision",
@@ -153,23 +154,6 @@ def _place_projectile(positions, radii, impact: float, gap: float):
     return separation, hit
 
 
-def _join_grains(target: Sample, projectile: Sample, radii) -> dict:
-    """Join radii and materials of both bodies."""
-    materials = [
-        np.zeros(len(body), np.int32) if body.materials is None else body.materials
-        for body in (target, projectile)
-    ]
-    return {
-        "radii": np.concatenate(
-            [
-                np.broadcast_to(r, len(body))
-                for r, body in zip(radii, (target, projectile), strict=True)
-            ]
-        ),
-        "materials": np.concatenate(materials),
-    }
-
-
 def _centre_body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:
     """Centre a sample about its centre of mass, and rotate it with its contacts."""
     contacts = None
@@ -189,32 +173,3 @@ def _centre_body(sample: Sample, turn: np.ndarray, masses=None) -> Sample:
         radii=sample.radii,
         materials=sample.materials,
     )
-
-
-def _join_contacts(target: Sample, projectile: Sample) -> dict | None:
-    """Join the contacts of the bodies' files, None without any; others follow from distances."""
-    stored_contacts = [
-        (body.contacts, first)
-        for body, first in ((target, 0), (projectile, len(target)))
-        if body.contacts
-    ]
-    if not stored_contacts:
-        return None
-    shapes = {
-        name: values.shape[1:]
-        for contacts, _ in stored_contacts
-        for name, values in contacts.items()
-    }
-    joined = {}
-    for name, shape in shapes.items():
-        # history of an effect that only the other body had is zero
-        arrays = [
-            contacts.get(name, np.zeros((len(contacts["i"]), *shape)))
-            for contacts, _ in stored_contacts
-        ]
-        if name in ("i", "j"):
-            arrays = [
-                numbers + first for numbers, (_, first) in zip(arrays, stored_contacts, strict=True)
-            ]
-        joined[name] = np.concatenate(arrays)
-    return joined

@@ -12,14 +12,36 @@ from dusttaichi.physics.geometry import are_in_same_fragment, label_components
 from dusttaichi.samples.materials import Materials
 
 
-class TwoBodies:
+class Encounter:
+    """Two bodies that meet, whose `relative()` is that of TwoBodies.
+
+    before (3,) [m/s]: relative velocity at the start. normal (3,): line from the second body, or
+    the wall, to the first, where `look` found them closest.
+    """
+
+    def start(self):
+        """Begin to look."""
+        self.before, self._nearest = self.relative()[1], inf
+
+    def look(self):
+        """Keep the normal at the moment when the bodies have been closest."""
+        line = self.relative()[0]
+        distance = np.linalg.norm(line)
+        if distance < self._nearest:
+            self._nearest, self.normal = distance, line / distance
+
+    def restitution(self):
+        """Speed of separation over that of approach, along the normal; None without an approach."""
+        approach = -float(self.before @ self.normal)
+        return float(self.relative()[1] @ self.normal) / approach if approach > 0.0 else None
+
+
+class TwoBodies(Encounter):
     """Two bodies in motion, or one and the nearest wall; SI.
 
     scene, sample: its Sample, grains of the first body first. sim: its method.Simulation; dt [s]:
-    of its step. masses [kg], radii [m]: of the grains (N,). bodies: grains of each. before (3,)
-    [m/s]: relative velocity at the start. normal (3,): line from the second body, or the wall, to
-    the first, where `look` found them closest. Raises DustError for one body without a wall, and as
-    a build does.
+    of its step. masses [kg], radii [m]: of the grains (N,). bodies: grains of each. Raises
+    DustError for one body without a wall, and as a build does.
     """
 
     def __init__(self, scene, sample):
@@ -36,7 +58,7 @@ class TwoBodies:
                 "A collision needs two bodies; allowed: sample.kind pair or collision, or a "
                 "boundary with a wall."
             )
-        self.before, self._nearest = self.relative()[1], inf
+        self.start()
 
     def relative(self):
         """Distance [m] and velocity [m/s] of the first body from the second or the wall, (2, 3).
@@ -58,18 +80,6 @@ class TwoBodies:
             normal = box.normal[wall]
             found = np.array([distance[wall] * normal, first[1] - box.speed[wall] * normal])
         return found * [[self.sim.units("m")], [self.sim.units("m/s")]]
-
-    def look(self):
-        """Keep the normal at the moment when the bodies have been closest."""
-        line = self.relative()[0]
-        distance = np.linalg.norm(line)
-        if distance < self._nearest:
-            self._nearest, self.normal = distance, line / distance
-
-    def restitution(self):
-        """Speed of separation over that of approach, along the normal; None without an approach."""
-        approach = -float(self.before @ self.normal)
-        return float(self.relative()[1] @ self.normal) / approach if approach > 0.0 else None
 
     def fragment_of(self):
         """Fragment of each grain (N,): sets of grains connected by contacts."""

@@ -63,6 +63,7 @@ def declare(grains, layout, walls):
     rows += _walls(n, layout) if walls else []
     rows += _orientation(n) if layout.orientation else []
     rows += _grain_loss(n, layout) if layout.grain_loss else []
+    rows += _members(n) if layout.members else []
     rows += _cell(n, layout) if layout.periodic else []
     rows += [*_pushes(n, layout), *_gravity(layout)]
     rows += _sphere(n) if layout.sphere else []
@@ -90,6 +91,16 @@ def _orientation(n):
 def _grain_loss(n, layout):
     meaning = "losses in the contacts of a grain up to the last search, by channel"
     return [("grain_loss", meaning, "fJ", ("f64", 0), (n.grains, len(layout.channels)))]
+
+
+def _members(n):
+    return [
+        ("body", "twice the number of its member, plus 1 in the second body; -1 at rest", "1",
+         ("i32", 0), (n.grains,)),
+        ("origin", "origin of its member, as the search sees it", "um", ("f64", 3), (n.grains,)),
+        ("member_first", "first grain of a member", "1", ("i32", 0), (n.grains // 2 + 2,)),
+        ("due", "1 where the member is to be measured", "1", ("i32", 0), (n.grains // 2 + 1,)),
+    ]
 
 
 def _contacts(n, layout):

@@ -77,9 +77,14 @@ class ContactSums:
     @ti.func
     def add_block(self, tile, block, dt_wide, place):
         """Add a block of contacts to its tile."""
+        self.add_lanes(tile, block, dt_wide, place, 0, self.width)
+
+    @ti.func
+    def add_lanes(self, tile, block, dt_wide, place, begin, end):
+        """Add the lanes of a block from `begin` to before `end`, as far as it has them."""
         b, kind_numbers = block & self.own.mask, self.own.numbers.of_kind(self.own.kind)
         dt, g = ti.cast(dt_wide, self.own.real), self.own.gathered(b, place)
-        for lane in range(self.width):
+        for lane in range(ti.max(0, begin), ti.min(self.width, end)):
             k, h, p = self.own.configured(g, b, lane, kind_numbers, place)
             _, stored = self.own.mechanics.evaluate(k, h, p, self.own.gatherer.strength(place))
             for n in ti.static(range(self.potentials)):

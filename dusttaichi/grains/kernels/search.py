@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from dusttaichi.compute.blocks import is_idle, loop_length
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, is_short, scan_capacity
+from dusttaichi.grains.kernels.members import make_stand_apart
 from dusttaichi.grains.kernels.store import (
     GRAINS,
     NEIGHBOURS,
@@ -41,6 +42,8 @@ def place_search(grains, layout, walls):
         own["wall_chunk"] = ti.field(ti.i32, shape=6 * -(-grains // CHUNK) + 1)
     if layout.sphere:
         own["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK) + 1)
+    if layout.members:
+        own["apart"] = ti.Vector.field(3, ti.f64, shape=grains)
     return (
         place_cells(3, grains, CELLS_PER_GRAIN * grains + FURTHER_CELLS, method_numbers=OWN_NUMBERS)
         | own
@@ -56,8 +59,10 @@ def place_search(grains, layout, walls):
 
 def make_bounds(fields, scratch):
     """Kernel `find_bounds()` of all grains, and of their speeds (particles.cells.Bounds)."""
-    x, v, room = fields["x"], fields["v"], scratch["in_cell"].shape[0]
-    bounds = Bounds(x, scratch["bounds"], counter(fields), FARTHEST, capacity=room, v=v)
+    x, v, room, before = fields["x"], fields["v"], scratch["in_cell"].shape[0], ()
+    if "apart" in scratch:
+        x, before = scratch["apart"], (make_stand_apart(fields, scratch),)
+    bounds = Bounds(x, scratch["bounds"], counter(fields), FARTHEST, capacity=room, v=v, before=before)
 
     @ti.kernel
     def find_bounds():
@@ -93,6 +98,9 @@ class Neighbours:
         self.near, self.near_count = scratch["near"], scratch["near_count"]
         self.own_count, self.capacity = scratch["own_count"], scratch["in_cell"].shape[0]
         self.near_start, self.radius = scratch.get("near_start"), fields.get("radius")
+        # members stand apart for the cells, and see no other one
+        self.seen, self.body = scratch.get("apart", self.x), fields.get("body")
+        self.members = layout.members
 
     @ti.func
     def insert(self, g, other, first, found: ti.template()):
@@ -131,10 +139,18 @@ class Neighbours:
         return out
 
     @ti.func
+    def meets(self, g, other):
+        """True if a grain may touch another one."""
+        out = other != g
+        if ti.static(self.members):
+            out = out and self.body[g] >> 1 == self.body[other] >> 1
+        return out
+
+    @ti.func
     def visit(self, g, grid, reach, counting: ti.template()):
         """Counts or lists the neighbours of g: what is near in the cells around its own."""
         here, found, side = self.x[g], ti.Vector([0, 0]), ti.cast(self.numbers[AROUND], ti.i32)
-        begin, around = self.cells.find_cell(here, grid) - 1, ti.Vector([side, side, 3])
+        begin, around = self.cells.find_cell(self.seen[g], grid) - 1, ti.Vector([side, side, 3])
         for cut in range(around[0]):
             for run in range(self.cells.runs(around)):
                 one, behind, image = self.cells.run(begin, around, cut, run, grid)
@@ -142,7 +158,7 @@ class Neighbours:
                 while k < end and found[0] <= self.most:
                     other = self.member[k]
                     d = self.x[other] + image - here
-                    if d.dot(d) < self.reach2(g, other, reach) and other != g:
+                    if d.dot(d) < self.reach2(g, other, reach) and self.meets(g, other):
                         self.add(g, other, found, counting)
                     k += 1
         self.near_count[g], self.own_count[g] = found[0], found[1]
@@ -173,11 +189,14 @@ def make_find(fields, scratch, layout, cells):
     own_count, old_start = scratch["own_count"], scratch["old_start"]
     pair_start, near_start = fields["pair_start"], scratch.get("near_start")
     scan, neighbours = Scan(scratch["chunk_sum"]), Neighbours(fields, scratch, layout, cells)
-    room, light = old_start.shape[0] - 1, is_short(x.shape[0])
+    room, light, seen = old_start.shape[0] - 1, is_short(x.shape[0]), scratch.get("apart", x)
 
     @ti.func
     def home(g, grid: ti.template()):
-        return cells.number(cells.find_cell(x[g], grid), grid)
+        out = cells.number(cells.find_cell(seen[g], grid), grid)
+        if ti.static(layout.members):  # a member at rest is in none
+            out = ti.select(fields["body"][g] >= 0, out, -1)
+        return out
 
     sort = Sort(SimpleNamespace(**scratch), counter(fields), cells.total, home, ordered=False)
 

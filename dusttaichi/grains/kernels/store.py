@@ -49,6 +49,7 @@ class Layout:
     orientation: bool = False  # rotations of the grains are followed
     contact_loss: bool = False  # what each contact has lost is stored with it
     grain_loss: bool = False  # what the contacts of each grain have lost is summed for it
+    members: bool = False  # independent pairs of bodies side by side (kernels.members)
     few_wall_contacts: bool = False  # few of many grains reach the walls: a smaller capacity
 
     @property

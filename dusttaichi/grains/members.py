@@ -1,0 +1,235 @@
+"""Members of a simulation: independent pairs of bodies side by side, each with sums of its own.
+
+A member has the bits that it has alone: its positions are about its own origin, its grains are in
+the order in which they would be alone, and loads are summed in that order.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dusttaichi.grains.kernels.measure import ANGULAR, KICK, LINEAR, Columns
+from dusttaichi.grains.kernels.members import BODY_COLUMNS, MASS, PLACE, VELOCITY
+from dusttaichi.grains.measure import measurement
+from dusttaichi.method import Measurement
+
+CARRIED = ("x", "v", "w", "grain_loss", "orientation")  # of each grain, as far as they exist
+
+
+class MemberState(NamedTuple):
+    """State of a member: fields of its grains by name; its contacts by numbers of its grains."""
+
+    grains: dict[str, np.ndarray]
+    i: np.ndarray
+    j: np.ndarray
+    history: np.ndarray
+    loads: np.ndarray
+
+
+class Members:
+    """Members of a Simulation, one behind the other in the sample as in memory.
+
+    bodies (M, 2): number of grains of both bodies of each. first (M + 1,): first grain of each.
+    forming (M, C): losses of the first step that belong to the time before it [fJ].
+    """
+
+    def __init__(self, sim, bodies):
+        self.sim, self.bodies = sim, np.array(bodies)
+        self.first = np.concatenate([[0], np.cumsum(self.bodies.sum(axis=1))])
+        self.forming = np.zeros((len(self), len(sim.layout.channels)))
+
+    def __len__(self):
+        return len(self.bodies)
+
+    def grains(self, member):
+        """Slice of the grains of a member, in the sample and in memory."""
+        return slice(int(self.first[member]), int(self.first[member + 1]))
+
+    def place(self, x):
+        """Write which grain is of which member; x: positions in memory [um], (N, 3).
+
+        The search sees the members on a lattice, one beside the other.
+        """
+        sizes = np.diff(self.first)
+        member, number = np.repeat(np.arange(len(self)), sizes), self.sim.order
+        second = number - self.first[member] >= self.bodies[member, 0]
+        edges = [np.ptp(x[self.grains(m)], axis=0) for m in range(len(self))]
+        pitch = np.max(edges, axis=0) + 4.0 * self.sim.radius
+        side = int(np.ceil(len(self) ** (1.0 / 3.0)))
+        lattice = np.stack(np.unravel_index(np.arange(len(self)), (side,) * 3), axis=1)
+        state = self.sim.state
+        state["body"] = 2 * member + second
+        state["origin"] = (lattice * pitch)[member]
+        state.fields["member_first"].from_numpy(self.first)
+
+    def rest(self, member):
+        """End a member: its grains rest where they are, touch nothing and are not searched."""
+        state, own, layout = self.sim.state, self.grains(member), self.sim.layout
+        count = own.stop - own.start
+        x = state.fields["x"].part(own.start, own.stop)
+        state.fields["x"].from_numpy(np.where(np.isfinite(x), x, 0.0), own.start)
+        for name in ("v", "w"):
+            state.fields[name].from_numpy(np.zeros((count, 3)), own.start)
+        state.fields["body"].from_numpy(np.full(count, -1), own.start)
+        begin, end = self._pairs(own)
+        if end > begin:
+            blocks = state.blocks_of(np.array([begin, end - 1]))
+            lanes = slice(begin - blocks.start * layout.width, end - blocks.start * layout.width)
+            for part in ("history", "load"):
+                rows = state.rows(part, blocks)
+                rows[lanes] = 0.0
+                state.put_rows(part, rows, blocks)
+        self.sim.search.ask()
+
+    # -- measuring -------------------------------------------------------------------------------
+
+    def measure(self, members):
+        """The Measurement of each of these members now.
+
+        In `parts` are also contacts, loss, largest_strain, and of both bodies centre [um] and
+        velocity [um/us], (2, 3) each.
+        """
+        sim, count = self.sim, len(self)
+        due = np.zeros(count, int)
+        due[members] = 1
+        sim.state.fields["due"].from_numpy(due)
+        half, mass, inertia = 0.5 * sim.dt, sim.unit_mass, sim.unit_inertia
+        sim.kernels.measure_bodies(count, mass, inertia, half / mass, half / inertia)
+        sim.kernels.measure_members(count, sim.step, sim.dt, sim.walls_argument)
+        bodies = sim.sums["body_sum"].to_numpy(2 * count).reshape(count, 2, BODY_COLUMNS)
+        contacts, lost = (
+            sim.sums[n].to_numpy(count) for n in ("member_sum", "member_loss")
+        )
+        return [self._of(m, bodies[m], contacts[m], lost[m]) for m in members]
+
+    def _of(self, member, bodies, contacts, lost):
+        """The Measurement of a member from its sums."""
+        sim, columns = self.sim, Columns(self.sim.layout)
+        motion = {
+            "centre": bodies[:, PLACE : PLACE + 3] / bodies[:, MASS, None],
+            "velocity": bodies[:, VELOCITY : VELOCITY + 3] / bodies[:, MASS, None],
+        }
+        if self.surrounded:
+            total = measurement(sim)
+            total.parts.update(motion)
+            return total
+        potentials = contacts[columns.potential]
+        losses = lost + contacts[columns.pending] - self.forming[member]
+        number, potential = int(round(contacts[columns.contacts])), float(potentials.sum())
+        kinetic = float(bodies[:, [LINEAR, ANGULAR]].sum())
+        return Measurement(
+            kinetic=kinetic,
+            potential=potential,
+            energy=kinetic + potential,
+            losses=losses,
+            lost=losses.sum(),
+            kick=float(bodies[:, KICK].sum()),
+            bound=sim.pair.bound * number if sim.polydisperse is None else -potentials[0],
+            parts=motion
+            | {"loss": losses, "contacts": number, "largest_strain": contacts[columns.strain]},
+        )
+
+    @property
+    def surrounded(self):
+        """True where more than contacts acts on the grains, which only a single member allows."""
+        sim = self.sim
+        around = sim.box, sim.cell, sim.sphere, sim.gravity
+        return any(own is not None for own in around) or sim.push.works
+
+    def begin(self):
+        """Begin the ledgers of all members, at step 0."""
+        pending = Columns(self.sim.layout).pending
+        self.measure(range(len(self)))
+        self.forming = self.sim.sums["member_sum"].to_numpy(len(self))[:, pending]
+
+    # -- contacts --------------------------------------------------------------------------------
+
+    def _pairs(self, grains):
+        """Numbers of the first listed pair of these grains and of the one behind their last."""
+        start = self.sim.state.fields["pair_start"]
+        return (int(start.part(n, n + 1)[0]) for n in (grains.start, grains.stop))
+
+    def touching(self, member):
+        """(numbers in `lanes`, first, second grain in memory) of the contacts of a member.
+
+        Raises RuntimeError where a grain of another member is among them.
+        """
+        own, state, width = self.grains(member), self.sim.state, self.sim.layout.width
+        begin, end = self._pairs(own)
+        if end == begin:
+            return (np.zeros(0, int),) * 3
+        blocks = state.blocks_of(np.array([begin, end - 1]))
+        lanes = slice(begin - blocks.start * width, end - blocks.start * width)
+        touched = self.sim.layout.rows["touched"][0]
+        contact = state.fields["contact"].part(
+            blocks.start, blocks.stop, slice(touched, touched + 1)
+        )
+        on = np.flatnonzero(contact[:, 0, :].reshape(-1)[lanes] > 0.5)
+        pairs = [
+            state.fields[name].part(blocks.start, blocks.stop).reshape(-1)[lanes][on].astype(int)
+            for name in ("pair_i", "pair_j")
+        ]
+        if any(((own.start > grain) | (grain >= own.stop)).any() for grain in pairs):
+            raise RuntimeError(f"grains of member {member} touch those of another one")
+        return begin + on, *pairs
+
+    def pairs(self, member):
+        """Contacts of a member: numbers of its grains in the sample, (C, 2)."""
+        _, i, j = self.touching(member)
+        return np.column_stack([self.sim.order[i], self.sim.order[j]]) - self.first[member]
+
+    def motion(self, member):
+        """Positions [um] of the grains of a member in the sample's order, (n, 3).
+
+        And velocities [um/us] and spins [rad/us], half a step back.
+        """
+        own, state = self.grains(member), self.sim.state
+        out = np.empty((3, own.stop - own.start, 3))
+        for values, name in zip(out, ("x", "v", "w"), strict=True):
+            values[self.sim.order[own] - own.start] = state.fields[name].part(own.start, own.stop)
+        return out
+
+    # -- from one simulation to another ----------------------------------------------------------
+
+    def states(self, members):
+        """The MemberState of each of these members."""
+        if members:
+            self.sim.kernels.add_grain_losses()
+        return [self._state(member) for member in members]
+
+    def _state(self, member):
+        state, own = self.sim.state, self.grains(member)
+        grains = {
+            n: state.fields[n].part(own.start, own.stop) for n in CARRIED if n in state.fields
+        }
+        contacts, i, j = self.touching(member)
+        history, loads = (state.rows(part, slice(0, 0)) for part in ("history", "load"))
+        if len(contacts):
+            blocks = state.blocks_of(contacts)
+            rows = contacts - blocks.start * self.sim.layout.width
+            history, loads = (state.rows(part, blocks)[rows] for part in ("history", "load"))
+        return MemberState(grains, i - own.start, j - own.start, history, loads)
+
+    def put(self, states, forming):
+        """Continue the MemberState of each member, of which some come from other simulations.
+
+        forming: see Members. Neighbours are searched; contacts keep history and loads exactly.
+        """
+        state, self.forming = self.sim.state, forming
+        for member, own in enumerate(states):
+            for name, values in own.grains.items():
+                state.fields[name].from_numpy(values, int(self.first[member]))
+        self.sim.search.now(self.sim.step)
+        i, j = state.pairs()
+        key = i.astype(np.int64) * self.sim.grains + j
+        shifts = list(zip(states, self.first[:-1], strict=True))
+        i, j = (
+            np.concatenate([getattr(own, n) + first for own, first in shifts]) for n in ("i", "j")
+        )
+        rows = np.searchsorted(key, i.astype(np.int64) * self.sim.grains + j)
+        blocks = state.used_blocks()[0]
+        for part, name in (("history", "history"), ("load", "loads")):
+            values = np.concatenate([getattr(own, name) for own in states])
+            full = np.zeros_like(state.rows(part, blocks))
+            full[rows] = values
+            state.put_rows(part, full, blocks)
