@@ -11,7 +11,13 @@ THRESHOLDS = "thresholds, with 68 % confidence"
 
 
 @study_command("collisions")
-def collide(file: options.SceneFile, *, settings: options.Settings = None, run):
+def collide(
+    file: options.SceneFile,
+    *,
+    settings: options.Settings = None,
+    batch: options.Batch = "auto",
+    run,
+):
     """Run many collisions: a map of their outcomes, a table.
 
     Over speed, impact parameter, mass ratio, bodies and seeds.
@@ -24,7 +30,7 @@ def collide(file: options.SceneFile, *, settings: options.Settings = None, run):
     )
 
     scene = run.load_scene(file, settings)
-    study = Collisions(scene, run.find_folder(scene, "collisions"))
+    study = Collisions(scene, run.find_folder(scene, "collisions"), batch)
     _remark_model(scene)
     with run.writing(file):
         point_results = run.run(study)

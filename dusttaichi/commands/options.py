@@ -63,6 +63,12 @@ Scheduler = Annotated[
 Part = Annotated[
     str | None, typer.Option(help="only every N-th run, starting from the K-th", metavar="K/N")
 ]
+Batch = Annotated[
+    str,
+    typer.Option(
+        help="collisions side by side in a simulation: auto, a number, or off", metavar="N"
+    ),
+]
 Overwrite = flag("--force", "overwrite files that dusttaichi did not make")
 ForceResults = flag("--force", "overwrite existing results")
 ResumeMissing = flag("--resume", "compute the missing runs")

@@ -78,7 +78,12 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     layout = replace(
         chosen_layout(
-            scene, model, loops, push, polydisperse=own is not None, members="members" in sample.info
+            scene,
+            model,
+            loops,
+            push,
+            polydisperse=own is not None,
+            members="members" in sample.info,
         ),
         ledger=ledger,
         tilted=is_tilted(scene, sample),

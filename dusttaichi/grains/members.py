@@ -97,9 +97,7 @@ class Members:
         sim.kernels.measure_bodies(count, mass, inertia, half / mass, half / inertia)
         sim.kernels.measure_members(count, sim.step, sim.dt, sim.walls_argument)
         bodies = sim.sums["body_sum"].to_numpy(2 * count).reshape(count, 2, BODY_COLUMNS)
-        contacts, lost = (
-            sim.sums[n].to_numpy(count) for n in ("member_sum", "member_loss")
-        )
+        contacts, lost = (sim.sums[n].to_numpy(count) for n in ("member_sum", "member_loss"))
         return [self._of(m, bodies[m], contacts[m], lost[m]) for m in members]
 
     def _of(self, member, bodies, contacts, lost):

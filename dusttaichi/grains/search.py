@@ -196,7 +196,9 @@ class Search:
         touch make a step longer by about three times skin/radius.
         """
         sim, way = self.sim, speed * self.sim.dt
-        search = 8.0 * (1.0 + 5000.0 / sim.grains)
+        # members whose fragments fly apart are searched as slowly as alone: most cells are empty
+        grains = sim.grains if sim.members is None else sim.grains / len(sim.members)
+        search = 8.0 * (1.0 + 5000.0 / grains)
         best = sqrt(2.0 / 3.0 * search * way * sim.smallest)
         return min(max(best, SKIN[0] * sim.smallest), SKIN[1] * sim.smallest)
 

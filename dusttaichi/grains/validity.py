@@ -20,8 +20,8 @@ def validate(sim, measurement, run, grains=slice(None)):
     m, when = measurement.parts, moment(run)
     if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
-            f"{when} the energy is not a number{_culprit(sim, grains)}: the step is too long for what "
-            f"happens. {_start(run)} a smaller numerics.time_step or a lower speed."
+            f"{when} the energy is not a number{_culprit(sim, grains)}: the step is too long for "
+            f"what happens. {_start(run)} a smaller numerics.time_step or a lower speed."
         )
     if m["largest_strain"] > LARGEST_OVERLAP:
         raise GuardStop(

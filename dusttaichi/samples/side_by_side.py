@@ -26,7 +26,9 @@ def join_members(members: Sequence[Sample], radius: float) -> Sample:
     grains = join_grains(members, [radius if s.radii is None else s.radii for s in members])
     bodies = [[s.info["target_grains"], len(s) - s.info["target_grains"]] for s in members]
     info = {"members": bodies} | (dict(members[0].info) if len(members) == 1 else {})
-    return Sample(**joined, contacts=join_contacts(members), info=info, **(grains if unequal else {}))
+    return Sample(
+        **joined, contacts=join_contacts(members), info=info, **(grains if unequal else {})
+    )
 
 
 def join_grains(samples: Sequence[Sample], radii: Sequence) -> dict[str, np.ndarray]:

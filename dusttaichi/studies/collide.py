@@ -6,6 +6,7 @@ change.
 """
 
 import itertools
+from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from dusttaichi.analysis.collisions import build_collisions_dataset
 from dusttaichi.analysis.threshold_tables import build_threshold_variables
 from dusttaichi.analysis.thresholds import find_growth_bracket, find_thresholds
 from dusttaichi.errors import DustError
+from dusttaichi.grains.collisions import MOST
 from dusttaichi.results.plain import plain
 from dusttaichi.results.provenance import describe_study
 from dusttaichi.scene import Scene, quantities
@@ -34,6 +36,9 @@ from dusttaichi.studies.settings import (
 OTHER = 1_000_000  # added to the seed of a projectile whose block is that of the target
 SAMPLE = "sample"  # name of the bodies where the study names none
 NARROW = 1.02  # ratio of two speeds below which an interval is not halved any more
+# grains side by side with `batch: auto`, on a device and on processors (`python -m benchmarks
+# collisions`), and with a number
+ROOM, LARGEST = (1_000_000, 2_000), 10_000_000
 TASK = "dusttaichi.studies.collide_task:run"
 
 
@@ -46,13 +51,15 @@ class Collisions:
     ----------
     scene
         With the block `collisions`; `base` is without it.
+    side_by_side
+        Result of that function.
     axes
         Name of a dimension -> values, in the order of the indices; speeds [m/s].
     """
 
     timed = False
 
-    def __init__(self, scene: Scene, directory: Path):
+    def __init__(self, scene: Scene, directory: Path, batch: int | str = "auto"):
         study_block = getattr(scene, "collisions", None)
         if study_block is None:
             raise DustError(
@@ -77,6 +84,7 @@ class Collisions:
         for sample in self._templates.values():  # a filling factor that a body does not allow
             Scene.from_dict(data | {"sample": sample}, title="the scene of the study")
         self.base = Scene.from_dict(data, title="the scene of the study")
+        self.side_by_side = side_by_side(self.base, batch)
 
     @property
     def file(self) -> Path:
@@ -118,6 +126,7 @@ class Collisions:
                     file=self.rows_file,
                     inputs=self._inputs,
                     cores=cores_of(self.base),
+                    together=self.side_by_side,
                 )
             )
         return requests
@@ -144,6 +153,25 @@ class Collisions:
 
     def _rows(self, requests, found):
         return [found[one.label].measured or {"error": found[one.label].text} for one in requests]
+
+
+def side_by_side(scene, batch: int | str) -> dict[str, int]:
+    """How many collisions are made side by side: `abreast` at most, with `room` for grains.
+
+    batch: a number, "auto" or "off". More than contacts, such as walls or gravity, acts on single
+    ones only. Raises DustError.
+    """
+    if isinstance(batch, str):
+        batch = {"off": 1, "auto": None}.get(batch, batch)
+    with suppress(TypeError, ValueError):
+        batch = None if batch is None else int(batch)
+    if not (batch is None or isinstance(batch, int) and batch >= 1):
+        raise DustError(f"batch = {batch}: allowed: auto, off, or a number of at least 1")
+    if scene.boundary.kind != "open" or scene.push or scene.sphere or scene.gravity:
+        return {"abreast": 1, "room": 0}
+    if batch is None:
+        return {"abreast": MOST, "room": ROOM[scene.numerics.backend == "cpu"]}
+    return {"abreast": batch, "room": LARGEST}
 
 
 def next_speed(data):

@@ -169,6 +169,7 @@ def collide(
     *,
     jobs: int | None = None,
     scheduler: str | None = None,
+    batch: int | str = "auto",
     force: bool = False,
     resume: bool = False,
     figures: bool = True,
@@ -187,6 +188,8 @@ def collide(
         Collisions at a time. Default: as many as the cores allow.
     scheduler : str, optional
         Address of a Dask scheduler, whose workers make the collisions.
+    batch : int or str
+        Collisions side by side in one simulation: "auto", a number, or "off".
     force : bool
         Overwrite existing results.
     resume : bool
@@ -212,7 +215,7 @@ def collide(
         Ctrl-C; the results until then are on disk, and `resume` continues them.
     """
     with _study(scene, changes, force, resume) as scene, open_bar(progress is False) as bar:
-        study = Collisions(scene, _folder(scene, "collisions", directory))
+        study = Collisions(scene, _folder(scene, "collisions", directory), batch)
         engine_options = {"jobs": jobs, "scheduler": scheduler, "force": force, "resume": resume}
         point_results = run_study(study, bar, onward=ONWARD, noun="collisions", **engine_options)
         results = finish.finish_collisions(study, point_results, figures)

@@ -10,11 +10,12 @@ from typing import Any
 
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import run_files
-from dusttaichi.studies.workers import STARTING, Answer, idle_workers, taken
+from dusttaichi.studies.workers import LOST, STARTING, Answer, idle_workers, taken
 
 LEAST = 1.0  # core-seconds: the steps of shorter runs are repeated up to this total
 RETURNED = (".nc", ".bin", ".yaml", ".png")  # files of a run in a temporary directory
 TOGETHER = 16  # requests of a job at most, which share a start on a cluster
+SIDE_BY_SIDE = 2000  # the same of requests that are made together, each answered when it is done
 ROUNDS = 2  # jobs of each process at least, of which the last ones even out
 
 
@@ -38,6 +39,10 @@ class Task:
         which the results come back. None: without one.
     alone
         True where it is a job of its own.
+    together
+        Arguments of a call task(parent, calls=..., **together) for several tasks with the same,
+        whose `arguments` and labels are `calls`, and which it answers by
+        `parent.report(answered=...)` as each is done. None: a call for each.
     """
 
     label: str
@@ -46,6 +51,7 @@ class Task:
     seconds: float | None = None
     folder: dict[str, bytes] | None = None
     alone: bool = False
+    together: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -73,23 +79,50 @@ class Job:
         keywords of the Answer or None), and, on this machine, `idle`, the list of idle Workers.
         inputs: relative path -> bytes of the input files, for a temporary directory.
         """
-        answers = {}
+        answers, pending, size = {}, list(self.tasks), self._together
         with ExitStack() as stack:
             folder = stack.enter_context(_laid_out(inputs)) if self.remote else None
             idle = stack.enter_context(idle_workers()) if self.remote else link.idle
-            for task in self.tasks:
-                if link.stopped():
+            while pending and not link.stopped():
+                now = pending[:size]
+                with taken(idle, now[0].task, link.stopped, folder) as worker:
+                    found = _asked(worker, now, link)
+                lost = any(answer.code == LOST for answer in found.values())
+                if lost and size > 1:  # it is not known through which: one by one from here on
+                    found = {label: own for label, own in found.items() if own.code != LOST}
+                    size = 1
+                answers |= found
+                pending = [task for task in pending if task.label not in found]
+                if not all(answer.startable for answer in found.values()):
                     break
-                with taken(idle, task.task, link.stopped, folder) as worker:
-                    answers[task.label] = _asked(worker, task, link)
-                if not answers[task.label].startable:
-                    break
-                if len(answers) < len(self.tasks):
-                    link.report(task.label, 1.0, asdict(answers[task.label]))
+                for label, answer in found.items() if pending else ():
+                    link.report(label, 1.0, asdict(answer))
         return answers
 
+    @property
+    def _together(self):
+        """Number of tasks of a call."""
+        return 1 if self.tasks[0].together is None else len(self.tasks)
 
-def _asked(worker, task, link):
+
+def _asked(worker, tasks, link):
+    """label -> Answer of a Worker to a Task, or to several that are done together."""
+    task = tasks[0]
+    if task.together is None:
+        return {task.label: _asked_alone(worker, task, link)}
+    answers = {}
+
+    def answered(label, **answer):
+        answers[label] = Answer(**answer)
+        link.report(label, 1.0, answer)
+
+    calls = [{"label": task.label, **task.arguments} for task in tasks]
+    how = {"answered": answered, "stopped": link.stopped}
+    end = worker.ask({"calls": calls, **task.together}, **how)
+    return {task.label: end for task in tasks} | answers
+
+
+def _asked_alone(worker, task, link):
     """The Answer of a Worker to a Task."""
     limit = task.seconds
     if limit is not None:
@@ -115,7 +148,8 @@ def jobs_of(tasks, workers, *, remote):
     """
     alone = [task for task in tasks if task.alone]
     grouped = [task for task in tasks if not task.alone]
-    size = max(1, min(TOGETHER, math.ceil(len(grouped) / (ROUNDS * workers))))
+    most = SIDE_BY_SIDE if grouped and grouped[0].together else TOGETHER
+    size = max(1, min(most, math.ceil(len(grouped) / (ROUNDS * workers))))
     batches = [grouped[first : first + size] for first in range(0, len(grouped), size)]
     return [Job(tuple(batch), remote) for batch in (*([task] for task in alone), *batches)]
 

@@ -45,6 +45,8 @@ class Request:
         How many it takes; None: it has the machine for itself, as on a GPU.
     seconds
         A process that takes longer is killed.
+    together
+        Arguments of the task for several requests in one call, see jobs.Task.
     expected
         Order of magnitude of its time [s]; short ones do not start further processes. None: not
         known.
@@ -58,6 +60,7 @@ class Request:
     cores: int | None = 1
     seconds: float | None = None
     expected: float | None = None
+    together: dict[str, Any] | None = None
 
     def stored(self, shelf):
         """The Answer in its file, None without one."""
@@ -77,7 +80,7 @@ class Request:
 
     def to_task(self, *_, **__):
         """The Task."""
-        return Task(self.label, self.task, self.arguments, self.seconds)
+        return Task(self.label, self.task, self.arguments, self.seconds, together=self.together)
 
     def measured(self, study, answer):
         """(what it has found, None for its cost)."""

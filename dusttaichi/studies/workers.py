@@ -89,11 +89,20 @@ class Worker(AbstractContextManager):
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
 
-    def ask(self, request, seconds=None, *, report=lambda share: None, stopped=lambda: False):
+    def ask(
+        self,
+        request,
+        seconds=None,
+        *,
+        report=lambda share: None,
+        answered=None,
+        stopped=lambda: False,
+    ):
         """The Answer to a request, the arguments of the task.
 
         A process without an answer in `seconds` is killed. report: called with each share that the
-        task reports. stopped: called now and then; where it returns True, the process is stopped.
+        task reports; answered: with the keywords of each `answered`. stopped: called now and then;
+        where it returns True, the process is stopped.
         """
         reported, end = {}, inf if seconds is None else time.monotonic() + seconds
         self._write({"request": request})
@@ -114,6 +123,8 @@ class Worker(AbstractContextManager):
                     return Answer(
                         message["code"], message.get("text", ""), reported, startable=startable
                     )
+                elif "answered" in message["report"]:
+                    answered(**message["report"]["answered"])
                 else:
                     reported |= message["report"]
                     report(reported.get("share"))

@@ -2,6 +2,7 @@
 
 import csv
 from concurrent.futures import Future
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -210,11 +211,16 @@ def test_compression_ends_where_the_bodies_turn(tmp_path):
 
 def test_bodies_that_miss_and_what_cannot_be_made():
     base = study_scene().to_yaml()
-    row = task.run(None, scene=base, sample=COLLISION | {"impact_parameter": 1.0})
-    assert row["outcome"] == "miss" and "loss" not in row
-    with pytest.raises(DustError, match="sample"):
-        none = {"kind": "explicit", "positions": []}
-        task.run(None, scene=base, sample=COLLISION | {"target": none})
+    none = {"kind": "explicit", "positions": []}
+    calls = [
+        {"label": name, "scene": base, "sample": COLLISION | own, "phases": False}
+        for name, own in (("miss", {"impact_parameter": 1.0}), ("none", {"target": none}))
+    ]
+    parent, answers = SimpleNamespace(report=lambda answered: answers.append(answered)), []
+    task.run(parent, calls=calls, abreast=2, room=100)
+    none, miss = sorted(answers, key=lambda answer: -answer["code"])
+    assert miss["found"]["outcome"] == "miss" and "loss" not in miss["found"]
+    assert none["label"] == "none" and none["code"] == 2 and "sample" in none["text"]
 
 
 # -- the study -----------------------------------------------------------------------------------
@@ -317,10 +323,10 @@ def test_a_study_on_a_dask_cluster(done, cluster):
 
 @pytest.mark.parametrize(
     "options, workers, batch",
-    [((), 8, 5), (("--threads", 4), 2, 16), (("--jobs", 3), 3, 14), (("--jobs", 9), 8, 5)],
+    [((), 8, 5), (("--threads", 4), 2, 20), (("--jobs", 3), 3, 14), (("--jobs", 9), 8, 5)],
 )
 def test_collisions_at_a_time(options, workers, batch, tmp_path, monkeypatch):
-    """Eighty on eight cores: at least two batches for each process, of at most sixteen."""
+    """Eighty on eight cores: at least two jobs for each process."""
     sizes = []
 
     class Counted(pool.Threads):

@@ -1,0 +1,138 @@
+"""Collisions side by side in one simulation: each has the bits that it has alone."""
+
+import numpy as np
+import pytest
+from scenes import box, make_scene
+
+from dusttaichi import samples
+from dusttaichi.errors import DustError, GuardStop
+from dusttaichi.grains.build import build
+from dusttaichi.samples.side_by_side import join_members
+from dusttaichi.studies import collide_batch
+from dusttaichi.studies.collide import Collisions, side_by_side
+from dusttaichi.studies.collide_batch import make_collisions
+from dusttaichi.studies.collide_course import Collision
+
+PAIRS = 50
+SPEEDS = ("0.1 m/s", "8 m/s", "0.5 m/s")  # of one time step, which the scene states
+# sums by channel that are added up in another order, and in single precision between two searches
+LEDGER = ("loss", "compression_loss", "stretching_loss", "collision_loss", "residual")
+ROUNDING = 1e-6  # of the impact energy
+
+
+def collision_of(number, phases=False, **keys):
+    body = {"kind": "pca", "grains": 8 + number % 4}
+    sample = {
+        "kind": "collision",
+        "target": {**body, "seed": number},
+        "projectile": {**body, "seed": 1000 + number},
+        "speed": SPEEDS[number % 3],
+        "impact_parameter": 0.1 * (number % 10),
+        "seed": number,
+        "gap": "5 nm",
+    }
+    how = {"damping": "viscous", "dt": "0.2 ns", "sample": sample | keys}
+    scene = make_scene(**how).with_values({"stop": {"time": "500 ns"}})
+    return Collision(number, scene, samples.make(scene), phases)
+
+
+def made(collisions, abreast, room=10**9):
+    """label -> row, or the error, of Collisions at most that many side by side."""
+    answers = {}
+    make_collisions(
+        iter(collisions),
+        abreast,
+        room,
+        lambda label, row, error=None: answers.setdefault(label, error or row),
+    )
+    return answers
+
+
+def assert_same(row, alone):
+    """The bits of the collision alone; sums over contacts to rounding."""
+    assert isinstance(row, dict), row
+    for name, value in alone.items():
+        if name not in LEDGER:
+            assert row[name] == value, name
+        elif value is not None:
+            scale = 1.0 if name == "residual" else alone["impact_energy"]
+            numbers = [list(v.values()) if isinstance(v, dict) else v for v in (row[name], value)]
+            np.testing.assert_allclose(*numbers, rtol=0.0, atol=ROUNDING * scale)
+
+
+def test_fifty_pairs_have_the_bits_of_each_alone():
+    """Of several sizes, on places that others have left, and with misses among them."""
+    alone = [collision_of(n, phases=n % 2 == 0) for n in range(PAIRS)]
+    alone = {label: row for one in alone for label, row in made([one], 1).items()}
+    outcomes = {row["outcome"] for row in alone.values()}
+    assert len(outcomes) >= 4 and "miss" in outcomes
+    together = made((collision_of(n, phases=n % 2 == 0) for n in range(PAIRS)), 12)
+    assert sorted(together) == list(range(PAIRS))
+    for label, row in together.items():
+        assert_same(row, alone[label])
+
+
+def test_a_guard_ends_its_own_pair_alone(monkeypatch):
+    """One that a look refuses, and one that stops a step of all: both halves begin again."""
+    alone = made([collision_of(n) for n in range(6)], 1)
+    look, advance = Collision.validate, collide_batch.moving_grains.MovingGrains.advance
+    bad = collision_of(3).sample.positions[0, 0]
+
+    def refuse(self, measurement):
+        if self.label == 1:
+            raise GuardStop("too deep")
+        look(self, measurement)
+
+    def stop(self, steps):
+        if (self.sample.positions[:, 0] == bad).any():
+            raise GuardStop("not a number")
+        advance(self, steps)
+
+    monkeypatch.setattr(Collision, "validate", refuse)
+    monkeypatch.setattr(collide_batch.moving_grains.MovingGrains, "advance", stop)
+    together = made((collision_of(n) for n in range(6)), 6)
+    assert [n for n, row in sorted(together.items()) if not isinstance(row, dict)] == [1, 3]
+    assert str(together[1]) == "too deep" and str(together[3]) == "not a number"
+    for label in (0, 2, 4, 5):
+        assert_same(together[label], alone[label])
+
+
+def test_members_do_not_see_each_other():
+    """Even where the search finds them in the same cells; one at rest touches nothing."""
+    one = collision_of(0)
+    sim = build(
+        one.scene, join_members([one.sample] * 3, one.scene.material.radius), step=one.chosen
+    )
+    members, count = sim.members, len(one.sample)
+    sim.state["origin"] = np.zeros((sim.grains, 3))
+    sim.search.ask()
+    sim.advance(50)
+    pairs = [members.pairs(k) for k in range(3)]
+    assert len(pairs[0]) and all(np.array_equal(pairs[0], own) for own in pairs)
+    i, j = sim.state.pairs()
+    assert np.array_equal(i // count, j // count)
+    members.rest(1)
+    sim.advance(50)
+    assert len(members.pairs(1)) == 0 and len(members.pairs(2))
+    assert not sim.state["v"][members.grains(1)].any()
+    # what the list of contacts says of a stranger is an error
+    sim.state["body"] = np.repeat([0, -1, 0], count)
+    sim.search.ask()
+    sim.advance(1)
+    with pytest.raises(RuntimeError, match="touch those of another"):
+        [members.pairs(k) for k in (0, 2)]
+
+
+def test_how_many_are_side_by_side(tmp_path):
+    scene = collision_of(0).scene
+    assert side_by_side(scene, "off")["abreast"] == 1
+    assert side_by_side(scene, "7")["abreast"] == side_by_side(scene, 7)["abreast"] == 7
+    assert side_by_side(scene, "auto")["room"] < side_by_side(scene, 7)["room"]
+    # walls, gravity and a sphere act on what is there: one at a time
+    boxed = make_scene(boundary=box(size=(1e-4, 1e-4, 1e-4)))
+    assert side_by_side(boxed, 7)["abreast"] == 1
+    for wrong in ("many", 0, "-1"):
+        with pytest.raises(DustError, match="allowed: auto, off, or a number of at least 1"):
+            side_by_side(scene, wrong)
+    with pytest.raises(DustError, match="has no block `collisions`"):
+        Collisions(scene, tmp_path)
