@@ -1,6 +1,6 @@
-"""Members of a simulation: independent pairs of bodies side by side, each with sums of its own.
+"""Members of a simulation: independent pairs of bodies side by side, each with its sums.
 
-A member has the bits that it has alone: its positions are about its own origin, its grains are in
+A member has the bits that it has alone: its positions are about an origin of its own, its grains are in
 the order in which they would be alone, and loads are summed in that order.
 """
 
@@ -64,14 +64,14 @@ class Members:
 
     def rest(self, member):
         """End a member: its grains rest where they are, touch nothing and are not searched."""
-        state, own, layout = self.sim.state, self.grains(member), self.sim.layout
-        count = own.stop - own.start
-        x = state.fields["x"].part(own.start, own.stop)
-        state.fields["x"].from_numpy(np.where(np.isfinite(x), x, 0.0), own.start)
+        state, grains, layout = self.sim.state, self.grains(member), self.sim.layout
+        count = grains.stop - grains.start
+        x = state.fields["x"].part(grains.start, grains.stop)
+        state.fields["x"].from_numpy(np.where(np.isfinite(x), x, 0.0), grains.start)
         for name in ("v", "w"):
-            state.fields[name].from_numpy(np.zeros((count, 3)), own.start)
-        state.fields["body"].from_numpy(np.full(count, -1), own.start)
-        begin, end = self._pairs(own)
+            state.fields[name].from_numpy(np.zeros((count, 3)), grains.start)
+        state.fields["body"].from_numpy(np.full(count, -1), grains.start)
+        begin, end = self._pairs(grains)
         if end > begin:
             blocks = state.blocks_of(np.array([begin, end - 1]))
             lanes = slice(begin - blocks.start * layout.width, end - blocks.start * layout.width)
@@ -132,7 +132,7 @@ class Members:
         """True where more than contacts acts on the grains, which only a single member allows."""
         sim = self.sim
         around = sim.box, sim.cell, sim.sphere, sim.gravity
-        return any(own is not None for own in around) or sim.push.works
+        return any(thing is not None for thing in around) or sim.push.works
 
     def begin(self):
         """Begin the ledgers of all members, at step 0."""
@@ -152,8 +152,8 @@ class Members:
 
         Raises RuntimeError where a grain of another member is among them.
         """
-        own, state, width = self.grains(member), self.sim.state, self.sim.layout.width
-        begin, end = self._pairs(own)
+        grains, state, width = self.grains(member), self.sim.state, self.sim.layout.width
+        begin, end = self._pairs(grains)
         if end == begin:
             return (np.zeros(0, int),) * 3
         blocks = state.blocks_of(np.array([begin, end - 1]))
@@ -167,7 +167,7 @@ class Members:
             state.fields[name].part(blocks.start, blocks.stop).reshape(-1)[lanes][on].astype(int)
             for name in ("pair_i", "pair_j")
         ]
-        if any(((own.start > grain) | (grain >= own.stop)).any() for grain in pairs):
+        if any(((grains.start > grain) | (grain >= grains.stop)).any() for grain in pairs):
             raise RuntimeError(f"grains of member {member} touch those of another one")
         return begin + on, *pairs
 
@@ -181,10 +181,12 @@ class Members:
 
         And velocities [um/us] and spins [rad/us], half a step back.
         """
-        own, state = self.grains(member), self.sim.state
-        out = np.empty((3, own.stop - own.start, 3))
+        grains, state = self.grains(member), self.sim.state
+        out = np.empty((3, grains.stop - grains.start, 3))
         for values, name in zip(out, ("x", "v", "w"), strict=True):
-            values[self.sim.order[own] - own.start] = state.fields[name].part(own.start, own.stop)
+            values[self.sim.order[grains] - grains.start] = state.fields[name].part(
+                grains.start, grains.stop
+            )
         return out
 
     # -- from one simulation to another ----------------------------------------------------------
@@ -196,9 +198,9 @@ class Members:
         return [self._state(member) for member in members]
 
     def _state(self, member):
-        state, own = self.sim.state, self.grains(member)
+        state, span = self.sim.state, self.grains(member)
         grains = {
-            n: state.fields[n].part(own.start, own.stop) for n in CARRIED if n in state.fields
+            n: state.fields[n].part(span.start, span.stop) for n in CARRIED if n in state.fields
         }
         contacts, i, j = self.touching(member)
         history, loads = (state.rows(part, slice(0, 0)) for part in ("history", "load"))
@@ -206,7 +208,7 @@ class Members:
             blocks = state.blocks_of(contacts)
             rows = contacts - blocks.start * self.sim.layout.width
             history, loads = (state.rows(part, blocks)[rows] for part in ("history", "load"))
-        return MemberState(grains, i - own.start, j - own.start, history, loads)
+        return MemberState(grains, i - span.start, j - span.start, history, loads)
 
     def put(self, states, forming):
         """Continue the MemberState of each member, of which some come from other simulations.
@@ -214,20 +216,21 @@ class Members:
         forming: see Members. Neighbours are searched; contacts keep history and loads exactly.
         """
         state, self.forming = self.sim.state, forming
-        for member, own in enumerate(states):
-            for name, values in own.grains.items():
+        for member, carried in enumerate(states):
+            for name, values in carried.grains.items():
                 state.fields[name].from_numpy(values, int(self.first[member]))
         self.sim.search.now(self.sim.step)
         i, j = state.pairs()
         key = i.astype(np.int64) * self.sim.grains + j
         shifts = list(zip(states, self.first[:-1], strict=True))
         i, j = (
-            np.concatenate([getattr(own, n) + first for own, first in shifts]) for n in ("i", "j")
+            np.concatenate([getattr(carried, n) + first for carried, first in shifts])
+            for n in ("i", "j")
         )
         rows = np.searchsorted(key, i.astype(np.int64) * self.sim.grains + j)
         blocks = state.used_blocks()[0]
         for part, name in (("history", "history"), ("load", "loads")):
-            values = np.concatenate([getattr(own, name) for own in states])
+            values = np.concatenate([getattr(carried, name) for carried in states])
             full = np.zeros_like(state.rows(part, blocks))
             full[rows] = values
             state.put_rows(part, full, blocks)

@@ -156,7 +156,7 @@ class Collisions:
 
 
 def side_by_side(scene, batch: int | str) -> dict[str, int]:
-    """How many collisions are made side by side: `abreast` at most, with `room` for grains.
+    """Number of collisions side by side: `abreast` at most, with `room` for grains.
 
     batch: a number, "auto" or "off". More than contacts, such as walls or gravity, acts on single
     ones only. Raises DustError.

@@ -11,7 +11,7 @@ COMPACT = 0.5  # the same where none is waiting
 
 
 class Waiting:
-    """Collisions that wait: an iterator that may be looked into."""
+    """Collisions that wait: an iterator whose next item is known."""
 
     def __init__(self, collisions):
         self._others, self._next = iter(collisions), None
@@ -23,7 +23,7 @@ class Waiting:
         return self._next is None
 
     def take(self, fits):
-        """The next one if fits(it), else None."""
+        """The next one if fits(collision), else None."""
         if self.is_empty or not fits(self._next):
             return None
         taken, self._next = self._next, None
@@ -33,7 +33,7 @@ class Waiting:
 class Batch:
     """Collisions of one time step side by side; those that are over are replaced by the next.
 
-    waiting: Waiting. abreast: members at most; room: grains at most, where there is more than one.
+    waiting: Waiting. abreast: members at most; room: grains at most, where there are several.
     answer: see make_collisions. live: those under way. run: the MovingGrains that they are in.
     """
 
@@ -50,18 +50,20 @@ class Batch:
             self._fill()
             if not self.live:
                 return
-            steps = min(one.due - one.step for one in self.live)
+            steps = min(collision.due - collision.step for collision in self.live)
             self.run.advance(steps)
-            self._resume([one for one in self.live if one.due == one.step])
+            self._resume([collision for collision in self.live if collision.due == collision.step])
 
     def _fill(self):
-        """Let the next ones in once there are places for some."""
-        grains = sum(len(one.sample) for one in self.live)
+        """Begin the next ones once there are places for some."""
+        grains = sum(len(collision.sample) for collision in self.live)
         resting = 0.0 if self.run is None or not self.live else 1.0 - grains / self.run.size
         entering = []
         if not self.live or resting >= RESTING:
-            while (one := self.waiting.take(lambda one: self._fits(one, entering))) is not None:
-                entering.append(one)
+            while (
+                following := self.waiting.take(lambda following: self._fits(following, entering))
+            ) is not None:
+                entering.append(following)
         if entering or resting >= COMPACT:
             self._compose(entering)
 
@@ -69,7 +71,7 @@ class Batch:
         inside = self.live + entering
         if not inside:
             return True
-        grains = sum(len(one.sample) for one in (*inside, collision))
+        grains = sum(len(other.sample) for other in (*inside, collision))
         same = collision.chosen.dt == inside[0].chosen.dt
         return same and len(inside) < self.abreast and grains <= self.room
 
@@ -78,12 +80,14 @@ class Batch:
         staying, states, forming = self.live, [], []
         if staying:
             members = self.run.sim.members
-            numbers = [one.member for one in staying]
+            numbers = [collision.member for collision in staying]
             states, forming = members.states(numbers), members.forming[numbers]
-        steps = [one.step for one in staying]
+        steps = [collision.step for collision in staying]
         self.live = [*staying, *entering]
         first = self.live[0]
-        sample = join_members([one.sample for one in self.live], first.scene.material.radius)
+        sample = join_members(
+            [collision.sample for collision in self.live], first.scene.material.radius
+        )
         self.run = moving_grains.make(first.scene, sample, step=first.chosen)
         members, count = self.run.sim.members, len(staying)
         new = range(count, len(self.live))
@@ -91,25 +95,27 @@ class Batch:
         if staying:
             states += members.states(new)
             members.put(states, np.concatenate([forming, members.forming[count:]]))
-        for member, (one, step) in enumerate(zip(staying, steps, strict=True)):
-            one.move(self.run, member, step)
-        for member, one, measurement in zip(new, entering, begun, strict=True):
-            one.enter(self.run, member, measurement)
+        for member, (collision, step) in enumerate(zip(staying, steps, strict=True)):
+            collision.move(self.run, member, step)
+        for member, collision, measurement in zip(new, entering, begun, strict=True):
+            collision.enter(self.run, member, measurement)
         self._resume(entering, begun)
 
     def _resume(self, collisions, measurements=None):
-        """Let collisions go on that are to be looked at now."""
+        """Continue collisions that are to be examined now."""
         members = self.run.sim.members
-        measurements = measurements or members.measure([one.member for one in collisions])
-        for one, now in zip(collisions, measurements, strict=True):
+        measurements = measurements or members.measure(
+            [collision.member for collision in collisions]
+        )
+        for collision, now in zip(collisions, measurements, strict=True):
             try:
-                row, error = one.resume(now), None
+                row, error = collision.resume(now), None
             except GuardStop as stop:
                 row, error = {}, stop
             if row is not None:
-                self.live.remove(one)
-                members.rest(one.member)
-                self.answer(one.label, row, *([] if error is None else [error]))
+                self.live.remove(collision)
+                members.rest(collision.member)
+                self.answer(collision.label, row, *([] if error is None else [error]))
 
 
 def make_collisions(collisions, abreast, room, answer):

@@ -1,4 +1,4 @@
-"""The course of a collision: when it is looked at, when it is over, and its row of numbers."""
+"""The course of a collision: when it is examined, when it is over, and its row of numbers."""
 
 from dataclasses import replace
 
@@ -58,12 +58,12 @@ class Collision(Encounter):
         self._course = self._follow()
 
     def move(self, run, member, step):
-        """Go on in a MovingGrains; step: its own step where that is at its first one."""
+        """Continue in a MovingGrains; step: its own step where that is at its first one."""
         self.run, self.member, self.units = run, member, run.units
         self._before = step - run.step
 
     def resume(self, now):
-        """Go on with the Measurement of the present step: the row at the end, else None.
+        """Continue with the Measurement of the present step: the row at the end, else None.
 
         Raises GuardStop.
         """
@@ -122,7 +122,7 @@ class Collision(Encounter):
         return find_frame_fragments(frame, self.masses)
 
     def _follow(self):
-        """Generator of the steps at which it is looked at, until it is over; returns its row.
+        """Generator of the steps at which it is examined, until it is over; returns its row.
 
         outcome ("miss" without a touch); settled: the fragments no longer change; time [s] after
         the first touch; fragments, masses: grains and shares of the total mass of all of them,
