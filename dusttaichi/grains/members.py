@@ -1,7 +1,7 @@
 """Members of a simulation: independent pairs of bodies side by side, each with its sums.
 
-A member has the bits that it has alone: its positions are about an origin of its own, its grains are in
-the order in which they would be alone, and loads are summed in that order.
+A member has the bits that it has alone: its positions are about an origin of its own, its grains
+are in the order in which they would be alone, and loads are summed in that order.
 """
 
 from typing import NamedTuple
@@ -66,7 +66,7 @@ class Members:
         """End a member: its grains rest where they are, touch nothing and are not searched."""
         state, grains, layout = self.sim.state, self.grains(member), self.sim.layout
         count = grains.stop - grains.start
-        x = state.fields["x"].part(grains.start, grains.stop)
+        x = state.fields["x"].copy_rows(grains.start, grains.stop)
         state.fields["x"].from_numpy(np.where(np.isfinite(x), x, 0.0), grains.start)
         for name in ("v", "w"):
             state.fields[name].from_numpy(np.zeros((count, 3)), grains.start)
@@ -145,7 +145,7 @@ class Members:
     def _pairs(self, grains):
         """Numbers of the first listed pair of these grains and of the one behind their last."""
         start = self.sim.state.fields["pair_start"]
-        return (int(start.part(n, n + 1)[0]) for n in (grains.start, grains.stop))
+        return (int(start.copy_rows(n, n + 1)[0]) for n in (grains.start, grains.stop))
 
     def touching(self, member):
         """(numbers in `lanes`, first, second grain in memory) of the contacts of a member.
@@ -159,12 +159,15 @@ class Members:
         blocks = state.blocks_of(np.array([begin, end - 1]))
         lanes = slice(begin - blocks.start * width, end - blocks.start * width)
         touched = self.sim.layout.rows["touched"][0]
-        contact = state.fields["contact"].part(
+        contact = state.fields["contact"].copy_rows(
             blocks.start, blocks.stop, slice(touched, touched + 1)
         )
         on = np.flatnonzero(contact[:, 0, :].reshape(-1)[lanes] > 0.5)
         pairs = [
-            state.fields[name].part(blocks.start, blocks.stop).reshape(-1)[lanes][on].astype(int)
+            state.fields[name]
+            .copy_rows(blocks.start, blocks.stop)
+            .reshape(-1)[lanes][on]
+            .astype(int)
             for name in ("pair_i", "pair_j")
         ]
         if any(((grains.start > grain) | (grain >= grains.stop)).any() for grain in pairs):
@@ -184,7 +187,7 @@ class Members:
         grains, state = self.grains(member), self.sim.state
         out = np.empty((3, grains.stop - grains.start, 3))
         for values, name in zip(out, ("x", "v", "w"), strict=True):
-            values[self.sim.order[grains] - grains.start] = state.fields[name].part(
+            values[self.sim.order[grains] - grains.start] = state.fields[name].copy_rows(
                 grains.start, grains.stop
             )
         return out
@@ -200,7 +203,9 @@ class Members:
     def _state(self, member):
         state, span = self.sim.state, self.grains(member)
         grains = {
-            n: state.fields[n].part(span.start, span.stop) for n in CARRIED if n in state.fields
+            n: state.fields[n].copy_rows(span.start, span.stop)
+            for n in CARRIED
+            if n in state.fields
         }
         contacts, i, j = self.touching(member)
         history, loads = (state.rows(part, slice(0, 0)) for part in ("history", "load"))

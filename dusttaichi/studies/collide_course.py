@@ -13,7 +13,7 @@ from dusttaichi.grains import validity
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.grain_properties import scaled
 from dusttaichi.grains.time_step import chosen_step
-from dusttaichi.physics.geometry import connected, in_one, largest_first
+from dusttaichi.physics.geometry import are_in_same_fragment, label_components, largest_first
 from dusttaichi.running import ledger
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.touching import deep_overlaps
@@ -102,12 +102,12 @@ class Collision(Encounter):
 
     def is_one(self):
         """True while one fragment has more than half of the mass of both."""
-        return in_one(self.labels(), self.masses, self.bodies)
+        return are_in_same_fragment(self.labels(), self.masses, self.bodies)
 
     def labels(self):
         """Fragment of each grain (N,), 0 the heaviest."""
         pairs = self.run.sim.members.pairs(self.member)
-        return largest_first(connected(pairs, len(self.masses))[1], self.masses)
+        return largest_first(label_components(pairs, len(self.masses))[1], self.masses)
 
     def fragments(self):
         """The Fragments now, with velocities half a step back."""

@@ -5,7 +5,7 @@ they have alone; only the cells of the search stand apart.
 """
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.compute.scan import whole
+from dusttaichi.compute.scan import count_blocks
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.kernels.grains import make_gather
 from dusttaichi.grains.kernels.measure import (
@@ -116,7 +116,7 @@ def make_measure_members(fields, sums, layout, contacts):
                 of_contacts.clear(m)
                 begin, end = pair_start[first[m]], pair_start[first[m + 1]]
                 sum_losses(m, begin, end)
-                for block in range(begin // W, whole(end, W)):
+                for block in range(begin // W, count_blocks(end, W)):
                     place = gatherer.now(block, step, dt, box)
                     of_contacts.add_lanes(m, block, dt, place, begin - block * W, end - block * W)
 

@@ -59,10 +59,11 @@ def place_search(grains, layout, walls):
 
 def make_bounds(fields, scratch):
     """Kernel `find_bounds()` of all grains, and of their speeds (particles.cells.Bounds)."""
-    x, v, room, before = fields["x"], fields["v"], scratch["in_cell"].shape[0], ()
+    x, how = fields["x"], {"capacity": scratch["in_cell"].shape[0], "v": fields["v"]}
     if "apart" in scratch:
-        x, before = scratch["apart"], (make_stand_apart(fields, scratch),)
-    bounds = Bounds(x, scratch["bounds"], counter(fields), FARTHEST, capacity=room, v=v, before=before)
+        x = scratch["apart"]
+        how["preparations"] = (make_stand_apart(fields, scratch),)
+    bounds = Bounds(x, scratch["bounds"], counter(fields), FARTHEST, **how)
 
     @ti.kernel
     def find_bounds():
