@@ -188,7 +188,7 @@ def _seconds(scene, preview, *, measure_it):
 
     if measure_it:
         return trial.measured(scene, preview.plan)
-    return trial.order(scene, preview.size)
+    return trial.order(scene, preview.size * preview.cost)
 
 
 def _duration(seconds):

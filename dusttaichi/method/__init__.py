@@ -74,12 +74,15 @@ class Preview:
     plan
         (name of the stage, steps at most, condition that ends it) of every stage, steps infinite
         where only a measured condition ends it.
+    cost
+        Time of a step of a particle over that of `Method.seconds`, about.
     """
 
     sections: list[tuple[str, list[tuple[str, str]]]]
     size: int
     dt: float
     plan: list[tuple[str, float, str]]
+    cost: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -219,6 +219,17 @@ def test_without_a_measurement_the_run_time_is_an_order_of_magnitude(monkeypatch
     assert json.loads(said("smoke", "--time", "--json"))["run_time_s"]["most"] == 80.0
 
 
+@pytest.mark.parametrize(
+    ("name", "seconds"), [("continuum/pressing", 3.1e-3), ("continuum/collision", 0.28)]
+)
+def test_the_order_of_magnitude_counts_the_time_steps_of_a_continuum(name, seconds):
+    """Within the stated factor of measured steps, each of which has several of the method."""
+    found = json.loads(said(name, "--json"))
+    steps = found["stages"][0]["most_steps"]
+    least, most = (found["run_time_s"][word] / steps for word in ("least", "most"))
+    assert least < seconds < most
+
+
 def test_the_first_steps_of_a_scene_tell_its_speed(monkeypatch):
     """Steps of 1 ms, after the first one, whose kernels are compiled."""
 
