@@ -79,6 +79,7 @@ def main():
             for file in VALIDATION.glob("*.csv")
             if file.stem != "verdicts"
         },
+        **{f"{file.stem}.md": page_table(file) for file in VALIDATION.glob("pages/*.csv")},
         **softening.pages(),
         **verdicts.pages(),
         "sample_size_table.md": sample_size.page(),
@@ -233,6 +234,14 @@ def csv_table(path, max_rows=60):
     if len(table) > max_rows:
         texts.append(f"The first {max_rows} of {len(table)} rows.\n")
     return "\n".join(texts)
+
+
+def page_table(path):
+    """A table of a page, with its cells as they are and the command that gave them below."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    notes = " ".join(line.removeprefix("#").strip() for line in lines if line.startswith("#"))
+    table = read(path, dtype=str, keep_default_na=False)
+    return f"{markdown(table.to_dict('records'))}\n*{notes}*\n"
 
 
 def _short(cell):

@@ -111,6 +111,15 @@ def test_every_row_of_a_table_of_numbers_has_the_columns_of_its_head(generate):
         assert len({line.replace("\\|", "").count("|") for line in lines}) == 1, path.name
 
 
+def test_every_table_of_a_page_is_on_one_and_names_its_command(generate):
+    texts = {path: path.read_text(encoding="utf-8") for path in DOCS.rglob("*.md")}
+    written = "\n".join(text for path, text in texts.items() if "generated" not in path.parts)
+    for path in (DOCS / "validation/pages").glob("*.csv"):
+        text = path.read_text(encoding="utf-8")
+        assert text.startswith("# ") and generate.page_table(path).count("| --- |") >= 1, path.name
+        assert f"generated/{path.stem}.md" in written, path.name
+
+
 CASES = yaml.safe_load((ROOT / "docs/defaults.yaml").read_text(encoding="utf-8"))
 
 
