@@ -6,6 +6,7 @@ their registry, those of a contact from the laws, and the pages of the interface
 So none of these tables can be out of date.
 """
 
+import csv
 import re
 from pathlib import Path
 
@@ -239,9 +240,9 @@ def csv_table(path, max_rows=60):
 def page_table(path):
     """A table of a page, with its cells as they are and the command that gave them below."""
     lines = path.read_text(encoding="utf-8").splitlines()
-    notes = " ".join(line.removeprefix("#").strip() for line in lines if line.startswith("#"))
-    table = read(path, dtype=str, keep_default_na=False)
-    return f"{markdown(table.to_dict('records'))}\n*{notes}*\n"
+    notes = " ".join(line.removeprefix("# ") for line in lines if line.startswith("# "))
+    rows = csv.DictReader(line for line in lines if not line.startswith("# "))
+    return f"{markdown(rows)}\n*{notes}*\n"
 
 
 def _short(cell):

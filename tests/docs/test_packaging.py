@@ -29,7 +29,7 @@ def test_the_readme_of_a_wheel_needs_no_clone(monkeypatch):
     given = (ROOT / "README.md").read_text(encoding="utf-8")
     pictures = len(re.findall(r"!\[", given))
     own = build.readme(ROOT)
-    assert len(re.findall(r"!\[[^\]]*\]\(data:image/png;base64,", own)) == pictures > 2
+    assert len(re.findall(r"!\[[^\]]*\]\(data:image/png;base64,", own)) == pictures > 0
     # no address that starts nowhere
     assert not re.search(r"\]\((?!https?:|data:|#)", own)
     online = build.readme(ROOT, "https://example.org/v1/")
