@@ -41,6 +41,7 @@ FEATURES = {
     "stiffness": "with stages of different `stiffness_scaling`",
     "push": "with pushes",
     "gravity": "with gravity",
+    "outside": "with `forces`",
     "sphere": "with a sphere",
     "pair": "of two bodies that fly at each other in open space",
     "polydisperse": "with unequal grains",

@@ -58,6 +58,10 @@ GRAINS = Units(
         "N": FORCE,
         "J": ENERGY,
         "Pa": PRESSURE,
+        "C": 1.0,
+        "V": ENERGY,
+        "T": MASS / TIME,
+        "K": 1.0,
         "rad": 1.0,
         "1": 1.0,
     }

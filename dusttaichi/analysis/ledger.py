@@ -12,7 +12,7 @@ CONTACTS = ("potential", "potential_wall", "potential_sphere")
 LOSSES = ("loss", "loss_wall", "loss_sphere")
 POTENTIAL = ("gravity_energy", "elastic_energy")  # of a continuum
 # of external forces
-WORKS = "wall_work face_work push_work gravity_work sphere_work work".split()
+WORKS = "wall_work face_work push_work gravity_work force_work sphere_work work".split()
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.compiled import compiled_for, interfaces
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.environment import environment, is_tilted
+from dusttaichi.grains.forces import choose_model, make_forces
 from dusttaichi.grains.grain_properties import equal_properties, scaled
-from dusttaichi.grains.gravity import make_gravity
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.kernels.numbers import internal_numbers
@@ -98,7 +98,7 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
         step,
         domain=Domain(dt, volume, largest, box, cell, t_c, units=units.GRAINS),
         sphere=placed_sphere(scene, sample, own, box),
-        gravity=make_gravity(scene.gravity),
+        forces=make_forces(scene, layout.forces, sample, properties),
         push=push,
         contact_table=table,
         skin=None if skin == "auto" else skin * smallest,
@@ -152,7 +152,7 @@ def chosen_layout(scene, model, loops, push, *, polydisperse, members=False):
         stored=stored(model, scene.softened) if polydisperse else (),
         precision=scene.numerics.precision,
         sphere=scene.sphere is not None,
-        gravity="" if scene.gravity is None else scene.gravity.kind,
+        forces=choose_model(scene),
         orientation=scene.output.requests("orientation"),
         contact_loss=scene.output.requests("loss"),
         grain_loss=scene.output.requests("grain_loss") or members,

@@ -6,7 +6,7 @@ from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import DEFAULT, law_name, properties_of
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.values import TOO_NARROW
-from dusttaichi.scene import gravity, push, sphere
+from dusttaichi.scene import forces, gravity, push, sphere
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary
 from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import DIMENSIONS
@@ -23,6 +23,7 @@ def check(scene) -> Faults:
     yield from push.check(scene)
     yield from sphere.check(scene)
     yield from gravity.check(scene)
+    yield from forces.check(scene)
     yield from _lost(scene)
     yield from _asperities(scene)
     yield from _properties(scene)
@@ -106,6 +107,7 @@ def _depends_on(scene, reasons: dict[str, str]) -> str | None:
         "push": scene.push or push.list_stage_pushes(scene),
         "free sphere": sphere is not None and not sphere.driven,
         "gravity": scene.gravity is not None,
+        "forces": scene.forces,
         "flight": scene.sample.flies,
         "asperities": scene.interaction.asperities is not None,
         "rest": not any(plan.drive.moves for plan in scene.stage_plans),
@@ -117,6 +119,7 @@ INERTIA = {
     "push": "the response to a push depends on the inertia of the grains",
     "free sphere": "the motion of a free sphere depends on the inertia of the grains",
     "gravity": "weights grow with the masses",
+    "forces": "accelerations by forces from outside depend on the masses",
     "flight": "the outcome of a collision depends on the kinetic energy",
     "asperities": "the loss to asperities depends on the kinetic energy",
     "rest": "no wall or face moves",

@@ -49,7 +49,7 @@ def compiled_rows(scene, sim):
         ("periodic faces", faces),
         ("pushes", ", ".join(pushes) or "none"),
         ("rigid sphere", sphere),
-        ("gravity", layout.gravity or "none"),
+        ("forces from outside", _outside(sim)),
         ("summed in every step", ", ".join(_summed(sim))),
         ("written", ", ".join(_written(scene))),
         ("contacts an iteration (lanes)", f"{layout.width}"),
@@ -60,6 +60,12 @@ def compiled_rows(scene, sim):
             f"{scene.numerics.backend}, {scene.numerics.precision}, {sim.threads}",
         ),
     ]
+
+
+def _outside(sim):
+    """Names of the laws of the forces from outside."""
+    names = [getattr(law, "__name__", type(law).__name__) for law in sim.layout.forces.laws]
+    return ", ".join(name.rpartition(".")[2] for name in names) or "none"
 
 
 def _summed(sim):

@@ -6,6 +6,7 @@ Internal units; (N, ...) arrays of grains are in the sample's order unless said 
 import numpy as np
 
 from dusttaichi.compute.scan import CHUNK
+from dusttaichi.grains.forces import accelerations, energies_since
 from dusttaichi.grains.kernels.measure import (
     ANGULAR,
     FASTEST,
@@ -23,7 +24,7 @@ def energies(sim):
     """Energies [fJ], counts and extremes of the present moment, as a dict of numbers."""
     half = 0.5 * sim.dt
     mass, inertia = sim.unit_mass, sim.unit_inertia
-    sim.kernels.measure_grains(mass, inertia, half / mass, half / inertia)
+    sim.kernels.measure_grains(mass, inertia, half / mass, half / inertia, sim.step)
     now = sim.step, sim.dt, sim.walls_argument
     sim.kernels.measure_pairs(*now)
     # those of a larger scene, which the kernels have served before, may stand behind
@@ -39,7 +40,8 @@ def energies(sim):
         "wall_work": 0.0,
         "face_work": 0.0,
         "push_work": _push_work(sim),
-        "gravity_work": sim.potential_of_start - gravity_potential(sim),
+        "gravity_work": 0.0,
+        "force_work": 0.0,
     }
     if sim.cell is not None:
         ends = sim.ledger_sums.face_power - pairs[:, columns.faces].sum()
@@ -62,6 +64,12 @@ def energies(sim):
         out[f"{before}contacts"] = int(round(sums[:, columns.contacts].sum()))
         out[f"potential{behind}"] = sums[:, columns.potential].sum(axis=0)
         out[f"loss{behind}"] = _losses(sim, n, sums[:, columns.pending])
+    if sim.outside is not None:
+        gravity, force, losses = energies_since(sim, sim.forces_at_start)
+        out["gravity_work"] = gravity
+        out["force_work"] = force + sim.ledger_sums.script_work
+        for channel, lost in losses.items():
+            out["loss"][sim.layout.channels.index(channel)] += lost
     every = np.concatenate([pairs, walls, on_sphere])
     out["largest_overlap"] = every[:, columns.deepest].max(initial=0.0)
     out["largest_strain"] = every[:, columns.strain].max(initial=0.0)
@@ -82,7 +90,7 @@ def measurement(sim):
         energy=energy,
         losses=m["loss"] + m["loss_wall"] + m["loss_sphere"],
         lost=m["loss"].sum() + m["loss_wall"].sum() + m["loss_sphere"].sum(),
-        work=work + m["sphere_work"],
+        work=work + m["sphere_work"] + m["force_work"],
         kick=m["kinetic_kick"],
         bound=_bound(sim, m),
         parts=m,
@@ -99,36 +107,25 @@ def _bound(sim, m):
     return -(m["potential"][0] + m["potential_wall"][0] + m["potential_sphere"][0])
 
 
-def gravity_potential(sim):
-    """Potential energy of grains and sphere in the gravity of the scene [fJ].
+def loads(sim, present=False):
+    """Force [nN] and torque [nN um] that move every grain, (N, 3) each, in internal order.
 
-    Carried grains and a driven sphere, whose weight its drive carries, are left out.
+    present: velocities and spins in memory are those of the positions, not half a step back.
     """
-    if sim.gravity is None:
-        return 0.0
-    x = sim.state["x"]
-    own = np.reshape(sim.mass, -1) * sim.gravity.potential(x[: sim.grains])
-    own[sim.push.carried_grains] = 0.0
-    if sim.sphere is not None and sim.sphere.speed is None:
-        at = x[sim.sphere.row][None]
-        own = np.append(own, sim.sphere.mass * sim.gravity.potential(at))
-    return float(own.sum())
-
-
-def loads(sim):
-    """Force [nN] and torque [nN um] that move every grain, (N, 3) each, in internal order."""
     loads = contact_loads(sim)
-    if sim.gravity is not None:
-        loads[0] += sim.mass * sim.gravity.acceleration(sim.state.of_grains("x"))
+    if sim.outside is not None:
+        linear, angular = accelerations(sim, present)
+        loads[0] += sim.mass * linear[: sim.grains]
+        loads[1] += sim.inertia * angular[: sim.grains]
     return sim.push.on(loads, sim.step)
 
 
-def half_kicks(sim):
+def half_kicks(sim, present=False):
     """Changes of velocity and of spin in half a step by the current loads, (N, 3), internal order.
 
-    Velocities and spins in memory are half a step back.
+    present: see `loads`.
     """
-    (force, torque), half = loads(sim), 0.5 * sim.dt
+    (force, torque), half = loads(sim, present), 0.5 * sim.dt
     return half / sim.mass * force, half / sim.inertia * torque
 
 
@@ -140,7 +137,9 @@ def velocities(sim):
 
 def set_back(sim, v, w):
     """Put current velocities and spins into memory."""
-    kick, turn = half_kicks(sim)
+    if sim.outside is not None:  # which may depend on them
+        sim.state["v"], sim.state["w"] = v, w
+    kick, turn = half_kicks(sim, present=True)
     sim.state["v"], sim.state["w"] = v - kick, w - turn
 
 

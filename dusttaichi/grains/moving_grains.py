@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.compute.worker_choice import WorkerChoice
-from dusttaichi.grains import measure, record, validity
+from dusttaichi.grains import measure, record, script, validity
 from dusttaichi.grains.advice import advice
 from dusttaichi.grains.build import build
 from dusttaichi.grains.impacts import softened_remarks
@@ -120,6 +120,14 @@ class MovingGrains(SimpleSimulation):
         force, torque = self.sim.forces()
         return force * units.FORCE, torque * units.TORQUE
 
+    def set_forces(self, forces):
+        """Set the forces of a script [N], (N, 3)."""
+        script.set_forces(self.sim, forces)
+
+    def set_velocities(self, velocities, spins):
+        """Set velocities [m/s] and spins [rad/s], (N, 3) each, None to leave them."""
+        script.set_velocities(self.sim, velocities, spins)
+
     # -- state -----------------------------------------------------------------------------------
 
     def state(self):
@@ -215,7 +223,8 @@ def features_of(scene, sample, sim):
         "filling": bounded or scene.boundary.kind == "plates",
         "stress": sim.layout.stress,
         "push": sim.push.works,
-        "gravity": sim.gravity is not None,
+        "gravity": scene.gravity is not None,
+        "outside": bool(scene.forces),
         "pair": first_body(scene, sample) is not None,
         "sphere": sim.sphere is not None,
         "stages": bool(scene.stages),

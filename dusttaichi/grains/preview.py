@@ -16,6 +16,7 @@ from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.registry import chosen_model
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene import quantities
+from dusttaichi.scene.forces import find_law, list_forces
 from dusttaichi.scene.material import DEFAULT
 
 
@@ -30,8 +31,7 @@ def preview(scene):
         sections.append(("Sphere", _sphere(parts.sphere, parts.properties.radius)))
         contact = _contact(parts.contact_table.farthest_sphere, scene)
         sections.append(("Contact of a grain and the sphere", contact))
-    if scene.gravity is not None:
-        sections.append(("Gravity", _gravity(scene)))
+    sections += _forces(scene)
     if scene.softened:
         remarks = [("remark", text) for text in softened_remarks(scene, step.impact)]
         sections.append(("Softened contacts", [*softened_rows(scene), *remarks]))
@@ -107,17 +107,25 @@ def _sphere(placed, radii):
     ]
 
 
-def _gravity(scene):
-    """Rows of the block `gravity`."""
-    if scene.gravity.central is None:
-        g = scene.gravity.acceleration
-        return [("acceleration", ", ".join(f"{a:.4g}" for a in g) + " m/s^2")]
-    central, at = scene.gravity.central, quantities.format
-    centre = ", ".join(at(a, "length", digits=4) for a in central.centre)
-    return [
-        ("towards", centre),
-        ("acceleration", f"{central.strength:.4g} d^{central.exponent:g} m/s^2, d in m"),
-    ]
+def _forces(scene):
+    """Sections of the forces from outside: the constants of their laws."""
+    sections = []
+    for block in list_forces(scene):
+        law, kind = find_law(block), getattr(block, "kind", "gravity")
+        values = law.numbers(block)
+        rows = [
+            (name, _vector(np.ravel(values[name]), number.unit))
+            for name, number in law.NUMBERS.items()
+        ]
+        sections.append((f"Force: {kind}", rows))
+    return sections
+
+
+def _vector(values, unit):
+    """Components of a number of a law as people write them."""
+    if len(values) == 1:
+        return _number(float(values[0]), unit)
+    return f"{', '.join(f'{value:.4g}' for value in values)} {unit}"
 
 
 def _step(step):

@@ -8,7 +8,9 @@ from dusttaichi.grains import collisions as study
 from dusttaichi.grains.checks import check
 from dusttaichi.grains.collisions import Collisions
 from dusttaichi.samples import AnySample, reads_samples
+from dusttaichi.scene.charge import Charge
 from dusttaichi.scene.fields import Faults
+from dusttaichi.scene.forces import AnyForce, reads_forces
 from dusttaichi.scene.gravity import Gravity
 from dusttaichi.scene.interaction import Interaction
 from dusttaichi.scene.material import Material
@@ -18,13 +20,14 @@ from dusttaichi.scene.scene import MaterialsScene
 from dusttaichi.scene.sphere import Sphere
 
 
+@reads_forces
 @reads_samples
 class GrainsScene(MaterialsScene):
     """A run of grains with adhesive contacts; all quantities are SI floats."""
 
     order: ClassVar[str] = (
-        "name extensions method material materials interaction sample push sphere gravity boundary "
-        "stop stages numerics output replicas collisions"
+        "name extensions method material materials interaction sample push sphere charge gravity "
+        "forces boundary stop stages numerics output replicas collisions"
     )
 
     method: Literal["grains"] = Field("grains", description="method of simulation")
@@ -47,8 +50,14 @@ class GrainsScene(MaterialsScene):
     sphere: Sphere | None = Field(
         None, description="a rigid sphere among the grains: a projectile or an indenter"
     )
+    charge: Charge | None = Field(
+        None, description="charges of the grains: of each, or a block; the sphere has none"
+    )
     gravity: Gravity | None = Field(
         None, description="acceleration of grains and sphere, uniform or towards a point"
+    )
+    forces: tuple[AnyForce, ...] = Field(
+        (), description="further forces from outside on grains and sphere: gas, fields, frames"
     )
     numerics: Numerics = Field(
         default_factory=Numerics, description="time step, precision, threads"

@@ -8,7 +8,7 @@ import numpy as np
 from dusttaichi.compute.backend import Loops
 from dusttaichi.domain.domain import Domain
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.gravity import Gravity
+from dusttaichi.grains.forces import OutsideForces
 from dusttaichi.grains.kernels.store import Layout
 from dusttaichi.grains.pushes import Push
 from dusttaichi.grains.sphere import RigidSphere
@@ -32,7 +32,7 @@ class Prepared:
     step: TimeStep
     domain: Domain
     sphere: RigidSphere | None
-    gravity: Gravity | None
+    forces: OutsideForces | None
     push: Push
     contact_table: ContactTable
     skin: float | None

@@ -16,13 +16,13 @@ from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVEN, WALL, Servo
 from dusttaichi.domain.walls import TOP, Box
 from dusttaichi.grains.contacts import distances
+from dusttaichi.grains.forces import put_forces, sum_energies
 from dusttaichi.grains.ledger_sums import LedgerSums
 from dusttaichi.grains.load_sums import load_sums
 from dusttaichi.grains.measure import (
     contact_loads,
     energies,
     face_power,
-    gravity_potential,
     set_back,
     wall_work,
 )
@@ -70,7 +70,7 @@ class Simulation:
         around = parts.domain
         self.dt, self.step, self.volume, self.t_c = around.dt, 0, around.volume, around.t_c
         self.box, self.cell, self.servo = around.box, around.cell, None
-        self.gravity, self.push, self.sphere = parts.gravity, parts.push, None
+        self.outside, self.push, self.sphere = parts.forces, parts.push, None
         if parts.sphere is not None:
             self.sphere = MovingSphere(self, parts.sphere, on_sphere)
         self.chosen, self.threads = parts.step, parts.threads
@@ -121,8 +121,6 @@ class Simulation:
         if self.layout.orientation:
             state["orientation"] = np.tile([1.0, 0.0, 0.0, 0.0], (self.grains, 1))
         self.push.place(self.fields)
-        if self.gravity is not None:
-            state["gravity"] = self.gravity.numbers
         if self.polydisperse is not None:
             state["material"] = self.polydisperse.material[order]
             state["radius"] = self.radii[order]
@@ -131,6 +129,8 @@ class Simulation:
             self.sphere.place()
         if self.members is not None:
             self.members.place(sample.positions[order] / units.LENGTH)
+        if self.outside is not None:
+            put_forces(self)
         state.put_numbers(
             self.pair, self.wall, None if self.sphere is None else self.sphere.contact
         )
@@ -157,7 +157,7 @@ class Simulation:
 
     def _begin_ledger(self):
         """Forces, potentials and pending losses at the start; velocities are half a step back."""
-        self.potential_of_start = gravity_potential(self)
+        self.forces_at_start = None if self.outside is None else sum_energies(self)
         self.ledger_sums.wall_force = load_sums(self).wall_force()
         if self.sphere is not None:
             self.ledger_sums.sphere_force = self.sphere.load()[0]

@@ -8,6 +8,7 @@ from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.grains.contact_table import surface_of
 from dusttaichi.grains.contacts import touching_pairs
+from dusttaichi.grains.forces import accelerations
 from dusttaichi.grains.kernels.store import SPHERE
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.geometry import AXES, WALLS
@@ -145,7 +146,7 @@ class MovingSphere:
 
     def set_back(self):
         """Velocity and spin from step 0 to half a step before it, with the current loads."""
-        kick, turn = self._half_kicks()
+        kick, turn = self._half_kicks(present=True)
         state = self.sim.state
         self._put(v=state.row("v", self.row) - kick, w=state.row("w", self.row) - turn)
 
@@ -184,15 +185,19 @@ class MovingSphere:
         """Time integrals of both since the start, (6,)."""
         return self.sim.state["sphere_impulse"]
 
-    def _half_kicks(self, load=None):
-        """Change of velocity and of spin in half a step by the current loads."""
+    def _half_kicks(self, load=None, present=False):
+        """Change of velocity and of spin in half a step by the current loads.
+
+        present: velocity and spin in memory are those of the position, not half a step back.
+        """
         if self.speed is not None:
             return np.zeros(3), np.zeros(3)
         sim, (force, torque) = self.sim, load or self.load()
-        half, kick = 0.5 * sim.dt, force / self.mass
-        if sim.gravity is not None:
-            kick = kick + sim.gravity.acceleration(sim.state.row("x", self.row)[None])[0]
-        return half * kick, half * torque / self.inertia
+        half, kick, turn = 0.5 * sim.dt, force / self.mass, torque / self.inertia
+        if sim.outside is not None:
+            linear, angular = accelerations(sim, present)
+            kick, turn = kick + linear[-1], turn + angular[-1]
+        return half * kick, half * turn
 
     def now(self, load=None):
         """Position [um], velocity [um/us] and spin [rad/us] at the time of the positions.

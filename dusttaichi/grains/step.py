@@ -104,7 +104,8 @@ class Phases:
         if ti.static(self.stress):
             due = self.flux.add(part, self.move, step, numbers)
         else:
-            due, _, _ = self.move(part, numbers.kick, numbers.turn, numbers.dt, numbers.reach2)
+            n = numbers
+            due, _, _ = self.move(part, n.kick, n.turn, n.dt, n.reach2, step - 1)
         return due
 
     @ti.func
@@ -135,7 +136,7 @@ class Phases:
     def move_sphere(self, me, workers, step, numbers, box: ti.template()):
         """Kick and drift the sphere."""
         if me == 0:
-            if self.sphere.move(numbers.dt, numbers.reach2) == 1:
+            if self.sphere.move(numbers.dt, numbers.reach2, step - 1) == 1:
                 self.sync[DUE] = 1
 
     @ti.func

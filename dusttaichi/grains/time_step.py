@@ -9,6 +9,7 @@ from math import inf, pi
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.grains.forces import shortest_timescale
 from dusttaichi.grains.impacts import Impact, check, hardest_impact
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
@@ -63,6 +64,8 @@ def time_step(table, grains, motion=None):
     numerics = table.scene.numerics
     period, rate = stiffest_of(table, grains)
     limit = stability.largest_stable_step(period, rate)
+    outside = timescale_of_forces(table)
+    period, limit = min(period, outside), min(limit, outside / pi)
     resolved = inf if motion is None else step_of_motion(table, motion)
     if numerics.time_step == "auto":
         if not np.isfinite(period):
@@ -80,6 +83,7 @@ def time_step(table, grains, motion=None):
             stability.damped_limit(mass, pair, wall, grains, strengths)
             for mass, pair, wall, strengths in table.clusters()
         )
+        limit = min(limit, outside / pi)
     if dt >= limit:
         raise DustError(
             f'numerics.time_step = "{dt * 1e9:.4g} ns": not stable. The stiffest period of this '
@@ -102,6 +106,15 @@ def stiffest_of(table, grains):
         for mass, pair, wall, strengths in table.clusters()
     ]
     return min(period for period, _ in found), max(rate for _, rate in found)
+
+
+def timescale_of_forces(table):
+    """Shortest time [s] in which a force from outside changes a motion; infinite without one."""
+    ends = [
+        (radius, constants.sphere_mass(radius, table.scene.all_materials[number].density))
+        for number, radius in table.extreme_grains
+    ]
+    return shortest_timescale(table.scene, *np.array(ends).T)
 
 
 def step_of_motion(table, motion):

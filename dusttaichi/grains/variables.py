@@ -40,10 +40,10 @@ def _loads(row, line="line of centres", grain="grain"):
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
 # one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
-# "gravity", "sphere" (a rigid one), "pair" (two bodies that fly at each other), "shear" (in some
-# stage), "tilt" (of the cell), "open" (nothing around), "polydisperse" (grains of different radius
-# or material), "profiles", "snapshots", "contacts" (with the snapshots), "forces" (of these),
-# "requested" (optional outputs).
+# "gravity", "outside" (forces from outside beside it), "sphere" (a rigid one), "pair" (two bodies
+# that fly at each other), "shear" (in some stage), "tilt" (of the cell), "open" (nothing around),
+# "polydisperse" (grains of different radius or material), "profiles", "snapshots", "contacts" (with
+# the snapshots), "forces" (of these), "requested" (optional outputs).
 _TABLE = {
     "series": [
         "time",
@@ -72,7 +72,8 @@ _TABLE = {
          _PHYS, ""),
         ("potential_wall", "time spring", "J", "potential energy in contacts with walls",
          _PHYS, "walls"),
-        ("loss", "time channel", "J", "energy lost in contacts between grains since the start",
+        ("loss", "time channel", "J", "energy lost in contacts between grains, and to forces from "
+         "outside, since the start",
          _PHYS, ""),
         ("loss_wall", "time channel", "J", "energy lost in contacts with walls since the start",
          _PHYS, "walls"),
@@ -92,6 +93,8 @@ _TABLE = {
          "its centre of mass, spins included", "", "pair"),
         ("gravity_work", "time", "J", "work of gravity on grains and sphere since the start: minus "
          "the change of their potential", _PHYS, "gravity"),
+        ("force_work", "time", "J", "work of the other forces from outside on grains and sphere "
+         "since the start, without their losses", _PHYS, "outside"),
         ("sphere_position", "time xyz", "m", "centre of the sphere", "", "sphere"),
         ("sphere_velocity", "time xyz", "m/s", "velocity of the sphere", "", "sphere"),
         ("sphere_spin", "time xyz", "rad/s", "angular velocity of the sphere", "", "sphere"),

@@ -16,6 +16,7 @@ from dusttaichi.running.interrupts import Interrupts, before_the_first_step
 from dusttaichi.running.opening import Opening
 from dusttaichi.running.present import label_values, line_of, read_only
 from dusttaichi.running.progress import show_progress
+from dusttaichi.running.script import ScriptControl
 from dusttaichi.scene import Scene
 from dusttaichi.scene.paths import user_path
 
@@ -60,7 +61,7 @@ def simulate(
         return Simulation(scene, sample, directory, **options)
 
 
-class Simulation(AbstractContextManager):
+class Simulation(ScriptControl, AbstractContextManager):
     """A simulation of a scene, at whole steps. A context manager; see `close`.
 
     Attributes

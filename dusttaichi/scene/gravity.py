@@ -51,18 +51,38 @@ class Central(Block):
 DOWNWARDS = Quantity("acceleration", ge=0, example="9.81 m/s^2")
 
 
-class Gravity(Block):
+class GravityField(Block):
+    """One of `acceleration` and `central`."""
+
+    acceleration: (
+        Annotated[Vector, Quantity("acceleration", count=3, example="-9.81 m/s^2")] | None
+    ) = Field(None, description="the same acceleration everywhere")
+    central: Central | None = Field(None, description="attraction towards a point")
+
+    def faults(self) -> Faults:
+        if (self.acceleration is None) == (self.central is None):
+            yield "", "exactly one of acceleration and central is needed"
+
+    @property
+    def law(self) -> str:
+        """Name of the module of its law."""
+        name = "gravity" if self.central is None else "central"
+        return f"dusttaichi.physics.forces.{name}"
+
+    @property
+    def straight_down(self) -> float:
+        """Its size [m/s^2] where it acts along -z, else 0."""
+        x, y, z = self.acceleration or (0.0, 0.0, 0.0)
+        return -z if z < 0.0 == x == y else 0.0
+
+
+class Gravity(GravityField):
     """One of `acceleration` and `central`; `gravity: 9.81 m/s^2` is that along -z."""
 
     requirement: ClassVar[str] = (
         'an acceleration of at least 0 (downwards) is needed, for example "9.81 m/s^2", or a block '
         "such as {acceleration: [0 m/s^2, 0 m/s^2, -9.81 m/s^2]}"
     )
-
-    acceleration: (
-        Annotated[Vector, Quantity("acceleration", count=3, example="-9.81 m/s^2")] | None
-    ) = Field(None, description="the same acceleration everywhere")
-    central: Central | None = Field(None, description="attraction towards a point")
 
     @model_validator(mode="before")
     @classmethod
@@ -79,20 +99,6 @@ class Gravity(Block):
             raise build_value_error(cls.requirement)
         return {"acceleration": ("0 m/s^2", "0 m/s^2", f"-{str(data).strip().lstrip('+-')}")}
 
-    def faults(self) -> Faults:
-        if (self.acceleration is None) == (self.central is None):
-            yield "", "exactly one of acceleration and central is needed"
-
-    @property
-    def kind(self) -> str:
-        return "constant" if self.central is None else "central"
-
-    @property
-    def straight_down(self) -> float:
-        """Its size [m/s^2] where it acts along -z, else 0."""
-        x, y, z = self.acceleration or (0.0, 0.0, 0.0)
-        return -z if z < 0.0 == x == y else 0.0
-
     @classmethod
     def __get_pydantic_json_schema__(cls, schema, handler):
         block = handler.resolve_ref_schema(handler(schema))
@@ -105,20 +111,26 @@ class Gravity(Block):
 
 def check(scene) -> Faults:
     """Faults of the gravity of a scene with its boundary."""
-    axes = scene.boundary.periodic_axes
-    if scene.gravity is None or not axes:
+    if scene.gravity is not None:
+        for path, text in refuse_periodic(scene.gravity, scene.boundary.periodic_axes):
+            yield f"gravity.{path}", text
+
+
+def refuse_periodic(gravity: GravityField, axes) -> Faults:
+    """Faults of gravity in a cell that is periodic along some axes."""
+    if not axes:
         return
-    if scene.gravity.central is not None:
+    if gravity.central is not None:
         text = "a cell is repeated, and a point is not; use kind: open or box"
-        yield "gravity.central", text
+        yield "central", text
         return
-    for n, (axis, g) in enumerate(zip(AXES, scene.gravity.acceleration or (0.0,) * 3, strict=True)):
+    for n, (axis, g) in enumerate(zip(AXES, gravity.acceleration or (0.0,) * 3, strict=True)):
         if g and axis in axes:
             text = (
                 f"the cell is periodic along {axis}: what falls across a face would fall for ever; "
                 "give 0 there, or leave the axis out of boundary.axes"
             )
-            yield f"gravity.acceleration.{n}", text
+            yield f"acceleration.{n}", text
 
 
 class SelfGravity(Block):

@@ -54,7 +54,7 @@ class Kind:
 class Kinds(Registry):
     """The Registry of kinds, and the blocks that have a field for any of them.
 
-    package: of the built-in kinds, one per file of the same name; the others are `added`.
+    package: of the built-in kinds, one per file of the same name, or their module.
     """
 
     def __init__(self, package: str, word: str):
@@ -75,7 +75,7 @@ class Kinds(Registry):
             raise TypeError(
                 f'{block.__name__}: a field kind: Literal["name of the kind"] is needed'
             )
-        is_built_in = block.__module__ == f"{self.package}.{name}"
+        is_built_in = block.__module__ in (self.package, f"{self.package}.{name}")
         if name in self.built_in and not is_built_in:
             raise ValueError(f"{name} is a kind of this package; another name is needed")
 

@@ -64,6 +64,11 @@ _ROWS = (
     ("a heat capacity", "J/(kg K)", "800 J/(kg K)", {"J/(kg K)": 0}, 1e-6, 1e9, "heat capacities"),
     ("a mass per length", "kg/m", "3 mg/m", {"kg/m": 0, "g/m": -3}, 1e-30, 1e9,
      "masses per length"),
+    ("a charge", "C", "1e-17 C", {"C": 0, "fC": -15, "aC": -18}, 1e-25, 1e3),
+    ("a charge per area", "C/m^2", "1e-6 C/m^2", {"C/m^2": 0}, 1e-20, 1e6, "charges per area"),
+    ("a charge per mass", "C/kg", "1e-3 C/kg", {"C/kg": 0}, 1e-20, 1e12, "charges per mass"),
+    ("an electric field", "V/m", "1e4 V/m", {"V/m": 0, "kV/m": 3}, 1e-15, 1e12),
+    ("a magnetic field", "T", "1 mT", {"T": 0, "mT": -3}, 1e-20, 1e6),
     ("a mass rate", "kg/s", "1e-6 g/s", {"g/s": -3, "kg/s": 0}, 1e-30, 1e9),
 )  # fmt: skip
 DIMENSIONS = {row[0].partition(" ")[2]: Dimension(*row) for row in _ROWS}

@@ -7,6 +7,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import SYNC
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.compute.state_variable import StateVariable
+from dusttaichi.grains.kernels.forces import LAWS
 from dusttaichi.grains.kernels.numbers import declared
 from dusttaichi.grains.kernels.store import COUNTS, SPHERE, capacity, sphere_capacity
 
@@ -24,6 +25,7 @@ SUMS = (
     "flux",
     "sphere_impulse",
     "grain_loss",
+    "force_work",
 )
 
 
@@ -65,7 +67,7 @@ def declare(grains, layout, walls):
     rows += _grain_loss(n, layout) if layout.grain_loss else []
     rows += _members(n) if layout.members else []
     rows += _cell(n, layout) if layout.periodic else []
-    rows += [*_pushes(n, layout), *_gravity(layout)]
+    rows += [*_pushes(n, layout), *_forces(n, layout)]
     rows += _sphere(n) if layout.sphere else []
     rows += _polydisperse(n) if layout.polydisperse else []
     rows += _stress(n, layout, walls) if layout.stress else []
@@ -165,9 +167,16 @@ def _pushes(n, layout):
     return forced * layout.forced + carried * layout.carried
 
 
-def _gravity(layout):
-    rows = [("gravity", "numbers of make_gravity", "um, us", ("f64", 0), (6,))]
-    return rows * bool(layout.gravity)
+def _forces(n, layout):
+    model, moving = layout.forces, (n.moving,)
+    rows = [("forces", "masses and numbers of the laws: kernels.forces", "um, us, pg", ("f64", 0),
+             (LAWS + model.width,))]
+    powers = [("force_work", "work of the forces by the powers that are summed", "fJ", ("f64", 0),
+               (n.moving, max(1, len(model.powers))))]
+    charge = [("charge", "charge of a particle", "C", ("f64", 0), moving)]
+    script = [("script_force", "force that a script sets", "nN", ("f64", 3), moving)]
+    rows += powers * bool(model.powers) + charge * model.charged + script * model.scripted
+    return rows * bool(model)
 
 
 def _sphere(n):

@@ -92,14 +92,14 @@ class Threads:
         self._contact_sums = BlockSums(self.sums) if self.sums else None
 
     @ti.func
-    def grain(self, g, row, numbers):
-        """Kick and drift grain g; 1 if it has gone so far that a search is due. row: of `rates`."""
+    def grain(self, g, row, step, numbers):
+        """Kick and drift grain g from a step to the next; 1 if a search is due. row: of `rates`."""
         due, thread = 0, g % self.grain_block
         if g - thread < self.counts[GRAINS]:  # the same for all threads of a block
             flux = ti.Vector.zero(ti.f64, 6)
             if g < self.counts[GRAINS]:
                 n = numbers
-                due, place, velocity = self.phases.move(g, n.kick, n.turn, n.dt, n.reach2)
+                due, place, velocity = self.phases.move(g, n.kick, n.turn, n.dt, n.reach2, step)
                 if ti.static(self.stress):
                     rate = ti.Vector([self.rates[row, k] for k in ti.static(range(4))])
                     flux = self.phases.flux.of_grain(g, place, velocity, n.dt, rate)
@@ -213,7 +213,8 @@ def make_kick(known, threads):
         phases.sphere.put_load(t, total)
         ti.simt.block.sync()
         if t == 0:
-            if phases.sphere.move_by_load(numbers[None].dt, numbers[None].reach2) == 1:
+            step, n = known.first[None] + sync[DONE], numbers[None]
+            if phases.sphere.move_by_load(n.dt, n.reach2, step) == 1:
                 sync[DUE] = 1
 
     @ti.kernel
@@ -224,7 +225,8 @@ def make_kick(known, threads):
                 sync[BEGUN] = ti.select(sync[STOP] == 0, sync[DONE] + 1, 0)
             if sync[STOP] == 0:
                 if g < grain_threads:
-                    if threads.grain(g, (sync[DONE] + 1) % LOOK, numbers[None]) == 1:
+                    step = known.first[None] + sync[DONE]
+                    if threads.grain(g, (sync[DONE] + 1) % LOOK, step, numbers[None]) == 1:
                         sync[DUE] = 1
                 if ti.static(phases.has_sphere):
                     if g >= grain_threads:

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.grains.kernels.cell import CENTRE, GROWTH, RATE, START, TILT
+from dusttaichi.grains.kernels.forces import make_forces
 from dusttaichi.grains.kernels.store import GRAINS
 
 # of the series of cos(h) and sin(h)/h in h^2
 COS = [(-1) ** n / factorial(2 * n) for n in range(1, 5)]
 SIN = [(-1) ** n / factorial(2 * n + 1) for n in range(1, 5)]
-NEAREST2 = 1e-12  # square of the distance below which a centre of gravity pulls no more [um^2]
 
 
 @ti.data_oriented
@@ -107,7 +107,7 @@ def make_push(fields, layout):
 
 
 def make_grain_pass(fields, layout):
-    """Returns `move(g, dt/m, dt/I, dt, reach2)`: kick and drift.
+    """Returns `move(g, dt/m, dt/I, dt, reach2, step)`: kick and drift from that step to the next.
 
     It returns (1 if a new search is due, position, velocity). Who needs these takes them from here:
     to read what has just been written, in another width, makes a core wait, a third of a step.
@@ -120,11 +120,11 @@ def make_grain_pass(fields, layout):
     total, pushed = make_gather(fields, layout), make_push(fields, layout)
     free, impulse = fields.get("free"), fields.get("carried_impulse")
     mass, inertia = fields.get("mass"), fields.get("inertia")
-    real, falls = layout.geometry, make_gravity(fields, layout, free)
+    real, forces = layout.geometry, make_forces(fields, layout)
     turned = Orientations(fields, layout) if layout.orientation else None
 
     @ti.func
-    def move(g, kick, turn, dt, reach2):
+    def move(g, kick, turn, dt, reach2, step):
         force, torque = total(g)
         if ti.static(layout.carried):
             impulse[g] = impulse[g] + (dt * (1.0 - free[g])) * force
@@ -134,13 +134,19 @@ def make_grain_pass(fields, layout):
             own_kick = ti.cast(kick / mass[g], real)
             own_turn = ti.cast(turn / inertia[g], real)
         # no += on fields: it is atomic in Taichi, and slow
-        velocity = v[g] + own_kick * force
-        if ti.static(layout.falls):
-            velocity += ti.cast(dt, real) * falls(g)
+        velocity, spin = v[g] + own_kick * force, w[g] + own_turn * torque
+        if ti.static(bool(layout.forces)):
+            at, weight = forces.of_grain(g, step), forces.weight_of(g)
+            half_kick = ti.cast(0.5 * own_kick * force, ti.f64)
+            half_turn = ti.cast(0.5 * own_turn * torque, ti.f64)
+            linear, angular = forces.solve(at, weight, half_kick, half_turn, 0.5 * dt)
+            velocity += ti.cast(dt, real) * ti.cast(linear, real)
+            spin += ti.cast(dt, real) * ti.cast(angular, real)
+            if ti.static(bool(layout.forces.powers)):
+                mean, turning = 0.5 * (v[g] + velocity), 0.5 * (w[g] + spin)
+                forces.sum_up(g, at, mean, turning, weight * dt)
         place = x[g] + ti.cast(dt, real) * velocity
-        v[g] = velocity
-        spin = w[g] + own_turn * torque
-        w[g] = spin
+        v[g], w[g] = velocity, spin
         if ti.static(layout.orientation):
             turned.carry_on(g, spin, dt)
         x[g] = place
@@ -216,7 +222,8 @@ def make_flux(fields, layout):
         due, rate = 0, rates(step, numbers.dt)
         sums = ti.Vector.zero(ti.f64, 6)
         for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
-            far, place, u = move(g, numbers.kick, numbers.turn, numbers.dt, numbers.reach2)
+            n = numbers
+            far, place, u = move(g, n.kick, n.turn, n.dt, n.reach2, step - 1)
             due = ti.max(due, far)
             sums += of_grain(g, place, u, numbers.dt, rate)
         for k in ti.static(range(6)):
@@ -224,37 +231,3 @@ def make_flux(fields, layout):
         return due
 
     return SimpleNamespace(add=add, rates=rates, of_grain=of_grain)
-
-
-# -- gravity --------------------------------------------------------------------------------------
-
-
-def make_gravity(fields, layout, free=None):
-    """Returns `falls(g)`: the acceleration of grain g, or of the sphere; None without gravity.
-
-    Numbers in the field `gravity`: constant: three of the acceleration; central: the three
-    coordinates of the centre, the strength k and the exponent n of g(d) = k d^n at the distance d.
-    free: field of 1, or 0 for a grain that does not fall.
-    """
-    x, table, real = fields["x"], fields.get("gravity"), layout.geometry
-    vector = ti.types.vector(3, real)
-
-    @ti.func
-    def constant(g):
-        return vector(table[0], table[1], table[2])
-
-    @ti.func
-    def central(g):
-        way = vector(table[0], table[1], table[2]) - x[g]
-        square = ti.max(ti.cast(way.dot(way), ti.f64), NEAREST2)
-        return ti.cast(table[3] * square ** (0.5 * (table[4] - 1.0)), real) * way
-
-    falls = {"constant": constant, "central": central}.get(layout.gravity)
-    if free is None or falls is None:
-        return falls
-
-    @ti.func
-    def falls_where_free(g):
-        return free[g] * falls(g)
-
-    return falls_where_free

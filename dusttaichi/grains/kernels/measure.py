@@ -7,9 +7,16 @@ on the threads.
 from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, count_blocks
+from dusttaichi.grains.kernels.forces import (
+    ACCELERATION,
+    ENERGIES,
+    TURNING,
+    make_forces,
+    place_forces,
+)
 from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.grains import make_gather, make_gravity, make_push
-from dusttaichi.grains.kernels.store import GRAINS, capacity, sphere_capacity
+from dusttaichi.grains.kernels.grains import make_gather, make_push
+from dusttaichi.grains.kernels.store import GRAINS, SPHERE, capacity, sphere_capacity
 
 # columns of a grain sum; kinetic energies of v, w at the time of the positions; what they exceed
 # m v(n-1/2).v(n+1/2)/2 by, the kinetic energy whose change in a step is the work of the mean force
@@ -45,6 +52,8 @@ def place_measure(grains, layout, walls):
         tiles = sphere_capacity(grains, layout) // layout.tile
         sums["sphere_sum"] = ti.field(ti.f64, shape=(tiles, columns))
         sums["sphere_load"] = ti.field(ti.f64, shape=6)
+    if layout.forces:
+        sums |= place_forces(grains + SPHERE + layout.sphere, layout)
     return sums
 
 
@@ -110,7 +119,8 @@ def make_measure(fields, sums, layout, phases):
 
     measure_grains(mass, inertia, kick, turn): where grains have masses of their own
     (layout.polydisperse) mass and inertia are units of them. measure_pairs, measure_walls and
-    measure_sphere(step, dt, box): the last one with the load on the sphere.
+    measure_sphere(step, dt, box): the last one with the load on the sphere. evaluate_forces: see
+    make_evaluate_forces.
     """
     out = {"measure_grains": make_measure_grains(fields, sums, layout)}
     out["measure_pairs"] = make_measure_contacts(phases.pairs, layout, sums["pair_sum"])
@@ -120,6 +130,8 @@ def make_measure(fields, sums, layout, phases):
         loads = make_sphere_load(phases.sphere, sums)
         on_sphere = make_measure_contacts(phases.on_sphere, layout, sums["sphere_sum"], loads)
         out["measure_sphere"] = on_sphere
+    if layout.forces:
+        out["evaluate_forces"] = make_evaluate_forces(fields, sums, layout)
     return out
 
 
@@ -128,7 +140,7 @@ def make_measure_grains(fields, sums, layout):
     v, w, counts, grain_sum = fields["v"], fields["w"], fields["counts"], sums["grain_sum"]
     total, pushed = make_gather(fields, layout), make_push(fields, layout)
     masses, inertias = fields.get("mass"), fields.get("inertia")
-    falls = make_gravity(fields, layout, fields.get("free"))
+    forces = make_forces(fields, layout)
 
     @ti.func
     def own(table: ti.template(), g):
@@ -139,7 +151,9 @@ def make_measure_grains(fields, sums, layout):
         return out
 
     @ti.kernel
-    def measure_grains(mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64):
+    def measure_grains(
+        mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64, step: ti.i64
+    ):
         grains = counts[GRAINS]
         for chunk in range(count_blocks(grains, CHUNK)):
             zero = ti.cast(0.0, ti.f64)
@@ -150,8 +164,12 @@ def make_measure_grains(fields, sums, layout):
                 force, torque = total(g)
                 force, torque = pushed(g, force, torque)
                 kick, turn = half_kick * (force / m), half_turn * (torque / i)
-                if ti.static(layout.falls):
-                    kick += half_kick * mass * falls(g)
+                if ti.static(bool(layout.forces)):
+                    at, weight = forces.of_grain(g, step), forces.weight_of(g)
+                    half = half_kick * mass
+                    outside, turning_outside = forces.solve(at, weight, kick, turn, half)
+                    kick += half * outside
+                    turn += half * turning_outside
                 now, turning = v[g] + kick, w[g] + turn
                 linear += m * now.dot(now)
                 angular += i * turning.dot(turning)
@@ -166,6 +184,50 @@ def make_measure_grains(fields, sums, layout):
             grain_sum[chunk, KICK] = 0.5 * (mass * kicked + inertia * turned)
 
     return measure_grains
+
+
+def make_evaluate_forces(fields, sums, layout):
+    """Kernel `evaluate_forces(step, half, present, kick, turn)`: fills `force_now`.
+
+    present: 1 where velocities and spins in memory are those of the positions, 0 where they are
+    half a step back. kick, turn: changes of velocity and spin of the sphere in half a step by its
+    contacts.
+    """
+    out, forces = sums["force_now"], make_forces(fields, layout)
+    total, pushed = make_gather(fields, layout), make_push(fields, layout)
+    counts, model, laws = fields["counts"], layout.forces, forces.laws
+    v, w = fields["v"], fields["w"]
+    vector = ti.types.vector(3, ti.f64)
+    first_power = ENERGIES + len(model.potentials)
+
+    @ti.func
+    def write(g, at: ti.template(), weight, kick, turn, half):
+        linear, angular = forces.solve(at, weight, kick, turn, half)
+        for k in ti.static(range(3)):
+            out[g, ACCELERATION + k], out[g, TURNING + k] = linear[k], angular[k]
+        for k in ti.static(range(len(model.potentials))):
+            out[g, ENERGIES + k] = weight * laws.potential(k, at)
+        for k in ti.static(range(len(model.powers))):
+            back, turned = ti.cast(v[g], ti.f64), ti.cast(w[g], ti.f64)
+            out[g, first_power + k] = half * weight * laws.power(k, at, back, turned)
+
+    @ti.kernel
+    def evaluate_forces(step: ti.i64, half: ti.f64, present: ti.i32, kick: vector, turn: vector):
+        for g in range(counts[GRAINS]):
+            at = forces.of_grain(g, step)
+            force, torque = total(g)
+            force, torque = pushed(g, force, torque)
+            share = ti.select(present == 1, 0.0, half)
+            linear = ti.cast(share / at.mass * force, ti.f64)
+            angular = ti.cast(share / at.inertia * torque, ti.f64)
+            write(g, at, forces.weight_of(g), linear, angular, share)
+        if ti.static(layout.sphere):
+            for _ in range(1):
+                share = ti.select(present == 1, 0.0, half)
+                at, weight = forces.of_sphere(step), forces.weight_of_sphere()
+                write(counts[GRAINS] + SPHERE, at, weight, kick, turn, share)
+
+    return evaluate_forces
 
 
 def make_measure_contacts(contacts, layout, table, loads=None):

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from dusttaichi.compute.blocks import loop_length, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, count_blocks
-from dusttaichi.grains.kernels.grains import make_gravity
+from dusttaichi.grains.kernels.forces import make_forces
 from dusttaichi.grains.kernels.relist import PairLanes
 from dusttaichi.grains.kernels.search import SPHERE_REACH
 from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPHERE
@@ -54,18 +54,18 @@ def make_loads(fields, layout):
 def make_sphere(fields, layout):
     """Functions for the rigid sphere: `loads` and `move`. None in a scene without one.
 
-    `loads()`: force and torque of the grains on the sphere,
-    summed in the order of the lanes; `move(dt, reach2)`: kick and drift, 1 if a new search is due.
+    `loads()`: force and torque of the grains on the sphere, summed in the order of the lanes;
+    `move(dt, reach2, step)`: kick and drift, 1 if a search is due.
     For a block of threads: `share(thread, threads)`: force and torque of the contacts of one of
     them on the sphere; `put_load(k, total)`: number k of the sum over the block; `move_by_load(dt,
-    reach2)`: kick and drift by these.
+    reach2, step)`: kick and drift by these.
     """
     if not layout.sphere:
         return None
     counts, (loads, share) = fields["counts"], make_loads(fields, layout)
     x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
     body, impulse = fields["sphere_body"], fields["sphere_impulse"]
-    real, falls = layout.geometry, make_gravity(fields, layout)
+    real, forces = layout.geometry, make_forces(fields, layout)
     load = ti.field(ti.f64, shape=6) if on_device() else None
 
     @ti.func
@@ -74,27 +74,34 @@ def make_sphere(fields, layout):
             load[k] = total
 
     @ti.func
-    def move_by_load(dt, reach2):
+    def move_by_load(dt, reach2, step):
         force = ti.Vector([load[0], load[1], load[2]])
-        return moved(dt, reach2, force, ti.Vector([load[3], load[4], load[5]]))
+        return moved(dt, reach2, step, force, ti.Vector([load[3], load[4], load[5]]))
 
     @ti.func
-    def move(dt, reach2):
+    def move(dt, reach2, step):
         force, torque = loads()
-        return moved(dt, reach2, force, torque)
+        return moved(dt, reach2, step, force, torque)
 
     @ti.func
-    def moved(dt, reach2, force, torque):
+    def moved(dt, reach2, step, force, torque):
         s = counts[GRAINS] + SPHERE
         for k in ti.static(range(3)):
             impulse[k] = impulse[k] + dt * force[k]
             impulse[3 + k] = impulse[3 + k] + dt * torque[k]
         velocity = v[s] + ti.cast(dt * body[0] * force, real)
-        if ti.static(layout.falls):
-            velocity += ti.cast(ti.select(body[0] > 0.0, dt, 0.0), real) * falls(s)
+        spin = w[s] + ti.cast(dt * body[1] * torque, real)
+        if ti.static(bool(layout.forces)):
+            at, weight, half = forces.of_sphere(step), forces.weight_of_sphere(), 0.5 * dt
+            kick, turn = half * body[0] * force, half * body[1] * torque
+            linear, angular = forces.solve(at, weight, kick, turn, half)
+            velocity += ti.cast(dt, real) * ti.cast(linear, real)
+            spin += ti.cast(dt, real) * ti.cast(angular, real)
+            if ti.static(bool(layout.forces.powers)):
+                mean, turning = 0.5 * (v[s] + velocity), 0.5 * (w[s] + spin)
+                forces.sum_up(s, at, mean, turning, weight * dt)
         place = x[s] + ti.cast(dt, real) * velocity
-        v[s], x[s] = velocity, place
-        w[s] = w[s] + ti.cast(dt * body[1] * torque, real)
+        v[s], x[s], w[s] = velocity, place, spin
         way = place - x_search[s]
         return ti.select(way.dot(way) <= reach2, 0, 1)
 

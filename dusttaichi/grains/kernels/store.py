@@ -16,6 +16,7 @@ from functools import cached_property
 from dusttaichi.compute.backend import SMALL
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.model import ContactModel
+from dusttaichi.physics.forces.model import ForceModel
 
 NEIGHBOURS = 24  # neighbours of a grain within the skin that the search can hold
 PAIRS_PER_GRAIN = 6  # twelve touching neighbours at most
@@ -42,7 +43,7 @@ class Layout:
     forced: bool = False  # a force from outside acts on some grains
     carried: bool = False  # some grains move at a speed of their own
     sphere: bool = False  # there is a rigid sphere among the grains
-    gravity: str = ""  # or constant, central
+    forces: ForceModel = ForceModel()  # from outside
     stored: tuple = ()  # numbers of each contact, where grains have their own radius and material
     precision: str = "f64"
     ledger: bool = True  # only a benchmark does without
@@ -56,11 +57,6 @@ class Layout:
     def polydisperse(self):
         """True if grains have their own radius and material (kernels.polydisperse)."""
         return bool(self.stored)
-
-    @property
-    def falls(self):
-        """True if there is gravity."""
-        return self.gravity != ""
 
     @property
     def geometry(self):
@@ -84,8 +80,8 @@ class Layout:
 
     @property
     def channels(self):
-        """Names of the channels of the ledger."""
-        return self.model.channels
+        """Names of the channels of the ledger: of contacts, then of forces from outside."""
+        return tuple(dict.fromkeys((*self.model.channels, *self.forces.channels)))
 
     @cached_property
     def rows(self):

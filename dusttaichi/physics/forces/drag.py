@@ -1,0 +1,56 @@
+"""Drag of a gas on particles that are small compared with its mean free path (Epstein 1924).
+
+F = -(4/3) pi r^2 rho_g v_th (v - u) with the thermal speed v_th = sqrt(8 k T/(pi m_g)) of the gas,
+for diffuse or specular reflection to some ten per cent and speeds below v_th; the stopping time is
+rho_s r/(rho_g v_th). Every particle meets the same gas: there is no shielding within an aggregate.
+"""
+
+from math import pi, sqrt
+
+import numpy as np
+
+from dusttaichi.compute.engine import ti
+from dusttaichi.physics.forces.numbers import Number
+
+NUMBERS = {
+    "rate": Number("s^-1"),  # one over a stopping time common to all particles
+    "friction": Number("kg/m^2 s"),  # (4/3) pi rho_g v_th
+    "gas_velocity": Number("m/s", 3),
+}
+CHANNEL = "drag"
+BOLTZMANN, ATOMIC_MASS = 1.380649e-23, 1.66053906660e-27  # SI, CODATA 2018
+
+
+def thermal_speed(temperature, molecular_mass):
+    """Mean speed of the molecules [m/s]; temperature [K], mass in atomic units."""
+    return sqrt(8.0 * BOLTZMANN * temperature / (pi * molecular_mass * ATOMIC_MASS))
+
+
+def numbers(own):
+    """A stopping time, or the constant of Epstein's law."""
+    rate = friction = 0.0
+    if own.stopping_time is not None:
+        rate = 1.0 / own.stopping_time
+    else:
+        speed = thermal_speed(own.temperature, own.molecular_mass)
+        friction = 4.0 / 3.0 * pi * own.density * speed
+    return {"rate": rate, "friction": friction, "gas_velocity": own.velocity}
+
+
+def timescale(own, particles):
+    """The shortest stopping time [s]."""
+    n = numbers(own)
+    rates = n["rate"] + n["friction"] * particles.radius**2 / particles.mass
+    return 1.0 / float(np.max(rates))
+
+
+@ti.func
+def flow(p, at):
+    """Velocity of the gas, which does the work that moves particles along with it."""
+    return p.gas_velocity
+
+
+@ti.func
+def acceleration(p, at):
+    """Against the velocity relative to the gas."""
+    return (p.rate + p.friction * at.radius**2 / at.mass) * (p.gas_velocity - at.velocity)

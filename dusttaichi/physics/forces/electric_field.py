@@ -1,0 +1,44 @@
+"""A field of the same strength everywhere, which may oscillate, on the charges of the particles.
+
+Charges do not act on each other; that needs fields far below q/(4 pi eps_0 d^2) to be left out.
+"""
+
+from math import pi
+
+import numpy as np
+
+from dusttaichi.compute.engine import ti
+from dusttaichi.physics.forces.numbers import Number
+
+NUMBERS = {
+    "field": Number("V/m", 3),
+    "magnetic": Number("T", 3),
+    "frequency": Number("rad/s"),
+    "phase": Number("rad"),
+}
+USES_CHARGE = True
+
+
+def numbers(own):
+    """Those of the block."""
+    return {
+        "field": own.field,
+        "magnetic": own.magnetic_field,
+        "frequency": 2.0 * pi * (own.frequency or 0.0),
+        "phase": own.phase,
+    }
+
+
+def timescale(own, particles):
+    """The shorter one of the period of the field and that of gyration [s]."""
+    strength = float(np.linalg.norm(own.magnetic_field))
+    gyration = strength * float(np.max(np.abs(particles.charge) / particles.mass))
+    rates = [2.0 * pi * (own.frequency or 0.0), gyration]
+    return 2.0 * pi / max(rates) if max(rates) > 0.0 else np.inf
+
+
+@ti.func
+def acceleration(p, at):
+    """(E cos(w t + phase) + v x B) q/m."""
+    field = ti.cos(p.frequency * at.time + p.phase) * p.field
+    return at.charge / at.mass * (field + at.velocity.cross(p.magnetic))

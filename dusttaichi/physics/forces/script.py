@@ -1,0 +1,18 @@
+"""Forces that a Python script sets between steps, on each particle its own."""
+
+from dusttaichi.compute.engine import ti
+
+NUMBERS = {}
+USES_SCRIPT = True
+USES_VELOCITY = False
+
+
+def numbers(own):
+    """None: the forces are in a field."""
+    return {}
+
+
+@ti.func
+def acceleration(p, at):
+    """The force over the mass."""
+    return at.script_force / at.mass
