@@ -3,7 +3,7 @@
 A force is a block, which declares its keys, and a law: a module (or any object) with
 
 - ``NUMBERS``: name -> Number (physics.forces.numbers), its constants;
-- ``numbers(own)``: their values in SI, a dict; own: the block;
+- ``numbers(block)``: their values in SI, a dict; block: that of the YAML;
 - ``acceleration(p, at)``, ``angular_acceleration(p, at)`` or both, each a `ti.func` that returns a
   vector. p: struct of the numbers; at: the particle, with position, velocity, spin (vectors), mass,
   inertia, radius, charge, time, dt (the step), number and step (whole numbers). A force is the
@@ -15,7 +15,7 @@ It may have
 - ``CHANNEL``: channel of the ledger that its losses go to, where it has no potential: minus its
   work; with ``flow(p, at)``, the velocity of its medium, the work of the medium is counted apart.
   A force with neither potential nor channel does work from outside;
-- ``timescale(own, particles)``: shortest time [s] in which it changes a motion, a period or a
+- ``timescale(block, particles)``: shortest time [s] in which it changes a motion, a period or a
   stopping time, which the time step resolves; particles: arrays mass [kg], radius [m], charge [C];
 - ``USES_VELOCITY = False`` where it does not depend on velocity and spin: it is then evaluated once
   a step; ``USES_CHARGE = True`` where it needs `at.charge`.

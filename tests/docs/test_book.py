@@ -25,7 +25,6 @@ DEVELOPERS = {
     "notes.md",
     "releasing.md",
     "reliability.md",
-    "walk_force.md",
     "walk_number.md",
 }
 LIMITS = {"users": 30_000, "developers": 6000, "notes.md": 1500, "README.md": 500}

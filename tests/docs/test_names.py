@@ -116,7 +116,7 @@ def is_passed(value, codes, files, kinds):
 
 
 @taichi_alone
-@pytest.mark.parametrize("page", ["walk_number.md", "walk_force.md"])
+@pytest.mark.parametrize("page", ["walk_number.md"])
 def test_the_walks_name_the_code_that_the_data_pass(page, passed):
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     names = sorted(set(re.findall(r"`(dusttaichi(?:\.\w+)+)`", text)))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import make_scene, sample_of
+from scenes import EXAMPLES, bundled, make_scene, sample_of
 
 import dusttaichi
 from dusttaichi import units
@@ -204,3 +204,52 @@ def test_a_script_sets_forces_and_velocities():
     with dusttaichi.simulate(make_scene(), progress=False, log=lambda *_: None) as simulation:
         with pytest.raises(DustError, match="add {kind: script} to `forces`"):
             simulation.set_velocities([0, 0, 0])
+
+
+def in_warm_gas(threads):
+    """400 grains far apart in a gas of 280 K, after twenty stopping times; seeds are the same."""
+    noise = {"kind": "thermal_noise", "stopping_time": "5 ns", "temperature": "280 K"}
+    places = 1e-5 * np.stack(np.meshgrid(*[np.arange(8.0)] * 3), -1).reshape(-1, 3)[:400]
+    with bundled(EXAMPLES / "thermal_noise.py"):
+        sim, start = started([noise], places, np.zeros((400, 3)), dt="0.5 ns", threads=threads)
+        sim.advance(200)
+        return sim, start
+
+
+def test_equipartition():
+    """m <v^2> = 3 k T within three standard errors, on any number of threads the same bits."""
+    sim, start = in_warm_gas(1)
+    v = sim.state.of_grains("v")  # half a step back, where k T/m is exact for any step
+    energies = sim.mass * units.MASS * np.sum(v**2, axis=1) / (drag.BOLTZMANN * 280.0)
+    assert energies.mean() == pytest.approx(3.0, abs=3 * np.sqrt(6.0 / 400))
+    # energies of one component are distributed as chi^2 of one degree of freedom: variance 2
+    squares = sim.mass * units.MASS * v[:, 0] ** 2 / (drag.BOLTZMANN * 280.0)
+    assert squares.var() == pytest.approx(2.0, abs=1.0)
+    losses, _, residual = balance(sim, start)
+    kinetic = measurement(sim).kinetic * units.ENERGY
+    assert losses["thermal"] == pytest.approx(-kinetic, rel=0.2)  # the noise has given it
+    assert abs(residual) < 1e-12
+    again, _ = in_warm_gas(2)
+    assert again.state.of_grains("v").tobytes() == v.tobytes()
+
+
+def test_a_spinning_pair_in_both_frames():
+    """A pair that spins about its middle is stretched as one at rest in the frame that turns."""
+    rate = 2e6
+    pair = {"kind": "pair", "gap": "0 nm"}
+    x = np.array([[-0.59992e-6, 0, 0], [0.59992e-6, 0, 0]])
+    turning = np.array([0.0, 0.0, rate])
+    frame = {"kind": "rotating_frame", "angular_velocity": vector(turning, "rad/s")}
+    found = []
+    for forces, v, w in (([], np.cross(turning, x), turning), ([frame], 0 * x, 0 * turning)):
+        scene = make_scene(forces=forces, damping="viscous", dt="0.05 ns", sample=pair)
+        sim = build(scene, sample_of(x, v, np.tile(w, (2, 1))))
+        start = Start.from_measurement(measurement(sim))
+        sim.advance(4000)
+        places = grain_state(sim)[0] * units.LENGTH
+        overlap = 2 * scene.material.radius - np.linalg.norm(places[1] - places[0])
+        found.append((overlap, measurement(sim).lost))
+        assert abs(balance(sim, start)[2]) < 1e-4  # of a step of a fiftieth of the period
+    (inertial, lost), (turned, lost_in_frame) = found
+    assert turned == pytest.approx(inertial, abs=1e-14)
+    assert lost_in_frame == pytest.approx(lost, rel=1e-3)

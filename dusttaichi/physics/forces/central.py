@@ -14,9 +14,9 @@ USES_VELOCITY = False
 UNIT, NEAREST = 1e-6, 1e-12  # [m]
 
 
-def numbers(own):
+def numbers(block):
     """Those of the block; the acceleration by a mass at the distance of a micrometre."""
-    central = own.central
+    central = block.central
     scale = central.distance or UNIT
     strength = central.strength * scale**central.exponent
     named = {"scale": scale, "strength": strength, "exponent": central.exponent}

@@ -26,20 +26,20 @@ def thermal_speed(temperature, molecular_mass):
     return sqrt(8.0 * BOLTZMANN * temperature / (pi * molecular_mass * ATOMIC_MASS))
 
 
-def numbers(own):
+def numbers(block):
     """A stopping time, or the constant of Epstein's law."""
     rate = friction = 0.0
-    if own.stopping_time is not None:
-        rate = 1.0 / own.stopping_time
+    if block.stopping_time is not None:
+        rate = 1.0 / block.stopping_time
     else:
-        speed = thermal_speed(own.temperature, own.molecular_mass)
-        friction = 4.0 / 3.0 * pi * own.density * speed
-    return {"rate": rate, "friction": friction, "gas_velocity": own.velocity}
+        speed = thermal_speed(block.temperature, block.molecular_mass)
+        friction = 4.0 / 3.0 * pi * block.density * speed
+    return {"rate": rate, "friction": friction, "gas_velocity": block.velocity}
 
 
-def timescale(own, particles):
+def timescale(block, particles):
     """The shortest stopping time [s]."""
-    n = numbers(own)
+    n = numbers(block)
     rates = n["rate"] + n["friction"] * particles.radius**2 / particles.mass
     return 1.0 / float(np.max(rates))
 

@@ -19,21 +19,21 @@ NUMBERS = {
 USES_CHARGE = True
 
 
-def numbers(own):
+def numbers(block):
     """Those of the block."""
     return {
-        "field": own.field,
-        "magnetic": own.magnetic_field,
-        "frequency": 2.0 * pi * (own.frequency or 0.0),
-        "phase": own.phase,
+        "field": block.field,
+        "magnetic": block.magnetic_field,
+        "frequency": 2.0 * pi * (block.frequency or 0.0),
+        "phase": block.phase,
     }
 
 
-def timescale(own, particles):
+def timescale(block, particles):
     """The shorter one of the period of the field and that of gyration [s]."""
-    strength = float(np.linalg.norm(own.magnetic_field))
+    strength = float(np.linalg.norm(block.magnetic_field))
     gyration = strength * float(np.max(np.abs(particles.charge) / particles.mass))
-    rates = [2.0 * pi * (own.frequency or 0.0), gyration]
+    rates = [2.0 * pi * (block.frequency or 0.0), gyration]
     return 2.0 * pi / max(rates) if max(rates) > 0.0 else np.inf
 
 

@@ -7,9 +7,9 @@ NUMBERS = {"g": Number("m/s^2", 3)}
 USES_VELOCITY = False
 
 
-def numbers(own):
+def numbers(block):
     """g of the block."""
-    return {"g": own.acceleration}
+    return {"g": block.acceleration}
 
 
 @ti.func

@@ -13,14 +13,14 @@ from dusttaichi.physics.forces.numbers import Number
 NUMBERS = {"rotation": Number("rad/s", 3), "centre": Number("m", 3)}
 
 
-def numbers(own):
+def numbers(block):
     """Angular velocity of the frame, and a point of its axis."""
-    return {"rotation": own.angular_velocity, "centre": own.centre}
+    return {"rotation": block.angular_velocity, "centre": block.centre}
 
 
-def timescale(own, particles):
+def timescale(block, particles):
     """The period of the rotation over 2 [s], in which Coriolis forces turn a velocity once."""
-    rotation = float(np.linalg.norm(own.angular_velocity))
+    rotation = float(np.linalg.norm(block.angular_velocity))
     return np.pi / rotation if rotation > 0.0 else np.inf
 
 

@@ -1,4 +1,4 @@
-"""Forces that a Python script sets between steps, on each particle its own."""
+"""Forces that a Python script sets between steps, on each particle its block."""
 
 from dusttaichi.compute.engine import ti
 
@@ -7,7 +7,7 @@ USES_SCRIPT = True
 USES_VELOCITY = False
 
 
-def numbers(own):
+def numbers(block):
     """None: the forces are in a field."""
     return {}
 
