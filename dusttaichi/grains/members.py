@@ -131,7 +131,7 @@ class Members:
     def surrounded(self):
         """True where more than contacts acts on the grains, which only a single member allows."""
         sim = self.sim
-        around = sim.box, sim.cell, sim.sphere, sim.gravity
+        around = sim.box, sim.cell, sim.sphere, sim.outside
         return any(thing is not None for thing in around) or sim.push.works
 
     def begin(self):
