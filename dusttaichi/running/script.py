@@ -1,4 +1,4 @@
-"""What a script may change in a simulation between steps."""
+"""Changes of a simulation by a script between steps."""
 
 import numpy as np
 

@@ -12,7 +12,10 @@ from dusttaichi.grains.kernels.store import GRAINS, SPHERE
 from dusttaichi.physics.forces.model import Forces
 
 START, STEP = range(2)  # time of step 0, length of a step
-GRAIN, BALL = 2, 5  # first of mass, moment of inertia and radius of equal grains, and of the sphere
+GRAIN, SPHERE_BODY = (
+    2,
+    5,
+)  # first of mass, moment of inertia and radius of equal grains, and of the sphere
 LAWS = 8  # first number of the laws
 # columns of `force_now`: accelerations and angular ones of the present, then potential energies,
 # then energies of half a step by the powers that are summed
@@ -75,7 +78,9 @@ def make_forces(fields, layout):
     @ti.func
     def of_sphere(step):
         row = counts[GRAINS] + SPHERE
-        return struct_of(row, step, table[BALL], table[BALL + 1], table[BALL + 2])
+        return struct_of(
+            row, step, table[SPHERE_BODY], table[SPHERE_BODY + 1], table[SPHERE_BODY + 2]
+        )
 
     @ti.func
     def weight_of(g):

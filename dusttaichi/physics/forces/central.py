@@ -15,7 +15,7 @@ UNIT, NEAREST = 1e-6, 1e-12  # [m]
 
 
 def numbers(block):
-    """Those of the block; the acceleration by a mass at the distance of a micrometre."""
+    """Constants of the block; the acceleration by a mass at the distance of a micrometre."""
     central = block.central
     scale = central.distance or UNIT
     strength = central.strength * scale**central.exponent

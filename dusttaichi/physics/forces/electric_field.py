@@ -20,7 +20,7 @@ USES_CHARGE = True
 
 
 def numbers(block):
-    """Those of the block."""
+    """Constants of the block."""
     return {
         "field": block.field,
         "magnetic": block.magnetic_field,
