@@ -3,7 +3,6 @@
 import re
 import tempfile
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +60,7 @@ def simulate(
         return Simulation(scene, sample, directory, **options)
 
 
-class Simulation(ScriptControl, AbstractContextManager):
+class Simulation(ScriptControl):
     """A simulation of a scene, at whole steps. A context manager; see `close`.
 
     Attributes

@@ -1,11 +1,13 @@
 """Changes of a simulation by a script between steps."""
 
+from contextlib import AbstractContextManager
+
 import numpy as np
 
 from dusttaichi.errors import DustError
 
 
-class ScriptControl:
+class ScriptControl(AbstractContextManager):
     """Forces and velocities of a running simulation, for `Simulation` to inherit."""
 
     def set_forces(self, forces):

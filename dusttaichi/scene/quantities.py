@@ -36,7 +36,8 @@ class Dimension:
     @property
     def plural(self) -> str:
         """Name of several such quantities."""
-        return self._plural or f"{self.name.partition(' ')[2]}s"
+        name = self.name.partition(" ")[2]
+        return self._plural or (f"{name[:-1]}ies" if name.endswith("y") else f"{name}s")
 
 
 _LENGTHS = {"m": 0, "mm": -3, "um": -6, "nm": -9, "pm": -12}
@@ -50,18 +51,16 @@ _ROWS = (
     ("a speed", "m/s", "1 cm/s", {"m/s": 0, "cm/s": -2, "um/s": -6}, 1e-20, 3e8),
     ("an acceleration", "m/s^2", "9.81 m/s^2", {"m/s^2": 0}, 1e-20, 1e15),
     ("an angle", "rad", "30 deg", {"rad": 0}, 1e-20, 1e6),
-    ("an angular velocity", "rad/s", "1e5 rad/s", {"rad/s": 0, "rad/us": 6}, 1e-20, 1e15,
-     "angular velocities"),
+    ("an angular velocity", "rad/s", "1e5 rad/s", {"rad/s": 0, "rad/us": 6}, 1e-20, 1e15),
     ("a rate", "s^-1", "1e3 s^-1", {"s^-1": 0}, 1e-20, 1e15),
     ("a force", "N", "57 nN", _FORCES, 1e-30, 1e6),
-    ("an energy", "J", "1 fJ", {"J": 0, "fJ": -15, "aJ": -18}, 1e-40, 1e12, "energies"),
+    ("an energy", "J", "1 fJ", {"J": 0, "fJ": -15, "aJ": -18}, 1e-40, 1e12),
     ("a pressure", "Pa", "10 kPa", _PRESSURES, 1e-15, 1e15),
-    ("a density", "kg/m^3", "2.65 g/cm^3", {"g/cm^3": 3, "kg/m^3": 0}, 1e-9, 1e9, "densities"),
-    ("a surface energy", "J/m^2", "20 mJ/m^2", {"mJ/m^2": -3, "J/m^2": 0}, 1e-15, 1e6,
-     "surface energies"),
+    ("a density", "kg/m^3", "2.65 g/cm^3", {"g/cm^3": 3, "kg/m^3": 0}, 1e-9, 1e9),
+    ("a surface energy", "J/m^2", "20 mJ/m^2", {"mJ/m^2": -3, "J/m^2": 0}, 1e-15, 1e6),
     ("a stiffness", "N/m", "0.75 N/m", {"N/m": 0}, 1e-20, 1e12, "stiffnesses"),
     ("a temperature", "K", "280 K", {"K": 0}, 1e-6, 1e9),
-    ("a heat capacity", "J/(kg K)", "800 J/(kg K)", {"J/(kg K)": 0}, 1e-6, 1e9, "heat capacities"),
+    ("a heat capacity", "J/(kg K)", "800 J/(kg K)", {"J/(kg K)": 0}, 1e-6, 1e9),
     ("a mass per length", "kg/m", "3 mg/m", {"kg/m": 0, "g/m": -3}, 1e-30, 1e9,
      "masses per length"),
     ("a charge", "C", "1e-17 C", {"C": 0, "fC": -15, "aC": -18}, 1e-25, 1e3),
