@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # for editors and type checkers; imported on first use, by __
     from dusttaichi.scene import Scene, from_yaml, load
     from dusttaichi.studies.interface import collide, run, study, sweep
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 # Taichi and Quadrants print a header on import; the output of a run is for the user
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")

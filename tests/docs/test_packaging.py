@@ -8,6 +8,8 @@ from types import SimpleNamespace
 
 import yaml
 
+from dusttaichi import __version__
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -35,6 +37,14 @@ def test_the_readme_of_a_wheel_needs_no_clone(monkeypatch):
     online = build.readme(ROOT, "https://example.org/v1/")
     assert "](https://example.org/v1/docs/figures/omni_static.png)" in online
     assert "](https://example.org/v1/docs/validation.md)" in online and "data:" not in online
+
+
+def test_changelog_and_citation_have_the_version_and_its_date():
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert "\n## Unreleased\n" in changelog.split(f"\n## {__version__} - ")[0]
+    date = re.search(rf"^## {re.escape(__version__)} - (\S+)$", changelog, re.MULTILINE)[1]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {__version__}\ndate-released: {date}\n" in citation
 
 
 def test_the_lock_has_every_dependency():
