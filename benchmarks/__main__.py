@@ -81,7 +81,7 @@ def size(
 
 @app.command()
 def counts():
-    """Count instructions and bytes moved per pair, where the system allows it."""
+    """Count instructions per pair and grain, where the system allows it."""
     from benchmarks import counts
 
     counts.main(log=remark).show()

@@ -1,6 +1,6 @@
-"""Instructions of a step and the bytes it moves (`python -m benchmarks counts`).
+"""Instructions of a step of grains (`python -m benchmarks counts`).
 
-Unlike times, neither depends on the load of the machine. Where the system does not count
+Unlike times, they do not depend on the load of the machine. Where the system does not count
 instructions, the process computes a step in single steps.
 """
 
@@ -26,15 +26,6 @@ BLOCKS = (
             Column("by", "counted by"),
         ),
     ),
-    (
-        "Bytes per listed pair and step",
-        (*PRECISION, Column("what", "number")),
-        (
-            Column("contacts", "contacts", "B", 0),
-            Column("passed_grains", "grains", "B", 0),
-            Column("at_once", "at once", "B", 0),
-        ),
-    ),
 )
 
 
@@ -42,7 +33,7 @@ def main(log) -> Table:
     """Count a step in every precision. Raises DustError where counting is impossible."""
     recipe = bench_sample.Recipe(GRAINS, FILLING_FACTOR)
     bench_sample.prepare(recipe, log)
-    rows = [row for precision in PRECISIONS for row in _count_step(recipe, precision, log)]
+    rows = [_count_step(recipe, precision, log) for precision in PRECISIONS]
     return Table(machine(), rows, BLOCKS)
 
 
@@ -60,10 +51,7 @@ def _count_step(recipe, precision, log):
             log(f"{precision}: in single steps, half a minute")
             step = _count_single_steps(process, counts["process"])
     row = {"precision": precision, "grains": GRAINS, "pairs": counts["pairs"], "by": method}
-    row |= {"a_pair": step / counts["pairs"], "a_grain": step / GRAINS}
-    for quantity, moved in counts["traffic"].items():
-        passes = zip(("contacts", "passed_grains", "at_once"), moved, strict=True)
-        yield row | {"what": quantity, **dict(passes)}
+    return row | {"a_pair": step / counts["pairs"], "a_grain": step / GRAINS}
 
 
 def _count_single_steps(process, number):

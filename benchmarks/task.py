@@ -15,7 +15,6 @@ import numpy as np
 
 from benchmarks import instructions
 from benchmarks.sample import Recipe, load, make
-from benchmarks.traffic import traffic
 from dusttaichi import samples, units
 from dusttaichi.grains.measure import energies
 from dusttaichi.scene import from_yaml
@@ -100,7 +99,7 @@ class Benchmark:
         }
 
     def count(self, scene, path, steps):
-        """Build a scene; its listed pairs, traffic, and instructions of a step.
+        """Build a scene; its listed pairs, and instructions of a step.
 
         These are None where the system does not count them.
         """
@@ -113,7 +112,7 @@ class Benchmark:
             None if instructions_before is None else (counter.read() - instructions_before) / steps
         )
         about = {"process": os.getpid(), "pairs": self.sim.state.pair_count}
-        return about | {"instructions": instructions_per_step, "traffic": traffic(self.sim)}
+        return about | {"instructions": instructions_per_step}
 
     def mark_steps(self):
         """Mark a call with one step, and one with two, for an instructions.Stepper."""

@@ -24,11 +24,10 @@ IMPORTS = {
     "__main__": "commands",
     "benchmarks": "commands studies running grains samples method scene results physics compute "
     "units errors",
-    "configs": "plots analysis physics.laws errors",
+    "configs": "studies plots analysis physics.laws errors",
     "commands": "studies export report continuum plots analysis running method scene results "
     "__init__ compute errors",
-    "studies": "plots grains running analysis samples method scene results physics __init__ "
-    "compute errors",
+    "studies": "plots grains running analysis samples method scene results physics compute errors",
     "export": "plots.grains analysis samples.formats results units errors",
     "report": "plots analysis results __init__ errors",
     "continuum": "plots analysis samples method domain scene results physics particles compute "
@@ -383,8 +382,6 @@ THEIR_OWN = {
         "scene/interaction.py": "its block in the YAML",
         "scene/material.py": "its property of a material",
         "grains/checks.py": "what a scene with it needs",
-        "studies/asperity_fit.py": "fits its one number",
-        "commands/fit.py": "the command of that study",
         "plots/style.py": "the colour of its channel",
         "grains/grain_variants.py": "a switch of the trade study",
         "plots/trade.py": "the colour of that switch",

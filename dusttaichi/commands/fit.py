@@ -10,71 +10,42 @@ from dusttaichi.commands.console import say, say_table
 from dusttaichi.commands.study_command import study_command
 from dusttaichi.errors import DustError
 
-TARGETS = ("asperities", "continuum")
+TARGETS = ("continuum",)
 
 
 @study_command(
-    "simulations",
-    omit="resume part output threads extensions figures",
+    omit="resume part output threads jobs scheduler extensions figures quiet",
     force=(options.Overwrite, False),
 )
 def fit(
     target: Annotated[str, typer.Argument(help=" or ".join(TARGETS), metavar="WHAT")],
     runs: Annotated[
-        list[Path] | None, typer.Argument(help="continuum: grain runs, or folders of them")
+        list[Path] | None, typer.Argument(help="grain runs, or folders of them")
     ] = None,
     *,
-    material: Annotated[str, typer.Option(help="asperities: a named material")] = "silica_pd08",
-    speed: Annotated[
-        str, typer.Option(help="asperities: sticking speed on a flat wall")
-    ] = "1.2 m/s",
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="continuum: file of the material")
-    ] = Path("dust.yaml"),
+    output: Annotated[Path, typer.Option("--output", "-o", help="file of the material")] = Path(
+        "dust.yaml"
+    ),
     phi_2: Annotated[
-        float, typer.Option("--phi-2", help="continuum: filling factor of infinite strength")
+        float, typer.Option("--phi-2", help="filling factor of infinite strength")
     ] = 0.58,
     rate: Annotated[
         float | None,
-        typer.Option(help="continuum: strain rate of the fitted compression [1/s]", metavar="RATE"),
+        typer.Option(help="strain rate of the fitted compression [1/s]", metavar="RATE"),
     ] = None,
     run,
 ):
     """Fit numbers of the model.
 
-    `asperities`: their volume, to a sticking speed. `continuum`: a material of the continuum, to
-    grain runs with compression, partial unloading and tension; configs/continuum_calibration has
-    scenes.
+    `continuum`: a material of the continuum, to grain runs with compression, partial unloading and
+    tension; configs/continuum_calibration has scenes.
     """
     if target not in TARGETS:
         raise DustError(
             f"fit {target}: there is no fit of that name; allowed: {', '.join(TARGETS)}"
         )
-    if target == "asperities":
-        _asperities(material, speed, run)
-        return
-    for name, value in (("--jobs", run.jobs), ("--scheduler", run.scheduler)):
-        if value is not None:
-            raise DustError(f"{name} {value}: a fit of the continuum runs no scenes; leave it out")
     with run.writing(*(runs or [])):
         _continuum(runs or [], output, phi_2, rate, run)
-
-
-def _asperities(material, speed, run):
-    from dusttaichi.scene import quantities
-    from dusttaichi.studies import asperity_fit
-
-    sticking_speed = quantities.parse(speed, "speed", "--speed")
-    if sticking_speed <= 0.0:
-        raise DustError(f"--speed = {speed!r}: a speed above 0 is needed")
-    study = asperity_fit.AsperityFit(material, sticking_speed)
-    numbers = study.result(run.run(study, force=False))
-
-    def show():
-        for text in asperity_fit.lines(numbers):
-            say(text)
-
-    run.say_result(numbers, show, [])
 
 
 def _continuum(runs, output, phi_2, rate, run):

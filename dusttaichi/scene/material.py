@@ -37,7 +37,7 @@ NAMED = {
         "young_modulus": "54 GPa",
         "poisson_ratio": 0.17,
         "critical_rolling": "2 nm",
-        "asperity_volume": "0.0336 nm",  # dust fit asperities
+        "asperity_volume": "0.0336 nm",  # configs/paszun_dominik2008/asperity_fit.py
     },
     # Tatsuuma et al. 2019, Table 1.
     "ice_t19": {

@@ -12,15 +12,19 @@ import xarray as xr
 
 from dusttaichi import analysis
 from dusttaichi.errors import DustError
-from dusttaichi.scene import Scene
-from dusttaichi.studies.engine import Found
+from dusttaichi.scene import Scene, shipped
+from dusttaichi.studies.engine import Found, StagedStudy
 from dusttaichi.studies.points import Point
 
 NAME = "Study"  # of the class in the file
 
 
-class OwnStudy:
-    """Base class of a study in a file, whose class `Study` says which `points` it wants.
+class OwnStudy(StagedStudy):
+    """Base class of a study in a file, whose class `Study` says which points it wants.
+
+    It has a method `points`, label -> result of those found -> list of all that are wanted so far,
+    which is called until all are found; or a generator `stages` (engine.StagedStudy), which yields
+    the points of each stage and then reads their results in `self.results`.
 
     Attributes
     ----------
@@ -48,10 +52,6 @@ class OwnStudy:
         """The scene with changes as a run, see `points.Point.of`."""
         return Point.of(self.scene, self.directory, label, changes, seed=seed)
 
-    def points(self, found: Mapping[str, Found]) -> list[Point]:
-        """Points that are wanted, given those found by their labels; called until all are found."""
-        raise NotImplementedError
-
     def measure(self, run: analysis.Run) -> Mapping[str, float]:
         """Numbers of a finished run, by default those of its table."""
         numbers = analysis.summarise(run).items()
@@ -74,16 +74,17 @@ class OwnStudy:
 
 
 def load(path: Path, scene: Scene, directory: Path) -> OwnStudy:
-    """The study in a file, of a scene.
+    """The study in a file, or a bundled one such as "paszun_dominik2008/asperity_fit.py".
 
     Raises
     ------
     DustError
         The file cannot be read, or has no class `Study` with `points`.
     """
-    if not path.is_file():
+    file = path if path.is_file() else shipped.find_extension(path)
+    if file is None:
         raise DustError(f"{path}: there is no such file; a study is a Python file")
-    kind = runpy.run_path(str(path)).get(NAME)
+    kind = runpy.run_path(str(file)).get(NAME)
     if not (isinstance(kind, type) and issubclass(kind, OwnStudy)):
         raise DustError(
             f"{path} has no class {NAME} that is a dusttaichi.studies.own.OwnStudy; "

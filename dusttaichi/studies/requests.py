@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dusttaichi import __version__
 from dusttaichi.errors import DustError
 from dusttaichi.results import files
 from dusttaichi.results.pieces import make_exists_error

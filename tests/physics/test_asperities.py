@@ -1,21 +1,36 @@
 """Asperities at first touch: the energy of PD08's formulas, taken by an impulse; their fit."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import reference as ref
-from scenes import FAR, RADIUS, Probe, balance, box, make_scene, residual, sample_of, two_materials
+import scipy
+from scenes import (
+    CONFIGS,
+    FAR,
+    RADIUS,
+    Probe,
+    balance,
+    box,
+    make_scene,
+    residual,
+    sample_of,
+    two_materials,
+)
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.measure import energies
 from dusttaichi.physics.contact import asperities, constants
 from dusttaichi.samples import Sample
-from dusttaichi.studies import asperity_fit
-from dusttaichi.studies.asperity_fit import POPPE, AsperityFit, lines, sticking_speed_balance
+from dusttaichi.scene import load
+from dusttaichi.studies import engine, own
 from dusttaichi.studies.engine import Found
 
 MASS, INERTIA = ref.mass_and_inertia()
 YIELD, VOLUME = 11e9, 0.01e-9
 DT = 0.1e-9
+WALL = CONFIGS / "paszun_dominik2008/sticking_wall.yaml"
 
 
 def eq_8_and_9(speed, wall=False):
@@ -198,28 +213,27 @@ def test_off_is_absent_and_on_needs_a_volume():
 # The fit.
 
 
+def sticking_speed_of(scene):
+    """Speed [m/s] at which the kinetic energy is E_asp plus the energy to leave: no simulation."""
+    contact = constants.wall_constants(scene.material, scene.interaction)
+    mass = constants.grain_mass(scene.material)
+
+    def surplus(speed):
+        energy = 0.5 * mass * speed**2
+        lost = contact.crush_energy * asperities.area(energy, contact.crush_force)
+        return energy - lost - contact.barrier
+
+    return scipy.optimize.brentq(surplus, 0.0, 1e3, xtol=1e-9)
+
+
 def test_energies_balance_at_poppes_speed():
     """Closed form: the default of silica_pd08 sticks at 1.2 m/s (Poppe's error is 0.1; the default
     has three digits), and 0.25 um as PD08's r^(-5/6)."""
-    volume = make_scene(material="silica_pd08").material.asperity_volume
-    speed = asperity_fit.sticking_speed_balance("silica_pd08", volume)
+    scene = load(WALL).with_value("interaction.asperities", "on")
+    speed = sticking_speed_of(scene)
     assert speed == pytest.approx(1.2, abs=2e-3)
-    small = asperity_fit.sticking_speed_balance("silica_pd08", volume, 0.25e-6)
+    small = sticking_speed_of(scene.with_value("material.radius", "0.25 um"))
     assert small / speed == pytest.approx((0.6 / 0.25) ** (5 / 6), rel=0.01)
-
-
-@pytest.mark.long  # the energy of each touch stands above
-def test_simulated_grains_stick_up_to_that_speed():
-    """2e-3: contacts are found up to a step late, which the balance does not know."""
-    found, sigma = asperity_fit.sticking_speed("silica_pd08", 3.36e-11)
-    balance = asperity_fit.sticking_speed_balance("silica_pd08", 3.36e-11)
-    assert sigma < 2e-4 and found == pytest.approx(balance, rel=2e-3)
-    assert found == pytest.approx(1.2, abs=3e-3)
-
-
-def test_speeds_below_that_without_asperities_cannot_be_fitted():
-    with pytest.raises(DustError, match="use a higher speed"):
-        asperity_fit.AsperityFit(speed=0.1)
 
 
 def test_unlike_grains_lose_what_their_contact_says():
@@ -247,44 +261,55 @@ def test_unlike_grains_lose_what_their_contact_says():
     assert energies(probe.sim)["loss"][6] * 1e-15 == pytest.approx(expected, rel=2e-3)
 
 
-def answered(study, answer):
-    """label -> Found of all that the study asks for, as the engine collects them."""
-    found, rounds = {}, []
-    while points := [point for point in study.points(found) if point.label not in found]:
-        rounds.append([point.arguments for point in points])
-        for point in points:
-            found[point.label] = answer(point)
-    return found, rounds
+def fitted(tmp_path, answer):
+    """Results of the bundled study of the fit, as the engine collects them, by answer(point)."""
+    scene = load(WALL)
+    study = own.load(Path("paszun_dominik2008/asperity_fit.py"), scene, tmp_path)
+    results = {}
+    while points := study.points(results):
+        results |= {point.label: answer(point) for point in points}
+    return list(results.values())
 
 
-def test_it_asks_until_the_speed_is_that_wanted():
-    """Simulations that are 1 % slower than the balance: the volume grows by some 1.2 %."""
+def test_the_fit_runs_until_the_speed_is_that_of_poppe(tmp_path):
+    """Runs that are 1 % slower than the balance: the volume grows by some 1.2 %."""
 
     def answer(point):
-        speed = 0.99 * sticking_speed_balance(**point.arguments)
-        return Found(point, measured={"speed": speed, "sigma": 1e-4})
+        speeds = -np.array(point.scene.sample.velocities)[:-1, 2]
+        speed = 0.99 * sticking_speed_of(point.scene)
+        assert speeds[0] < speed < speeds[-1] and len(speeds) == 400
+        return Found(point, measured={"sticking_speed": speed})
 
-    study = AsperityFit()
-    found, rounds = answered(study, answer)
-    # the fit, one simulation at a time; then the other radius of Poppe
-    assert len(rounds) > 2 and {len(some) for some in rounds} == {1}
-    assert [some[0]["radius"] for some in rounds] == [None] * (len(rounds) - 1) + [0.25e-6]
-    numbers = study.result(found)
-    assert numbers["speed"] == pytest.approx(1.2, rel=2e-4)  # CLOSE is as much
-    assert numbers["asperity_volume"] > rounds[0][0]["volume"] * 1.01
-    assert [one["radius"] for one in numbers["grains"]] == list(POPPE)
-    # the grain of the material is that of the fit
-    assert numbers["grains"][0]["speed"] == numbers["speed"]
-    assert len(list(lines(numbers))) == 1 + len(POPPE)
+    results = fitted(tmp_path, answer)
+    assert 3 <= len(results) <= 5
+    radii = [result.point.scene.material.radius for result in results]
+    assert radii == [0.6e-6] * (len(results) - 1) + [0.25e-6]
+    volumes = [result.point.scene.interaction.asperities.volume for result in results]
+    assert volumes[-1] == volumes[-2] > 1.01 * volumes[0]
+    assert results[-2].measured["sticking_speed"] == pytest.approx(1.2, rel=2e-4)
 
 
 @pytest.mark.parametrize(
-    "answer, said",
+    "answer, text",
     [
         ({"code": 1, "text": "the process ended (status -9)"}, "the process ended"),
-        ({"measured": {"speed": 1.0, "sigma": 1e-4}}, "has not converged"),
+        ({"measured": {"sticking_speed": 1.0}}, "has not converged"),
+        ({"measured": {"sticking_speed": np.nan}}, "all stick or all bounce between 0.84 and"),
     ],
 )
-def test_what_fails_or_does_not_converge_ends_the_fit(answer, said):
-    with pytest.raises(DustError, match=said):
-        answered(AsperityFit(), lambda point: Found(point, **answer))
+def test_what_fails_or_does_not_converge_ends_the_fit(answer, text, tmp_path):
+    with pytest.raises(DustError, match=text):
+        fitted(tmp_path, lambda point: Found(point, **answer))
+
+
+@pytest.mark.long  # the energy of each touch stands above
+def test_simulated_grains_stick_up_to_the_speed_of_the_balance(tmp_path):
+    """2e-3: contacts are found up to a step late, which the balance does not know."""
+    scene = load(WALL)
+    study = own.load(Path("paszun_dominik2008/asperity_fit.py"), scene, tmp_path)
+    (point,) = study.points({})
+    study.points = lambda results: [point]
+    (result,) = engine.run(study, jobs=1).values()
+    assert result.ok, result.text
+    balance = sticking_speed_of(point.scene)
+    assert result.measured["sticking_speed"] == pytest.approx(balance, rel=2e-3)
