@@ -33,7 +33,7 @@ SCENE = {
 
 
 class Study(OwnStudy):
-    """Runs until the volume gives SPEED; numbers are sticking speed [m/s], volume and radius [m]."""
+    """Runs until the volume gives SPEED; sticking speeds are in m/s, volumes and radii in m."""
 
     def stages(self):
         volume, spread = self.scene.material.asperity_volume, WIDE

@@ -15,6 +15,7 @@ from typing import Any
 from dusttaichi.errors import DustError
 from dusttaichi.results import files
 from dusttaichi.results.pieces import make_exists_error
+from dusttaichi.results.provenance import __version__
 from dusttaichi.studies.jobs import Task
 from dusttaichi.studies.workers import INTERRUPTED, Answer
 
