@@ -58,7 +58,6 @@ ROOT = Path(__file__).parents[2]
         ("7 °C", "temperature", 280.15),
         ("44.6 degF", "temperature", 280.15),
         ("-459.67 fahrenheit", "temperature", 0.0),
-        ("5.6 degRe", "temperature", 280.15),
         ("504.27 degR", "temperature", 280.15),
         ("800 J/(kg degC)", "heat capacity", 800.0),  # a difference here
         ("800 J/kg/°C", "heat capacity", 800.0),
