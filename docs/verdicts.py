@@ -80,7 +80,7 @@ def overview(by_page):
 
 def glance(by_page):
     """Every row of the validation: quantity, error and verdict, those of a page together."""
-    marks = {"agrees": "✓ agrees", "differs": "✗ differs", "fitted": "○ fitted"}
+    marks = {"agrees": "✓\u00a0agrees", "differs": "✗\u00a0differs", "fitted": "○\u00a0fitted"}
     listed = []
     for name, members in by_page.items():
         title, file = PAGES[name]
