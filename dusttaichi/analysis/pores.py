@@ -114,7 +114,7 @@ class Surfaces:
 
     def __init__(self, frame):
         self._edges, self._periodic = frame.edges, frame.periodic
-        x = _wrap_into_cell(frame.position - frame.cell[:, 0], frame.edges, frame.periodic)
+        x = wrap_into_cell(frame.position - frame.cell[:, 0], frame.edges, frame.periodic)
         box = np.where(frame.periodic, frame.edges, 0.0)
         self._trees = []
         for group in _group_similar_radii(frame.radius):
@@ -131,7 +131,7 @@ class Surfaces:
         points: (P, 3), from the corner of the cell. walls: whether they count as surfaces.
         """
         edges, closed = self._edges, ~self._periodic
-        wrapped = _wrap_into_cell(points, edges, self._periodic)
+        wrapped = wrap_into_cell(points, edges, self._periodic)
         nearest = np.full(len(points), np.inf)
         for tree, radius, neighbours in self._trees:
             distance, index = tree.query(wrapped, k=neighbours)
@@ -142,7 +142,7 @@ class Surfaces:
         return nearest
 
 
-def _wrap_into_cell(x, edges, periodic):
+def wrap_into_cell(x, edges, periodic):
     """Points at their images in the cell."""
     x = np.where(periodic, np.mod(x, edges), x)
     return np.where(periodic & (x >= edges), 0.0, x)  # rounded to the far face

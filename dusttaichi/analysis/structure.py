@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from dusttaichi.analysis.frame import read_frame
+from dusttaichi.analysis.pores import wrap_into_cell
 from dusttaichi.errors import DustError
+from dusttaichi.physics.near import near
 
 BINS = 60  #: Bins of the pair correlation, up to FARTHEST diameters.
 FARTHEST = 5.0
@@ -91,14 +92,11 @@ def compute_pair_correlation(frame):
     drawn = len(centres) > CENTRES
     if drawn:
         centres = np.random.default_rng(1).choice(centres, CENTRES, replace=False)
-    box = np.where(frame.periodic, frame.edges, 0.0)
-    wrapped = np.where(frame.periodic, np.mod(x, np.where(box > 0.0, box, 1.0)), x)
-    tree = scipy.spatial.cKDTree(wrapped, boxsize=box)
-    counts = scipy.spatial.cKDTree(wrapped[centres], boxsize=box).count_neighbors(
-        tree, edges * diameter
-    )
-    pair_counts = counts - len(centres)  # a grain is within reach of itself, also at no distance
-    shells = np.diff(pair_counts).astype(float)
+    period = np.where(frame.periodic, frame.edges, np.inf)
+    x = wrap_into_cell(x, frame.edges, frame.periodic)
+    apart = near(x[centres], x, reach, period)[2]
+    # a grain is at no distance from itself
+    shells = np.bincount(np.searchsorted(edges * diameter, apart), minlength=BINS + 2)[1:-1]
     volume = 4.0 / 3.0 * np.pi * np.diff((edges * diameter) ** 3)
     expected = len(centres) * len(x) / np.prod(frame.edges) * volume
     # pairs of random centres are counted independently of each other
