@@ -2,7 +2,8 @@
 
 A checkpoint is one file: a magic line, the length of a JSON header, the header (names, types and
 shapes of the arrays, and `meta`), the raw bytes of the arrays, and the SHA-256 of all that.
-An array of equal numbers, as the spins of a sample at rest, is stored as a single number.
+An array of mostly equal numbers, as the spins of a sample at rest, is stored as that number, with
+the places and values of the others.
 (safetensors has neither a checksum nor metadata other than texts.)
 """
 
@@ -19,7 +20,10 @@ from dusttaichi.results.files import explain, remove, replace_atomically
 from dusttaichi.results.plain import plain
 
 OLDER = b"dusttaichi checkpoint "
-MAGIC = b"dusttaichi checkpoint 5\n"
+MAGIC = b"dusttaichi checkpoint 6\n"
+ALL = -1  # exceptions of an array whose numbers are all stored
+FEW = 0.125  # largest share of exceptions
+PROBES = 1024  # numbers of an array that are compared first
 
 
 class Checkpoint(NamedTuple):
@@ -48,15 +52,19 @@ def save(path, arrays, meta):
     written.
     """
     path, temporary = Path(path), _append_suffix(path, ".tmp")
-    solid = {name: np.ascontiguousarray(a).reshape(-1) for name, a in arrays.items()}
-    solid = {name: a[:1] if _is_uniform(a) else a for name, a in solid.items()}
-    listing = [[n, a.dtype.str, list(np.shape(arrays[n])), len(a)] for n, a in solid.items()]
+    stored = {name: _compact(np.ascontiguousarray(a).reshape(-1)) for name, a in arrays.items()}
+    listing = [
+        [name, blocks[0].dtype.str, list(np.shape(arrays[name])), exceptions]
+        for name, (exceptions, blocks) in stored.items()
+    ]
     header = json.dumps({"arrays": listing, "meta": plain(meta)}, default=_refuse).encode()
     try:
         with open(temporary, "wb") as file:
             digest = hashlib.sha256()
             blocks = [MAGIC, len(header).to_bytes(8, "little"), header]
-            for block in [*blocks, *(a.view(np.uint8) for a in solid.values())]:
+            for _, arrays_of_name in stored.values():
+                blocks += [a.view(np.uint8) for a in arrays_of_name]
+            for block in blocks:
                 file.write(block)
                 digest.update(block)
             file.write(digest.digest())
@@ -73,12 +81,35 @@ def save(path, arrays, meta):
         ) from error
 
 
-def _is_uniform(a):
-    """True where all numbers (n,) have the bits of the first; False of fewer than two."""
-    if len(a) < 2:
-        return False
-    rows = a.view(np.uint8).reshape(len(a), -1)
-    return bool((rows[: 2**10] == rows[0]).all() and (rows == rows[0]).all())
+def _compact(a):
+    """(number of exceptions or ALL, the arrays that store the numbers (n,), bitwise).
+
+    Those are `a` itself, or its most frequent number, the places of the others and these.
+    """
+    if len(a) < 2 or a.itemsize not in (1, 2, 4, 8):
+        return ALL, [a]
+    bits = a.view(f"u{a.itemsize}")
+    values, counts = np.unique(bits[:: -(-len(a) // PROBES)], return_counts=True)
+    if counts.max() < (1.0 - FEW) * counts.sum():
+        return ALL, [a]
+    most = values[[counts.argmax()]]
+    places = np.flatnonzero(bits != most)
+    if len(places) > FEW * len(a):
+        return ALL, [a]
+    return len(places), [most.view(a.dtype), places.astype(np.int64), a[places]]
+
+
+def _restore(raw, start, dtype, shape, exceptions):
+    """(an array that `_compact` has stored in bytes from `start` on, the end of these)."""
+    if exceptions == ALL:
+        stored = np.frombuffer(raw, dtype, np.prod(shape, dtype=np.int64), start)
+        return stored.reshape(shape).copy(), start + stored.nbytes
+    most = np.frombuffer(raw, dtype, 1, start)
+    places = np.frombuffer(raw, np.int64, exceptions, start := start + most.nbytes)
+    values = np.frombuffer(raw, dtype, exceptions, start := start + places.nbytes)
+    array = np.full(shape, most[0])
+    array.reshape(-1)[places] = values
+    return array, start + values.nbytes
 
 
 def _read(path):
@@ -93,11 +124,8 @@ def _read(path):
     end = start + int.from_bytes(raw[len(MAGIC) : start], "little")
     header = json.loads(raw[start:end])
     arrays = {}
-    for name, dtype, shape, count in header["arrays"]:
-        stored = np.frombuffer(raw, dtype, count, end)
-        end += stored.nbytes
-        uniform = count < np.prod(shape, dtype=np.int64)
-        arrays[name] = np.full(shape, stored[0]) if uniform else stored.reshape(shape).copy()
+    for name, *entry in header["arrays"]:
+        arrays[name], end = _restore(raw, end, *entry)
     return arrays, header["meta"]
 
 

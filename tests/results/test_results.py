@@ -252,6 +252,9 @@ ARRAYS = {
     "negative zeros": np.full(5, -0.0),
     "zeros of both signs": np.array([0.0, -0.0]),
     "single": np.array([[7.5]]),
+    "mostly zeros": np.where(np.arange(3000.0) % 100 == 7, np.arange(3000.0), 0.0).reshape(-1, 3),
+    "mostly nan": np.where(np.arange(2000) % 50 == 1, -0.0, np.nan),
+    "few equal": np.arange(5000, dtype=np.int32) // 2,
 }
 META = {"counts": {"series": np.int64(3)}, "dt": 0.1 + 0.2, "scene": "name: ä\n"}
 
