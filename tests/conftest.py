@@ -37,8 +37,8 @@ def _file(path):
     process comes first."""
     name = path.relative_to(HERE).as_posix() if HERE in path.parents else str(path)
     name = ALIKE[0] if name in ALIKE else name
-    place = LONG.index(name) if name in LONG else len(LONG)
-    return not name.startswith(TOGETHER), place, name
+    index = LONG.index(name) if name in LONG else len(LONG)
+    return not name.startswith(TOGETHER), index, name
 
 
 def _make(item):
@@ -51,10 +51,10 @@ def _make(item):
 def pytest_collection_modifyitems(items):
     """Tests of a file that need the same kernels stand together: a process that has compiled them
     stores them when it needs others, and loads them only once more."""
-    places = {}
+    indices = {}
     for item in items:
-        places.setdefault(_make(item), len(places))
-    items.sort(key=lambda item: (_file(item.path), places[_make(item)]))
+        indices.setdefault(_make(item), len(indices))
+    items.sort(key=lambda item: (_file(item.path), indices[_make(item)]))
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -115,9 +115,15 @@ def pytest_terminal_summary(terminalreporter, config):
         for report in reports:
             if hasattr(report, "duration"):  # what was left out is no report
                 seconds[report.nodeid] += report.duration
-                found = [short for name, short in report.user_properties if name == "structure"]
-                structures[report.nodeid] = max(structures.get(report.nodeid, []), found, key=len)
-    tests = sorted((name for name, own in structures.items() if own), key=lambda n: -seconds[n])
+                structure_names = [
+                    short for name, short in report.user_properties if name == "structure"
+                ]
+                structures[report.nodeid] = max(
+                    structures.get(report.nodeid, []), structure_names, key=len
+                )
+    tests = sorted(
+        (name for name, structure in structures.items() if structure), key=lambda n: -seconds[n]
+    )
     loaded = [short for name in tests for short in structures[name]]
     terminalreporter.section(
         f"{len(set(loaded))} structures, {len(loaded)} times compiled or loaded by {len(tests)} "
@@ -148,11 +154,14 @@ def pytest_collection_finish():
 def registries_as_before():
     """A test that registers a law, a kind of sample or a method removes it again: what the schema
     says, and so other tests of the same process, depend on it."""
-    before = {kind: set(table) for kind, table in copy_added().items()}
+    names_before = {registry: set(table) for registry, table in copy_added().items()}
     yield
-    after = {kind: set(table) for kind, table in copy_added().items()}
-    others = {kind: names ^ before.get(kind, set()) for kind, names in after.items()}
-    assert not any(others.values()), f"the test leaves registered: {others}"
+    names_after = {registry: set(table) for registry, table in copy_added().items()}
+    new_names = {
+        registry: names ^ names_before.get(registry, set())
+        for registry, names in names_after.items()
+    }
+    assert not any(new_names.values()), f"the test leaves registered: {new_names}"
 
 
 @pytest.fixture

@@ -3,8 +3,8 @@
 
 def legend(axes):
     """Texts of the legend of axes, in them or below."""
-    found = axes.get_legend() or axes.figure.legends[0]
-    return [text.get_text() for text in found.get_texts()]
+    legend_box = axes.get_legend() or axes.figure.legends[0]
+    return [text.get_text() for text in legend_box.get_texts()]
 
 
 def line(axes, label):

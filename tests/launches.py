@@ -25,14 +25,14 @@ def by_launches(step_phases):
     def kernel_of(run, may_wait):
         @ti.kernel
         def launch():
-            for share in range(SHARES):
+            for worker in range(SHARES):
                 step = first[None] + sync[DONE] + 1
                 if sync[STOP] == 0:
                     if ti.static(may_wait):
                         if not is_due(step, numbers[None]):
-                            run(share, SHARES, step, numbers[None], outside[None])
+                            run(worker, SHARES, step, numbers[None], outside[None])
                     else:
-                        run(share, SHARES, step, numbers[None], outside[None])
+                        run(worker, SHARES, step, numbers[None], outside[None])
 
         return launch
 

@@ -29,10 +29,10 @@ material:
 def result_at(path, count):
     """A result that runs on, with so many snapshots of two grains."""
     frames = [{"position": np.array([[0, 0, 0], [0, 0, 2 + n]]) * RADIUS} for n in range(count)]
-    beside = path.with_name("next.nc")
-    beside.unlink(missing_ok=True)
-    snapshots.write(beside, frames, RADIUS, scene=SCENE)
-    with netCDF4.Dataset(beside, "a") as file:
+    next_path = path.with_name("next.nc")
+    next_path.unlink(missing_ok=True)
+    snapshots.write(next_path, frames, RADIUS, scene=SCENE)
+    with netCDF4.Dataset(next_path, "a") as file:
         file.status = "running"
         file.delncattr("digest")
-    beside.replace(path)
+    next_path.replace(path)

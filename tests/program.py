@@ -14,14 +14,14 @@ def dust(*words):
     app([str(word) for word in words], standalone_mode=False)
 
 
-def invoked(*words):
+def invoke(*words):
     """The outcome of `dust` with these words: exit_code, output, stdout, exception."""
     return CliRunner().invoke(app, [str(word) for word in words])
 
 
-def python(*words, **how):
+def python(*words, **options):
     """A process of this Python that has ended: returncode, stdout, stderr."""
-    return subprocess.run([sys.executable, *words], capture_output=True, text=True, **how)
+    return subprocess.run([sys.executable, *words], capture_output=True, text=True, **options)
 
 
 def wait_for(path, process):

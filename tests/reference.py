@@ -46,9 +46,9 @@ GAMMA = {
 }
 
 
-def mixed(
-    one,
-    other,
+def mix_constants(
+    first,
+    second,
     wall=False,
     effects=("rolling", "sliding", "twisting"),
     m_r=1.0,
@@ -58,7 +58,7 @@ def mixed(
     mixing="geometric",
 ):
     """Numbers of a contact of unlike grains, or of grain `one` and a wall of the other's stuff."""
-    a, b = {**SILICATE, **one}, {**SILICATE, **other}
+    a, b = {**SILICATE, **first}, {**SILICATE, **second}
     r1, r2 = a["r"], a["r"] if wall else b["r"]
     R_pair = r1 * r2 / (r1 + r2)
     R = r1 if wall else R_pair
@@ -98,7 +98,7 @@ def mixed(
 def numbers(wall=False, material=None, **keys):
     """Numbers of a pair of equal grains, or of a grain and its wall; keys: those of `mixed`."""
     stuff = material or {}
-    return mixed(stuff, stuff, wall, **keys)
+    return mix_constants(stuff, stuff, wall, **keys)
 
 
 def mass_and_inertia(material=None):
@@ -112,9 +112,9 @@ def contact_radius(delta, p):
     d = delta / p.delta0
     s = 1.0 + np.abs(d) ** 0.25
     for _ in range(100):
-        old = s
+        previous = s
         s = s - (3 * s**4 - 2 * s - d) / (12 * s**3 - 2)
-        if abs(s - old) < 1e-15 * abs(s):
+        if abs(s - previous) < 1e-15 * abs(s):
             break
     return s
 
@@ -139,7 +139,7 @@ def unit(a):
     return a / length(a)
 
 
-def rotated(n, angle):
+def rotate(n, angle):
     """n turned by the vector `angle` (Rodrigues)."""
     t = np.sqrt(np.dot(angle, angle))
     if t == 0:
@@ -199,7 +199,7 @@ def excess(x, critical):
     return (0.0, np.zeros(3)) if size <= critical else (size - critical, x / size)
 
 
-def slipped(n, way, along):
+def slip_pointer(n, way, along):
     """Pointer n after the point that it marks has slipped on its grain.
 
     A displacement past its limit goes back to it, for its two pointers give up equal parts of the
@@ -210,10 +210,10 @@ def slipped(n, way, along):
     """
     if way == 0.0:
         return n
-    before = np.arccos(np.dot(n, along))
-    after = np.arccos(np.dot(n, along) - way)
+    angle_before = np.arccos(np.dot(n, along))
+    angle_after = np.arccos(np.dot(n, along) - way)
     axis = unit(np.cross(along, n))
-    return rotated(n, (after - before) * axis)
+    return rotate(n, (angle_after - angle_before) * axis)
 
 
 @dataclass
@@ -297,7 +297,7 @@ class Reference:
                 self._wall(i, -1 - k, dt, *out)
         return out
 
-    def _found(self, key, delta, p, n1, n2):
+    def _find_contact(self, key, delta, p, n1, n2):
         """The contact if there is one now, after forming and breaking; was it there before?"""
         if key in self.contacts:
             if delta <= -PULL_OFF * p.delta0:
@@ -319,7 +319,7 @@ class Reference:
     def _pair(self, i, j, dt, force, torque):
         p, d, dv = self.pair(i, j), self.x[i] - self.x[j], self.v[i] - self.v[j]
         nc, (r1, r2) = unit(d), p.arms
-        c = self._found((i, j), r1 + r2 - length(d), p, -nc, nc)
+        c = self._find_contact((i, j), r1 + r2 - length(d), p, -nc, nc)
         if (i, j) not in self.contacts:
             return
         # the speed of half a step ago belongs to the normal of half a step ago
@@ -343,20 +343,20 @@ class Reference:
         """Pointers and twist carried on by a step, then put back to the limits."""
         p = self.pair(i, j)
         r1, r2 = p.arms
-        c.n1, c.n2 = rotated(c.n1, self.w[i] * dt), rotated(c.n2, self.w[j] * dt)
+        c.n1, c.n2 = rotate(c.n1, self.w[i] * dt), rotate(c.n2, self.w[j] * dt)
         c.phi += dt * np.dot(self.w[i] - self.w[j], unit(d - dv * dt / 2))
         c.phi = np.clip(c.phi, -p.phi_crit, p.phi_crit)
         roll, e_roll = excess(xi_of(c.n1, c.n2, p), p.xi_crit if p.k_r else np.inf)
         slide, e_slide = excess(zeta_pair(c.n1, c.n2, nc, p), p.zeta_crit if p.k_s else np.inf)
         # xi = R (n1 + n2), 1/R = 1/r1 + 1/r2; zeta: the part across n_c of r1 n1 - r2 n2
-        c.n1 = slipped(slipped(c.n1, roll / r1, e_roll), slide / (r1 + r2), e_slide)
-        c.n2 = slipped(slipped(c.n2, roll / r2, e_roll), -slide / (r1 + r2), e_slide)
+        c.n1 = slip_pointer(slip_pointer(c.n1, roll / r1, e_roll), slide / (r1 + r2), e_slide)
+        c.n2 = slip_pointer(slip_pointer(c.n2, roll / r2, e_roll), -slide / (r1 + r2), e_slide)
 
     def _wall(self, i, j, dt, force, torque):
         p, (wall, offset) = self.wall(i), self._plane(j)
         nw, x = wall.normal, self.x[i]
         delta = p.r - (np.dot(x, nw) - offset)
-        c = self._found((i, j), delta, p, -nw, x - p.r * nw)
+        c = self._find_contact((i, j), delta, p, -nw, x - p.r * nw)
         if (i, j) not in self.contacts:
             return
         F = self._normal((i, j), delta, np.dot(self.v[i], nw) - wall.speed, p) * nw
@@ -373,13 +373,13 @@ class Reference:
 
     def _turn_wall(self, c, i, nw, dt):
         p = self.wall(i)
-        c.n1 = rotated(c.n1, self.w[i] * dt)
+        c.n1 = rotate(c.n1, self.w[i] * dt)
         c.phi = np.clip(c.phi + dt * np.dot(self.w[i], nw), -p.phi_crit, p.phi_crit)
         slide, e_slide = excess(
             zeta_wall(self.x[i], c.n1, c.n2, nw, p), p.zeta_crit if p.k_s else np.inf
         )
         roll, e_roll = excess(xi_of(c.n1, nw, p), p.xi_crit if p.k_r else np.inf)
-        n1 = slipped(c.n1, roll / p.r, e_roll)
+        n1 = slip_pointer(c.n1, roll / p.r, e_roll)
         step = p.r * (n1 - c.n1)
         # the foot slips with the grain, and what rolls past its limit does not slide
         c.n2 = c.n2 + slide * e_slide + step - np.dot(step, nw) * nw

@@ -40,7 +40,7 @@ output: {snapshots: off}
 LINE = {text.split(":")[0]: number for number, text in enumerate(BASE.splitlines(), start=1)}
 
 
-def edited(block: str, text: str) -> str:
+def edit_base(block: str, text: str) -> str:
     """BASE with the line of one block replaced."""
     return "".join(
         f"{text}\n" if line.startswith(f"{block}:") else line
@@ -50,8 +50,8 @@ def edited(block: str, text: str) -> str:
 
 def text_of(**blocks: str) -> str:
     """BASE with these blocks in place of its own, and further ones."""
-    own = dict(line.split(": ", 1) for line in BASE.splitlines())
-    return "".join(f"{block}: {value}\n" for block, value in (own | blocks).items())
+    lines = dict(line.split(": ", 1) for line in BASE.splitlines())
+    return "".join(f"{block}: {value}\n" for block, value in (lines | blocks).items())
 
 
 def scene(**blocks: str) -> Scene:
@@ -151,45 +151,45 @@ def sample_of(x, v=None, w=None):
     )
 
 
-def grain(radius, kind):
-    return {**KINDS[kind], "r": radius}
+def grain(radius, material):
+    return {**KINDS[material], "r": radius}
 
 
-def masses_of(radii, kinds):
-    return 4 / 3 * np.pi * np.array(radii) ** 3 * np.array([KINDS[k]["rho"] for k in kinds])
+def masses_of(radii, materials):
+    return 4 / 3 * np.pi * np.array(radii) ** 3 * np.array([KINDS[k]["rho"] for k in materials])
 
 
-def polydisperse(x, radii, kinds=None, v=0.0, w=0.0):
+def polydisperse(x, radii, materials=None, v=0.0, w=0.0):
     x = np.array(x, float)
-    kinds = np.zeros(len(x), np.int32) if kinds is None else np.array(kinds, np.int32)
+    materials = np.zeros(len(x), np.int32) if materials is None else np.array(materials, np.int32)
     v, w = (np.array(a, float) + np.zeros_like(x) for a in (v, w))
-    return Sample(x, v, w, radii=np.array(radii, float), materials=kinds)
+    return Sample(x, v, w, radii=np.array(radii, float), materials=materials)
 
 
 @contextmanager
 def law_of_the_docs():
     """The law of docs/examples/rolling_with_speed.py is registered; other tests do not know it.
     Yields the names of that file."""
-    with registered():
+    with forget_registered():
         yield runpy.run_path(str(EXAMPLES / "rolling_with_speed.py"))
 
 
 @contextmanager
-def registered():
+def forget_registered():
     """What is registered within is forgotten."""
-    known = [(laws, dict(laws.added)) for laws in (registry.LAWS, registry.BLOCKS)]
+    tables = [(laws, dict(laws.added)) for laws in (registry.LAWS, registry.BLOCKS)]
     try:
         yield
     finally:
-        for laws, before in known:
-            laws.restore(before)
+        for laws, entries in tables:
+            laws.restore(entries)
 
 
 @contextmanager
 def extensions_forgotten():
     """What files of a scene's `extensions` register within, and which they are, is forgotten; what
     they have registered before is unknown within."""
-    before, tables = copy_added(), copy_added()
+    added_before, tables = copy_added(), copy_added()
     for word, name in extensions._owners:
         tables[word].pop(name, None)
     restore_added(tables)
@@ -199,23 +199,23 @@ def extensions_forgotten():
                 patch.setattr(extensions, name, {})
             yield
     finally:
-        restore_added(before)
+        restore_added(added_before)
 
 
 @contextmanager
-def bundled(name):
+def import_bundled(name):
     """Module of a bundled extension, such as "reissl2024/spin_up.py", which is forgotten again."""
     with extensions_forgotten():
         yield extensions.import_extension(name)
 
 
-def write_spring(folder, more="method.register(METHOD)\n"):
+def write_spring(folder, ending="method.register(METHOD)\n"):
     """Write the method of running/spring.py, which compiles nothing, as a user's file spring.py.
 
     more: what the file does at its end.
     """
     text = (ROOT / "tests/running/spring.py").read_text()
-    (folder / "spring.py").write_text(f"{text}\n\nfrom dusttaichi import method\n\n{more}")
+    (folder / "spring.py").write_text(f"{text}\n\nfrom dusttaichi import method\n\n{ending}")
 
 
 # Built.
@@ -223,16 +223,16 @@ def write_spring(folder, more="method.register(METHOD)\n"):
 
 def balance(m):
     """(kinetic + potential, all losses, all work) of a measurement of grains [fJ]: the ledger."""
-    own = m["kinetic_translation"] + m["kinetic_rotation"]
-    own += m["potential"].sum() + m["potential_wall"].sum()
+    kinetic = m["kinetic_translation"] + m["kinetic_rotation"]
+    kinetic += m["potential"].sum() + m["potential_wall"].sum()
     work = m["wall_work"] + m["face_work"] + m["push_work"]
-    return np.array([own, m["loss"].sum() + m["loss_wall"].sum(), work])
+    return np.array([kinetic, m["loss"].sum() + m["loss_wall"].sum(), work])
 
 
-def residual(before, after):
+def residual(start, end):
     """By how much the ledger is open [fJ] after a change from one measurement to another."""
-    own, lost, work = balance(after) - balance(before)
-    return own + lost - work
+    stored, lost, work = balance(end) - balance(start)
+    return stored + lost - work
 
 
 class Probe:
@@ -264,14 +264,14 @@ class Probe:
     @property
     def v(self):
         """Velocities at the time of the positions [m/s]."""
-        return self._now("v", 0, self.sim.mass)
+        return self._extrapolate("v", 0, self.sim.mass)
 
     @property
     def w(self):
         """Spins at the time of the positions [rad/s]."""
-        return self._now("w", 1, self.sim.inertia) * units.SPIN
+        return self._extrapolate("w", 1, self.sim.inertia) * units.SPIN
 
-    def _now(self, name, load, inertia):
+    def _extrapolate(self, name, load, inertia):
         """Velocities half a step later than those of the field, in internal units."""
         later = 0.5 * self.sim.dt / inertia * loads(self.sim)[load]
         return (self.sim.fields[name].to_numpy()[: self.sim.grains] + later)[self.back]
@@ -291,9 +291,9 @@ class Probe:
         linear, turning, linear_scale, turning_scale = self.momenta()
         for _ in range(calls):
             self.advance(steps)
-            now = self.momenta()
-            assert np.abs(now[0] - linear).max() < 1e-13 * linear_scale
-            assert np.abs(now[1] - turning).max() < 1e-12 * turning_scale
+            momenta_now = self.momenta()
+            assert np.abs(momenta_now[0] - linear).max() < 1e-13 * linear_scale
+            assert np.abs(momenta_now[1] - turning).max() < 1e-12 * turning_scale
 
     def energy(self):
         """(kinetic + potential, all losses, all work) [J]."""
@@ -314,8 +314,8 @@ class Probe:
 
     def pair(self, i, j, **keys):
         """Numbers of the contact of two grains that are not alike; keys: of ref.mixed."""
-        return ref.mixed(*(grain(self.radii[n], self.kinds[n]) for n in (i, j)), **keys)
+        return ref.mix_constants(*(grain(self.radii[n], self.kinds[n]) for n in (i, j)), **keys)
 
     def wall(self, i, **keys):
         """Numbers of the contact of such a grain with a wall."""
-        return ref.mixed(grain(self.radii[i], self.kinds[i]), KINDS[0], wall=True, **keys)
+        return ref.mix_constants(grain(self.radii[i], self.kinds[i]), KINDS[0], wall=True, **keys)

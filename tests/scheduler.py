@@ -21,10 +21,15 @@ class Files(LoadFileScheduling):
         """What a process that has crashed left undone is for others, without the test that it
         crashed in, which is returned: of the base class it would crash the others too."""
         units = self.assigned_work.pop(node)
-        left = [(scope, n) for scope, unit in units.items() for n, done in unit.items() if not done]
-        if not left:
+        unfinished = [
+            (scope, n)
+            for scope, unit in units.items()
+            for n, is_done in unit.items()
+            if not is_done
+        ]
+        if not unfinished:
             return None
-        scope, crashed = left[0]
+        scope, crashed = unfinished[0]
         units[scope][crashed] = True
         self.workqueue.update({n: unit for n, unit in units.items() if not all(unit.values())})
         for other in self.nodes:

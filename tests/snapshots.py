@@ -24,8 +24,8 @@ def write(path, frames, radius, box=None, periodic="", dt=1e-9, scene=SCENE, att
     features = {"snapshots", "contacts"} | ({"walls", "room"} if box is not None else set())
     features |= {"forces"} if "force" in frames[0] else set()
     features |= {"tilt"} if "tilt" in frames[0] else set()
-    known = provenance(scene, scene, title="made", seed=1, backend="cpu", precision="f64")
-    attrs = known | {"periodic_axes": periodic} | dict(attrs)
+    attributes = provenance(scene, scene, title="made", seed=1, backend="cpu", precision="f64")
+    attrs = attributes | {"periodic_axes": periodic} | dict(attrs)
     coords = {"snapshots/radius": np.broadcast_to(radius, count)}
     attrs = {"grains": count} | attrs
     variables = select_variables(VARIABLES.values(), features)
@@ -75,9 +75,14 @@ def _records(frame, number, dt, count, box):
     return {"snapshots": snapshot, **records}
 
 
-def collision_row(outcome="fragmentation", fragments=(6, 3, 1), **more):
+def collision_row(outcome="fragmentation", fragments=(6, 3, 1), **changes):
     """The row of a collision of `dust collide`, SI."""
     total = sum(fragments)
-    shares = [n / total for n in fragments]
-    own = {"growth_efficiency": 0.2, "impact_energy": 2.0, "loss": {"rolling": 1.0}, "grains": 10}
-    return {"outcome": outcome, "fragments": fragments, "masses": shares, **own, **more}
+    fractions = [n / total for n in fragments]
+    values = {
+        "growth_efficiency": 0.2,
+        "impact_energy": 2.0,
+        "loss": {"rolling": 1.0},
+        "grains": 10,
+    }
+    return {"outcome": outcome, "fragments": fragments, "masses": fractions, **values, **changes}

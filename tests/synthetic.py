@@ -30,7 +30,7 @@ def writer(
     scene="name: test\n",
     attrs=(),
     radius=RADIUS,
-    asked=(),
+    requested=(),
     **options,
 ):
     """An empty result file for `grains` grains. attrs: further global attributes (dict)."""
@@ -43,26 +43,26 @@ def writer(
     }
     if features >= POLYDISPERSE:
         coords |= {"snapshots/mass": np.ones(grains), "snapshots/material": np.zeros(grains)}
-    known = provenance(scene, scene, title="test", seed=1, backend="cpu", precision="f64")
+    attributes = provenance(scene, scene, title="test", seed=1, backend="cpu", precision="f64")
     return Writer.create(
         path,
-        select_variables(VARIABLES.values(), features, asked),
+        select_variables(VARIABLES.values(), features, requested),
         {"grain": grains, "bin": bins, "body": 2},
         coords,
-        known | {"grains": grains} | dict(attrs),
+        attributes | {"grains": grains} | dict(attrs),
         **options,
     )
 
 
-def made(time=None, scene="", attrs=(), profiles=None, **variables):
+def make_run(time=None, scene="", attrs=(), profiles=None, **variables):
     """A Run without a file whose time series has these variables, with their declared dimensions.
 
     time: by default a microsecond for each step. A pressure may be that on the top wall alone.
     """
     data = {}
     for name, values in variables.items():
-        known = {"units": VARIABLES[name].units, "long_name": VARIABLES[name].long_name}
-        data[name] = (VARIABLES[name].dims, values, known)
+        attributes = {"units": VARIABLES[name].units, "long_name": VARIABLES[name].long_name}
+        data[name] = (VARIABLES[name].dims, values, attributes)
     if np.ndim(variables.get("pressure")) == 1:
         walls = np.full((len(variables["pressure"]), len(LABELS["wall"])), np.nan)
         walls[:, -1] = variables["pressure"]
@@ -78,8 +78,8 @@ def made(time=None, scene="", attrs=(), profiles=None, **variables):
 
 def series_record(step, features=FEATURES):
     """A record of the time series with numbers that tell the step."""
-    chosen = [v for v in select_variables(VARIABLES.values(), features) if v.group == "series"]
-    shapes = {v.name: tuple(len(LABELS[d]) for d in v.dims[1:]) for v in chosen}
+    variables = [v for v in select_variables(VARIABLES.values(), features) if v.group == "series"]
+    shapes = {v.name: tuple(len(LABELS[d]) for d in v.dims[1:]) for v in variables}
     return {k: np.full(shape, float(step)) if shape else step for k, shape in shapes.items()}
 
 
@@ -91,13 +91,13 @@ def _nothing(features):
     }
 
 
-def _append_series(result, features, interval, **known):
+def _append_series(result, features, interval, **columns):
     """Records `interval` [s] and 1000 steps apart in which all but `known`, (time, ...), is 0."""
-    number = np.arange(len(known["filling_factor"]))
+    number = np.arange(len(columns["filling_factor"]))
     nothing = {
         k: np.broadcast_to(v, (len(number), *np.shape(v))) for k, v in _nothing(features).items()
     }
-    result.append("series", nothing | {"time": interval * number, "step": 1000 * number} | known)
+    result.append("series", nothing | {"time": interval * number, "step": 1000 * number} | columns)
 
 
 def snapshot_records(step, grains, rows, wall_rows=2):
@@ -249,22 +249,22 @@ def cell_run(
     rng = np.random.default_rng(seed)
     strength = laws.tensile_strength(phi_init, *ICE_LAW[:2]) if strength is None else strength
     volume = grains * 4 / 3 * np.pi * ICE.radius**3
-    parts = []
+    segments = []
     if "press" in stages:
-        parts.append(_pressed(phi_init, volume, points, ratio, noise, rng))
+        segments.append(_press(phi_init, volume, points, ratio, noise, rng))
     if "stretch" in stages:
-        length = np.linspace(1.0, phi_init / last, points + 1)[len(parts) :]
-        parts.append(_stretched(phi_init, volume, length, strength, noise, rng))
-    stage = np.concatenate([np.full(len(part[0]), n) for n, part in enumerate(parts)])
-    phi, sizes, stress = (np.concatenate(column) for column in zip(*parts, strict=True))
+        length = np.linspace(1.0, phi_init / last, points + 1)[len(segments) :]
+        segments.append(_stretch(phi_init, volume, length, strength, noise, rng))
+    stage = np.concatenate([np.full(len(segment[0]), n) for n, segment in enumerate(segments)])
+    phi, sizes, stress = (np.concatenate(column) for column in zip(*segments, strict=True))
     staged = len(stages) > 1
     features = CELL if staged else CELL - {"stages"}
     attrs = {"periodic_axes": "x y z", "grains": grains}
     attrs |= {"stages": " ".join(stages)} if staged else {}
     with writer(path, grains, 1, features, cell_scene(), attrs, ICE.radius) as result:
-        own = {"stage": stage} if staged else {}
-        known = _cell_series(phi, sizes, stress, grains)
-        _append_series(result, features, 1e-7, **known, **own)
+        stage_column = {"stage": stage} if staged else {}
+        columns = _cell_series(phi, sizes, stress, grains)
+        _append_series(result, features, 1e-7, **columns, **stage_column)
         shape = rng.random((grains, 3))
         begin = points - 1 if staged else 0
         for i in np.unique([0, *np.linspace(begin, len(phi) - 1, 4).astype(int)]):
@@ -273,7 +273,7 @@ def cell_run(
     return path
 
 
-def _pressed(phi_init, volume, points, ratio, noise, rng):
+def _press(phi_init, volume, points, ratio, noise, rng):
     """Filling factors (n,), edges (n, 3), stress (n, 3, 3) of a cell pressed to phi_init."""
     phi = np.geomspace(0.1 * phi_init, phi_init, points)
     edges = np.repeat(((volume / phi) ** (1 / 3))[:, None], 3, axis=1)
@@ -283,7 +283,7 @@ def _pressed(phi_init, volume, points, ratio, noise, rng):
     return phi, edges, -size[:, None, None] * np.eye(3)
 
 
-def _stretched(phi_init, volume, length, strength, noise, rng):
+def _stretch(phi_init, volume, length, strength, noise, rng):
     """Filling factors, edges, stress of a cube of phi_init stretched along x to `length` edges."""
     edge = (volume / phi_init) ** (1 / 3)
     length = edge * length

@@ -34,8 +34,8 @@ def gas(unequal=False, **boundary):
     return scene, polydisperse(x, radii, v=v) if unequal else sample_of(x, v)
 
 
-def cell(**more):
-    return {"kind": "periodic", "size": [f"{7 * 2.2 * RADIUS} m"] * 3} | more
+def cell(**options):
+    return {"kind": "periodic", "size": [f"{7 * 2.2 * RADIUS} m"] * 3} | options
 
 
 def listed_grains(sim):
@@ -77,9 +77,9 @@ def test_pairs_of_grains(unequal, boundary):
     for steps in (0, 300, 900):
         sim.advance(steps)
         sim.search.now(sim.step)
-        found, expected = listed_grains(sim), near_grains(sim)
+        pairs, expected = listed_grains(sim), near_grains(sim)
         assert len(expected[0]) > 50
-        for ours, theirs in zip(found, expected, strict=True):
+        for ours, theirs in zip(pairs, expected, strict=True):
             np.testing.assert_array_equal(ours, theirs)
 
 
@@ -105,7 +105,7 @@ def images(sim, x):
 
 def lists(sim):
     """All that a search leaves: particles in order, their lists, images and surfaces."""
-    n, found = sim.n, {name: sim.of_particles(name) for name in sim.names}
+    n, arrays = sim.n, {name: sim.of_particles(name) for name in sim.names}
     blocks = -(-n // sim.layout.lanes)
     for name, end, columns in (
         ("first", blocks, ["entry"]),
@@ -113,16 +113,16 @@ def lists(sim):
         ("ghost_first", n, ["ghost_sign", "ghost_shift"]),
     ):
         if name in sim.lists:
-            found[name] = sim.lists[name].copy_rows(0, end + 1)
+            arrays[name] = sim.lists[name].copy_rows(0, end + 1)
             for column in columns:
-                found[column] = sim.lists[column].copy_rows(0, found[name][end])
-    return found
+                arrays[column] = sim.lists[column].copy_rows(0, arrays[name][end])
+    return arrays
 
 
 def check_lists(sim):
     """Lists against brute force; returns them."""
-    n, lanes, found = sim.n, sim.layout.lanes, lists(sim)
-    x, ghosts = sim.of_particles("x"), found.get("ghost_first", [0])[-1]
+    n, lanes, arrays = sim.n, sim.layout.lanes, lists(sim)
+    x, ghosts = sim.of_particles("x"), arrays.get("ghost_first", [0])[-1]
     seen = sim.tables["x"].copy_rows(0, n + ghosts)
     expected = images(sim, x)
     assert np.array_equal(seen[:n], x) and len(expected) == ghosts
@@ -131,50 +131,50 @@ def check_lists(sim):
         far = np.linalg.norm(seen[n:, None] - expected, axis=2)
         assert far.min(axis=0).max() < 1e-18 and far.min(axis=1).max() < 1e-18
     apart = np.linalg.norm(x[:, None] - seen, axis=2) < sim.search.reach
-    for block, (begin, end) in enumerate(zip(found["first"], found["first"][1:], strict=False)):
+    for block, (begin, end) in enumerate(zip(arrays["first"], arrays["first"][1:], strict=False)):
         near = apart[lanes * block : lanes * (block + 1)].any(axis=0)
-        entries = found["entry"][begin:end]
+        entries = arrays["entry"][begin:end]
         assert np.array_equal(np.sort(entries), np.flatnonzero(near))
-    assert len(found["entry"]) > 10 * n / lanes
-    return found
+    assert len(arrays["entry"]) > 10 * n / lanes
+    return arrays
 
 
 @pytest.mark.parametrize(
     "make, loops",
     [
         pytest.param(in_the_open, None, id="in_the_open-workers"),
-        pytest.param(dust.pressed, None, id="pressed-workers"),
-        pytest.param(dust.mirrored, None, id="mirrored-workers"),
+        pytest.param(dust.press_column, None, id="pressed-workers"),
+        pytest.param(dust.mirror_column, None, id="mirrored-workers"),
         pytest.param(in_the_open, LAUNCHES, id="in_the_open-launches", marks=pytest.mark.long),
-        pytest.param(dust.pressed, LAUNCHES, id="pressed-launches", marks=pytest.mark.long),
-        pytest.param(dust.mirrored, LAUNCHES, id="mirrored-launches", marks=pytest.mark.long),
+        pytest.param(dust.press_column, LAUNCHES, id="pressed-launches", marks=pytest.mark.long),
+        pytest.param(dust.mirror_column, LAUNCHES, id="mirrored-launches", marks=pytest.mark.long),
     ],
 )
 def test_neighbours_of_dust(make, loops, launches):
     """By a search, and the very same lists again from a checkpoint."""
     sim = build_dust(*make(8, 1.0), loops=loops)
-    dust.stirred(sim)
-    before = {name: sim.of_particles(name) for name in sim.names}
+    dust.stir_particles(sim)
+    arrays_before = {name: sim.of_particles(name) for name in sim.names}
     sim.search.now()
-    found = check_lists(sim)
-    assert np.array_equal(np.sort(found["number"]), np.arange(sim.n))
+    arrays = check_lists(sim)
+    assert np.array_equal(np.sort(arrays["number"]), np.arange(sim.n))
     for name in sim.names:  # all variables of a particle stay together
-        ours = before[name][np.argsort(before["number"])][found["number"]]
-        assert np.array_equal(found[name], ours) or name in ("x", "x_search"), name
+        ours = arrays_before[name][np.argsort(arrays_before["number"])][arrays["number"]]
+        assert np.array_equal(arrays[name], ours) or name in ("x", "x_search"), name
     if sim.layout.rigid:
-        assert len(found["touch_row"]) > 6
+        assert len(arrays["touch_row"]) > 6
     sim.put("x", sim.of_particles("x") + 0.01 * dust.SPACING)
     moved = sim.of_particles("x")
     sim.search.again()
     assert np.array_equal(sim.of_particles("x"), moved)
-    again = lists(sim)
-    for name in found.keys() - {"x"}:
-        assert np.array_equal(again[name], found[name]), name
+    second_arrays = lists(sim)
+    for name in arrays.keys() - {"x"}:
+        assert np.array_equal(second_arrays[name], arrays[name]), name
 
 
 def test_what_is_wrong_with_dust_is_said():
     """Particles that are nowhere, and more neighbours than the capacity."""
-    sim = build_dust(*dust.pressed(300, 1.0))
+    sim = build_dust(*dust.press_column(300, 1.0))
     x = sim.of_particles("x")
     sim.put("x", 1e-3 * x)
     with pytest.raises(GuardStop, match="have come together without limit"):

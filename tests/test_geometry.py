@@ -93,9 +93,9 @@ def test_union_against_monte_carlo(grains):
     hits = np.zeros(len(points), dtype=bool)
     for centre in centres:
         hits |= np.sum((points - centre) ** 2, axis=1) < 1
-    share = hits.mean()
-    error = 4 * np.sqrt(share * (1 - share) / len(points)) * 16**2
-    assert abs(geometry.union_area(centres, 1.0) - share * 16**2) < error
+    fraction = hits.mean()
+    error = 4 * np.sqrt(fraction * (1 - fraction) / len(points)) * 16**2
+    assert abs(geometry.union_area(centres, 1.0) - fraction * 16**2) < error
 
 
 # Spheres in a cylinder.
@@ -115,8 +115,8 @@ def test_spheres_wholly_inside_and_outside():
 @pytest.mark.parametrize("cylinder", [0.01, 0.3, 0.999, 1.0, 2.0])
 def test_sphere_on_the_axis(cylinder):
     volume = geometry.cylinder_volume([[7, -3, 2]], 1.0, (7, -3), cylinder, low=-10, high=10)
-    rest = max(1 - cylinder**2, 0) ** 1.5
-    assert volume == pytest.approx(4 / 3 * np.pi * (1 - rest), rel=1e-11)
+    cap = max(1 - cylinder**2, 0) ** 1.5
+    assert volume == pytest.approx(4 / 3 * np.pi * (1 - cap), rel=1e-11)
 
 
 def test_sphere_cut_by_a_wide_mantle():
@@ -153,20 +153,22 @@ def test_cylinder_against_monte_carlo():
         axis=1,
     )
     nearest = np.min([np.sum((points - p) ** 2, axis=1) for p in positions], axis=0)
-    share, room = np.mean(nearest < 1), np.pi * radius**2 * (high - low)
-    assert abs(volume - share * room) < 4 * room * np.sqrt(share * (1 - share) / len(points))
+    fraction, room = np.mean(nearest < 1), np.pi * radius**2 * (high - low)
+    assert abs(volume - fraction * room) < 4 * room * np.sqrt(
+        fraction * (1 - fraction) / len(points)
+    )
 
 
 def test_parts_of_a_cylinder_add_up():
     positions = np.random.default_rng(6).random((50, 3)) * 6
     cuts = [-1.0, 0.4, 1.7, 3.3, 7.0]
-    parts = [
+    volumes = [
         geometry.cylinder_volume(positions, 1.0, (3, 3), 2.2, low=a, high=b)
         for a, b in zip(cuts, cuts[1:], strict=False)
     ]
-    whole = geometry.cylinder_volume(positions, 1.0, (3, 3), 2.2, low=-1.0, high=7.0)
+    total_volume = geometry.cylinder_volume(positions, 1.0, (3, 3), 2.2, low=-1.0, high=7.0)
     # fifty spheres in five calls, each good to 1e-10 of a sphere
-    assert sum(parts) == pytest.approx(whole, abs=5 * 50 * 1e-10 * 4.2)
+    assert sum(volumes) == pytest.approx(total_volume, abs=5 * 50 * 1e-10 * 4.2)
 
 
 def test_lens_area():
@@ -205,27 +207,27 @@ def test_neighbours_against_brute_force(period):
     for axis in np.flatnonzero(np.isfinite(period)):
         wrapped[:, axis] %= period[axis]
     radii = [3.0, 1.0, 0.0, 8.0, 2.5]  # beyond the cell, and not in order
-    found = geometry.neighbours_within(positions, radii, period)
-    np.testing.assert_allclose(found, brute(wrapped, radii, period), rtol=1e-13)
+    counts = geometry.neighbours_within(positions, radii, period)
+    np.testing.assert_allclose(counts, brute(wrapped, radii, period), rtol=1e-13)
 
 
 def test_neighbours_of_a_lattice():
     """Simple cubic: 6 nearest, 12 next, 8 at the corners; strictly nearer than r_in."""
     lattice = np.stack(np.meshgrid(*[np.arange(4.0)] * 3), axis=-1).reshape(-1, 3)
     radii = [1.0, 1.01, 1.42, 1.74, 2.01]
-    found = geometry.neighbours_within(lattice, radii, (4, 4, 4))
-    np.testing.assert_array_equal(found, [0, 6, 18, 26, 32])
+    counts = geometry.neighbours_within(lattice, radii, (4, 4, 4))
+    np.testing.assert_array_equal(counts, [0, 6, 18, 26, 32])
     # a cell of one grain has nothing but its own images around it
     np.testing.assert_array_equal(
         geometry.neighbours_within([[0.5] * 3], radii, [1, 1, 1]), [0, 6, 18, 26, 32]
     )
     # of a lattice each grain has as many neighbours as any other
     some = geometry.neighbours_within(lattice, radii, (4, 4, 4), largest_number=5)
-    np.testing.assert_array_equal(some, found)
+    np.testing.assert_array_equal(some, counts)
     pair = geometry.neighbours_within([[0, 0, 0], [1.5, 0, 0]], [1.0, 2.0])
     np.testing.assert_array_equal(pair, [0, 1])
-    one = geometry.neighbours_within([[0.0, 0, 0]], [0.6, 1.1], [None, None, 1.0])
-    np.testing.assert_array_equal(one, [0, 2])
+    single_counts = geometry.neighbours_within([[0.0, 0, 0]], [0.6, 1.1], [None, None, 1.0])
+    np.testing.assert_array_equal(single_counts, [0, 2])
 
 
 def test_radius_of_gyration():

@@ -119,7 +119,7 @@ def _is_taichi(node):
 
 
 def test_few_arguments_by_position():
-    many = {}
+    faults = {}
     for path, tree in _trees(beside=True):
         for node in ast.walk(tree):
             if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) or _is_taichi(node):
@@ -127,32 +127,32 @@ def test_few_arguments_by_position():
             names = [a.arg for a in (*node.args.posonlyargs, *node.args.args)]
             names = names[1:] if names[:1] in (["self"], ["cls"]) else names
             if len(names) > POSITIONAL:
-                many[f"{_name(path)}:{node.name}"] = len(names)
-    assert not many
+                faults[f"{_name(path)}:{node.name}"] = len(names)
+    assert not faults
 
 
 def _room(path):
-    parts = path.relative_to(PACKAGE if path.is_relative_to(PACKAGE) else ROOT).parts
-    return parts[0].removesuffix(".py")
+    names = path.relative_to(PACKAGE if path.is_relative_to(PACKAGE) else ROOT).parts
+    return names[0].removesuffix(".py")
 
 
 @pytest.mark.parametrize("room", IMPORTS)
 def test_rooms_import_what_the_plan_says(room):
-    found = {}
+    faults = {}
     for path, tree in _trees(beside=True):
         for parts in _imports(tree) if _room(path) == room else ():
             first = parts[0] if parts[0] in IMPORTS else "__init__"
-            found.setdefault(first, []).append((".".join(parts[:2]), _name(path)))
-    found.pop(room, None)
+            faults.setdefault(first, []).append((".".join(parts[:2]), _name(path)))
+    faults.pop(room, None)
     planned = {name.partition(".")[0]: name for name in IMPORTS[room].split()}
     wrong = [
         f"{name}: {module}"
-        for of, names in found.items()
+        for of, names in faults.items()
         for module, name in names
         if planned.get(of) not in (of, module)
     ]
     assert not wrong
-    assert not planned.keys() - found.keys(), "no longer imported: strike it from the plan"
+    assert not planned.keys() - faults.keys(), "no longer imported: strike it from the plan"
 
 
 def test_imports_go_down_and_are_few():
@@ -163,10 +163,10 @@ def test_imports_go_down_and_are_few():
     assert {_room(path) for path, _ in _trees(beside=True)} == set(rooms)
 
 
-def _file(parts):
+def _file(names):
     """The file of a module, or of the one that a name is imported from."""
-    for n in range(len(parts), 0, -1):
-        path = PACKAGE.joinpath(*parts[:n])
+    for n in range(len(names), 0, -1):
+        path = PACKAGE.joinpath(*names[:n])
         for file in (path.with_suffix(".py"), path / "__init__.py"):
             if file.is_file():
                 return file
@@ -175,8 +175,8 @@ def _file(parts):
 
 def test_modules_do_not_import_each_other_in_a_circle():
     """Not even inside of functions, or for their annotations alone."""
-    place = {path: n for n, path in enumerate(FILES)}
-    edges = [(n, place[_file(i)]) for n, (_, tree) in enumerate(_trees()) for i in _imports(tree)]
+    order = {path: n for n, path in enumerate(FILES)}
+    edges = [(n, order[_file(i)]) for n, (_, tree) in enumerate(_trees()) for i in _imports(tree)]
     edges = np.array([(a, b) for a, b in edges if a != b])
     graph = scipy.sparse.coo_matrix((np.ones(len(edges)), edges.T), (len(FILES),) * 2)
     _, label = scipy.sparse.csgraph.connected_components(graph, connection="strong")
@@ -198,14 +198,14 @@ def _modules(tree):
 
 def test_the_compiler_is_imported_in_one_place():
     """So that its version is the matter of one file."""
-    found = {
+    faults = {
         _name(path)
         for path, tree in _trees()
         for module in _modules(tree)
         if module.split(".")[0] in ("taichi", "quadrants")
     }
     text = (PACKAGE / "compute/engine.py").read_text(encoding="utf-8")
-    assert not found and text.count("import_module(compiler.name())") == 1
+    assert not faults and text.count("import_module(compiler.name())") == 1
 
 
 def test_rooms_without_taichi():
@@ -218,8 +218,8 @@ def test_rooms_without_taichi():
         "    importlib.import_module(f'dusttaichi.{room}')\n"
         "    assert not {'taichi', 'quadrants'} & set(sys.modules), room\n"
     )
-    done = python("-c", code)
-    assert done.returncode == 0, done.stderr
+    process = python("-c", code)
+    assert process.returncode == 0, process.stderr
 
 
 def test_python_is_started_in_one_place():
@@ -235,8 +235,8 @@ def test_units_are_converted_in_few_places():
     knowing = {
         _name(path)
         for path, tree in _trees()
-        for found in _imports(tree)
-        if found[0] == "units" and found[1:] not in (["SI"], ["Units"])
+        for names in _imports(tree)
+        if names[0] == "units" and names[1:] not in (["SI"], ["Units"])
     }
     assert knowing and all(name.startswith(("grains/", "export/lammps")) for name in knowing)
 
@@ -296,12 +296,12 @@ def _last(node):
 
 def test_methods_are_told_apart_in_one_place():
     """What a method does differently its Method says; nobody else asks which one it is."""
-    found = {
+    faults = {
         _name(path): list(_of_methods(tree))
         for path, tree in _trees()
         if path.relative_to(PACKAGE).parts[0] in NEUTRAL | {"method"}
     }
-    assert len(found) > 50 and not {name: texts for name, texts in found.items() if texts}
+    assert len(faults) > 50 and not {name: texts for name, texts in faults.items() if texts}
 
 
 @pytest.mark.parametrize(
@@ -360,9 +360,9 @@ def test_imports_within_a_method_go_down(tenant):
     order = list(TENANTS[tenant])
     imports = {name: set() for name in order}
     for path, tree in _trees():
-        parts = path.relative_to(PACKAGE).parts
-        if parts[0] == tenant:
-            inner = parts[1] if len(parts) > 2 else ""
+        names = path.relative_to(PACKAGE).parts
+        if names[0] == tenant:
+            inner = names[1] if len(names) > 2 else ""
             imports[inner] |= {
                 i[1] if i[1] in order else "" for i in _imports(tree) if i[0] == tenant
             }
@@ -370,7 +370,7 @@ def test_imports_within_a_method_go_down(tenant):
         name: set(below.split()) for name, below in TENANTS[tenant].items()
     }
     for name, below in imports.items():
-        assert all(order.index(name) <= order.index(other) for other in below)
+        assert all(order.index(name) <= order.index(lower) for lower in below)
 
 
 # The two effects that were once written into half of the program: who names them, and why.

@@ -39,13 +39,13 @@ def _run(crashing):
         scheduler.add_node_collection(worker, TESTS)
     scheduler.schedule()
     for _ in range(3 * len(TESTS)):
-        for place, worker in enumerate(workers):
+        for index, worker in enumerate(workers):
             if (number := worker.next_test()) is None:
                 continue
             if TESTS[number] in crashing:
                 crashed.append(scheduler.remove_node(worker))
-                workers[place] = Worker(scheduler)
-                late.append(workers[place])
+                workers[index] = Worker(scheduler)
+                late.append(workers[index])
             else:
                 ran.append((TESTS[number], worker))
                 scheduler.mark_test_complete(worker, number)

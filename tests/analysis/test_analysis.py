@@ -27,7 +27,9 @@ def curve_of(law, noise, points=400, seed=0, first=0.152, last=0.55):
 
 
 def curve_through(phi, pressure):
-    return analysis.measure_compression_curve(synthetic.made(filling_factor=phi, pressure=pressure))
+    return analysis.measure_compression_curve(
+        synthetic.make_run(filling_factor=phi, pressure=pressure)
+    )
 
 
 @pytest.mark.parametrize("noise", [0.03, 0.1])
@@ -52,8 +54,8 @@ def test_fit_of_all_four_numbers():
     fit = analysis.fit_compression(curve, free=("phi1", "phi2"))
     for name in ("phi1", "phi2", "p_m", "delta"):
         assert abs(getattr(fit.law, name) - getattr(law, name)) < 5 * fit.sigma[name]
-    held = analysis.fit_compression(curve, phi1=0.13, phi2=0.6)
-    assert held.sigma["phi1"] == 0 and held.p_m_sigma < fit.p_m_sigma
+    compression = analysis.fit_compression(curve, phi1=0.13, phi2=0.6)
+    assert compression.sigma["phi1"] == 0 and compression.p_m_sigma < fit.p_m_sigma
     with pytest.raises(DustError, match="too few"):
         analysis.fit_compression(curve_of(S12_STATIC, 0, points=3))
 

@@ -5,7 +5,7 @@ import pytest
 import synthetic
 import xarray as xr
 from figures import legend, line
-from scenes import bundled
+from scenes import import_bundled
 from test_tensile import ICE, T19, stretch
 
 from dusttaichi import analysis, plots
@@ -65,10 +65,10 @@ def test_stages_that_there_are_not(cell, plates, tmp_path):
         plates.stage(0)
     assert plates.stages == () and plates.parts == [plates]
     early = cell.series.isel(time=slice(0, 100))
-    begun = analysis.Run("run", early)
-    assert len(begun.parts) == 1 and not begun.stretches
+    early_run = analysis.Run("run", early)
+    assert len(early_run.parts) == 1 and not early_run.stretches
     with pytest.raises(DustError, match="stretch has not begun"):
-        begun.stage("stretch")
+        early_run.stage("stretch")
 
 
 def test_contacts_of_a_stage(tmp_path):
@@ -111,8 +111,8 @@ def test_isotropic(cell):
     ratio = t.ratio_between()
     assert ratio.value == pytest.approx(1.3, rel=0.03) and ratio.scatter < 0.03
     assert ratio.low < 0.011 and 0.09 < ratio.high <= 0.1
-    part = t.ratio_between(0.02, 0.05)
-    assert part.low >= 0.02 and part.high <= 0.05
+    ratio_between = t.ratio_between(0.02, 0.05)
+    assert ratio_between.low >= 0.02 and ratio_between.high <= 0.05
     assert np.isnan(t.ratio_between(0.5, 0.6).value)
     np.testing.assert_allclose(
         t.law,
@@ -143,7 +143,7 @@ def test_unidirectional_law(plates):
     assert abs(numbers["delta"] - 0.33) < 4 * numbers["delta_sigma"]
     rows = {row[0]: row for row in analysis.tabulate(numbers)}
     assert rows["p_m"][2] == "5.6 kPa" and "onset of compression" in rows
-    assert any(what.endswith("from G09") for what in rows)
+    assert any(title.endswith("from G09") for title in rows)
     inner = analysis.measure_compression_curve(plates, quantity="inner_filling_factor")
     outer = analysis.measure_compression_curve(plates)
     np.testing.assert_allclose(inner.raw_filling_factor, 1.05 * outer.raw_filling_factor)
@@ -152,7 +152,7 @@ def test_unidirectional_law(plates):
 def test_onset():
     """Where the law has risen by a tenth; bins 0.002 wide, interpolated in lg P."""
     phi = np.linspace(0.16, 0.32, 4000)
-    run = synthetic.made(filling_factor=phi, pressure=laws.UNIDIRECTIONAL.pressure(phi))
+    run = synthetic.make_run(filling_factor=phi, pressure=laws.UNIDIRECTIONAL.pressure(phi))
     curve = analysis.measure_compression_curve(run, bin_width=0.002)
     expected = float(laws.UNIDIRECTIONAL.pressure(1.1 * 0.16))
     assert analysis.find_onset(curve) == pytest.approx(expected, rel=2e-3)
@@ -165,8 +165,8 @@ def test_onset():
 
 def test_losses_and_the_ledger_that_counts_the_faces(cell):
     t = analysis.measure_losses(cell)
-    whole = analysis.compute_ledger(cell)
-    end = sum(whole.losses.values())
+    whole_ledger = analysis.compute_ledger(cell)
+    end = sum(whole_ledger.losses.values())
     np.testing.assert_allclose(t.total[-1], end[-1] - end[399], rtol=1e-12)
     np.testing.assert_allclose(t.by_channel["rolling"], synthetic.SHARES[3] * t.total, rtol=1e-9)
     assert t.filling_factor[-1] == pytest.approx(0.03) and np.all(np.diff(t.total) >= 0)
@@ -239,18 +239,18 @@ def test_summary_of_a_cell(cell):
 
 
 def test_compare(cell, plates, tmp_path):
-    one, two = analysis.compare([cell, plates])
-    assert list(one) == list(two)
-    assert one["strength_law"] == pytest.approx(T19) and two["strength"] is None
-    assert one["p_m"] is None and two["rms"] < 0.01 and one["pressure_kpa_at_0.2"] is None
-    assert one["drive"] == (
+    first, two = analysis.compare([cell, plates])
+    assert list(first) == list(two)
+    assert first["strength_law"] == pytest.approx(T19) and two["strength"] is None
+    assert first["p_m"] is None and two["rms"] < 0.01 and first["pressure_kpa_at_0.2"] is None
+    assert first["drive"] == (
         "press: compression_rate 3e-7; stretch: face_speed 10 cm/s, 0 m/s, 0 m/s"
     )
     assert two["drive"] == "wall_speed 5 cm/s"
     (alone,) = analysis.compare([cell])
     assert "p_m" not in alone and alone["phi_init"] == 0.1 and alone["ratio_scatter"] < 0.03
     assert "strength" not in analysis.compare([plates])[0]
-    analysis.to_csv([one, two], tmp_path / "runs.csv")
+    analysis.to_csv([first, two], tmp_path / "runs.csv")
     text = (tmp_path / "runs.csv").read_text().splitlines()
     assert len(text) == 3 and text[0].startswith("name,damping,m_r")
 
@@ -259,28 +259,28 @@ def test_compare(cell, plates, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def own():
-    with bundled("tatsuuma2023/compressive_strength.py") as module:
+def extension():
+    with import_bundled("tatsuuma2023/compressive_strength.py") as module:
         yield module
 
 
-def test_law(own):
+def test_law(extension):
     silicate = Material(**NAMED["silicate_s12"])
     ice, silicate = ((m.surface_energy, m.radius, m.critical_rolling) for m in (ICE, silicate))
     thin = np.array([1e-5, 1e-4])
     # 1/0.74 beside 1/phi: 3 phi/0.74
     expected = laws.isotropic_pressure(thin, *ice)
-    np.testing.assert_allclose(own.compressive_strength(thin, *ice), expected, rtol=5e-4)
-    assert np.all(np.isinf(own.compressive_strength([0.74, 0.8], *ice)))
+    np.testing.assert_allclose(extension.compressive_strength(thin, *ice), expected, rtol=5e-4)
+    assert np.all(np.isinf(extension.compressive_strength([0.74, 0.8], *ice)))
     dense = laws.rolling_energy(*silicate) / silicate[1] ** 3 * (1 / 0.5 - 1 / 0.74) ** -3
-    assert own.compressive_strength(0.5, *silicate) == pytest.approx(dense)
+    assert extension.compressive_strength(0.5, *silicate) == pytest.approx(dense)
 
 
-def test_ratio_and_figure_with_both_laws(own, cell):
+def test_ratio_and_figure_with_both_laws(extension, cell):
     """The law of 2023 is phi^3 over (1 - phi/0.74)^3; the pressure is 1.3 of phi^3."""
-    thin = own.dense_ratio(cell, 0.02, 0.05)
+    thin = extension.dense_ratio(cell, 0.02, 0.05)
     assert thin.value == pytest.approx(1.3 * (1 - 0.033 / 0.74) ** 3, rel=0.05)
-    assert np.isnan(own.dense_ratio(cell).value)  # pressed to 0.1 only
+    assert np.isnan(extension.dense_ratio(cell).value)  # pressed to 0.1 only
     assert analysis.summarise(cell)["dense_ratio"] is None
     (axes,) = plots.draw_figures(cell)["isotropic"].axes
     labels = legend(axes)
@@ -288,26 +288,26 @@ def test_ratio_and_figure_with_both_laws(own, cell):
     assert any("Tatsuuma" in text for text in labels)
 
 
-def test_numbers_of_a_dense_cell(own, tmp_path):
+def test_numbers_of_a_dense_cell(extension, tmp_path):
     path = synthetic.cell_run(tmp_path / "result.nc", phi_init=0.3)
     with analysis.open_run(path) as run:
-        numbers, ratio = analysis.summarise(run), own.dense_ratio(run)
+        numbers, ratio = analysis.summarise(run), extension.dense_ratio(run)
         assert numbers["dense_ratio"] == ratio.value
-        assert numbers["dense_ratio_low"] == ratio.low >= own.DENSE
+        assert numbers["dense_ratio_low"] == ratio.low >= extension.DENSE
         assert numbers["dense_ratio_scatter"] == ratio.scatter
         rows = {row[0]: row for row in analysis.tabulate(numbers)}
         assert rows["… over (E_roll/r^3)(1/phi - 1/0.74)^-3"][2] == "1 (Tatsuuma et al. 2023)"
 
 
-def test_shares_of_the_channels(own, cell):
+def test_shares_of_the_channels(extension, cell):
     """Of synthetic losses every channel has the same share at all filling factors."""
-    result = own.loss_shares(cell)
+    result = extension.loss_shares(cell)
     np.testing.assert_allclose(sum(result.by_channel.values()), 1.0)
     assert len(result.filling_factor) >= 8 and np.all(np.diff(result.filling_factor) > 0)
-    for name, share in result.by_channel.items():
-        wanted = synthetic.SHARES[list(cell.series.channel.values).index(name)]
-        np.testing.assert_allclose(share, wanted / synthetic.SHARES.sum(), rtol=1e-9)
+    for name, fraction in result.by_channel.items():
+        expected = synthetic.SHARES[list(cell.series.channel.values).index(name)]
+        np.testing.assert_allclose(fraction, expected / synthetic.SHARES.sum(), rtol=1e-9)
     (axes,) = plots.draw_figures(cell)["loss_shares"].axes
     np.testing.assert_allclose(line(axes, "rolling").get_ydata(), result.by_channel["rolling"])
     with pytest.raises(DustError, match="not compressed enough"):
-        own.loss_shares(cell, decades=3.0)
+        extension.loss_shares(cell, decades=3.0)

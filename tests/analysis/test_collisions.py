@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from figures import legend
-from scenes import bundled
+from scenes import import_bundled
 from snapshots import collision_row as row
 
 from dusttaichi import analysis, plots
@@ -81,8 +81,8 @@ def test_thresholds_with_their_confidence():
     limits = 20.0 * np.exp(0.3 * np.random.default_rng(2).standard_normal(8))
     data = growing(np.geomspace(5, 80, 7), limits, bounces=True)
     stick, fragment = find_thresholds(data)
-    with bundled("oshiro2025/bouncing.py"):
-        same, also, bounce = found = find_thresholds(data)
+    with import_bundled("oshiro2025/bouncing.py"):
+        same, also, bounce = thresholds = find_thresholds(data)
     assert (same, also) == (stick, fragment)
     mean, error = np.exp(np.log(limits).mean()), np.log(limits).std(ddof=1) / np.sqrt(8)
     assert fragment.speed == pytest.approx(mean, rel=1e-9)
@@ -93,9 +93,9 @@ def test_thresholds_with_their_confidence():
     assert (stick.speed, bounce.speed) == (0.0, 0.0) and bounce.high == 0.0
     assert find_thresholds(growing([5.0, 8.0], [90.0, 95.0]))[1].speed == np.inf
     assert np.isnan(find_thresholds(growing([5.0, 80.0], [20.0]))[1].low)
-    (axes,) = plots.threshold_speeds(data, found).axes
+    (axes,) = plots.threshold_speeds(data, thresholds).axes
     assert legend(axes) == [r"$v_{\rm fragment}$"]
-    header, line = format_threshold_csv(found).splitlines()
+    header, line = format_threshold_csv(thresholds).splitlines()
     cells = dict(zip(header.split(","), line.split(","), strict=True))
     assert float(cells["v_fragment_m_per_s"]) == pytest.approx(mean, rel=1e-3)
     beyond = find_thresholds(growing([5.0, 8.0], [90.0, 95.0]))
@@ -105,14 +105,14 @@ def test_thresholds_with_their_confidence():
 
 def test_a_study_has_a_report():
     """Its figures and the means at each speed; the thresholds with their intervals."""
-    found = collect_collisions_data(at_speeds([STICKS] * 2, [FAILS] * 2, [BREAKS] * 2))
-    assert "v_stick of a, 1:1: 30 (10 to 90; censored at 30) m/s" in found["remark"]
-    assert "docs/studies/outcomes.md" in found["remark"]
-    assert found["table"][0][0] == "speed m/s" and [row[0] for row in found["table"][1:]] == [
+    data = collect_collisions_data(at_speeds([STICKS] * 2, [FAILS] * 2, [BREAKS] * 2))
+    assert "v_stick of a, 1:1: 30 (10 to 90; censored at 30) m/s" in data["remark"]
+    assert "docs/studies/outcomes.md" in data["remark"]
+    assert data["table"][0][0] == "speed m/s" and [row[0] for row in data["table"][1:]] == [
         "10", "30", "90",
     ]  # fmt: skip
-    names = [figure["name"] for figure in found["figures"]]
-    assert names == ["outcomes", "growth", "spectrum"] and "image" in found["figures"][0]
+    names = [figure["name"] for figure in data["figures"]]
+    assert names == ["outcomes", "growth", "spectrum"] and "image" in data["figures"][0]
     assert "v_stick" not in collect_collisions_data(at_speeds([FAILS, MISSES]))["remark"]
 
 
@@ -154,7 +154,7 @@ def at_speeds(*rows):
     axes = {"body": ("a",), "mass_ratio": (1.0,), "impact_parameter": (0.0,)}
     axes |= {"speed": tuple(10.0 * 3.0**n for n in range(len(rows)))}
     axes |= {"seed": tuple(range(len(rows[0])))}
-    return build_collisions_dataset([one for seeds in rows for one in seeds], axes)
+    return build_collisions_dataset([collision for seeds in rows for collision in seeds], axes)
 
 
 def texts_of(data):
@@ -164,23 +164,25 @@ def texts_of(data):
 def test_no_threshold_from_no_data():
     """Neither a collision that missed nor one that failed says on which side of it a speed is."""
     data = at_speeds([FAILS, MISSES])
-    found = find_thresholds(data)
-    assert np.isnan([(one.speed, one.low, one.high) for one in found]).all()
+    thresholds = find_thresholds(data)
+    assert np.isnan(
+        [(threshold.speed, threshold.low, threshold.high) for threshold in thresholds]
+    ).all()
     assert set(texts_of(data).values()) == {"-"}
-    assert format_threshold_csv(found).splitlines()[1] == "a,1.0," + "," * 12
+    assert format_threshold_csv(thresholds).splitlines()[1] == "a,1.0," + "," * 12
     assert explain_missing_thresholds(data) == [
         "no threshold of a, 1:1: of 2 collisions 1 missed and 1 failed"
     ]
-    variables = data.assign(build_threshold_variables(found, data))
+    variables = data.assign(build_threshold_variables(thresholds, data))
     assert np.isnan(variables.v_stick) and np.isnan(variables.v_fragment_high)
     assert not explain_missing_thresholds(at_speeds([STICKS, FAILS]))
 
 
 def test_a_speed_at_which_collisions_failed_is_censored():
     stick, fragment = find_thresholds(at_speeds([STICKS] * 2, [FAILS] * 2))
-    for one in (stick, fragment):  # all that is known: 10 m/s is below the threshold
-        assert (one.speed, one.low, one.high) == (np.inf, 10.0, np.inf)
-        assert (one.speeds, one.censored) == ((10.0,), (30.0,))
+    for threshold in (stick, fragment):  # all that is known: 10 m/s is below the threshold
+        assert (threshold.speed, threshold.low, threshold.high) == (np.inf, 10.0, np.inf)
+        assert (threshold.speeds, threshold.censored) == ((10.0,), (30.0,))
     assert texts_of(at_speeds([STICKS], [FAILS]))["v_stick m/s"] == "> 10 (censored at 30)"
     # between two speeds that decide: the interval is between these
     data = at_speeds([STICKS] * 2, [FAILS] * 2, [BREAKS] * 2)
@@ -200,22 +202,22 @@ def test_a_speed_at_which_collisions_failed_is_censored():
 
 def test_a_speed_decides_if_its_failed_collisions_cannot_change_the_side():
     """Two of five pairs stick: the last two decide whether half do. Four of six: they cannot."""
-    found = find_thresholds(at_speeds([STICKS] * 5, [STICKS, BREAKS, BREAKS, FAILS, FAILS]))
-    assert found[0].censored == (30.0,) and found[0].speed == np.inf
-    found = find_thresholds(at_speeds([STICKS] * 6, [STICKS, *[BREAKS] * 4, FAILS]))
-    assert not found[0].censored
+    thresholds = find_thresholds(at_speeds([STICKS] * 5, [STICKS, BREAKS, BREAKS, FAILS, FAILS]))
+    assert thresholds[0].censored == (30.0,) and thresholds[0].speed == np.inf
+    thresholds = find_thresholds(at_speeds([STICKS] * 6, [STICKS, *[BREAKS] * 4, FAILS]))
+    assert not thresholds[0].censored
     # the mean of those with an outcome is 0.2: between 1 at 10 and 0.2 at 30 m/s
-    assert found[0].speed == pytest.approx(10.0 * 3.0 ** (0.5 / 0.8))
+    assert thresholds[0].speed == pytest.approx(10.0 * 3.0 ** (0.5 / 0.8))
     # growth efficiencies of equal bodies are from -1 to 1: two of 1 lift three of -0.8 to -0.08
-    found = find_thresholds(at_speeds([STICKS] * 5, [*[BREAKS] * 3, FAILS, FAILS]))
-    assert not found[1].censored
-    found = find_thresholds(at_speeds([STICKS] * 5, [*[BREAKS] * 2, *[FAILS] * 3]))
-    assert found[1].censored == (30.0,)
+    thresholds = find_thresholds(at_speeds([STICKS] * 5, [*[BREAKS] * 3, FAILS, FAILS]))
+    assert not thresholds[1].censored
+    thresholds = find_thresholds(at_speeds([STICKS] * 5, [*[BREAKS] * 2, *[FAILS] * 3]))
+    assert thresholds[1].censored == (30.0,)
 
 
 def test_a_condition_that_may_end_again_is_open_from_the_first_censored_speed_on():
     bounces = row("bouncing", (5, 5), growth_efficiency=0.0)
-    with bundled("oshiro2025/bouncing.py"):
+    with import_bundled("oshiro2025/bouncing.py"):
         speeds = ([STICKS] * 2, [FAILS] * 2, [STICKS] * 2, [bounces] * 2)
         *_, bounce = find_thresholds(at_speeds(*speeds))
     assert bounce.speed == pytest.approx(90.0 * 3.0**0.5)

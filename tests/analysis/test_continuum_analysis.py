@@ -38,9 +38,9 @@ def write(path, *, series, snapshots, static, sample, **attributes):
     series = {"time": 1e-3 * np.arange(length), "step": np.arange(length), "wall_clock": zero,
               "energy_residual": zero, "energy_residual_relative": zero} | series  # fmt: skip
     static = {"role": 0.0 * static["mass"], "body": 0.0 * static["mass"]} | static
-    known = {"spacing": 1e-4, "solid_density": 2000.0, "dimension": 2, "gravity": 9.81}
-    known |= {"sample": yaml.safe_dump(sample), "particles": len(static["mass"])}
-    known |= {"scene_resolved": "method: continuum"} | attributes
+    options = {"spacing": 1e-4, "solid_density": 2000.0, "dimension": 2, "gravity": 9.81}
+    options |= {"sample": yaml.safe_dump(sample), "particles": len(static["mass"])}
+    options |= {"scene_resolved": "method: continuum"} | attributes
     of_time = {}
     for name, values in series.items():
         dims = ("time", "rigid", "xyz") if name.startswith("body") else ("time", "xyz")
@@ -51,7 +51,7 @@ def write(path, *, series, snapshots, static, sample, **attributes):
         last = {"deviator": "component"}.get(name, "xyz")
         of_frames[name] = (("snapshot", "particle", last)[: rows.ndim], rows)
     labels = {"xyz": list("xyz"), "rigid": ["bead"]}
-    groups = {"/": xr.Dataset(of_time, labels, known), "/snapshots": xr.Dataset(of_frames)}
+    groups = {"/": xr.Dataset(of_time, labels, options), "/snapshots": xr.Dataset(of_frames)}
     xr.DataTree.from_dict(groups).to_netcdf(path)
     return path
 
@@ -79,14 +79,14 @@ def bed(width=24, depth=20):
 ONE = 300.0 * A**2 * 3**0.5 / 2  # mass of a particle of dust [kg/m]
 
 
-def of_dust(folder, *snapshots, mass, momentum=None, kind="sphere", scene="", **static):
+def of_dust(folder, *snapshots, mass, momentum=None, body_kind="sphere", scene="", **static):
     """The run of a body of dust at its start and at its end."""
     path = write(
         folder / "result.nc",
         series={"momentum": np.zeros((2, 3)) if momentum is None else momentum},
         snapshots=snapshots,
         static={"mass": mass} | static,
-        sample={"kind": kind},
+        sample={"kind": body_kind},
         scene_resolved=f"method: continuum\n{scene}",
     )
     return open_run(path)
@@ -100,8 +100,8 @@ def fallen(tmp_path_factory):
     height = -D * np.sin(np.pi * sine / 2 / T) - 0.5 * G * time**2
     velocity = -D * np.pi / 2 / T * np.cos(np.pi * sine / 2 / T) * (time < T) - G * time
     velocity[time > T] = 0.01
-    place, speed = np.zeros((901, 1, 3)), np.zeros((901, 1, 3))
-    place[:, 0, 2], speed[:, 0, 2] = height + 0.65e-3, velocity
+    positions, speed = np.zeros((901, 1, 3)), np.zeros((901, 1, 3))
+    positions[:, 0, 2], speed[:, 0, 2] = height + 0.65e-3, velocity
     dust, bead = bed(), np.array([[0.0, 0.0, -0.5e-3]])
     x = np.concatenate([dust, bead])
     low = -0.5e-3 - 0.55e-3
@@ -111,7 +111,7 @@ def fallen(tmp_path_factory):
     role = np.append(np.zeros(len(dust)), 1)
     path = write(
         tmp_path_factory.mktemp("fallen") / "result.nc",
-        series={"time": time, "body_position": place, "body_velocity": speed},
+        series={"time": time, "body_position": positions, "body_velocity": speed},
         snapshots=[frame(x, density=np.append(np.full(len(dust), 300.0), 2540.0)),
                    frame(x, density=density)],
         static={"mass": mass, "role": role, "body": role},
@@ -134,9 +134,9 @@ def test_intrusion_finds_the_sine_again_where_the_surfaces_meet(fallen):
     # with a gap to fall the depth is that below the surface, the time that from there on
     with open_run(fallen.path) as run:
         run.attrs["sample"] = yaml.safe_dump(IMPACT | {"gap": 0.1e-3})
-        later, whole = of.intrusion(run).stop, of.intrusion(fallen).stop
-    assert later.depth == pytest.approx(whole.depth - 0.1e-3, rel=5e-3)
-    assert later.time < whole.time - 0.1e-3 / (D * np.pi / 2 / T) + 1e-5
+        later, fallen_stop = of.intrusion(run).stop, of.intrusion(fallen).stop
+    assert later.depth == pytest.approx(fallen_stop.depth - 0.1e-3, rel=5e-3)
+    assert later.time < fallen_stop.time - 0.1e-3 / (D * np.pi / 2 / T) + 1e-5
 
 
 def test_the_share_of_numerical_dissipation_is_told(fallen):
@@ -166,9 +166,9 @@ def ledger_of(energy, **losses):
     """A Ledger of one moment, with the energy that has gone through the system."""
     ends = {channel: np.array([loss]) for channel, loss in losses.items()}
     size = sum(map(abs, losses.values()))
-    shares = {channel: loss / size for channel, loss in losses.items()}
+    fractions = {channel: loss / size for channel, loss in losses.items()}
     none = np.zeros(1)
-    return Ledger(none, ends, none, none, none, np.array([energy]), none, 0.0, shares)
+    return Ledger(none, ends, none, none, none, np.array([energy]), none, 0.0, fractions)
 
 
 def test_no_share_of_numerical_dissipation_where_nothing_is_lost():
@@ -214,17 +214,17 @@ def test_the_profile_below_the_bead_and_cumulated_volume(fallen):
     expected = last.volume[dense].sum() / (np.pi * 0.55e-3**2)
     assert volume.above(0.2) == pytest.approx(expected, rel=1e-6)
     assert volume.above(0.3) == 0.0
-    grid, share = denser_than(np.full(1000, 0.15), np.full(1000, 1e-3), scatter=0.01)
-    assert np.interp(0.15, grid, share) == pytest.approx(0.5, abs=1e-3)
-    assert np.interp(0.16, grid, share) == pytest.approx(0.1587, abs=1e-3)
+    grid, fraction = denser_than(np.full(1000, 0.15), np.full(1000, 1e-3), scatter=0.01)
+    assert np.interp(0.15, grid, fraction) == pytest.approx(0.5, abs=1e-3)
+    assert np.interp(0.16, grid, fraction) == pytest.approx(0.1587, abs=1e-3)
 
 
 def test_a_map_shows_dust_where_it_is(fallen):
     last = of.read_particles(fallen)
-    found = of.section(last, last.filling_factor, (-1e-3, 1e-3, -2e-3, 1e-3), 150)
-    rows = found.values.shape[0]
-    assert np.isnan(found.values[-1]).all() and np.isfinite(found.values[rows // 10]).all()
-    band = found.values[int(rows * (2e-3 - 1.2e-3) / 3e-3)]
+    section = of.section(last, last.filling_factor, (-1e-3, 1e-3, -2e-3, 1e-3), 150)
+    rows = section.values.shape[0]
+    assert np.isnan(section.values[-1]).all() and np.isfinite(section.values[rows // 10]).all()
+    band = section.values[int(rows * (2e-3 - 1.2e-3) / 3e-3)]
     assert np.nanmedian(band) == pytest.approx(0.25)
 
 
@@ -233,7 +233,7 @@ def test_the_final_table_has_the_numbers(fallen):
     assert numbers["depth_weightless"] == pytest.approx(D, rel=1e-3)
     assert numbers["depth_law"] == pytest.approx(laboratory.depth(
         laboratory.sphere_mass(1.1e-3, 2540.0), numbers["impact_speed"]), rel=1e-9)  # fmt: skip
-    rows = {what: (value, beside) for what, value, beside in tabulate(numbers)}
+    rows = {title: (value, literature) for title, value, literature in tabulate(numbers)}
     assert rows["filling factor within 0.3 mm below"][0] == "0.250"
     assert rows["particles"][0] == "481" and "eq 12" in rows["… with g t^2/2 taken away"][1]
 
@@ -269,13 +269,13 @@ def test_pieces_fly_apart_and_stick(tmp_path):
     frames = [frame(x, moving, density) for moving in (start, end)]
     with of_dust(tmp_path, *frames, mass=mass, momentum=momentum) as run:
         back = of.bounce(run)
-        parts = pieces_of(of.read_particles(run), [(2, 0.0)])
+        pieces = pieces_of(of.read_particles(run), [(2, 0.0)])
         numbers = summarise(run)
     assert len(back.parts.mass) == 2 and back.coefficient == pytest.approx(0.25)
     assert back.rebound == pytest.approx(0.15) and back.axis == "z"
-    assert parts.largest_share == pytest.approx(2 / 3)
-    assert parts.sticks.tolist() == [False, True]
-    assert parts.sticking_share == pytest.approx(1 / 3)
+    assert pieces.largest_share == pytest.approx(2 / 3)
+    assert pieces.sticks.tolist() == [False, True]
+    assert pieces.sticking_share == pytest.approx(1 / 3)
     assert numbers["pieces"] == 2 and numbers["dust_restitution"] == pytest.approx(0.25)
 
 
@@ -296,7 +296,7 @@ def test_two_bodies_that_merge_or_break_up_have_no_restitution(
     """Two discs of dust, the upper one flies at the lower one."""
     disc = bed(6, 6)
     n, high = len(disc), np.ptp(disc[:, 2])
-    before = np.concatenate([disc, disc + [0, 0, high + 2e-3]])
+    positions = np.concatenate([disc, disc + [0, 0, high + 2e-3]])
     x = np.concatenate([disc, disc + [0, 0, high + after["gap"]]])
     start, end = np.zeros((2 * n, 3)), np.zeros((2 * n, 3))
     start[n:, 2], end[n:, 2] = -0.2, after.get("velocity", 0.0)
@@ -305,12 +305,12 @@ def test_two_bodies_that_merge_or_break_up_have_no_restitution(
         end[-1, 2] = 0.1
     if "broken" in after:
         x[:n] += 1e-2 * np.arange(n)[:, None]
-    known = {"mass": np.full(2 * n, ONE), "body": np.repeat([0, 1], n), "kind": "several"}
-    with of_dust(tmp_path, frame(before, start), frame(x, end), **known) as run:
+    options = {"mass": np.full(2 * n, ONE), "body": np.repeat([0, 1], n), "kind": "several"}
+    with of_dust(tmp_path, frame(positions, start), frame(x, end), **options) as run:
         numbers = summarise(run)
-        shown = {what: value for what, value, _ in tabulate(numbers)}
-    found = numbers["dust_restitution"]
-    assert found is None if coefficient is None else found == pytest.approx(coefficient)
+        shown = {title: value for title, value, _ in tabulate(numbers)}
+    restitution = numbers["dust_restitution"]
+    assert restitution is None if coefficient is None else restitution == pytest.approx(coefficient)
     assert (problem or "0.2500") in shown["coefficient of restitution"]
 
 
@@ -325,9 +325,9 @@ def test_two_bodies_that_do_not_touch_have_no_restitution(offset, problem, tmp_p
     x = np.concatenate([disc, disc + [offset, 0, 3e-3]])
     velocity = np.zeros((2 * n, 3))
     velocity[n:, 0] = 0.2
-    known = {"mass": np.full(2 * n, ONE), "body": np.repeat([0, 1], n), "kind": "several"}
+    options = {"mass": np.full(2 * n, ONE), "body": np.repeat([0, 1], n), "kind": "several"}
     moved = frame(x + 5e-4 * velocity / 0.2, velocity)
-    with of_dust(tmp_path, frame(x, velocity), moved, **known) as run:
+    with of_dust(tmp_path, frame(x, velocity), moved, **options) as run:
         numbers = summarise(run)
     assert numbers["dust_restitution"] is None and problem in numbers["restitution_problem"]
 
@@ -361,14 +361,14 @@ def test_a_body_that_meets_nothing_has_no_restitution(after, velocity, problem, 
 
 def test_a_bead_that_falls_beside_dust_has_no_depth(tmp_path):
     time = np.linspace(0, 4.5e-3, 91)
-    place, speed = np.zeros((91, 1, 3)), np.zeros((91, 1, 3))
+    positions, speed = np.zeros((91, 1, 3)), np.zeros((91, 1, 3))
     speed[:, 0, 2] = -0.65 - G * time
-    place[:, 0, 2] = -0.65 * time - 0.5 * G * time**2
+    positions[:, 0, 2] = -0.65 * time - 0.5 * G * time**2
     x = np.concatenate([bed(), np.array([[0.0, 0.0, 3e-3]])])
     role = np.append(np.zeros(len(x) - 1), 1)
     path = write(
         tmp_path / "result.nc",
-        series={"time": time, "body_position": place, "body_velocity": speed},
+        series={"time": time, "body_position": positions, "body_velocity": speed},
         snapshots=[frame(x), frame(x)],
         static={"mass": np.append(np.full(len(x) - 1, ONE), BEAD["mass"]), "role": role},
         sample=IMPACT,

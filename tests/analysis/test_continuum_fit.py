@@ -20,12 +20,14 @@ TRUE = np.array([40e3, 5.0, 0.8, 7e3, 0.5, 0.13, 1.6, 0.7, 2.4, 4.0])
 DENSITY = 2650.0
 
 
-def segment(kind, start, end, records, rate):
+def segment(segment_kind, start, end, records, rate):
     """Even strain along z between two filling factors, the sample's own being 0.145."""
     strain = np.zeros((records + 1, 3))
     strain[:, 2] = np.linspace(np.log(0.145 / start), np.log(0.145 / end), records + 1)
     middle = 0.5 * (strain[1:, 2] + strain[:-1, 2])
-    return Segment(kind, kind, strain, np.zeros((records, 3)), 0.145 * np.exp(-middle), rate)
+    return Segment(
+        segment_kind, segment_kind, strain, np.zeros((records, 3)), 0.145 * np.exp(-middle), rate
+    )
 
 
 def made_up(seed, segments, rate=1e4, noise=0.03):
@@ -35,8 +37,8 @@ def made_up(seed, segments, rate=1e4, noise=0.03):
     random = np.random.default_rng(seed)
     factor = 1.0 + noise * random.standard_normal()
     filled = tuple(
-        replace(part, stress=stress[:, 0] * factor, rate=part.rate and rate)
-        for part, stress in zip(test.segments, stresses(test, m), strict=True)
+        replace(segment, stress=stress[:, 0] * factor, rate=segment.rate and rate)
+        for segment, stress in zip(test.segments, stresses(test, m), strict=True)
     )
     return replace(test, segments=filled)
 
@@ -56,50 +58,56 @@ def tests():
 
 
 @pytest.fixture(scope="module")
-def found(tests):
+def material_fit(tests):
     return fit(tests)
 
 
-def test_the_material_comes_back(found):
+def test_the_material_comes_back(material_fit):
     """Stresses of two seeds that differ by 3 %: so do the numbers that are stresses."""
-    values = dict(zip(PARAMETERS, found.values, strict=True))
+    values = dict(zip(PARAMETERS, material_fit.values, strict=True))
     true = dict(zip(PARAMETERS, TRUE, strict=True))
     for name in ("bulk_modulus", "shear_ratio", "compressive.p_m", "shear.factor"):
         assert abs(values[name] / true[name] - 1) < 0.08, name
     for name in ("exponent", "compressive.delta", "compressive.phi_1", "shear.exponent"):
         assert abs(values[name] - true[name]) < 0.05 * max(true[name], 1), name
     assert abs(values["tensile.a"] + 0.25 * values["tensile.b"] - 3.4) < 0.05
-    assert found.covariance.shape == (10, 10) and 0 < found.sigma("compressive.p_m") < 1e3
-    assert found.rate == 1e4 and sorted(found.by_seed) == [1, 2]
+    assert (
+        material_fit.covariance.shape == (10, 10)
+        and 0 < material_fit.sigma("compressive.p_m") < 1e3
+    )
+    assert material_fit.rate == 1e4 and sorted(material_fit.by_seed) == [1, 2]
 
 
 @pytest.mark.parametrize(
-    ("kind", "said"), [("pull", "tension"), ("release", "unloading"), ("press", "confined")]
+    ("segment_kind", "message"),
+    [("pull", "tension"), ("release", "unloading"), ("press", "confined")],
 )
-def test_what_is_missing_is_named(tests, kind, said):
-    less = [replace(t, segments=tuple(s for s in t.segments if s.kind != kind)) for t in tests]
-    with pytest.raises(DustError, match=said):
-        fit(less)
+def test_what_is_missing_is_named(tests, segment_kind, message):
+    fewer_tests = [
+        replace(t, segments=tuple(s for s in t.segments if s.kind != segment_kind)) for t in tests
+    ]
+    with pytest.raises(DustError, match=message):
+        fit(fewer_tests)
 
 
-def test_files_of_a_fit(found, tmp_path):
+def test_files_of_a_fit(material_fit, tmp_path):
     """The block is read again as a material, and says where each number comes from."""
-    paths = write(found, tmp_path / "made_up.yaml")
+    paths = write(material_fit, tmp_path / "made_up.yaml")
     assert [path.name for path in paths] == [
         "made_up.yaml", "made_up.csv", "made_up_speeds.csv", "made_up.png", "made_up_speeds.png",
     ]  # fmt: skip
     assert all(path.stat().st_size > 200 for path in paths)
     material = ContinuumMaterial.model_validate("made_up.yaml", context={"folder": tmp_path})
     assert material.name == "made_up"
-    assert abs(material.compressive.p_m / found.values[3] - 1) < 1e-3
+    assert abs(material.compressive.p_m / material_fit.values[3] - 1) < 1e-3
     assert material.source.dimension == 3
     assert "2 seeds of 4000 grains" in material.source.numbers["compressive.p_m"]
     assert len(material.source.covariance) == len(material.source.names) == len(PARAMETERS)
-    assert len(tables.numbers_table(found)) == len(PARAMETERS) + 2
-    assert [row[1] for row in tables.deviations_table(found)] == ["32", "32", "6", "6", "4"]
-    (one,) = tables.speeds_table(found)
+    assert len(tables.numbers_table(material_fit)) == len(PARAMETERS) + 2
+    assert [row[1] for row in tables.deviations_table(material_fit)] == ["32", "32", "6", "6", "4"]
+    (one,) = tables.speeds_table(material_fit)
     assert one[:3] == ("1e+04", "4000", "2")
-    numbers = convert_value(tables.numbers(found))
+    numbers = convert_value(tables.numbers(material_fit))
     assert json.loads(json.dumps(numbers, allow_nan=False)) == numbers
     assert numbers["material"]["compressive"]["p_m"] == f"{material.compressive.p_m:g} Pa"
     assert [row["grains"] for row in numbers["speeds"]] == [4000]
@@ -131,7 +139,7 @@ def run(sideways=0.0, **without):
     stress = np.zeros((n, 3, 3))
     stress[:, [0, 1, 2], [0, 1, 2]] = -np.arange(n)[:, None] * np.array([1.0, 2.0, 9.0])
     variables = {"box_length": box, "filling_factor": 0.15 / box.prod(axis=1), "stress": stress}
-    return synthetic.made(
+    return synthetic.make_run(
         scene="material: silicate_s12\nsample: {seed: 7}\n",
         attrs={"grains": 100, "stages": " ".join(STAGES)},
         stage=np.r_[0, np.repeat(np.arange(len(STAGES)), RECORDS)],

@@ -5,8 +5,8 @@ import pytest
 import reference as ref
 import synthetic
 import xarray as xr
-from program import invoked
-from scenes import RADIUS, bundled, extensions_forgotten, make_scene
+from program import invoke
+from scenes import RADIUS, extensions_forgotten, import_bundled, make_scene
 
 from dusttaichi import analysis, plots
 from dusttaichi.errors import DustError
@@ -19,8 +19,8 @@ ROW = D * np.sqrt(3.0) / 2.0
 
 
 @pytest.fixture(scope="module", autouse=True)
-def own():
-    with bundled("diametral/diametral.py") as module:
+def extension():
+    with import_bundled("diametral/diametral.py") as module:
         yield module
 
 
@@ -55,19 +55,19 @@ def rhombus(tmp_path_factory):
 
 
 @pytest.mark.long
-def test_four_grains_break_where_mechanics_says(own, rhombus):
+def test_four_grains_break_where_mechanics_says(extension, rhombus):
     """The forces N of the slanted contacts carry F = 2 N cos 30° and pull the middle contact apart
     with 2 N sin 30° = F/sqrt(3), which holds up to F_c."""
-    found = own.diametral(rhombus)
-    assert own.is_diametral(rhombus) and found.passed
+    measurement = extension.diametral(rhombus)
+    assert extension.is_diametral(rhombus) and measurement.passed
     diameter, length = 2.001 * ROW, 2 * RADIUS
     expected = 2.0 * np.sqrt(3.0) * PAIR.F_c / (np.pi * diameter * length)
     # the mean over ten of 200 records misses the peak by the rise of five, and the grains swing
-    assert found.strength == pytest.approx(expected, rel=0.02)
+    assert measurement.strength == pytest.approx(expected, rel=0.02)
     volume = 4.0 * 4.0 / 3.0 * RADIUS**3 / (diameter**2 / 4.0 * length)
-    assert found.filling_factor == pytest.approx(volume, rel=1e-9)
-    numbers, failed = own.DIAMETRAL.of(rhombus)
-    assert not failed and numbers["diametral_strength"] == own.diametral(rhombus).strength
+    assert measurement.filling_factor == pytest.approx(volume, rel=1e-9)
+    numbers, failed = extension.DIAMETRAL.of(rhombus)
+    assert not failed and numbers["diametral_strength"] == extension.diametral(rhombus).strength
     assert 0.0 < numbers["diametral_strain"] < 4e-4 and numbers["diametral_passed"]
     (axes,) = plots.draw_figures(rhombus)["diametral"].axes
     assert axes.get_xlabel() == "deflection over the diameter"
@@ -88,11 +88,11 @@ def elastic(tmp_path_factory):
     x = x[np.linalg.norm(x, axis=1) < 12 * ROW + 1e-3 * D]  # one grain at the top, one below
     scene = disc_scene(x, 24 * ROW + 2e-3 * D, speed=1e-3, strain=1e-3).input_data
     press = {"name": "press", "drive": {"wall_speed": "1 mm/s"}, "stop": {"strain": 1.2e-5}}
-    rest = {"name": "rest", "drive": {"wall_speed": "0 m/s"}, "stop": {"time": "2 us"}}
+    rest_stage = {"name": "rest", "drive": {"wall_speed": "0 m/s"}, "stop": {"time": "2 us"}}
     output = {"series": {"steps": 200}, "snapshots": "off"}
     scene = {k: v for k, v in scene.items() if k != "stop"} | {"boundary": {"kind": "plates"}}
     folder = tmp_path_factory.mktemp("elastic") / "run"
-    execute(Scene.from_dict(scene | {"stages": [press, rest], "output": output}), folder)
+    execute(Scene.from_dict(scene | {"stages": [press, rest_stage], "output": output}), folder)
     with analysis.open_run(folder) as run:
         yield run
 
@@ -110,22 +110,22 @@ def stress_of_point_loads(x, z, force, radius):
 
 
 @pytest.mark.long
-def test_stress_in_an_elastic_disc(own, elastic):
+def test_stress_in_an_elastic_disc(extension, elastic):
     """Contact forces within a third of the radius add up to the closed form, which does not depend
     on the elastic constants. The rim is a lattice's: its radius is known to half a row."""
     frame = analysis.read_frame(elastic, -1)
-    found = own.diametral(elastic)
-    radius = found.diameter / 2.0
-    force = found.stress[-1] * np.pi * found.diameter * found.length / 2.0
+    measurement = extension.diametral(elastic)
+    radius = measurement.diameter / 2.0
+    force = measurement.stress[-1] * np.pi * measurement.diameter * measurement.length / 2.0
     assert 0.2 * PAIR.F_c < force < np.sqrt(3.0) * PAIR.F_c
     ends = frame.contacts
-    one, two = (frame.position[ends[name].values] for name in ("grain_i", "grain_j"))
+    first, two = (frame.position[ends[name].values] for name in ("grain_i", "grain_j"))
     # points along each line of centres; those within the circle are its part there
-    part = (np.arange(50) + 0.5) / 50.0
-    along = one[:, None] + part[:, None] * (two - one)[:, None]
+    fractions = (np.arange(50) + 0.5) / 50.0
+    along = first[:, None] + fractions[:, None] * (two - first)[:, None]
     reach = radius / 3.0
-    share = np.mean(np.hypot(along[..., 0], along[..., 2]) < reach, axis=1)
-    sums = np.einsum("c,ca,cb->ab", share, ends.force.values.astype(float), two - one)
+    fraction = np.mean(np.hypot(along[..., 0], along[..., 2]) < reach, axis=1)
+    sums = np.einsum("c,ca,cb->ab", fraction, ends.force.values.astype(float), two - first)
     measured = sums[[0, 2], [0, 2]] / (np.pi * reach**2)
     r, angle = reach * np.sqrt((np.arange(60) + 0.5) / 60.0), np.linspace(0, 2 * np.pi, 90)[:-1]
     x, z = r * np.cos(angle)[:, None], r * np.sin(angle)[:, None]
@@ -133,8 +133,10 @@ def test_stress_in_an_elastic_disc(own, elastic):
     np.testing.assert_allclose(measured, expected, rtol=0.5 / 12.0)
     # in the very middle it is the formula of the test, across the load
     middle = stress_of_point_loads(0.0, 0.0, force, radius)
-    np.testing.assert_allclose(middle, found.stress[-1] * found.length * np.array([1.0, -3.0]))
-    assert not own.diametral(elastic).passed
+    np.testing.assert_allclose(
+        middle, measurement.stress[-1] * measurement.length * np.array([1.0, -3.0])
+    )
+    assert not extension.diametral(elastic).passed
     rows = {row[0]: row[1] for row in analysis.tabulate(analysis.summarise(elastic))}
     assert rows["diametral strength"].startswith("at least")
 
@@ -142,44 +144,46 @@ def test_stress_in_an_elastic_disc(own, elastic):
 # -- what is found in the records ----------------------------------------------------------------
 
 
-def recorded(stress):
+def record_press(stress):
     """A run whose plates push with the forces of a nominal stress."""
     area = np.pi * 20e-6 * 10e-6 / 2.0
     force = np.zeros((len(stress) + 1, 6, 3))
     force[1:, 4, 2], force[1:, 5, 2] = np.array(stress) * area, -np.array(stress) * area
     height = 20e-6 * (1.0 - 1e-3 * np.arange(len(force)))
-    run = synthetic.made(scene="boundary: {kind: plates}", height=height, wall_force=force)
+    run = synthetic.make_run(scene="boundary: {kind: plates}", height=height, wall_force=force)
     run.attrs["sample"] = "{shape: lying cylinder, diameter: 20.0e-6, length: 10.0e-6}"
     snapshots = xr.Dataset({"radius": ("grain", np.full(100, RADIUS))})
     run._tree = xr.DataTree.from_dict({"snapshots": snapshots})
     return run
 
 
-def test_the_strength_is_the_first_maximum_that_the_force_stays_below(own):
+def test_the_strength_is_the_first_maximum_that_the_force_stays_below(extension):
     """A peak of 1 kPa, a lasting fall by 30 %, and a second rise when the remnant is pressed."""
     up, down = np.linspace(0, 1e3, 100), np.linspace(1e3, 7e2, 50)
-    again = np.concatenate([np.full(60, 7e2), np.linspace(7e2, 5e3, 99)])
-    found = own.diametral(recorded(np.concatenate([up, down, again])))
+    second_rise = np.concatenate([np.full(60, 7e2), np.linspace(7e2, 5e3, 99)])
+    measurement = extension.diametral(record_press(np.concatenate([up, down, second_rise])))
     # the mean over ten records about the peak, by hand: 5 of a slope of 10.1, 5 of one of 6.1 Pa
-    assert found.passed and found.strength == pytest.approx(1e3, rel=0.04)
-    assert found.strength_strain == pytest.approx(0.1, abs=5e-3)
-    small = np.concatenate([up, np.linspace(1e3, (1 - own.FALL + 0.05) * 1e3, 50), again[60:]])
-    found = own.diametral(recorded(small))
-    assert not found.passed and found.strength == pytest.approx(5e3, rel=0.05)
-    assert np.interp(0.05, found.strain, found.mean) == pytest.approx(500, rel=0.02)
+    assert measurement.passed and measurement.strength == pytest.approx(1e3, rel=0.04)
+    assert measurement.strength_strain == pytest.approx(0.1, abs=5e-3)
+    small = np.concatenate(
+        [up, np.linspace(1e3, (1 - extension.FALL + 0.05) * 1e3, 50), second_rise[60:]]
+    )
+    measurement = extension.diametral(record_press(small))
+    assert not measurement.passed and measurement.strength == pytest.approx(5e3, rel=0.05)
+    assert np.interp(0.05, measurement.strain, measurement.mean) == pytest.approx(500, rel=0.02)
     # a grain that slips between the plates: a fall by half that is over after 2 % of the diameter
     blip = np.concatenate([np.linspace(0, 500, 30), np.linspace(250, 500, 20), 0.5e3 + up])
-    assert not own.diametral(recorded(blip)).passed
+    assert not extension.diametral(record_press(blip)).passed
 
 
-def test_what_is_no_diametral_compression(own):
-    run = recorded([1.0] * 5)
+def test_what_is_no_diametral_compression(extension):
+    run = record_press([1.0] * 5)
     with pytest.raises(DustError, match="has 5 records of the force; allowed: 10 or more"):
-        own.diametral(run)
+        extension.diametral(run)
     run.attrs["sample"] = "{shape: cylinder}"
-    assert not own.is_diametral(run)
+    assert not extension.is_diametral(run)
     with pytest.raises(DustError, match="is no diametral compression, which needs a lying"):
-        own.diametral(run)
+        extension.diametral(run)
 
 
 MASS, _ = ref.mass_and_inertia()
@@ -192,7 +196,7 @@ OWN = "reissl2024/spin_up.py"
 
 @pytest.fixture(scope="module")
 def spin_up():
-    with bundled(OWN) as module:
+    with import_bundled(OWN) as module:
         yield module
 
 
@@ -220,15 +224,15 @@ def spun(spin_up, tmp_path_factory):
 @pytest.mark.long
 def test_a_chain_breaks_where_its_middle_pulls_with_the_largest_force(spin_up, spun):
     run, critical = spun
-    found = spin_up.spin_up(run)
-    assert spin_up.is_spun(run) and found.broken is not None and found.share[found.broken] == 0.5
+    spin = spin_up.spin_up(run)
+    assert spin_up.is_spun(run) and spin.broken is not None and spin.share[spin.broken] == 0.5
     # the step before the critical one, or that which swings beyond it
-    assert 0.95 * critical < found.rate[found.top] < 1.01 * critical
-    given = found.given[: found.broken] / critical
-    nearest = np.abs(given[:, None] - [0.0, *RATES]).min(axis=1)
+    assert 0.95 * critical < spin.rate[spin.top] < 1.01 * critical
+    rates = spin.given[: spin.broken] / critical
+    nearest = np.abs(rates[:, None] - [0.0, *RATES]).min(axis=1)
     # the moment of inertia is that of the chain already stretched by half of the critical rate
-    assert nearest.max() < 1e-3 and given[-1] >= 0.96
-    assert np.all(found.rate[: found.broken] <= 1.001 * found.given[: found.broken])
+    assert nearest.max() < 1e-3 and rates[-1] >= 0.96
+    assert np.all(spin.rate[: spin.broken] <= 1.001 * spin.given[: spin.broken])
     run, critical = spun
     numbers, failed = spin_up.SPIN_UP.evaluate(run)
     assert not failed and numbers["spin_broken"] and numbers["spin_rate"] < 1.01 * critical
@@ -247,9 +251,9 @@ def test_a_later_process_shows_them(spun, tmp_path):
     largest = f"{analysis.summarise(run)['spin_rate']:.3g}"
     for words in (["compare", run.path], ["plot", run.path, "-o", tmp_path]):
         with extensions_forgotten():
-            done = invoked(*words)
-            assert done.exit_code == 0 and "--extension" not in done.output
-            assert largest in done.stdout or (tmp_path / "spin_up.png").exists()
+            result = invoke(*words)
+            assert result.exit_code == 0 and "--extension" not in result.output
+            assert largest in result.stdout or (tmp_path / "spin_up.png").exists()
 
 
 @pytest.mark.long

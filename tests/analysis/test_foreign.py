@@ -3,7 +3,7 @@
 import netCDF4
 import pytest
 import synthetic
-from program import invoked
+from program import invoke
 
 from dusttaichi.analysis import open_run
 from dusttaichi.analysis.foreign import explain_foreign_errors
@@ -12,7 +12,7 @@ from dusttaichi.errors import DustError
 ESCAPE = "\x1b]0;evil\x07\x1b[31mred"
 
 
-def forged(path, change):
+def forge_result(path, change):
     """A result that another program has changed."""
     synthetic.plates_run(path)
     with netCDF4.Dataset(path, "a") as file:
@@ -56,15 +56,15 @@ COMMANDS = (["plot"], ["compare"], ["export", "--to", "extxyz"], ["render"], ["r
     ],
 )
 def test_every_command_says_it_in_a_sentence(tmp_path, name):
-    path = forged(tmp_path / "result.nc", CHANGES[name])
+    path = forge_result(tmp_path / "result.nc", CHANGES[name])
     for command, *options in COMMANDS:
         output = [] if command == "compare" else ["-o", tmp_path / f"{command}.png"]
-        done = invoked(command, path, *options, *output)
-        assert done.exception is None or isinstance(done.exception, (DustError, SystemExit)), (
+        result = invoke(command, path, *options, *output)
+        assert result.exception is None or isinstance(result.exception, (DustError, SystemExit)), (
             command,
-            done.exception,
+            result.exception,
         )
-        assert "\x1b" not in done.output + str(done.exception)
+        assert "\x1b" not in result.output + str(result.exception)
 
 
 def test_a_mistake_of_ours_stays_one(tmp_path):
@@ -72,7 +72,7 @@ def test_a_mistake_of_ours_stays_one(tmp_path):
     synthetic.plates_run(tmp_path / "result.nc")
     with pytest.raises(KeyError), explain_foreign_errors([tmp_path]):
         raise KeyError("pressure")
-    path = forged(tmp_path / "other.nc", CHANGES["escapes"])
+    path = forge_result(tmp_path / "other.nc", CHANGES["escapes"])
     with (
         pytest.raises(DustError, match="It has no attribute digest"),
         explain_foreign_errors([path]),

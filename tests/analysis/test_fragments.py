@@ -18,7 +18,7 @@ R = 0.6e-6
 NAN = float("nan")
 
 
-def opened(path, frames, radius=R, **options):
+def open_snapshots(path, frames, radius=R, **options):
     return analysis.open_run(snapshots.write(path / "result.nc", frames, radius, **options))
 
 
@@ -26,7 +26,7 @@ def opened(path, frames, radius=R, **options):
 
 
 @pytest.fixture(scope="module")
-def scattered(tmp_path_factory):
+def scattered_grains(tmp_path_factory):
     """80 grains of several sizes with random contacts: open file, frame, pairs."""
     rng = np.random.default_rng(4)
     pairs = rng.integers(0, 80, (55, 2))
@@ -36,46 +36,50 @@ def scattered(tmp_path_factory):
         for name, scale in (("position", 1e-5), ("velocity", 3.0), ("spin", 1e6))
     } | {"pairs": pairs}
     radius = R * rng.uniform(0.5, 1.5, 80)
-    with opened(tmp_path_factory.mktemp("f"), [frame], radius) as run:
+    with open_snapshots(tmp_path_factory.mktemp("f"), [frame], radius) as run:
         yield run, frame, radius
 
 
-def test_fragments_are_those_of_a_brute_force_search(scattered):
-    run, frame, radius = scattered
-    parts = analysis.find_fragments(run)
+def test_fragments_are_those_of_a_brute_force_search(scattered_grains):
+    run, frame, radius = scattered_grains
+    fragments = analysis.find_fragments(run)
     graph = coo_array((np.ones(len(frame["pairs"])), frame["pairs"].T), shape=(80, 80))
     count, label = connected_components(graph, directed=False)
     expected = {frozenset(np.flatnonzero(label == k)) for k in range(count)}
-    assert len(parts) == count > 5
-    found = [frozenset(np.flatnonzero(parts.label == k)) for k in range(count)]
-    assert set(found) == expected
-    assert np.all(np.diff(parts.mass) <= 0)
+    assert len(fragments) == count > 5
+    brute_fragments = [frozenset(np.flatnonzero(fragments.label == k)) for k in range(count)]
+    assert set(brute_fragments) == expected
+    assert np.all(np.diff(fragments.mass) <= 0)
     mass = 4 / 3 * np.pi * radius**3 * snapshots.DENSITY
-    for k, members in enumerate(found):
-        own = sorted(members)
-        m, x, v, w = (a[own] for a in (mass, frame["position"], frame["velocity"], frame["spin"]))
+    for k, members in enumerate(brute_fragments):
+        numbers = sorted(members)
+        m, x, v, w = (
+            a[numbers] for a in (mass, frame["position"], frame["velocity"], frame["spin"])
+        )
         total = m.sum()
         centre = sum(mi * xi for mi, xi in zip(m, x, strict=True)) / total
         velocity = sum(mi * vi for mi, vi in zip(m, v, strict=True)) / total
         momentum = sum(
             mi * np.cross(xi - centre, vi - velocity) + 0.4 * mi * ri**2 * wi
-            for mi, xi, vi, wi, ri in zip(m, x, v, w, radius[own], strict=True)
+            for mi, xi, vi, wi, ri in zip(m, x, v, w, radius[numbers], strict=True)
         )
         spread = sum(mi * (xi - centre) @ (xi - centre) for mi, xi in zip(m, x, strict=True))
-        assert parts.grains[k] == len(own)
+        assert fragments.grains[k] == len(numbers)
         # sums of up to eighty terms in another order: rounding, relative to their largest terms
-        np.testing.assert_allclose(parts.mass[k], total, rtol=1e-12)
-        np.testing.assert_allclose(parts.centre[k], centre, rtol=0, atol=1e-12 * 1e-5 * 10)
-        np.testing.assert_allclose(parts.velocity[k], velocity, rtol=0, atol=1e-12 * 30)
+        np.testing.assert_allclose(fragments.mass[k], total, rtol=1e-12)
+        np.testing.assert_allclose(fragments.centre[k], centre, rtol=0, atol=1e-12 * 1e-5 * 10)
+        np.testing.assert_allclose(fragments.velocity[k], velocity, rtol=0, atol=1e-12 * 30)
         scale = total * 1e-5 * 3.0
-        np.testing.assert_allclose(parts.angular_momentum[k], momentum, rtol=0, atol=1e-11 * scale)
+        np.testing.assert_allclose(
+            fragments.angular_momentum[k], momentum, rtol=0, atol=1e-11 * scale
+        )
         rg = np.sqrt(spread / total)
-        np.testing.assert_allclose(parts.radius_of_gyration[k], rg, rtol=1e-9, atol=1e-18)
+        np.testing.assert_allclose(fragments.radius_of_gyration[k], rg, rtol=1e-9, atol=1e-18)
 
 
 def test_equal_fragments_come_in_the_order_of_their_first_grain(tmp_path):
     frame = {"position": np.arange(18.0).reshape(6, 3) * 1e-6, "pairs": [[3, 4], [1, 5]]}
-    with opened(tmp_path, [frame]) as run:
+    with open_snapshots(tmp_path, [frame]) as run:
         assert analysis.find_fragments(run).label.tolist() == [2, 0, 3, 1, 1, 0]
 
 
@@ -97,16 +101,16 @@ def test_a_fragment_across_periodic_faces_is_one_piece(tmp_path):
     }
     free = frame | {"position": chain[order]}
     with (
-        opened(tmp_path / "a", [frame], box=box, periodic="x y z") as run,
-        opened(tmp_path / "b", [free]) as straight,
+        open_snapshots(tmp_path / "a", [frame], box=box, periodic="x y z") as run,
+        open_snapshots(tmp_path / "b", [free]) as straight,
     ):
-        own, expected = analysis.find_fragments(run), analysis.find_fragments(straight)
-        assert len(own) == 1
+        fragments, expected = analysis.find_fragments(run), analysis.find_fragments(straight)
+        assert len(fragments) == 1
         # rounding of wrapped coordinates
         for name in ("radius_of_gyration", "angular_momentum"):
             values = getattr(expected, name)
-            np.testing.assert_allclose(getattr(own, name), values, rtol=1e-9)
-        shift = (own.centre - expected.centre) / edge
+            np.testing.assert_allclose(getattr(fragments, name), values, rtol=1e-9)
+        shift = (fragments.centre - expected.centre) / edge
         np.testing.assert_allclose(shift, np.round(shift), atol=1e-9)
 
 
@@ -116,11 +120,11 @@ def test_filling_factor_of_a_ball_of_a_lattice(tmp_path):
     grid = grid[np.linalg.norm(grid, axis=1) < 9.3] * 2 * R
     chain = np.stack([np.arange(len(grid) - 1), np.arange(1, len(grid))], axis=1)
     thin = {"position": 1.5 * grid, "pairs": chain}
-    with opened(tmp_path, [thin, {"position": grid, "pairs": chain}]) as run:
-        parts = analysis.find_fragments(run)
+    with open_snapshots(tmp_path, [thin, {"position": grid, "pairs": chain}]) as run:
+        fragments = analysis.find_fragments(run)
         # the number of lattice points in a ball of radius 9.3 is within 2 % of its volume
-        assert parts.filling_factor[0] == pytest.approx(np.pi / 6, rel=0.03)
-        assert parts.characteristic_radius[0] == pytest.approx(9.3 * 2 * R, rel=0.02)
+        assert fragments.filling_factor[0] == pytest.approx(np.pi / 6, rel=0.03)
+        assert fragments.characteristic_radius[0] == pytest.approx(9.3 * 2 * R, rel=0.02)
         change = analysis.measure_compaction(run)
         assert change.ratio == pytest.approx(1.5**3)  # exact: all distances by one factor
         assert change.radius_of_gyration[0] / change.radius_of_gyration[1] == pytest.approx(1.5)
@@ -133,7 +137,7 @@ def test_growth_efficiency_and_spectrum(tmp_path):
     x = np.arange(60.0).reshape(20, 3) * 1e-6
     pieces = ((0, 14), (14, 20)), ((0, 17), (17, 20)), ((0, 11), (14, 20)), ((0, 20),)
     frames = [{"position": x, "pairs": links(*ranges)} for ranges in pieces]
-    with opened(tmp_path, frames) as run:
+    with open_snapshots(tmp_path, frames) as run:
         # target 14, projectile 6: it gains 3, loses 3, takes all
         assert analysis.measure_growth_efficiency(run, last=1) == pytest.approx(3 / 6)
         assert analysis.measure_growth_efficiency(run, last=2) == pytest.approx(-3 / 6)
@@ -141,16 +145,16 @@ def test_growth_efficiency_and_spectrum(tmp_path):
         with pytest.raises(DustError, match="has 1 fragments"):
             analysis.measure_growth_efficiency(run, first=3)
         spectrum = analysis.compute_mass_spectrum(analysis.find_fragments(run, 2), bins=4)
-        one = 4 / 3 * np.pi * R**3 * snapshots.DENSITY
-        np.testing.assert_allclose(spectrum.mass / one, [1, 1, 1, 6, 11])
+        mass = 4 / 3 * np.pi * R**3 * snapshots.DENSITY
+        np.testing.assert_allclose(spectrum.mass / mass, [1, 1, 1, 6, 11])
         assert spectrum.count.tolist() == [5, 4, 3, 2, 1]
         np.testing.assert_allclose(spectrum.mass_fraction, np.array([20, 19, 18, 17, 11]) / 20)
         assert spectrum.histogram.tolist() == [3, 0, 1, 1] and len(spectrum.edges) == 5
         (axes,) = plots.mass_spectrum([spectrum], ["made"]).axes
         assert "fragments" in axes.get_ylabel() and axes.get_xscale() == "log"
         # the largest holds 11 of 20 grains, whatever was there before
-        before = analysis.compute_mass_spectrum(analysis.find_fragments(run, 0))
-        both = plots.mass_spectrum([before, spectrum]).axes[0].lines
+        first_spectrum = analysis.compute_mass_spectrum(analysis.find_fragments(run, 0))
+        both = plots.mass_spectrum([first_spectrum, spectrum]).axes[0].lines
         ends = [line.get_xdata()[-1] for line in both if len(line.get_xdata()) > 1]
         assert ends == pytest.approx([14 / 20, 11 / 20])
         with pytest.raises(DustError, match="no snapshot 9; allowed: 0 to 3"):
@@ -171,7 +175,7 @@ def wave(tmp_path, speed, push=1e-9, walls=None):
         moved = np.clip((n * dt - x[:, 0] / speed) / 2e-9, 0.0, 1.0) * push
         here = [-R + moved[0], NAN, NAN, NAN, NAN, NAN]
         frames.append({"position": x + moved[:, None] * [0.6, 0.8, 0.0], "box": here})
-    return opened(tmp_path, frames, dt=dt, box=walls and box)
+    return open_snapshots(tmp_path, frames, dt=dt, box=walls and box)
 
 
 @pytest.mark.parametrize("speed", [pytest.param(300.0, marks=pytest.mark.long), 513.8])
@@ -179,18 +183,18 @@ def wave(tmp_path, speed, push=1e-9, walls=None):
 def test_sound_speed_of_a_wave(tmp_path, speed, threshold):
     with wave(tmp_path, speed) as run:
         arrivals = analysis.measure_arrival(run, 0, **threshold)
-        part = threshold.get("fraction", 0.4)
+        fraction = threshold.get("fraction", 0.4)
         assert arrivals.push == pytest.approx(1e-9) and arrivals.threshold == pytest.approx(
-            part * 1e-9
+            fraction * 1e-9
         )
         # the ramp is straight from its start to the snapshot after the crossing, so that the
         # interpolation is exact: rounding of displacements, 1e-20 m of 1e-9 m, remains
-        expected = arrivals.distance / speed + part * 2e-9
+        expected = arrivals.distance / speed + fraction * 2e-9
         assert not np.isnan(arrivals.time).any()
         np.testing.assert_allclose(arrivals.time, expected, rtol=0, atol=1e-9 * 2e-9)
         fit = analysis.fit_sound_speed(arrivals)
         assert fit.speed == pytest.approx(speed, rel=1e-8)
-        assert fit.delay == pytest.approx(part * 2e-9, rel=1e-6) and fit.grains == 39
+        assert fit.delay == pytest.approx(fraction * 2e-9, rel=1e-6) and fit.grains == 39
         np.testing.assert_allclose(
             arrivals.speed[1:], arrivals.distance[1:] / expected[1:], rtol=1e-6
         )
@@ -222,7 +226,7 @@ def test_a_wall_that_pushes(tmp_path):
             analysis.measure_arrival(run, "top")
         with pytest.raises(DustError, match="no grain 40; allowed: 0 to 39"):
             analysis.measure_arrival(run, 40)
-    with opened(tmp_path / "still", [{"position": np.eye(3) * 1e-5}] * 3) as run:
+    with open_snapshots(tmp_path / "still", [{"position": np.eye(3) * 1e-5}] * 3) as run:
         with pytest.raises(DustError, match="is not displaced"):
             analysis.measure_arrival(run, 0)
         arrivals = analysis.measure_arrival(run, 0, threshold=1e-10)
@@ -234,7 +238,7 @@ def test_a_wall_that_pushes(tmp_path):
 # Restitution.
 
 
-def collision(tmp_path, after, pairs_after, offset=0.0):
+def collision(tmp_path, final_velocities, pairs_after, offset=0.0):
     """Two dimers that meet along x at 3 + 1 m/s, and part again with the velocities `after`."""
     half = np.array([[0.0, -R, 0.0], [0.0, R, 0.0]])
     v = np.repeat([[3.0, 0.5, 0.0], [-1.0, 0.5, 0.0]], 2, axis=0)
@@ -245,29 +249,29 @@ def collision(tmp_path, after, pairs_after, offset=0.0):
         frames.append(
             {
                 "position": x,
-                "velocity": v if n <= 0 else np.repeat(after, 2, axis=0),
+                "velocity": v if n <= 0 else np.repeat(final_velocities, 2, axis=0),
                 "pairs": pairs_after if n > 0 else [[0, 1], [2, 3]],
             }
         )
-    return opened(tmp_path, frames)
+    return open_snapshots(tmp_path, frames)
 
 
 @pytest.mark.parametrize(
-    "after, offset, before, back",
+    "final_velocities, offset, approach_speed, back",
     [
         ([[0.0, 0.5, 0.0], [2.0, 0.5, 0.0]], 0.0, 4.0, 2.0),
         # beside each other by 2r, so the normal is at 45 degrees; a sliding motion does not count
         ([[1.0, -1.5, 0.3], [1.0, 2.5, 0.0]], 2 * R, 8**0.5, 8**0.5),
     ],
 )
-def test_restitution_of_two_aggregates(tmp_path, after, offset, before, back):
-    with collision(tmp_path, after, [[0, 1], [2, 3]], offset) as run:
+def test_restitution_of_two_aggregates(tmp_path, final_velocities, offset, approach_speed, back):
+    with collision(tmp_path, final_velocities, [[0, 1], [2, 3]], offset) as run:
         result = analysis.measure_restitution(run)
         assert not result.sticks
         # floats as they were put in
         speeds = result.approach_speed, result.separation_speed
-        assert speeds == (pytest.approx(before), pytest.approx(back))
-        assert result.coefficient == pytest.approx(back / before)
+        assert speeds == (pytest.approx(approach_speed), pytest.approx(back))
+        assert result.coefficient == pytest.approx(back / approach_speed)
         if not offset:
             np.testing.assert_allclose(np.abs(result.normal), [1.0, 0.0, 0.0], atol=1e-12)
         with pytest.raises(DustError, match="do not approach"):
@@ -282,8 +286,8 @@ def test_bodies_that_have_not_touched_have_no_restitution(tmp_path):
 
 
 def test_sticking(tmp_path):
-    after = [[1.0, 0.5, 0.0]] * 2
-    with collision(tmp_path, after, [[0, 1], [1, 2], [2, 3]]) as run:
+    final_velocities = [[1.0, 0.5, 0.0]] * 2
+    with collision(tmp_path, final_velocities, [[0, 1], [1, 2], [2, 3]]) as run:
         assert (
             analysis.measure_restitution(run).sticks
             and analysis.measure_restitution(run).coefficient == 0.0
@@ -303,7 +307,7 @@ def test_restitution_on_a_moving_wall(tmp_path, wall, axis, sign):
         v[0, axis] = sign * (-1.0 if n < 10 else 0.8)
         frames.append({"position": np.ones((1, 3)) * 1e-6, "velocity": v, "box": box})
     frames.append(frames[-1] | {"touching": [(0, side)]})
-    with opened(tmp_path, frames, box=np.full(6, NAN), dt=dt) as run:
+    with open_snapshots(tmp_path, frames, box=np.full(6, NAN), dt=dt) as run:
         result = analysis.measure_wall_restitution(run, wall, last=18)
         speeds = result.approach_speed, result.separation_speed
         assert speeds == (pytest.approx(1.2), pytest.approx(0.6))
@@ -338,16 +342,16 @@ def cubic(n):
 def test_the_pores_of_a_simple_cubic_lattice():
     """The largest sphere sits in the middle of eight grains, of radius sqrt(3) - 1; the points that
     it holds have that pore, and few more one that is nearly as large."""
-    found = measure_frame_pores(frame(cubic(3), np.ones(27), np.full(3, 6.0)), 3000)
+    pores = measure_frame_pores(frame(cubic(3), np.ones(27), np.full(3, 6.0)), 3000)
     void = 1.0 - np.pi / 6.0
-    assert found.void == pytest.approx(void, abs=3.0 * found.void_error)
-    assert found.void_error == pytest.approx(np.sqrt(void * (1.0 - void) / 3000), rel=0.05)
+    assert pores.void == pytest.approx(void, abs=3.0 * pores.void_error)
+    assert pores.void_error == pytest.approx(np.sqrt(void * (1.0 - void) / 3000), rel=0.05)
     # the last steps are 0.02 long
-    assert found.largest == pytest.approx(3**0.5 - 1.0, abs=0.01)
-    share = np.interp(0.97 * found.largest, found.radius, found.share)
+    assert pores.largest == pytest.approx(3**0.5 - 1.0, abs=0.01)
+    fraction = np.interp(0.97 * pores.largest, pores.radius, pores.share)
     sphere = 4 / 3 * np.pi * (3**0.5 - 1.0) ** 3 / (8.0 * void)
-    assert sphere - 0.04 < share < sphere + 0.12
-    assert found.share[0] == 1.0 and np.all(np.diff(found.share) <= 0.0)
+    assert sphere - 0.04 < fraction < sphere + 0.12
+    assert pores.share[0] == 1.0 and np.all(np.diff(pores.share) <= 0.0)
 
 
 def test_walls_and_unequal_grains():
@@ -355,10 +359,10 @@ def test_walls_and_unequal_grains():
     grain, or all walls."""
     edge, a = 8.0, 3.0
     one = frame(np.full((1, 3), a), np.array([a]), np.full(3, edge), periodic=False)
-    found = measure_frame_pores(one, 400)
+    pores = measure_frame_pores(one, 400)
     # sqrt(3) (edge - R - a) = R + a
-    wanted = (3**0.5 * (edge - a) - a) / (1 + 3**0.5)
-    assert found.largest == pytest.approx(wanted, rel=0.02)
+    expected = (3**0.5 * (edge - a) - a) / (1 + 3**0.5)
+    assert pores.largest == pytest.approx(expected, rel=0.02)
     rng = np.random.default_rng(3)
     x, r = 10.0 * rng.random((60, 3)), rng.uniform(0.1, 1.5, 60)
     mixed = frame(x, r, np.full(3, 10.0))
@@ -392,8 +396,11 @@ def test_dimension_of_a_plate_across_a_face(tmp_path):
     frames = [{"position": position, "pairs": pairs}]
     snapshots.write(tmp_path / "result.nc", frames, 0.6e-6, box=box, periodic="x")
     with analysis.open_run(tmp_path) as run:
-        found = analysis.fit_fragment_dimension(run)
-        assert found.dimension == pytest.approx(2.0, abs=0.1) and found.grains == n * n
+        fragment_dimension = analysis.fit_fragment_dimension(run)
+        assert (
+            fragment_dimension.dimension == pytest.approx(2.0, abs=0.1)
+            and fragment_dimension.grains == n * n
+        )
         plots.fragment_dimension(run)
         with pytest.raises(DustError, match="There is no fragment 1; allowed: 0 to 0"):
             analysis.fit_fragment_dimension(run, fragment=1)
@@ -425,8 +432,8 @@ def test_a_lattice_has_its_shells():
     width = FARTHEST / BINS
     shells = g * 4 / 3 * np.pi * ((r + width / 2) ** 3 - (r - width / 2) ** 3)
     assert g.min() == 0.0 and not g[r < 1.0].any()  # a grain is no neighbour of itself
-    held = shells[shells > 1e-9][:3]
-    np.testing.assert_allclose(held / 1.01**3, [6, 12, 8], rtol=1e-9)
+    first_shells = shells[shells > 1e-9][:3]
+    np.testing.assert_allclose(first_shells / 1.01**3, [6, 12, 8], rtol=1e-9)
     assert not error.any()
 
 

@@ -5,7 +5,7 @@ import pytest
 import synthetic
 import xarray as xr
 import yaml
-from synthetic import made
+from synthetic import make_run
 
 from dusttaichi import analysis
 from dusttaichi.analysis import (
@@ -31,7 +31,7 @@ SCENE = "boundary: {kind: box, pressure: 5 kPa}"
 def run(scene="", stages="", **variables):
     length = len(next(iter(variables.values())))
     attrs = {"stages": stages} if stages else {}
-    return made(np.linspace(0.0, 1e-5, length), scene, attrs, **variables)
+    return make_run(np.linspace(0.0, 1e-5, length), scene, attrs, **variables)
 
 
 def triaxial_run(drive, stress, length):
@@ -45,7 +45,7 @@ def triaxial_run(drive, stress, length):
 HELD = "boundary: {kind: periodic, stress: [free, free, %s Pa]}"
 
 
-def sheared(load, strength, scene=HELD):
+def shear_cell(load, strength, scene=HELD):
     """A cell that yields at once at this normal stress, as prescribed, and this strength [Pa]."""
     stress = np.zeros((N, 3, 3))
     stress[:, 0, 2] = stress[:, 2, 0] = -strength  # against the way of the image above
@@ -76,25 +76,27 @@ def cyclic(drive=""):
 def test_a_line_of_friction_needs_a_prescribed_compressive_normal_stress():
     """At constant volume the normal stress is what comes of it; a tensile one has no friction."""
     free = [cyclic(), cyclic(", stress: [-LOAD, -LOAD, free]"), cyclic(", strain_rate: 1")]
-    for one in free:
-        assert fit_friction(measure_shear_tests(one)) is None and len(shear(one).axes) == 1
+    for free_run in free:
+        assert (
+            fit_friction(measure_shear_tests(free_run)) is None and len(shear(free_run).axes) == 1
+        )
     for drive in (", stress: [free, free, -LOAD]", ", stress: -LOAD", ", pressure: LOAD"):
         assert fit_friction(measure_shear_tests(cyclic(drive))).slope == pytest.approx(
             0.0, abs=1e-9
         )
-    tensile = [measure_shear_tests(sheared(load, 2e3))[0] for load in (-2e3, -5e3)]
+    tensile = [measure_shear_tests(shear_cell(load, 2e3))[0] for load in (-2e3, -5e3)]
     assert (
         fit_friction(tensile) is None
-        and fit_friction([*tensile, *measure_shear_tests(sheared(1e3, 1.0))]) is None
+        and fit_friction([*tensile, *measure_shear_tests(shear_cell(1e3, 1.0))]) is None
     )
 
 
 def test_shear_there_and_back_is_a_loop():
     """Against the total shear strain, with the sign of the stress."""
-    first, back, again = measure_shear_tests(cyclic())
-    assert [one.direction for one in (first, back, again)] == [1.0, -1.0, 1.0]
+    first, back, repeated = measure_shear_tests(cyclic())
+    assert [test.direction for test in (first, back, repeated)] == [1.0, -1.0, 1.0]
     assert back.total_strain[[0, -1]] == pytest.approx([0.2, -0.2])
-    assert again.total_strain[-1] == pytest.approx(0.0)
+    assert repeated.total_strain[-1] == pytest.approx(0.0)
     axes = shear(cyclic()).axes[0]
     forth, and_back = axes.lines[:2]
     np.testing.assert_allclose(and_back.get_xdata(), back.total_strain)
@@ -104,18 +106,20 @@ def test_shear_there_and_back_is_a_loop():
 
 
 def test_strength_and_friction():
-    found = [measure_shear_tests(sheared(load, 1e3 + 0.5 * load))[0] for load in (2e3, 5e3, 1e4)]
-    assert [one.strength for one in found] == pytest.approx([2e3, 3.5e3, 6e3])
-    assert [one.load for one in found] == pytest.approx([2e3, 5e3, 1e4])
-    assert (found[0].strain >= 0.0).all() and found[0].density == pytest.approx(0.3)
-    fit = fit_friction(found)
+    shear_tests = [
+        measure_shear_tests(shear_cell(load, 1e3 + 0.5 * load))[0] for load in (2e3, 5e3, 1e4)
+    ]
+    assert [test.strength for test in shear_tests] == pytest.approx([2e3, 3.5e3, 6e3])
+    assert [test.load for test in shear_tests] == pytest.approx([2e3, 5e3, 1e4])
+    assert (shear_tests[0].strain >= 0.0).all() and shear_tests[0].density == pytest.approx(0.3)
+    fit = fit_friction(shear_tests)
     assert fit.cohesion == pytest.approx(1e3) and fit.angle == pytest.approx(26.565, abs=1e-3)
-    assert fit_friction(found[:1]) is None
+    assert fit_friction(shear_tests[:1]) is None
     assert (
-        shear(sheared(2e3, 2e3), [sheared(5e3, 3e3)]).axes[0].get_xlabel()
+        shear(shear_cell(2e3, 2e3), [shear_cell(5e3, 3e3)]).axes[0].get_xlabel()
         == "shear strain of the stage"
     )
-    assert len(shear(sheared(2e3, 2e3)).axes) == 1  # one strength is no line
+    assert len(shear(shear_cell(2e3, 2e3)).axes) == 1  # one strength is no line
     with pytest.raises(DustError, match="no stage shears"):
         measure_shear_tests(run(filling_factor=np.full(N, 0.3)))
 
@@ -131,21 +135,21 @@ def test_a_wall_that_comes_down_has_not_sheared():
         measure_shear_tests(still)
     way = np.linspace(0.0, 1e-6, N)
     moved = run(shear_strain=way / height, **data)
-    (found,) = measure_shear_tests(moved)
+    (shear_test,) = measure_shear_tests(moved)
     # the integral of dx / h with h = 6 - 2 x: ln(6/4) / 2
-    assert found.strain[-1] == pytest.approx(0.5 * np.log(1.5), rel=1e-3)
-    assert found.strength == pytest.approx(1e3) and found.load == pytest.approx(5e3)
+    assert shear_test.strain[-1] == pytest.approx(0.5 * np.log(1.5), rel=1e-3)
+    assert shear_test.strength == pytest.approx(1e3) and shear_test.load == pytest.approx(5e3)
 
 
 def test_controlled_loads():
     phi = 0.2 * np.exp(np.linspace(0.0, 1e-3, N))
     stress = -np.eye(3) * np.linspace(0.0, 1.0, N).clip(max=0.5)[:, None, None] * 1e4
-    one = run(SCENE, stress=stress, filling_factor=phi)
-    (load,) = measure_controlled_loads(one)
+    loaded_run = run(SCENE, stress=stress, filling_factor=phi)
+    (load,) = measure_controlled_loads(loaded_run)
     assert load.pressure == pytest.approx(5e3) and load.prescribed == 5e3 and not load.missed
     assert load.overshoot == pytest.approx(0.0, abs=1e-12)
     assert load.creep == pytest.approx(1e-3 / 1e-5)
-    assert len(loads(one, [one], repeats=[one]).axes) == 1
+    assert len(loads(loaded_run, [loaded_run], repeats=[loaded_run]).axes) == 1
     low = run(SCENE, stress=0.2 * stress, filling_factor=phi)
     assert measure_controlled_loads(low)[0].missed and loads(low).axes[0].get_xlim()[0] < 0.2
     with pytest.raises(DustError, match="no stage controls a pressure"):
@@ -159,9 +163,9 @@ def test_triaxial_test_and_the_circles_of_mohr():
         stress = -np.eye(3) * np.ones(N)[:, None, None] * load
         stress[:, 2, 2] -= 1e3 + 1.5 * load
         one = triaxial_run(f"-{load} Pa", stress, np.exp(-np.linspace(0.0, 0.2, N)))
-        (found,) = measure_triaxial_tests(one)
-        assert found.axis == "z" and found.strain[-1] == pytest.approx(0.2)
-        parts.append(found)
+        (triaxial_test,) = measure_triaxial_tests(one)
+        assert triaxial_test.axis == "z" and triaxial_test.strain[-1] == pytest.approx(0.2)
+        parts.append(triaxial_test)
     assert [one.strength for one in parts] == pytest.approx([8.5e3, 3.1e4])
     line = fit_friction(parts)
     assert line.triaxial_angle == pytest.approx(np.degrees(np.arcsin(1.5 / 3.5)))
@@ -177,20 +181,20 @@ def test_triaxial_test_and_the_circles_of_mohr():
     drawn = triaxial(one, [one]).axes[2]
     assert len(drawn.lines) == 2  # one load: no line of friction
     with pytest.raises(DustError, match="no stage is a triaxial test"):
-        measure_triaxial_tests(sheared(2e3, 2e3))
+        measure_triaxial_tests(shear_cell(2e3, 2e3))
 
 
-@pytest.mark.parametrize("found", [4.4e3, 5.6e3])
-def test_a_strength_under_another_load_is_no_strength(found):
+@pytest.mark.parametrize("result", [4.4e3, 5.6e3])
+def test_a_strength_under_another_load_is_no_strength(result):
     """The deviator of a sample that is confined by more than was prescribed measures nothing."""
-    stress = -np.eye(3) * np.ones(N)[:, None, None] * found
+    stress = -np.eye(3) * np.ones(N)[:, None, None] * result
     stress[:, 2, 2] -= 2e3
     one = triaxial_run("-5 kPa", stress, np.exp(-np.arange(N) / N))
     (test,) = measure_triaxial_tests(one)
     assert test.missed and not test.has_friction
     numbers = summarise(one)
     assert numbers["triaxial_strength"] is None
-    assert numbers["missed_loads"] == [("test", pytest.approx(found), 5e3)]
+    assert numbers["missed_loads"] == [("test", pytest.approx(result), 5e3)]
     assert any(row[1].endswith("instead of 5 kPa") for row in tabulate(numbers))
 
 
@@ -199,8 +203,8 @@ def test_a_mere_release_is_no_stretch():
     for way, pulled in ((5e-4, False), (5e-3, True)):
         stress = np.zeros((N, 3, 3))
         stress[:, 2, 2] = np.linspace(-1e2, 5e2, N)
-        one = run(stress=stress, filling_factor=0.3 / np.linspace(1.0, 1.0 + way, N))
-        assert one.stretches is pulled and not one.compresses
+        released_run = run(stress=stress, filling_factor=0.3 / np.linspace(1.0, 1.0 + way, N))
+        assert released_run.stretches is pulled and not released_run.compresses
 
 
 PHI0, LAYER, HEIGHT, SPEED = 0.15, 0.55, 40e-6, 5.0
@@ -237,24 +241,28 @@ def plough(speed=SPEED, points=400, bins=40, kind="box"):
         {"profile_time": ("profile", time[shown]), "bin_height": ("bin", 0.5 * (lower + upper))},
     )
     series = {"filling_factor": phi, "height": height, "pressure": pressure}
-    return synthetic.made(time, yaml.safe_dump(scene(kind)), profiles=profiles, **series)
+    return synthetic.make_run(time, yaml.safe_dump(scene(kind)), profiles=profiles, **series)
 
 
-def scene(kind):
-    return {"boundary": {"kind": kind}, "material": {"name": "s", **NAMED["silicate_s12"]}}
+def scene(load_kind):
+    return {"boundary": {"kind": load_kind}, "material": {"name": "s", **NAMED["silicate_s12"]}}
 
 
 def test_plateau_front_and_layer():
-    found = fast.measure_dynamic_compression(plough())
-    assert found.speed == pytest.approx(SPEED)
+    dynamic_compression = fast.measure_dynamic_compression(plough())
+    assert dynamic_compression.speed == pytest.approx(SPEED)
     # within its own standard error; the scatter put in is 0.02 dex of some 200 records
-    assert abs(found.plateau - MOMENTUM) < 4 * found.plateau_sigma < 0.02 * MOMENTUM
+    assert (
+        abs(dynamic_compression.plateau - MOMENTUM)
+        < 4 * dynamic_compression.plateau_sigma
+        < 0.02 * MOMENTUM
+    )
     # a bin of 1 um lies across the front, which moves by 20 um on the plateau
-    assert found.front == pytest.approx(FRONT, rel=0.02)
-    assert found.layer == pytest.approx(LAYER, abs=0.02)
+    assert dynamic_compression.front == pytest.approx(FRONT, rel=0.02)
+    assert dynamic_compression.layer == pytest.approx(LAYER, abs=0.02)
     # this layer is a little less dense than phi2 = 0.58
     closed = DENSITY * PHI0 * SPEED**2 / (1 - PHI0 / 0.58)
-    assert found.momentum == pytest.approx(closed, rel=1e-6)
+    assert dynamic_compression.momentum == pytest.approx(closed, rel=1e-6)
     # one pressure at every filling factor has no width in lg P
     assert fast.measure_dynamic_compression(plough()).fits["plateau", "bins"] is None
 
@@ -265,15 +273,15 @@ def test_fits_depend_on_range_and_weights():
     law = dynamic_law(SPEED)
     phi = np.linspace(0.16, 0.56, 400)
     closing = 10 ** np.clip((phi - 0.45) / 0.05, 0.0, None)  # a decade each 0.05
-    run = synthetic.made(filling_factor=phi, pressure=law.pressure(phi) * closing)
+    run = synthetic.make_run(filling_factor=phi, pressure=law.pressure(phi) * closing)
     curve = analysis.measure_compression_curve(run)
     early = analysis.fit_compression(curve, phi_high=0.4)
     assert early.p_m == pytest.approx(law.p_m, rel=1e-2)
     assert early.delta == pytest.approx(law.delta, rel=2e-2)
-    whole = analysis.fit_compression(curve)
-    assert whole.delta > 1.2 * early.delta
+    full_fit = analysis.fit_compression(curve)
+    assert full_fit.delta > 1.2 * early.delta
     decades = analysis.fit_compression(curve, weights="decades")
-    assert decades.delta > 1.2 * whole.delta
+    assert decades.delta > 1.2 * full_fit.delta
 
 
 def test_the_law_beside_is_that_of_the_speed():
@@ -293,7 +301,7 @@ def test_the_law_beside_is_that_of_the_speed():
 def test_rows_of_the_summary_and_columns_of_a_comparison(tmp_path):
     numbers, failed = FAST.of(plough())
     shown = [row for number in FAST.numbers for row in number.table_rows(numbers)]
-    assert not failed and [what for what, *_ in shown][-2:] == [
+    assert not failed and [title for title, *_ in shown][-2:] == [
         "plateau of the pressure, phi 0.2-0.4",
         "compaction front",
     ]
@@ -312,14 +320,14 @@ def test_the_share_of_a_stage_in_which_its_load_was_missed():
     pressure[:, 5] = [0.0, 3e3, 2e3, 3.9e3, 4e3, 4.1e3, 4.3e3, 4e3, 4e3, 4e3, 4e3, 4e3]
     step = np.array([0, 100, 150, *range(250, 1150, 100)])
     stage = np.repeat([0, 1], [2, 10])
-    held = run(scene, " ".join(names), stage=stage, pressure=pressure, step=step)
-    (control,) = analysis.measure_load_control(held)
+    control_run = run(scene, " ".join(names), stage=stage, pressure=pressure, step=step)
+    (control,) = analysis.measure_load_control(control_run)
     assert control.stage == "hold"
     assert control.missed_share == pytest.approx(150 / 950)
     assert (control.lowest, control.highest) == pytest.approx((0.5, 1.075))
-    rows = tabulate(summarise(held))
+    rows = tabulate(summarise(control_run))
     assert any("within 5% in hold" in row[0] and row[1].startswith("84%") for row in rows)
-    assert summarise(held)["load_missed_share"] == pytest.approx(150 / 950)
+    assert summarise(control_run)["load_missed_share"] == pytest.approx(150 / 950)
     stress = np.zeros((N, 3, 3))
     stress[:, 0, 0], stress[: N // 2, 1, 1] = -2e3, 150.0
     mixed = run("boundary: {kind: periodic, stress: [-2 kPa, 0 Pa, free]}", stress=stress)

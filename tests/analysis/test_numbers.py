@@ -7,7 +7,7 @@ import pytest
 import synthetic
 from matplotlib.figure import Figure
 from program import dust
-from scenes import EXAMPLES, edited, extensions_forgotten
+from scenes import EXAMPLES, edit_base, extensions_forgotten
 
 from dusttaichi import analysis, plots, report
 from dusttaichi.analysis import ensemble_tables as tables
@@ -27,31 +27,32 @@ OWN = EXAMPLES / "loss_per_grain.py"
 
 
 @pytest.fixture
-def own():
+def extension():
     """This process forgets the rows of the file again."""
     with extensions_forgotten():
         yield
 
 
-def made(path, seed=0):
+def write_run(path, seed=0):
     path.parent.mkdir(parents=True, exist_ok=True)
     return synthetic.compression_run(path, seed=seed)
 
 
-def test_one_file_adds_a_number_with_its_figure(own, tmp_path, monkeypatch):
+def test_one_file_adds_a_number_with_its_figure(extension, tmp_path, monkeypatch):
     monkeypatch.setattr(page, "collect_particles", lambda run: None)
     options.import_files([OWN])
     runs = [
-        analysis.open_run(made(tmp_path / name / "result.nc", n)) for n, name in enumerate("ab")
+        analysis.open_run(write_run(tmp_path / name / "result.nc", n))
+        for n, name in enumerate("ab")
     ]
     lost = sum(float(loss[-1]) for loss in analysis.compute_ledger(runs[0]).losses.values()) / 1000
     value = f"{lost * 1e15:.4g} fJ"
     assert analysis.summarise(runs[0])["loss_per_grain"] == pytest.approx(lost)
     assert ("energy lost per grain", value, "") in analysis.tabulate(analysis.summarise(runs[0]))
     assert dict(format_columns(analysis.compare(runs)))["loss per grain"][0] == value
-    (one,) = report.collect_report_data(runs[:1])["runs"]
-    assert ["energy lost per grain", value, ""] in one["table"]
-    assert {f["name"]: f["title"] for f in one["figures"]}[
+    (run_data,) = report.collect_report_data(runs[:1])["runs"]
+    assert ["energy lost per grain", value, ""] in run_data["table"]
+    assert {f["name"]: f["title"] for f in run_data["figures"]}[
         "loss_per_grain"
     ] == "Energy lost per grain"
     assert "loss_per_grain" in plots.draw_figures(runs[0])
@@ -64,15 +65,15 @@ def test_one_file_adds_a_number_with_its_figure(own, tmp_path, monkeypatch):
     assert convert_ensemble(data)["points"][0]["numbers"]["loss_per_grain"]["runs"] == 2
 
 
-def test_the_file_is_named_to_the_commands(own, tmp_path, capsys):
-    paths = [made(tmp_path / name / "result.nc", n) for n, name in enumerate("ab")]
+def test_the_file_is_named_to_the_commands(extension, tmp_path, capsys):
+    paths = [write_run(tmp_path / name / "result.nc", n) for n, name in enumerate("ab")]
     dust("compare", *paths, "--json", "--extension", OWN)
     data = json.loads(capsys.readouterr().out)
     assert data["schema"] == 1 and [run["name"] for run in data["runs"]] == ["test", "test"]
-    found = data["runs"][0]["numbers"]
-    assert found["loss_per_grain"]["unit"] == "J"
-    assert found["p_m"]["error"] > 0.0 and "p_m_sigma" not in found
-    assert found["ledger_worst"]["value"] < 1.0 and "strength" not in found
+    numbers = data["runs"][0]["numbers"]
+    assert numbers["loss_per_grain"]["unit"] == "J"
+    assert numbers["p_m"]["error"] > 0.0 and "p_m_sigma" not in numbers
+    assert numbers["ledger_worst"]["value"] < 1.0 and "strength" not in numbers
 
 
 def test_an_error_is_named_and_the_rest_is_measured(tmp_path, monkeypatch):
@@ -88,7 +89,7 @@ def test_an_error_is_named_and_the_rest_is_measured(tmp_path, monkeypatch):
     )
     lost = Family(name="lost", title="a lost family", order=2, numbers=(), measure=wrong)
     monkeypatch.setitem(shown.NUMBERS.added, "lost", lost)
-    run = analysis.open_run(made(tmp_path / "result.nc"))
+    run = analysis.open_run(write_run(tmp_path / "result.nc"))
     found = analysis.tabulate(analysis.summarise(run))
     assert ("a whole row", "3", "") in found
     assert [row[1] for row in found if row[0] == "number not found"] == [
@@ -97,20 +98,20 @@ def test_an_error_is_named_and_the_rest_is_measured(tmp_path, monkeypatch):
     ]
     assert len(convert_runs([run])["runs"][0]["problems"]) == 2
     assert len(analysis.compare([run])[0]["problems"]) == 2
-    ((what, _, count, why),) = tables.list_missing_numbers(
+    ((title, _, count, reason),) = tables.list_missing_numbers(
         analysis.gather([run], attrs={"title": "made"})
     )
-    assert (what, count) == ("number", "1 of 1 runs") and "a lost family: IndexError" in why
+    assert (title, count) == ("number", "1 of 1 runs") and "a lost family: IndexError" in reason
 
 
 def test_why_there_is_none(tmp_path):
     """A curve too short for a fit says so in place of the number."""
-    run = analysis.open_run(made(tmp_path / "result.nc"))
+    run = analysis.open_run(write_run(tmp_path / "result.nc"))
     short = run.beyond(0.95 * float(run.series.filling_factor.max()))
-    found = convert_runs([short])["runs"][0]["numbers"]
-    assert found["p_m"]["value"] is None and found["p_m"]["why"]
+    numbers = convert_runs([short])["runs"][0]["numbers"]
+    assert numbers["p_m"]["value"] is None and numbers["p_m"]["why"]
     data = analysis.gather([short], attrs={"title": "made"})
-    assert tables.list_missing_numbers(data) == [("fit", "", "1 of 1 runs", found["p_m"]["why"])]
+    assert tables.list_missing_numbers(data) == [("fit", "", "1 of 1 runs", numbers["p_m"]["why"])]
 
 
 def test_names_are_unique_and_what_rows_refer_to_is_there():
@@ -120,9 +121,9 @@ def test_names_are_unique_and_what_rows_refer_to_is_there():
         numbers.register(
             Family(name="x", title="x", order=1, numbers=(Observable(name="p_m", title="x"),))
         )
-    known, figures = numbers.index_observables(), {row.name for row in plots.list_figures()}
-    for number in known.values():
-        assert {number.error, number.reason_row} - {""} <= known.keys(), number.name
+    observables, figures = numbers.index_observables(), {row.name for row in plots.list_figures()}
+    for number in observables.values():
+        assert {number.error, number.reason_row} - {""} <= observables.keys(), number.name
         assert not number.figure or number.figure in figures, number.name
         assert number.sweeps in ("tables", "ensembles", "file")
 
@@ -152,7 +153,7 @@ def test_names_figures_and_runs_side_by_side_say_that_they_are_drafts():
 
 
 def test_a_draft_has_the_numbers_of_its_preset():
-    numerics = from_yaml(edited("numerics", "numerics: {accuracy: draft}")).numerics
+    numerics = from_yaml(edit_base("numerics", "numerics: {accuracy: draft}")).numerics
     assert {key: getattr(numerics, key) for key in PRESETS["draft"]} == PRESETS["draft"]
-    own = from_yaml(edited("numerics", "numerics: {accuracy: draft, mass_scaling: 1}")).numerics
+    own = from_yaml(edit_base("numerics", "numerics: {accuracy: draft, mass_scaling: 1}")).numerics
     assert own.mass_scaling == 1.0 and own.stiffness_scaling == 0.1

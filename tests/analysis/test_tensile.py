@@ -26,7 +26,7 @@ def stretch(noise=0.0, points=400, seed=0, strength=1e3, last=0.03, edges=True, 
     stress[:, 1, 1] += noise * strength * rng.standard_normal(points)
     box = np.stack([np.ones(points), length, np.ones(points)], axis=1)
     data = {"box_length": box} if edges else {}
-    return synthetic.made(filling_factor=phi, stress=stress, **data)
+    return synthetic.make_run(filling_factor=phi, stress=stress, **data)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.05, 0.3])
@@ -55,12 +55,12 @@ def test_windows_and_a_maximum_not_yet_passed():
     rough = analysis.measure_tensile_strength(stretch(0.5))
     assert len(fine.stress) > 5 * len(rough.stress)
     assert rough.window == pytest.approx(WIDEST, rel=0.1)
-    chosen = analysis.measure_tensile_strength(stretch(0.5), windows=4)
-    assert len(chosen.stress) == 4 and chosen.count.sum() == 399
+    tensile_strength = analysis.measure_tensile_strength(stretch(0.5), windows=4)
+    assert len(tensile_strength.stress) == 4 and tensile_strength.count.sum() == 399
     # even relative changes of the filling factor, whose ends are those of the raw records
-    raw = chosen.raw_filling_factor
-    assert chosen.window == pytest.approx(1 - (raw.min() / raw.max()) ** 0.25)
-    assert np.all(np.diff(chosen.filling_factor) < 0)
+    raw = tensile_strength.raw_filling_factor
+    assert tensile_strength.window == pytest.approx(1 - (raw.min() / raw.max()) ** 0.25)
+    assert np.all(np.diff(tensile_strength.filling_factor) < 0)
     t = analysis.measure_tensile_strength(stretch(last=0.07))
     assert not t.passed and t.strength < 1e3
     t = analysis.measure_tensile_strength(stretch(edges=False), axis="y")
@@ -139,7 +139,7 @@ def pulled_from_pressure(noise=0.0, fall=0.06, strength=2e3, stop="{past_maximum
     rng = np.random.default_rng(1)
     tensor = np.zeros((points, 3, 3))
     tensor[:, 2, 2] = stress + noise * strength * rng.standard_normal(points)
-    return synthetic.made(
+    return synthetic.make_run(
         scene=f"stages: [{{name: press}}, {{name: pull, stop: {stop}}}]",
         attrs={"stages": "press pull"},
         filling_factor=0.4 * (1.0 - fall * way),

@@ -9,7 +9,7 @@ import synthetic
 import xarray as xr
 from figures import legend
 from program import dust
-from scenes import CONFIGS, EXAMPLES, bundled, extensions_forgotten
+from scenes import CONFIGS, EXAMPLES, extensions_forgotten, import_bundled
 
 from dusttaichi import analysis, plots
 from dusttaichi.analysis import numbers
@@ -19,7 +19,7 @@ from dusttaichi.commands import ensembles
 from dusttaichi.report import collect_ensemble_data
 
 OWN = "kimura2020/weibull.py"
-with bundled(OWN) as own:
+with import_bundled(OWN) as own:
     CONFIDENCE, Strengths, size_effect = own.CONFIDENCE, own.Strengths, own.size_effect
     strength_tables, strengths_of, weibull = own.strength_tables, own.strengths_of, own.weibull
 
@@ -27,14 +27,14 @@ with bundled(OWN) as own:
 M, S0 = 6.0, 8e3  # modulus; scale [Pa]
 
 
-def drawn(count, sets=1, m=M, s0=S0, seed=0):
+def draw_strengths(count, sets=1, m=M, s0=S0, seed=0):
     return s0 * np.random.default_rng(seed).weibull(m, (sets, count))
 
 
 @pytest.mark.parametrize("count", [5, 10, 200])
 def test_largest_likelihood_is_that_of_scipy(count):
     """Within the tolerance of SciPy's simplex, 1e-4."""
-    samples = drawn(count)
+    samples = draw_strengths(count)
     (modulus,), (log_scale,) = own._fitted(np.log(samples))
     m, _, s0 = scipy.stats.weibull_min.fit(samples[0], floc=0)
     assert (modulus, np.exp(log_scale)) == pytest.approx((m, s0), rel=1e-3)
@@ -43,15 +43,18 @@ def test_largest_likelihood_is_that_of_scipy(count):
 @pytest.mark.parametrize("count", [5, 10])
 def test_intervals_contain_the_truth_as_often_as_they_say(count):
     """Of 600 sets; the share is certain to sqrt(0.68 * 0.32 / 600) = 0.019, and so is half."""
-    found = [weibull(one) for one in drawn(count, 600)]
+    fits = [weibull(sample) for sample in draw_strengths(count, 600)]
     for name, truth in (("modulus", M), ("scale", S0)):
         low, middle, high = (
-            np.array([getattr(one, name + end) for one in found]) for end in ("_low", "", "_high")
+            np.array([getattr(sample, name + end) for sample in fits])
+            for end in ("_low", "", "_high")
         )
         assert np.mean((low < truth) & (truth < high)) == pytest.approx(CONFIDENCE, abs=3 * 0.019)
         assert np.mean(middle < truth) == pytest.approx(0.5, abs=3 * 0.02)
-    one = found[0]
-    assert one.share_failed(one.scale) == pytest.approx(1 - np.exp(-1)) and one.count == count
+    sample = fits[0]
+    assert (
+        sample.share_failed(sample.scale) == pytest.approx(1 - np.exp(-1)) and sample.count == count
+    )
 
 
 def test_too_few_have_no_modulus_no_effect_of_their_size_and_no_table():
@@ -68,7 +71,7 @@ def test_too_few_have_no_modulus_no_effect_of_their_size_and_no_table():
 def groups(exponent, sizes=(256, 1024, 4096), count=10):
     """Strengths of samples whose scale goes with the number of grains as N^exponent."""
     return [
-        Strengths(str(n), n, drawn(count, s0=S0 * (n / 256) ** exponent, seed=n)[0], None)
+        Strengths(str(n), n, draw_strengths(count, s0=S0 * (n / 256) ** exponent, seed=n)[0], None)
         for n in sizes
     ]
 
@@ -106,8 +109,8 @@ def test_tables_and_figure_of_a_sweep():
     fit = weibull(values[0])
     assert cells["modulus m"][0].startswith(f"{fit.modulus:.3g} ({fit.modulus_low:.3g} to ")
     assert len(lines) == 2 and "weakest link" in lines[1]
-    left, right = own.WEIBULL.draw(data).axes
-    np.testing.assert_allclose(left.lines[0].get_xdata(), np.sort(values[0]) / 1e3)
+    left_axes, right = own.WEIBULL.draw(data).axes
+    np.testing.assert_allclose(left_axes.lines[0].get_xdata(), np.sort(values[0]) / 1e3)
     texts = legend(right)
     assert len(texts) == 2 and "fit" in texts[0] and "weakest link" in texts[1]
 
@@ -121,7 +124,7 @@ def ensemble(tmp_path):
     with analysis.open_run(synthetic.cell_run(tmp_path / "result.nc")) as run:
         data = analysis.gather([run] * 10, attrs={"title": "pulled"})
     (tmp_path / "result.nc").unlink()
-    data["strength"].values[:] = drawn(10)[0]
+    data["strength"].values[:] = draw_strengths(10)[0]
     digest = hashlib.sha256((CONFIGS / OWN).read_bytes()).hexdigest()
     data.attrs["extensions"] = f"weibull.py sha256:{digest}"
     save_ensemble(data, tmp_path / "ensemble.nc")
@@ -137,8 +140,8 @@ def test_a_file_of_replicas_brings_its_statistics(ensemble, capsys):
         titles = [figure["title"] for figure in collect_ensemble_data(data, folder)["figures"]]
         assert "Weibull statistics of the tensile strength" in titles
         ensembles._say_statistics(data)
-    said = capsys.readouterr().out
-    assert "Weibull statistics of the tensile strength" in said and "modulus m" in said
+    output = capsys.readouterr().out
+    assert "Weibull statistics of the tensile strength" in output and "modulus m" in output
 
 
 def test_statistics_that_fail_do_not_affect_the_others(ensemble, capsys):
@@ -147,7 +150,7 @@ def test_statistics_that_fail_do_not_affect_the_others(ensemble, capsys):
     def fails(data):
         raise KeyError("strength_of_another_name")
 
-    with bundled(OWN):
+    with import_bundled(OWN):
         numbers.register(numbers.Statistics(name="wrong", title="own", table=fails, draw=fails))
         ensembles._say_statistics(data)
         failed = []
@@ -160,17 +163,17 @@ def test_statistics_that_fail_do_not_affect_the_others(ensemble, capsys):
         assert others["columns"] and all(line in remark for line in others["lines"])
         with pytest.raises(ValueError, match="another name"):
             numbers.register(numbers.Statistics(name="wrong", title="another"))
-    said = capsys.readouterr()
-    assert "modulus m" in said.out and "no own: KeyError" in said.err
+    output = capsys.readouterr()
+    assert "modulus m" in output.out and "no own: KeyError" in output.err
 
 
 def test_the_example_of_statistics_is_printed(capsys):
-    with bundled(EXAMPLES / "scatter.py"):
+    with import_bundled(EXAMPLES / "scatter.py"):
         dims = ("replica",)
         data = xr.Dataset(
             {"p_m": (dims, [1.0, 3.0]), "mean_p_m": 2.0, "std_p_m": np.sqrt(2.0)},
             attrs={"summary_numbers": "p_m"},
         )
         ensembles._say_statistics(data)
-    said = capsys.readouterr().out
-    assert "scatter between replicas" in said and "largest: 70.7%" in said
+    output = capsys.readouterr().out
+    assert "scatter between replicas" in output and "largest: 70.7%" in output

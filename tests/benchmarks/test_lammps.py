@@ -36,11 +36,11 @@ def cluster(grains: int, seed: int = 1) -> np.ndarray:
     while len(positions) < grains:
         way = rng.normal(size=3)
         partner = rng.integers(len(positions))
-        new = positions[partner] + AT_REST * way / np.linalg.norm(way)
-        apart = np.linalg.norm(positions - new, axis=1)
+        position = positions[partner] + AT_REST * way / np.linalg.norm(way)
+        apart = np.linalg.norm(positions - position, axis=1)
         apart[partner] = np.inf
         if apart.min() > 1.01 * 2 * SILICATE.radius:
-            positions = np.vstack([positions, new])
+            positions = np.vstack([positions, position])
     return positions
 
 
@@ -85,8 +85,8 @@ def test_pair_oscillates_as_ours():
 
 def test_cluster_stays_bonded_and_is_timed():
     positions = cluster(200)
-    how = {"steps": 200, "time_step_s": TIME_STEP}
-    seconds, contacts = lammps.time_lammps(positions, SILICATE, {}, None, **how)
+    options = {"steps": 200, "time_step_s": TIME_STEP}
+    seconds, contacts = lammps.time_lammps(positions, SILICATE, {}, None, **options)
     assert contacts == 199 and seconds > 0
     assert lammps.lammps_version() != "unknown"
     final = run(positions, 200)
@@ -96,9 +96,9 @@ def test_cluster_stays_bonded_and_is_timed():
 def test_processes_give_the_same_motion():
     positions = cluster(50)
     speeds = np.random.default_rng(2).normal(scale=0.01, size=positions.shape)
-    one, two = (run(positions, 20, threads=n, velocities_m_s=speeds) for n in (1, 2))
+    first, two = (run(positions, 20, threads=n, velocities_m_s=speeds) for n in (1, 2))
     # sums in another order; positions in um round at 1e-15, hardly grown in 22 steps
-    np.testing.assert_allclose(one, two, rtol=0, atol=1e-6 * DELTA0)
+    np.testing.assert_allclose(first, two, rtol=0, atol=1e-6 * DELTA0)
 
 
 def test_velocities_are_passed_on():

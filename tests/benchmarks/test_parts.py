@@ -24,20 +24,20 @@ BENCH = sample.bench_scene(8, threads=1, precision=parts.PRECISION)
 def scenes_of(part, scene=BENCH):
     """(scene, arguments of the build) with a part and without it."""
     both = [parts.variant(scene, changes) for changes in (part.with_part, part.without_part)]
-    return [(from_yaml(how.pop("scene")), how) for how in both]
+    return [(from_yaml(options.pop("scene")), options) for options in both]
 
 
 @pytest.mark.parametrize("part", parts.PARTS[:-1], ids=lambda part: f"{part.name} {part.instead}")
 def test_a_pair_of_scenes_differs_in_one_way(part):
     """In one key of the scene (an effect each where several are off), or in how it is built."""
-    (one, built), (two, built_otherwise) = scenes_of(part)
+    (first, built), (two, built_otherwise) = scenes_of(part)
     blocks = [
         key
         for key in ("material", "interaction", "boundary", "push", "numerics")
-        if getattr(one, key) != getattr(two, key)
+        if getattr(first, key) != getattr(two, key)
     ]
     written = any(
-        getattr(one.output, key) != getattr(two.output, key) for key in ("stress", "variables")
+        getattr(first.output, key) != getattr(two.output, key) for key in ("stress", "variables")
     )
     assert len(blocks) + written + (built != built_otherwise) == 1
 
@@ -50,12 +50,12 @@ def table(tmp_path_factory):
         patch.setenv("XDG_CACHE_HOME", str(folder))
         patch.setenv(compiler.variable(compiler.KERNEL_FOLDER), KERNELS)
         patch.setattr(parts, "FILLING_FACTOR", 0.15)  # a cake, which needs no kernels to be made
-        one = parts.OPEN | parts._off("rolling", "sliding") | parts.NO_DAMPING
-        two = one | parts._off("twisting")
-        refused = parts.Part("time step", "of a second", {"numerics.time_step": "1 s"}, one)
-        chosen = (parts.Part("twisting", "off", one, two), refused)
+        first = parts.OPEN | parts._off("rolling", "sliding") | parts.NO_DAMPING
+        two = first | parts._off("twisting")
+        refused = parts.Part("time step", "of a second", {"numerics.time_step": "1 s"}, first)
+        rows = (parts.Part("twisting", "off", first, two), refused)
         file = folder / "parts.csv"
-        result = parts.main(parts=chosen, grains=60, steps=100, rounds=2, out=file)
+        result = parts.main(parts=rows, grains=60, steps=100, rounds=2, out=file)
     return result, pd.read_csv(file, comment="#")
 
 
@@ -74,14 +74,16 @@ def test_parts_are_timed_in_pairs_and_shown(table, capsys):
 
 
 def test_the_parts_of_a_scene():
-    base, found = parts.parts_of(load(SMOKE))
-    pairs = {part.name: [scene for scene, _ in scenes_of(part, base)] for part in found}
+    base, scene_parts = parts.parts_of(load(SMOKE))
+    pairs = {part.name: [scene for scene, _ in scenes_of(part, base)] for part in scene_parts}
     effects = ["rolling", "sliding", "twisting", "damping"]
     assert list(pairs) == [*effects, "walls", "energy ledger", "noise: the scene with all"]
     for name in effects:
-        one, two = pairs[name]
+        first, two = pairs[name]
         assert getattr(two.interaction, name) in (None, two.interaction.damping)
-        assert one.with_value(f"interaction.{name}", "none" if name == "damping" else "off") == two
+        assert (
+            first.with_value(f"interaction.{name}", "none" if name == "damping" else "off") == two
+        )
     assert pairs["walls"][1].boundary.kind == "open"
     tensile = {part.name for part in parts.parts_of(load(CONFIGS / "tensile_ice.yaml"))[1]}
     assert {"periodic faces and stress", "stress", "damping"} <= tensile
@@ -101,9 +103,9 @@ def test_every_part_of_a_scene_has_a_row_or_a_note(monkeypatch, capsys):
         return {"part": part.name, "instead": ""} | numbers
 
     monkeypatch.setattr(parts, "measure_pair", measured)
-    said = []
-    table = parts.main(load(SMOKE), log=said.append)
-    assert len(said) == len(table.rows) + 1 and said[0] == f"1 of {len(said)}: rolling"
+    messages = []
+    table = parts.main(load(SMOKE), log=messages.append)
+    assert len(messages) == len(table.rows) + 1 and messages[0] == f"1 of {len(messages)}: rolling"
     table.show()
     text = capsys.readouterr().out
     (row,) = [line for line in text.splitlines() if line.startswith("rolling")]

@@ -35,8 +35,8 @@ def test_every_phase_and_kind_has_a_row(tmp_path, monkeypatch):
     monkeypatch.setattr(size, "GRAINS", (64, 512))
     monkeypatch.setattr(size, "SHORT", 0.0)
     for name in ("KINDS", "BODIES"):
-        kinds = dict(list(getattr(size, name).items())[-1:])
-        monkeypatch.setattr(size, name, kinds)
+        selected = dict(list(getattr(size, name).items())[-1:])
+        monkeypatch.setattr(size, name, selected)
     file, lines = tmp_path / "size.csv", []
     table = size.main(out=file, log=lines.append)
     rows = pd.DataFrame(table.rows)

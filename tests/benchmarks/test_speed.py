@@ -23,7 +23,7 @@ RADIUS = 0.6e-6
 
 
 @pytest.fixture(scope="module")
-def measured(tmp_path_factory):
+def measured_rows(tmp_path_factory):
     """(row, notes) of a benchmark of sixty grains, one thread."""
     folder = tmp_path_factory.mktemp("bench")
     with pytest.MonkeyPatch.context() as patch:
@@ -42,8 +42,8 @@ def measured(tmp_path_factory):
 
 
 @pytest.mark.long
-def test_every_configuration_is_measured(measured):
-    row, notes = measured
+def test_every_configuration_is_measured(measured_rows):
+    row, notes = measured_rows
     assert (row["grains"], row["precision"], row["threads"]) == (GRAINS, "f64", 1)
     # it gives way while it settles
     assert row["filling_factor"] == pytest.approx(0.35, abs=0.03)
@@ -56,7 +56,7 @@ def test_every_configuration_is_measured(measured):
         assert "lammps_ratio" not in row
     else:
         assert row["lammps_ns_per_contact"] > 0 and row["lammps_ratio"] > 0
-    start, _ = measured
+    start, _ = measured_rows
     assert start["cold"] > 0 and start["warm"] > 0
     assert start["peak"] > 50  # Python with NumPy and Taichi is 87 MB before it does anything
     assert start["fields_per_grain"] > 300  # positions, velocities, spins, six pairs, in f64
@@ -120,7 +120,7 @@ def test_ratios_are_those_of_a_round(monkeypatch):
         return [{part: t * p for part, t in whole.items()} | {"contacts": 20} for p in pace]
 
     monkeypatch.setattr(sample, "load", lambda path: None)
-    monkeypatch.setattr(samples, "filling_factor", lambda found, radius: 0.14)
+    monkeypatch.setattr(samples, "filling_factor", lambda result, radius: 0.14)
     ours = {(0.15, 1): rounds(2e-6), (0.15, 2): rounds(1e-6)}
     theirs = [(7e-6 * p, 20) for p in pace]
     recipe = sample.Recipe(10, 0.15)
@@ -145,8 +145,8 @@ def test_cake_moves_and_is_kept(tmp_path, monkeypatch):
     assert rms == pytest.approx(sample.THERMAL_SPEED, rel=0.15)  # 200 grains: 4 % expected
     np.testing.assert_allclose(first.velocities.mean(axis=0), 0, atol=1e-15)
     monkeypatch.setattr(sample, "_generate_positions", None)
-    again = sample.make(recipe)
-    np.testing.assert_array_equal(again.positions, first.positions)
+    repeated_sample = sample.make(recipe)
+    np.testing.assert_array_equal(repeated_sample.positions, first.positions)
     recipe.path.write_bytes(b"cut off")
     assert sample.load(recipe.path) is None
 
@@ -164,8 +164,8 @@ def test_tiles_only_touch():
     tiled = sample.tile(base, 150, np.ptp(base[:, :2], axis=0) + 2.0)
     assert len(tiled) == 150
     assert len(samples.touching_pairs(tiled, 2.0 * (1 - 1e-12))) == 0
-    whole = sample.tile(base, 162, np.ptp(base[:, :2], axis=0) + 2.0)
-    assert np.sort(whole[:, 0])[149] == tiled[:, 0].max()  # cut along x
+    whole_tile = sample.tile(base, 162, np.ptp(base[:, :2], axis=0) + 2.0)
+    assert np.sort(whole_tile[:, 0])[149] == tiled[:, 0].max()  # cut along x
 
 
 def test_a_file_that_cannot_be_written_is_refused_before_the_measurements(tmp_path):
@@ -181,8 +181,8 @@ def test_a_worker_times_the_scene_of_the_benchmark():
     # 18 or 24 of a triangular lattice are within 2.6 spacings, fewer at edges
     assert 14 < built["neighbours"] < 25
     assert built["search"] > 0.0
-    found = continuum.answer(None, do="timed", steps=10)
-    assert found["used"] > 0.0 and found["real"] > 0.0
+    answer = continuum.answer(None, do="timed", steps=10)
+    assert answer["used"] > 0.0 and answer["real"] > 0.0
 
 
 def test_the_table_tells_a_size_a_line(tmp_path, capsys):
@@ -224,10 +224,10 @@ class Here:
 def test_a_scene_is_timed(monkeypatch):
     monkeypatch.setattr(bench, "usable_cores", lambda: 1)
     monkeypatch.setattr(bench, "Worker", Here)
-    (one,) = bench.main([CONFIGS / "smoke.yaml"], rounds=2, seconds=0.01)
-    assert (one.size, one.threads, one.speed_up) == (60, 1, 1.0)
-    assert 30 < one.contacts < 180 and one.seconds > 0.0 and one.spread >= 0.0
-    assert 0.0 < abs(one.residual) < bench.LEDGER
+    (item,) = bench.main([CONFIGS / "smoke.yaml"], rounds=2, seconds=0.01)
+    assert (item.size, item.threads, item.speed_up) == (60, 1, 1.0)
+    assert 30 < item.contacts < 180 and item.seconds > 0.0 and item.spread >= 0.0
+    assert 0.0 < abs(item.residual) < bench.LEDGER
 
 
 def _timing(**changes):
@@ -266,17 +266,17 @@ def test_a_process_that_fails_is_an_error():
             process.ask("no_such_command")
 
 
-@pytest.mark.parametrize("bits, own", [(128, 512), (256, 512), (512, 512), (128, None)])
-def test_narrow_vectors_are_remarked(bits, own, monkeypatch):
+@pytest.mark.parametrize("bits, extension", [(128, 512), (256, 512), (512, 512), (128, None)])
+def test_narrow_vectors_are_remarked(bits, extension, monkeypatch):
     monkeypatch.setattr(bench, "machine", lambda: "a machine")
     monkeypatch.setattr(bench, "vector_bits", lambda: bits)
-    monkeypatch.setattr(processor, "own_bits", lambda: own)
-    said = "vectors of 128 bits where this processor has 512" in bench.text([_timing()])
-    assert said == (bits == 128 and own is not None)
-    assert not said or bench.text([_timing()]).endswith("chooses a newer one.")
+    monkeypatch.setattr(processor, "own_bits", lambda: extension)
+    output = "vectors of 128 bits where this processor has 512" in bench.text([_timing()])
+    assert output == (bits == 128 and extension is not None)
+    assert not output or bench.text([_timing()]).endswith("chooses a newer one.")
 
 
 def test_the_width_of_vectors_is_read_from_code():
-    bits, own = bench.vector_bits(), processor.own_bits()
-    assert bits in (128, 256, 512) and (own is None or bits <= own)
+    bits, own_bits = bench.vector_bits(), processor.own_bits()
+    assert bits in (128, 256, 512) and (own_bits is None or bits <= own_bits)
     assert f"vectors of {bits} bits" in bench.machine()

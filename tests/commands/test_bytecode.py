@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from program import invoked, python
+from program import invoke, python
 from scenes import text_of
 
 from dusttaichi.samples import formats
@@ -16,9 +16,9 @@ def environment(tmp_path):
 
 
 def version(environment):
-    done = python("-m", "dusttaichi", "--version", env=environment)
-    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
-    return done.stdout
+    process = python("-m", "dusttaichi", "--version", env=environment)
+    assert process.returncode == 0 and "Traceback" not in process.stderr, process.stderr
+    return process.stdout
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped"])
@@ -49,5 +49,5 @@ def test_a_file_that_does_not_fit_into_the_memory(tmp_path, monkeypatch):
         raise MemoryError
 
     monkeypatch.setattr(formats, "read", read)
-    done = invoked("check", path)
-    assert "does not fit into the memory" in str(done.exception)
+    result = invoke("check", path)
+    assert "does not fit into the memory" in str(result.exception)

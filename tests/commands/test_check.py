@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from program import dust, invoked, python
+from program import dust, invoke, python
 from scenes import CONFIGS
 
 from dusttaichi import method, simulate
@@ -18,33 +18,33 @@ from dusttaichi.scene import Scene, load, quantities
 from dusttaichi.studies import trial
 
 
-def said(*words):
-    result = invoked("check", *words)
+def read_check(*words):
+    result = invoke("check", *words)
     assert result.exit_code == 0, result.output
     return result.output
 
 
 def test_it_begins_with_sample_contacts_step_and_cost():
-    text = said("smoke")
+    text = read_check("smoke")
     titles = ["Sample", "Contact of two grains", "Contact of a grain and a wall", "Time step"]
-    places = [text.index(f"\n{title}\n") for title in [*titles, "Memory", "Cost"]]
-    assert places == sorted(places)
+    positions = [text.index(f"\n{title}\n") for title in [*titles, "Memory", "Cost"]]
+    assert positions == sorted(positions)
     assert "steps at most                              4,000" in text
     assert "Compiled in" not in text and "critical_rolling" not in text
 
 
 def test_as_json_it_has_numbers(tmp_path):
     """The keys that docs/commands.md promises."""
-    found = json.loads(said("smoke", "--json"))
-    assert found["format"] == "dusttaichi check 1" and found["valid"] is True
-    assert (found["name"], found["method"], found["particles"]) == ("smoke", "grains", 60)
-    assert found["time_step_s"] == pytest.approx(0.15e-9)
-    (stage,) = found["stages"]
+    data = json.loads(read_check("smoke", "--json"))
+    assert data["format"] == "dusttaichi check 1" and data["valid"] is True
+    assert (data["name"], data["method"], data["particles"]) == ("smoke", "grains", 60)
+    assert data["time_step_s"] == pytest.approx(0.15e-9)
+    (stage,) = data["stages"]
     assert stage["most_steps"] == 4000 and stage["most_time_s"] == pytest.approx(0.6e-6)
-    assert found["run_time_s"]["likely"] > 0.0 and "Contact of two grains" in found["text"]
-    bad = tmp_path / "bad.yaml"
-    bad.write_text("name: bad\nmaterial: silicate_s12\nsample: {kind: rbd, grain: 5}\n")
-    result = invoked("check", bad, "--json")
+    assert data["run_time_s"]["likely"] > 0.0 and "Contact of two grains" in data["text"]
+    path = tmp_path / "bad.yaml"
+    path.write_text("name: bad\nmaterial: silicate_s12\nsample: {kind: rbd, grain: 5}\n")
+    result = invoke("check", path, "--json")
     refused = json.loads(result.stdout)
     assert isinstance(result.exception, DustError) and refused["valid"] is False
     assert any(text.startswith("sample.grain = 5: unknown key") for text in refused["problems"])
@@ -58,32 +58,32 @@ COLLIDING = [
 
 
 def test_of_a_study_of_collisions_it_has_the_size_the_cost_and_the_limit_of_the_model():
-    text = said(*COLLIDING)
+    text = read_check(*COLLIDING)
     assert "dust collide runs the 150 collisions of its last section" in text
     study = text.partition("\nStudy, by dust collide\n")[2]
     assert "150: 2 bodies x 3 speeds x 5 impact parameters x 5 pairs of seeds" in study
     assert re.search(r"grains of both bodies +40 to 60", study)
     assert "of 3 speeds, those from 100 m/s on are beyond the contact model" in study
     assert re.search(r"run time at most +.* (min|s) to .* (min|s|h), ", study)
-    found = json.loads(said(*COLLIDING, "--json"))["study"]
+    found = json.loads(read_check(*COLLIDING, "--json"))["study"]
     assert (found["command"], found["runs"]) == ("dust collide", 150)
     assert 0.0 < found["run_time_s"]["least"] < found["run_time_s"]["most"]
     # at a fixed step of 0.02 ns, 5 us and a flight of a radius before it
     fixed = [*COLLIDING, "--set", "numerics.time_step=0.02 ns", "--set", "collisions.refine=3"]
     flights = sum(round(0.1e-6 / v / 0.02e-9 + 5e-6 / 0.02e-9) for v in (10.0, 40.0, 100.0))
-    found = json.loads(said(*fixed, "--json"))["study"]
+    found = json.loads(read_check(*fixed, "--json"))["study"]
     assert found["runs"] == 300  # three speeds more
     assert found["most_steps"] == pytest.approx(2 * flights * 2 * 25, rel=1e-4)
-    assert "study" not in json.loads(said("smoke", "--json"))
+    assert "study" not in json.loads(read_check("smoke", "--json"))
 
 
 def test_speeds_at_which_no_collision_starts_are_said():
-    text = said(*COLLIDING[:5], "--set", "collisions.speed=[10 m/s, 5 km/s]")
+    text = read_check(*COLLIDING[:5], "--set", "collisions.speed=[10 m/s, 5 km/s]")
     assert "none starts from 5e3 m/s on: grains would swallow each other" in text
 
 
 def test_of_a_continuum_it_says_particles_material_and_step():
-    text = said(CONFIGS / "guettler2009/bead.yaml")
+    text = read_check(CONFIGS / "guettler2009/bead.yaml")
     for line in (
         "4,752: 3,657 dust, 112 rigid, 983 fixed",
         "compressive strength Sigma                 37.12 Pa",  # p_m = 1.3 kPa at 0.15
@@ -91,37 +91,39 @@ def test_of_a_continuum_it_says_particles_material_and_step():
         "steps at most                              353",
     ):
         assert line in text
-    text = said(CONFIGS / "guettler2009/bead.yaml", "--forces")
+    text = read_check(CONFIGS / "guettler2009/bead.yaml", "--forces")
     assert "the method of this scene has no forces without a step" in text
 
 
 def test_of_a_continuum_it_says_what_is_coarse_and_what_whole_steps_miss():
     """The bead of configs/trade is 5.5 spacings wide; a step of the run is 25.47 us."""
     bead = CONFIGS / "trade/bead.yaml"
-    text = said(bead, "--set", "stop.time=400 us")
+    text = read_check(bead, "--set", "stop.time=400 us")
     assert "spacings, fewer than the 12 that keep numerical dissipation low" in text
     assert re.search(r"25.47\d* µs in place of 10 µs", text)
     assert "numerics.time_step: 10 µs meets it" in text
     assert re.search(r"407.5\d* µs in place of 0.4 ms", text)
     fine = ("numerics.spacing=80 um", "numerics.time_step=10 us", "stop.time=400 us")
-    text = said(bead, *(word for setting in fine for word in ("--set", setting)))
+    text = read_check(bead, *(word for setting in fine for word in ("--set", setting)))
     assert "numerical dissipation" not in text and "in place of" not in text
 
 
 def test_of_a_continuum_that_meets_a_wall_at_the_start_it_says_that_steps_may_be_shorter():
     """The run takes 1.266 us: the dust at the wall is strained by 8.4 m/s already."""
     wall = CONFIGS / "guettler2009/wall_impact.yaml"
-    text = said(wall)
+    text = read_check(wall)
     assert "at most 1.592 µs, 8 of these at the start" in text
     assert re.search(r"at most 1.592\d* µs in place of 1 µs", text)
-    assert "run                          1 µs" in said(wall, "--set", "numerics.time_step=1 us")
+    assert "run                          1 µs" in read_check(
+        wall, "--set", "numerics.time_step=1 us"
+    )
 
 
 def test_a_step_that_does_not_resolve_how_bodies_meet_is_said():
     """The shipped collision takes 0.2 ns; `auto` would resolve it."""
-    what = "times the step that resolves how fast bodies meet"
-    assert f"1.7 {what}" in said("collision")
-    assert what not in said("collision", "--set", "numerics.time_step=auto")
+    phrase = "times the step that resolves how fast bodies meet"
+    assert f"1.7 {phrase}" in read_check("collision")
+    assert phrase not in read_check("collision", "--set", "numerics.time_step=auto")
 
 
 def test_what_the_sample_refuses_is_not_called_valid(tmp_path, capsys):
@@ -142,10 +144,10 @@ def test_what_the_sample_refuses_is_not_called_valid(tmp_path, capsys):
         "single precision knows": f"name: c\n{box}{far}",
         "two grains .* it cannot be compressed": f"name: d\n{box.partition('boundary')[0]}{flat}",
     }
-    for why, text in refused.items():
+    for reason, text in refused.items():
         file = tmp_path / "scene.yaml"
         file.write_text(text)
-        with pytest.raises(DustError, match=why):
+        with pytest.raises(DustError, match=reason):
             dust("check", file)
         assert "valid" not in capsys.readouterr().out
 
@@ -155,8 +157,8 @@ def test_it_compiles_nothing():
     code += "from dusttaichi.compute.engine import ti\n"
     code += "ti.init = None\n"  # which whatever compiles has to call
     code += "from dusttaichi.commands.app import main\nmain()"
-    done = python("-c", code)
-    assert done.returncode == 0 and "4,000" in done.stdout, done.stderr
+    process = python("-c", code)
+    assert process.returncode == 0 and "4,000" in process.stdout, process.stderr
 
 
 TWO = """
@@ -173,7 +175,7 @@ stop: {time: 1 us}
 def test_the_forces_of_the_start_are_those_of_the_law(tmp_path):
     """Two grains 1 nm deep, in walls that they touch at rest: 2 by one, 4 by two of them."""
     (tmp_path / "two.yaml").write_text(TWO)
-    text = said(tmp_path / "two.yaml", "--forces")
+    text = read_check(tmp_path / "two.yaml", "--forces")
     title = "\nForces of the contacts at the start\n"
     rows = dict(re.findall(r"^  (\S.*?)  +(.*)$", text[text.index(title) :], re.MULTILINE))
     scene = load(tmp_path / "two.yaml")
@@ -201,22 +203,22 @@ def test_the_forces_of_the_start_are_those_of_the_law(tmp_path):
 
 
 def test_without_a_measurement_the_run_time_is_an_order_of_magnitude(monkeypatch):
-    text = said("smoke")
+    text = read_check("smoke")
     assert "steps/s, an order of magnitude; --time measures it" in text
     scene = load("smoke")
-    least, seconds, most = trial.order(scene, 60)
-    assert least < seconds < most
+    least, seconds, longest = trial.order(scene, 60)
+    assert least < seconds < longest
     # on a GPU the launches of a step take a time that hardly depends on the number of grains
     device = scene.with_value("numerics.backend", "cuda")
     few, many = (trial.order(device, size)[1] for size in (60, 100_000))
     assert seconds < few < many < 2 * few < 0.1 * trial.order(scene, 100_000)[1]
-    found = json.loads(said("smoke", "--json"))["run_time_s"]
-    assert found == {"least": 4000 * least, "likely": 4000 * seconds, "most": 4000 * most}
+    run_time = json.loads(read_check("smoke", "--json"))["run_time_s"]
+    assert run_time == {"least": 4000 * least, "likely": 4000 * seconds, "most": 4000 * longest}
     monkeypatch.setattr(trial, "measured", lambda scene, plan: (0.8e-5, 1e-5, 2e-2))
-    text = said("smoke", "--time")
+    text = read_check("smoke", "--time")
     assert "100,000 steps/s, measured now" in text
     assert "run time at most                           1 s to 80 s, and the start" in text
-    assert json.loads(said("smoke", "--time", "--json"))["run_time_s"]["most"] == 80.0
+    assert json.loads(read_check("smoke", "--time", "--json"))["run_time_s"]["most"] == 80.0
 
 
 @pytest.mark.parametrize(
@@ -237,16 +239,16 @@ def test_the_first_steps_of_a_scene_tell_its_speed(monkeypatch):
         step = 0
 
         def advance(self, steps):
-            now[0] += 10.0 if self.step == 0 else 1e-3 * steps
+            clock[0] += 10.0 if self.step == 0 else 1e-3 * steps
             self.step += steps
 
-    now, scene = [0.0], load("smoke")
+    clock, scene = [0.0], load("smoke")
     kind = method.find_method(scene)
-    monkeypatch.setattr(trial.real_time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(trial.real_time, "perf_counter", lambda: clock[0])
     fake = dataclasses.replace(kind, build=lambda *_: Sim(), make_sample=lambda scene: None)
     monkeypatch.setattr(trial.method, "find_method", lambda scene: fake)
-    least, seconds, most = trial.measured(scene, [("", 4000, "")])
-    assert seconds == pytest.approx(1e-3) and least < seconds < most
+    least, seconds, longest = trial.measured(scene, [("", 4000, "")])
+    assert seconds == pytest.approx(1e-3) and least < seconds < longest
     with pytest.raises(DustError, match="ends after one step"):
         trial.measured(scene, [("", 1, "")])
 
@@ -313,8 +315,8 @@ def test_defaults_to_change_are_named(base, changes, keys):
 def test_the_table_of_a_run_has_them():
     (row,) = (number for number in END.numbers if number.name == "advice")
     texts = "numerics.viscosity: impact. Dense: 8 %\nnumerics.contact: separate"
-    found = row.table_rows({"advice": texts})
-    assert found == [
+    rows = row.table_rows({"advice": texts})
+    assert rows == [
         ("set numerics.viscosity", "impact. Dense: 8 %", ""),
         ("set numerics.contact", "separate", ""),
     ]

@@ -30,7 +30,7 @@ SMOKE = CONFIGS / "smoke.yaml"
 
 
 @pytest.fixture
-def ended(monkeypatch, capsys):
+def run_failing(monkeypatch, capsys):
     """A function that ends `dust` with an error; returns the exit code and what was printed."""
     handlers = {n: signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
 
@@ -66,30 +66,30 @@ def ended(monkeypatch, capsys):
         ),
     ],
 )
-def test_exit_codes_are_those_of_the_errors(ended, error, code, text):
-    found, printed = ended(error)
-    assert found == code and text in printed
+def test_exit_codes_are_those_of_the_errors(run_failing, error, code, text):
+    exit_code, printed = run_failing(error)
+    assert exit_code == code and text in printed
 
 
-def test_an_interrupt_that_an_import_turned_into_its_own_error(ended):
+def test_an_interrupt_that_an_import_turned_into_its_own_error(run_failing):
     """As pybind11's modules do, and Taichi's `raise ... from None` after them."""
     error = ImportError("initialization failed")
     error.__context__ = KeyboardInterrupt()
     error.__suppress_context__ = True
-    found, printed = ended(error)
-    assert found == 130 and "dust: interrupted" in printed
+    exit_code, printed = run_failing(error)
+    assert exit_code == 130 and "dust: interrupted" in printed
 
 
 def test_bad_options_have_the_exit_code_of_bad_input():
-    done = python("-m", "dusttaichi", "run", "--no-such-option")
-    assert done.returncode == 2 and "Traceback" not in done.stderr
+    process = python("-m", "dusttaichi", "run", "--no-such-option")
+    assert process.returncode == 2 and "Traceback" not in process.stderr
 
 
 # -- interruptions -------------------------------------------------------------------------------
 
 
 @pytest.fixture
-def interrupted(monkeypatch, tmp_path):
+def run_interrupted(monkeypatch, tmp_path):
     """Runs `dust run` whose `execute` is interrupted with an error."""
 
     def run(error, *words):
@@ -99,24 +99,26 @@ def interrupted(monkeypatch, tmp_path):
         monkeypatch.setattr(run_package, "execute", execute)
         words = list(map(str, ("run", SMOKE, "-q", "-o", tmp_path, *words)))
         monkeypatch.setattr("sys.argv", ["dust", *words])
-        with pytest.raises(Interrupted) as found:
+        with pytest.raises(Interrupted) as caught:
             dust(*words)
-        return str(found.value)
+        return str(caught.value)
 
     return run
 
 
-def test_an_interruption_says_how_to_go_on_where_anything_was_computed(interrupted, tmp_path):
-    text = interrupted(Interrupted("nothing was computed", resumable=False))
+def test_an_interruption_says_how_to_go_on_where_anything_was_computed(run_interrupted, tmp_path):
+    text = run_interrupted(Interrupted("nothing was computed", resumable=False))
     assert text == "nothing was computed"
-    text = interrupted(Interrupted("interrupted; all is there"), "--set", "stop.steps=9", "--force")
+    text = run_interrupted(
+        Interrupted("interrupted; all is there"), "--set", "stop.steps=9", "--force"
+    )
     onward = f"dust run {SMOKE} -q -o {tmp_path} --set stop.steps=9 --resume"
     assert text == f"interrupted; all is there. Continue with: {onward}"
 
 
 def test_of_a_part_all_parts_are_gathered(monkeypatch):
-    for part in (["--part", "1/3"], ["--part=1/3"]):
-        monkeypatch.setattr("sys.argv", ["dust", "sweep", "a.yaml", *part, "--set", "a.b=2 cm/s"])
+    for option in (["--part", "1/3"], ["--part=1/3"]):
+        monkeypatch.setattr("sys.argv", ["dust", "sweep", "a.yaml", *option, "--set", "a.b=2 cm/s"])
         onward = options.resume_command("--resume", without="--part")
         assert onward == "dust sweep a.yaml --set 'a.b=2 cm/s' --resume"
 
@@ -147,12 +149,14 @@ def test_two_interrupts_while_it_starts_give_no_traceback(tmp_path, delay):
 
 def test_keys_on_the_command_line(capsys):
     dust("check", SMOKE, "--set", "sample.grains=20", "--set", "numerics.time_step=0.1 ns")
-    said = capsys.readouterr().out
-    assert re.search(r"grains +20\n", said) and "time step    " in said and " 0.1 ns = " in said
+    output = capsys.readouterr().out
+    assert (
+        re.search(r"grains +20\n", output) and "time step    " in output and " 0.1 ns = " in output
+    )
 
 
 @pytest.mark.parametrize(
-    ("setting", "said"),
+    ("setting", "message"),
     [
         ("sample.grain=20", r"sample\.grain"),
         ("sample.grains=-1", r"sample\.grains = -1"),
@@ -162,8 +166,8 @@ def test_keys_on_the_command_line(capsys):
         ("output.directory=a", r"use --output instead"),
     ],
 )
-def test_a_key_that_cannot_be_set(setting, said):
-    with pytest.raises(DustError, match=said):
+def test_a_key_that_cannot_be_set(setting, message):
+    with pytest.raises(DustError, match=message):
         dust("check", SMOKE, "--set", setting)
 
 
@@ -202,18 +206,18 @@ def test_run_directories_are_completed(tmp_path):
     (tmp_path / "runs/one").mkdir(parents=True)
     (tmp_path / "runs/result.nc").touch()
     (tmp_path / "runs/other.txt").touch()
-    found = completion.complete_runs(f"{tmp_path}/runs/")
-    assert [Path(path).name for path in found] == ["one", "result.nc"]
+    completions = completion.complete_runs(f"{tmp_path}/runs/")
+    assert [Path(path).name for path in completions] == ["one", "result.nc"]
     assert completion.complete_runs(f"{tmp_path}/nowhere/") == []
 
 
 def test_names_of_scenes_are_not_cut(capsys, monkeypatch):
     monkeypatch.setattr(console.console, "_width", 60)
     dust("new")
-    said = " ".join(capsys.readouterr().out.split())
-    assert "…" not in said
+    output = " ".join(capsys.readouterr().out.split())
+    assert "…" not in output
     for name in shipped.list_names()[:8]:
-        assert name in said
+        assert name in output
 
 
 # -- printing ------------------------------------------------------------------------------------

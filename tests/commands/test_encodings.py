@@ -27,7 +27,9 @@ main(app)
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
 def test_characters_that_an_encoding_lacks(encoding):
-    done = python("-c", PRINT, env=os.environ | encoding, encoding="latin-1")
-    assert done.returncode == 2 and "Traceback" not in done.stderr, done.stderr
-    assert "phi = 0.3" in done.stdout and "?" in done.stdout and "phi is wrong" in done.stderr
-    assert '"\\u03c6": "\\u00b5"' in done.stdout
+    process = python("-c", PRINT, env=os.environ | encoding, encoding="latin-1")
+    assert process.returncode == 2 and "Traceback" not in process.stderr, process.stderr
+    assert (
+        "phi = 0.3" in process.stdout and "?" in process.stdout and "phi is wrong" in process.stderr
+    )
+    assert '"\\u03c6": "\\u00b5"' in process.stdout

@@ -17,13 +17,13 @@ posix = pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/f
 
 def shell(words, **variables):
     environment = {**os.environ, **variables}
-    how = {"capture_output": True, "text": True, "env": environment}
-    return subprocess.run(["sh", "-c", f"{DUST} {words}"], **how)
+    options = {"capture_output": True, "text": True, "env": environment}
+    return subprocess.run(["sh", "-c", f"{DUST} {words}"], **options)
 
 
 @posix
 @pytest.mark.parametrize(
-    "words, code, said",
+    "words, code, message",
     [
         ("schema >&-", 0, ""),
         ("schema >&- 2>&- <&-", 0, ""),
@@ -34,11 +34,11 @@ def shell(words, **variables):
         ("check nothing.yaml 2>/dev/full", 2, ""),
     ],
 )
-def test_streams_that_cannot_be_written(words, code, said):
-    done = shell(words)
-    assert done.returncode == code, done.stderr
-    assert said in done.stderr and "Traceback" not in done.stderr
-    assert said or not done.stderr
+def test_streams_that_cannot_be_written(words, code, message):
+    process = shell(words)
+    assert process.returncode == code, process.stderr
+    assert message in process.stderr and "Traceback" not in process.stderr
+    assert message or not process.stderr
 
 
 @posix
@@ -46,27 +46,27 @@ def test_files_that_may_not_grow(tmp_path):
     """Where even temporary files cannot be made, the words of the system are the message."""
     text = "name: a\nmaterial: silicate_s12\nsample: {kind: chain, grains: 3}\n"
     (tmp_path / "a.yaml").write_text(text + "boundary: {kind: open}\nstop: {steps: 1}\n")
-    done = subprocess.run(
+    process = subprocess.run(
         ["sh", "-c", f"ulimit -f 0; exec {DUST} run a.yaml -q"],
         cwd=tmp_path,
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 2 and done.stderr.startswith("dust: "), done.stderr
-    assert "Traceback" not in done.stderr
+    assert process.returncode == 2 and process.stderr.startswith("dust: "), process.stderr
+    assert "Traceback" not in process.stderr
 
 
 def test_settings_of_other_work(tmp_path):
     """No window system, no LaTeX, and no warning of a library is in the way of a figure."""
     synthetic.plates_run(tmp_path / "result.nc")
     (tmp_path / "matplotlibrc").write_text("text.usetex: True\n")
-    done = shell(
+    process = shell(
         f"plot {tmp_path}",
         MPLBACKEND="nonsense",
         PYTHONWARNINGS="error",
         MATPLOTLIBRC=str(tmp_path / "matplotlibrc"),
     )
-    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+    assert process.returncode == 0 and "Traceback" not in process.stderr, process.stderr
     assert (tmp_path / "ledger.png").exists()
 
 
@@ -93,34 +93,34 @@ main()
 """
 
 
-def _imported(words):
-    done = python("-c", SHOW, *words.split())
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stderr.splitlines()[-1])
+def _list_imports(words):
+    process = python("-c", SHOW, *words.split())
+    assert process.returncode == 0, process.stderr
+    return json.loads(process.stderr.splitlines()[-1])
 
 
 @pytest.mark.parametrize("words", ALLOWED)
 def test_a_command_imports_what_it_needs(words):
-    assert HEAVY & set(_imported(words)) == ALLOWED[words]
+    assert HEAVY & set(_list_imports(words)) == ALLOWED[words]
 
 
 def test_phases_of_a_run_add_up_to_its_time(tmp_path):
     """Its numbers, and their comparison, need no searches, fits or figures."""
     words = f"run smoke --set stop.steps=40 -q -v --no-figures -o {tmp_path / 'out'}".split()
     began = time.monotonic()
-    done = python("-c", SHOW, *words)
+    process = python("-c", SHOW, *words)
     wall = time.monotonic() - began
     analysis = {"xarray", "pandas", "dusttaichi.analysis"}
     # xarray imports pint and dask, and dask scipy.sparse, where they are installed
     heavy = HEAVY - {"pint", "dask", "scipy.sparse"}
-    assert heavy & set(json.loads(done.stderr.splitlines()[-1])) == analysis | {"taichi"}
-    assert heavy & set(_imported(f"compare {tmp_path / 'out'}")) == analysis
-    rows = [line.partition(" s  ") for line in done.stderr.splitlines() if " s  " in line]
-    named = [(what.partition(":")[0], float(seconds)) for seconds, _, what in rows]
+    assert heavy & set(json.loads(process.stderr.splitlines()[-1])) == analysis | {"taichi"}
+    assert heavy & set(_list_imports(f"compare {tmp_path / 'out'}")) == analysis
+    rows = [line.partition(" s  ") for line in process.stderr.splitlines() if " s  " in line]
+    named = [(phase.partition(":")[0], float(seconds)) for seconds, _, phase in rows]
     names = ["imports and scene", "sample", "grains", "steps", "output", "numbers", "in all"]
     assert [name for name, _ in named] == names
-    *parts, total = (seconds for _, seconds in named)
-    assert sum(parts) == pytest.approx(total, abs=0.005 * len(named))  # two decimals each
+    *durations, total = (seconds for _, seconds in named)
+    assert sum(durations) == pytest.approx(total, abs=0.005 * len(named))  # two decimals each
     assert total <= wall + 0.02  # the system counts the start in hundredths
 
 
@@ -135,7 +135,7 @@ def test_bytecode_is_kept_where_python_may_not_write_it(module, tmp_path):
     )
     kept = {n: v for n, v in os.environ.items() if n != "PYTHONPYCACHEPREFIX"}
     environment = kept | {"PYTHONDONTWRITEBYTECODE": "1", "XDG_CACHE_HOME": str(tmp_path)}
-    done = python("-c", code, env=environment)
-    path = done.stdout.strip()
-    assert path.startswith(str(tmp_path / "dusttaichi" / "bytecode")), done.stderr
+    process = python("-c", code, env=environment)
+    path = process.stdout.strip()
+    assert path.startswith(str(tmp_path / "dusttaichi" / "bytecode")), process.stderr
     assert os.path.exists(path)

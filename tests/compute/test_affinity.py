@@ -23,11 +23,11 @@ def _cpu_time(thread):
 
 def _of_living(read, threads):
     """What `read` finds for each thread; threads of other libraries may end at any moment."""
-    found = {}
+    living = {}
     for thread in threads:
         with suppress(OSError):
-            found[thread] = read(thread)
-    return found
+            living[thread] = read(thread)
+    return living
 
 
 @pytest.mark.long
@@ -37,28 +37,28 @@ def test_workers_have_cores_of_their_own():
     scene = make_scene(sample={"kind": "rbd", "grains": 60, "seed": 1}, threads=2)
     with simulate(scene, log=lambda text: None) as run:
         run.advance(400)  # all kernels are compiled after that
-        own = _of_living(os.sched_getaffinity, thread_ids())
-        bound = [thread for thread, cores in own.items() if cores != free]
-        before = _of_living(_cpu_time, own)
+        core_sets = _of_living(os.sched_getaffinity, thread_ids())
+        bound = [thread for thread, cores in core_sets.items() if cores != free]
+        times_before = _of_living(_cpu_time, core_sets)
         run.advance(400)
-        after = _of_living(_cpu_time, before)
-    used = {thread: after[thread] - before[thread] for thread in after}
+        times_after = _of_living(_cpu_time, times_before)
+    used = {thread: times_after[thread] - times_before[thread] for thread in times_after}
     assert os.sched_getaffinity(0) == free  # threads of other libraries are not bound
     assert len(bound) == 2
-    first, second = (own[thread] for thread in bound)
+    first, second = (core_sets[thread] for thread in bound)
     assert not first & second
     assert first | second == free
     # the threads that were bound are those that compute
-    others = set(used) - {*bound, os.getpid()}
+    other_threads = set(used) - {*bound, os.getpid()}
     assert min(used[thread] for thread in bound) > max(
-        (used[thread] for thread in others), default=0
+        (used[thread] for thread in other_threads), default=0
     )
 
 
 def test_a_thread_may_end_between_two_looks():
-    ended = 2**22 + 1  # above the largest number that Linux gives a thread
+    dead_thread = 2**22 + 1  # above the largest number that Linux gives a thread
     for read in (os.sched_getaffinity, _cpu_time):
-        assert list(_of_living(read, [os.getpid(), ended])) == [os.getpid()]
+        assert list(_of_living(read, [os.getpid(), dead_thread])) == [os.getpid()]
 
 
 def test_a_single_worker_runs_where_a_core_is_free():

@@ -57,12 +57,12 @@ import quadrants as ti
 
 
 @pytest.mark.parametrize(
-    "given, name", [(None, "taichi"), ("", "taichi"), (" Quadrants", "quadrants")]
+    "value, name", [(None, "taichi"), ("", "taichi"), (" Quadrants", "quadrants")]
 )
-def test_taichi_unless_the_shell_names_another(given, name, monkeypatch):
+def test_taichi_unless_the_shell_names_another(value, name, monkeypatch):
     monkeypatch.delenv(compiler.VARIABLE, raising=False)
-    if given is not None:
-        monkeypatch.setenv(compiler.VARIABLE, given)
+    if value is not None:
+        monkeypatch.setenv(compiler.VARIABLE, value)
     assert compiler.name() == name
     assert compiler.variable("ARCH") == compiler.PREFIX[name] + "ARCH"
 
@@ -83,8 +83,8 @@ def test_what_cannot_be_chosen(monkeypatch):
 
 def dust(folder, *arguments, name):
     """Output of `dust` with that compiler in a process of its own."""
-    own = {**os.environ, compiler.VARIABLE: name}
-    return python("-m", "dusttaichi", *arguments, cwd=folder, env=own)
+    environment = {**os.environ, compiler.VARIABLE: name}
+    return python("-m", "dusttaichi", *arguments, cwd=folder, env=environment)
 
 
 @pytest.mark.skipif(importlib.util.find_spec("quadrants") is None, reason="there is no Quadrants")
@@ -94,24 +94,26 @@ def test_quadrants_computes_the_same(scene, tmp_path):
     """From the same source, up to rounding, which is in another order where LLVM is another."""
     text, apart, variables = SCENES[scene]
     (tmp_path / "other.yaml").write_text(text)
-    found = {}
+    results = {}
     for name in compiler.PREFIX:
-        done = dust(tmp_path, "run", "other.yaml", "--output", name, "--no-figures", name=name)
-        assert done.returncode == 0, done.stderr
+        process = dust(tmp_path, "run", "other.yaml", "--output", name, "--no-figures", name=name)
+        assert process.returncode == 0, process.stderr
         with xr.open_dataset(tmp_path / name / "result.nc") as series:
             assert f"{name}_version" in series.attrs
-            found[name] = series.load()
-    one, other = found.values()
-    assert one.sizes == other.sizes
+            results[name] = series.load()
+    first, second = results.values()
+    assert first.sizes == second.sizes
     for variable in variables:
-        a, b = one[variable].values, other[variable].values
+        a, b = first[variable].values, second[variable].values
         assert np.nanmax(np.abs(a)) > 0
         atol = 0.01 * apart * np.nanmax(np.abs(a))
         np.testing.assert_allclose(a, b, rtol=apart, atol=atol, err_msg=variable)
     if scene != "equal grains":
         return
-    done = dust(tmp_path, "run", "other.yaml", "--output", "taichi", "--resume", name="quadrants")
-    assert done.returncode == 2 and "here Quadrants" in done.stdout + done.stderr
+    process = dust(
+        tmp_path, "run", "other.yaml", "--output", "taichi", "--resume", name="quadrants"
+    )
+    assert process.returncode == 2 and "here Quadrants" in process.stdout + process.stderr
 
 
 def test_an_extension_for_another_compiler(tmp_path, monkeypatch):

@@ -23,15 +23,19 @@ def patched_again():
 
 def of_taichi():
     """Whether all that is patched is Taichi's own."""
-    return {getattr(h, n) is own for h, n, own, ours in source_reading.patches() if own is not ours}
+    return {
+        getattr(h, n) is original
+        for h, n, original, ours in source_reading.patches()
+        if original is not ours
+    }
 
 
 def run(**keys):
     """A pair that meets in a box whose walls come, and the program that its kernels belong to."""
     x = np.array([[-0.6005, 0.0, 0.0], [0.6005, 0.01, 0.0]]) * 1e-6
     v = np.array([[0.3, 0.0, 0.0], [-0.3, 0.0, 0.0]])
-    where = box(size="fit", wall_speed=0.01)
-    probe = Probe(make_scene(boundary=where, dt="5 ps", **keys), sample_of(x, v))
+    boundary = box(size="fit", wall_speed=0.01)
+    probe = Probe(make_scene(boundary=boundary, dt="5 ps", **keys), sample_of(x, v))
     probe.advance(400)
     return np.concatenate([probe.x / RADIUS, probe.v, probe.w * RADIUS]), engine.program()
 
@@ -57,8 +61,8 @@ def test_bounds_are_checked_in_debug():
     field = ti.field(ti.f64, shape=4)
 
     @ti.kernel
-    def read(place: ti.i32) -> ti.f64:
-        return field[place]
+    def read(index: ti.i32) -> ti.f64:
+        return field[index]
 
     assert read(3) == 0.0
     with pytest.raises(AssertionError, match=r"size \(4\) with indices \(4\)"):
@@ -79,10 +83,10 @@ def test_another_version_is_left_as_it_is(monkeypatch):
     source_reading.patch(debug=True)
     monkeypatch.setattr(engine, "VERSION", "1.7.9")
     source_reading.patches.cache_clear()
-    before = ti.lang.kernel_impl.transform_tree, ti.lang.expr.make_constant_expr
+    functions_before = ti.lang.kernel_impl.transform_tree, ti.lang.expr.make_constant_expr
     source_reading.patch(debug=False)
-    after = ti.lang.kernel_impl.transform_tree, ti.lang.expr.make_constant_expr
-    assert after == before
+    functions_after = ti.lang.kernel_impl.transform_tree, ti.lang.expr.make_constant_expr
+    assert functions_after == functions_before
     rows = dict(source_reading.rows(debug=False))
     assert rows["compiler"] == "Taichi 1.7.9"
     assert "1.7.3 and 1.7.4" in rows["patches of its internals"]

@@ -14,10 +14,10 @@ on_linux = pytest.mark.skipif(sys.platform != "linux", reason="other systems fil
 @on_linux
 @pytest.mark.parametrize("first", [0, 3, 1021])
 def test_a_released_array_is_zero_and_its_neighbours_stay(first):
-    around = np.ones(LEAST, np.float64)
-    array = around[first : len(around) - 5]
+    memory = np.ones(LEAST, np.float64)
+    array = memory[first : len(memory) - 5]
     assert release(array)
-    assert not array.any() and around[:first].all() and around[-5:].all()
+    assert not array.any() and memory[:first].all() and memory[-5:].all()
 
 
 def test_small_and_scattered_arrays_are_left_alone():

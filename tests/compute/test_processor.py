@@ -33,26 +33,26 @@ def test_processors_and_compilers_share_no_folder(home, monkeypatch):
 
 
 def test_kernels_of_others_go_when_nobody_uses_them(home):
-    old = time.time() - 1.1 * processor.UNUSED
+    oldest_use = time.time() - 1.1 * processor.UNUSED
     root = processor.kernel_folder().parent
-    names = {"used": time.time(), "unused": old}
+    names = {"used": time.time(), "unused": oldest_use}
     for name, used in names.items():
         (root / name).mkdir(parents=True)
         (root / name / "a.ll").write_text("")
         os.utime(root / name, (used, used))
-    own = processor.use_kernel_folder()
-    assert {path.name for path in root.iterdir()} == {"used", own.name}
+    folder = processor.use_kernel_folder()
+    assert {path.name for path in root.iterdir()} == {"used", folder.name}
 
 
 def test_a_lock_of_a_killed_process_is_removed(home):
     """Taichi would neither read nor write kernels for as long as it exists."""
     folder = processor.use_kernel_folder()
-    now = time.time()
+    current_time = time.time()
     for age, name in ((0.0, processor.LOCKS[0]), (2.0 * processor.LOCKED, processor.LOCKS[1])):
         lock = folder / name
         lock.parent.mkdir(exist_ok=True)
         lock.write_text("")
-        os.utime(lock, (now - age, now - age))
+        os.utime(lock, (current_time - age, current_time - age))
     processor.remove_old_locks(folder)
     assert (folder / processor.LOCKS[0]).exists()  # a process is writing
     assert not (folder / processor.LOCKS[1]).exists()
@@ -73,11 +73,11 @@ print(cache.cache_folder(), *cache.remarks(), sep="\\n")
 @pytest.mark.parametrize("home", (None, "", "/dev/null/home"))
 def test_taichi_starts_without_a_home(tmp_path, home):
     """As under cron, systemd and in containers: Taichi would end the process."""
-    kept = {k: v for k, v in os.environ.items() if k not in ("HOME", "XDG_CACHE_HOME")}
-    kept |= {"TMPDIR": str(tmp_path)} | ({} if home is None else {"HOME": home})
-    done = python("-c", CODE, env=kept)
-    assert done.returncode == 0, done.stderr
-    folder, remark = done.stdout.splitlines()
+    environment = {k: v for k, v in os.environ.items() if k not in ("HOME", "XDG_CACHE_HOME")}
+    environment |= {"TMPDIR": str(tmp_path)} | ({} if home is None else {"HOME": home})
+    process = python("-c", CODE, env=environment)
+    assert process.returncode == 0, process.stderr
+    folder, remark = process.stdout.splitlines()
     assert folder == str(tmp_path / f"dusttaichi-{os.getuid()}" / "dusttaichi")
     assert remark.endswith(f"compiled kernels are stored in {folder}")
 

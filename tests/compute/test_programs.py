@@ -35,36 +35,36 @@ def small():
 
         return Compiled.from_kernels(key, None, SimpleNamespace(fill=fill), ({"field": field},))
 
-    yield lambda n, **own: structures.get(
-        ("test", n, "workers"), make_scene(numerics=own), 1, compile_for
+    yield lambda n, **numerics: structures.get(
+        ("test", n, "workers"), make_scene(numerics=numerics), 1, compile_for
     )
     PROGRAMS.end()
 
 
-def run(kind):
+def run(damping):
     """State of a pair that has met, with damping of that kind, and the program of its kernels."""
-    probe = Probe(make_scene(damping=kind, boundary=FAR), sample_of(X, V))
+    probe = Probe(make_scene(damping=damping, boundary=FAR), sample_of(X, V))
     probe.advance(100)
     return probe.sim.arrays(), program()
 
 
 def test_a_structure_is_found_again_with_the_same_bits(monkeypatch):
     monkeypatch.setattr(programs, "COMPILED", np.inf)
-    first = {kind: run(kind) for kind in ("none", "viscoelastic")}
-    for kind in (*first, *first):
-        arrays, own = run(kind)
-        assert own is first[kind][1]
-        assert_same_bits(first[kind][0], arrays)
+    first = {damping: run(damping) for damping in ("none", "viscoelastic")}
+    for damping in (*first, *first):
+        arrays, current_program = run(damping)
+        assert current_program is first[damping][1]
+        assert_same_bits(first[damping][0], arrays)
 
 
 def test_each_program_has_its_own_fields_and_kernels(small):
     """Also those that are launched first after another program has run."""
-    made = [small(n) for n in range(3)]
-    assert len({id(own.program) for own in made}) == 3
+    structures_made = [small(n) for n in range(3)]
+    assert len({id(structure.program) for structure in structures_made}) == 3
     for n in (1, 0, 2, 1):
-        assert small(n) is made[n] and program() is made[n].program
-        made[n].kernels.fill()
-        assert set(made[n].memory["field"]) == {float(n)}
+        assert small(n) is structures_made[n] and program() is structures_made[n].program
+        structures_made[n].kernels.fill()
+        assert set(structures_made[n].memory["field"]) == {float(n)}
 
 
 def test_all_end_where_another_one_would_be_too_many(small, monkeypatch):
@@ -72,7 +72,11 @@ def test_all_end_where_another_one_would_be_too_many(small, monkeypatch):
     first, second = small(1), small(2)
     assert first.program in PROGRAMS and second.program in PROGRAMS
     third = small(3)
-    assert [own.program in PROGRAMS for own in (first, second, third)] == [False, False, True]
+    assert [structure.program in PROGRAMS for structure in (first, second, third)] == [
+        False,
+        False,
+        True,
+    ]
     assert small(1) is not first
 
 

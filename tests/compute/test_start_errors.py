@@ -35,12 +35,12 @@ with multiprocessing.get_context("fork").Pool(2) as pool:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
 def test_runs_in_forked_processes_after_a_run():
-    done = python("-c", FORKED, timeout=300)
-    assert done.stdout.splitlines()[-1:] == ["[0.1054, 0.2753]"], done.stderr
+    process = python("-c", FORKED, timeout=300)
+    assert process.stdout.splitlines()[-1:] == ["[0.1054, 0.2753]"], process.stderr
 
 
 @pytest.mark.parametrize(
-    ("name", "error", "said", "kind"),
+    ("name", "error", "message", "error_class"),
     [
         (
             "cpu",
@@ -54,10 +54,10 @@ def test_runs_in_forked_processes_after_a_run():
         ("cpu", ProcessError("forked; spawn"), "forked; spawn", DustError),
     ],
 )
-def test_advice_of_a_start_that_fails(name, error, said, kind):
+def test_advice_of_a_start_that_fails(name, error, message, error_class):
     """The cpu is advised for another backend alone."""
     refusal = backend._refusal(error, name)
-    with pytest.raises(kind, match=said):
+    with pytest.raises(error_class, match=message):
         raise refusal
     assert ("try backend: cpu" in str(refusal)) == (name != "cpu")
 

@@ -32,8 +32,8 @@ def test_functions_within_themselves_and_of_several_types():
     whose product Taichi looks up, and a struct with a product of its own."""
 
     @ti.func
-    def twice(self, other):
-        return 2.0 * self.x * other.x
+    def twice(self, second):
+        return 2.0 * self.x * second.x
 
     Number = ti.types.struct(x=ti.f64, __struct_methods={"dot": twice})
     start_taichi(make_scene(), 1)
@@ -113,9 +113,9 @@ def test_what_is_patched_is_what_it_was():
     """In a new version of Taichi this names the functions that differ: read those and their
     patches again before the version is added to engine.PATCHED. In a process of its own, in which
     nothing is patched yet."""
-    done = python("-c", NAMES, check=True)
-    found = dict(line.split() for line in done.stdout.splitlines())
-    assert found == SOURCES
+    process = python("-c", NAMES, check=True)
+    sources = dict(line.split() for line in process.stdout.splitlines())
+    assert sources == SOURCES
 
 
 @taichi_alone
@@ -126,8 +126,8 @@ def test_arrays_share_the_memory_of_fields():
     ti.root.dense(ti.i, 5).place(x, k)
     table = ti.field(ti.f32, shape=(4, 2, 3))
     for field in (x, k, table):
-        whole = np.arange(np.prod(field.shape) * (3 if field is x else 1))
-        field.from_numpy(whole.reshape(*field.shape, *((3,) if field is x else ())))
+        values = np.arange(np.prod(field.shape) * (3 if field is x else 1))
+        field.from_numpy(values.reshape(*field.shape, *((3,) if field is x else ())))
     arrays = arrays_of({"x": x, "k": k, "table": table})
     for name, field in (("x", x), ("k", k), ("table", table)):
         np.testing.assert_array_equal(arrays[name], field.to_numpy())
@@ -156,5 +156,5 @@ except DustError as error:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a limit on the memory of a process is needed")
 def test_fields_that_a_process_cannot_have():
-    found = python("-c", FIELDS)
-    assert "need 8.59 GB in one piece" in found.stdout, found.stderr
+    process = python("-c", FIELDS)
+    assert "need 8.59 GB in one piece" in process.stdout, process.stderr

@@ -32,8 +32,8 @@ class Machine:
 
 def run(machine, steps, call=1000, fixed=False):
     choice = WorkerChoice(machine, fixed, machine.clock, machine.measure_waiting)
-    begun = machine.steps
-    while machine.steps - begun < steps:
+    first_steps = machine.steps
+    while machine.steps - first_steps < steps:
         choice.advance(call)
     return choice
 
@@ -52,7 +52,7 @@ def test_the_fastest_is_found_whatever_the_calls(call):
 
 
 @pytest.mark.parametrize(
-    "cost, threads, most",
+    "cost, threads, largest",
     [
         # two workers that share a core are ten times slower: within a minute the trials of it have
         # cost less than a twentieth, and no call is longer than it must be
@@ -61,11 +61,11 @@ def test_the_fastest_is_found_whatever_the_calls(call):
         (lambda n, steps: {1: 1.6, 2: 1.0}[n] * (1e-3 if steps > 100 else 4e-3), 2, 1.03),
     ],
 )
-def test_trials_and_a_slow_beginning_cost_little(cost, threads, most):
+def test_trials_and_a_slow_beginning_cost_little(cost, threads, largest):
     machine = Machine(2, lambda n: cost(n, machine.steps))
     run(machine, 60_000)
     assert machine.threads == threads
-    assert machine.now < 60.0 * most
+    assert machine.now < 60.0 * largest
 
 
 def test_a_machine_that_becomes_busy_is_noticed_at_once():
@@ -73,12 +73,12 @@ def test_a_machine_that_becomes_busy_is_noticed_at_once():
     machine = Machine(2, lambda n: 1e-3 * (10.0 if busy[0] and n == 2 else 2.0 / n))
     choice = run(machine, 30_000)
     assert machine.threads == 2
-    busy[0], begun, steps = True, machine.now, machine.steps
+    busy[0], begin_time, steps = True, machine.now, machine.steps
     while machine.steps - steps < 10_000:
         choice.advance(1000)
     assert machine.threads == 1
     # alone it takes 20 s; noticing takes one stretch at the slow rate, 0.2 s tenfold
-    assert machine.now - begun < 25.0
+    assert machine.now - begin_time < 25.0
     busy[0] = False
     while machine.steps - steps < 100_000:
         choice.advance(1000)
@@ -124,18 +124,18 @@ def test_on_a_busy_machine_it_is_never_far_behind(second):
     """Other work takes a third of the time now and then, for a piece or for some, and searches
     come between; over two minutes the choice is within 3 % of the better number."""
     rng = np.random.default_rng(7)
-    taken = rng.exponential(0.3, 4000).cumsum()  # s at which other work comes or goes
+    change_times = rng.exponential(0.3, 4000).cumsum()  # s at which other work comes or goes
 
     def cost(n):
-        busy = np.searchsorted(taken, machine.now) % 4 == 3
+        busy = np.searchsorted(change_times, machine.now) % 4 == 3
         return 1e-4 * (1.0, second)[n - 1] * (1.5 if busy else 1.0)
 
     machine = Machine(2, cost)
     run(machine, 1_200_000, call=100)
-    chosen, steps = machine.now, machine.steps
+    chosen_time, steps = machine.now, machine.steps
     alone = []
     for n in (1, 2):
         machine = Machine(n, cost)
         run(machine, steps, call=100, fixed=True)
         alone.append(machine.now)
-    assert chosen < 1.03 * min(alone)
+    assert chosen_time < 1.03 * min(alone)

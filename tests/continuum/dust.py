@@ -48,12 +48,12 @@ def column(columns, count, velocity=0.0, boundary=WALLS, material="dust_g09", **
     return scene(material, boundary, **numerics), particles(x, area, v, room=room)
 
 
-def pressed(count, speed):
+def press_column(count, speed):
     """A column of six spacings between rigid walls, pressed from above at a speed [m/s]."""
     return column(6, count, boundary=WALLS | {"wall_speed": f"{speed} m/s"})
 
 
-def mirrored(count, _speed):
+def mirror_column(count, _speed):
     """Scene and particles of so many rows between a rigid floor and mirrors on both sides."""
     x, area = rows(6, count)
     boundary = {"kind": "faces", "bottom": "rigid", "x_min": "mirror", "x_max": "mirror"}
@@ -69,7 +69,7 @@ def disc(radius):
     return x[np.hypot(*x.T) < radius], area
 
 
-def particles(x, area, velocity=0.0, **more):
+def particles(x, area, velocity=0.0, **options):
     """Particles at places (n, 2) with velocities (n, 2)."""
     n = len(x)
     position, v = np.zeros((n, 3)), np.zeros((n, 3))
@@ -82,7 +82,7 @@ def particles(x, area, velocity=0.0, **more):
         density=np.full(n, DENSITY),
         spacing=SPACING,
         dimension=2,
-        **more,
+        **options,
     )
 
 
@@ -110,7 +110,7 @@ def period(motion, mode, until, every=1):
     return 2.0 * (zeros[1] - zeros[0])
 
 
-def stirred(sim):
+def stir_particles(sim):
     """Particles in a random order, near where they were, some beyond the periodic faces."""
     rng = np.random.default_rng(5)
     order = rng.permutation(sim.n)

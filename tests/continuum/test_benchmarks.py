@@ -20,9 +20,9 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 
 def module_of_docs(name):
-    found = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
-    module = importlib.util.module_from_spec(found)
-    found.loader.exec_module(module)
+    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
     return module
 
 
@@ -92,10 +92,10 @@ def test_a_slender_cantilever_is_that_of_euler_and_bernoulli(closed_forms):
     L, h, rho, K, mu, g = 1.0, 0.01, 1000.0, 1e6, 5e5, 1e-4
     nu = (3.0 * K - 2.0 * mu) / (6.0 * K + 2.0 * mu)
     stiff = 2.0 * mu * (1.0 + nu) / (1.0 - nu**2) * h**3 / 12.0
-    found = closed_forms.cantilever(L, h, rho, K, mu, g)
+    cantilever = closed_forms.cantilever(L, h, rho, K, mu, g)
     bernoulli = 2.0 * np.pi / 1.87510407**2 * L**2 * np.sqrt(rho * h / stiff)
-    assert found.period == pytest.approx(bernoulli, rel=1e-3)  # shear and rotation: (h/L)^2
-    assert found.sag == pytest.approx(rho * g * h * L**4 / (20.0 * stiff), rel=1e-3)
+    assert cantilever.period == pytest.approx(bernoulli, rel=1e-3)  # shear and rotation: (h/L)^2
+    assert cantilever.sag == pytest.approx(rho * g * h * L**4 / (20.0 * stiff), rel=1e-3)
 
 
 def test_the_tension_in_a_disc_falls_with_the_width_of_its_load(closed_forms):
@@ -106,8 +106,8 @@ def test_the_tension_in_a_disc_falls_with_the_width_of_its_load(closed_forms):
     b = 0.2 * D / 2
     angles = np.arcsin(b / (D / 2) * np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, 20_001)))
     weight = 1.0 - (np.sin(angles) * D / 2 / b) ** 2
-    share = np.cos(angles) * (2.0 * np.cos(2.0 * angles) - 1.0)
-    summed = 2.0 * P / (np.pi * D) * np.average(share, weights=weight)
+    load = np.cos(angles) * (2.0 * np.cos(2.0 * angles) - 1.0)
+    summed = 2.0 * P / (np.pi * D) * np.average(load, weights=weight)
     assert closed_forms.brazilian(P, D, 0.25 * b**2) == pytest.approx(summed, rel=5e-3)
     # the load that indents by b: Hertz's pressure 2 P/(pi b) in the middle, E' b/(2 R)
     K, mu = 1e6, 5e5

@@ -41,10 +41,10 @@ def test_the_force_on_a_plate_follows_from_its_height(face):
         # over some periods of the sound between the plates
         first, last = (high * (1.0 - 0.15 / p) / speed for p in (phi - 0.008, phi + 0.008))
         motion.advance(int(first / sim.output_step) - sim.step)
-        begin, before = sim.step, sim.impulses()[4:6, 2]
+        begin, impulses_before = sim.step, sim.impulses()[4:6, 2]
         motion.advance(int(last / sim.output_step) - sim.step)
         force = (
-            np.abs(sim.impulses()[4:6, 2] - before)
+            np.abs(sim.impulses()[4:6, 2] - impulses_before)
             / ((sim.step - begin) * sim.output_step)
             / 0.4e-3
         )
@@ -52,8 +52,8 @@ def test_the_force_on_a_plate_follows_from_its_height(face):
         expected = strength.confined(0.15 * high / heights, sim.material).mean()
         # the dust's momentum sloshes between the plates: what one feels more the other feels less
         assert force.mean() == pytest.approx(expected, rel=0.02)
-        own = motion.series(motion.measure(), None)["filling_factor_mean"]
-        assert own == pytest.approx(0.15 * high / heights[-1], rel=0.002)
+        filling_factor = motion.series(motion.measure(), None)["filling_factor_mean"]
+        assert filling_factor == pytest.approx(0.15 * high / heights[-1], rel=0.002)
     end = motion.measure()
     assert abs(dust.ledger(motion, start, end.work)) < 1e-4
 
@@ -108,9 +108,9 @@ def test_a_mass_swings_on_a_layer_of_dust():
     kh = brentq(lambda a: a * np.tan(a) - ratio, 1e-6, 1.5)
     exact = 2.0 * np.pi / (kh / high * LONGITUDINAL)
     height = centre[2]
-    found = dust.period(motion, lambda sim: sim.rigid("centre")[FACES, 2] - height, 1.2 * exact, 4)
+    period = dust.period(motion, lambda sim: sim.rigid("centre")[FACES, 2] - height, 1.2 * exact, 4)
     # from its first return to where it began to the next, half a period
-    assert found == pytest.approx(exact, rel=0.02)
+    assert period == pytest.approx(exact, rel=0.02)
 
 
 # what a scene can have in the loops over images
@@ -167,9 +167,9 @@ def test_a_face_acts_as_the_flat_end_of_a_body(option):
         names += ("warmed",) * ("heat" in option)
         found.append([sim.of_particles(name)[order] for name in names])
         found[-1].append(sim.impulses()[row])
-    for name, one, other in zip((*names, "impulse"), *found, strict=True):
+    for name, first, second in zip((*names, "impulse"), *found, strict=True):
         # sums in another order, grown along the way
-        assert other == pytest.approx(one, abs=1e-9 * np.abs(one).max()), name
+        assert second == pytest.approx(first, abs=1e-9 * np.abs(first).max()), name
 
 
 def twist(spacing_ratio):
@@ -203,9 +203,9 @@ def twist(spacing_ratio):
     scene = dust.scene(time_step="1 us", **QUIET).with_value("sample", BEAD)
     motion = dust.moving(scene, joined([ring, alone(body)]))
     exact = 2.0 * np.pi / (k * TRANSVERSE)
-    _, before = dust.momenta(motion)
-    found = dust.period(motion, lambda sim: sim.body_speeds()[1][FACES, 1], 0.85 * exact, 4)
-    return found / exact - 1.0
+    _, momentum_before = dust.momenta(motion)
+    period = dust.period(motion, lambda sim: sim.body_speeds()[1][FACES, 1], 0.85 * exact, 4)
+    return period / exact - 1.0
 
 
 def test_a_disc_twists_in_a_ring_of_dust():
@@ -220,8 +220,8 @@ def test_half_a_disc_at_a_mirror_moves_as_the_whole():
     ends = []
     for mirror in (False, True):
         size = ["0.8 mm" if mirror else "1.6 mm", "0.8 mm"]
-        place = {"position": ["0.4 mm" if mirror else "0 mm", "0 mm"]}
-        target = {"kind": "block", "size": size, "lattice": "triangular"} | place
+        position = {"position": ["0.4 mm" if mirror else "0 mm", "0 mm"]}
+        target = {"kind": "block", "size": size, "lattice": "triangular"} | position
         sample = {"kind": "impact", "target": target, "projectile": bead, "speed": "0.5 m/s"}
         faces = {"kind": "faces", "bottom": "rigid", "x_max": "rigid"}
         faces["x_min"] = "mirror" if mirror else "rigid"
@@ -231,11 +231,11 @@ def test_half_a_disc_at_a_mirror_moves_as_the_whole():
         end = motion.measure()
         assert abs(dust.ledger(motion, start, start.kinetic)) < 1e-3
         ends.append((end.kinetic, motion.sim.body_speeds()[0][FACES, 2]))
-    whole, half = np.array(ends)
-    assert -0.45 < whole[1] < 0.0
+    full, half = np.array(ends)
+    assert -0.45 < full[1] < 0.0
     # rows of a triangular lattice are not alike on both sides of the middle
-    assert half[1] == pytest.approx(whole[1], rel=0.03)
-    assert 2.0 * half[0] == pytest.approx(whole[0], rel=0.05)
+    assert half[1] == pytest.approx(full[1], rel=0.03)
+    assert 2.0 * half[0] == pytest.approx(full[0], rel=0.05)
 
 
 def test_the_limiter_leaves_sheared_dust_alone():

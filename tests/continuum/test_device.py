@@ -14,7 +14,7 @@ LAUNCHES = Loops(1, 1, "launches")
 @pytest.mark.long  # loops of a device: of grains, test_drives
 def test_a_kernel_a_phase_gives_the_same_motion(launches):
     """The layout of a GPU, run on the CPU: walls that move, images, a search on the way."""
-    scene, sample = dust.pressed(8, 1.0)
+    scene, sample = dust.press_column(8, 1.0)
     ends, speeds = [], np.zeros((6, 3))
     speeds[5, 2] = -1.0
     for loops in (Loops(1, 1, "workers"), LAUNCHES):

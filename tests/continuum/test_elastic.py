@@ -43,31 +43,31 @@ def rings(**numerics):
 
 
 @pytest.mark.parametrize(
-    "kind", ["spacing alone", pytest.param("artificial stress", marks=pytest.mark.long)]
+    "shape", ["spacing alone", pytest.param("artificial stress", marks=pytest.mark.long)]
 )
-def test_rubber_rings_bounce_in_one_piece(kind):
+def test_rubber_rings_bounce_in_one_piece(shape):
     """By default, and with artificial stress, where finer rings lose more: 0.695 is that of
     0.167 mm. None counts as broken on the way, or even nearly."""
-    numerics, restitution = RINGS[kind]
+    numerics, restitution = RINGS[shape]
     motion = rings(**numerics)
-    start, before = motion.measure(), bodies(motion)["body_velocity"][:, 0]
+    start, body_velocity_before = motion.measure(), bodies(motion)["body_velocity"][:, 0]
     for _ in range(10):
         motion.advance(int(5e-4 / motion.sim.output_step))
         bodies(motion)
-        assert min(motion._pairing.distances(own).min() for own in motion._pairing.bodies) > 0.7
-    end, found = motion.measure(), bodies(motion)
+        assert min(motion._pairing.distances(body).min() for body in motion._pairing.bodies) > 0.7
+    end, end_bodies = motion.measure(), bodies(motion)
     open_by = end.energy - start.energy + end.lost - start.lost
     assert abs(open_by) < 0.01 * start.kinetic
-    after = found["body_velocity"][:, 0]
-    np.testing.assert_allclose(-after / before, restitution, rtol=0.05)
+    velocity_after = end_bodies["body_velocity"][:, 0]
+    np.testing.assert_allclose(-velocity_after / body_velocity_before, restitution, rtol=0.05)
     # what the method has stored has come back, but for some
     assert abs(end.losses[5]) < 0.05 * start.kinetic
-    np.testing.assert_allclose(after.sum(), 0.0, atol=1e-9 * SPEED)
+    np.testing.assert_allclose(velocity_after.sum(), 0.0, atol=1e-9 * SPEED)
     # apart from each other; no particle has left its ring, and none have met
     x = motion.sim.in_order(motion.sim.of_particles("x"))
-    one, other = x[motion.sample.body == 0], x[motion.sample.body == 1]
-    assert other[:, 0].min() - one[:, 0].max() > 2.0 * SPACING
-    nearest = cKDTree(one).query(one, k=2)[0][:, 1]
+    first, second = x[motion.sample.body == 0], x[motion.sample.body == 1]
+    assert second[:, 0].min() - first[:, 0].max() > 2.0 * SPACING
+    nearest = cKDTree(first).query(first, k=2)[0][:, 1]
     assert 0.5 * SPACING < nearest.min() and nearest.max() < 1.5 * SPACING
 
 
@@ -103,9 +103,9 @@ def zigzag(stiffness):
     back = np.argsort(number)[sim.of_particles("number")]  # a search may have sorted them again
     moved = sim.of_particles("x") - x[back]
     inside = np.abs(x[back] - x.mean(axis=0)).max(axis=1) < 0.6e-3
-    now, scale = sim.velocities()[:, [0, 2]], 0.1 * m.sum()
-    turning = m @ (spin(sim.of_particles("x"), now) - spin(x[back], v[back]))
-    momenta = np.abs(m @ now).max() / scale, abs(turning) / (scale * 1e-3)
+    velocities, scale = sim.velocities()[:, [0, 2]], 0.1 * m.sum()
+    turning = m @ (spin(sim.of_particles("x"), velocities) - spin(x[back], v[back]))
+    momenta = np.abs(m @ velocities).max() / scale, abs(turning) / (scale * 1e-3)
     end = motion.measure()
     open_by = (end.energy - start.energy + end.lost - start.lost) / start.kinetic
     return np.abs(moved[inside]).max() / 0.1e-3, open_by, *momenta
@@ -130,13 +130,13 @@ def depth(projectile, spacing):
     sample["speed"] = "0.4 m/s"
     floor = {"kind": "faces", "bottom": {"layer": "0.3 mm"}}
     motion = dust.moving(dust.scene(boundary=floor, sample=sample, spacing=f"{spacing} mm"))
-    start, before = motion.measure(), bodies(motion)
-    assert before["body_velocity"][0, 2] == pytest.approx(-0.4)
+    start, bodies_before = motion.measure(), bodies(motion)
+    assert bodies_before["body_velocity"][0, 2] == pytest.approx(-0.4)
     motion.advance(int(0.8e-3 / motion.sim.output_step))
-    end, after = motion.measure(), bodies(motion)
+    end, bodies_after = motion.measure(), bodies(motion)
     assert abs(end.energy - start.energy + end.lost - start.lost) < 0.01 * start.kinetic
-    assert after["body_velocity"][0, 2] > -0.3  # the dust has braked it
-    return before["body_position"][0, 2] - after["body_position"][0, 2]
+    assert bodies_after["body_velocity"][0, 2] > -0.3  # the dust has braked it
+    return bodies_before["body_position"][0, 2] - bodies_after["body_position"][0, 2]
 
 
 BEADS = {

@@ -26,9 +26,9 @@ def test_a_stress_turns_with_its_body():
     turn = np.array([[np.cos(angle / steps), -np.sin(angle / steps)]])
     turn = np.concatenate([turn, [[-turn[0, 1], turn[0, 0]]]])
     for _ in range(steps):
-        now, dt = sim.of_particles("x"), sim.output_step
+        positions, dt = sim.of_particles("x"), sim.output_step
         kick = 0.5 * (sim.clock[0] + sim.clock[1]) / sim.of_particles("mass")[:, None]
-        sim.put("v", (now @ turn.T - now) / dt - kick * sim.of_particles("force"))
+        sim.put("v", (positions @ turn.T - positions) / dt - kick * sim.of_particles("force"))
         motion.advance(1)
     S = sim.of_particles("deviator")
     # a rotation is none of strain, however long the step (Hughes & Winget): round-off is left
@@ -45,10 +45,10 @@ def test_a_turning_disc_keeps_its_angular_momentum():
     motion = dust.moving(
         dust.scene(**OPEN), dust.particles(x, area, spin * np.stack([x[:, 1], -x[:, 0]], axis=1))
     )
-    start, (_, before) = motion.measure(), dust.momenta(motion)
+    start, (_, momentum_before) = motion.measure(), dust.momenta(motion)
     motion.advance(int(2.0 * np.pi / spin / motion.sim.output_step))
-    _, after = dust.momenta(motion)
-    assert after == pytest.approx(before, rel=1e-9)
+    _, momentum_after = dust.momenta(motion)
+    assert momentum_after == pytest.approx(momentum_before, rel=1e-9)
     assert np.ptp(motion.sim.of_particles("density")) < 1e-3 * dust.DENSITY
     assert abs(dust.ledger(motion, start, start.kinetic)) < 1e-3
 
@@ -80,22 +80,22 @@ def clash():
     both = np.concatenate([x - shift, x + shift])
     v = np.repeat([[1.0, 0.0], [-1.0, 0.0]], len(x), axis=0)
     motion = dust.moving(dust.scene(**OPEN), dust.particles(both, area, v))
-    start, before = motion.measure(), dust.momenta(motion)
+    start, momenta_before = motion.measure(), dust.momenta(motion)
     motion.advance(20)
     state = motion.state()
-    kept = State({k: a.copy() for k, a in state.arrays.items()}, dict(state.numbers))
+    saved_state = State({k: a.copy() for k, a in state.arrays.items()}, dict(state.numbers))
     motion.advance(30)
-    return motion, start, before, kept
+    return motion, start, momenta_before, saved_state
 
 
 def test_momentum_is_kept(clash):
     motion, _, (p, spin), _ = clash
     mass, v = motion.sim.of_particles("mass"), motion.sim.velocities()
     moved = np.sum(mass * np.linalg.norm(v, axis=1))
-    now, turning = dust.momenta(motion)
+    momenta, turning = dust.momenta(motion)
     series = motion.series(motion.measure(), None)
     assert series["angular_momentum"][1] == pytest.approx(turning, rel=1e-9)
-    assert np.abs(now - p).max() < 1e-12 * moved
+    assert np.abs(momenta - p).max() < 1e-12 * moved
     assert turning == pytest.approx(spin, rel=1e-6)
 
 
@@ -108,18 +108,18 @@ def test_the_ledger_closes(clash):
 
 
 def test_a_resumed_run_and_two_threads_have_the_same_bits(clash):
-    motion, _, _, kept = clash
-    whole = motion.state().arrays
-    whole = {name: a.copy() for name, a in whole.items()}
+    motion, _, _, saved_state = clash
+    arrays = motion.state().arrays
+    arrays = {name: a.copy() for name, a in arrays.items()}
     scene, sample = motion.scene, motion.sample
-    again = method.find_method(scene).reopen(scene, kept)
-    again.advance(30)
-    for name, values in again.state().arrays.items():
-        np.testing.assert_array_equal(values, whole[name], err_msg=name)
+    resumed = method.find_method(scene).reopen(scene, saved_state)
+    resumed.advance(30)
+    for name, values in resumed.state().arrays.items():
+        np.testing.assert_array_equal(values, arrays[name], err_msg=name)
     two = dust.moving(scene.with_value("numerics.threads", 2), sample)
     two.advance(50)
     for name, values in two.state().arrays.items():
-        np.testing.assert_array_equal(values, whole[name], err_msg=name)
+        np.testing.assert_array_equal(values, arrays[name], err_msg=name)
 
 
 # with images: periodic faces and mirrors
@@ -165,12 +165,15 @@ def test_a_mirror_is_the_other_half():
     upper = half.sim.in_order(half.sim.of_particles("x"))
     assert upper[:, 1].min() < 1.2 * dust.SPACING
     assert half.sim.velocities()[:, 2].mean() > -0.9  # it is being turned
-    whole = np.concatenate([x, x * [1.0, -1.0]])
-    both = dust.particles(whole, area, np.concatenate([v, v * [1.0, -1.0]]))
-    other = dust.moving(dust.scene(time_step="5 us", **OPEN), both)
-    other.advance(40)
+    both_positions = np.concatenate([x, x * [1.0, -1.0]])
+    both = dust.particles(both_positions, area, np.concatenate([v, v * [1.0, -1.0]]))
+    mirrored_motion = dust.moving(dust.scene(time_step="5 us", **OPEN), both)
+    mirrored_motion.advance(40)
     np.testing.assert_allclose(
-        other.sim.in_order(other.sim.of_particles("x"))[: len(x)], upper, rtol=0, atol=1e-9
+        mirrored_motion.sim.in_order(mirrored_motion.sim.of_particles("x"))[: len(x)],
+        upper,
+        rtol=0,
+        atol=1e-9,
     )
 
 
@@ -181,7 +184,7 @@ def test_pressed_dust_has_its_strengths():
 
     count, speed = 16, 0.15
     high = count * dust.SPACING * np.sqrt(3.0) / 2.0
-    motion = dust.moving(*dust.pressed(count, speed))
+    motion = dust.moving(*dust.press_column(count, speed))
     sim, m, start = motion.sim, motion.sim.material, motion.measure()
     for phi in (0.18, 0.2):
         mean_pressures, axial = [], []
@@ -194,9 +197,9 @@ def test_pressed_dust_has_its_strengths():
             axial.append(-record["stress_mean"][2] / strength.confined(mean, m))
         assert np.mean(mean_pressures) == pytest.approx(1.0, abs=0.02)
         assert np.mean(axial) == pytest.approx(1.0, abs=0.02)
-    found = motion.measure()
-    assert found.losses[4] < 0.03 * found.work  # channel "grid"
-    assert abs(dust.ledger(motion, start, found.work)) < 1e-3
+    measurement = motion.measure()
+    assert measurement.losses[4] < 0.03 * measurement.work  # channel "grid"
+    assert abs(dust.ledger(motion, start, measurement.work)) < 1e-3
     assert motion.domain.lengths(sim.step)[2] < high
 
 

@@ -29,8 +29,8 @@ def test_two_balls_fall_towards_each_other():
     ball = {"kind": "elastic", "diameter": "0.4 mm", "density": "0.3 g/cm^3"}
     ball |= {"bulk_modulus": "1 MPa", "shear_ratio": 0.5}
     heavy = ball | {"density": "0.6 g/cm^3"}
-    places = [["0 mm", "0 mm", "0 mm"], ["1 mm", "0 mm", "0 mm"]]
-    bodies = [b | {"position": at} for b, at in zip((ball, heavy), places, strict=True)]
+    positions = [["0 mm", "0 mm", "0 mm"], ["1 mm", "0 mm", "0 mm"]]
+    bodies = [b | {"position": at} for b, at in zip((ball, heavy), positions, strict=True)]
     constant = 3e5
     scene = dust.scene(dimension=3, sample={"kind": "several", "bodies": bodies})
     scene = scene.with_value("gravity", {"self_gravity": {"constant": constant}})
@@ -87,8 +87,8 @@ def test_a_disc_carries_its_own_weight():
     sim, inner = motion.sim, r2 < (3.0 * dust.SPACING) ** 2
     # before it moves: all forces, per mass, over the attraction at the surface
     expected = 2.0 * np.pi * constant * dust.DENSITY * radius
-    own = sim.in_order(sim.of_particles("force"))[inner] / sample.mass[inner][:, None]
-    assert np.abs(own).max() < 0.03 * expected
+    acceleration = sim.in_order(sim.of_particles("force"))[inner] / sample.mass[inner][:, None]
+    assert np.abs(acceleration).max() < 0.03 * expected
     found = []
     while sim.step * sim.output_step < 3.0 * radius / np.sqrt(LONGITUDINAL / dust.DENSITY):
         motion.advance(1)
@@ -119,7 +119,7 @@ def test_gravity_that_cannot_be_is_refused():
 CAPACITY = 800.0
 
 
-def column(count, speed, *, changes=None, **more):
+def column(count, speed, *, changes=None, **options):
     """Scene and particles of rows of dust between rigid walls, periodic sideways; the dust moves
     evenly with the wall at the top, which goes down at a speed [m/s].
 
@@ -132,10 +132,13 @@ def column(count, speed, *, changes=None, **more):
 
     material = {"base": "dust_g09", "heat_capacity": f"{CAPACITY} J/(kg K)"}
     material |= {"temperature": "280 K", "damage": {"lg_k": -30, "m": 9}} | (changes or {})
-    walls, more = dust.WALLS | {"wall_speed": f"{speed} m/s"}, {"viscosity": {"bulk": 1e-9}} | more
-    scene, sample = dust.column(6, count, velocity, walls, material, **more)
-    other = material | {"compressive": {"p_m": "4 kPa"}}
-    return scene.with_value("materials", {"other": other}), sample
+    walls, options = (
+        dust.WALLS | {"wall_speed": f"{speed} m/s"},
+        {"viscosity": {"bulk": 1e-9}} | options,
+    )
+    scene, sample = dust.column(6, count, velocity, walls, material, **options)
+    second_material = material | {"compressive": {"p_m": "4 kPa"}}
+    return scene.with_value("materials", {"other": second_material}), sample
 
 
 def test_pressed_dust_is_as_warm_as_the_work_makes_it():
@@ -146,9 +149,9 @@ def test_pressed_dust_is_as_warm_as_the_work_makes_it():
     sim, start = motion.sim, motion.measure()
     end = 12 * ROW * (1.0 - 0.15 / 0.25) / 0.15
     motion.advance(int(end / sim.output_step))
-    now, mass = motion.measure(), sample.mass.sum()
-    record = motion.series(now, None)
-    lost = (now.losses - start.losses).sum()
+    measurement, mass = motion.measure(), sample.mass.sum()
+    record = motion.series(measurement, None)
+    lost = (measurement.losses - start.losses).sum()
     assert record["heat"] == pytest.approx(lost, rel=0.005)
     T = motion.snapshot()["temperature"]
     assert record["temperature_mean"] == pytest.approx(280.0 + lost / mass / CAPACITY, rel=1e-4)
@@ -160,7 +163,7 @@ def test_pressed_dust_is_as_warm_as_the_work_makes_it():
     pressing = strength.confined(phi, m) / (m.rho_s * phi**2)
     work = float(np.sum(0.5 * (pressing[1:] + pressing[:-1]) * np.diff(phi)))
     stored = record["elastic_energy"] / mass
-    viscous = (now.losses - start.losses)[3:5].sum() / mass
+    viscous = (measurement.losses - start.losses)[3:5].sum() / mass
     heat = (T - 280.0).mean() * CAPACITY - viscous
     assert heat == pytest.approx(work - stored, rel=0.02)
 
@@ -196,13 +199,13 @@ def test_one_flaw_ends_the_strength_of_what_is_pulled():
         cracked = min(1.0, max(0.0, t - begin) * speed / radius) ** 3
         rows.append([record["stress_mean"][2], (1.0 - cracked) * LONGITUDINAL * rate * t,
                      record["damage_mean"], cracked])  # fmt: skip
-    found, expected, D, exact = np.array(rows).T
-    assert found.max() == pytest.approx(expected.max(), rel=0.02)
+    stress, expected, D, exact = np.array(rows).T
+    assert stress.max() == pytest.approx(expected.max(), rel=0.02)
     # a crack begins up to a step early, and D ends with the slope 3 c_g/R
     near = 4.0 * speed / radius * sim.clock[OLD]
     assert near < 0.04
     np.testing.assert_allclose(D, exact, atol=near)
-    np.testing.assert_allclose(found, expected, atol=near * expected.max())
+    np.testing.assert_allclose(stress, expected, atol=near * expected.max())
     end = motion.measure()
     assert abs(dust.ledger(motion, start, abs(end.work))) < 0.01
     assert (end.losses - start.losses)[1:3].sum() > 0.0  # by tension and shear
@@ -230,7 +233,7 @@ def test_strength_grows_with_the_rate_of_strain():
     strain, c = c_g/R: the stress is largest where D = 1/(3 m + 4), a strength that grows as the
     rate to the power 1/(m + 1)."""
     m, weakest, crack = 6.0, 1e-4, 2.7e5
-    most = []
+    strengths = []
     for rate in (1e4, 1e6):
         D = 1.0 / (3.0 * m + 4.0)
         end = (D ** (1.0 / 3.0) * (m + 1.0) * rate / crack * weakest**m) ** (1.0 / (m + 1.0))
@@ -241,9 +244,9 @@ def test_strength_grows_with_the_rate_of_strain():
             active = damage.active_flaws(e, weakest, m, count)
             root = damage.grown(root, active, count, crack * dt)
             stress.append(rate * (step + 1.0) * dt * (1.0 - root**3))
-        most.append(max(stress))
-        assert most[-1] == pytest.approx(end * (1.0 - D), rel=1e-3)
-    slope = np.log(most[1] / most[0]) / np.log(100.0)
+        strengths.append(max(stress))
+        assert strengths[-1] == pytest.approx(end * (1.0 - D), rel=1e-3)
+    slope = np.log(strengths[1] / strengths[0]) / np.log(100.0)
     assert slope == pytest.approx(1.0 / (m + 1.0), rel=1e-3)
 
 
@@ -258,14 +261,14 @@ def test_two_dusts_carry_the_same_stress():
     motion = dust.moving(scene, sample)
     sim, start = motion.sim, motion.measure()
     soft, hard = (MaterialNumbers.of(material) for material in scene.all_materials)
-    end, found = 16 * ROW * (1.0 - 0.15 / 0.2) / 0.1, []
+    end, stresses = 16 * ROW * (1.0 - 0.15 / 0.2) / 0.1, []
     for near in np.linspace(0.98, 1.02, 9):  # sound runs up and down between the plates
         motion.advance(int(near * end / sim.output_step) - sim.step)
         phi = sim.in_order(sim.of_particles("density")) / 2000.0
         axial = -motion.series(motion.measure(), None)["stress_mean"][2]
-        found.append([strength.confined(phi[~lower].mean(), soft) / axial,
+        stresses.append([strength.confined(phi[~lower].mean(), soft) / axial,
                       strength.confined(phi[lower].mean(), hard) / axial])  # fmt: skip
-    np.testing.assert_allclose(np.mean(found, axis=0), 1.0, atol=0.03)
+    np.testing.assert_allclose(np.mean(stresses, axis=0), 1.0, atol=0.03)
     assert phi[~lower].mean() > phi[lower].mean() + 0.02
     assert abs(dust.ledger(motion, start, motion.measure().work)) < 1e-3
     shown = motion.constants()

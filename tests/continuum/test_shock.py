@@ -47,7 +47,7 @@ def front(scene, speed, rho):
     width, spacing = np.ptp(motion.sample.room[0]), scene.numerics.spacing
     end, edges = 0.7 * high / speed, np.arange(0.0, high, 2.0 * spacing)
     middle = 0.5 * (sim.material.rho_i + rho)
-    times, places, impulses = [], [], []
+    times, positions, impulses = [], [], []
     while sim.step * sim.output_step < end:
         motion.advance(max(1, int(end / 60 / sim.output_step)))
         times.append(sim.step * sim.output_step)
@@ -58,16 +58,16 @@ def front(scene, speed, rho):
         mean = np.bincount(layer, density) / np.maximum(np.bincount(layer), 1)
         k = int(np.argmax(mean > middle))
         inside = (middle - mean[k - 1]) / (mean[k] - mean[k - 1]) if k else np.nan
-        places.append(edges[k - 1] + spacing * (1.0 + 2.0 * inside) if k else np.nan)
+        positions.append(edges[k - 1] + spacing * (1.0 + 2.0 * inside) if k else np.nan)
     late = np.array(times) > 0.4 * end
-    moved = -np.polyfit(np.array(times)[late], np.array(places)[late], 1)[0]
+    moved = -np.polyfit(np.array(times)[late], np.array(positions)[late], 1)[0]
     force = np.polyfit(np.array(times)[late], np.array(impulses)[late], 1)[0]
     piston = motion.domain.lengths(sim.step)[2]
-    behind = (z > places[-1] + 10 * spacing) & (z < piston - 4 * spacing)
+    behind = (z > positions[-1] + 10 * spacing) & (z < piston - 4 * spacing)
     return moved, force / width, 1.0 / np.mean(1.0 / density[behind])
 
 
-def compared(piston, viscosity, spacing):
+def compare_front(piston, viscosity, spacing):
     """What `front` finds over what the jump conditions say, three numbers."""
     scene = load(CONFIG)
     values = {
@@ -88,6 +88,6 @@ def compared(piston, viscosity, spacing):
 def test_a_front_obeys_the_jump_conditions(piston):
     """Its speed, the pressure on the piston and the density behind it within 2 % at 50 um."""
     viscosity = "front" if piston <= 2.0 else "impact"
-    found = compared(piston, viscosity, "50 um")
-    print(f"{piston} m/s, {viscosity}: " + ", ".join(f"{100 * (f - 1):+.2f} %" for f in found))
-    np.testing.assert_allclose(found, 1.0, atol=0.02)
+    ratios = compare_front(piston, viscosity, "50 um")
+    print(f"{piston} m/s, {viscosity}: " + ", ".join(f"{100 * (f - 1):+.2f} %" for f in ratios))
+    np.testing.assert_allclose(ratios, 1.0, atol=0.02)

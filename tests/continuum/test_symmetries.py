@@ -22,8 +22,8 @@ def scene(dimension, scale=(1.0, 1.0, 1.0)):
     pressure, density = c / (a * b**2), c / a**3
 
     def vector(*values, unit, scale):
-        kept = values if dimension == 3 else (values[0], values[2])
-        return [f"{value * scale:.17g} {unit}" for value in kept]
+        components = values if dimension == 3 else (values[0], values[2])
+        return [f"{value * scale:.17g} {unit}" for value in components]
 
     still = {"kind": "sphere", "diameter": f"{0.12 * a:.17g} m", "filling_factor": 0.35}
     moving = {
@@ -61,8 +61,8 @@ def run(scene, change=lambda sample: sample):
         return end["position"], end["velocity"], end["density"], loss
 
 
-def assert_equal(found, expected):
-    for a, b in zip(found, expected, strict=True):
+def assert_equal(values, expected):
+    for a, b in zip(values, expected, strict=True):
         np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-10 * np.abs(b).max())
 
 

@@ -74,11 +74,11 @@ def test_a_pass_over_neighbours_is_packed(number, option, dimension, tmp_path, m
     loops = [body for body in bodies if not COPY.match(body)]
     # newer compilers make more of them, or take the lanes of two neighbours together
     assert len(loops) >= 1 + layout.faces
-    lanes = {int(found) for body in bodies for found in ROOTS.findall(body)}
+    lanes = {int(lane_count) for body in bodies for lane_count in ROOTS.findall(body)}
     assert min(lanes) == store.LANES or lanes == {2 * store.LANES}
     # what belongs to the neighbour alone is computed once for all lanes: of an image, its place
     for body, alone in zip(loops, (5, 25), strict=False):
-        done, times = ARITHMETIC.findall(body), len(ROOTS.findall(body))
-        alone_here = done.count("double")
-        assert len(done) - alone_here > 25 * times
+        operations, times = ARITHMETIC.findall(body), len(ROOTS.findall(body))
+        alone_here = operations.count("double")
+        assert len(operations) - alone_here > 25 * times
         assert alone_here < alone * times

@@ -59,10 +59,10 @@ def toctree(page):
 
 
 def test_every_page_is_reached_from_the_first():
-    reached, new = set(), {"index.md"}
-    while new:
-        reached |= new
-        new = {entry for page in new for entry in toctree(page) if entry in PAGES} - reached
+    reached, pending = set(), {"index.md"}
+    while pending:
+        reached |= pending
+        pending = {entry for page in pending for entry in toctree(page) if entry in PAGES} - reached
     assert reached == set(PAGES)
 
 

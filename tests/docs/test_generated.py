@@ -34,7 +34,7 @@ def generate():
         sys.path.remove(str(DOCS))
 
 
-def included():
+def list_included():
     """Names of the generated parts that the pages include."""
     texts = [p.read_text(encoding="utf-8") for p in DOCS.glob("*.md")]
     return {line.split()[-1] for text in texts for line in text.split("\n") if "include}" in line}
@@ -45,15 +45,15 @@ def test_every_key_variable_and_material_is_in_a_table_of_a_page(generate):
     for key in list_keys():
         assert f"| `{key.path}` |" in tables, key.path
         assert key.default in tables, key.path
-    assert {f"generated/keys_{block}.md" for block in generate.blocks()} <= included()
+    assert {f"generated/keys_{block}.md" for block in generate.blocks()} <= list_included()
     for variable in VARIABLES.values():
         row = f"| `{variable.name}` |"
         assert row in generate.variables(variable.group, VARIABLES.values()), variable.key
     assert set(generate.GROUPS) == {variable.group for variable in VARIABLES.values()}
-    assert {f"generated/variables_{group}.md" for group in generate.GROUPS} <= included()
+    assert {f"generated/variables_{group}.md" for group in generate.GROUPS} <= list_included()
     # the features that they need have words
-    needed = set().union(*(variable.needs for variable in VARIABLES.values()))
-    assert needed <= set(generate.FEATURES) | {"profiles", "snapshots", "contacts"}
+    features = set().union(*(variable.needs for variable in VARIABLES.values()))
+    assert features <= set(generate.FEATURES) | {"profiles", "snapshots", "contacts"}
     assert all(f"`{name}`" in generate.materials() for name in NAMED)
 
 
@@ -74,12 +74,16 @@ def test_outcomes_are_defined_on_one_page():
 
 def test_numbers_of_bundled_extensions_are_in_a_table_of_their_own(generate):
     with extensions_forgotten():
-        text, own = (
+        text, bundled_numbers = (
             generate.numbers(*generate.list_bundled()),
             generate.numbers(generate.built_in()),
         )
         assert "| `spin_rate` |" in text and "`reissl2024/spin_up.py`" in text
-        assert "spin_rate" not in own and "| `strength` |" in own and "`strength`" not in text
+        assert (
+            "spin_rate" not in bundled_numbers
+            and "| `strength` |" in bundled_numbers
+            and "`strength`" not in text
+        )
 
 
 def test_every_bundled_scene_is_in_a_table_with_its_summary(generate):
@@ -87,7 +91,7 @@ def test_every_bundled_scene_is_in_a_table_with_its_summary(generate):
     for path in sorted((ROOT / "configs").rglob("*.yaml")):
         assert f"| `{path.relative_to(ROOT).as_posix()}` |" in text
     assert "|  |" not in text
-    assert "generated/scenes.md" in included()
+    assert "generated/scenes.md" in list_included()
 
 
 def test_every_bundled_extension_is_named_on_the_page():
@@ -134,8 +138,8 @@ def test_each_setting_has_a_row():
         rows = list(csv.DictReader(file))
     names = [name for name, case in CASES.items() for _ in case["careful"]]
     assert [row["scene"] for row in rows] == names
-    known = {"agrees", "within the scatter", "differs", "no number"}
-    assert {row["verdict"] for row in rows} <= known
+    verdicts_allowed = {"agrees", "within the scatter", "differs", "no number"}
+    assert {row["verdict"] for row in rows} <= verdicts_allowed
 
 
 NAMES = runpy.run_path(str(ROOT / "docs/outcomes.py"))
@@ -166,20 +170,20 @@ TABLE = [
 
 def test_errors_are_those_of_means():
     """By hand: means of `as it is` 0.2 and 0.4, of `softer` 0.3 and 0.4."""
-    found = {(o.settings, o.observable): o for o in outcomes(pd.DataFrame(TABLE))}
-    curve = found["softer", CURVE]
+    outcome_table = {(o.settings, o.observable): o for o in outcomes(pd.DataFrame(TABLE))}
+    curve = outcome_table["softer", CURVE]
     assert curve.cost == pytest.approx(0.2) and curve.seeds == 2
     assert curve.error == pytest.approx((0.1**2 / 2) ** 0.5 / 0.3)
     # of the seeds of `as it is`: 0 and 0.2/sqrt(2)
     assert curve.scatter == pytest.approx((0.2**2 / 2 / 2) ** 0.5 / 0.3)
     assert curve.hidden
-    ratio = found["softer", "ratio"]
+    ratio = outcome_table["softer", "ratio"]
     assert (ratio.error, ratio.value) == (pytest.approx(0.25 / 1.5), pytest.approx(1.75))
     # differences of the same seeds: of the curve 0 and 0.2, 0.1 and -0.1; of the ratio 0 and 0.5
     assert curve.shift == pytest.approx(0.05 / 0.3) and ratio.shift == pytest.approx(0.25 / 1.5)
     assert curve.uncertainty == pytest.approx(0.1 / 0.3)
     assert ratio.uncertainty == pytest.approx(0.25 / 1.5) and not ratio.resolved
-    assert found["as it is", CURVE].error == 0.0
+    assert outcome_table["as it is", CURVE].error == 0.0
 
 
 def test_a_pressure_that_one_seed_of_many_misses_counts():

@@ -133,14 +133,14 @@ def test_scene_is_the_config(page, text):
 
 @pytest.mark.parametrize("page, fragment", FRAGMENTS)
 def test_fragment_fits_into_the_example(page, fragment):
-    example, own = read(SCENES[0][1]).data, read(fragment).data
-    if "method" in own:  # a whole scene, which a reader can copy
-        assert "name" in own, "give the scene a name"
+    example, fragment_data = read(SCENES[0][1]).data, read(fragment).data
+    if "method" in fragment_data:  # a whole scene, which a reader can copy
+        assert "name" in fragment_data, "give the scene a name"
         example = {}
-    if "stages" in own:
+    if "stages" in fragment_data:
         example.pop("stop", None)
     with extensions_forgotten():
-        Scene.from_dict({**example, **own})
+        Scene.from_dict({**example, **fragment_data})
 
 
 @pytest.mark.parametrize("path", sorted((DOCS / "examples").glob("*.yaml")), ids=lambda p: p.name)
@@ -203,11 +203,11 @@ def ran(folder_with_a_run):
     }
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     env = {**os.environ, "PYTHONPATH": path, "MPLBACKEND": "Agg"}
-    how = {"cwd": folder_with_a_run, "env": env, "timeout": 300}
-    done = python("-c", PAGE_AFTER_PAGE, input=json.dumps(codes), **how)
-    assert done.returncode == 0, done.stdout + done.stderr
-    found = (json.loads(line) for line in done.stdout.splitlines())
-    return {page: (printed, error) for page, printed, error in found}
+    options = {"cwd": folder_with_a_run, "env": env, "timeout": 300}
+    process = python("-c", PAGE_AFTER_PAGE, input=json.dumps(codes), **options)
+    assert process.returncode == 0, process.stdout + process.stderr
+    answers = (json.loads(line) for line in process.stdout.splitlines())
+    return {page: (printed, error) for page, printed, error in answers}
 
 
 @pytest.mark.parametrize("page", RUN)
@@ -219,7 +219,7 @@ def test_python_blocks_run(page, ran):
 
 
 def test_what_a_run_leaves(folder_with_a_run):
-    left = {path.name for path in (folder_with_a_run / "runs/omni_static").iterdir()}
+    names = {path.name for path in (folder_with_a_run / "runs/omni_static").iterdir()}
     section = PAGES["docs/running.md"].split("## What a run leaves")[1].split("##")[0]
     named = {
         name
@@ -228,17 +228,17 @@ def test_what_a_run_leaves(folder_with_a_run):
     }
     # the checkpoint before the last is there if the run took long enough for two
     previous = {"checkpoint.bin.previous"}
-    assert previous <= named and named - previous == left - previous
+    assert previous <= named and named - previous == names - previous
 
 
 def test_tests_that_are_named_exist():
     files = list((ROOT / "tests").rglob("test_*.py"))
-    known = {
+    test_names = {
         name for file in files for name in re.findall(r"^def (test_\w+)", file.read_text(), re.M)
     }
-    known |= {file.stem for file in files}
+    test_names |= {file.stem for file in files}
     named = set(re.findall(r"`(test_\w+)", EVERYTHING))
-    assert named and not named - known
+    assert named and not named - test_names
 
 
 def test_cards_of_the_gallery_run_the_scene_they_name_and_say_how_long():

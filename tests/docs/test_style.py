@@ -68,8 +68,8 @@ def faults(path):
 def pages():
     built = {"_build", "generated"}
     below = (ROOT / "docs").rglob("*.md")
-    own = (p for p in below if not built & set(p.relative_to(ROOT).parts))
-    return [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(own)]
+    markdown_files = (p for p in below if not built & set(p.relative_to(ROOT).parts))
+    return [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(markdown_files)]
 
 
 def scenes():
@@ -80,12 +80,14 @@ def scenes():
 
 def code():
     """Python files of the package and of the benchmarks."""
-    return sorted(p for part in ("dusttaichi", "benchmarks") for p in (ROOT / part).rglob("*.py"))
+    return sorted(
+        p for folder in ("dusttaichi", "benchmarks") for p in (ROOT / folder).rglob("*.py")
+    )
 
 
 def test_pages_scenes_messages_and_code_use_the_words_of_the_field():
-    found = [fault for path in (*pages(), *scenes(), *code()) for fault in faults(path)]
-    assert not found, "\n" + "\n".join(found)
+    faults_found = [fault for path in (*pages(), *scenes(), *code()) for fault in faults(path)]
+    assert not faults_found, "\n" + "\n".join(faults_found)
 
 
 @pytest.mark.parametrize(
@@ -100,6 +102,6 @@ def test_the_guard_names_file_and_line(tmp_path, monkeypatch, text, line, word):
     monkeypatch.setitem(globals(), "ROOT", tmp_path)
     path = tmp_path / "page.md"
     path.write_text(text, encoding="utf-8")
-    found = faults(path)
-    assert bool(found) == bool(line)
-    assert all(fault.startswith(f"page.md:{line}: '{word}'; write ") for fault in found)
+    faults_found = faults(path)
+    assert bool(faults_found) == bool(line)
+    assert all(fault.startswith(f"page.md:{line}: '{word}'; write ") for fault in faults_found)

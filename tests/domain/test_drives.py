@@ -20,7 +20,7 @@ numerics: {time_step: 0.3 ns, threads: 1, skin: 0.05, precision: f64, newton_ste
 """
 
 
-def moved(loops):
+def move_plates(loops):
     scene = from_yaml(SCENE)
     sim = build(scene, samples.make(scene), loops=loops)
     sim.advance(600)
@@ -30,14 +30,14 @@ def moved(loops):
 
 @pytest.fixture(scope="module")
 def usual():
-    return moved(None)
+    return move_plates(None)
 
 
 @pytest.mark.parametrize(
     "loops", [Loops(1, 1, "launches"), pytest.param(Loops(4, 2, "workers"), marks=pytest.mark.long)]
 )
 def test_another_layout_gives_the_same_motion(loops, usual, launches):
-    state, m = moved(loops)
+    state, m = move_plates(loops)
     # compilers may fuse a multiply and an add here and not there: rounding, grown over 600 steps
     np.testing.assert_allclose(state[0], usual[0][0], rtol=0, atol=1e-12)
     np.testing.assert_allclose(state[1:], usual[0][1:], rtol=0, atol=1e-9)

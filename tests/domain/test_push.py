@@ -31,7 +31,7 @@ def scene(push, **blocks):
 
 def test_faces_and_depth():
     x = np.array([[0, 0, 0], [0.5e-6, 0, 0.7e-6], [0, 0, 1.5e-6], [0, 0, 9e-6]]) * 1.0
-    for face, depth, found in [
+    for face, depth, expected in [
         ("bottom", None, [0]),
         ("bottom", "0.7 um", [0, 1]),
         ("top", "8 um", [2, 3]),
@@ -41,8 +41,8 @@ def test_faces_and_depth():
         push = {"face": face, "velocity": ["1 m/s", "0 m/s", "0 m/s"]}
         push |= {} if depth is None else {"depth": depth}
         sample = samples.apply_pushes(scene(push), sample_of(x))
-        assert sample.info["push"][0] == {"kind": "velocity", "grains": found, "face": face}
-        assert np.array_equal(np.flatnonzero(sample.velocities[:, 0]), found)
+        assert sample.info["push"][0] == {"kind": "velocity", "grains": expected, "face": face}
+        assert np.array_equal(np.flatnonzero(sample.velocities[:, 0]), expected)
         assert samples.apply_pushes(scene(push), sample) is sample, "pushed once only"
 
 
@@ -93,7 +93,7 @@ def test_refused_with_the_sample_or_in_a_stage():
             boundary={"kind": "periodic", "size": ["9 um"] * 3},
         )
     with pytest.raises(DustError, match="it is for the start of the run"):
-        staged([{"grains": [0], "displacement": ["1 nm"] * 3}])
+        make_stages([{"grains": [0], "displacement": ["1 nm"] * 3}])
     first = {"drive": {"push": [{"grains": [0], "velocity": ["1 m/s"] * 3}]}}
     with pytest.raises(DustError, match="write it as the scene's push"):
         make_scene(stages=[first | {"name": "a", "stop": {"steps": 1}}], stop=None)
@@ -113,9 +113,9 @@ def test_a_body_that_is_spun():
     x = np.random.default_rng(1).uniform(0, 9e-6, (5, 3))
     spin = np.array([1e5, -2e5, 3e5])
     sample = samples.apply_pushes(scene(spun([0, 1, 2, 4], spin)), sample_of(x))
-    own = [0, 1, 2, 4]
-    expected = np.cross(spin, x[own] - x[own].mean(axis=0))
-    np.testing.assert_allclose(sample.velocities[own], expected, rtol=1e-12)
+    members = [0, 1, 2, 4]
+    expected = np.cross(spin, x[members] - x[members].mean(axis=0))
+    np.testing.assert_allclose(sample.velocities[members], expected, rtol=1e-12)
     np.testing.assert_array_equal(sample.spins, [spin, spin, spin, [0, 0, 0], spin])
     assert not sample.velocities[3].any()
     assert samples.apply_pushes(scene(spun("all", spin)), sample_of(x)).spins.all()
@@ -139,14 +139,14 @@ def test_a_chain_that_is_spun_up_is_stretched_as_mechanics_says():
         probe.advance(8000)
     away = probe.x - probe.x.mean(axis=0)
     distance = np.linalg.norm(away, axis=1)
-    held = contact_state(probe.sim)
-    order = np.argsort(held["grain_i"])
+    contacts = contact_state(probe.sim)
+    order = np.argsort(contacts["grain_i"])
     omega2 = (probe.v**2).sum() / (distance**2).sum()
     pull = MASS * omega2 * np.cumsum(distance[:2:-1])[::-1]  # of the three grains on either side
     # 1e-3: what is left of the oscillation after 0.8 us, and positions of half a step before
-    found = -held["normal_force"][order] * 1e-9
-    np.testing.assert_allclose(found[2:], pull, rtol=2e-3)
-    np.testing.assert_allclose(found[2::-1], pull, rtol=2e-3)
+    normal_force = -contacts["normal_force"][order] * 1e-9
+    np.testing.assert_allclose(normal_force[2:], pull, rtol=2e-3)
+    np.testing.assert_allclose(normal_force[2::-1], pull, rtol=2e-3)
     inertia = 6 * 0.4 * MASS * RADIUS**2 + MASS * ((x - x.mean(axis=0)) ** 2).sum()
     work = energies(probe.sim)["push_work"] * 1e-15
     # of the rigid chain; stretched by a ten thousandth
@@ -184,8 +184,12 @@ def test_grains_that_are_pushed_and_carried(course):
     very moment: the leapfrog has both exactly. 1e-12: rounding of 400 sums and of x. The way of a
     carried grain is its speed times the time; those before it are driven on."""
     x, v, dt, frames = course
-    t, on, rest = STEPS * dt, END * dt, (STEPS - END) * dt
-    ways = [v[0] * t + FORCE * t**2 / (2 * MASS), FORCE / MASS * on * (on / 2 + rest), SPEED * t]
+    t, on, coasting = STEPS * dt, END * dt, (STEPS - END) * dt
+    ways = [
+        v[0] * t + FORCE * t**2 / (2 * MASS),
+        FORCE / MASS * on * (on / 2 + coasting),
+        SPEED * t,
+    ]
     np.testing.assert_allclose(frames[-1][0][:3] - x[:3], ways, rtol=1e-11, atol=1e-18)
     speeds = [v[0] + FORCE * t / MASS, FORCE * on / MASS]
     np.testing.assert_allclose(frames[-1][1][:2], speeds, rtol=1e-12)
@@ -209,7 +213,7 @@ def test_work_closes_the_ledger(course):
 # Pushes of a stage: they begin and end with it.
 
 
-def staged(*later):
+def make_stages(*later):
     """A Probe of three free grains and the drives of its stages after the first."""
     x = np.zeros((3, 3))
     x[:, 1] = 0.0, 5e-6, 10e-6
@@ -232,15 +236,15 @@ def test_pushes_of_a_stage():
         {"grains": [1], "velocity": [f"{a:.17g} m/s" for a in kick]},
         {"grains": [2], "speed": [f"{a:.17g} m/s" for a in speed]},
     ]
-    probe, (on, off), x = staged(pushes, [])
+    probe, (on, off), x = make_stages(pushes, [])
     probe.advance(100)
-    before = energies(probe.sim)
+    energies_before = energies(probe.sim)
     probe.sim.drive(on)
     probe.advance(60)
-    kept = probe.sim.arrays(), probe.sim.numbers()
+    saved_state = probe.sim.arrays(), probe.sim.numbers()
     probe.advance(40)
     expected = probe.x
-    probe.sim.restore(*kept)
+    probe.sim.restore(*saved_state)
     probe.advance(40)
     assert np.array_equal(probe.x, expected), "the same bits from a checkpoint"
     probe.sim.drive(off)
@@ -250,9 +254,12 @@ def test_pushes_of_a_stage():
     ways = [v * 3 * t + pull * 1.5 * t, v * 3 * t + 2 * kick * t, v * t + 2 * speed * t]
     np.testing.assert_allclose(probe.x - x, ways, rtol=1e-11, atol=1e-18)
     np.testing.assert_allclose(probe.v, [v + pull, v + kick, speed], rtol=1e-11)
-    after = energies(probe.sim)
-    gained = after["kinetic_translation"] - before["kinetic_translation"]
-    assert after["push_work"] == pytest.approx(gained, rel=1e-10) and before["push_work"] == 0.0
+    energies_after = energies(probe.sim)
+    gained = energies_after["kinetic_translation"] - energies_before["kinetic_translation"]
+    assert (
+        energies_after["push_work"] == pytest.approx(gained, rel=1e-10)
+        and energies_before["push_work"] == 0.0
+    )
 
 
 # Runs.
@@ -276,9 +283,9 @@ def test_sound_in_a_chain(tmp_path):
     execute(Scene.from_dict({**CHAIN, "boundary": FAR}), tmp_path)
     with analysis.open_run(tmp_path) as run:
         for fraction, speed in [(0.01, 565), (0.1, 534), (0.25, 519), (0.5, 504)]:
-            found = analysis.measure_arrival(run, fraction=fraction)
-            assert found.speed[-1] == pytest.approx(speed, rel=3e-3)
-            assert found.distance[0] == 0.0 and not found.reached[0]
+            arrival = analysis.measure_arrival(run, fraction=fraction)
+            assert arrival.speed[-1] == pytest.approx(speed, rel=3e-3)
+            assert arrival.distance[0] == 0.0 and not arrival.reached[0]
 
 
 @pytest.mark.long  # a stronger push stands above
@@ -294,9 +301,9 @@ def test_sound_at_small_amplitude(tmp_path):
     ]
     execute(Scene.from_dict({**CHAIN, "push": small}), tmp_path)
     with analysis.open_run(tmp_path) as run:
-        found = analysis.measure_arrival(run, fraction=1.0)
-        assert found.speed[-1] == pytest.approx(503.5, rel=0.01)
-        assert found.time[-1] == pytest.approx(half_height_of_a_step(50), rel=2e-3)
+        arrival = analysis.measure_arrival(run, fraction=1.0)
+        assert arrival.speed[-1] == pytest.approx(503.5, rel=0.01)
+        assert arrival.time[-1] == pytest.approx(half_height_of_a_step(50), rel=2e-3)
 
 
 def half_height_of_a_step(n):
@@ -329,11 +336,11 @@ PUSHED = {
 @pytest.mark.parametrize("pause", ["8 ns", "20 ns"])
 def test_resumed_run_is_bit_equal(tmp_path, pause):
     """Resumed before and after the force has ended."""
-    whole, halved = tmp_path / "whole", tmp_path / "halved"
-    execute(Scene.from_dict(PUSHED), whole)
+    uninterrupted, halved = tmp_path / "whole", tmp_path / "halved"
+    execute(Scene.from_dict(PUSHED), uninterrupted)
     execute(Scene.from_dict({**PUSHED, "stop": {"time": pause}}), halved)
     execute(Scene.from_dict(PUSHED), halved, resume=True)
-    with analysis.open_run(whole) as a, analysis.open_run(halved) as b:
+    with analysis.open_run(uninterrupted) as a, analysis.open_run(halved) as b:
         for name in set(a.series) - {"wall_clock"}:
             assert np.array_equal(a.series[name], b.series[name]), name
         last = [run.snapshots.position.values[-1] for run in (a, b)]

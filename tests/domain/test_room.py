@@ -30,24 +30,24 @@ def domain(boundary, cells="4, 5, 3"):
     text = TEXT.replace("4, 5, 3", cells).replace("BOUNDARY", boundary)
     scene = from_yaml(text)
     room = environment(ContactTable(scene), samples.make(scene))
-    made = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(get_drive(scene.boundary), 0)
-    return made, scene
+    driven_domain = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(get_drive(scene.boundary), 0)
+    return driven_domain, scene
 
 
 @pytest.mark.parametrize("kind", ["kind: box", "kind: periodic"])
 def test_what_fit_makes_may_be_written_out(kind):
     fit = domain(f"{{{kind}}}")[0].lengths(0)
     edges = [quantities.format(edge * 1e-6, "length") for edge in fit]
-    again = domain(f"{{{kind}, size: [{', '.join(edges)}]}}")[0].lengths(0)
-    np.testing.assert_allclose(again, fit, rtol=1e-12)
-    part = domain(f"{{{kind}, size: [fit, 9 um, fit]}}")[0].lengths(0)
-    np.testing.assert_allclose(part, [fit[0], 9.0, fit[2]], rtol=1e-12)
+    repeated_lengths = domain(f"{{{kind}, size: [{', '.join(edges)}]}}")[0].lengths(0)
+    np.testing.assert_allclose(repeated_lengths, fit, rtol=1e-12)
+    fitted_lengths = domain(f"{{{kind}, size: [fit, 9 um, fit]}}")[0].lengths(0)
+    np.testing.assert_allclose(fitted_lengths, [fit[0], 9.0, fit[2]], rtol=1e-12)
 
 
 def test_walls_stand_where_the_scene_says():
-    made, _ = domain("{kind: box, size: [fit, 9 um, fit], at: {z: [-1 um, 40 um]}}")
-    np.testing.assert_allclose(made.room(0)[4:], [-1.0, 40.0], rtol=1e-12)
-    assert made.lengths(0)[1] == pytest.approx(9.0)
+    placed_domain, _ = domain("{kind: box, size: [fit, 9 um, fit], at: {z: [-1 um, 40 um]}}")
+    np.testing.assert_allclose(placed_domain.room(0)[4:], [-1.0, 40.0], rtol=1e-12)
+    assert placed_domain.lengths(0)[1] == pytest.approx(9.0)
     with pytest.raises(DustError, match="boundary.at.x: the sample does not fit: it reaches from"):
         domain("{kind: box, at: {x: [0 um, 1.3 um]}}")
     with pytest.raises(DustError, match="boundary.at.x.*size gives a length along x"):
@@ -78,16 +78,16 @@ def test_edges_go_as_the_rate_says(rate):
     scene = make_scene(boundary=boundary, damping="viscoelastic", stop={"strain": 0.001})
     lattice = d * np.array(np.meshgrid(*[np.arange(4)] * 3)).reshape(3, -1).T
     sim = Probe(scene, sample_of(lattice)).sim
-    end, why = sim.domain.clock().last_step(scene.stop)
+    end, reason = sim.domain.clock().last_step(scene.stop)
     rates = np.array(scene.boundary.strain_rate)
-    assert why == "strain 0.001"
+    assert reason == "strain 0.001"
     assert end == np.ceil(np.log1p(0.001) / (max(rates) * 1e-6 * sim.dt))
-    before, start = energies(sim), sim.lengths()
+    energies_before, start = energies(sim), sim.lengths()
     sim.advance(end)
     np.testing.assert_allclose(sim.lengths(), start * np.exp(rates * 1e-6 * sim.time), rtol=1e-12)
     m = energies(sim)
     # the leapfrog's own error of the faces' work, second order in the step
-    assert abs(residual(before, m)) < 5e-3 * abs(m["face_work"])
+    assert abs(residual(energies_before, m)) < 5e-3 * abs(m["face_work"])
 
 
 def test_a_room_that_only_grows_never_gets_narrow():

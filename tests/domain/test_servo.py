@@ -46,7 +46,7 @@ def overlap_under(force, contact):
 PRESSURE, STEP = 5.0, 0.3e-3  # kPa, us
 
 
-def pressed(stiffness, flow=0.0, ticks=800, noise=0.0):
+def press_cell(stiffness, flow=0.0, ticks=800, noise=0.0):
     """Pressures over PRESSURE, one per change of speed, of a cell under that load from none on.
 
     A spring of that stiffness for a strain [kPa] behind a body that shrinks at a rate [1/us], with
@@ -54,7 +54,11 @@ def pressed(stiffness, flow=0.0, ticks=800, noise=0.0):
     """
     cell = Cell(np.full(3, 10.0), np.zeros(3), np.zeros(3), np.zeros(3), (0, 1, 2))
     drive = Drive.model_validate({"pressure": f"{PRESSURE} kPa", "strain_rate": "1e5 s^-1"})
-    domain, integral, found = Domain(STEP, cell=cell, units=units.GRAINS).driven(drive, 0), 0.0, []
+    domain, integral, pressures = (
+        Domain(STEP, cell=cell, units=units.GRAINS).driven(drive, 0),
+        0.0,
+        [],
+    )
     random, shift = np.random.default_rng(1), 0.0
     for _ in range(ticks):
         begin, end = domain.servo.next_change - EVERY, domain.servo.next_change
@@ -62,26 +66,26 @@ def pressed(stiffness, flow=0.0, ticks=800, noise=0.0):
         shift = 0.8 * shift + 0.6 * noise * random.normal()
         pressure = stiffness * (np.log(10.0 / edges[0]) - flow * STEP * end) * (1.0 + shift)
         integral += pressure * np.prod(domain.lengths(end)) * EVERY * STEP
-        found.append(pressure / PRESSURE)
+        pressures.append(pressure / PRESSURE)
         domain = domain.steer(np.array([integral]))
-    return np.array(found)
+    return np.array(pressures)
 
 
 @pytest.mark.parametrize("stiffness", [20.0, 1e3, 1e5, 1e7])
 def test_a_spring_of_any_stiffness_is_held_without_overshoot(stiffness):
-    found = pressed(stiffness)
-    assert found.max() < 1.05
+    pressures = press_cell(stiffness)
+    assert pressures.max() < 1.05
     # the softest needs a strain of a quarter at 1e5 s^-1: 2.5 us, 330 changes
-    np.testing.assert_allclose(found[-200:], 1.0, atol=0.02)
+    np.testing.assert_allclose(pressures[-200:], 1.0, atol=0.02)
 
 
 def test_what_gives_way_is_held_as_well():
     """Dust in shear shrinks: what follows in proportion to the missing load lags behind it."""
-    found = pressed(5e3, flow=3e-3)
-    assert found.max() < 1.05
+    pressures = press_cell(5e3, flow=3e-3)
+    assert pressures.max() < 1.05
     # the face goes on while the load rests: k falls, until the load swings enough to tell it
-    assert found[-200:].std() < 0.01
-    assert found[-200:].mean() == pytest.approx(1.0, abs=3e-4)
+    assert pressures[-200:].std() < 0.01
+    assert pressures[-200:].mean() == pytest.approx(1.0, abs=3e-4)
 
 
 @pytest.mark.parametrize("flow", [-1e-2, 1e-2])
@@ -92,14 +96,14 @@ def test_a_load_that_also_changes_by_itself_is_held(flow):
     that takes all changes for answers to its own motion finds dust stiffer and stiffer and stops.
     """
     noise = 0.1
-    found = pressed(5e3, flow=flow, noise=noise, ticks=3000)
-    last = found[-1000:]
+    pressures = press_cell(5e3, flow=flow, noise=noise, ticks=3000)
+    last = pressures[-1000:]
     assert last.std() < 1.5 * noise
     # error of the mean of 1000 values correlated over nine: 0.1 * sqrt(9 / 1000)
     assert last.mean() == pytest.approx(1.0, abs=3 * noise * np.sqrt(9 / 1000))
 
 
-def staged(stiffness, drives, ticks):
+def press_in_stages(stiffness, drives, ticks):
     """Pressures [kPa] of each drive, one after another, on a cell that yields.
 
     Elastic, with that stiffness for a strain [kPa]; beyond half of PRESSURE it flows at a rate in
@@ -109,21 +113,23 @@ def staged(stiffness, drives, ticks):
     domain = Domain(STEP, cell=cell, units=units.GRAINS)
     elastic, integral, step, out = 0.0, 0.0, 0, []
     for keys in drives:
-        drive, found = Drive.model_validate(keys), []
-        domain = domain.driven(drive, step, lambda _, now=integral: np.array([now]))
-        before = domain.cell.edges(STEP * step)[0]
+        drive, pressures = Drive.model_validate(keys), []
+        domain = domain.driven(
+            drive, step, lambda _, load_integral=integral: np.array([load_integral])
+        )
+        edge_before = domain.cell.edges(STEP * step)[0]
         for _ in range(ticks):
             step += EVERY
             edge = domain.cell.edges(STEP * step)[0]
             pressure = stiffness * elastic
             flow = max(0.0, pressure - 0.5 * PRESSURE) / stiffness / 0.5  # relaxes in 0.5 us
-            elastic += np.log(before / edge) - flow * EVERY * STEP
-            before = edge
+            elastic += np.log(edge_before / edge) - flow * EVERY * STEP
+            edge_before = edge
             integral += pressure * np.prod(domain.lengths(step)) * EVERY * STEP
-            found.append(pressure)
+            pressures.append(pressure)
             if domain.servo is not None:
                 domain = domain.steer(np.array([integral]))
-        out.append(np.array(found))
+        out.append(np.array(pressures))
     return out
 
 
@@ -134,11 +140,11 @@ LOADED = {"pressure": f"{PRESSURE} kPa"}
 def test_a_stage_continues_the_load_of_the_one_before(stiffness):
     """Faces that stopped would let half of the load go; and the next load begins from this one."""
     press = {"strain_rate": f"{-1e6 * PRESSURE / stiffness} s^-1"}  # [1/s], with a flow of 1/us
-    more = {"pressure": f"{1.2 * PRESSURE} kPa", "strain_rate": "1e5 s^-1"}
-    at_speed, held, raised = staged(stiffness, [press, LOADED, more], 400)
+    options = {"pressure": f"{1.2 * PRESSURE} kPa", "strain_rate": "1e5 s^-1"}
+    at_speed, under_load, raised = press_in_stages(stiffness, [press, LOADED, options], 400)
     assert at_speed[-1] == pytest.approx(PRESSURE, rel=0.01)
-    np.testing.assert_allclose(held, PRESSURE, rtol=0.05)
-    assert held[-100:].mean() == pytest.approx(PRESSURE, rel=0.01)
+    np.testing.assert_allclose(under_load, PRESSURE, rtol=0.05)
+    assert under_load[-100:].mean() == pytest.approx(PRESSURE, rel=0.01)
     assert raised.min() > 0.95 * PRESSURE and raised.max() < 1.2 * 1.2 * PRESSURE
     assert raised[-100:].mean() == pytest.approx(1.2 * PRESSURE, rel=0.01)
 
@@ -191,9 +197,9 @@ def column():
     sim, loads, start = probe.sim, [], energies(probe.sim)
     area = sim.domain.wall_areas(0)[5]
     for _ in range(50):
-        before = load_sums(sim).impulses()
+        impulses_before = load_sums(sim).impulses()
         sim.advance(500)
-        mean = (load_sums(sim).impulses() - before)[5, 2] / (500 * sim.dt)
+        mean = (load_sums(sim).impulses() - impulses_before)[5, 2] / (500 * sim.dt)
         loads.append(-mean / area * units.PRESSURE)
     return sim, np.array(loads), start, area * units.LENGTH**2
 
@@ -220,10 +226,10 @@ def test_wall_that_moves_along_itself():
     scene = make_scene(damping="viscoelastic", boundary=boundary)
     sim = Probe(scene, sample_of(COLUMN)).sim
     start, sums = energies(sim), load_sums(sim)
-    before, first = sums.impulses(), sums.wall_force()
+    impulses_before, first = sums.impulses(), sums.wall_force()
     sim.advance(4000)
     sums = load_sums(sim)
-    impulse = sums.impulses() - before + 0.5 * sim.dt * (first - sums.wall_force())
+    impulse = sums.impulses() - impulses_before + 0.5 * sim.dt * (first - sums.wall_force())
     m = energies(sim)
     assert m["wall_work"] == pytest.approx(0.02 * impulse[5, 0], rel=1e-9) and m["wall_work"] > 0.0
     assert abs(residual(start, m)) < 1e-4 * m["wall_work"]
@@ -255,20 +261,23 @@ MIXED = "stress: [-20 kPa, -20 kPa, free], strain_rate: [3e4 s^-1, 3e4 s^-1, -5e
 
 
 @pytest.fixture(scope="module")
-def mixed():
+def mixed_scene():
     """Two axes under a stress, one at a rate, and sheared."""
     return from_yaml(CAKE % f"{MIXED}, shear_rate: 1e5 s^-1")
 
 
-def test_mixed_control(mixed):
-    sim = find_method(mixed).build(mixed, make(mixed))
+def test_mixed_control(mixed_scene):
+    sim = find_method(mixed_scene).build(mixed_scene, make(mixed_scene))
     start, first = energies(sim.sim), sim.sim.lengths()
     sim.advance(3000)
-    after, held = energies(sim.sim), sim.sim.servo
-    assert abs(residual(start, after)) < 1e-3 * np.abs(balance(after) - balance(start)).max()
+    energies_after, servo = energies(sim.sim), sim.sim.servo
+    assert (
+        abs(residual(start, energies_after))
+        < 1e-3 * np.abs(balance(energies_after) - balance(start)).max()
+    )
     ratio = sim.sim.lengths() / first
     assert ratio[2] == pytest.approx(np.exp(-5e4 * sim.time * units.TIME), rel=1e-12)
-    assert (held.speed != 0.0).all() and (np.abs(held.speed) <= held.largest).all()
+    assert (servo.speed != 0.0).all() and (np.abs(servo.speed) <= servo.largest).all()
     assert sim.domain.shear_strain(sim.step) == pytest.approx(1e5 * sim.time * units.TIME)
     snapshot = dict(sim.records("snapshots"))["snapshots"]
     assert snapshot["tilt"] == pytest.approx(sim.sim.cell.offset(sim.time))
@@ -298,23 +307,23 @@ def test_dust_in_shear_holds_its_load():
     assert np.mean(loads[1:]) == pytest.approx(20e3, rel=0.1)
 
 
-def test_goes_on_with_the_same_bits(mixed):
+def test_goes_on_with_the_same_bits(mixed_scene):
     """However it is cut into calls, and after a checkpoint between two changes of speed."""
-    one = find_method(mixed).build(mixed, make(mixed))
-    one.advance(620)
-    state = one.state()
+    simulation = find_method(mixed_scene).build(mixed_scene, make(mixed_scene))
+    simulation.advance(620)
+    state = simulation.state()
     state = State({k: v.copy() for k, v in state.arrays.items()}, state.numbers)
-    for part in (1, 29, 350, 500):
-        one.advance(part)
-    x, numbers = np.array(grain_state(one.sim)), one.sim.numbers()
-    again = find_method(mixed).reopen(mixed, state)
-    again.advance(880)
-    assert np.array_equal(np.array(grain_state(again.sim)), x)
-    assert again.sim.numbers()["servo"] == numbers["servo"]
-    assert again.sim.numbers()["cell"] == numbers["cell"]
+    for steps in (1, 29, 350, 500):
+        simulation.advance(steps)
+    x, numbers = np.array(grain_state(simulation.sim)), simulation.sim.numbers()
+    resumed = find_method(mixed_scene).reopen(mixed_scene, state)
+    resumed.advance(880)
+    assert np.array_equal(np.array(grain_state(resumed.sim)), x)
+    assert resumed.sim.numbers()["servo"] == numbers["servo"]
+    assert resumed.sim.numbers()["cell"] == numbers["cell"]
 
 
-def sheared(rate, n=4):
+def shear_lattice(rate, n=4):
     scene = make_scene(
         boundary={
             "kind": "periodic",
@@ -331,25 +340,25 @@ def test_lattice_in_shear_has_the_stress_of_its_springs():
     """Simple cubic: grains turn half as fast as the cell shears, so that each sliding spring of a
     contact across x or z has the displacement gamma d/2: stress k_s gamma/(2 d), up to the limit
     k_s zeta_crit/d^2, at which they slide. It is symmetric, and its work is all that goes in."""
-    sim = sheared(2e3)
+    sim = shear_lattice(2e3)
     k_s, zeta = PAIR.numbers["k_s"], PAIR.numbers["zeta_crit"]
-    start, found = energies(sim), []
+    start, stresses = energies(sim), []
     for _ in range(4):
         begin = sim.time
         stress = stress_over(sim, 1000)
         gamma = sim.cell.compute_shear_strain(0.5 * (sim.time + begin))
-        found.append((gamma, stress))
-    for gamma, stress in found[:2]:
+        stresses.append((gamma, stress))
+    for gamma, stress in stresses[:2]:
         # the faces begin to move at once: what swings is averaged over ten periods
         assert stress[0, 2] == pytest.approx(k_s * gamma / (2.0 * REST), rel=0.01)
-    assert found[-1][1][0, 2] == pytest.approx(k_s * zeta / REST**2, rel=2e-3)
-    for _, stress in found:
+    assert stresses[-1][1][0, 2] == pytest.approx(k_s * zeta / REST**2, rel=2e-3)
+    for _, stress in stresses:
         assert stress[0, 2] == pytest.approx(stress[2, 0], rel=1e-3)  # grains spin up
     m = energies(sim)
     assert m["contacts"] == 3 * 64
     assert abs(residual(start, m)) < 1e-5 * m["face_work"]
     volume = np.prod(sim.lengths())
-    power = volume * sum(s[0, 2] for _, s in found) / units.PRESSURE * 2e-3 * (1000 * sim.dt)
+    power = volume * sum(s[0, 2] for _, s in stresses) / units.PRESSURE * 2e-3 * (1000 * sim.dt)
     assert m["face_work"] == pytest.approx(power, rel=1e-3)
 
 
@@ -379,7 +388,7 @@ def test_a_leaning_cell_is_the_sample_of_another_run(tmp_path):
 
 def test_neighbours_across_leaning_faces():
     """All pairs of a cell that leans, and has leaned over, against all images of all grains."""
-    sim = sheared(2e6)
+    sim = shear_lattice(2e6)
     for _ in range(4):
         sim.advance(1000)
         x, time = grain_state(sim)[0], sim.time
@@ -389,10 +398,10 @@ def test_neighbours_across_leaning_faces():
         images = np.array(np.meshgrid(*[[-1, 0, 1]] * 3)).reshape(3, -1).T @ edges
         apart = np.linalg.norm(x[:, None, None] - x[None, :, None] + images, axis=3).min(axis=2)
         i, j = np.triu_indices(len(x), 1)
-        own = contact_state(sim)
-        pairs = np.sort(np.stack([own["grain_i"], own["grain_j"]]), axis=0)
-        distance = 2 * sim.radius - own["overlap"]
+        contacts = contact_state(sim)
+        pairs = np.sort(np.stack([contacts["grain_i"], contacts["grain_j"]]), axis=0)
+        distance = 2 * sim.radius - contacts["overlap"]
         np.testing.assert_allclose(apart[tuple(pairs)], distance, atol=1e-12)
-        assert np.sum(own["overlap"] > 0.0) == np.sum(apart[i, j] < 2 * sim.radius)
+        assert np.sum(contacts["overlap"] > 0.0) == np.sum(apart[i, j] < 2 * sim.radius)
     assert abs(sim.cell.offset(time)) <= 0.5 * sim.cell.edges(time)[0]
     assert sim.cell.compute_shear_strain(time) == pytest.approx(1.6)

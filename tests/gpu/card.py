@@ -35,28 +35,32 @@ def result(name):
     """How a case differs from the CPU, and whether a second run repeats its bits."""
     began = time.perf_counter()
     first, searches = cases.run(name, "cuda")
-    found, took = cases.numbers(first), time.perf_counter() - began
-    again = cases.numbers(cases.run(name, "cuda")[0])
-    expected, allowed, expected_searches = cases.expected(name)
-    shares = {
-        key: float(np.abs(found[key] - a).max(initial=0.0) / (allowed[key] + 1e-300))
+    numbers, took = cases.numbers(first), time.perf_counter() - began
+    repeated_numbers = cases.numbers(cases.run(name, "cuda")[0])
+    expected, allowed, expected_searches = cases.compute_expected(name)
+    deviations = {
+        key: float(np.abs(numbers[key] - a).max(initial=0.0) / (allowed[key] + 1e-300))
         for key, a in expected.items()
     }
-    worst = max(shares, key=shares.get)
+    worst = max(deviations, key=deviations.get)
     return {
         "name": name,
-        "share": shares[worst],
+        "share": deviations[worst],
         "worst": worst,
         "searches": [searches, expected_searches],
-        "repeats": all(np.array_equal(a, again[key], equal_nan=True) for key, a in found.items()),
+        "repeats": all(
+            np.array_equal(a, repeated_numbers[key], equal_nan=True) for key, a in numbers.items()
+        ),
         "first": took,
     }
 
 
-def stored(name):
+def compare_stored(name):
     """How a stored state differs."""
-    motion, _ = stored_states.moved(stored_states.scene(name, "cuda"))
-    difference = stored_states.difference(stored_states.state(motion), stored_states.stored()[name])
+    motion, _ = stored_states.move_scene(stored_states.scene(name, "cuda"))
+    difference = stored_states.difference(
+        stored_states.state(motion), stored_states.read_stored()[name]
+    )
     allowed = stored_states.tolerance(name)
     return {"name": f"stored: {name}", "share": difference / allowed, "worst": "state"}
 
@@ -74,52 +78,52 @@ def _continuum(dimension, number, backend, threads):
     return method.find_method(scene).build(scene, method.make_sample(scene))
 
 
-def timed(kind, number, detail, backend, threads):
+def time_steps(scene_kind, number, detail, backend, threads):
     """Seconds of a step of a scene, of its start, and its search."""
     number, threads = int(number), int(threads)
     began = time.perf_counter()
-    if kind == "grains":
+    if scene_kind == "grains":
         motion = _grains(number, detail, backend, threads)
     else:
         motion = _continuum(int(detail), number, backend, threads)
-    steps = _made(motion, 1)
+    steps = _count_made(motion, 1)
     first = time.perf_counter() - began
-    before = motion.sim.search.count
-    span, made, calls = 0.0, 0, 1
+    searches_before = motion.sim.search.count
+    span, steps_made, calls = 0.0, 0, 1
     while span < SPAN:
         began = time.perf_counter()
-        steps = _made(motion, calls)
-        each = time.perf_counter() - began
+        steps = _count_made(motion, calls)
+        duration = time.perf_counter() - began
         # the first calls compile what a search needs
-        span, made = (span + each, made + steps) if calls > 1 else (0.0, 0)
-        before = before if calls > 1 else motion.sim.search.count
-        calls = max(2, round(calls * min(10.0, 0.25 * SPAN / each)))
-    parts = motion.measure().parts
+        span, steps_made = (span + duration, steps_made + steps) if calls > 1 else (0.0, 0)
+        searches_before = searches_before if calls > 1 else motion.sim.search.count
+        calls = max(2, round(calls * min(10.0, 0.25 * SPAN / duration)))
+    phases = motion.measure().parts
     return {
-        "kind": kind,
+        "kind": scene_kind,
         "size": motion.size,
         "detail": detail,
         "backend": backend,
         "threads": threads,
-        "contacts": parts.get("contacts"),
+        "contacts": phases.get("contacts"),
         "first": first,
-        "step": span / made,
-        "searches": (motion.sim.search.count - before) / made,
+        "step": span / steps_made,
+        "searches": (motion.sim.search.count - searches_before) / steps_made,
     }
 
 
-def _made(motion, calls):
+def _count_made(motion, calls):
     """Steps that some calls have made."""
-    before = cases._steps(motion.sim)
+    steps_before = cases._steps(motion.sim)
     motion.advance(calls)
-    return cases._steps(motion.sim) - before
+    return cases._steps(motion.sim) - steps_before
 
 
 # -- here ------------------------------------------------------------------------------------------
 
 
-def _child(what, *arguments):
-    command = [sys.executable, __file__, "child", what, *map(str, arguments)]
+def _child(task, *arguments):
+    command = [sys.executable, __file__, "child", task, *map(str, arguments)]
     root = Path(__file__).parents[2]
     path = f"{root}:{os.environ.get('PYTHONPATH', '')}"
     ran = subprocess.run(
@@ -141,9 +145,10 @@ def results():
             print(f"{row['name']}: FAILED\n{row['error']}", flush=True)
             continue
         verdict = "agrees" if row["share"] <= 1.0 else "DIFFERS"
-        more = "" if row.get("repeats", True) else "; a second run has OTHER BITS"
+        remark = "" if row.get("repeats", True) else "; a second run has OTHER BITS"
         print(
-            f"{row['name']}: {verdict}, {row['share']:.2g} of the tolerance ({row['worst']}){more}",
+            f"{row['name']}: {verdict}, {row['share']:.2g} of the tolerance ({row['worst']})"
+            f"{remark}",
             flush=True,
         )
     return rows
@@ -152,19 +157,19 @@ def results():
 def speed(scenes):
     """Rows of the seconds of a step on the card, on one thread and on all."""
     cores = len(os.sched_getaffinity(0))
-    where, rows = [("cuda", 1), ("cpu", 1), ("cpu", cores)], []
-    for kind, number, detail in scenes:
-        for backend, threads in where:
+    devices, rows = [("cuda", 1), ("cpu", 1), ("cpu", cores)], []
+    for scene_kind, number, detail in scenes:
+        for backend, threads in devices:
             if backend == "cpu" and threads == 1 and number > 100_000:
                 continue
-            rows.append(_child("timed", kind, number, detail, backend, threads))
+            rows.append(_child("timed", scene_kind, number, detail, backend, threads))
             row = rows[-1]
             if "error" in row:
                 print(f"{row['name']}: FAILED\n{row['error']}", flush=True)
                 continue
             print(
-                f"{kind} {detail} {row['size']} {backend} {threads}: {1e6 * row['step']:.1f} us a "
-                f"step, {row['size'] / row['step']:.3g} particle-steps a second, "
+                f"{scene_kind} {detail} {row['size']} {backend} {threads}: "
+                f"{1e6 * row['step']:.1f} us a step, {row['size'] / row['step']:.3g} particle-steps a second, "
                 f"{row['searches']:.2g} searches a step; first step {row['first']:.1f} s",
                 flush=True,
             )
@@ -173,15 +178,15 @@ def speed(scenes):
 
 def main(*arguments):
     if arguments and arguments[0] == "child":
-        run = {"result": result, "stored": stored, "timed": timed}[arguments[1]]
+        run = {"result": result, "stored": compare_stored, "timed": time_steps}[arguments[1]]
         print(json.dumps(run(*arguments[2:])))
         return
-    parts = {
+    actions = {
         "results": results,
         "grains": lambda: speed([("grains", n, p) for n in GRAINS for p in ("mixed", "f64")]),
         "continuum": lambda: speed([("continuum", n, d) for d, n in CONTINUUM]),
     }
-    out = {name: make() for name, make in parts.items() if name in arguments}
+    out = {name: make() for name, make in actions.items() if name in arguments}
     if arguments and arguments[-1].endswith(".json"):
         Path(arguments[-1]).write_text(json.dumps(out, indent=1), encoding="utf-8")
 

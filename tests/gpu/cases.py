@@ -112,21 +112,21 @@ def run(name, backend, steps=None, precision=None):
         scene = scene.with_value("numerics.precision", precision)
     usual = STEPS if name in GRAINS else CONTINUUM[name][1]
     motion = method.find_method(scene).build(scene, method.make_sample(scene))
-    before = motion.sim.search.count
+    searches_before = motion.sim.search.count
     motion.advance(usual if steps is None else steps)
-    return motion, motion.sim.search.count - before
+    return motion, motion.sim.search.count - searches_before
 
 
 def numbers(motion):
     """Name -> array of all numbers that are compared."""
     sim = motion.sim
-    found = {f"state {name}": a for name, a in _state(sim).items()}
+    values = {f"state {name}": a for name, a in _state(sim).items()}
     measured = vars(motion.measure())
-    found |= {f"measured {name}": np.asarray(a) for name, a in measured.items() if _is_number(a)}
-    return {name: a for name, a in found.items() if np.issubdtype(a.dtype, np.number)}
+    values |= {f"measured {name}": np.asarray(a) for name, a in measured.items() if _is_number(a)}
+    return {name: a for name, a in values.items() if np.issubdtype(a.dtype, np.number)}
 
 
-def expected(name):
+def compute_expected(name):
     """(Numbers of a case in double precision on the CPU, the largest deviation from them that is
     allowed, each by name; searches of the case itself on the CPU).
 
@@ -164,19 +164,19 @@ def _state(sim):
     if hasattr(sim, "grains"):
         x, v, w = grain_state(sim)
         force, torque = sim.forces()
-        own = {"x": x, "v": v, "w": w, "force": force, "torque": torque}
+        arrays = {"x": x, "v": v, "w": w, "force": force, "torque": torque}
         for name, a in energies(sim).items():
-            own[f"sum {name}"] = np.asarray(a)
+            arrays[f"sum {name}"] = np.asarray(a)
         contacts = contact_state(sim)
         order = np.lexsort((contacts["grain_j"], contacts["grain_i"]))
-        own |= {f"contact {name}": a[order] for name, a in contacts.items()}
+        arrays |= {f"contact {name}": a[order] for name, a in contacts.items()}
         if sim.layout.stress:
-            own["flux"] = load_sums(sim).momentum_flux()
-        return own
+            arrays["flux"] = load_sums(sim).momentum_flux()
+        return arrays
     names = ("x", "v", "density", "pressure", "deviator", "force", "loss", "work")
-    own = {name: sim.in_order(sim.of_particles(name)) for name in names}
+    arrays = {name: sim.in_order(sim.of_particles(name)) for name in names}
     rigid = sim.tables["rigid"].to_numpy()[:, : COLUMN.drags]
-    return own | {"rigid": rigid, "clock": sim.clock[:4]}
+    return arrays | {"rigid": rigid, "clock": sim.clock[:4]}
 
 
 def counts():
@@ -187,7 +187,7 @@ def counts():
     return dict(zip(names, out, strict=True))
 
 
-def counted(name):
+def count_calls(name):
     """Counts of the driver for some steps (of grains without a search) and, as "search", for a
     search; also the numbers of steps, searches and changes of a controlled load."""
     scene = scene_of(name, "cuda")
@@ -197,16 +197,16 @@ def counted(name):
     sim = motion.sim
     if name in CONTINUUM:  # launches follow the number of steps of the previous output step
         motion.advance(1)
-    first, searches, changes, before = _steps(sim), sim.search.count, _changes(sim), counts()
+    first, searches, changes, counts_before = _steps(sim), sim.search.count, _changes(sim), counts()
     motion.advance(2 * 16 if name in GRAINS else 1)
-    taken = _since(before) | {
+    counts_taken = _since(counts_before) | {
         "steps": _steps(sim) - first,
         "searches": sim.search.count - searches,
         "changes": _changes(sim) - changes,
     }
-    before = counts()
+    counts_before = counts()
     sim.search.now(*([sim.step] if name in GRAINS else []))
-    return taken | {"search": _since(before)}
+    return counts_taken | {"search": _since(counts_before)}
 
 
 def _changes(sim):
@@ -214,8 +214,8 @@ def _changes(sim):
     return 0 if servo is None else servo.next_change // servo.every
 
 
-def _since(before):
-    return {key: n - before[key] for key, n in counts().items()}
+def _since(counts_before):
+    return {key: n - counts_before[key] for key, n in counts().items()}
 
 
 def _steps(sim):
@@ -226,7 +226,7 @@ def main(path, name):
     """Run a case on the device; write its numbers and counts."""
     motion, searches = run(name, "cuda")
     out = numbers(motion)
-    report = {"searches": searches, "counted": counted(name)}
+    report = {"searches": searches, "counted": count_calls(name)}
     np.savez(path, report=np.array(json.dumps(report)), **out)
 
 

@@ -28,18 +28,18 @@ def folder():
     texts = [(HERE / "emulator" / name).read_text() for name in SOURCES]
     out = cache_folder() / "emulator" / hashlib.sha256("".join(texts).encode()).hexdigest()[:16]
     if not (out / "libcuda.so").exists():
-        own = out.with_name(f"{out.name}.{os.getpid()}")
-        own.mkdir(parents=True)
+        process_folder = out.with_name(f"{out.name}.{os.getpid()}")
+        process_folder.mkdir(parents=True)
         for name in SOURCES:
-            shutil.copy(HERE / "emulator" / name, own)
-        library = own / "libcuda.so.1"
+            shutil.copy(HERE / "emulator" / name, process_folder)
+        library = process_folder / "libcuda.so.1"
         flags = ["-O1", "-w", "-shared", "-fPIC", "-o", library]
-        subprocess.run(["gcc", *flags, own / "driver.c", "-ldl"], check=True)
-        (own / "libcuda.so").symlink_to(library.name)
+        subprocess.run(["gcc", *flags, process_folder / "driver.c", "-ldl"], check=True)
+        (process_folder / "libcuda.so").symlink_to(library.name)
         try:
-            own.rename(out)
+            process_folder.rename(out)
         except OSError:  # another process was faster
-            shutil.rmtree(own)
+            shutil.rmtree(process_folder)
     return out
 
 
@@ -49,7 +49,7 @@ def start(arguments, out, **settings):
     out: folder for the modules of kernels. settings: variables EMULATOR_*, without that beginning.
     """
     out.mkdir(parents=True, exist_ok=True)
-    own = {
+    variables = {
         "LD_LIBRARY_PATH": f"{folder()}:{os.environ.get('LD_LIBRARY_PATH', '')}",
         "PYTHONPATH": f"{HERE}:{HERE.parents[1]}:{os.environ.get('PYTHONPATH', '')}",
         "EMULATOR_OUT": str(out),
@@ -58,10 +58,10 @@ def start(arguments, out, **settings):
         compiler.variable(compiler.KERNEL_FOLDER): str(cache_folder() / "emulator" / "kernels"),
         **{f"EMULATOR_{name.upper()}": str(value) for name, value in settings.items()},
     }
-    found = subprocess.run(
+    process = subprocess.run(
         [sys.executable, *map(str, arguments)],
-        env=os.environ | own, capture_output=True, text=True, timeout=1200,
+        env=os.environ | variables, capture_output=True, text=True, timeout=1200,
     )  # fmt: skip
-    if found.returncode:
-        raise RuntimeError(f"{found.stdout}\n{found.stderr}")
-    return found.stdout, found.stderr
+    if process.returncode:
+        raise RuntimeError(f"{process.stdout}\n{process.stderr}")
+    return process.stdout, process.stderr

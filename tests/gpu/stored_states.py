@@ -68,8 +68,8 @@ def scene(name, backend):
     """The Scene with a name of CHANGES."""
     data = {key: dict(value) if isinstance(value, dict) else value for key, value in BASE.items()}
     for key, value in CHANGES[name].items():
-        whole = key == "boundary" or key not in data
-        data[key] = value if whole else data[key] | value
+        replaces_block = key == "boundary" or key not in data
+        data[key] = value if replaces_block else data[key] | value
     data["numerics"]["backend"] = backend
     return Scene.from_dict(data)
 
@@ -79,7 +79,7 @@ def tolerance(name):
     return TOLERANCE[CHANGES[name].get("numerics", BASE["numerics"])["precision"]]
 
 
-def moved(scene):
+def move_scene(scene):
     """(motion of a scene after STEPS steps, its Measurement at the start)."""
     motion = method.find_method(scene).build(scene, method.make_sample(scene))
     start = motion.measure()
@@ -93,21 +93,21 @@ def state(motion):
     return np.array(grain_state(motion.sim)) * scales[:, None, None]
 
 
-def stored():
+def read_stored():
     """Name -> expected state, from states.json."""
-    found = json.loads(STATES.read_text(encoding="utf-8"))
-    return {name: np.array(values) for name, values in found.items()}
+    data = json.loads(STATES.read_text(encoding="utf-8"))
+    return {name: np.array(values) for name, values in data.items()}
 
 
-def difference(found, expected):
+def difference(values, expected):
     """Largest difference of positions, velocities or spins, each over its largest value."""
     scale = np.abs(expected).max(axis=(1, 2), keepdims=True)
-    return float(np.max(np.abs(found - expected) / scale))
+    return float(np.max(np.abs(values - expected) / scale))
 
 
 def write_states():
     """Compute the states on the CPU and write them."""
-    states = {name: state(moved(scene(name, "cpu"))[0]).tolist() for name in CHANGES}
+    states = {name: state(move_scene(scene(name, "cpu"))[0]).tolist() for name in CHANGES}
     text = json.dumps(states).replace("]], ", "]],\n")
     STATES.write_text(text + "\n", encoding="utf-8")
 

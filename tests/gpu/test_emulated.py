@@ -41,8 +41,8 @@ def device(tmp_path_factory):
         path = out / "found.npz"
         arguments = [cases.__file__, path, name]
         _, errors = emulated.start(arguments, out, order=order, races=races)
-        with np.load(path) as found:
-            numbers = {key: found[key] for key in found.files}
+        with np.load(path) as arrays:
+            numbers = {key: arrays[key] for key in arrays.files}
         report = json.loads(str(numbers.pop("report")))
         return numbers, report, errors, out
 
@@ -51,13 +51,13 @@ def device(tmp_path_factory):
 
 @pytest.mark.parametrize("name", EVERY)
 def test_a_device_gives_the_results_of_the_cpu(name, device):
-    expected, allowed, searches = cases.expected(name)
-    found, report, _, _ = device(name)
+    expected, allowed, searches = cases.compute_expected(name)
+    results, report, _, _ = device(name)
     assert report["searches"] == searches > 0
     if name.startswith("sphere"):
         assert expected["state sum sphere_contacts"] > 0
     for key, a in expected.items():
-        np.testing.assert_allclose(found[key], a, rtol=0, atol=allowed[key] + 1e-300, err_msg=key)
+        np.testing.assert_allclose(results[key], a, rtol=0, atol=allowed[key] + 1e-300, err_msg=key)
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -136,8 +136,8 @@ def test_races_are_found(tmp_path):
     path = tmp_path / "racing.py"
     path.write_text(RACING)
     lines = emulated.start([path], tmp_path, races=1)[1].splitlines()
-    found = {line.split(" (")[0] for line in lines if line.startswith("RACE")}
-    assert {re.sub(r"_c\d\w*", "", line) for line in found} == {
+    race_lines = {line.split(" (")[0] for line in lines if line.startswith("RACE")}
+    assert {re.sub(r"_c\d\w*", "", line) for line in race_lines} == {
         "RACE add: sum after an atomic",
         "RACE write: write after a write",
     }
@@ -146,10 +146,10 @@ def test_races_are_found(tmp_path):
 @pytest.mark.very_long
 @pytest.mark.parametrize("name", cases.NAMES)
 def test_the_order_of_threads_changes_no_bit(name, device):
-    one, other = device(name)[0], device(name, order="forward", races=0)[0]
-    assert one.keys() == other.keys()
-    for key, a in one.items():
-        assert np.array_equal(a, other[key], equal_nan=True), key
+    first, second = device(name)[0], device(name, order="forward", races=0)[0]
+    assert first.keys() == second.keys()
+    for key, a in first.items():
+        assert np.array_equal(a, second[key], equal_nan=True), key
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -164,8 +164,8 @@ def test_launches_and_synchronisations_of_a_step(name, device):
         # bodies, particles; response; forces, loads of bodies; the end of the step. To begin and
         # to look; launches that find nothing to do
         calls = 1 + took["searches"]
-        most = 6 * (took["steps"] + LOOK) + 64 * calls
-        assert took["launches"] <= most and took["steps"] > 0
+        most_launches = 6 * (took["steps"] + LOOK) + 64 * calls
+        assert took["launches"] <= most_launches and took["steps"] > 0
         assert took["syncs"] <= took["steps"] // LOOK + 4 * calls
         assert search["launches"] <= 72 and search["syncs"] <= 8 and search["bytes_from"] <= 1024
         return
@@ -239,5 +239,5 @@ def test_no_register_is_spilled(name, device):
     found = registers(device(name)[3])
     assert any(kernel.startswith(("touch", "push")) for kernel in found)
     assert {k: n for k, (_, n) in found.items() if n} == {}
-    most = MOST[cases.precision(name)]
-    assert {k: n for k, (n, _) in found.items() if n > most} == {}
+    limit = MOST[cases.precision(name)]
+    assert {k: n for k, (n, _) in found.items() if n > limit} == {}

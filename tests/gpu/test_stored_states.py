@@ -15,11 +15,11 @@ from dusttaichi.running.ledger import turnover
 @pytest.mark.long
 @pytest.mark.parametrize("name", stored_states.CHANGES)
 def test_states_are_those_stored(name):
-    motion, start = stored_states.moved(stored_states.scene(name, "cpu"))
-    expected = stored_states.stored()[name]
-    found = stored_states.state(motion)
+    motion, start = stored_states.move_scene(stored_states.scene(name, "cpu"))
+    expected = stored_states.read_stored()[name]
+    state = stored_states.state(motion)
     assert np.isfinite(expected).all() and (np.abs(expected).max(axis=(1, 2)) > 0.0).all()
-    assert stored_states.difference(found, expected) <= stored_states.tolerance(name)
+    assert stored_states.difference(state, expected) <= stored_states.tolerance(name)
     assert motion.sim.search.count > 1
     residual, through = turnover(motion.measure(), method.Start.from_measurement(start))
     assert abs(residual / through) <= 0.01  # numerics.ledger_tolerance

@@ -17,7 +17,7 @@ def links(*ranges):
     return [[k, k + 1] for first, last in ranges for k in range(first, last - 1)]
 
 
-def made(path, after, pairs, speed=2.0, velocity=(-0.25, 0.25), past=0.0):
+def write_collision(path, final_velocities, pairs, speed=2.0, velocity=(-0.25, 0.25), past=0.0):
     """Bodies of 6 and 4 grains on a line that meet at 2 m/s; links and velocities afterwards. past:
     how far the second has flown through the first by then."""
     x = np.zeros((10, 3))
@@ -31,7 +31,7 @@ def made(path, after, pairs, speed=2.0, velocity=(-0.25, 0.25), past=0.0):
     frames = [
         {"position": x + behind * [R, 0, 0], "velocity": v, "pairs": pairs},
         {"position": x, "velocity": v, "pairs": pairs},
-        {"position": x - behind * [past, 0, 0], "velocity": later, "pairs": after},
+        {"position": x - behind * [past, 0, 0], "velocity": later, "pairs": final_velocities},
     ]
     attrs = {"sample": f"{{kind: collision, target_grains: 6, speed: {speed}}}", "grains": 10}
     return analysis.open_run(
@@ -43,7 +43,7 @@ BOTH = links((0, 6), (6, 10))
 
 
 @pytest.mark.parametrize(
-    "after, outcome, fragments, growth",
+    "final_velocities, outcome, fragments, growth",
     [
         (links((0, 10)), "sticking", 1, 1.0),
         (BOTH, "bouncing", 2, 0.0),
@@ -55,19 +55,21 @@ BOTH = links((0, 6), (6, 10))
         (links((0, 8), (8, 10)), "mass transfer", 2, 0.5),
     ],
 )
-def test_outcome(tmp_path, after, outcome, fragments, growth):
-    with made(tmp_path, after, BOTH) as run:
+def test_outcome(tmp_path, final_velocities, outcome, fragments, growth):
+    with write_collision(tmp_path, final_velocities, BOTH) as run:
         assert run.collides
-        found = analysis.summarise(run)
-        rows = {row[0]: row[1] for row in analysis.tabulate(found)}
-    assert (found["outcome"], found["fragments"]) == (outcome, fragments)
-    assert found["growth_efficiency"] == pytest.approx(growth)
+        numbers = analysis.summarise(run)
+        rows = {row[0]: row[1] for row in analysis.tabulate(numbers)}
+    assert (numbers["outcome"], numbers["fragments"]) == (outcome, fragments)
+    assert numbers["growth_efficiency"] == pytest.approx(growth)
     # 0.5 of 2 m/s along the line of centres, as far as a zigzag of grains has one
     expected = {"sticking": 0.0, "growth": 0.0, "bouncing": pytest.approx(0.25, rel=1e-3)}
-    assert found["restitution"] == expected.get(outcome)
+    assert numbers["restitution"] == expected.get(outcome)
     assert rows["outcome"].startswith(outcome) and "growth efficiency" in rows
     # the frame before the last has both bodies whole
-    assert ("note" in rows) == (len(links((0, 6), (6, 10))) != len(after) or outcome != "bouncing")
+    assert ("note" in rows) == (
+        len(links((0, 6), (6, 10))) != len(final_velocities) or outcome != "bouncing"
+    )
 
 
 @pytest.mark.parametrize(
@@ -78,25 +80,25 @@ def test_outcome(tmp_path, after, outcome, fragments, growth):
     ],
 )
 def test_bodies_that_have_not_met_have_no_restitution(tmp_path, past, outcome, text):
-    with made(tmp_path, BOTH, BOTH, velocity=(0.8, -1.2), past=past) as run:
-        found = analysis.summarise(run)
-        rows = {row[0]: row[1] for row in analysis.tabulate(found)}
-    assert found["outcome"] == outcome
+    with write_collision(tmp_path, BOTH, BOTH, velocity=(0.8, -1.2), past=past) as run:
+        numbers = analysis.summarise(run)
+        rows = {row[0]: row[1] for row in analysis.tabulate(numbers)}
+    assert numbers["outcome"] == outcome
     assert rows["outcome"].startswith(text)
     # neither a restitution of -1 nor a growth efficiency of 0 is a number of a collision
-    assert found["restitution"] is None and found["growth_efficiency"] is None
+    assert numbers["restitution"] is None and numbers["growth_efficiency"] is None
 
 
 def test_grains_at_rest_are_no_collision(tmp_path):
     still = snapshots.write(tmp_path / "a.nc", [{"position": np.eye(3) * 1e-5}] * 2, R)
     with analysis.open_run(still) as run:
-        found = analysis.summarise(run)
-        assert not run.collides and found["outcome"] is None
-        assert "outcome" not in {row[0] for row in analysis.tabulate(found)}
+        numbers = analysis.summarise(run)
+        assert not run.collides and numbers["outcome"] is None
+        assert "outcome" not in {row[0] for row in analysis.tabulate(numbers)}
 
 
 def test_figures(tmp_path):
-    with made(tmp_path, links((0, 5), (6, 10)), BOTH) as run:
+    with write_collision(tmp_path, links((0, 5), (6, 10)), BOTH) as run:
         paths = plots.save_figures(run, tmp_path / "figures")
         assert {path.name for path in paths} == {"ledger.png", "collision.png", "fragments.png"}
         bar = plots.grains(run, color="body", dpi=60).axes[-1]
@@ -128,12 +130,15 @@ def test_momentum_and_angular_momentum():
     )
     far = make_scene(damping="viscoelastic", dt="0.25 ns", boundary=FAR)
     probe = Probe(far, samples.make(scene))
-    start, before = probe.momenta(), (probe.v, probe.w)
+    start, velocities_before = probe.momenta(), (probe.v, probe.w)
     probe.advance(8000)
-    end, after = probe.momenta(), (probe.v, probe.w)
+    end, velocities_after = probe.momenta(), (probe.v, probe.w)
     for n in (0, 1):
         assert np.abs(end[n] - start[n]).max() < 1e-12 * end[n + 2]
-        assert np.abs(after[n] - before[n]).sum() > 0.2 * np.abs(after[n]).sum()  # of each
-    now = energies(probe.sim)
-    assert now["contacts"] < 350  # of 398
-    assert np.all(now["loss"] > 0)  # every kind of contact force has been at work
+        assert (
+            np.abs(velocities_after[n] - velocities_before[n]).sum()
+            > 0.2 * np.abs(velocities_after[n]).sum()
+        )  # of each
+    last_energies = energies(probe.sim)
+    assert last_energies["contacts"] < 350  # of 398
+    assert np.all(last_energies["loss"] > 0)  # every kind of contact force has been at work

@@ -20,7 +20,7 @@ def bound(speed, spin):
     return x, v + speed * rng.normal(size=(12, 3)), w + spin * rng.normal(size=(12, 3))
 
 
-def refined(x, v, w, time, **keys):
+def refine_steps(x, v, w, time, **keys):
     """Ledger error (largest of ten moments) and end state for every step of STEPS; time in ns."""
     out = []
     for dt in STEPS:
@@ -40,7 +40,7 @@ def slope(errors, steps):
 def test_second_order_while_slipping():
     """Slipping starts and ends between two steps: each such event shifts a little at random,
     so the order of the ledger is met less sharply (1.5 to 2.5 over a factor of eight)."""
-    runs = refined(*bound(0.01, 3e5), 12.0)
+    runs = refine_steps(*bound(0.01, 3e5), 12.0)
     assert np.any(runs[-1][4][3:5] > 0), "rolling or sliding must have lost energy"
     assert 1.5 < slope([run[0] for run in runs], STEPS) < 2.5
 
@@ -59,13 +59,13 @@ def test_breaking_with_strained_springs():
     jumps = []
     for dt in STEPS:
         probe = Probe(make_scene(dt=f"{dt} ns", boundary=FAR), sample_of(x, v, w))
-        start, before = probe.energy(), None
+        start, energy_before = probe.energy(), None
         while energies(probe.sim)["contacts"]:
-            before = (probe.energy() - start) @ LEDGER
-            held = energies(probe.sim)["potential"][1:].sum()
+            energy_before = (probe.energy() - start) @ LEDGER
+            potential = energies(probe.sim)["potential"][1:].sum()
             probe.advance(1)
-        jumps.append(abs((probe.energy() - start) @ LEDGER - before))
-        assert held > 1e-3, "the springs must be strained [fJ]"
+        jumps.append(abs((probe.energy() - start) @ LEDGER - energy_before))
+        assert potential > 1e-3, "the springs must be strained [fJ]"
     # an eighth of what the springs of this contact hold is what a first-order slip would leave
     assert slope(jumps, STEPS) > 1.5 or max(jumps) < 1e-4 * E_C
 
@@ -76,7 +76,7 @@ def test_breaking_with_strained_springs():
 def test_second_order(damping):
     """Differences of neighbouring steps and the ledger shrink with dt^2; 0.1 ns is 1/47 of the
     stiffest period, fine enough for the leading order to rule (hence 1.8 to 2.2)."""
-    runs = refined(*bound(0.002, 2e4), 20.0, damping=damping)
+    runs = refine_steps(*bound(0.002, 2e4), 20.0, damping=damping)
     assert all(np.all(run[4][3:] == 0) for run in runs), "nothing may slip"
     assert 1.8 < slope([run[0] for run in runs], STEPS) < 2.2
     for quantity in (1, 2, 3):
@@ -110,8 +110,8 @@ def test_ledger_of_a_compressed_box(damping):
     start = balance(energies(sim))
     for _ in range(8):
         sim.advance(1000)
-        own, lost, work = balance(energies(sim)) - start
-        assert abs(own + lost - work) < 0.01 * (lost + abs(work))
+        stored, lost, work = balance(energies(sim)) - start
+        assert abs(stored + lost - work) < 0.01 * (lost + abs(work))
     m = energies(sim)
     assert m["wall_work"] > 0 and m["loss"][1] > 0 and m["loss"][3] > 0 and m["loss"][4] > 0
     assert (m["loss"][2] > 0) == (damping != "none")

@@ -88,49 +88,51 @@ SCENES = {
 
 
 @pytest.fixture
-def unstarted(monkeypatch):
+def unstarted_taichi(monkeypatch):
     """Scenes are built, but nothing runs: only a run compiles."""
     monkeypatch.setattr(Simulation, "_start", lambda self, sample: None)
 
 
-def place(scene, sample, **how):
-    sim = build(scene, sample, **how)
+def place(scene, sample, **options):
+    sim = build(scene, sample, **options)
     return sim, set(sim.fields) | set(sim.scratch) | set(sim.sums), set(vars(sim.kernels))
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_a_scene_has_what_it_requires_and_nothing_else(name, unstarted):
+def test_a_scene_has_what_it_requires_and_nothing_else(name, unstarted_taichi):
     blocks, sample, fields, kernels, size = SCENES[name]
-    sim, there, compiled = place(make_scene(**blocks), sample)
-    own = FIELDS | SCRATCH | {"grain_sum", "pair_sum"} | fields
-    assert there == own
+    sim, fields_present, compiled = place(make_scene(**blocks), sample)
+    expected_fields = FIELDS | SCRATCH | {"grain_sum", "pair_sum"} | fields
+    assert fields_present == expected_fields
     assert compiled == KERNELS | kernels
     assert sim.layout.state_rows == size
-    own = len(sim.layout.stored)
-    assert sim.fields["contact"].to_numpy().shape[1] == size + own
+    expected_fields = len(sim.layout.stored)
+    assert sim.fields["contact"].to_numpy().shape[1] == size + expected_fields
     assert sim.fields["load"].to_numpy().shape[1] == max(9, size)
 
 
 # What `dust check` says.
 
 
-def test_check_says_what_is_compiled_in_and_what_it_takes(unstarted):
+def test_check_says_what_is_compiled_in_and_what_it_takes(unstarted_taichi):
     scene = make_scene(boundary=FLOOR, damping="viscous", output=SERIES)
-    sim, there, _ = place(scene, PAIR)
-    told = dict(inventory.compiled_rows(scene, sim))
-    assert told["walls"] == "bottom" and told["periodic faces"] == "none"
+    sim, fields_present, _ = place(scene, PAIR)
+    compiled_rows = dict(inventory.compiled_rows(scene, sim))
+    assert compiled_rows["walls"] == "bottom" and compiled_rows["periodic faces"] == "none"
     assert (
-        told["forces"].startswith("normal (jkr), damping (viscous)")
-        and told["left out"] == "asperities"
+        compiled_rows["forces"].startswith("normal (jkr), damping (viscous)")
+        and compiled_rows["left out"] == "asperities"
     )
-    assert told["history of a contact"].startswith("10 numbers: xi 3, zeta 3, touched 1, speed 1")
-    assert set(told["kernels"].split(", ")) == KERNELS | WALL_KERNELS
-    whole = sum(table.nbytes for table in inventory.tables(sim).values())
+    assert compiled_rows["history of a contact"].startswith(
+        "10 numbers: xi 3, zeta 3, touched 1, speed 1"
+    )
+    assert set(compiled_rows["kernels"].split(", ")) == KERNELS | WALL_KERNELS
+    total_bytes = sum(table.nbytes for table in inventory.tables(sim).values())
     rows = inventory.field_rows(sim)
-    assert f"{whole / 1024:.0f} bytes a grain, capacity 1,024" in rows[-1][1]
+    assert f"{total_bytes / 1024:.0f} bytes a grain, capacity 1,024" in rows[-1][1]
     named = {rows[k][0] for k in range(len(rows) - 2)}
     named |= set(rows[-2][1].split(": ")[1].split(", "))
-    assert named == there
+    assert named == fields_present
 
 
 def test_check_says_what_the_preset_sets():

@@ -25,14 +25,14 @@ def clusters(speed=4.0):
     block = APART * np.array(list(product(range(2), range(3), range(3))), float)
     x, v, w = [], [], []
     for side in (-1, 1):
-        kept = block[rng.random(len(block)) < 0.8] + 1e-10 * rng.normal(size=3)
-        kept = kept - kept.mean(axis=0)
+        members = block[rng.random(len(block)) < 0.8] + 1e-10 * rng.normal(size=3)
+        members = members - members.mean(axis=0)
         spin = rng.normal(size=3) * 3e5
-        place = np.array([side * 1.55 * APART, side * 0.3 * APART, 0.0])
-        x.append(kept + place)
-        v.append(np.cross(spin, kept) - side * np.array([0.5 * speed, 0.0, 0.0]))
-        w.append(spin + 1e5 * rng.normal(size=kept.shape))
-    return [np.concatenate(parts) for parts in (x, v, w)]
+        offset = np.array([side * 1.55 * APART, side * 0.3 * APART, 0.0])
+        x.append(members + offset)
+        v.append(np.cross(spin, members) - side * np.array([0.5 * speed, 0.0, 0.0]))
+        w.append(spin + 1e5 * rng.normal(size=members.shape))
+    return [np.concatenate(arrays) for arrays in (x, v, w)]
 
 
 def scene(scale=(1.0, 1.0, 1.0), **keys):
@@ -60,17 +60,17 @@ def scene(scale=(1.0, 1.0, 1.0), **keys):
     })  # fmt: skip
 
 
-def run(scene, x, v, w, **own):
+def run(scene, x, v, w, **properties):
     """Positions, velocities and spins after the steps; own: radii and materials of the grains."""
-    with dt.simulate(scene, Sample(x, v, w, **own), log=list) as simulation:
+    with dt.simulate(scene, Sample(x, v, w, **properties), log=list) as simulation:
         m = simulation.advance(STEPS).measure()
         assert m.loss.sum() > 0.0 and m.contact_count > 8
         return simulation.positions, simulation.velocities, simulation.spins
 
 
-def assert_equal(found, expected):
-    for a, b, most in zip(found, expected, (1e-11, 1e-9, 1e-8), strict=True):
-        np.testing.assert_allclose(a, b, rtol=0.0, atol=most * np.abs(b).max())
+def assert_equal(values, expected):
+    for a, b, tolerance in zip(values, expected, (1e-11, 1e-9, 1e-8), strict=True):
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=tolerance * np.abs(b).max())
 
 
 def rotation(axis, angle):
@@ -81,24 +81,24 @@ def rotation(axis, angle):
 
 def unlike(count):
     """Radii and materials of grains that are not alike."""
-    kinds = np.arange(count) % 2
-    return {"radii": RADIUS * (1.0 - 1e-4 * (np.arange(count) % 3)), "materials": kinds}
+    materials = np.arange(count) % 2
+    return {"radii": RADIUS * (1.0 - 1e-4 * (np.arange(count) % 3)), "materials": materials}
 
 
 @pytest.mark.parametrize("unequal", [pytest.param(False, marks=pytest.mark.long), True])
 def test_another_observer_sees_the_same(unequal):
     """Turned, mirrored, displaced, in motion, with other numbers for the grains."""
     x, v, w = clusters()
-    own = unlike(len(x)) if unequal else {}
+    properties = unlike(len(x)) if unequal else {}
     far = scene(boundary=FAR)
-    expected = run(far, x, v, w, **own)
+    expected = run(far, x, v, w, **properties)
     Q = rotation([1.0, 2.0, 3.0], 1.1) @ np.diag([-1.0, 1.0, 1.0])
     shift, boost = np.array([3e-6, -5e-6, 7e-6]), np.array([1.0, -2.0, 0.5])
     order = np.random.default_rng(2).permutation(len(x))
     # spins are axial vectors
     seen = [a[order] for a in (x @ Q.T + shift, v @ Q.T + boost, -w @ Q.T)]
-    found = run(far, *seen, **{name: values[order] for name, values in own.items()})
-    x, v, w = (a[np.argsort(order)] for a in found)
+    observed = run(far, *seen, **{name: values[order] for name, values in properties.items()})
+    x, v, w = (a[np.argsort(order)] for a in observed)
     way = boost * STEPS * 1e-10
     assert_equal([(x - shift - way) @ Q, (v - boost) @ Q, -w @ Q], expected)
 
@@ -109,11 +109,15 @@ def test_units_do_not_matter(unequal):
     """Lengths doubled, times tripled, masses five times as large; between walls, one of which
     moves."""
     x, v, w = clusters(speed=2.0)
-    own = unlike(len(x)) if unequal else {}
+    properties = unlike(len(x)) if unequal else {}
 
     def pressed(a, b, c):
         box = {"kind": "box", "wall_speed": f"{0.5 * a / b:.17g} m/s", "side_walls": 0.5}
-        lengths = {"radii": own["radii"] * a, "materials": own["materials"]} if own else {}
+        lengths = (
+            {"radii": properties["radii"] * a, "materials": properties["materials"]}
+            if properties
+            else {}
+        )
         return run(scene((a, b, c), boundary=box), x * a, v * a / b, w / b, **lengths)
 
     expected = pressed(1.0, 1.0, 1.0)

@@ -51,17 +51,17 @@ output: {series: {steps: 500}, variables: [orientation, loss, grain_loss]}
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """Two grains that slide, roll and twist about each other, and one that spins on its own."""
-    with open_run(execute(from_yaml(TEXT), tmp_path_factory.mktemp("asked") / "run")) as found:
-        yield found
+    with open_run(execute(from_yaml(TEXT), tmp_path_factory.mktemp("asked") / "run")) as opened_run:
+        yield opened_run
 
 
 def test_a_free_grain_turns_about_its_spin(run):
     frame = read_frame(run)
     angle = SPIN * frame.time
     axis = np.array([1.0, 2.0, 2.0]) / 3.0
-    wanted = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)])
+    expected = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)])
     # the same rotation by exact steps; seven digits are kept
-    np.testing.assert_allclose(frame.orientation[2], wanted, atol=1e-6)
+    np.testing.assert_allclose(frame.orientation[2], expected, atol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(frame.orientation, axis=1), 1.0, rtol=1e-6)
     np.testing.assert_allclose(read_frame(run, 0).orientation[:, 0], 1.0)
 
@@ -73,28 +73,30 @@ def test_a_spin_of_a_tenth_of_a_radian_a_step_is_followed_to_rounding():
     sim = build(scene, make(scene))
     sim.advance(2000)
     angle, axis = 1e9 * 2000 * 1e-10, np.array([0.6, 0.0, 0.8])
-    wanted = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)])
-    found = sim.state["orientation"][sim.state.rank[2]]
-    np.testing.assert_allclose(found, wanted, atol=1e-11)
+    expected = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)])
+    orientation = sim.state["orientation"][sim.state.rank[2]]
+    np.testing.assert_allclose(orientation, expected, atol=1e-11)
 
 
 def test_losses_of_contacts_are_those_of_the_ledger(run):
     """One contact that holds: what has been lost by rolling, sliding and twisting is its own."""
-    (own,) = run.contacts().loss.values
-    whole = run.series.loss.values[-1]
+    (contact_loss,) = run.contacts().loss.values
+    total_loss = run.series.loss.values[-1]
     names = list(run.series.channel.values)
     for name in ("rolling", "sliding", "twisting"):
         n = names.index(name)
-        assert own[n] == pytest.approx(whole[n], rel=1e-6) and whole[n] > 0.0
-    assert own[names.index("breaking")] == 0.0
+        assert contact_loss[n] == pytest.approx(total_loss[n], rel=1e-6) and total_loss[n] > 0.0
+    assert contact_loss[names.index("breaking")] == 0.0
     assert not run.contacts(0).loss.values.any()
 
 
 def test_losses_of_grains_are_halves_of_those_of_their_contact(run):
-    found = run.tree["snapshots"].grain_loss.values
-    (own,) = run.contacts().loss.values
-    np.testing.assert_allclose(found[-1, :2], [0.5 * own] * 2, rtol=1e-6)  # seven digits are kept
-    assert not found[-1, 2].any() and not found[0].any()
+    grain_losses = run.tree["snapshots"].grain_loss.values
+    (contact_loss,) = run.contacts().loss.values
+    np.testing.assert_allclose(
+        grain_losses[-1, :2], [0.5 * contact_loss] * 2, rtol=1e-6
+    )  # seven digits are kept
+    assert not grain_losses[-1, 2].any() and not grain_losses[0].any()
 
 
 def test_losses_of_grains_add_up_to_the_ledger(tmp_path):
@@ -102,16 +104,16 @@ def test_losses_of_grains_add_up_to_the_ledger(tmp_path):
     that replace the lists; a wall's contacts belong to their grain alone."""
     with open_run(execute(from_yaml(PRESSED), tmp_path / "run")) as run:
         series, frames = run.series.isel(time=-1), run.tree["snapshots"].isel(snapshot=-1)
-        wanted = series.loss + series.loss_wall
+        expected = series.loss + series.loss_wall
         assert float(series.loss_wall.sum()) > 0.0 and int(series.step) == 3000
-        found = frames.grain_loss.sum("grain")
+        grain_loss = frames.grain_loss.sum("grain")
         for name in run.series.channel.values:
             # of damping the ledger has half a step less than the contacts
             tolerance = 1e-3 if name == "damping" else 1e-9
-            assert float(found.sel(channel=name)) == pytest.approx(
-                float(wanted.sel(channel=name)), rel=tolerance
+            assert float(grain_loss.sel(channel=name)) == pytest.approx(
+                float(expected.sel(channel=name)), rel=tolerance
             )
-        assert all(float(wanted.sel(channel=name)) > 0 for name in ("forming", "breaking"))
+        assert all(float(expected.sel(channel=name)) > 0 for name in ("forming", "breaking"))
         assert (frames.grain_loss.values.sum(axis=1) >= 0.0).all()
 
 
@@ -125,17 +127,21 @@ def test_the_load_of_a_contact_taken_apart(run):
     arm = 0.6e-6 * (n1 - n2)
     zeta, xi = arm - nc * (arm @ nc), c.R * (n1 + n2)
     # pointers have seven digits, and their sum is small; 1 + 1e-4: the lever of the torques
-    found = np.linalg.norm(row.sliding_force), np.linalg.norm(row.rolling_moment)
+    magnitudes = np.linalg.norm(row.sliding_force), np.linalg.norm(row.rolling_moment)
     k = c.numbers
-    assert found[0] == pytest.approx(k["k_s"] * np.linalg.norm(zeta), rel=2e-3)
-    assert found[1] == pytest.approx(k["k_r"] * c.R * np.linalg.norm(xi), rel=2e-3)
+    assert magnitudes[0] == pytest.approx(k["k_s"] * np.linalg.norm(zeta), rel=2e-3)
+    assert magnitudes[1] == pytest.approx(k["k_r"] * c.R * np.linalg.norm(xi), rel=2e-3)
     assert row.twisting_moment == pytest.approx(-k["k_t"] * float(row.twist), rel=1e-3)
     sim = build(scene, samples.make(scene))
     sim.advance(50)
-    held = contact_state(sim)
-    parts = held["normal_force"][:, None] * (grain_state(sim)[0][:1] - grain_state(sim)[0][1:2])
-    parts /= np.linalg.norm(parts, axis=1)[:, None] / np.abs(held["normal_force"])
-    np.testing.assert_allclose(parts + held["sliding_force"], held["force"], rtol=1e-9, atol=1e-12)
+    contacts = contact_state(sim)
+    forces = contacts["normal_force"][:, None] * (
+        grain_state(sim)[0][:1] - grain_state(sim)[0][1:2]
+    )
+    forces /= np.linalg.norm(forces, axis=1)[:, None] / np.abs(contacts["normal_force"])
+    np.testing.assert_allclose(
+        forces + contacts["sliding_force"], contacts["force"], rtol=1e-9, atol=1e-12
+    )
 
 
 def test_a_wall_that_is_slid_along_makes_no_rolling_moment():
@@ -156,9 +162,9 @@ def test_what_is_left_out_and_single_precision(run, tmp_path):
     data = from_yaml(TEXT)._input_data | {
         "sample": {"kind": "explicit", "file": str(run.path.parent)}
     }
-    taken = make(type(from_yaml(TEXT)).from_dict(data))
-    np.testing.assert_allclose(taken.positions, read_frame(run).position)
-    assert not taken.spins.any() and len(taken.contacts["i"]) == 1
+    sample = make(type(from_yaml(TEXT)).from_dict(data))
+    np.testing.assert_allclose(sample.positions, read_frame(run).position)
+    assert not sample.spins.any() and len(sample.contacts["i"]) == 1
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ ARITHMETIC = re.compile(
 
 
 @ti.func
-def nothing(self, block, tile, dt, p, place):
+def nothing(self, block, tile, dt, p, position):
     """In place of what happens to contacts that form or break."""
 
 
@@ -59,12 +59,12 @@ def operations(scene, walls, folder, monkeypatch):
             contacts.tile(tile, dt, contacts.gatherer.outside(1, dt, surfaces), dt)
 
     pass_over_contacts(0.0, Walls())
-    found = Counter()
+    counts = Counter()
     for block in blocks_with_roots(folder):
-        for lanes, kind, rest in ARITHMETIC.findall(block):
-            if "@" not in rest or "@llvm.sqrt" in rest:
-                found[int(lanes[1:-3] or 1) if lanes else 1, kind] += 1
-    return found
+        for lanes, operation, operands in ARITHMETIC.findall(block):
+            if "@" not in operands or "@llvm.sqrt" in operands:
+                counts[int(lanes[1:-3] or 1) if lanes else 1, operation] += 1
+    return counts
 
 
 @pytest.mark.parametrize(
@@ -77,12 +77,12 @@ def operations(scene, walls, folder, monkeypatch):
 )
 def test_contacts_are_packed(name, precision, kind, tmp_path, monkeypatch):
     scene = make_scene(damping="viscoelastic", numerics={"precision": precision}, **SCENES[name])
-    found = operations(scene, name == "walls", tmp_path, monkeypatch)
+    counts = operations(scene, name == "walls", tmp_path, monkeypatch)
     (tmp_path / "loop").mkdir()
     bits = compiled_bits(tmp_path / "loop")
     lanes = min(loops_of(scene.numerics).width, bits // {"float": 32, "double": 64}[kind])
-    packed = sum(n for (count, _), n in found.items() if count > 1)
+    packed = sum(n for (count, _), n in counts.items() if count > 1)
     # two doubles at a time (SSE2) LLVM may leave alone: to gather them costs more than it saves
-    assert packed > (0.9 if lanes > 2 else 0.5) * found.total(), found
+    assert packed > (0.9 if lanes > 2 else 0.5) * counts.total(), counts
     # and they fill the registers: one number of another width would halve them
-    assert found[lanes, kind] > (0.9 if lanes > 2 else 0.5) * found.total(), found
+    assert counts[lanes, kind] > (0.9 if lanes > 2 else 0.5) * counts.total(), counts

@@ -57,8 +57,8 @@ def test_sticking_speed_and_restitution(precision):
     expected = np.sqrt(1 - 1 / factors[2:] ** 2)
     np.testing.assert_allclose(e[2:], expected, rtol=1e-3)
     assert 0 < e[1] < 0.06  # 0.0447 by the formula, where e has no slope to speak of
-    own, _, _ = probe.energy()
-    assert np.isfinite(own)
+    energy, _, _ = probe.energy()
+    assert np.isfinite(energy)
 
 
 # Periods: angular frequencies of the springs, small amplitudes.
@@ -66,9 +66,9 @@ def test_sticking_speed_and_restitution(precision):
 
 def frequency(signal, dt):
     """Angular frequency of a sampled harmonic oscillation: s(t+h) + s(t-h) = 2 cos(w h) s(t)."""
-    here, around = signal[1:-1], signal[2:] + signal[:-2]
-    columns = np.stack([here, np.ones_like(here)], axis=1)  # a constant takes up an offset
-    return np.arccos(np.linalg.lstsq(columns, around, rcond=None)[0][0] / 2) / dt
+    centre, neighbours = signal[1:-1], signal[2:] + signal[:-2]
+    columns = np.stack([centre, np.ones_like(centre)], axis=1)  # a constant takes up an offset
+    return np.arccos(np.linalg.lstsq(columns, neighbours, rcond=None)[0][0] / 2) / dt
 
 
 SPRINGS = {  # which pair rings, its w^2, steps between samples
@@ -142,9 +142,9 @@ def compare(probe, reference, tolerance, steps, every):
             assert np.abs(off).max() < tolerance * unit
             assert phi == pytest.approx(contact.phi, abs=tolerance)
         measured = energies(probe.sim)
-        for name, own in zip(("potential", "potential_wall"), reference.energies(), strict=True):
+        for name, energy in zip(("potential", "potential_wall"), reference.energies(), strict=True):
             np.testing.assert_allclose(
-                measured[name] * 1e-15, own, atol=10 * tolerance * np.abs(own).max(), rtol=0
+                measured[name] * 1e-15, energy, atol=10 * tolerance * np.abs(energy).max(), rtol=0
             )
 
 
@@ -172,36 +172,36 @@ def test_against_reference_slipping(damping):
 # Limits.
 
 
-def spinning(kind, rate):
+def spinning(mode, rate):
     """Pair 0 turned at a steady rate by spins far heavier to stop than one contact can."""
     d = 2 * RADIUS - PAIR.delta0
     x, v, w = pairs(d, 0.0)
-    axis = np.array([1.0, 0, 0]) if kind == "twisting" else np.array([0, 0, 1.0])
-    w[0], w[1] = rate * axis, (rate if kind == "sliding" else -rate) * axis
+    axis = np.array([1.0, 0, 0]) if mode == "twisting" else np.array([0, 0, 1.0])
+    w[0], w[1] = rate * axis, (rate if mode == "sliding" else -rate) * axis
     return x, v, w
 
 
 @BOTH
 @pytest.mark.parametrize(
-    "kind, rate, dt",
+    "mode, rate, dt",
     [("rolling", 1e6, "0.02 ns"), ("sliding", 2e7, "0.002 ns"), ("twisting", 2e7, "0.02 ns")],
 )
-def test_limits_are_hit_exactly(kind, rate, dt, precision):
+def test_limits_are_hit_exactly(mode, rate, dt, precision):
     """A steady motion past the limit keeps the displacement at it and loses force x way.
 
     The way: what the spins turned (the reference's definition), less what the spring took up.
     """
-    x, v, w = spinning(kind, rate)
+    x, v, w = spinning(mode, rate)
     probe = run(x, v, w, dt=dt, numerics={"precision": precision})
-    number = {"rolling": 3, "sliding": 4, "twisting": 5}[kind]
+    number = {"rolling": 3, "sliding": 4, "twisting": 5}[mode]
     force = {
         "rolling": PAIR.k_r * PAIR.xi_crit,
         "sliding": PAIR.k_s * PAIR.zeta_crit,
         "twisting": PAIR.k_t * PAIR.phi_crit,
-    }[kind]
+    }[mode]
     probe.advance(300)
-    before = energies(probe.sim)["loss"][number]
-    assert before > 0, "the limit must have been passed"
+    loss_before = energies(probe.sim)["loss"][number]
+    assert loss_before > 0, "the limit must have been passed"
     way, steps = 0.0, 100
     for _ in range(steps):
         probe.advance(1)
@@ -209,10 +209,10 @@ def test_limits_are_hit_exactly(kind, rate, dt, precision):
         half = probe._grains("w")[:2] * 1e6  # the spins that turned the pointers
         turn = (half[0] - half[1]) * probe.dt
         nc = ref.unit(probe.x[0] - probe.x[1])
-        if kind == "rolling":
+        if mode == "rolling":
             size = ref.length(ref.xi_of(n1, n2, PAIR)) / PAIR.xi_crit
             way += ref.length(np.cross(turn, nc)) * PAIR.R
-        elif kind == "sliding":
+        elif mode == "sliding":
             size = ref.length(ref.zeta_pair(n1, n2, nc, PAIR)) / PAIR.zeta_crit
             dv = probe._grains("v")[0] - probe._grains("v")[1]
             slip = dv - np.dot(dv, nc) * nc + RADIUS * np.cross(half.sum(0), -nc)
@@ -222,7 +222,7 @@ def test_limits_are_hit_exactly(kind, rate, dt, precision):
             way += abs(np.dot(turn, nc))
         # (xi/r)^2 = 1e-5 is what three terms of alpha and the renormalised pointer leave
         assert size == pytest.approx(1.0, abs=1e-5)
-    lost = (energies(probe.sim)["loss"][number] - before) * 1e-15
+    lost = (energies(probe.sim)["loss"][number] - loss_before) * 1e-15
     # 1e-3: n_c and pointers differ by the displacement over the radius (2 nm / 600 nm)^2, and by
     # n_c at either end of a step
     assert lost == pytest.approx(force * way, rel=1e-3)
@@ -233,13 +233,13 @@ def test_what_rolling_changes_of_sliding_is_booked():
     ledger is the leapfrog's, of second order in the step: what two steps extrapolate to at none is
     nothing. (Unbooked, 4e-6 of the rolling loss stay at any step.)"""
     d = 2 * RADIUS - ref.numbers().delta0
-    found = []
+    losses = []
     for n in (4, 8):
-        made = make_scene(dt=0.1e-9 / n, boundary=FAR, modifiers={"rolling": 8, "sliding": 2.5})
+        scene = make_scene(dt=0.1e-9 / n, boundary=FAR, modifiers={"rolling": 8, "sliding": 2.5})
         v, w = [[0, 0.3, 0.05], [0, -0.3, -0.05]], [[0, 4e5, 3e5], [0, -2e5, 8e5]]
-        probe = Probe(made, sample_of([[d / 2, 0, 0], [-d / 2, 0, 0]], v, w))
-        before = probe.energy()
+        probe = Probe(scene, sample_of([[d / 2, 0, 0], [-d / 2, 0, 0]], v, w))
+        energy_before = probe.energy()
         probe.advance(300 * n)
-        found.append((probe.energy() - before)[:2].sum())
+        losses.append((probe.energy() - energy_before)[:2].sum())
     rolling = energies(probe.sim)["loss"][3] * 1e-15
-    assert abs(4 * found[1] - found[0]) / 3 < 1e-6 * rolling
+    assert abs(4 * losses[1] - losses[0]) / 3 < 1e-6 * rolling

@@ -46,11 +46,11 @@ def test_lattice_has_the_stress_of_its_contacts(overlap):
         make_scene(boundary=cell([4 * d] * 3), damping="viscoelastic"), sample_of(lattice(4, d))
     )
     assert energies(probe.sim)["contacts"] == 3 * 64
-    before = load_sums(probe.sim).momentum_flux()
+    flux_before = load_sums(probe.sim).momentum_flux()
     probe.advance(10)
     volume = np.prod(probe.sim.lengths())
     stress = (
-        -(load_sums(probe.sim).momentum_flux() - before)
+        -(load_sums(probe.sim).momentum_flux() - flux_before)
         / (volume * 10 * probe.sim.dt)
         * units.PRESSURE
     )
@@ -137,9 +137,9 @@ def cake(boundary=DRIVEN, threads=1, drift=0.0, shift=0.0):
     return build(scene, replace(sample, velocities=velocities))
 
 
-def course(**how):
+def course(**options):
     """(start, end, state, crossings, flux) of a cake after STEPS steps."""
-    sim = cake(**how)
+    sim = cake(**options)
     start = energies(sim)
     sim.advance(STEPS)
     sim.crossed = sim.fields["wraps"].to_numpy()
@@ -174,23 +174,25 @@ def test_a_drifting_frame_changes_nothing(still):
     """All grains drift and cross faces in hundreds: contacts, losses and residual stay as they are,
     momentum changes by what the faces give to the grains that cross."""
     start, m = still[:2]
-    begin, now, _, crossed, _, sim = course(drift=5.0)
+    begin, end, _, crossed, _, sim = course(drift=5.0)
     assert np.abs(crossed).sum() > 200
-    assert now["contacts"] == m["contacts"]
+    assert end["contacts"] == m["contacts"]
     # positions of 10 um are rounded to 2e-15 um, forces to some 1e-9 nN, grown over 6000 steps
-    np.testing.assert_allclose(now["loss"], m["loss"], rtol=1e-6, atol=1e-7)
-    assert residual(begin, now) == pytest.approx(residual(start, m), abs=1e-5)
+    np.testing.assert_allclose(end["loss"], m["loss"], rtol=1e-6, atol=1e-7)
+    assert residual(begin, end) == pytest.approx(residual(start, m), abs=1e-5)
     gained = sim.raw.sum(axis=0) - 5.0 * sim.grains
-    given = -crossed.sum(axis=0) * sim.cell.speeds(sim.time)
-    np.testing.assert_allclose(gained, given, atol=1e-8)  # rounding of 200 x 5 m/s in 6000 steps
+    energy_given = -crossed.sum(axis=0) * sim.cell.speeds(sim.time)
+    np.testing.assert_allclose(
+        gained, energy_given, atol=1e-8
+    )  # rounding of 200 x 5 m/s in 6000 steps
 
 
 def test_the_origin_may_be_anywhere(still):
     start, m = still[:2]
-    begin, now, _, crossed, _, _ = course(shift=2.3e-6)
-    assert now["contacts"] == m["contacts"]
-    np.testing.assert_allclose(now["loss"], m["loss"], rtol=1e-6, atol=1e-7)  # as above
-    assert residual(begin, now) == pytest.approx(residual(start, m), abs=1e-5)
+    begin, end, _, crossed, _, _ = course(shift=2.3e-6)
+    assert end["contacts"] == m["contacts"]
+    np.testing.assert_allclose(end["loss"], m["loss"], rtol=1e-6, atol=1e-7)  # as above
+    assert residual(begin, end) == pytest.approx(residual(start, m), abs=1e-5)
 
 
 def test_a_change_of_drive_keeps_the_books():
@@ -198,13 +200,13 @@ def test_a_change_of_drive_keeps_the_books():
     sim = cake()
     start = energies(sim)
     sim.advance(4000)
-    before = sim.lengths()
+    lengths_before = sim.lengths()
     sim.drive(Drive(strain_rate=["4e4 s^-1", "0 s^-1", "-4e4 s^-1"]))
     # the anchor of the new law is the old edge to rounding
-    np.testing.assert_allclose(sim.lengths(), before, rtol=1e-14)
+    np.testing.assert_allclose(sim.lengths(), lengths_before, rtol=1e-14)
     time = sim.time
     sim.advance(4000)
-    grown = before * np.exp(np.array([4e-2, 0.0, -4e-2]) * (sim.time - time))
+    grown = lengths_before * np.exp(np.array([4e-2, 0.0, -4e-2]) * (sim.time - time))
     np.testing.assert_allclose(sim.lengths(), grown, rtol=1e-12)
     m = energies(sim)
     assert abs(m["face_work"]) > 1.0
@@ -214,10 +216,10 @@ def test_a_change_of_drive_keeps_the_books():
 def test_compression_rate_is_that_of_kataoka():
     """L = L_0 exp(-2 C_v t/t_c) with t_c of T19 (Kataoka et al. 2013)."""
     sim = cake("compression_rate: 1e-5")
-    before = sim.lengths()
+    lengths_before = sim.lengths()
     sim.advance(1000)
     t_c = constants.characteristic_time(from_yaml(CAKE % (DRIVEN, 1)).material)
-    shrunk = before * np.exp(-2e-5 * sim.time * units.TIME / t_c)
+    shrunk = lengths_before * np.exp(-2e-5 * sim.time * units.TIME / t_c)
     np.testing.assert_allclose(sim.lengths(), shrunk, rtol=1e-13)
 
 
@@ -264,21 +266,23 @@ def test_energies_and_stress_are_those_of_the_images_of_a_snapshot():
     sim = Probe(scene, sample_of(x, v)).sim
     sim.search.fixed_skin = 0.5
     rate = 2.0 * np.array([-2.0, 3.0, 0.0])
-    before = load_sums(sim).momentum_flux()
+    flux_before = load_sums(sim).momentum_flux()
     worst = flux = outside = 0.0
     for _ in range(60):
         sim.advance(3)
-        at, now, _ = grain_state(sim)
+        at, velocities, _ = grain_state(sim)
         outside += np.any(sim.cell.outside(sim.state.of_grains("x"), sim.time))
         m = energies(sim)
-        worst = max(worst, abs(0.5 * sim.mass * np.sum(now**2) / m["kinetic_translation"] - 1.0))
-        gentle = now - rate / sim.lengths() * (at - sim.cell.centre)
+        worst = max(
+            worst, abs(0.5 * sim.mass * np.sum(velocities**2) / m["kinetic_translation"] - 1.0)
+        )
+        gentle = velocities - rate / sim.lengths() * (at - sim.cell.centre)
         flux += sim.mass * np.einsum("na,nb->ab", gentle, gentle) * 3 * sim.dt
         assert m["contacts"] == 0
     assert outside > 2 and worst < 1e-12
     # a sum at every third step stands for all of them
     np.testing.assert_allclose(
-        load_sums(sim).momentum_flux() - before, flux, rtol=3e-3, atol=3e-3 * flux.max()
+        load_sums(sim).momentum_flux() - flux_before, flux, rtol=3e-3, atol=3e-3 * flux.max()
     )
 
 
@@ -292,15 +296,15 @@ def test_neighbours_across_faces_against_brute_force():
     scene = make_scene(boundary=cell(room, **SLAB), damping="viscoelastic")
     x = np.empty((0, 3))
     while len(x) < 60:
-        new = rng.uniform(size=3) * edges
-        d = x - new
+        point = rng.uniform(size=3) * edges
+        d = x - point
         d[:, :2] -= np.round(d[:, :2] / edges[:2]) * edges[:2]
         if len(x) == 0 or np.linalg.norm(d, axis=1).min() > 1.9 * RADIUS:
-            x = np.concatenate([x, [new]])
+            x = np.concatenate([x, [point]])
     sim = build(scene, sample_of(x))
     sim.search.skin = 0.0
     i, j = sim.state.pairs()
-    found = {tuple(sorted(pair)) for pair in zip(sim.order[i], sim.order[j], strict=True)}
+    pairs = {tuple(sorted(pair)) for pair in zip(sim.order[i], sim.order[j], strict=True)}
     reach = (2 * sim.radius + sim.search.skin + sim.pair.reach) * units.LENGTH
     close = set()
     for a in range(60):
@@ -310,7 +314,7 @@ def test_neighbours_across_faces_against_brute_force():
                     image = x[b] + np.array([kx * edges[0], ky * edges[1], 0.0])
                     if np.linalg.norm(x[a] - image) < reach:
                         close.add((b, a))
-    assert close and close <= found
+    assert close and close <= pairs
 
 
 def test_wall_contacts_go_with_grains_that_cross():
@@ -368,10 +372,10 @@ def test_wall_pressure_and_virial_agree():
     start, flux, impulse = moment(), load_sums(sim).momentum_flux(), load_sums(sim).impulses()
     probe.advance(4000)
     planes = sim.box.planes(0.0)
-    given = np.zeros((3, 3))
+    wall_virial = np.zeros((3, 3))
     for n in range(6):
-        given[n // 2] += planes[n] * (load_sums(sim).impulses() - impulse)[n]
-    left = load_sums(sim).momentum_flux() - flux
-    right = moment() - start - given
+        wall_virial[n // 2] += planes[n] * (load_sums(sim).impulses() - impulse)[n]
+    cell_virial = load_sums(sim).momentum_flux() - flux
+    right = moment() - start - wall_virial
     # exact for the leapfrog; rounding of 4000 steps
-    np.testing.assert_allclose(np.diag(left), np.diag(right), rtol=1e-9)
+    np.testing.assert_allclose(np.diag(cell_virial), np.diag(right), rtol=1e-9)

@@ -37,16 +37,16 @@ def test_constants_of_a_mixed_contact(mixing, damping):
     interaction = scene.interaction.model_copy(update={"mixing": mixing})
     silicate, ice = scene.all_materials
     keys = dict(damping=damping, m_r=8.0, m_s=2.5, mixing=mixing)
-    own = constants.mixed_constants(silicate, 0.6e-6, ice, 0.2e-6, interaction)
-    expected = ref.mixed(grain(0.6e-6, 0), grain(0.2e-6, 1), **keys)
-    other = constants.wall_constants(ice, interaction, 0.2e-6, silicate)
-    on_wall = ref.mixed(grain(0.2e-6, 1), grain(0.6e-6, 0), wall=True, **keys)
-    for ours, theirs in ((own, expected), (other, on_wall)):
+    pair = constants.mixed_constants(silicate, 0.6e-6, ice, 0.2e-6, interaction)
+    expected = ref.mix_constants(grain(0.6e-6, 0), grain(0.2e-6, 1), **keys)
+    wall_pair = constants.wall_constants(ice, interaction, 0.2e-6, silicate)
+    on_wall = ref.mix_constants(grain(0.2e-6, 1), grain(0.6e-6, 0), wall=True, **keys)
+    for ours, theirs in ((pair, expected), (wall_pair, on_wall)):
         for name in SAME:
             assert getattr(ours, name) == pytest.approx(getattr(theirs, name), rel=1e-13), name
         assert ours.kappa == pytest.approx(theirs.kappa(1.0), rel=1e-13)
     swapped = constants.mixed_constants(ice, 0.2e-6, silicate, 0.6e-6, interaction)
-    assert swapped.F_c == pytest.approx(own.F_c, rel=1e-15)
+    assert swapped.F_c == pytest.approx(pair.F_c, rel=1e-15)
 
 
 def test_mixing_rules_by_hand():
@@ -70,7 +70,7 @@ def test_mixing_rules_by_hand():
 )
 def test_lanes_hold_the_constants(damping):
     """What a search writes for each contact is what physics.constants says, to rounding."""
-    radii, kinds = [0.6e-6, 0.2e-6, 0.4e-6], [0, 1, 0]
+    radii, materials = [0.6e-6, 0.2e-6, 0.4e-6], [0, 1, 0]
     # all stand on the floor, two lean on the first
     x = [
         [0, 0, 0.6e-6],
@@ -78,7 +78,7 @@ def test_lanes_hold_the_constants(damping):
         [0, np.sqrt(1 - 0.2**2) * 1e-6, 0.4e-6],
     ]
     scene = two_materials(damping=damping, boundary=box("bottom"), dt="1 ps")
-    probe = Probe(scene, polydisperse(x, radii, kinds))
+    probe = Probe(scene, polydisperse(x, radii, materials))
     model, first = chosen_model(scene.interaction), probe.sim.layout.constants
     names, table = stored(model), probe.sim.state.lanes("contact")[:, first:]
     i, j = probe.sim.state.pairs()
@@ -89,8 +89,8 @@ def test_lanes_hold_the_constants(damping):
         np.testing.assert_allclose(row, [getattr(expected, name) for name in names], rtol=1e-13)
 
     for row, a, b in zip(table, probe.sim.order[i], probe.sim.order[j], strict=False):
-        one, other = (scene.all_materials[kinds[n]] for n in (a, b))
-        pair = constants.mixed_constants(one, radii[a], other, radii[b], scene.interaction)
+        one, second = (scene.all_materials[materials[n]] for n in (a, b))
+        pair = constants.mixed_constants(one, radii[a], second, radii[b], scene.interaction)
         holds(row, pair)
         seen.add(frozenset((a, b)))
     assert {frozenset((0, 1)), frozenset((0, 2))} <= seen
@@ -101,14 +101,16 @@ def test_lanes_hold_the_constants(damping):
     for row, g in zip(table[first:], on_floor, strict=False):
         if g < 3:
             n = probe.sim.order[g]
-            kind = scene.all_materials[kinds[n]]
-            holds(row, constants.wall_constants(kind, scene.interaction, radii[n], scene.material))
+            material = scene.all_materials[materials[n]]
+            holds(
+                row, constants.wall_constants(material, scene.interaction, radii[n], scene.material)
+            )
 
 
 # Motion.
 
 
-def scattered(rng, radii, gap, n_pairs, spacing):
+def scatter_pairs(rng, radii, gap, n_pairs, spacing):
     """Pairs along y, partners along x with their surfaces `gap` (pairs,) apart."""
     x = np.zeros((2 * n_pairs, 3))
     x[0::2, 1] = x[1::2, 1] = np.arange(n_pairs) * spacing
@@ -121,20 +123,20 @@ def oblique(slipping):
     """Six collisions of unlike grains, size ratios up to 3; lengths that no step hits exactly."""
     rng = np.random.default_rng(11)
     radii = np.array([0.6, 0.2, 0.3, 0.5, 0.4, 0.4, 0.25, 0.6, 0.6, 0.3, 0.3, 0.35]) * 1e-6
-    kinds = np.array([0, 1, 1, 0, 0, 1, 0, 0, 1, 1, 1, 0])
+    materials = np.array([0, 1, 1, 0, 0, 1, 0, 0, 1, 1, 1, 0])
     gap = np.array([-0.1, 0.0137, 0.0231, 0.031, 0.0413, -0.03]) * 1e-9
     scale = 40.0 if slipping else 1.0
-    x = scattered(rng, radii, gap, 6, 3e-6)
+    x = scatter_pairs(rng, radii, gap, 6, 3e-6)
     v = scale * 0.004 * rng.normal(size=(12, 3)) * [0, 1, 1]
     v[0::2, 0] = -np.array([0.01, 0.02, 0.05, 0.1, 0.15, 0.03])
     v[1::2, 0] = -v[0::2, 0]
-    return x, v, scale * 2.5e4 * rng.normal(size=(12, 3)), radii, kinds
+    return x, v, scale * 2.5e4 * rng.normal(size=(12, 3)), radii, materials
 
 
 def test_ledger_closes():
     """Second order in dt: a step three times as short leaves a ninth of the residual, or rounding;
     collisions with the floor and each other, everything slips, everything damped."""
-    sample = bumped(1.0, 1e7)
+    sample = bump_lumps(1.0, 1e7)
     sample.velocities[:, 2] -= 1.0
     residuals = []
     for dt, steps in (("0.03 ns", 700), ("0.01 ns", 2100)):
@@ -154,10 +156,10 @@ def test_ledger_closes():
 def test_against_reference(slipping):
     """Tolerances as for equal pairs (test_pair): rounding of positions without slip, and 3e-4 with
     it, where pointers of the small grains turn three times as far."""
-    x, v, w, radii, kinds = oblique(slipping)
+    x, v, w, radii, materials = oblique(slipping)
     probe = Probe(
         two_materials(dt="0.02 ns", damping="viscoelastic", boundary=FAR),
-        polydisperse(x, radii, kinds, v, w),
+        polydisperse(x, radii, materials, v, w),
     )
     reference = ref.Reference(
         x,
@@ -165,7 +167,7 @@ def test_against_reference(slipping):
         w,
         probe.dt,
         lambda i, j: probe.pair(i, j, damping="viscoelastic"),
-        masses=masses_of(radii, kinds),
+        masses=masses_of(radii, materials),
         radii=radii,
     )
     compare(probe, reference, 3e-4 if slipping else 1e-8, 400, 100)
@@ -189,14 +191,14 @@ def test_restitution_of_unlike_pairs():
     radii = np.array([r for r1, _, r2, _ in kinds for _ in factors for r in (r1, r2)])
     materials = np.array([k for _, a, _, b in kinds for _ in factors for k in (a, b)])
     n = len(radii) // 2
-    stuff = [grain(r, kind) for r, kind in zip(radii, materials, strict=True)]
-    numbers = [ref.mixed(*stuff[2 * k : 2 * k + 2]) for k in range(n)]
+    stuff = [grain(r, material) for r, material in zip(radii, materials, strict=True)]
+    numbers = [ref.mix_constants(*stuff[2 * k : 2 * k + 2]) for k in range(n)]
     delta0 = np.array([p.delta0 for p in numbers])
     m = masses_of(radii, materials)
     reduced = m[0::2] * m[1::2] / (m[0::2] + m[1::2])
     energy = np.array([p.F_c for p in numbers]) * delta0
     speed = np.tile(factors, len(kinds)) * np.sqrt(2 * 0.772241 * energy / reduced)
-    x = scattered(None, radii, -1e-6 * delta0, n, 70e-6)
+    x = scatter_pairs(None, radii, -1e-6 * delta0, n, 70e-6)
     v = np.zeros((2 * n, 3))
     v[0::2, 0], v[1::2, 0] = -speed * reduced / m[0::2], speed * reduced / m[1::2]
     probe = Probe(two_materials(dt="0.2 ps", boundary=FAR), polydisperse(x, radii, materials, v))
@@ -211,22 +213,22 @@ def lump(rng, n=14, ratio=3.0):
     """Touching unlike grains: each new one rests against one that is there, none overlaps much."""
     radii = 0.6e-6 / rng.uniform(1, ratio, n)
     radii[:2] = 0.6e-6, 0.6e-6 / ratio
-    kinds = rng.integers(0, 2, n)
+    materials = rng.integers(0, 2, n)
     x = np.zeros((1, 3))
     while len(x) < n:
         k = len(x)
         base = rng.integers(k)
         way = ref.unit(rng.normal(size=3))
-        place = x[base] + way * (radii[base] + radii[k] - 0.05e-9)
-        if np.all(np.linalg.norm(x - place, axis=1) > radii[:k] + radii[k] - 0.06e-9):
-            x = np.concatenate([x, [place]])
-    return x, radii, kinds
+        position = x[base] + way * (radii[base] + radii[k] - 0.05e-9)
+        if np.all(np.linalg.norm(x - position, axis=1) > radii[:k] + radii[k] - 0.06e-9):
+            x = np.concatenate([x, [position]])
+    return x, radii, materials
 
 
-def bumped(speed, spin, seed=5):
+def bump_lumps(speed, spin, seed=5):
     """Two lumps that collide obliquely, every grain with its own spin."""
     rng = np.random.default_rng(seed)
-    x, radii, kinds = lump(rng)
+    x, radii, materials = lump(rng)
     way = np.array([1.0, 0.0, 0.0])
     reach = (x @ way + radii).max() - (x @ way - radii).min()
     v = speed * (np.array([[0.5, 0.3, 0.1]] * 14 + [[-0.5, -0.2, 0.05]] * 14))
@@ -239,13 +241,13 @@ def bumped(speed, spin, seed=5):
     second = x + shift[np.argmin(near) - 1]
     w = spin * rng.normal(size=(28, 3))
     v = v + 0.1 * speed * rng.normal(size=(28, 3))
-    return polydisperse(np.concatenate([x, second]), np.tile(radii, 2), np.tile(kinds, 2), v, w)
+    return polydisperse(np.concatenate([x, second]), np.tile(radii, 2), np.tile(materials, 2), v, w)
 
 
 @pytest.mark.parametrize("speed, spin", [(0.01, 1e3), (1.0, 1e7)], ids=["gentle", "slipping"])
 def test_momenta(speed, spin):
     """To rounding, past the limits of rolling, sliding and twisting or not."""
-    probe = Probe(two_materials(dt="0.02 ns", boundary=FAR), bumped(speed, spin))
+    probe = Probe(two_materials(dt="0.02 ns", boundary=FAR), bump_lumps(speed, spin))
     probe.assert_momenta_stay(5, 200)
     loss = energies(probe.sim)["loss"]
     if speed > 0.1:
@@ -254,7 +256,7 @@ def test_momenta(speed, spin):
 
 def test_loads_are_minus_the_gradient():
     """As for equal grains (test_effects): complex steps of the reference's energies."""
-    radii, kinds = [0.6e-6, 0.2e-6, 0.3e-6], [0, 1, 1]
+    radii, materials = [0.6e-6, 0.2e-6, 0.3e-6], [0, 1, 1]
     # all of them stand on the floor, and on each other
     z = np.array(radii) - 0.05e-9
     gaps = np.array([-0.15e-9, -0.1e-9, -0.06e-9])
@@ -269,7 +271,7 @@ def test_loads_are_minus_the_gradient():
     v = np.array([[0.02, -0.01, 0.004], [-0.01, 0.015, -0.003], [0.003, -0.012, 0.005]])
     w = np.array([[2.0, -4.0, 7.0], [-5.0, 3.0, -6.0], [4.0, 6.0, -3.0]]) * 2e4
     probe = Probe(
-        two_materials(boundary=box("bottom"), dt="0.02 ns"), polydisperse(x, radii, kinds, v, w)
+        two_materials(boundary=box("bottom"), dt="0.02 ns"), polydisperse(x, radii, materials, v, w)
     )
     probe.advance(20)
     measured = energies(probe.sim)
@@ -294,8 +296,8 @@ def test_loads_are_minus_the_gradient():
     assert measured["contacts"] == 3 and measured["wall_contacts"] == 3
     expected = potentials(probe.x, still).real / 1e-15
     assert np.all(expected > 0) or np.all(expected[:, 1:] > 0)
-    for own, other in zip(("potential", "potential_wall"), expected, strict=True):
-        np.testing.assert_allclose(measured[own], other, rtol=1e-10, atol=1e-14)
+    for value, expected_value in zip(("potential", "potential_wall"), expected, strict=True):
+        np.testing.assert_allclose(measured[value], expected_value, rtol=1e-10, atol=1e-14)
     force, torque = probe.loads()
     h = 1e-30
     for n in range(3):
@@ -323,8 +325,8 @@ def test_equal_grains_by_the_long_way():
     expected, m = (alike.x, alike.v, alike.w), energies(alike.sim)
     probe = Probe(scene, polydisperse(x, np.full(12, 0.6e-6), None, v, w))
     probe.advance(300)
-    for own, other in zip((probe.x, probe.v, probe.w), expected, strict=True):
-        assert np.abs(own - other).max() < 1e-8 * np.abs(other).max()
+    for value, expected_value in zip((probe.x, probe.v, probe.w), expected, strict=True):
+        assert np.abs(value - expected_value).max() < 1e-8 * np.abs(expected_value).max()
     ours = energies(probe.sim)
     assert ours["contacts"] == m["contacts"] and ours["wall_contacts"] == m["wall_contacts"] > 0
     for name in ("loss", "loss_wall", "potential", "potential_wall"):

@@ -18,7 +18,7 @@ from dusttaichi.scene import Scene
 # Search.
 
 
-def stirred(seed=31):
+def make_gas(seed=31):
     """A dense gas of sizes 1 to 5."""
     rng = np.random.default_rng(seed)
     n = 260
@@ -26,17 +26,17 @@ def stirred(seed=31):
     radii = np.sort(radii)[::-1]
     x = []
     while len(x) < n:
-        place = rng.uniform(-1.6e-6, 1.6e-6, 3)
-        near = np.array(x).reshape(-1, 3) - place
+        position = rng.uniform(-1.6e-6, 1.6e-6, 3)
+        near = np.array(x).reshape(-1, 3) - position
         if np.all(np.linalg.norm(near, axis=1) > radii[: len(x)] + radii[len(x)]):
-            x.append(place)
+            x.append(position)
     return polydisperse(x, radii, rng.integers(0, 2, n), 20.0 * rng.normal(size=(n, 3)), 0.0)
 
 
 def test_search_against_brute_force():
     """Every pair of a mixture that overlaps is a contact, and none that is past pull-off; and no
     bit depends on the threads."""
-    sample = stirred()
+    sample = make_gas()
     upper = np.array(np.triu_indices(len(sample), 1))
     touch = sample.radii[upper[0]] + sample.radii[upper[1]]
     kept = []
@@ -131,28 +131,28 @@ def sample_block(**sample):
 
 
 def test_pair_of_unlike_grains():
-    made = samples.make(
+    sample = samples.make(
         sample_block(
             kind="pair", radii=["0.6 um", "0.2 um"], materials=["default", "ice"], speed="1 m/s"
         )
     )
     m = masses_of([0.6e-6, 0.2e-6], [0, 1])
-    assert np.abs(m @ made.positions).max() < 1e-15 * m.sum() * 1e-6
-    assert np.abs(m @ made.velocities).max() < 1e-15 * m.sum()
-    assert made.velocities[0, 0] - made.velocities[1, 0] == pytest.approx(1.0, rel=1e-14)
-    delta0 = ref.mixed(grain(0.6e-6, 0), grain(0.2e-6, 1)).delta0
-    distance = np.linalg.norm(made.positions[0] - made.positions[1])
+    assert np.abs(m @ sample.positions).max() < 1e-15 * m.sum() * 1e-6
+    assert np.abs(m @ sample.velocities).max() < 1e-15 * m.sum()
+    assert sample.velocities[0, 0] - sample.velocities[1, 0] == pytest.approx(1.0, rel=1e-14)
+    delta0 = ref.mix_constants(grain(0.6e-6, 0), grain(0.2e-6, 1)).delta0
+    distance = np.linalg.norm(sample.positions[0] - sample.positions[1])
     assert 0.8e-6 - distance == pytest.approx(delta0, rel=1e-6)
     # the radius of a material is that of its grains
-    made = samples.make(sample_block(kind="pair", materials=["ice", "ice"], gap="1 nm"))
-    np.testing.assert_array_equal(made.radii, 0.1e-6)
+    sample = samples.make(sample_block(kind="pair", materials=["ice", "ice"], gap="1 nm"))
+    np.testing.assert_array_equal(sample.radii, 0.1e-6)
 
 
 def test_equal_grains_are_told_so():
     """Radii that are all the material's make no grains of their own."""
-    for own in ({"radii": ["0.6 um", "0.6 um"]}, {"materials": ["default", 0]}):
-        made = samples.make(sample_block(kind="pair", **own))
-        assert made.radii is None and made.materials is None
+    for properties in ({"radii": ["0.6 um", "0.6 um"]}, {"materials": ["default", 0]}):
+        sample = samples.make(sample_block(kind="pair", **properties))
+        assert sample.radii is None and sample.materials is None
 
 
 def test_explicit_and_csv(tmp_path):
@@ -175,7 +175,7 @@ def test_explicit_and_csv(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "sample, parts",
+    "sample, words",
     [
         ({"materials": ["ice", "lead"]}, ["sample.materials", "lead", "default, ice"]),
         ({"radii": ["0.6 um"]}, ["sample.radii", "2 are needed"]),
@@ -183,28 +183,28 @@ def test_explicit_and_csv(tmp_path):
         ({"radii": ["0.6 um", "0.2 um"], "distance": "0.5 um"}, ["sample.distance", "0.72 µm"]),
     ],
 )
-def test_refused(sample, parts):
+def test_refused(sample, words):
     with pytest.raises(DustError) as caught:
         samples.make(sample_block(kind="pair", **sample))
-    assert all(part in str(caught.value) for part in parts), caught.value
+    assert all(word in str(caught.value) for word in words), caught.value
 
 
 def test_collision_of_unlike_bodies():
     """The centre of mass rests, and the first touch is that of two surfaces."""
     pair = {"kind": "pair", "radii": ["0.6 um", "0.3 um"], "materials": ["default", "ice"]}
     single = {"kind": "explicit", "positions": [["0 m", "0 m", "0 m"]], "radii": ["0.15 um"]}
-    made = samples.make(
+    sample = samples.make(
         sample_block(
             kind="collision", target=pair, projectile=single, speed="2 m/s", gap="1 um", seed=4
         )
     )
-    np.testing.assert_allclose(made.radii, [0.6e-6, 0.3e-6, 0.15e-6])
-    m = masses_of(made.radii, made.materials)
-    assert np.abs(m @ made.velocities).max() < 1e-14 * m.sum()
-    assert np.abs(m @ made.positions).max() < 1e-14 * m.sum() * 1e-6
-    x = made.positions.copy()
+    np.testing.assert_allclose(sample.radii, [0.6e-6, 0.3e-6, 0.15e-6])
+    m = masses_of(sample.radii, sample.materials)
+    assert np.abs(m @ sample.velocities).max() < 1e-14 * m.sum()
+    assert np.abs(m @ sample.positions).max() < 1e-14 * m.sum() * 1e-6
+    x = sample.positions.copy()
     x[2, 0] -= 1e-6
-    gap = np.linalg.norm(x[:2] - x[2], axis=1) - made.radii[:2] - made.radii[2]
+    gap = np.linalg.norm(x[:2] - x[2], axis=1) - sample.radii[:2] - sample.radii[2]
     assert gap.min() == pytest.approx(0.0, abs=1e-14)
 
 
@@ -226,12 +226,12 @@ def test_run_and_go_on(tmp_path):
         output={"snapshots": {"steps": 20}, "series": {"steps": 10}},
         **MIXED,
     )
-    whole, parts = tmp_path / "whole", tmp_path / "parts"
-    execute(scene, whole)
-    execute(scene.with_value("stop.steps", 40), parts)
-    execute(scene, parts, resume=True)
+    uninterrupted, parts_folder = tmp_path / "whole", tmp_path / "parts"
+    execute(scene, uninterrupted)
+    execute(scene.with_value("stop.steps", 40), parts_folder)
+    execute(scene, parts_folder, resume=True)
     frames = []
-    for directory in (whole, parts):
+    for directory in (uninterrupted, parts_folder):
         run = analysis.open_run(directory)
         frames.append(analysis.read_frame(run))
         np.testing.assert_allclose(
@@ -243,7 +243,7 @@ def test_run_and_go_on(tmp_path):
         assert run.series.filling_factor.values[0] == pytest.approx(volume / room, rel=0.2)
     for name in ("position", "velocity", "spin", "radius"):
         assert np.array_equal(getattr(frames[0], name), getattr(frames[1], name))
-    taken = samples.make(sample_block(kind="explicit", file=str(whole)))
-    np.testing.assert_allclose(taken.radii, [0.6e-6, 0.2e-6], rtol=1e-15)
-    np.testing.assert_array_equal(taken.materials, [0, 1])
-    assert taken.contacts is not None and len(taken.contacts["i"]) == 1
+    sample = samples.make(sample_block(kind="explicit", file=str(uninterrupted)))
+    np.testing.assert_allclose(sample.radii, [0.6e-6, 0.2e-6], rtol=1e-15)
+    np.testing.assert_array_equal(sample.materials, [0, 1])
+    assert sample.contacts is not None and len(sample.contacts["i"]) == 1

@@ -35,16 +35,18 @@ SCENES = {
 
 
 @cache
-def outcome(kind, steps, **numerics):
+def outcome(scene_kind, steps, **numerics):
     """The cluster after some steps; one simulation lives at a time. Scenes of one structure follow
     each other in this file, whose compiled kernels serve all of them."""
     x, v, w = cluster(np.random.default_rng(1))
-    if kind == "walls":
+    if scene_kind == "walls":
         x = x + R - 0.2e-9
     sample = sample_of(x, v, w)
-    if kind == "unlike":
+    if scene_kind == "unlike":
         sample = replace(sample, radii=R * (1 + 1e-4 * np.random.default_rng(2).random(len(x))))
-    probe = Probe(make_scene(damping="viscoelastic", **SCENES[kind], numerics=numerics), sample)
+    probe = Probe(
+        make_scene(damping="viscoelastic", **SCENES[scene_kind], numerics=numerics), sample
+    )
     start = measurement(probe.sim)
     probe.advance(steps)
     return SimpleNamespace(
@@ -110,15 +112,15 @@ def test_single_precision_keeps_the_ledger_of_a_small_cluster():
 
 
 @pytest.mark.parametrize(
-    "kind", ["stress", pytest.param("unlike", marks=pytest.mark.long), "pairs", "walls"]
+    "scene_kind", ["stress", pytest.param("unlike", marks=pytest.mark.long), "pairs", "walls"]
 )
-def test_mixed_precision_is_the_same_model(kind):
+def test_mixed_precision_is_the_same_model(scene_kind):
     """Two hundred steps with deviations in single precision against pointers in double.
 
     A force is a sum of a few terms that nearly cancel at rest, each rounded to 1e-7 of F_c; over
     half a period that grows by a factor of a few. Geometry in single precision would show 1e-4.
     """
-    exact, mixed = (outcome(kind, 200, precision=name) for name in ("f64", "mixed"))
+    exact, mixed = (outcome(scene_kind, 200, precision=name) for name in ("f64", "mixed"))
     assert np.abs(exact.force).max() > 0.05 * F_C  # something happens
     assert np.abs(mixed.force - exact.force).max() < 1e-4 * F_C
     assert np.abs(mixed.x - exact.x).max() < 1e-5 * np.abs(exact.way).max()
@@ -127,8 +129,8 @@ def test_mixed_precision_is_the_same_model(kind):
 
 
 def test_same_bits_on_one_and_two_threads():
-    one, two = (outcome("walls", 100, precision="mixed", threads=n) for n in (1, 2))
-    assert np.array_equal(one.x, two.x) and np.array_equal(one.w, two.w)
+    first, two = (outcome("walls", 100, precision="mixed", threads=n) for n in (1, 2))
+    assert np.array_equal(first.x, two.x) and np.array_equal(first.w, two.w)
 
 
 def test_single_precision_is_refused_where_it_cannot_resolve_an_overlap():
@@ -150,13 +152,13 @@ def test_mass_scaling_lengthens_the_step():
 
 
 @pytest.mark.parametrize(
-    "blocks, why",
+    "blocks, reason",
     [
         ({"sample": {"kind": "pair", "speed": "1 m/s", "gap": "1 nm"}}, "a collision"),
         ({}, "no wall or face moves"),
         ({"push": [{"grains": [0], "velocity": ["1 m/s", "0 m/s", "0 m/s"]}]}, "a push"),
     ],
 )
-def test_mass_scaling_is_refused_where_inertia_matters(blocks, why):
-    with pytest.raises(DustError, match=f"numerics.mass_scaling.*{why}"):
+def test_mass_scaling_is_refused_where_inertia_matters(blocks, reason):
+    with pytest.raises(DustError, match=f"numerics.mass_scaling.*{reason}"):
         make_scene(**blocks, numerics={"mass_scaling": 4})

@@ -18,7 +18,7 @@ SPACING = 2.0 * RADIUS - 1e-10
 
 def rows_of_grains(number, effects=("rolling", "sliding", "twisting"), moving=0):
     """A probe of `number` grains in rows of ten that touch, on a floor, of which one moves."""
-    places = np.array([(n % 10, n // 10, 0) for n in range(number)]) * SPACING
+    values = np.array([(n % 10, n // 10, 0) for n in range(number)]) * SPACING
     scene = make_scene(
         boundary=box("bottom", "x_min", "x_max"),
         effects=effects,
@@ -27,7 +27,7 @@ def rows_of_grains(number, effects=("rolling", "sliding", "twisting"), moving=0)
     )
     velocities = np.zeros((number, 3))
     velocities[moving] = 1.0, 2.0, 3.0
-    return Probe(scene, sample_of(places, velocities))
+    return Probe(scene, sample_of(values, velocities))
 
 
 def test_a_room_holds_its_grains_and_wastes_little():
@@ -64,13 +64,13 @@ def states():
     """State after some steps: in the usual room, and in one of exactly the number of grains, with
     the smaller capacity for wall contacts."""
     with pytest.MonkeyPatch.context() as patch:
-        wide = settled()
+        wide = settle_rows()
         patch.setattr(build, "capacity_for", lambda grains: grains)
         patch.setattr(build, "has_few_wall_contacts", lambda *_: True)
-        return wide, settled()
+        return wide, settle_rows()
 
 
-def settled():
+def settle_rows():
     probe = rows_of_grains(23)
     probe.advance(300)
     arrays, contacts = probe.sim.arrays(), probe.contacts()
@@ -88,8 +88,8 @@ def test_the_room_does_not_show_in_the_results(states):
     for name in m:
         assert np.array_equal(m[name], n[name]), name
     assert contacts.keys() == same.keys() and min(j for _, j in contacts) < 0
-    for key, own in contacts.items():
-        assert all(np.array_equal(a, b) for a, b in zip(own, same[key], strict=True)), key
+    for key, expected in contacts.items():
+        assert all(np.array_equal(a, b) for a, b in zip(expected, same[key], strict=True)), key
 
 
 def room_of(size, *walls, edges=None):
@@ -161,8 +161,8 @@ def test_memory_is_where_taichi_has_it():
 
     mark()
     for k, table in enumerate(tables):
-        found = table.to_numpy()
-        first, end = (np.ravel(found[row])[0] for row in (0, -1))
+        array = table.to_numpy()
+        first, end = (np.ravel(array[row])[0] for row in (0, -1))
         assert end == 2 * k and first == (2 * k + 1 if last[k] else 2 * k)
     table = tables[0]
     values = (100 * np.random.default_rng(1).random(table.to_numpy().shape)).astype(

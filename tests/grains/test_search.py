@@ -16,7 +16,7 @@ GRAINS = 300
 FREE = {"boundary": FAR, "dt": "0.1 ns"}
 
 
-def stirred(seed=31, speed=20.0):
+def make_gas(seed=31, speed=20.0):
     """A dense gas: sites of a loose lattice, random velocities [m/s], random spins."""
     rng = np.random.default_rng(seed)
     sites = np.stack(np.meshgrid(*[np.arange(7)] * 3, indexing="ij"), -1).reshape(-1, 3)[:GRAINS]
@@ -31,7 +31,7 @@ def overlaps(x):
 
 def test_contacts_against_brute_force():
     """Every pair that overlaps is an active contact, and none that is past pull-off."""
-    probe = Probe(make_scene(**FREE, numerics={"skin": 0.05}), sample_of(*stirred()))
+    probe = Probe(make_scene(**FREE, numerics={"skin": 0.05}), sample_of(*make_gas()))
     formed = 0
     for _ in range(60):
         probe.advance(25)
@@ -68,15 +68,15 @@ def state(probe):
     return [probe._grains(name) for name in fields], probe.contacts()
 
 
-def same_bits(one, other):
-    assert all(np.array_equal(a, b) for a, b in zip(one[0], other[0], strict=True))
-    assert set(one[1]) == set(other[1])
-    for key, contact in one[1].items():
-        assert all(np.array_equal(a, b) for a, b in zip(contact, other[1][key], strict=True)), key
+def same_bits(first, second):
+    assert all(np.array_equal(a, b) for a, b in zip(first[0], second[0], strict=True))
+    assert set(first[1]) == set(second[1])
+    for key, contact in first[1].items():
+        assert all(np.array_equal(a, b) for a, b in zip(contact, second[1][key], strict=True)), key
 
 
 def probe_of_gas(**numerics):
-    return Probe(make_scene(**FREE, numerics=numerics), sample_of(*stirred()))
+    return Probe(make_scene(**FREE, numerics=numerics), sample_of(*make_gas()))
 
 
 @pytest.fixture(scope="module")
@@ -84,13 +84,13 @@ def usual():
     """State of the gas after 600 steps, and the number of searches that they took."""
     probe = probe_of_gas()
     probe.advance(600)
-    before = state(probe)
-    assert len(before[1]) > 1
+    state_before = state(probe)
+    assert len(state_before[1]) > 1
     searches = probe.sim.search.count
     # the history survives a search
     probe.sim.search.now(probe.sim.step)
-    same_bits(before, state(probe))
-    return before, searches
+    same_bits(state_before, state(probe))
+    return state_before, searches
 
 
 @pytest.mark.parametrize("skin", [0.05, 0.3])
@@ -105,13 +105,13 @@ def test_other_searches_change_no_bit(skin, usual):
 PIECES = {"asked": [50] * 12, "cut": [1] * 100 + [7] * 50 + [150]}
 
 
-@pytest.mark.parametrize("kind", PIECES)
-def test_pieces_and_searches_between_them_change_no_bit(kind, usual):
+@pytest.mark.parametrize("scene_kind", PIECES)
+def test_pieces_and_searches_between_them_change_no_bit(scene_kind, usual):
     """`search` asks for one in the next step: wherever it falls, nothing else changes."""
     probe = probe_of_gas()
-    for steps in PIECES[kind]:
+    for steps in PIECES[scene_kind]:
         probe.advance(steps)
-        if kind == "asked":
+        if scene_kind == "asked":
             probe.sim.search.ask()
     same_bits(usual[0], state(probe))
 
@@ -166,10 +166,10 @@ def test_wall_contacts_against_brute_force():
 
 def gas(threads):
     scene = make_scene(dt="0.1 ns", damping="viscoelastic", boundary=FAR, threads=threads)
-    return Probe(scene, sample_of(*stirred()))
+    return Probe(scene, sample_of(*make_gas()))
 
 
-def pressed(threads):
+def press_cake(threads):
     scene = make_scene(
         damping="viscoelastic",
         threads=threads,
@@ -188,18 +188,18 @@ def test_threads_change_no_bit():
     """More threads than cores as well: the first worker goes on alone if the others do not come."""
     expected = {}
     for threads in (1, 2, 3):
-        for make in (gas, pressed):
+        for make in (gas, press_cake):
             probe = make(threads)
             probe.advance(150)
-            found = state(probe), numbers(probe)
-            first = expected.setdefault(make, found)
-            same_bits(first[0], found[0])
-            assert np.array_equal(first[1], found[1])
+            outcome = state(probe), numbers(probe)
+            first = expected.setdefault(make, outcome)
+            same_bits(first[0], outcome[0])
+            assert np.array_equal(first[1], outcome[1])
 
 
 def test_settings_of_taichi_in_the_shell_change_nothing(monkeypatch):
     seen = []
-    monkeypatch.setattr(backend.ti, "init", lambda **how: seen.append(dict(os.environ)))
+    monkeypatch.setattr(backend.ti, "init", lambda **options: seen.append(dict(os.environ)))
     monkeypatch.setattr(backend, "settings", SimpleNamespace)
     foreign = {compiler.variable("ARCH"): "vulkan", compiler.variable("DEBUG"): "1"}
     folder = compiler.variable(compiler.KERNEL_FOLDER)
@@ -215,8 +215,8 @@ SIDE = 16  # grains along an edge of a cube of them, a diameter of 2 apart
 
 
 def cube():
-    place = np.arange(SIDE, dtype=float)
-    grid = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1)
+    coordinates = np.arange(SIDE, dtype=float)
+    grid = np.stack(np.meshgrid(coordinates, coordinates, coordinates, indexing="ij"), axis=-1)
     return 2.0 * np.random.default_rng(1).permutation(grid.reshape(-1, 3))
 
 
@@ -229,12 +229,11 @@ def test_workers_have_blocks_of_the_sample(workers):
     assert np.array_equal(np.sort(order), np.arange(len(x)))
     owner = np.empty(len(x), int)
     owner[order] = np.arange(len(x)) * workers // len(x)
-    at = {tuple(place): own for place, own in zip(x, owner, strict=True)}
+    at = {tuple(position): worker for position, worker in zip(x, owner, strict=True)}
     parted = sum(
-        at[place] != at[beyond]
-        for place in at
-        for beyond in [(place[0] + 2.0, *place[1:]), (place[0], place[1] + 2.0, place[2]),
-                       (*place[:2], place[2] + 2.0)]
+        at[x, y, z] != at[beyond]
+        for x, y, z in at
+        for beyond in [(x + 2.0, y, z), (x, y + 2.0, z), (x, y, z + 2.0)]
         if beyond in at
     )  # fmt: skip
     assert parted == {2: 1, 4: 2, 8: 3}[workers] * SIDE**2

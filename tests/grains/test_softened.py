@@ -44,10 +44,10 @@ def test_dust_check_warns_of_impacts_that_break_contacts(speed, warns):
 def test_what_a_softened_contact_keeps(damping, scale):
     """Powers of s by hand; all are products of a few roots: 1e-12 is rounding."""
     scene = make_scene(damping=damping, modifiers={"rolling": 8.0, "sliding": 2.5})
-    for own, soft in zip(pair_and_wall(scene), pair_and_wall(softer(scene, scale)), strict=True):
+    for hard, soft in zip(pair_and_wall(scene), pair_and_wall(softer(scene, scale)), strict=True):
 
-        def ratio(number, own=own, soft=soft):
-            return number(soft) / number(own)
+        def ratio(number, hard=hard, soft=soft):
+            return number(soft) / number(hard)
 
         same = {
             "pull-off": lambda c: c.F_c,
@@ -68,7 +68,7 @@ def test_what_a_softened_contact_keeps(damping, scale):
         for name in ("barrier", "bound", "delta0"):
             power = ratio(lambda c, name=name: getattr(c, name))
             assert power == pytest.approx(scale ** (-2 / 3), rel=1e-9), name
-        assert soft.delta0 - soft.gap == pytest.approx(own.delta0, rel=1e-9)
+        assert soft.delta0 - soft.gap == pytest.approx(hard.delta0, rel=1e-9)
 
 
 def test_periods_grow_with_the_root_of_the_normal_stiffness():
@@ -94,19 +94,19 @@ def test_scaling_is_applied_once():
 def test_contacts_of_unlike_grains_have_the_same_numbers():
     """What a search writes for each contact is what physics.constants says, to rounding."""
     scene = softer(two_materials(damping="viscoelastic"))
-    radii, kinds = [0.6e-6, 0.2e-6], [0, 1]
-    probe = Probe(scene, polydisperse([[0, 0, 0], [0.8e-6, 0, 0]], radii, kinds))
-    own, model = scaled(scene), chosen_model(scene.interaction)
+    radii, materials = [0.6e-6, 0.2e-6], [0, 1]
+    probe = Probe(scene, polydisperse([[0, 0, 0], [0.8e-6, 0, 0]], radii, materials))
+    scaled_scene, model = scaled(scene), chosen_model(scene.interaction)
     names, first = stored(model, softened=True), probe.sim.layout.constants
-    one, other = own.all_materials
-    pair = constants.mixed_constants(one, radii[0], other, radii[1], scene.interaction)
+    one, second = scaled_scene.all_materials
+    pair = constants.mixed_constants(one, radii[0], second, radii[1], scene.interaction)
     expected = internal_numbers(pair, model)
     row = probe.sim.state.lanes("contact")[0, first:]
     np.testing.assert_allclose(row, [getattr(expected, name) for name in names], rtol=1e-12)
     assert probe.sim.state["touch"][0, 0] == pytest.approx(expected.touch, rel=1e-15)
     # at rest at the distance of hard grains, as far as that is known in double precision
-    rest = 0.8e-6 - pair.rest_overlap
-    probe = Probe(scene, polydisperse([[0, 0, 0], [rest, 0, 0]], radii, kinds))
+    distance = 0.8e-6 - pair.rest_overlap
+    probe = Probe(scene, polydisperse([[0, 0, 0], [distance, 0, 0]], radii, materials))
     assert abs(probe.loads()[0][0, 0]) < 1e-6 * pair.F_c
 
 
@@ -115,10 +115,10 @@ def test_grains_at_rest_stay_and_pull_as_hard():
     the pull-off force 3 pi gamma R (s^3 = 2/3), whatever the stiffness."""
     scene = softer(make_scene(boundary=FAR))
     pair = ContactTable(scene).farthest_pair
-    rest = 2 * pair.r - pair.rest_overlap
+    distance = 2 * pair.r - pair.rest_overlap
 
     def force(gap):
-        probe = Probe(scene, sample_of([[0, 0, 0], [rest + gap, 0, 0]]))
+        probe = Probe(scene, sample_of([[0, 0, 0], [distance + gap, 0, 0]]))
         return probe.loads()[0][0, 0]  # towards the other is positive
 
     # an overlap is known to 1e-16 m, and k_n = 40 N/m
@@ -144,11 +144,11 @@ def test_a_softened_sample_is_taken_over(tmp_path):
     """Sliding forces of its contacts stay; grains at rest stay where they are."""
     run = execute(from_yaml(PRESSED), tmp_path / "soft")
     sample = f"sample: {{kind: explicit, file: {run}, keep: [walls]}}"
-    taken = PRESSED.replace("sample: {kind: rbd, grains: 60, seed: 1}", sample)
+    text = PRESSED.replace("sample: {kind: rbd, grains: 60, seed: 1}", sample)
     forces = {}
     for scale in (0.03, 1):
-        own = from_yaml(taken.replace("0.03", f"{scale}"))
-        hard = execute(own, tmp_path / f"on_{scale}")
+        scene = from_yaml(text.replace("0.03", f"{scale}"))
+        hard = execute(scene, tmp_path / f"on_{scale}")
         with xr.open_datatree(hard / "result.nc") as tree:
             contacts, count = tree["contacts"], int(tree["snapshots"].contact_count.values[0])
             pairs = [contacts[name].values[:count] for name in ("grain_i", "grain_j")]

@@ -35,9 +35,9 @@ def test_grains_that_would_swallow_each_other_are_refused(tmp_path, speed, step)
     """JKR ends at a tenth of a radius; at 10 km/s a head-on collision presses by several."""
     with pytest.raises(
         DustError, match=r"may meet at .*of their radius.*Try a lower speed"
-    ) as told:
+    ) as caught:
         execute(from_yaml(PAIR.format(speed=speed, step=step)), tmp_path / "run")
-    assert told.value.exit_code == 2
+    assert caught.value.exit_code == 2
 
 
 def test_the_end_of_the_model_is_where_the_overlap_is_a_tenth():
@@ -54,8 +54,8 @@ def test_a_hard_impact_is_told():
     scene, _ = step_of("1 m/s")
     speed = encounter.breaking_speed(ContactTable(scene).farthest_pair)
     assert not step_of(f"{3.1 * speed} m/s")[1].impact.remarks()
-    (told,) = step_of(f"{3.2 * speed} m/s")[1].impact.remarks()
-    assert "10.2 times the energy that breaks a contact" in told
+    (remark,) = step_of(f"{3.2 * speed} m/s")[1].impact.remarks()
+    assert "10.2 times the energy that breaks a contact" in remark
 
 
 @pytest.mark.parametrize("speed", (1.0, 10.0, 100.0, 1000.0))
@@ -90,9 +90,9 @@ boundary: {kind: periodic, strain_rate: 1e15 s^-1}
 output: {snapshots: off}
 stop: {steps: 100}
 """)
-    with pytest.raises(GuardStop, match="faster than light") as told:
+    with pytest.raises(GuardStop, match="faster than light") as caught:
         execute(scene, tmp_path / "run")
-    assert told.value.exit_code == 3
+    assert caught.value.exit_code == 3
 
 
 def test_an_extent_that_is_not_a_number_has_no_grid():

@@ -34,8 +34,8 @@ def vector(values, unit):
     return [f"{a:.17g} {unit}" for a in values]
 
 
-def scene_with(place, velocity=None, speed=None, spin=(0, 0, 0), **blocks):
-    sphere = {"radius": "6 um", "position": vector(place, "m")} | blocks.pop("sphere", {})
+def scene_with(position, velocity=None, speed=None, spin=(0, 0, 0), **blocks):
+    sphere = {"radius": "6 um", "position": vector(position, "m")} | blocks.pop("sphere", {})
     if speed is not None:
         sphere["speed"] = vector(speed, "m/s")
     else:
@@ -58,7 +58,10 @@ def state(sim):
     """Positions, velocities and spins of grains, then of the sphere, now, internal units."""
     x, v, w = grain_state(sim)
     ball = sim.sphere.now()
-    return tuple(np.vstack([own, one]) for own, one in zip((x, v, w), ball, strict=True))
+    return tuple(
+        np.vstack([grain_values, sphere_value])
+        for grain_values, sphere_value in zip((x, v, w), ball, strict=True)
+    )
 
 
 def momenta(sim):
@@ -69,7 +72,7 @@ def momenta(sim):
     return linear.sum(0), turning.sum(0), np.abs(linear).sum(), np.abs(turning).sum()
 
 
-def opened(sim, start):
+def measure_opening(sim, start):
     """By how much the ledger is open, as a share of what has gone through the system."""
     return ledger(measurement(sim), start)[1]
 
@@ -85,7 +88,7 @@ def hit(precision="f64"):
     start = Start.from_measurement(measurement(sim))
     first = momenta(sim)
     sim.advance(4000)
-    return state(sim), first, momenta(sim), opened(sim, start), measurement(sim).parts
+    return state(sim), first, momenta(sim), measure_opening(sim, start), measurement(sim).parts
 
 
 def test_free_fall_is_a_parabola():
@@ -103,7 +106,7 @@ def test_free_fall_is_a_parabola():
     mass = sim.sphere.mass + sim.mass
     work = mass * units.MASS * g @ way
     assert measurement(sim).work * units.ENERGY == pytest.approx(work, rel=1e-9)
-    assert abs(opened(sim, start)) < 1e-9
+    assert abs(measure_opening(sim, start)) < 1e-9
 
 
 @pytest.mark.parametrize("adhesion", [1.0, 0.25])
@@ -125,10 +128,10 @@ def test_force_of_one_grain_is_that_of_the_reduced_radius(adhesion):
 
 
 def test_momentum_and_ledger_of_a_hit():
-    _, before, after, residual, parts = hit()
-    assert parts["loss_sphere"].sum() > 0 and parts["sphere_kinetic"] > 0
+    _, momentum_before, momentum_after, residual, energies = hit()
+    assert energies["loss_sphere"].sum() > 0 and energies["sphere_kinetic"] > 0
     for k in (0, 1):
-        assert np.abs(after[k] - before[k]).max() < 1e-12 * after[k + 2]
+        assert np.abs(momentum_after[k] - momentum_before[k]).max() < 1e-12 * momentum_after[k + 2]
     assert abs(residual) < 2e-3
 
 
@@ -141,8 +144,8 @@ def test_a_restored_sphere_goes_on_with_the_same_bits():
     expected, m = state(moving.sim), moving.measure()
     moving.restore(kept)
     moving.advance(500)
-    for one, other in zip(expected, state(moving.sim), strict=True):
-        assert np.array_equal(one, other)
+    for first, second in zip(expected, state(moving.sim), strict=True):
+        assert np.array_equal(first, second)
     assert moving.measure().parts["sphere_work"] == m.parts["sphere_work"]
 
 
@@ -153,15 +156,15 @@ def test_a_driven_sphere_keeps_its_way_and_its_work_closes_the_ledger():
     sim.advance(2500)
     way = 0.5 * sim.time
     sim.drive(Drive.model_validate({"sphere_speed": ["0 m/s", "0.2 m/s", "1 m/s"]}))
-    before = sim.time
+    time_before = sim.time
     sim.advance(2500)
     x, v, w = sim.sphere.now()
-    up = np.array([0.0, 0.2, 1.0]) * (sim.time - before)
+    up = np.array([0.0, 0.2, 1.0]) * (sim.time - time_before)
     np.testing.assert_allclose(x, [0, 0, 7.85 - way] + up, rtol=1e-12)
     assert v.tolist() == [0.0, 0.2, 1.0] and w.tolist() == [0.0, 0.0, 0.0]
     m = measurement(sim)
     assert m.parts["sphere_work"] > 0 and m.work == m.parts["sphere_work"]
-    assert abs(opened(sim, start)) < 5e-3
+    assert abs(measure_opening(sim, start)) < 5e-3
 
 
 # Two bodies that fly at each other: what the series says of each.
@@ -198,7 +201,7 @@ def test_bodies_share_the_angular_momentum():
 # A run on disk: resumed with the same bits, measured, drawn.
 
 
-def fall(folder, steps, **how):
+def fall(folder, steps, **options):
     x = [vector(row, "m") for row in cluster()]
     scene = scene_with(
         (0.0, 0.0, 7.85e-6),
@@ -207,7 +210,7 @@ def fall(folder, steps, **how):
         stop={"steps": steps},
         output={"series": {"steps": 20}, "snapshots": {"steps": 200}, "forces": True} | FOLLOWED,
     )
-    execute(scene, folder, **how)
+    execute(scene, folder, **options)
     return folder
 
 
@@ -217,9 +220,9 @@ def on_disk(tmp_path_factory):
 
 
 def test_a_run_on_disk(on_disk, tmp_path):
-    whole, parts = on_disk, fall(fall(tmp_path / "parts", 400), 600, resume=True)
-    bits.assert_same_bits(whole / "result.nc", parts / "result.nc")
-    with analysis.open_run(whole) as run:
+    uninterrupted, resumed = on_disk, fall(fall(tmp_path / "parts", 400), 600, resume=True)
+    bits.assert_same_bits(uninterrupted / "result.nc", resumed / "result.nc")
+    with analysis.open_run(uninterrupted) as run:
         way = analysis.measure_penetration(run)
         assert way.radius == pytest.approx(BALL) and way.stop is None
         top = np.max(cluster()[:, 2]) + RADIUS
@@ -257,8 +260,8 @@ def test_what_the_sphere_touches(on_disk):
     assert (lost <= last.loss_sphere.values * (1.0 + 1e-9)).all()
     assert lost.sum() > 0.5 * float(last.loss_sphere.sum())
     # by grain: the sphere has no part; of damping the ledger has half a step less
-    whole = (last.loss + last.loss_sphere).drop_sel(channel="damping")
-    np.testing.assert_allclose(of_grains.sel(channel=whole.channel), whole, rtol=1e-9)
+    losses = (last.loss + last.loss_sphere).drop_sel(channel="damping")
+    np.testing.assert_allclose(of_grains.sel(channel=losses.channel), losses, rtol=1e-9)
 
 
 # The same in mixed precision.
@@ -268,12 +271,12 @@ def test_what_the_sphere_touches(on_disk):
 def test_mixed_precision_of_a_hit():
     """Both sides of a contact take the same force, so momentum is kept to rounding of the sums in
     double precision; torques are rounded to 1e-7 of themselves."""
-    _, before, after, residual, parts = hit("mixed")
-    assert np.abs(after[0] - before[0]).max() < 1e-12 * after[2]
-    assert np.abs(after[1] - before[1]).max() < 1e-7 * after[3]
+    _, momentum_before, momentum_after, residual, energies = hit("mixed")
+    assert np.abs(momentum_after[0] - momentum_before[0]).max() < 1e-12 * momentum_after[2]
+    assert np.abs(momentum_after[1] - momentum_before[1]).max() < 1e-7 * momentum_after[3]
     assert abs(residual) < 2e-3
     # the sphere weighs as much as a hundred times the grains, and hardly feels how they fly
-    assert parts["sphere_kinetic"] == pytest.approx(hit()[4]["sphere_kinetic"], rel=1e-3)
+    assert energies["sphere_kinetic"] == pytest.approx(hit()[4]["sphere_kinetic"], rel=1e-3)
 
 
 # Grains of their own radius, of which the largest is the sphere.
@@ -288,9 +291,9 @@ def test_it_is_one_very_large_grain():
     sample = polydisperse(np.vstack([x, last]), radii, None, v, w)
     sim = build(two_materials(boundary=FAR), sample)
     sim.advance(4000)
-    found, expected = hit()[0], grain_state(sim)
-    for one, other in zip(found, expected, strict=True):
-        np.testing.assert_allclose(one, other, rtol=0, atol=1e-6 * np.abs(other).max())
+    sphere_state, expected = hit()[0], grain_state(sim)
+    for first, second in zip(sphere_state, expected, strict=True):
+        np.testing.assert_allclose(first, second, rtol=0, atol=1e-6 * np.abs(second).max())
 
 
 # Grains of their own radius and a sphere across a face of a periodic cell.
@@ -305,16 +308,16 @@ def test_across_a_face():
     x -= edges * np.round(x / np.where(edges > 0, edges, 1.0))
     far = [[1e-6, 2e-6, -3e-6], [3e-6, -2e-6, -3e-6]]
     sample = polydisperse(np.vstack([x, far]), np.full(11, RADIUS))
-    place = np.array(HIT["place"]) + shift
+    position = np.array(HIT["place"]) + shift
     cell = {"kind": "periodic", "axes": ["x", "y"], "size": ["20 um", "20 um", "fit"]}
-    scene = scene_with(place.tolist(), HIT["velocity"], None, HIT["spin"], boundary=cell)
+    scene = scene_with(position.tolist(), HIT["velocity"], None, HIT["spin"], boundary=cell)
     sim = build(scene, sample)
     sim.advance(4000)
     _, v, w = state(sim)
     _, u, t = hit()[0]
-    for one, other in ((v, u), (w, t)):
-        both = np.vstack([one[:9], one[-1:]])
-        np.testing.assert_allclose(both, other, rtol=0, atol=1e-5 * np.abs(other).max())
+    for first, second in ((v, u), (w, t)):
+        both = np.vstack([first[:9], first[-1:]])
+        np.testing.assert_allclose(both, second, rtol=0, atol=1e-5 * np.abs(second).max())
 
 
 @pytest.mark.parametrize(
@@ -365,4 +368,4 @@ def test_central_gravity():
         x, v, _ = grain_state(sim)
         np.testing.assert_allclose(x[0], [10.0, 0, 0], atol=1e-4)
         np.testing.assert_allclose(v[0], [0, speed, 0], atol=1e-5)
-        assert abs(opened(sim, start)) < 1e-5
+        assert abs(measure_opening(sim, start)) < 1e-5

@@ -80,8 +80,8 @@ def energy_stays(scene, x, v, w, steps=400):
     m = energies(probe.sim)
     kinetic = (m["kinetic_translation"] + m["kinetic_rotation"]) * 1e-15
     probe.advance(steps)
-    own, lost, _ = probe.energy() - start
-    return max(own, lost) / kinetic
+    stored, lost, _ = probe.energy() - start
+    return max(stored, lost) / kinetic
 
 
 def test_auto_step_is_stable_in_a_corner():
@@ -132,11 +132,12 @@ def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
     """A large grain on a wall with two small ones of another size on top."""
     scene = two_materials(dt="0.01 ns", boundary=box("bottom"))
     r = np.array([1.0, 0.5, 0.3]) * RADIUS
-    kind, law = scene.material, scene.interaction
+    material, law = scene.material, scene.interaction
     apart = [
-        r[0] + own - constants.mixed_constants(kind, r[0], kind, own, law).delta0 for own in r[1:]
+        r[0] + radius - constants.mixed_constants(material, r[0], material, radius, law).delta0
+        for radius in r[1:]
     ]
-    height = r[0] - constants.wall_constants(kind, law, r[0]).delta0
+    height = r[0] - constants.wall_constants(material, law, r[0]).delta0
     x = np.array([[0, 0, height], [0, 0, height + apart[0]], [apart[1], 0, height]])
     still = np.zeros((3, 3))
     sim = build(scene, Sample(x, still, still.copy(), radii=r))
@@ -152,13 +153,13 @@ def test_limit_of_strong_damping_is_the_measured_one(time):
     sim = build(scene, sample_of(cluster(3)))
     estimate = network.stable_step(sim)[1]
     assert measure_stable_step(sim, estimate) == pytest.approx(estimate, rel=0.02)
-    found = stability.damped_limit(
+    damped_limit = stability.damped_limit(
         constants.grain_mass(scene.material),
         constants.pair_constants(scene.material, scene.interaction),
         None,
         3,
     )
-    assert found == pytest.approx(estimate, rel=1e-3)
+    assert damped_limit == pytest.approx(estimate, rel=1e-3)
 
 
 def test_stiffness_is_the_slope_of_the_force():
@@ -214,9 +215,9 @@ def test_spins_and_unlike_grains_are_resolved():
     )
     bodies = grain_properties(scene, mixture)
     motion = fastest(scene, mixture, mixture.radii)
-    own = step_of_motion(ContactTable(scene), motion)
+    step = step_of_motion(ContactTable(scene), motion)
     assert (
-        step_of_motion(ContactTable(scene, bodies), motion) < 0.2 * own
+        step_of_motion(ContactTable(scene, bodies), motion) < 0.2 * step
     )  # the small grain's contacts ring so
 
 
@@ -225,9 +226,9 @@ def test_a_draft_has_too_few_steps_for_a_load_of_the_same_time():
     scene = load(CONFIGS / "trade/unseen/load_steps.yaml")
     draft = scene.with_value("numerics.accuracy", "draft")
     assert "Controlled loads" not in dict(preview(scene).sections)
-    found = [text for _, text in dict(preview(draft).sections)["Controlled loads"]]
-    assert [text.split(" controls")[0] for text in found] == ["stage hold_5", "stage hold_20"]
-    assert "for 7,878 steps" in found[0] and "stop.time at least 23 µs" in found[0]
+    texts = [text for _, text in dict(preview(draft).sections)["Controlled loads"]]
+    assert [text.split(" controls")[0] for text in texts] == ["stage hold_5", "stage hold_20"]
+    assert "for 7,878 steps" in texts[0] and "stop.time at least 23 µs" in texts[0]
 
 
 def test_only_stages_that_nothing_else_ends_have_a_remark():

@@ -34,7 +34,7 @@ def under_a_wall(gap, v, w=(0, 0, 0), wall_speed=0.0, **keys):
 
 
 def reference_of(probe, x, v, w, wall, damping):
-    others = [ref.Wall(-DOWN, -1.0)] * 5  # the walls that are left out, far away
+    absent_walls = [ref.Wall(-DOWN, -1.0)] * 5  # the walls that are left out, far away
     return ref.Reference(
         x,
         v,
@@ -42,7 +42,7 @@ def reference_of(probe, x, v, w, wall, damping):
         probe.dt,
         ref.numbers(damping=damping),
         ref.numbers(wall=True, damping=damping),
-        [*others, wall],
+        [*absent_walls, wall],
     )
 
 
@@ -130,11 +130,11 @@ def test_rolling_grain_gains_no_energy(damping):
     well = 6 * (MASS * 0.05**2 / 2 + 0.55 * WALL.F_c * WALL.delta0)
     for _ in range(40):
         probe.advance(20)
-        now = probe.energy()
+        energy = probe.energy()
         m = energies(probe.sim)
-        own = (m["kinetic_translation"] + m["kinetic_rotation"]) * 1e-15
-        assert own < kinetic + well
+        motion_energy = (m["kinetic_translation"] + m["kinetic_rotation"]) * 1e-15
+        assert motion_energy < kinetic + well
         # 1e-3 of the kinetic energy: second order in a step of 1 % of the stiffest period
-        assert abs((now - start) @ [1, 1, -1]) < 1e-3 * kinetic
+        assert abs((energy - start) @ [1, 1, -1]) < 1e-3 * kinetic
     assert energies(probe.sim)["wall_contacts"] == 6
     assert energies(probe.sim)["loss_wall"][3] > 0

@@ -19,7 +19,7 @@ from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
 from dusttaichi.scene.material import NAMED, Material
 
 
-def of(**keys):
+def find_constants(**keys):
     scene = make_scene(**keys)
     return scene.material, scene.interaction
 
@@ -30,12 +30,12 @@ def period(stiffness, mass):
 
 @pytest.fixture(scope="module")
 def pair():
-    return constants.pair_constants(*of())
+    return constants.pair_constants(*find_constants())
 
 
 @pytest.fixture(scope="module")
 def mass():
-    return constants.grain_mass(of()[0])
+    return constants.grain_mass(find_constants()[0])
 
 
 def test_lengths_force_mass_stiffnesses_and_period(pair, mass):
@@ -47,7 +47,7 @@ def test_lengths_force_mass_stiffnesses_and_period(pair, mass):
     assert pair.k_n == pytest.approx(408.1, abs=0.05)
     assert pair.k_r == pytest.approx(0.7540, abs=0.5e-4)
     assert pair.k_s == pytest.approx(617.0, abs=0.05)
-    material, interaction = of()
+    material, interaction = find_constants()
     printed = interaction.model_copy(update={"shear_modulus": "printed"})
     assert constants.pair_constants(material, printed).k_s == pytest.approx(572.9, abs=0.05)
     assert period(2 * pair.k_n, mass) == pytest.approx(10.77e-9, abs=0.005e-9)
@@ -63,7 +63,7 @@ def test_lengths_force_mass_stiffnesses_and_period(pair, mass):
     ],
 )
 def test_sliding_period(rule, m_s, nanoseconds, mass):
-    material, interaction = of(modifiers={"sliding": m_s})
+    material, interaction = find_constants(modifiers={"sliding": m_s})
     interaction = interaction.model_copy(update={"shear_modulus": rule})
     k_s = constants.pair_constants(material, interaction).k_s
     assert period(k_s, mass) == pytest.approx(nanoseconds * 1e-9, abs=0.005e-9)
@@ -80,9 +80,9 @@ def contacts(material, interaction):
 
 @pytest.mark.parametrize("m_s, nanoseconds", [(1.0, 4.68), (2.5, 2.96)])
 def test_stiffest_period_of_a_pair(m_s, nanoseconds):
-    material, interaction = of(modifiers={"sliding": m_s})
-    found, _ = stability.stiffest(*contacts(material, interaction), 2)
-    assert found == pytest.approx(nanoseconds * 1e-9, abs=0.005e-9)
+    material, interaction = find_constants(modifiers={"sliding": m_s})
+    period, _ = stability.stiffest(*contacts(material, interaction), 2)
+    assert period == pytest.approx(nanoseconds * 1e-9, abs=0.005e-9)
 
 
 CHAIN = np.arange(60)[:, None] * np.array([1.0, 0.0, 0.0])
@@ -106,11 +106,11 @@ def test_coordination_raises_the_frequency(centres, expected, digits, mass, pair
 
 def test_calibrated_close_packed_limit():
     """PHYSICS section 4: with m_s = 2.5 a period of 1.5-1.6 ns, unstable above 0.50 ns."""
-    material, interaction = of(modifiers={"rolling": 8.0, "sliding": 2.5})
-    found, _ = stability.stiffest(*contacts(material, interaction), 13)
-    assert 1.5e-9 < found < 1.6e-9
+    material, interaction = find_constants(modifiers={"rolling": 8.0, "sliding": 2.5})
+    period, _ = stability.stiffest(*contacts(material, interaction), 13)
+    assert 1.5e-9 < period < 1.6e-9
     # two digits given, and 27 is rounded too: 0.480 ns for 26.98
-    assert stability.largest_stable_step(found) == pytest.approx(0.50e-9, abs=0.03e-9)
+    assert stability.largest_stable_step(period) == pytest.approx(0.50e-9, abs=0.03e-9)
 
 
 def test_jumps_of_forming_and_breaking():
@@ -122,7 +122,7 @@ def test_jumps_of_forming_and_breaking():
 @pytest.mark.parametrize("wall, speed", [(False, 0.1101), (True, 0.124)])
 def test_sticking_speed_follows_from_the_jumps(wall, speed, mass):
     make = constants.wall_constants if wall else constants.pair_constants
-    c = make(*of())
+    c = make(*find_constants())
     reduced = mass if wall else mass / 2
     lost = 4 * (normal.energy(constants.S_PULL_OFF) - normal.energy((2 / 3) ** (1 / 3)))
     v_s = sqrt(2 * lost * c.F_c * c.delta0 / reduced)
@@ -135,7 +135,7 @@ def test_sticking_speed_follows_from_the_jumps(wall, speed, mass):
 def test_all_numbers_against_the_reference(wall, damping):
     """Two independent spellings of the same formulas: equal to rounding."""
     modifiers = {"rolling": 8.0, "sliding": 2.5, "twisting": 1.5}
-    material, interaction = of(modifiers=modifiers, damping=damping)
+    material, interaction = find_constants(modifiers=modifiers, damping=damping)
     make = constants.wall_constants if wall else constants.pair_constants
     ours = make(material, interaction)
     theirs = ref.numbers(wall=wall, damping=damping, m_r=8.0, m_s=2.5, m_t=1.5)
@@ -146,11 +146,11 @@ def test_all_numbers_against_the_reference(wall, damping):
 
 def test_damping_of_the_sources():
     """0.07 % of critical for S12's kappa; the viscoelastic one some 290 times that at a0."""
-    material, interaction = of(damping="viscous")
+    material, interaction = find_constants(damping="viscous")
     viscous = constants.pair_constants(material, interaction)
     critical = 2 * sqrt(viscous.k_n * constants.grain_mass(material) / 2)
     assert viscous.kappa / critical == pytest.approx(0.0007, abs=0.5e-4)
-    viscoelastic = constants.pair_constants(*of(damping="viscoelastic"))
+    viscoelastic = constants.pair_constants(*find_constants(damping="viscoelastic"))
     assert viscoelastic.kappa / viscous.kappa == pytest.approx(290, abs=10)  # "some 290"
 
 
@@ -240,7 +240,7 @@ OVERLAPS = np.concatenate(
 )
 
 
-def solved(d):
+def solve_overlap(d):
     return brentq(
         lambda s: 3 * s**4 - 2 * s - d, S_PULL_OFF, 5.0 + abs(d) ** 0.25, xtol=1e-15, rtol=8.9e-16
     )
@@ -276,21 +276,23 @@ def test_contact_radius(radius):
     Close to pull-off ds/dd ~ 1/sqrt(d + PULL_OFF) magnifies rounding of d, for brentq as for
     Newton, and within 1e-7 of it the slope is held back: what is left is the start's t^2.
     """
-    exact = np.array([solved(d) for d in OVERLAPS])
+    exact = np.array([solve_overlap(d) for d in OVERLAPS])
     depth = OVERLAPS + PULL_OFF
     allowed = 1e-13 + 4e-16 / np.sqrt(depth) + np.where(depth < 1e-6, depth, 0.0)
     assert np.all(np.abs(radius(OVERLAPS) / exact - 1) < allowed)
 
 
-@pytest.mark.parametrize("steps, least, most", [(0, 1e-7, 1e-3), (1, 1e-13, 1e-7), (2, 0, 1e-12)])
-def test_fewer_newton_steps_are_less_exact(steps, least, most):
+@pytest.mark.parametrize(
+    "steps, least, largest", [(0, 1e-7, 1e-3), (1, 1e-13, 1e-7), (2, 0, 1e-12)]
+)
+def test_fewer_newton_steps_are_less_exact(steps, least, largest):
     """The fit alone is 8e-5 off in s, and forces 6 s^5 - 3 s^2 = 3 times that of 4 F_c at rest; one
     Newton step squares it to below 1e-7. From touch to four times the overlap at rest."""
     overlaps = np.linspace(0.0, 4.0, 200)
-    exact = np.array([solved(d) for d in overlaps])
-    found = normal.force(radius_after(steps)(overlaps))
-    worst = np.abs(found - normal.force(exact)).max()
-    assert least <= worst < most
+    exact = np.array([solve_overlap(d) for d in overlaps])
+    force = normal.force(radius_after(steps)(overlaps))
+    worst = np.abs(force - normal.force(exact)).max()
+    assert least <= worst < largest
 
 
 def test_far_apart_is_a_number(radius):
@@ -301,14 +303,14 @@ def test_far_apart_is_a_number(radius):
 
 def test_start_value_holds_its_promise():
     """8e-5 on s is what normal.py states."""
-    exact = np.array([solved(d) for d in OVERLAPS])
+    exact = np.array([solve_overlap(d) for d in OVERLAPS])
     assert np.max(np.abs(np.sqrt(normal.start(np.sqrt(OVERLAPS + PULL_OFF))) / exact - 1)) < 8.5e-5
 
 
 def test_force_is_the_derivative_of_the_energy():
     """dU/ddelta by a complex step through s(delta): no cancellation, so rounding only."""
     for d in OVERLAPS[OVERLAPS > -PULL_OFF + 1e-3]:
-        s = solved(d)
+        s = solve_overlap(d)
         ds = 1e-30 / (12 * s**3 - 2)  # implicit derivative of 3 s^4 - 2 s = d
         slope = normal.energy(s + 1j * ds).imag / 1e-30
         # U/(4 F_c delta0) over d gives F/(4 F_c), up to rounding of the terms that cancel

@@ -162,8 +162,8 @@ def test_kernels_compute_what_the_host_computes():
     phi = rho / G09.rho_s
     p, reference = path.pressure(rho, 0.999 * rho, G09)
     tensors = []
-    for one in phi:
-        L = np.array([[0.1, -0.4 * one], [0.7, one]])
+    for filling_factor in phi:
+        L = np.array([[0.1, -0.4 * filling_factor], [0.7, filling_factor]])
         S = deviator.rotated(deviator.stretched(L, 1.0, 100.0), L, 0.1)
         J2 = deviator.second_invariant(S)
         tensors.append([J2, deviator.radial(J2, 70.0), deviator.benz(J2, 70.0)])
@@ -226,8 +226,8 @@ def test_press_let_go_press_pull_and_press_again():
     assert max(relative(p.p, strength.tensile(p.phi, DUST)) for p in flowing) < 1e-10
     assert torn[-1].tension > 0 and torn[-1].compaction == let_go[-1].compaction
 
-    again = from_all_sides(torn[-1], 600.0, 400)
-    assert max(relative(p.p, sigma(p)) for p in again[20:]) < 1e-10
+    second_press = from_all_sides(torn[-1], 600.0, 400)
+    assert max(relative(p.p, sigma(p)) for p in second_press[20:]) < 1e-10
 
 
 def test_dust_at_the_end_of_its_curve_is_elastic():
@@ -301,10 +301,10 @@ def test_free_sides():
 
 def test_many_materials_at_once():
     p_m = np.array([1300.0, 3900.0, 13e3])
-    many = MaterialPoint.at(replace(DUST, p_m=p_m)).to_density(500.0, 20)[-1]
-    for n, one in enumerate(p_m):
-        alone = MaterialPoint.at(replace(DUST, p_m=one)).to_density(500.0, 20)[-1]
-        assert np.allclose(many.stress[n], alone.stress, rtol=1e-13)
+    stresses = MaterialPoint.at(replace(DUST, p_m=p_m)).to_density(500.0, 20)[-1]
+    for n, p in enumerate(p_m):
+        alone = MaterialPoint.at(replace(DUST, p_m=p)).to_density(500.0, 20)[-1]
+        assert np.allclose(stresses.stress[n], alone.stress, rtol=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -319,11 +319,11 @@ def test_restitution_of_a_point_falls_with_its_modulus(K_0, want, point_gives):
     whose yield is late by its elastic strain: much at 4.5 kPa, where that is a hundredth."""
     m = replace(DUST, K_0=K_0)
     point = MaterialPoint.at(m)
-    for phi, digits, own in zip([0.17, 0.19, 0.22], want, point_gives, strict=True):
+    for phi, digits, computed in zip([0.17, 0.19, 0.22], want, point_gives, strict=True):
         K = elasticity.bulk_modulus(phi * m.rho_s, m)
         Y = strength.shear(phi, m)
         stored = strength.compressive(phi, m) ** 2 / (2 * K) + Y**2 / (6 * m.mu_over_K * K)
         lost = phi * quad(lambda x: strength.confined(x, m) / x**2, 0.15, phi)[0]
         assert relative(np.sqrt(stored / (stored + lost)), digits) < 0.03  # two digits are given
         point = point.to_density(phi * m.rho_s, 200)[-1]
-        assert relative(restitution(point), own) < 0.005
+        assert relative(restitution(point), computed) < 0.005

@@ -72,7 +72,7 @@ def law():
         for marks in [pytest.mark.long if (name, precision) not in SHORT else ()]
     ],
 )
-def strained(request):
+def strained_probe(request):
     """(effects, probe): 12 elastic steps after a start with generic velocities and spins."""
     name, precision = request.param
     effect, law = LAWS.get(name, (None, None))
@@ -130,51 +130,53 @@ def potentials(probe, effects, x=None, turn=None):
             nc = ref.unit(x[i] - x[j])
             phi = phi + ref.dot(turn[i] - turn[j], nc)
             p = ref.numbers(effects=effects)
-            own = ref.pair_energies(x[i], x[j], n1, n2, phi, p).astype(complex)
+            pair_energies = ref.pair_energies(x[i], x[j], n1, n2, phi, p).astype(complex)
             if probe.own:
-                own[1:] = own_energies(probe, (RADIUS * (n1 - n2), nc), n1, n2, phi)[1:]
-            total[0] += own
+                pair_energies[1:] = own_energies(probe, (RADIUS * (n1 - n2), nc), n1, n2, phi)[1:]
+            total[0] += pair_energies
         else:
             phi = phi + ref.dot(turn[i], FLOOR)
             p = ref.numbers(wall=True, effects=effects)
-            own = ref.wall_energies(x[i], n1, n2, phi, FLOOR, floor, p).astype(complex)
+            pair_energies = ref.wall_energies(x[i], n1, n2, phi, FLOOR, floor, p).astype(complex)
             if probe.own:
                 arm = x[i] + RADIUS * n1 - n2
-                own[1:] = own_energies(probe, (arm, FLOOR, True), n1, n2, phi)[1:]
-            total[1] += own
+                pair_energies[1:] = own_energies(probe, (arm, FLOOR, True), n1, n2, phi)[1:]
+            total[1] += pair_energies
     return total
 
 
-def test_energy_is_what_measure_reports(strained):
+def test_energy_is_what_measure_reports(strained_probe):
     """1e-11: overlaps are differences of positions that are 4000 times as long."""
-    effects, probe = strained
+    effects, probe = strained_probe
     measured = energies(probe.sim)
     expected = potentials(probe, effects).real / 1e-15
     assert measured["contacts"] == 3 and measured["wall_contacts"] == 3
-    for name, other in zip(("potential", "potential_wall"), expected, strict=True):
+    for name, expected_value in zip(("potential", "potential_wall"), expected, strict=True):
         own = measured[name]
         np.testing.assert_allclose(
-            own, other, rtol=1e-11 * probe.rounding, atol=1e-14 * probe.rounding
+            own, expected_value, rtol=1e-11 * probe.rounding, atol=1e-14 * probe.rounding
         )
     for effect in effects:
         assert expected[0, NUMBER[effect]] > 0 and expected[1, NUMBER[effect]] > 0
 
 
-def test_loads_are_minus_the_gradient(strained):
+def test_loads_are_minus_the_gradient(strained_probe):
     """Complex steps: no cancellation. 1e-9 of the largest force: cancellation of the energies'
     arguments as above, and forces are the small difference of attraction and repulsion."""
-    effects, probe = strained
+    effects, probe = strained_probe
     force, torque = probe.loads()
-    h, most = 1e-30, 1e-9 * max(1.0, 0.03 * probe.rounding)
+    h, tolerance = 1e-30, 1e-9 * max(1.0, 0.03 * probe.rounding)
     for grain in range(3):
         for axis in range(3):
             step = np.zeros((3, 3), complex)
             step[grain, axis] = 1j * h
             by_place = -potentials(probe, effects, x=probe.x + step).sum().imag / h
             by_angle = -potentials(probe, effects, turn=step).sum().imag / h
-            assert by_place == pytest.approx(force[grain, axis], abs=most * np.abs(force).max())
+            assert by_place == pytest.approx(
+                force[grain, axis], abs=tolerance * np.abs(force).max()
+            )
             scale = max(np.abs(torque).max(), 1e-25)  # without effects there is no torque at all
-            assert by_angle == pytest.approx(torque[grain, axis], abs=most * scale)
+            assert by_angle == pytest.approx(torque[grain, axis], abs=tolerance * scale)
 
 
 def cluster(speed, spin, rng):
@@ -267,9 +269,9 @@ def test_losses_are_what_the_energy_lacks(precision):
         **keys,
     )
     probe = Probe(scene, sample_of(x, v, w))
-    own, lost, _ = probe.energy()
+    energy, lost, _ = probe.energy()
     probe.advance(1000)
-    now, dissipated, _ = probe.energy()
+    end_energy, dissipated, _ = probe.energy()
     by_channel = dict(zip(probe.sim.layout.channels, energies(probe.sim)["loss"], strict=True))
     assert by_channel["damping"] > 0.0 and by_channel["asperities"] > 0.0
-    assert dissipated - lost == pytest.approx(own - now, rel=1e-2)
+    assert dissipated - lost == pytest.approx(energy - end_energy, rel=1e-2)

@@ -69,9 +69,9 @@ def staged_run(ends):
         return type("Series", (), {"stage": np.array([number])})
 
     names = [f"stage_{n}" for n in range(len(ends))]
-    parts = [part(n, start) for n, start in enumerate([0.0, *ends[:-1]])]
+    stages = [part(n, start) for n, start in enumerate([0.0, *ends[:-1]])]
     series = type("Series", (), {"time": np.array([0.0, ends[-1]])})
-    return type("Run", (), {"stages": names, "parts": parts, "series": series})
+    return type("Run", (), {"stages": names, "parts": stages, "series": series})
 
 
 def test_short_stages_are_named_too():
@@ -92,10 +92,10 @@ def test_pictures_have_a_variant_for_dark_pages():
     figure, (axes,) = style.create_figure()
     image = axes.imshow([[0.0, 1.0]])
     figure.colorbar(image, label="numbers")
-    before = image.cmap(0.0)
-    found = make_interactive(figure, "map", "Map")
-    assert found["image"] != found["image_dark"]
-    assert image.cmap(0.0) == before and figure.patch.get_alpha() == 0.0
+    colour_before = image.cmap(0.0)
+    interactive = make_interactive(figure, "map", "Map")
+    assert interactive["image"] != interactive["image_dark"]
+    assert image.cmap(0.0) == colour_before and figure.patch.get_alpha() == 0.0
     assert min(axes.xaxis.label.get_color()[:3]) > 0.8 and axes.patch.get_alpha() == 1.0
     assert darken_colour("white")[0] < 0.1 and darken_colour("black")[0] > 0.8
     pixels = style.create_canvas(2, 2)

@@ -20,12 +20,12 @@ def runs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     slow = synthetic.compression_run(folder / "slow" / "result.nc")
     fast = synthetic.compression_run(folder / "fast" / "result.nc", law=dynamic_law(2.0))
-    with analysis.open_run(slow) as one, analysis.open_run(fast) as other:
-        yield [one, other]
+    with analysis.open_run(slow) as slow_run, analysis.open_run(fast) as fast_run:
+        yield [slow_run, fast_run]
 
 
 def test_save_figures(runs, tmp_path):
-    before = dict(matplotlib.rcParams)
+    rcparams_before = dict(matplotlib.rcParams)
     paths = plots.save_figures(runs[0], tmp_path / "figures")
     names = {path.name for path in paths}
     assert names == {"compression.png", "coordination.png", "ledger.png", "profile.png"}
@@ -33,7 +33,7 @@ def test_save_figures(runs, tmp_path):
         image = matplotlib.image.imread(path)
         assert image.shape[0] > 500 and image.shape[1] > 800  # fit for print
         assert image[..., :3].std() > 0.05  # not blank
-    assert dict(matplotlib.rcParams) == before
+    assert dict(matplotlib.rcParams) == rcparams_before
     (tmp_path / "file").write_text("")
     with pytest.raises(DustError, match="cannot be written"):
         plots.save_figures(runs[0], tmp_path / "file" / "figures")
@@ -107,21 +107,21 @@ def test_a_legend_that_would_hide_a_curve_stands_below():
 
 
 def test_a_bin_that_the_wall_cuts_is_one_with_the_next(runs):
-    before = analysis.read_profiles(runs[0])
-    after = join_cut_bins(before)
-    thick = (before.bin_upper.clip(max=before.height) - before.bin_lower).clip(min=0)
+    profiles = analysis.read_profiles(runs[0])
+    joined_profiles = join_cut_bins(profiles)
+    thick = (profiles.bin_upper.clip(max=profiles.height) - profiles.bin_lower).clip(min=0)
     thick = thick.transpose("profile", "bin").values
     cut = 0
-    for n, own in enumerate(thick):
-        last = np.flatnonzero(own > 0)[-1]
-        one = own[last] < 0.5 * own[0]
-        assert np.isnan(after.middle.values[n, last]) == one
-        cut += one
-        phi = [np.nan_to_num(d.filling_factor.values[n]) for d in (before, after)]
-        whole = own.copy()
-        if one:
-            whole[last - 1] += own[last]
-        assert phi[0] @ own == pytest.approx(phi[1] @ whole)  # no grain is lost
+    for n, thickness in enumerate(thick):
+        last = np.flatnonzero(thickness > 0)[-1]
+        is_cut = thickness[last] < 0.5 * thickness[0]
+        assert np.isnan(joined_profiles.middle.values[n, last]) == is_cut
+        cut += is_cut
+        phi = [np.nan_to_num(d.filling_factor.values[n]) for d in (profiles, joined_profiles)]
+        expected_thickness = thickness.copy()
+        if is_cut:
+            expected_thickness[last - 1] += thickness[last]
+        assert phi[0] @ thickness == pytest.approx(phi[1] @ expected_thickness)  # no grain is lost
     assert 0 < cut < len(thick)
 
 
@@ -163,11 +163,11 @@ def test_tensile_of_one_run_and_several(cells):
     result = analysis.measure_tensile_strength(cells[0])
     np.testing.assert_allclose(line(axes, "test").get_ydata(), result.stress / 1e3)
     np.testing.assert_allclose(line(axes, "test").get_xdata(), result.filling_factor)
-    said = legend(axes)
-    assert any(f"{result.strength / 1e3:.3g} ±" in text for text in said)
-    assert any("T19 eq 33" in text for text in said)
+    labels = legend(axes)
+    assert any(f"{result.strength / 1e3:.3g} ±" in text for text in labels)
+    assert any("T19 eq 33" in text for text in labels)
     assert "kPa" in axes.get_ylabel() and "along x" in axes.get_ylabel()
-    top = next(text for text in said if "largest average" in text)
+    top = next(text for text in labels if "largest average" in text)
     assert line(axes, top).get_xdata() == [result.strength_phi]
     (axes,) = plots.tensile(cells[:3], ["a", "b", "c"]).axes
     assert legend(axes) == ["a", "b", "c"] and axes.get_yscale() == "log"  # 12 times as strong
@@ -179,12 +179,12 @@ def test_tensile_of_one_run_and_several(cells):
 
 def test_strength(cells):
     (axes,) = plots.strength(cells[:3], ["a", "b", "c"]).axes
-    said = legend(axes)
-    assert {"a", "b", "c"} < set(said) and axes.get_xscale() == axes.get_yscale() == "log"
+    labels = legend(axes)
+    assert {"a", "b", "c"} < set(labels) and axes.get_xscale() == axes.get_yscale() == "log"
     fit = analysis.fit_strength([analysis.measure_tensile_strength(run) for run in cells[:3]])
-    assert any(f"{fit.exponent:.2f}" in text and "fit" in text for text in said)
+    assert any(f"{fit.exponent:.2f}" in text and "fit" in text for text in labels)
     # of one material there is one law; a fit over two would mean nothing
-    assert sum("T19 eq 33" in text for text in said) == 1
+    assert sum("T19 eq 33" in text for text in labels) == 1
     both = legend(plots.strength([cells[0], cells[4]]).axes[0])
     assert sum("T19 eq 33" in text for text in both) == 2
     assert not any("fit" in text for text in both)
@@ -197,9 +197,9 @@ def test_tensile_isotropic_and_plates(cells):
     assert axes.get_xscale() == axes.get_yscale() == "log" and "Pa" in axes.get_ylabel()
     assert sum("E_" in text for text in legend(axes)) == 1
     (axes,) = plots.compression(cells[3]).axes
-    said = legend(axes)
-    assert "laboratory, unidirectional (G09)" in said and "inner cylinder" in said
-    assert not any("S12" in text for text in said)
+    labels = legend(axes)
+    assert "laboratory, unidirectional (G09)" in labels and "inner cylinder" in labels
+    assert not any("S12" in text for text in labels)
 
 
 def test_fractal_and_losses_and_stress(cells):

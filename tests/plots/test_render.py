@@ -184,12 +184,12 @@ def test_continuous_colours_have_units(run):
     assert "cm/s" in speed.get_ylabel() and "µm" in height.get_ylabel()
     # the lowest and the highest grain
     np.testing.assert_allclose(height.get_ylim(), (0.9, 0.9 * 3.4), rtol=1e-12)
-    own = plots.grains(run, color=np.arange(6.0), label="number", dpi=60).axes[-1]
-    assert own.get_ylabel() == "number"
+    axes = plots.grains(run, color=np.arange(6.0), label="number", dpi=60).axes[-1]
+    assert axes.get_ylabel() == "number"
     assert len(plots.grains(run, color="uniform", dpi=60).axes) == 2  # picture and scale bar
-    before = dict(matplotlib.rcParams)
+    rcparams_before = dict(matplotlib.rcParams)
     plots.grains(run, dpi=40)
-    assert dict(matplotlib.rcParams) == before
+    assert dict(matplotlib.rcParams) == rcparams_before
 
 
 def test_nothing_is_clipped(run):
@@ -204,8 +204,8 @@ def test_nothing_is_clipped(run):
 
 def test_a_chain_leaves_room_for_its_colour_bar(tmp_path):
     chain = {"position": np.arange(30.0)[:, None] * [2 * R, 0.0, 0.0]}
-    with analysis.open_run(snapshots.write(tmp_path / "result.nc", [chain], R)) as made:
-        figure = plots.grains(made, view="front", color="speed", dpi=60)
+    with analysis.open_run(snapshots.write(tmp_path / "result.nc", [chain], R)) as opened_run:
+        figure = plots.grains(opened_run, view="front", color="speed", dpi=60)
     figure.canvas.draw()
     text = figure.axes[-1].yaxis.label.get_window_extent()
     assert text.y0 > 0 and text.y1 < figure.bbox.height and text.x1 < figure.bbox.width
@@ -237,8 +237,8 @@ def test_edges_of_cells(run, tmp_path):
         name = f"{len(list(tmp_path.iterdir()))}.nc"
         frame = {"position": np.full((1, 3), 0.5e-6)}
         path = snapshots.write(tmp_path / name, [frame], R, box=np.array(box), periodic=periodic)
-        with analysis.open_run(path) as made:
-            return find_cell_edges(read_frame(made))
+        with analysis.open_run(path) as opened_run:
+            return find_cell_edges(read_frame(opened_run))
 
     ends, dashed = segments([0, 1e-6] * 3)
     assert len(ends) == 12 and not dashed.any()

@@ -65,23 +65,23 @@ async ({ shown, repeats }) => {
 REPEATS = 24
 
 
-def made(path, grains, count):
+def write_result(path, grains, count):
     """A result with `count` snapshots of some `grains` grains: half of a lattice, pressed."""
     rng = np.random.default_rng(1)
     edge = round((2 * grains) ** (1 / 3)) + 1
     lattice = np.stack(np.meshgrid(*[np.arange(edge)] * 3, indexing="ij"), -1).reshape(-1, 3)
-    place = rng.permutation(lattice)[:grains] * 1.94 * RADIUS
+    positions = rng.permutation(lattice)[:grains] * 1.94 * RADIUS
     frames = []
     for _ in range(count):
         # each on its own way, the higher the farther: what moves costs room in the page
-        place = place + rng.normal(scale=0.02 * RADIUS, size=place.shape)
-        place[:, 2] *= 1.0 - 0.3 / count
-        pairs = cKDTree(place).query_pairs(2.2 * RADIUS, output_type="ndarray")
-        apart = np.linalg.norm(place[pairs[:, 0]] - place[pairs[:, 1]], axis=1)
+        positions = positions + rng.normal(scale=0.02 * RADIUS, size=positions.shape)
+        positions[:, 2] *= 1.0 - 0.3 / count
+        pairs = cKDTree(positions).query_pairs(2.2 * RADIUS, output_type="ndarray")
+        apart = np.linalg.norm(positions[pairs[:, 0]] - positions[pairs[:, 1]], axis=1)
         frames.append(
             {
-                "position": place,
-                "velocity": rng.normal(size=place.shape),
+                "position": positions,
+                "velocity": rng.normal(size=positions.shape),
                 "pairs": pairs,
                 "overlap": np.clip(2.0 * RADIUS - apart, 1e-11, 3e-9),
                 "box": np.array([-1, 2 * edge, -1, 2 * edge, -1, 2 * edge]) * RADIUS,
@@ -95,7 +95,7 @@ def main(cases):
     folder = Path(tempfile.mkdtemp())
     with sync_playwright() as driver:
         for grains, count in cases:
-            result = made(folder / f"{grains}.nc", grains, count)
+            result = write_result(folder / f"{grains}.nc", grains, count)
             began = time.process_time()
             with open_run(result) as run:
                 data = report.collect_report_data([run])
@@ -114,15 +114,15 @@ def main(cases):
             view.wait_for_function("window.dust && window.dust.ready")
             print(f"  opened after {time.perf_counter() - start:.1f} s")
             for shown in ("particles", "forces"):
-                found = view.evaluate(MEASURE, {"shown": shown, "repeats": REPEATS})
+                times = view.evaluate(MEASURE, {"shown": shown, "repeats": REPEATS})
                 print(
-                    f"  {shown}: turning {found['turning']:.1f} ms, slider {found['moving']:.1f} ms"
-                    f" and {found['bytes'] / 1e6:.2f} MB, {found['calls']} draw calls, "
-                    f"{found['triangles']} triangles"
+                    f"  {shown}: turning {times['turning']:.1f} ms, slider {times['moving']:.1f} ms"
+                    f" and {times['bytes'] / 1e6:.2f} MB, {times['calls']} draw calls, "
+                    f"{times['triangles']} triangles"
                 )
             opened.close()
 
 
 if __name__ == "__main__":
-    given = [int(word) for word in sys.argv[1:]]
-    main(list(zip(given[::2], given[1::2], strict=True)) or CASES)
+    words = [int(word) for word in sys.argv[1:]]
+    main(list(zip(words[::2], words[1::2], strict=True)) or CASES)

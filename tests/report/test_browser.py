@@ -30,16 +30,16 @@ def browser():
 
 
 @pytest.fixture
-def opened(browser):
+def open_page(browser):
     """A function that opens an address in a page of a width and a colour scheme; nothing may be
     said on its console."""
-    pages, said = [], []
+    pages, messages = [], []
 
     def open_page(address, width=1100, scheme="light", height=800):
         size = {"width": width, "height": height}
         view = browser.new_page(viewport=size, color_scheme=scheme)
-        view.on("console", lambda message: said.append(message.text))
-        view.on("pageerror", lambda error: said.append(str(error)))
+        view.on("console", lambda message: messages.append(message.text))
+        view.on("pageerror", lambda error: messages.append(str(error)))
         view.goto(address)
         view.wait_for_function(READY)
         view.wait_for_function(DRAWN)
@@ -47,14 +47,14 @@ def opened(browser):
         return view
 
     yield open_page
-    assert not said, said
+    assert not messages, messages
     for view in pages:
         assert view.evaluate("window.dust.problems") == []
         view.close()
 
 
-def test_the_page_works_in_a_browser(opened, written, sweep, server, tmp_path):
-    view = opened(written.as_uri())
+def test_the_page_works_in_a_browser(open_page, written, sweep, server, tmp_path):
+    view = open_page(written.as_uri())
     shots = {"last": shot(view)}
     view.get_by_label("snapshot", exact=True).fill("0")
     assert view.locator(".viewer-said").inner_text().startswith("t = 0")
@@ -76,8 +76,8 @@ def test_the_page_works_in_a_browser(opened, written, sweep, server, tmp_path):
     # by height: from the violet of the lowest to the yellow of the highest
     red, blue = shots["height"][..., 0].astype(int), shots["height"][..., 2].astype(int)
     assert np.any(red - blue > 90) and np.any(blue - red > 50)
-    for one, other in (("last", "first"), ("first", "cut"), ("cut", "height")):
-        assert np.mean(np.abs(shots[one].astype(int) - shots[other])) > 0.5, (one, other)
+    for first, second in (("last", "first"), ("first", "cut"), ("cut", "height")):
+        assert np.mean(np.abs(shots[first].astype(int) - shots[second])) > 0.5, (first, second)
 
 
 def turn_through_a_sweep(view, path):
@@ -102,8 +102,8 @@ def watch_it_grow(view, server):
     server.source._next = 0.0
     view.wait_for_function("window.dust.grown > 0")
     assert view.get_by_label("snapshot", exact=True).get_attribute("max") == "2"
-    chosen = "s => s.options[s.selectedIndex].text"
-    assert view.get_by_label("colour").evaluate(chosen) == "height"
+    script = "s => s.options[s.selectedIndex].text"
+    assert view.get_by_label("colour").evaluate(script) == "height"
 
 
 def shot(view):
@@ -118,22 +118,22 @@ def shot(view):
 WIDTHS = (1400, 400)
 
 
-def test_light_and_dark_pages_show_the_same(opened, written):
+def test_light_and_dark_pages_show_the_same(open_page, written):
     """Screenshots compared by what is where and by the colours of grains, not by pixels: the same
     grains in the same colours, the same lines of the figure, on white and on black."""
     for width in WIDTHS:
-        views = {scheme: opened(written.as_uri(), width, scheme) for scheme in ("light", "dark")}
+        views = {scheme: open_page(written.as_uri(), width, scheme) for scheme in ("light", "dark")}
         grains = {scheme: shot(view).astype(int) for scheme, view in views.items()}
         papers = {scheme: picture[0, 0] for scheme, picture in grains.items()}
         assert papers["light"].min() > 250 and papers["dark"].max() < 60
-        found = {scheme: inked(picture, 12) for scheme, picture in grains.items()}
-        assert found["light"].mean() > 0.05
+        inked_parts = {scheme: find_ink(picture, 12) for scheme, picture in grains.items()}
+        assert inked_parts["light"].mean() > 0.05
         # edges blend with the paper, and shade is near it on a dark page
-        assert np.mean(found["light"] == found["dark"]) > 0.95
-        both = found["light"] & found["dark"]
+        assert np.mean(inked_parts["light"] == inked_parts["dark"]) > 0.95
+        both = inked_parts["light"] & inked_parts["dark"]
         assert np.median(np.abs(grains["light"] - grains["dark"])[both]) <= 1
         lines = {
-            scheme: inked(picture_of(view, ".figure .main-svg").astype(int))
+            scheme: find_ink(picture_of(view, ".figure .main-svg").astype(int))
             for scheme, view in views.items()
         }
         assert coarse(lines["light"]).mean() > 0.1
@@ -145,31 +145,31 @@ def test_light_and_dark_pages_show_the_same(opened, written):
             assert view.evaluate("document.documentElement.scrollWidth") == width
 
 
-def test_every_snapshot_is_in_the_picture(opened, written):
+def test_every_snapshot_is_in_the_picture(open_page, written):
     """At any width, whichever is shown first: nothing is at the edge but the paper."""
     for width, height in product(WIDTHS, (500, 1000)):
-        view = opened(written.as_uri(), width, height=height)
+        view = open_page(written.as_uri(), width, height=height)
         for number in ("3", "0"):
             view.get_by_label("snapshot", exact=True).fill(number)
-            seen = inked(shot(view).astype(int))
+            seen = find_ink(shot(view).astype(int))
             assert seen.any() and not (seen[0].any() or seen[-1].any())
             assert not (seen[:, 0].any() or seen[:, -1].any())
 
 
-def test_a_cut_grain_has_its_own_colour(opened, written):
+def test_a_cut_grain_has_its_own_colour(open_page, written):
     """The cut is as the legend has the colour, without light and shade."""
-    view = opened(written.as_uri())
+    view = open_page(written.as_uri())
     view.get_by_label("look from").select_option("front")
     flat = flat_share(shot(view))
     view.get_by_label("cut across").select_option("y")
     assert flat_share(shot(view)) > flat + 0.05
-    view = opened(written.as_uri())
+    view = open_page(written.as_uri())
     view.get_by_role("button", name="light / dark").click()
     assert shot(view)[0, 0].max() < 60
 
 
-def test_what_is_shown_is_explained(opened, written):
-    view = opened(written.as_uri())
+def test_what_is_shown_is_explained(open_page, written):
+    view = open_page(written.as_uri())
     assert (
         view.get_by_label("colour").locator("option:checked").inner_text() == "coordination number"
     )
@@ -187,25 +187,25 @@ def test_what_is_shown_is_explained(opened, written):
     assert titles and not any("Share" in title for title in titles)
 
 
-def test_a_view_is_kept_as_picture_and_as_address(opened, written):
-    view = opened(written.as_uri())
+def test_a_view_is_kept_as_picture_and_as_address(open_page, written):
+    view = open_page(written.as_uri())
     view.get_by_label("snapshot", exact=True).fill("1")
     view.get_by_label("colour").select_option(label="height")
     view.get_by_label("cut across").select_option("x")
     view.get_by_label("look from").select_option("side")
     seen = shot(view)
-    with view.expect_download() as kept:
+    with view.expect_download() as download:
         view.get_by_role("button", name="save picture").click()
-    picture = np.asarray(Image.open(kept.value.path()).convert("RGB"))
+    picture = np.asarray(Image.open(download.value.path()).convert("RGB"))
     # the legend below
     assert abs(picture.shape[1] - seen.shape[1]) <= 1 and picture.shape[0] > seen.shape[0] + 20
     view.get_by_role("button", name="copy view").click()
     assert "colour=height" in view.url and "snapshot=1" in view.url
-    again = opened(view.url)
-    assert np.mean(np.abs(shot(again).astype(int) - seen)) < 1.0
+    second_view = open_page(view.url)
+    assert np.mean(np.abs(shot(second_view).astype(int) - seen)) < 1.0
 
 
-def inked(picture, least=40):
+def find_ink(picture, least=40):
     """Where a picture (height, width, 3) differs from its paper by more than `least`."""
     return np.abs(picture - picture[0, 0]).max(axis=-1) > least
 
@@ -220,11 +220,11 @@ def coarse(mask, cells=24):
 
 def flat_share(picture):
     """Share of the pixels off the paper that have the colour of all their neighbours."""
-    whole = picture.astype(int)
-    same = np.ones(whole.shape[:2], bool)
+    values = picture.astype(int)
+    same = np.ones(values.shape[:2], bool)
     for axis, by in product((0, 1), (-1, 1)):
-        same &= (whole == np.roll(whole, by, axis)).all(axis=-1)
-    seen = inked(whole)
+        same &= (values == np.roll(values, by, axis)).all(axis=-1)
+    seen = find_ink(values)
     return np.mean(same[seen])
 
 

@@ -42,7 +42,7 @@ SOURCE = ROOT / "dusttaichi/report/source"
 # -- data ----------------------------------------------------------------------------------------
 
 
-def unpacked(result):
+def unpack(result):
     """The numbers of `pack_array` or `quantise`, flat; as data.js does."""
     size = int(result["type"][1])
     planes = np.frombuffer(zlib.decompress(base64.b64decode(result["data"])), np.uint8)
@@ -57,15 +57,16 @@ def unpacked(result):
 
 def test_numbers_are_packed_and_come_back():
     rng = np.random.default_rng(1)
-    whole = rng.integers(0, 2**16, (3, 40)).astype("u2")
-    assert np.array_equal(unpacked(pack_array(whole, 3)), whole.ravel())
-    real = rng.normal(size=(5, 30)).astype("f4")
-    assert np.array_equal(unpacked(pack_array(real)), real.ravel())
-    back = unpacked(quantise(real, 5))
-    assert np.abs(back - real.ravel()).max() <= 0.51 * np.ptp(real) / 65535
-    kept = quantise([1.0, np.nan, 3.0])
+    integers = rng.integers(0, 2**16, (3, 40)).astype("u2")
+    assert np.array_equal(unpack(pack_array(integers, 3)), integers.ravel())
+    reals = rng.normal(size=(5, 30)).astype("f4")
+    assert np.array_equal(unpack(pack_array(reals)), reals.ravel())
+    back = unpack(quantise(reals, 5))
+    assert np.abs(back - reals.ravel()).max() <= 0.51 * np.ptp(reals) / 65535
+    packed = quantise([1.0, np.nan, 3.0])
     assert (
-        unpacked(kept) == pytest.approx([1.0, kept["low"], 3.0]) and kept["low"] < kept["gap"] < 1
+        unpack(packed) == pytest.approx([1.0, packed["low"], 3.0])
+        and packed["low"] < packed["gap"] < 1
     )
 
 
@@ -73,16 +74,16 @@ def test_the_viewer_has_what_the_snapshots_have(data):
     view = data["runs"][0]["particles"]
     assert (view["count"], view["frames"], view["length_unit"]) == (27, 4, "µm")
     labels = [q["label"] for q in view["quantities"]]
-    wanted = {"coordination number", "fragment", "sum of contact forces", "speed", "height"}
-    assert wanted <= set(labels)
-    x = unpacked(view["position"]).reshape(4, 27, 3)
+    expected = {"coordination number", "fragment", "sum of contact forces", "speed", "height"}
+    assert expected <= set(labels)
+    x = unpack(view["position"]).reshape(4, 27, 3)
     assert x[0].max() == pytest.approx(2.4, rel=1e-3) and x[3, :, 2].max() < 2.1
     assert view["room"][3][5] == pytest.approx(4.4 * 0.6) and view["said"][0].startswith("t = 0")
     # a corner of the cube touches three, its middle six
-    coordination = unpacked(view["quantities"][labels.index("coordination number")]["data"])
+    coordination = unpack(view["quantities"][labels.index("coordination number")]["data"])
     assert coordination[:27].min() == pytest.approx(3) and coordination.max() == pytest.approx(6)
     # deeper than at rest: pushed apart, by less than the pull-off force of 56.5 nN
-    force = unpacked(view["pairs"]["force"])
+    force = unpack(view["pairs"]["force"])
     assert 5 < force.min() and force.max() < 56.5
 
 
@@ -106,10 +107,10 @@ def test_force_chains_go_on_to_the_walls(tmp_path):
     with open_run(path) as run:
         view = collect_particles(run)
     assert view["pairs"]["counts"] == [2]
-    assert unpacked(view["pairs"]["ends"]).reshape(2, 2).tolist() == [[1, 0], [0, 2 + 4]]
-    assert unpacked(view["pairs"]["force"]) == pytest.approx([5.0, 9.0], rel=1e-4)
+    assert unpack(view["pairs"]["ends"]).reshape(2, 2).tolist() == [[1, 0], [0, 2 + 4]]
+    assert unpack(view["pairs"]["force"]) == pytest.approx([5.0, 9.0], rel=1e-4)
     (load,) = (q for q in view["quantities"] if q["label"] == "sum of contact forces")
-    assert unpacked(load["data"]) == pytest.approx([14.0, 5.0], rel=1e-4)
+    assert unpack(load["data"]) == pytest.approx([14.0, 5.0], rel=1e-4)
 
 
 def test_a_page_of_many_grains_shows_a_slice(tmp_path, monkeypatch):
@@ -137,13 +138,13 @@ def test_a_page_of_many_grains_shows_a_slice(tmp_path, monkeypatch):
         view = collect_particles(run)
     assert view["count"] == 3 and view["frames"] == 2
     assert all("a slice of 3 of 5 grains" in text for text in view["said"])
-    x = unpacked(view["position"]).reshape(2, 3, 3)
+    x = unpack(view["position"]).reshape(2, 3, 3)
     np.testing.assert_allclose(x[1, :, 1], 2.0 * np.array(middle) * 0.6, rtol=1e-4)
-    ends = unpacked(view["pairs"]["ends"]).reshape(-1, 2)[:5].astype(int)
+    ends = unpack(view["pairs"]["ends"]).reshape(-1, 2)[:5].astype(int)
     assert ends.tolist() == [[0, 1], [1, 2], [0, 3 + 4], [1, 3 + 4], [2, 3 + 4]]
-    force = unpacked(view["pairs"]["force"])[:5]
+    force = unpack(view["pairs"]["force"])[:5]
     np.testing.assert_allclose(force, [2.0, 3.0, 1.0, 2.0, 3.0], rtol=1e-4)
-    quantities = {q["label"]: unpacked(q["data"]) for q in view["quantities"]}
+    quantities = {q["label"]: unpack(q["data"]) for q in view["quantities"]}
     assert quantities["coordination number"][:3] == pytest.approx([2.0] * 3)
     # of both neighbours and the floor
     assert quantities["sum of contact forces"][:3] == pytest.approx([4.0, 7.0, 10.0], rel=1e-4)
@@ -172,9 +173,9 @@ def test_runs_have_their_figures_and_numbers_one_alone_or_side_by_side(tmp_path,
     synthetic.compression_run(tmp_path / "result.nc")
     with open_run(tmp_path) as run:
         data = report.collect_report_data([run])
-    (one,) = data["runs"]
-    assert {"compression", "ledger", "profile"} <= {f["name"] for f in one["figures"]}
-    assert dict((row[0], row[1]) for row in one["table"])["grains"] == "1,000"
+    (run_data,) = data["runs"]
+    assert {"compression", "ledger", "profile"} <= {f["name"] for f in run_data["figures"]}
+    assert dict((row[0], row[1]) for row in run_data["table"])["grains"] == "1,000"
     monkeypatch.setattr(page, "collect_particles", lambda run: None)
     monkeypatch.setattr(page.plots, "draw_run", lambda run: [])
     paths = [tmp_path / name / "result.nc" for name in "ab"]
@@ -198,9 +199,9 @@ def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeyp
     monkeypatch.setattr(plots.registry, "list_figures", lambda of_method=None: rows)
     synthetic.compression_run(tmp_path / "result.nc")
     with open_run(tmp_path) as run:
-        (one,) = report.collect_report_data([run])["runs"]
-    assert {f["name"] for f in one["figures"]} == {"compression", "ledger", "profile"}
-    failed = [row for row in one["table"] if row[0] == "figure not drawn"]
+        (run_data,) = report.collect_report_data([run])["runs"]
+    assert {f["name"] for f in run_data["figures"]} == {"compression", "ledger", "profile"}
+    failed = [row for row in run_data["table"] if row[0] == "figure not drawn"]
     assert failed == [["figure not drawn", "Contacts: IndexError: index 3 is out of bounds", ""]]
 
 
@@ -216,18 +217,18 @@ def test_figures_become_interactive():
     axes.axhline(2.5, linestyle="--")
     axes.axvspan(3, 4, color="grey")
     axes.set(xscale="log", xlabel=r"pressure $p_{\rm m}$ (kPa)")
-    found = make_interactive(figure, "one", "One")
-    names = {trace["name"]: trace for trace in found["data"]}
+    interactive = make_interactive(figure, "one", "One")
+    names = {trace["name"]: trace for trace in interactive["data"]}
     law = names["law, φ<sup>1.8</sup>"]
     assert law["line"]["color"] == "#ff0000" and "px" in law["line"]["dash"]
     assert names["bar"]["fill"] == "toself" and max(v or 0 for v in names["bar"]["y"]) == 3
     assert names["scatter"]["fill"] == "toself" and not names[""]["showlegend"]
     assert names[""]["y"] == [2.0, None] and names[""]["mode"] == "markers"
-    assert found["layout"]["xaxis"]["type"] == "log"
-    assert found["layout"]["xaxis"]["title"]["text"] == "pressure p<sub>m</sub> (kPa)"
+    assert interactive["layout"]["xaxis"]["type"] == "log"
+    assert interactive["layout"]["xaxis"]["title"]["text"] == "pressure p<sub>m</sub> (kPa)"
     assert names["steps"]["line"]["shape"] == "vh" and names["with a bar"]["showlegend"]
-    assert "px" in found["layout"]["shapes"][0]["line"]["dash"]
-    assert [s["type"] for s in found["layout"]["shapes"]] == ["line", "rect"]
+    assert "px" in interactive["layout"]["shapes"][0]["line"]["dash"]
+    assert [s["type"] for s in interactive["layout"]["shapes"]] == ["line", "rect"]
     assert (
         convert_label(r"$-1 \pm 2$, $E_{\rm roll}/r^3$") == "−1 ± 2, E<sub>roll</sub>/r<sup>3</sup>"
     )
@@ -235,11 +236,11 @@ def test_figures_become_interactive():
 
 def test_histograms_keep_all_their_steps():
     """matplotlib leaves out of a long path what is finer than a pixel; here a pixel is no unit."""
-    figure, shares = Figure(), np.linspace(0.0, 1.0, 100) ** 2
-    figure.subplots().stairs(shares, np.linspace(0.1, 0.6, 101), label="end")
+    figure, fractions = Figure(), np.linspace(0.0, 1.0, 100) ** 2
+    figure.subplots().stairs(fractions, np.linspace(0.1, 0.6, 101), label="end")
     (trace,) = make_interactive(figure, "one", "One")["data"]
     heights = {y for y in trace["y"] if y is not None}
-    assert heights == {float(f"{share:.5g}") for share in shares}
+    assert heights == {float(f"{fraction:.5g}") for fraction in fractions}
     figure = Figure()
     axes = figure.subplots()
     axes.plot([0, 1], [2.0, 3.0])
@@ -289,11 +290,11 @@ def node(script):
     from playwright._impl._driver import compute_driver_executable
 
     engine = compute_driver_executable()[0]
-    done = subprocess.run(
+    process = subprocess.run(
         [engine, "--input-type=module", "-"], input=script, capture_output=True, text=True
     )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    assert process.returncode == 0, process.stderr
+    return process.stdout
 
 
 def test_the_engine_reads_what_python_has_packed(data):
@@ -306,8 +307,8 @@ def test_the_engine_reads_what_python_has_packed(data):
         code += f"new Function({json.dumps(page.read_asset(name))});\n"
     code += "console.log(JSON.stringify([[...a], [...b]]));"
     position, ends = json.loads(node(code))
-    assert np.allclose(position, unpacked(view["position"]), atol=1e-6)
-    assert np.array_equal(ends, unpacked(view["pairs"]["ends"]))
+    assert np.allclose(position, unpack(view["position"]), atol=1e-6)
+    assert np.array_equal(ends, unpack(view["pairs"]["ends"]))
 
 
 def test_figures_fit_a_narrow_and_a_dark_page():
@@ -315,9 +316,9 @@ def test_figures_fit_a_narrow_and_a_dark_page():
     figure = Figure(figsize=(10.0, 3.0))
     for number, axes in enumerate(figure.subplots(1, 3, sharey=True)):
         axes.plot([1, 2], [number, 2], color="black", label=f"a name of some length, {number}")
-    given = make_interactive(figure, "three", "Three")
+    interactive = make_interactive(figure, "three", "Three")
     code = (SOURCE / "figures.js").read_text(encoding="utf-8")
-    code += f"const figure = {json.dumps(given)};\n"
+    code += f"const figure = {json.dumps(interactive)};\n"
     code += "const made = [arranged(figure, 1100, false), arranged(figure, 360, true)];\n"
     code += "console.log(JSON.stringify(made));"
     wide, narrow = json.loads(node(code))
@@ -328,8 +329,11 @@ def test_figures_fit_a_narrow_and_a_dark_page():
     lows = [narrow["layout"][name]["domain"][0] for name in ("yaxis", "yaxis2", "yaxis3")]
     assert lows == sorted(lows, reverse=True) and lows[-1] == 0
     # room for a name a row, where a wide page has all in one
-    more = [one["layout"]["margin"]["b"] - given["layout"]["margin"]["b"] for one in (wide, narrow)]
-    assert more[1] > 2.0 * more[0] > 0
+    extra_margins = [
+        figure_data["layout"]["margin"]["b"] - interactive["layout"]["margin"]["b"]
+        for figure_data in (wide, narrow)
+    ]
+    assert extra_margins[1] > 2.0 * extra_margins[0] > 0
     red, green, blue, _ = map(float, narrow["data"][0]["line"]["color"][5:-1].split(","))
     assert min(red, green, blue) > 200
 
@@ -352,11 +356,11 @@ def test_what_was_asked_for_colours_at_first(data):
     assert labels[3:] == [
         "energy dissipated since the start", "dissipated by rolling", "dissipated by damping",
     ]  # fmt: skip
-    for collides, there, first in ((True, 2, 1), (False, 2, 0), (True, 3, 2), (True, 6, 3)):
-        assert choose_colour(SimpleNamespace(collides=collides), labels[:there]) == first
+    for collides, frame_count, first in ((True, 2, 1), (False, 2, 0), (True, 3, 2), (True, 6, 3)):
+        assert choose_colour(SimpleNamespace(collides=collides), labels[:frame_count]) == first
 
 
-def asked(url, host=None):
+def ask_server(url, host=None):
     try:
         with urlopen(Request(url, headers={"Host": host} if host else {})) as answer:
             return answer.status, answer.read().decode()
@@ -367,18 +371,18 @@ def asked(url, host=None):
 def test_the_page_grows_with_its_result(server):
     path = server.source.path
     assert server.url.startswith("http://127.0.0.1:")
-    assert asked(server.url)[0] == 503  # there is nothing yet
+    assert ask_server(server.url)[0] == 503  # there is nothing yet
     result_at(path, 2)
-    code, text = asked(server.url)
+    code, text = ask_server(server.url)
     assert code == 200 and '"live": true' in text
-    assert asked(f"{server.url}data.json?after=1")[0] == 204
+    assert ask_server(f"{server.url}data.json?after=1")[0] == 204
     result_at(path, 3)
-    assert asked(f"{server.url}data.json?after=1")[0] == 204  # it was made a moment ago
+    assert ask_server(f"{server.url}data.json?after=1")[0] == 204  # it was made a moment ago
     server.source._next = 0.0
-    code, text = asked(f"{server.url}data.json?after=1")
+    code, text = ask_server(f"{server.url}data.json?after=1")
     data = json.loads(text)
     assert code == 200 and data["stamp"] == 2 and data["runs"][0]["particles"]["frames"] == 3
-    assert asked(f"{server.url}etc/passwd")[0] == 404
+    assert ask_server(f"{server.url}etc/passwd")[0] == 404
 
 
 def test_notebooks_show_runs_and_scenes(tmp_path):
@@ -398,7 +402,7 @@ def test_pages_from_elsewhere_cannot_read_a_run(server):
     """Their own name may lead to this machine (DNS rebinding): it is in the header."""
     result_at(server.source.path, 2)
     port = server.server_address[1]
-    assert asked(server.url, f"localhost:{port}")[0] == 200
+    assert ask_server(server.url, f"localhost:{port}")[0] == 200
     for host in ("evil.example", f"evil.example:{port}", "127.0.0.1", "localhost:1"):
-        code, text = asked(server.url, host)
+        code, text = ask_server(server.url, host)
         assert code == 403 and "live" not in text

@@ -23,7 +23,7 @@ GRAINS = 4
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def result_folder(tmp_path_factory):
     """A result that has no records itself, and five parts with forty of the series each."""
     path = tmp_path_factory.mktemp("whole") / "run" / "result.nc"
     with pytest.MonkeyPatch.context() as patch:
@@ -37,17 +37,17 @@ def made(tmp_path_factory):
 
 
 @pytest.fixture
-def run(made, tmp_path):
-    return shutil.copytree(made, tmp_path / "run")
+def run(result_folder, tmp_path):
+    return shutil.copytree(result_folder, tmp_path / "run")
 
 
 def parts(run):
     return sorted(files.parts_folder(run / "result.nc").iterdir())
 
 
-def change(path, at, new):
+def change(path, at, replacement):
     raw = bytearray(path.read_bytes())
-    raw[at : at + len(new)] = new
+    raw[at : at + len(replacement)] = replacement
     path.write_bytes(raw)
 
 
@@ -62,28 +62,28 @@ def test_a_damaged_part_is_named_and_can_be_left_out(run):
 
 def test_no_damage_gives_other_numbers(run):
     """Every byte that matters is missed; zeros among the texts are left to `damage`: HDF5 hangs."""
-    whole, part, rng = open_run(run).series.load(), parts(run)[2], random.Random(3)
+    expected, part, rng = open_run(run).series.load(), parts(run)[2], random.Random(3)
     raw = part.read_bytes()
     refused, texts = 0, raw.index(b"GCOL")
-    places = [*range(0, len(raw), 1997), *(rng.randrange(len(raw)) for _ in range(100))]
-    for at in places:
+    offsets = [*range(0, len(raw), 1997), *(rng.randrange(len(raw)) for _ in range(100))]
+    for at in offsets:
         if texts <= at < texts + 4096:
             continue
         part.write_bytes(raw[:at] + bytes([raw[at] ^ 4]) + raw[at + 1 :])
         try:
-            found = open_run(run).series.load()
+            series = open_run(run).series.load()
         except DustError as error:
             assert "damaged" in str(error)
             refused += 1
         else:
-            assert found.equals(whole)
-    assert refused > len(places) / 3  # the rest is between the chunks
+            assert series.equals(expected)
+    assert refused > len(offsets) / 3  # the rest is between the chunks
     for size in (0, 5, 1000, len(raw) // 2):
         part.write_bytes(raw[:size])
         with pytest.raises(DustError, match="damaged|cannot be read"):
             open_run(run)
     part.write_bytes(raw)
-    assert open_run(run).series.equals(whole)
+    assert open_run(run).series.equals(expected)
 
 
 def test_a_text_that_changes_is_missed(run):
@@ -143,19 +143,19 @@ def test_files_of_older_versions_are_opened(run, digest):
 
 
 def test_a_file_is_read_through_once_in_a_process(run, monkeypatch):
-    looked, real = [], integrity._read_through
-    monkeypatch.setattr(integrity, "_read_through", lambda f, p: looked.append(p) or real(f, p))
+    looked, original = [], integrity._read_through
+    monkeypatch.setattr(integrity, "_read_through", lambda f, p: looked.append(p) or original(f, p))
     for _ in range(2):
         open_run(run)
         assert looked == [run / "result.nc", *parts(run)]
 
 
-def test_a_flush_looks_at_no_other_part(made, tmp_path, monkeypatch):
+def test_a_flush_looks_at_no_other_part(result_folder, tmp_path, monkeypatch):
     """The work of a flush does not grow with what has been written."""
     seen = []
-    real = pieces._parts
+    original = pieces._parts
     monkeypatch.setattr(writer, "PIECE", 1000)
-    monkeypatch.setattr(pieces, "_parts", lambda path: seen.append(path) or real(path))
+    monkeypatch.setattr(pieces, "_parts", lambda path: seen.append(path) or original(path))
     with synthetic.writer(tmp_path / "result.nc", GRAINS, features=set()) as writing:
         for step in range(3):
             writing.append("series", synthetic.series_record(step, set()))
@@ -218,7 +218,7 @@ def test_kill_at_any_moment(tmp_path, processes, piece):
     assert check(path) == least + 30
 
 
-def find_no_room(path, piece, said):
+def find_no_room(path, piece, message):
     """Write until a limit is reached, look at what is there, and go on without it."""
     import resource  # not everywhere
 
@@ -238,7 +238,7 @@ def find_no_room(path, piece, said):
     kept = check(path)
     resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     writer.close()
-    said.send((messages, kept, check(path)))
+    message.send((messages, kept, check(path)))
 
 
 LAST = 1000  # steps, of 10 MB
@@ -247,10 +247,10 @@ LAST = 1000  # steps, of 10 MB
 @pytest.mark.parametrize("piece", [10**9, 200_000])
 def test_no_room_left(tmp_path, processes, piece):
     """A file size limit stands for a full disk: the same calls fail at the same places."""
-    heard, said = processes.Pipe(duplex=False)
-    child = processes.Process(target=find_no_room, args=(tmp_path / "result.nc", piece, said))
+    heard, sender = processes.Pipe(duplex=False)
+    child = processes.Process(target=find_no_room, args=(tmp_path / "result.nc", piece, sender))
     child.start()
-    said.close()
+    sender.close()
     messages, kept, finally_there = heard.recv()
     child.join()
     assert len(messages) == 2 and all("is readable (up to t = 29 s)" in m for m in messages)

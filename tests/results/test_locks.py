@@ -38,7 +38,7 @@ int flock(int file, int operation) { errno = atoi(getenv("FLOCK_ERRNO")); return
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
+def finished_run(tmp_path_factory):
     """Directory of a finished result."""
     path = tmp_path_factory.mktemp("run") / "result.nc"
     with synthetic.writer(path, 4, features=set()) as writer:
@@ -49,17 +49,17 @@ def finished(tmp_path_factory):
 
 
 @pytest.fixture
-def in_use(finished, tmp_path):
+def in_use(finished_run, tmp_path):
     """The same, while another program has its result open for writing."""
-    finished = shutil.copytree(finished, tmp_path / "run")
-    words = [sys.executable, "-c", WRITER, str(finished / "result.nc")]
+    finished_run = shutil.copytree(finished_run, tmp_path / "run")
+    words = [sys.executable, "-c", WRITER, str(finished_run / "result.nc")]
     environment = {k: v for k, v in os.environ.items() if k != HDF5_LOCKS}
     with subprocess.Popen(
         words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
-    ) as other:
-        assert other.stdout.readline() == b"open\n"
-        yield finished
-        other.stdin.close()
+    ) as caught:
+        assert caught.stdout.readline() == b"open\n"
+        yield finished_run
+        caught.stdin.close()
 
 
 READERS = {
@@ -81,9 +81,9 @@ def test_a_file_that_another_program_writes_is_in_use(in_use, reader):
     assert "damage" not in str(refusal.value) and "--force" not in str(refusal.value)
 
 
-def test_what_has_two_causes_is_told_by_the_file(finished, tmp_path, monkeypatch):
+def test_what_has_two_causes_is_told_by_the_file(finished_run, tmp_path, monkeypatch):
     """HDF5 has one error for a lock, a fault of the disk and damage; only the last is damage."""
-    path = shutil.copy(finished / "result.nc", tmp_path)
+    path = shutil.copy(finished_run / "result.nc", tmp_path)
     fault = OSError(-101, "NetCDF: HDF error")
     assert isinstance(integrity.refusal(fault, path), integrity.DamagedFile)
     assert "no permission" in str(integrity.refusal(PermissionError(13, "denied"), path))
@@ -106,19 +106,19 @@ def refuse_to_read(monkeypatch, code, name):
     """Let the system refuse to open files of that name."""
     system = os.open
 
-    def refusing(path, *others, **how):
+    def refusing(path, *further_paths, **options):
         if str(path).endswith(name):
             raise OSError(code, os.strerror(code), str(path))
-        return system(path, *others, **how)
+        return system(path, *further_paths, **options)
 
     monkeypatch.setattr(os, "open", refusing)
 
 
 @pytest.mark.parametrize("reader", READERS)
-def test_a_file_without_permission_is_not_computed_again(finished, monkeypatch, reader):
+def test_a_file_without_permission_is_not_computed_again(finished_run, monkeypatch, reader):
     refuse_to_read(monkeypatch, errno.EACCES, "result.nc")
     with pytest.raises(DustError, match="cannot be read: there is no permission") as refusal:
-        READERS[reader](finished)
+        READERS[reader](finished_run)
     assert "--force" not in str(refusal.value)
 
 
@@ -132,7 +132,7 @@ def test_a_checkpoint_that_the_system_refuses_is_not_replaced_by_the_former(tmp_
 
 
 @pytest.mark.parametrize("code", [errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS])
-def test_a_disk_without_locks(finished, tmp_path, monkeypatch, code):
+def test_a_disk_without_locks(finished_run, tmp_path, monkeypatch, code):
     """A run goes on without: its folder is locked by the name of the process in the lock file."""
 
     def flock(*_):
@@ -143,7 +143,7 @@ def test_a_disk_without_locks(finished, tmp_path, monkeypatch, code):
         (tmp_path / ".lock").write_text("1 on elsewhere")
         with pytest.raises(DustError, match="Another run is writing"):
             RunLock(tmp_path)
-    assert len(open_run(finished).series.time) == 5
+    assert len(open_run(finished_run).series.time) == 5
 
 
 @pytest.fixture(scope="module")
@@ -177,27 +177,27 @@ for use in (open_run, lambda path: synthetic.writer(path / "new" / "result.nc", 
 
 
 @pytest.mark.parametrize("code", [errno.ENOLCK, errno.EOPNOTSUPP])
-def test_hdf5_on_a_disk_without_locks(lockless, finished, tmp_path, code):
+def test_hdf5_on_a_disk_without_locks(lockless, finished_run, tmp_path, code):
     """The command does without; Python says which variable helps, and it does."""
-    shutil.copytree(finished, tmp_path / "run")
+    shutil.copytree(finished_run, tmp_path / "run")
     environment = {k: v for k, v in os.environ.items() if k != HDF5_LOCKS}
     environment |= {"LD_PRELOAD": str(lockless), "FLOCK_ERRNO": str(code)}
     environment["PYTHONPATH"] = os.pathsep.join(map(os.path.dirname, [synthetic.__file__]))
-    how = {"env": environment, "cwd": tmp_path}
-    done = python("-c", LIBRARY, "run", **how)
-    lines = done.stdout.splitlines()
-    assert len(lines) == 2, done.stderr
+    options = {"env": environment, "cwd": tmp_path}
+    process = python("-c", LIBRARY, "run", **options)
+    lines = process.stdout.splitlines()
+    assert len(lines) == 2, process.stderr
     assert all(f"no file locks. Set the environment variable {HDF5_LOCKS}" in n for n in lines)
     environment[HDF5_LOCKS] = "FALSE"
-    assert python("-c", LIBRARY, "run", **how).stdout.split("\n")[:2] == ["no error"] * 2
+    assert python("-c", LIBRARY, "run", **options).stdout.split("\n")[:2] == ["no error"] * 2
     del environment[HDF5_LOCKS]
-    done = python("-m", "dusttaichi", "compare", "run", "--json", **how)
-    assert done.returncode == 0 and '"numbers"' in done.stdout, done.stderr
+    process = python("-m", "dusttaichi", "compare", "run", "--json", **options)
+    assert process.returncode == 0 and '"numbers"' in process.stdout, process.stderr
 
 
 def test_a_file_is_replaced_also_where_a_viewer_has_it_open(in_use, tmp_path):
     """A table of many runs is written beside the former, which stays as it is for its reader."""
-    before = (in_use / "result.nc").stat().st_ino
+    inode_before = (in_use / "result.nc").stat().st_ino
     with outputs.writing(force=True):
         outputs.write_dataset(in_use / "result.nc", xr.Dataset({"a": 1}), "verdict")
-    assert (in_use / "result.nc").stat().st_ino != before
+    assert (in_use / "result.nc").stat().st_ino != inode_before

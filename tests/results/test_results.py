@@ -47,7 +47,7 @@ def test_round_trip_through_xarray(tmp_path):
 def test_every_variable_has_units_and_a_name(tmp_path):
     features = frozenset().union(*(variable.needs for variable in VARIABLES.values()))
     optional = [v.name for v in VARIABLES.values() if "requested" in v.needs]
-    synthetic.writer(tmp_path / "result.nc", features=features, asked=optional).close()
+    synthetic.writer(tmp_path / "result.nc", features=features, requested=optional).close()
     with netCDF4.Dataset(tmp_path / "result.nc") as file:
         for key in VARIABLES:
             assert file[key].units and file[key].long_name
@@ -86,8 +86,8 @@ def test_blocks_of_records_equal_single_ones(tmp_path):
         with synthetic.writer(tmp_path / name / "result.nc") as writer:
             for one in blocks:
                 writer.append("series", one)
-    one, other = (xr.open_dataset(tmp_path / n / "result.nc") for n in "ab")
-    xr.testing.assert_equal(one, other)
+    one, second = (xr.open_dataset(tmp_path / n / "result.nc") for n in "ab")
+    xr.testing.assert_equal(one, second)
 
 
 def test_resume_drops_what_is_past_the_checkpoint(tmp_path):
@@ -163,10 +163,10 @@ def test_a_large_result_is_written_in_parts_and_read_as_one(tmp_path, monkeypatc
     """Each flush writes what is new and one piece at most; at the end there is one file."""
     monkeypatch.setattr(writing, "PIECE", 100_000)
     path, written = tmp_path / "result.nc", []
-    real = pieces.write_whole
+    original = pieces.write_whole
 
     def write_whole(file, data):
-        real(file, data)
+        original(file, data)
         written.append(file.stat().st_size)
 
     monkeypatch.setattr(pieces, "write_whole", write_whole)
@@ -175,9 +175,9 @@ def test_a_large_result_is_written_in_parts_and_read_as_one(tmp_path, monkeypatc
             fill(writer, step, step + 60, rows=1)
             writer.flush()
             assert step == 120 or check(path, rows=1) == step + 60  # at any moment
-        parts = list(files.parts_folder(path).iterdir())
+        paths = list(files.parts_folder(path).iterdir())
         # a file of few records is some 800 kB of chunks
-        assert len(parts) == 4 and max(written) < 1_000_000
+        assert len(paths) == 4 and max(written) < 1_000_000
         half = writer.counts()
     # what comes later does not count any more where a run goes on from before
     with Writer.resume(path, {g: n * 4 // 5 for g, n in half.items()} | FIRST_HALF) as writer:
@@ -203,13 +203,13 @@ def test_a_large_result_is_written_in_parts_and_read_as_one(tmp_path, monkeypatc
 
 def test_work_files_that_kills_have_left_in_memory_are_removed(tmp_path, monkeypatch):
     monkeypatch.setattr(files, "MEMORY", tmp_path)
-    old, new = tmp_path / f"{files.WORK}old", tmp_path / f"{files.WORK}new"
-    for path in (old, new):
+    old_folder, new_folder = tmp_path / f"{files.WORK}old", tmp_path / f"{files.WORK}new"
+    for path in (old_folder, new_folder):
         path.touch()
-    os.utime(old, (0, 0))
+    os.utime(old_folder, (0, 0))
     files._remove_forgotten.cache_clear()
     with files.WorkFile(tmp_path / "result.nc", 10):
-        assert not old.exists() and new.exists()
+        assert not old_folder.exists() and new_folder.exists()
 
 
 def test_a_part_of_another_result_is_not_read(tmp_path, monkeypatch, joined_here):
@@ -217,11 +217,13 @@ def test_a_part_of_another_result_is_not_read(tmp_path, monkeypatch, joined_here
     path = tmp_path / "result.nc"
     with synthetic.writer(path, GRAINS) as writer:
         fill_parts(writer)
-    kept = tmp_path / "kept"
-    shutil.copytree(files.parts_folder(path), kept)
+    saved_folder = tmp_path / "kept"
+    shutil.copytree(files.parts_folder(path), saved_folder)
     with Writer.resume(path, writer.counts()) as writer:
         writer.join()
-    shutil.copytree(kept, files.parts_folder(path))  # as a kill right before they are removed
+    shutil.copytree(
+        saved_folder, files.parts_folder(path)
+    )  # as a kill right before they are removed
     assert check(path) == 100
     with Writer.resume(path, writer.counts()) as writer:
         fill(writer, 100, 120)
@@ -352,7 +354,7 @@ def test_vanished_directory(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("code", "said"),
+    ("code", "message"),
     [
         (errno.EROFS, "the disk of .* is read-only"),
         (errno.EACCES, "no permission to write in"),
@@ -360,11 +362,11 @@ def test_vanished_directory(tmp_path):
         (errno.ENOENT, "does not exist"),
     ],
 )
-def test_why_a_place_cannot_be_written(tmp_path, code, said):
+def test_why_a_place_cannot_be_written(tmp_path, code, message):
     """Also where the folder could not be made for that reason."""
     missing = tmp_path / "none" / "result.nc"
     path = tmp_path / "result.nc" if code == errno.ENOSPC else missing
-    assert re.search(said, files.explain(OSError(code, "words of the system"), path))
+    assert re.search(message, files.explain(OSError(code, "words of the system"), path))
 
 
 @pytest.mark.parametrize("named", ["file", "link", "device"])
@@ -375,7 +377,12 @@ def test_a_folder_that_is_something_else_is_named(tmp_path, named):
     elif named == "link":
         path.symlink_to("nowhere")
     path = files.Path(os.devnull) if named == "device" else path
-    said = {"file": "is a file, not a folder", "link": "is a link to nowhere, which does not exist"}
+    endings = {
+        "file": "is a file, not a folder",
+        "link": "is a link to nowhere, which does not exist",
+    }
     for folder in (path, path / "below"):
-        with pytest.raises(DustError, match=said.get(named, "is a device or a pipe, not a folder")):
+        with pytest.raises(
+            DustError, match=endings.get(named, "is a device or a pipe, not a folder")
+        ):
             RunLock(folder)

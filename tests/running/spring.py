@@ -50,18 +50,18 @@ class Spring(SimpleSimulation):
 
     def advance(self, steps):
         for _ in range(steps):
-            before, self.v = self.v, self.v + self.dt * self.pull(self.v)
-            self.lost += self.dt * self.drag * before * 0.5 * (before + self.v)
+            speed_before, self.v = self.v, self.v + self.dt * self.pull(self.v)
+            self.lost += self.dt * self.drag * speed_before * 0.5 * (speed_before + self.v)
             self.x, self.way = self.x + self.dt * self.v, self.way + self.dt * abs(self.v)
         self.step += steps
 
     def measure(self):
-        after = self.v + self.dt * self.pull(self.v)
-        kinetic, potential = 0.125 * (self.v + after) ** 2, 0.5 * self.k * self.x**2
+        speed_after = self.v + self.dt * self.pull(self.v)
+        kinetic, potential = 0.125 * (self.v + speed_after) ** 2, 0.5 * self.k * self.x**2
         # the drag of the next step acts half before now
-        lost = self.lost + 0.25 * self.dt * self.drag * self.v * (self.v + after)
+        lost = self.lost + 0.25 * self.dt * self.drag * self.v * (self.v + speed_after)
         return Measurement.from_energies(
-            kinetic, potential, [lost], kick=kinetic - 0.5 * self.v * after
+            kinetic, potential, [lost], kick=kinetic - 0.5 * self.v * speed_after
         )
 
     def validate(self, measurement):

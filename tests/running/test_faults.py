@@ -22,7 +22,7 @@ from dusttaichi.results.run_lock import RunLock
 from dusttaichi.running import execute, identity, loop
 from dusttaichi.scene import from_yaml, load
 
-PLAIN, STAGED = toy.plain(), toy.staged()
+PLAIN, STAGED = toy.plain(), toy.make_staged()
 
 
 def frames(directory):
@@ -36,15 +36,15 @@ def frames(directory):
 @pytest.mark.parametrize("steps, written", [(1000, [0, 250, 500, 750]), (600, [0, 250, 500])])
 def test_a_last_frame_is_one_of_a_longer_run_where_it_was_due_anyway(tmp_path, steps, written):
     """However often the run is finished again."""
-    whole = execute(from_yaml(PLAIN), tmp_path / "whole")
+    uninterrupted = execute(from_yaml(PLAIN), tmp_path / "whole")
     short = from_yaml(PLAIN.replace("2000", str(steps)))
-    parts = execute(short, tmp_path / "parts")
+    resumed = execute(short, tmp_path / "parts")
     for _ in range(2):
-        assert frames(parts) == [*written, steps]
-        execute(short, parts, resume=True)
-    assert frames(parts) == [*written, steps]
-    execute(from_yaml(PLAIN), parts, resume=True)
-    assert_same_bits(whole / RESULT, parts / RESULT)
+        assert frames(resumed) == [*written, steps]
+        execute(short, resumed, resume=True)
+    assert frames(resumed) == [*written, steps]
+    execute(from_yaml(PLAIN), resumed, resume=True)
+    assert_same_bits(uninterrupted / RESULT, resumed / RESULT)
 
 
 def test_a_stage_has_its_last_frame_once(tmp_path):
@@ -63,13 +63,13 @@ def test_a_checkpoint_of_other_code_is_refused_with_what_to_do(tmp_path, monkeyp
 
 
 def test_the_hash_of_the_code_is_that_of_all_files(tmp_path):
-    own = tmp_path / "law.py"
-    own.write_text("k = 1")
+    path = tmp_path / "law.py"
+    path.write_text("k = 1")
     scene = from_yaml(PLAIN)
     plain = identity.code_hash(scene)
-    method.register(replace(spring.METHOD, code=lambda scene: [own]))
+    method.register(replace(spring.METHOD, code=lambda scene: [path]))
     first = identity.code_hash(scene)
-    own.write_text("k = 2")
+    path.write_text("k = 2")
     assert len({plain, first, identity.code_hash(scene)}) == 3
 
 
@@ -79,11 +79,11 @@ def test_a_checkpoint_of_another_step_is_refused(tmp_path):
     directory = execute(scene, tmp_path / "run")
 
     def reopen(scene, state):
-        other = spring.Spring(scene, scene.start)
-        step = other.dt / 2
-        other.restore(state)
-        other.dt = step
-        return other
+        second_spring = spring.Spring(scene, scene.start)
+        step = second_spring.dt / 2
+        second_spring.restore(state)
+        second_spring.dt = step
+        return second_spring
 
     method.register(replace(spring.METHOD, reopen=reopen))
     with pytest.raises(DustError, match=r"time step of 10 ns.* one of 5 ns.*--force"):
@@ -97,34 +97,34 @@ def test_resume_with_nothing_there_begins_and_says_so(tmp_path):
     scene, log = from_yaml(PLAIN), []
     directory = execute(scene, tmp_path / "run", resume=True, log=log.append)
     assert len(log) == 1 and "starting from the beginning" in log[0]
-    whole = execute(scene, tmp_path / "whole")
-    assert_same_bits(whole / RESULT, directory / RESULT)
-    for file in whole.glob(f"{CHECKPOINT}*"):
+    uninterrupted = execute(scene, tmp_path / "whole")
+    assert_same_bits(uninterrupted / RESULT, directory / RESULT)
+    for file in uninterrupted.glob(f"{CHECKPOINT}*"):
         file.unlink()
     with pytest.raises(DustError, match="is finished, and its checkpoint is missing"):
-        execute(scene, whole, resume=True)
+        execute(scene, uninterrupted, resume=True)
 
 
 @pytest.mark.parametrize("moment", ["before", "in"])
 def test_resume_of_a_run_that_was_killed_around_its_first_checkpoint(tmp_path, moment):
     scene = from_yaml(PLAIN)
-    whole, killed = execute(scene, tmp_path / "whole"), tmp_path / "killed"
+    uninterrupted, killed = execute(scene, tmp_path / "whole"), tmp_path / "killed"
     killed.mkdir()
     if moment == "before":
-        shutil.copy(whole / RESULT, killed / RESULT)
+        shutil.copy(uninterrupted / RESULT, killed / RESULT)
         with netCDF4.Dataset(killed / RESULT, "a") as file:
             file.status = "running"
             file.delncattr("digest")  # changed on purpose
     else:
-        half = (whole / CHECKPOINT).read_bytes()[:100]
+        half = (uninterrupted / CHECKPOINT).read_bytes()[:100]
         (killed / f"{CHECKPOINT}.tmp").write_bytes(half)
     execute(scene, killed, resume=True)
-    assert_same_bits(whole / RESULT, killed / RESULT)
+    assert_same_bits(uninterrupted / RESULT, killed / RESULT)
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_an_interrupt_during_the_build_says_that_nothing_was_computed(tmp_path, name):
-    before = signal.getsignal(getattr(signal, name))
+    handler_before = signal.getsignal(getattr(signal, name))
 
     def build(scene, sample):
         os.kill(os.getpid(), getattr(signal, name))
@@ -134,7 +134,7 @@ def test_an_interrupt_during_the_build_says_that_nothing_was_computed(tmp_path, 
     with pytest.raises(Interrupted, match="nothing was computed") as stop:
         execute(from_yaml(PLAIN), tmp_path / "run")
     assert not stop.value.resumable and stop.value.exit_code == 130
-    assert signal.getsignal(getattr(signal, name)) is before
+    assert signal.getsignal(getattr(signal, name)) is handler_before
     method.register(spring.METHOD)
     execute(from_yaml(PLAIN), tmp_path / "run", resume=True)
     assert frames(tmp_path / "run")[-1] == 2000
@@ -184,22 +184,22 @@ output: {series: {steps: 10}, snapshots: off, directory: run}
 
 
 def test_scenes_with_a_file_run_again_and_go_on_from_anywhere(tmp_path, monkeypatch):
-    place = tmp_path / "place"
-    place.mkdir()
-    (place / "grains.csv").write_text("x,y,z\n0,0,0\n1.1999,0,0\n")
+    folder = tmp_path / "place"
+    folder.mkdir()
+    (folder / "grains.csv").write_text("x,y,z\n0,0,0\n1.1999,0,0\n")
     for steps in (20, 40):
-        (place / f"{steps}.yaml").write_text(FILE.replace("STEPS", str(steps)))
-    monkeypatch.chdir(place)
+        (folder / f"{steps}.yaml").write_text(FILE.replace("STEPS", str(steps)))
+    monkeypatch.chdir(folder)
     execute(load("20.yaml"), "run")
     monkeypatch.chdir(tmp_path)
     # the resolved scene beside the result, from another directory
-    again = execute(load("place/run/scene.yaml"), tmp_path / "again")
-    assert_same_bits(place / "run" / RESULT, again / RESULT)
+    moved_run = execute(load("place/run/scene.yaml"), tmp_path / "again")
+    assert_same_bits(folder / "run" / RESULT, moved_run / RESULT)
     execute(load("place/40.yaml"), "place/run", resume=True)
-    whole = execute(load(place / "40.yaml"), tmp_path / "whole")
-    assert_same_bits(whole / RESULT, place / "run" / RESULT)
+    uninterrupted = execute(load(folder / "40.yaml"), tmp_path / "whole")
+    assert_same_bits(uninterrupted / RESULT, folder / "run" / RESULT)
     # another file in its place is another sample
-    (place / "grains.csv").write_text("x,y,z\n0,0,0\n1.1998,0,0\n")
+    (folder / "grains.csv").write_text("x,y,z\n0,0,0\n1.1998,0,0\n")
     with pytest.raises(DustError, match="contents of its files"):
         execute(load("place/40.yaml"), "place/run", resume=True)
 
@@ -211,22 +211,22 @@ def test_what_is_interrupted_between_two_records_goes_on_with_the_same_bits(
     """Many times, at whatever step the machine has come to."""
     monkeypatch.setattr(loop, "BURST_SECONDS", 0.0)
     scene = from_yaml(text)
-    whole, parts = execute(scene, tmp_path / "whole"), tmp_path / "parts"
-    count, how, steps = 0, {}, [0]
+    uninterrupted, parts_folder = execute(scene, tmp_path / "whole"), tmp_path / "parts"
+    count, options, steps = 0, {}, [0]
     while True:
-        told = []
+        messages = []
 
-        def interrupt(report, told=told, after=3 + count % 5):
-            told.append(report.step)
+        def interrupt(report, messages=messages, after=3 + count % 5):
+            messages.append(report.step)
             steps.append(report.step)
-            if len(told) == after:
+            if len(messages) == after:
                 os.kill(os.getpid(), signal.SIGINT)
 
         try:
-            execute(scene, parts, report=interrupt, **how)
+            execute(scene, parts_folder, report=interrupt, **options)
             break
         except Interrupted as stop:
             assert stop.resumable
-            count, how = count + 1, {"resume": True}
+            count, options = count + 1, {"resume": True}
     assert count > 10 and steps == sorted(steps) and steps[-1] < 2001
-    assert_same_bits(whole / RESULT, parts / RESULT)
+    assert_same_bits(uninterrupted / RESULT, parts_folder / RESULT)

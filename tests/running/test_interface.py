@@ -20,7 +20,7 @@ from dusttaichi.results.files import RESULT
 from dusttaichi.running import execute, progress
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
-PLAIN, STAGED = toy.plain(), toy.staged()
+PLAIN, STAGED = toy.plain(), toy.make_staged()
 
 
 def place(simulation):
@@ -77,8 +77,8 @@ numerics: {threads: 1}
 """)
     slow = scene.with_value("interaction.rolling", "on")
     losses = []
-    for one in (scene, slow):
-        with dt.simulate(one) as simulation:
+    for item in (scene, slow):
+        with dt.simulate(item) as simulation:
             losses.append(simulation.run().measure().loss[3])
     assert losses[0] != losses[1]
 
@@ -89,21 +89,21 @@ numerics: {threads: 1}
 @pytest.mark.parametrize("text", [PLAIN, STAGED])
 def test_advanced_in_pieces_it_is_the_run_of_the_command(tmp_path, text):
     scene = dt.from_yaml(text)
-    whole = execute(scene, tmp_path / "whole")
+    uninterrupted = execute(scene, tmp_path / "whole")
     with dt.simulate(scene, directory=tmp_path / "run", log=lambda text: None) as simulation:
         simulation.advance(137)
         assert simulation.step == 137
         simulation.advance("2.5 us")
         assert simulation.time == pytest.approx(137e-8 + 2.5e-6)
         simulation.advance(600).run()
-    assert_same_bits(whole / RESULT, tmp_path / "run" / RESULT)
+    assert_same_bits(uninterrupted / RESULT, tmp_path / "run" / RESULT)
     assert simulation.scene is scene
 
 
 def test_it_goes_on_after_the_end_and_after_it_was_closed(tmp_path):
     """The last frame of the shorter run is no frame of the longer one."""
     short = dt.from_yaml(PLAIN.replace("2000", "600"))
-    whole = execute(dt.from_yaml(PLAIN), tmp_path / "whole")
+    uninterrupted = execute(dt.from_yaml(PLAIN), tmp_path / "whole")
     with dt.simulate(short, directory=tmp_path / "run") as simulation:
         simulation.run()
         assert simulation.records("snapshots")["step"].tolist() == [0, 250, 500, 600]
@@ -111,10 +111,10 @@ def test_it_goes_on_after_the_end_and_after_it_was_closed(tmp_path):
         assert simulation.records("snapshots")["step"].tolist() == list(range(0, 1501, 250))
     log = []
     scene = dt.from_yaml(PLAIN)
-    with dt.simulate(scene, directory=tmp_path / "run", resume=True, log=log.append) as again:
-        assert again.step == 1500 and "continuing" in log[0]
-        again.run()
-    assert_same_bits(whole / RESULT, tmp_path / "run" / RESULT)
+    with dt.simulate(scene, directory=tmp_path / "run", resume=True, log=log.append) as resumed:
+        assert resumed.step == 1500 and "continuing" in log[0]
+        resumed.run()
+    assert_same_bits(uninterrupted / RESULT, tmp_path / "run" / RESULT)
 
 
 def test_own_records_go_on_with_a_resumed_run(tmp_path):
@@ -124,12 +124,12 @@ def test_own_records_go_on_with_a_resumed_run(tmp_path):
             simulation.every(300, place, "spot")
             simulation.every({"time": "5 us"}, lambda s: {"pair": [s.step, 1.0]}, "pairs")
             simulation.advance(950) if not resume else simulation.run()
-    with xr.open_datatree(tmp_path / "run" / RESULT) as found:
-        assert found["spot"].step.values.tolist() == [0, 300, 600, 900, 1200, 1500, 1800]
+    with xr.open_datatree(tmp_path / "run" / RESULT) as stored:
+        assert stored["spot"].step.values.tolist() == [0, 300, 600, 900, 1200, 1500, 1800]
         # a cosine of frequency 2/us, at 10 ns: the leapfrog's is greater by (w dt)^2/24
-        t = found["spot"].record_time.values * 1e6
-        np.testing.assert_allclose(found["spot"].spot, 1e-6 * np.cos(2 * t), atol=1e-9)
-        assert found["pairs"].pair.values.tolist() == [[0, 1.0], [500, 1.0], [1000, 1.0],
+        t = stored["spot"].record_time.values * 1e6
+        np.testing.assert_allclose(stored["spot"].spot, 1e-6 * np.cos(2 * t), atol=1e-9)
+        assert stored["pairs"].pair.values.tolist() == [[0, 1.0], [500, 1.0], [1000, 1.0],
                                                        [1500, 1.0], [2000, 1.0]]  # fmt: skip
 
 
@@ -144,8 +144,8 @@ def test_averages_at_the_step_of_a_record_are_those_of_the_record(tmp_path):
         assert speed > 0.0 and speed != mean
         simulation.advance(60)
         mean = simulation.measure().mean_speed
-    with dt.simulate(scene, directory=tmp_path / "run", resume=True, log=list) as again:
-        assert again.step == 300 and again.measure().mean_speed == mean > 0.0
+    with dt.simulate(scene, directory=tmp_path / "run", resume=True, log=list) as resumed:
+        assert resumed.step == 300 and resumed.measure().mean_speed == mean > 0.0
 
 
 def test_a_guard_stops_it_with_the_result_kept(tmp_path):
@@ -162,9 +162,9 @@ def test_a_guard_stops_it_with_the_result_kept(tmp_path):
 
 def test_what_cannot_be_is_refused(tmp_path):
     with dt.simulate(dt.from_yaml(PLAIN), directory=tmp_path / "run") as simulation:
-        for given in ("1 m", 0, {"steps": 1, "time": "1 us"}):
+        for value in ("1 m", 0, {"steps": 1, "time": "1 us"}):
             with pytest.raises(dt.DustError, match="interval"):
-                simulation.every(given, place, "spot")
+                simulation.every(value, place, "spot")
         with pytest.raises(dt.DustError, match="cannot name"):
             simulation.every(1, place, "a/b")
         with pytest.raises(dt.DustError, match="has snapshots already"):
@@ -187,13 +187,19 @@ def test_a_simulation_only_goes_forwards(duration):
 
 def test_the_state_is_labelled_and_read_only():
     with dt.simulate(dt.load("smoke"), progress=False) as simulation:
-        now = simulation.measure()
+        measurement = simulation.measure()
         assert (
-            now.pressure.sel(wall="top") == now.pressure[5] > 0.0 and now.units["pressure"] == "Pa"
+            measurement.pressure.sel(wall="top") == measurement.pressure[5] > 0.0
+            and measurement.units["pressure"] == "Pa"
         )
-        assert now.wall_force.dims == ("wall", "xyz") and now.loss.sel(channel="rolling") == 0.0
-        assert isinstance(now.filling_factor, float) and "bottom 0, top 89" in repr(now)
-        arrays = (now.pressure, simulation.positions, simulation.contacts["overlap"])
+        assert (
+            measurement.wall_force.dims == ("wall", "xyz")
+            and measurement.loss.sel(channel="rolling") == 0.0
+        )
+        assert isinstance(measurement.filling_factor, float) and "bottom 0, top 89" in repr(
+            measurement
+        )
+        arrays = (measurement.pressure, simulation.positions, simulation.contacts["overlap"])
         for array in (*arrays, *simulation.forces()):
             with pytest.raises(ValueError, match="read-only|is a view"):
                 array[...] = 0.0
@@ -234,8 +240,10 @@ def test_names_wait_for_nothing():
         "import sys, dusttaichi as dt; dt.load; dt.Scene; assert 'make_sample' in dir(dt);"
         "print([m for m in ('taichi', 'xarray', 'netCDF4') if m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert process.stdout.strip() == "[]"
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         dt.nothing  # noqa: B018
 
@@ -258,6 +266,6 @@ def test_a_run_imports_what_its_steps_need(tmp_path):
         f"running.execute, sys.argv[1:] = end, {words}\n"
         "main()\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (tmp_path / "out" / RESULT).exists(), done.stderr
-    assert done.stderr.splitlines()[-1] == "[]"
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (tmp_path / "out" / RESULT).exists(), process.stderr
+    assert process.stderr.splitlines()[-1] == "[]"

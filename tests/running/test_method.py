@@ -31,7 +31,7 @@ from dusttaichi.running.state import RunState
 from dusttaichi.scene import from_yaml
 
 HERE = Path(__file__).parent
-PLAIN, STAGED = toy.plain(), toy.staged()
+PLAIN, STAGED = toy.plain(), toy.make_staged()
 
 
 def test_from_the_yaml_to_the_result(tmp_path):
@@ -61,16 +61,18 @@ def test_the_yaml_of_another_method_is_checked_as_any(tmp_path):
 
 
 def test_no_more_slow_steps_than_a_second_between_two_looks_at_ctrl_c(tmp_path, monkeypatch):
-    made, advance = [], spring.Spring.advance
+    made_steps, advance = [], spring.Spring.advance
 
     def slow(self, steps):
-        made.append(steps)
+        made_steps.append(steps)
         advance(self, steps)
 
     monkeypatch.setattr(spring.Spring, "advance", slow)
-    monkeypatch.setattr(loop, "real_time", SimpleNamespace(perf_counter=lambda: 0.5 * sum(made)))
+    monkeypatch.setattr(
+        loop, "real_time", SimpleNamespace(perf_counter=lambda: 0.5 * sum(made_steps))
+    )
     execute(from_yaml(PLAIN), tmp_path / "run")
-    assert made[0] == 1 and max(made) == 2
+    assert made_steps[0] == 1 and max(made_steps) == 2
 
 
 def test_guards(tmp_path):
@@ -87,11 +89,11 @@ def test_guards(tmp_path):
 def test_an_open_ledger_advises_the_key_that_shortens_the_step(key, lost):
     """Of the continuum that is cfl: numerics.time_step is no step of the method there."""
     start = Start.from_measurement(Measurement.from_energies(1.0, 0.0, [0.0]))
-    now = Measurement.from_energies(2.0 - min(lost, 0.0), 0.0, [lost])
+    measurement = Measurement.from_energies(2.0 - min(lost, 0.0), 0.0, [lost])
     sim = spring.Spring(from_yaml(PLAIN), 1.0)
     sim.validate, sim.step_key = lambda m: None, key
     with pytest.raises(GuardStop, match=f"Try a smaller {key}"):
-        ledger.check(sim, now, start)
+        ledger.check(sim, measurement, start)
     assert MovingDust.step_key == "numerics.cfl"
     assert SimpleSimulation.step_key == MovingGrains.step_key == "numerics.time_step"
 
@@ -102,17 +104,17 @@ def test_the_ledger_of_an_oscillation_is_measured_by_the_energy_exchanged():
     comes from nowhere is as large as its own kinetic energy, so that it is never within bounds."""
     sim = spring.Spring(from_yaml(PLAIN), 1.0)
     start = Start.from_measurement(Measurement.from_energies(0.0, 0.0, [0.0]))
-    half, whole = (
+    half, full = (
         Measurement.from_energies(1.0, -0.996, [0.0]),
         Measurement.from_energies(1e-9, 0.005, [1e-6]),
     )
     ledger.check(sim, half, start)
     with pytest.raises(GuardStop, match="ledger is open"):
-        ledger.check(sim, whole, start)  # without a record of the half period
-    for m in (half, whole):
+        ledger.check(sim, full, start)  # without a record of the half period
+    for m in (half, full):
         start = start.include_record(m)
         ledger.check(sim, m, start)
-    assert ledger.turnover(whole, start) == pytest.approx((0.005, 1.0), rel=1e-3)
+    assert ledger.turnover(full, start) == pytest.approx((0.005, 1.0), rel=1e-3)
     assert from_plain(RunState, plain(RunState(start))).start == start
     for kinetic in (0.015, 1.015, 1e3):
         with pytest.raises(GuardStop, match="ledger is open"):
@@ -127,15 +129,15 @@ def test_a_sweep_in_a_process_of_its_own(tmp_path):
     (tmp_path / "spring.yaml").write_text(PLAIN + "extensions: [own.py]\n")
     path = os.pathsep.join([str(HERE), str(HERE.parents[1])])
     command = [sys.executable, "-m", "dusttaichi", "sweep", "spring.yaml", "--set"]
-    done = subprocess.run(
+    process = subprocess.run(
         [*command, "stiffness=2", "-q", "--json", "-o", "out"],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
-    (point,) = json.loads(done.stdout)["points"]  # the output holds nothing else
+    assert process.returncode == 0, process.stdout + process.stderr
+    (point,) = json.loads(process.stdout)["points"]  # the output holds nothing else
     assert point["keys"]["stiffness"]["value"] == 2.0
     assert point["numbers"]["swing"]["values"] == pytest.approx([1e-6])
     (file,) = (tmp_path / "out").glob("*/result.nc")
@@ -158,23 +160,25 @@ def test_its_results_have_its_numbers_and_figures(tmp_path, monkeypatch):
             picture_of(run)
         with pytest.raises(DustError, match='method: spring has no format "vtk"'):
             export(run, "vtk", tmp_path)
-    (one,) = data["runs"]
-    assert ["largest displacement", "1 um", ""] in one["table"] and one["particles"] is None
-    titles = {figure["name"]: figure["title"] for figure in one["figures"]}
+    (run_data,) = data["runs"]
+    assert ["largest displacement", "1 um", ""] in run_data["table"] and run_data[
+        "particles"
+    ] is None
+    titles = {figure["name"]: figure["title"] for figure in run_data["figures"]}
     assert titles == {"places": "Displacement over time"}
 
 
 def test_the_commands_take_it_as_any_other(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("spring.yaml").write_text(PLAIN)
-    done = CliRunner().invoke(app, ["run", "spring.yaml", "-q", "-o", "run", "--json"])
-    assert done.exit_code == 0, done.output
-    (run,) = json.loads(done.stdout)["runs"]
+    result = CliRunner().invoke(app, ["run", "spring.yaml", "-q", "-o", "run", "--json"])
+    assert result.exit_code == 0, result.output
+    (run,) = json.loads(result.stdout)["runs"]
     assert run["method"] == "spring" and run["numbers"]["swing"]["value"] == pytest.approx(1e-6)
     assert Path("run/places.png").exists()
     for command in (["report"], ["plot"], ["compare"]):
-        done = CliRunner().invoke(app, [*command, "run"])
-        assert done.exit_code == 0, done.output
+        result = CliRunner().invoke(app, [*command, "run"])
+        assert result.exit_code == 0, result.output
 
 
 def test_results_of_a_method_that_is_not_here(tmp_path, monkeypatch):

@@ -27,12 +27,12 @@ def run(tmp_path_factory):
 
 
 def dust(*words):
-    done = CliRunner().invoke(app, [str(word) for word in words])
-    return done.exception
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    return result.exception
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch, toys):
+def user_folder(tmp_path, monkeypatch, toys):
     """The current directory, with a scene of the user's that has a comment."""
     monkeypatch.chdir(tmp_path)
     toy.prepare()
@@ -41,31 +41,31 @@ def here(tmp_path, monkeypatch, toys):
 
 
 @pytest.mark.parametrize("force", ([], ["--force"]))
-def test_a_run_spares_its_own_scene(here, force):
+def test_a_run_spares_its_own_scene(user_folder, force):
     error = dust("run", "scene.yaml", "-o", ".", "-q", *force)
     assert isinstance(error, DustError), error
     assert "scene.yaml" in str(error) and "--output" in str(error)
-    assert (here / "scene.yaml").read_text().startswith(OWN)
-    assert not (here / "result.nc").exists()
+    assert (user_folder / "scene.yaml").read_text().startswith(OWN)
+    assert not (user_folder / "result.nc").exists()
 
 
 @pytest.mark.parametrize("name", ("scene.yaml", "checkpoint.bin"))
-def test_a_run_spares_files_of_others(here, name):
-    (here / "place").mkdir()
-    (here / "place" / name).write_text(OWN)
-    for more in ([], ["--resume"]) if name == "scene.yaml" else ([],):
-        error = dust("run", "scene.yaml", "-o", "place", "-q", *more)
+def test_a_run_spares_files_of_others(user_folder, name):
+    (user_folder / "place").mkdir()
+    (user_folder / "place" / name).write_text(OWN)
+    for options in ([], ["--resume"]) if name == "scene.yaml" else ([],):
+        error = dust("run", "scene.yaml", "-o", "place", "-q", *options)
         assert isinstance(error, DustError) and "--force overwrites it" in str(error)
-        assert (here / "place" / name).read_text() == OWN
+        assert (user_folder / "place" / name).read_text() == OWN
     assert dust("run", "scene.yaml", "-o", "place", "-q", "--force") is None
-    assert (here / "place" / name).read_bytes()[: len(OWN)] != OWN.encode()
+    assert (user_folder / "place" / name).read_bytes()[: len(OWN)] != OWN.encode()
 
 
-def test_the_scene_of_a_run_runs_again_in_its_place(here):
+def test_the_scene_of_a_run_runs_again_in_its_place(user_folder):
     assert dust("run", "scene.yaml", "-o", "place", "-q") is None
-    text = (here / "place/scene.yaml").read_text()
+    text = (user_folder / "place/scene.yaml").read_text()
     assert dust("run", "place/scene.yaml", "-o", "place", "-q", "--force") is None
-    assert (here / "place/scene.yaml").read_text() == text
+    assert (user_folder / "place/scene.yaml").read_text() == text
 
 
 @pytest.mark.parametrize(
@@ -80,15 +80,20 @@ def test_the_scene_of_a_run_runs_again_in_its_place(here):
         ["plot", "RUN", "-o", "figures"],
     ),
 )
-def test_commands_spare_inputs_and_files_of_others(here, run, words):
-    (here / "figures").mkdir()
-    files = [here / "notes.txt", here / "figures/ledger.png", run / "result.nc", run / "scene.yaml"]
+def test_commands_spare_inputs_and_files_of_others(user_folder, run, words):
+    (user_folder / "figures").mkdir()
+    files = [
+        user_folder / "notes.txt",
+        user_folder / "figures/ledger.png",
+        run / "result.nc",
+        run / "scene.yaml",
+    ]
     for path in files[:2]:
         path.write_text(OWN)
-    before = [path.read_bytes() for path in files]
+    bytes_before = [path.read_bytes() for path in files]
     error = dust(*(word.replace("RUN", str(run)) for word in words))
     assert isinstance(error, DustError), error
-    assert [path.read_bytes() for path in files] == before
+    assert [path.read_bytes() for path in files] == bytes_before
 
 
 @pytest.mark.parametrize("suffix", (".png", ".pdf", ".svg"))

@@ -53,14 +53,14 @@ def dust(*args, cwd, **kwargs):
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
+def finished_run(tmp_path_factory):
     """A run of 1500 steps to its end."""
     directory = tmp_path_factory.mktemp("run") / "whole"
     return execute(from_yaml(box()), directory)
 
 
-def test_series_and_snapshots_stand_at_the_steps_asked_for(finished):
-    with xr.open_dataset(finished / "result.nc") as series:
+def test_series_and_snapshots_stand_at_the_steps_asked_for(finished_run):
+    with xr.open_dataset(finished_run / "result.nc") as series:
         np.testing.assert_array_equal(series.step, np.arange(0, 1501, 50))
         assert series.attrs["status"] == "finished: 1500 steps"
         # the filling factor is that of a box whose lid sinks by 1 m/s, S12 eq 28: exact
@@ -69,7 +69,7 @@ def test_series_and_snapshots_stand_at_the_steps_asked_for(finished):
             series.filling_factor * height, series.filling_factor[0] * series.height[0], rtol=1e-12
         )
         assert series.pressure.dims == ("time", "wall") and series.pressure.attrs["units"] == "Pa"
-    with xr.open_datatree(finished / "result.nc") as t:
+    with xr.open_datatree(finished_run / "result.nc") as t:
         # every 400 steps, the first and the last
         np.testing.assert_array_equal(t["snapshots"].step, [0, 400, 800, 1200, 1500])
         phi = t["profiles"].box_filling_factor.to_numpy()
@@ -81,20 +81,20 @@ def test_series_and_snapshots_stand_at_the_steps_asked_for(finished):
         mean = np.nansum(profile * heights) / heights.sum()
         # less the caps that overlap the walls by a fraction of a nanometre
         assert mean == pytest.approx(phi[0], rel=1e-6)
-    with xr.open_dataset(finished / "result.nc") as series:
+    with xr.open_dataset(finished_run / "result.nc") as series:
         # leapfrog at 0.2 of the stiffest period: some 1e-3 of the energy that went through;
         # a channel booked wrongly would show as several per cent
         assert float(np.abs(series.energy_residual_relative).max()) < 5e-3
         assert float(series.wall_work[-1]) > 0.0
 
 
-def test_window_of_some_steps_only(finished, tmp_path):
+def test_window_of_some_steps_only(finished_run, tmp_path):
     scene = from_yaml(box().replace("output:", "output:\n  window: 10"))
     with xr.open_dataset(execute(scene, tmp_path / "w") / "result.nc") as windowed:
-        with xr.open_dataset(finished / "result.nc") as whole:
+        with xr.open_dataset(finished_run / "result.nc") as stored:
             # the same motion, another average of the force
-            np.testing.assert_array_equal(windowed.wall_work, whole.wall_work)
-            assert not np.array_equal(windowed.pressure, whole.pressure)
+            np.testing.assert_array_equal(windowed.wall_work, stored.wall_work)
+            assert not np.array_equal(windowed.pressure, stored.pressure)
 
 
 def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path, monkeypatch):
@@ -114,31 +114,31 @@ def test_kill_9_leaves_a_result_and_resume_ends_with_the_same_bits(tmp_path, mon
     process.communicate()
     assert checkpoint.exists()
     with xr.open_dataset(tmp_path / "parts/result.nc") as series:
-        before = series.sizes["time"]
+        count_before = series.sizes["time"]
     monkeypatch.chdir(tmp_path)
     app(["run", "a.yaml", "-q", "-o", "parts", "--resume"], standalone_mode=False)
     execute(load(tmp_path / "a.yaml"), tmp_path / "whole")
     assert_same_bits(tmp_path / "whole/result.nc", tmp_path / "parts/result.nc")
-    assert before >= 1
+    assert count_before >= 1
     for figure in ("compression.png", "ledger.png", "profile.png"):
         assert (tmp_path / "parts" / figure).stat().st_size > 10_000
 
 
-def test_resume_of_a_finished_run_with_a_later_stop_is_one_longer_run(finished, tmp_path):
+def test_resume_of_a_finished_run_with_a_later_stop_is_one_longer_run(finished_run, tmp_path):
     longer = from_yaml(box(stop="{steps: 2000}"))
     execute(from_yaml(box()), tmp_path / "grown")
     execute(longer, tmp_path / "grown", resume=True)
-    whole = execute(longer, tmp_path / "whole")
-    assert_same_bits(whole / "result.nc", tmp_path / "grown/result.nc")
+    uninterrupted = execute(longer, tmp_path / "whole")
+    assert_same_bits(uninterrupted / "result.nc", tmp_path / "grown/result.nc")
 
 
-def test_another_scene_a_result_and_a_place_that_cannot_be_are_refused(finished, tmp_path):
+def test_another_scene_a_result_and_a_place_that_cannot_be_are_refused(finished_run, tmp_path):
     with pytest.raises(DustError, match=r"boundary\.wall_speed"):
-        execute(from_yaml(box(speed="2 m/s")), finished, resume=True)
-    before = (finished / "result.nc").stat().st_mtime_ns
+        execute(from_yaml(box(speed="2 m/s")), finished_run, resume=True)
+    modified_before = (finished_run / "result.nc").stat().st_mtime_ns
     with pytest.raises(DustError, match="--force"):
-        execute(from_yaml(box()), finished)
-    assert (finished / "result.nc").stat().st_mtime_ns == before
+        execute(from_yaml(box()), finished_run)
+    assert (finished_run / "result.nc").stat().st_mtime_ns == modified_before
     (tmp_path / "file").write_text("not a directory")
     with pytest.raises(DustError, match="Cannot write"):
         execute(from_yaml(box()), Path(tmp_path / "file" / "run"))
@@ -164,23 +164,25 @@ def test_pressure_ends_a_run(tmp_path):
         assert (series.pressure.sel(wall="top")[:-1] < 20e3).all()
 
 
-def test_last_frame_is_a_sample(finished, tmp_path):
-    again = from_yaml(
+def test_last_frame_is_a_sample(finished_run, tmp_path):
+    repeated_scene = from_yaml(
         box(stop="{steps: 20}")
         .replace(
             "sample: {kind: rbd, grains: 60, seed: 3}",
-            f"sample: {{kind: explicit, file: {finished}}}",
+            f"sample: {{kind: explicit, file: {finished_run}}}",
         )
         .replace("wall_speed: 1 m/s", "wall_speed: 0 m/s")
         .replace("profiles: {filling_factor: 0.05}", "profiles: off")
     )
-    with xr.open_datatree(execute(again, tmp_path / "again") / "result.nc") as new:
-        with xr.open_datatree(finished / "result.nc") as old:
+    with xr.open_datatree(execute(repeated_scene, tmp_path / "again") / "result.nc") as new_tree:
+        with xr.open_datatree(finished_run / "result.nc") as old_tree:
             for name in ("position", "velocity", "spin"):
-                last, first = old["snapshots"][name][-1], new["snapshots"][name][0]
+                last, first = old_tree["snapshots"][name][-1], new_tree["snapshots"][name][0]
                 # through half a step back and forth: rounding of the speeds involved
                 np.testing.assert_allclose(first, last, rtol=1e-9, atol=1e-12)
-            assert int(new["snapshots"].contact_count[0]) == int(old["snapshots"].contact_count[-1])
+            assert int(new_tree["snapshots"].contact_count[0]) == int(
+                old_tree["snapshots"].contact_count[-1]
+            )
 
 
 def test_one_floor_is_a_scene(tmp_path):
@@ -206,22 +208,22 @@ def test_bad_input_is_a_sentence_without_traceback(tmp_path, monkeypatch, capsys
         monkeypatch.setattr(sys, "argv", ["dust", "run", str(tmp_path / file)])
         with pytest.raises(SystemExit) as end:
             main()
-        said = capsys.readouterr().err
-        assert end.value.code == 2 and "Traceback" not in said
-        assert all(word in said for word in (*words, file))
+        output = capsys.readouterr().err
+        assert end.value.code == 2 and "Traceback" not in output
+        assert all(word in output for word in (*words, file))
 
 
 def test_a_run_that_does_not_come_to_a_pause_is_ended_by_a_further_signal(monkeypatch):
     """No loop is deaf to signals; one that is on its way to its pause is not cut short."""
-    now = 0.0
-    monkeypatch.setattr(interrupts, "real_time", SimpleNamespace(monotonic=lambda: now))
-    with interrupts.Interrupts() as taken:
-        taken.collect()
+    current_time = 0.0
+    monkeypatch.setattr(interrupts, "real_time", SimpleNamespace(monotonic=lambda: current_time))
+    with interrupts.Interrupts() as interruption:
+        interruption.collect()
         signal.raise_signal(signal.SIGTERM)
-        now = interrupts.PATIENCE - 1.0
+        current_time = interrupts.PATIENCE - 1.0
         signal.raise_signal(signal.SIGTERM)
-        now = interrupts.PATIENCE + 1.0
+        current_time = interrupts.PATIENCE + 1.0
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-        assert taken.requested
+        assert interruption.requested
         signal.raise_signal(signal.SIGINT)  # the run has seen it: it writes its checkpoint now

@@ -36,12 +36,12 @@ def cell(end="strain: 0.3", name="cell"):
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def uninterrupted(tmp_path_factory):
     return execute(cell(), tmp_path_factory.mktemp("whole") / "run")
 
 
-def test_stages_follow_each_other(whole):
-    with xr.open_datatree(whole / "result.nc") as t:
+def test_stages_follow_each_other(uninterrupted):
+    with xr.open_datatree(uninterrupted / "result.nc") as t:
         series = t.to_dataset()
         assert series.attrs["stages"] == "press relax pull"
         assert series.attrs["status"] == "finished: strain 0.3"
@@ -66,18 +66,18 @@ def test_stages_follow_each_other(whole):
         assert np.all(inside >= box[:, None, 0::2]) and np.all(inside <= box[:, None, 1::2])
 
 
-def test_resume_across_stages_ends_with_the_same_bits(whole, tmp_path, monkeypatch):
+def test_resume_across_stages_ends_with_the_same_bits(uninterrupted, tmp_path, monkeypatch):
     monkeypatch.setattr(running, "BURST_SECONDS", 0.001)
-    with xr.open_dataset(whole / "result.nc") as series:
+    with xr.open_dataset(uninterrupted / "result.nc") as series:
         ends = [int(series.step[series.stage == k][-1]) for k in range(3)]
     directory = tmp_path / "parts"
     begun = {}
     moments = ends[0] - 300, ends[0] + 200, ends[1] + 600
-    for after, number in zip(moments, (signal.SIGINT, signal.SIGTERM, signal.SIGINT), strict=True):
+    for moment, number in zip(moments, (signal.SIGINT, signal.SIGTERM, signal.SIGINT), strict=True):
         done = []
 
-        def interrupt(progress, after=after, done=done, number=number):
-            if progress.step > after and not done:
+        def interrupt(progress, moment=moment, done=done, number=number):
+            if progress.step > moment and not done:
                 done.append(True)
                 os.kill(os.getpid(), number)
 
@@ -87,18 +87,21 @@ def test_resume_across_stages_ends_with_the_same_bits(whole, tmp_path, monkeypat
             assert series.attrs["status"] == "interrupted" and 0 < series.step[-1] < ends[2]
         begun = {"resume": True}
     execute(cell(), directory, resume=True)
-    assert_same_bits(whole / "result.nc", directory / "result.nc")
+    assert_same_bits(uninterrupted / "result.nc", directory / "result.nc")
 
 
-def test_resume_with_other_stages_to_come(whole, tmp_path):
-    said = []
-    directory = execute(cell("strain: 0.1"), tmp_path / "grown", log=said.append)
-    assert said == ["stage press finished: filling factor 0.08", "stage relax finished: 500 steps"]
+def test_resume_with_other_stages_to_come(uninterrupted, tmp_path):
+    messages = []
+    directory = execute(cell("strain: 0.1"), tmp_path / "grown", log=messages.append)
+    assert messages == [
+        "stage press finished: filling factor 0.08",
+        "stage relax finished: 500 steps",
+    ]
     with pytest.raises(DustError, match=r"stages\.0\.drive\.compression_rate"):
         execute(cell().with_value("stages.0.drive.compression_rate", 2e-4), directory, resume=True)
     execute(cell(), directory, resume=True)
     with xr.open_dataset(directory / "result.nc") as grown:
-        with xr.open_dataset(whole / "result.nc") as series:
+        with xr.open_dataset(uninterrupted / "result.nc") as series:
             # the record at the earlier end is one more
             assert grown.attrs["status"] == series.attrs["status"]
             np.testing.assert_array_equal(grown.kinetic_rotation[-1], series.kinetic_rotation[-1])

@@ -46,22 +46,22 @@ numerics: {time_step: 0.3 ns, threads: 1}
 
 
 @pytest.fixture(scope="module")
-def pressed(tmp_path_factory):
+def pressed_run(tmp_path_factory):
     path = execute(from_yaml(CYCLE), tmp_path_factory.mktemp("cycle") / "run")
     return analysis.open_run(path)
 
 
 @pytest.fixture(scope="module")
-def cycle(pressed):
-    return pressed.series
+def cycle(pressed_run):
+    return pressed_run.series
 
 
-def test_the_modulus_of_letting_go_is_that_of_the_contacts(pressed):
+def test_the_modulus_of_letting_go_is_that_of_the_contacts(pressed_run):
     """A column of four grains between walls: three contacts and two with walls in series, each with
     the overlap that JKR gives for the force. 5 %: the wall moves at 0.3 mm/s, and the slope
     is that of a line over half of the pressure."""
-    (unloading,) = analysis.measure_unloadings(pressed)
-    assert pressed.unloads and not pressed.stretches and unloading.stage == "release"
+    (unloading,) = analysis.measure_unloadings(pressed_run)
+    assert pressed_run.unloads and not pressed_run.stretches and unloading.stage == "release"
     pair, wall = ref.numbers(), ref.numbers(wall=True)
     area, grains = (8 * 0.6e-6 - 3 * pair.delta0 - 2 * wall.delta0) ** 2, 16
 
@@ -75,7 +75,7 @@ def test_the_modulus_of_letting_go_is_that_of_the_contacts(pressed):
         return 3 * overlap(pair) + 2 * overlap(wall)
 
     high, low = unloading.path[0], unloading.path[unloading.path > 0.5 * unloading.path[0]][-1]
-    height = float(pressed.series.height[-1])
+    height = float(pressed_run.series.height[-1])
     expected = (high - low) / ((shortened(high) - shortened(low)) / height)
     assert unloading.modulus == pytest.approx(expected, rel=0.05)
     back = (shortened(10e3) - shortened(2e3)) / height
@@ -97,15 +97,15 @@ def test_a_stage_ends_by_a_pressure_from_either_side_and_at_rest(cycle):
     assert moving[-1] < 1.001e-5 and np.all(moving[resting][:-1] > 0.999e-5)
 
 
-def test_a_pressure_ends_a_stage_between_two_records(pressed, tmp_path):
+def test_a_pressure_ends_a_stage_between_two_records(pressed_run, tmp_path):
     """The block of the cycle, whose pressure doubles from one record to the next."""
     coarse = CYCLE.replace("strain: 2.5e-6", "strain: 1e-4").split("  - name: release")[0]
     scene = from_yaml(coarse + "output: {series: {strain: 1e-4}, snapshots: off}\n" + NUMERICS)
     series = analysis.open_run(execute(scene, tmp_path / "run")).series
-    ended = series.pressure.sel(wall="top").values
-    assert 10e3 <= ended[-1] < 12e3
-    fine = pressed.stage("press").series
-    assert len(ended) < len(fine.time) / 4
+    pressures = series.pressure.sel(wall="top").values
+    assert 10e3 <= pressures[-1] < 12e3
+    fine = pressed_run.stage("press").series
+    assert len(pressures) < len(fine.time) / 4
 
 
 def window_of(values, **bounds):
@@ -133,7 +133,7 @@ def test_a_mean_between_records_must_be_surely_beyond_a_threshold():
     assert window_of([40e3, 40e3, 40e3, *[18e3] * 5], above="20 kPa") == 0  # a peak at the start
     random = np.random.default_rng(1)
     loads = 19e3 * (1.0 + 0.33 * random.normal(size=(200, 16)))
-    by_tests = sum(window_of(own, above="20 kPa") > 0 for own in loads)
+    by_tests = sum(window_of(load, above="20 kPa") > 0 for load in loads)
     assert by_tests < 0.5 * np.sum(loads.mean(axis=1) >= 20e3)
     assert Bounds(above="20 kPa").overshoot(32e3) == pytest.approx(0.6)
     assert Bounds(below="-5 kPa").overshoot(-6e3) == pytest.approx(0.2)
@@ -200,21 +200,21 @@ def test_bounds_and_a_plateau():
     assert level[-1] and not level[0]
 
 
-def test_contacts_carry_their_forces(pressed):
+def test_contacts_carry_their_forces(pressed_run):
     """A simple cubic block of 64 grains: 8, 24, 24 and 8 of them have 3, 4, 5 and 6 neighbours, and
     its contacts point along the three axes alike. f4 has seven digits."""
-    found = analysis.measure_structure(pressed)
-    np.testing.assert_allclose(found.coordination * 64, [0, 0, 0, 8, 24, 24, 8], atol=1e-9)
-    np.testing.assert_allclose(found.fabric, np.eye(3) / 3, atol=1e-6)
-    assert found.anisotropy < 1e-6 and np.isnan(found.correlation).all()
-    frames = pressed.snapshots
-    last, walls = pressed.contacts(), pressed.contacts(group="wall_contacts")
+    structure = analysis.measure_structure(pressed_run)
+    np.testing.assert_allclose(structure.coordination * 64, [0, 0, 0, 8, 24, 24, 8], atol=1e-9)
+    np.testing.assert_allclose(structure.fabric, np.eye(3) / 3, atol=1e-6)
+    assert structure.anisotropy < 1e-6 and np.isnan(structure.correlation).all()
+    frames = pressed_run.snapshots
+    last, walls = pressed_run.contacts(), pressed_run.contacts(group="wall_contacts")
     assert np.all(last.step == frames.step[-1]) and len(last.contact) == 144
     assert len(walls.wall) == 6 * 16 and last.force.dtype == np.float32
-    assert set(plots.draw_figures(pressed)) >= {"structure", "cycles"}
+    assert set(plots.draw_figures(pressed_run)) >= {"structure", "cycles"}
 
 
-def test_forces_add_up(pressed):
+def test_forces_add_up(pressed_run):
     """Of every grain, those of its contacts and walls are what moves it; of every wall, its own."""
     scene = from_yaml(CYCLE)
     sim = build(scene, samples.make(scene))

@@ -47,14 +47,14 @@ def folder(tmp_path_factory):
     return folder
 
 
-def start(folder, name, *, threads="1", without=(), how=None, **environment):
+def start(folder, name, *, threads="1", without=(), options=None, **environment):
     """The process of `dust run` into the folder of that name."""
     words = ["run", folder / "scene.yaml", "-o", folder / name, "--threads", threads]
     known = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
     known = {key: value for key, value in known.items() if key not in without}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "cwd": folder}
     command = [sys.executable, "-m", "dusttaichi", *map(str, words)]
-    return subprocess.Popen(command, env=known, **(pipes | (how or {})))
+    return subprocess.Popen(command, env=known, **(pipes | (options or {})))
 
 
 @pytest.mark.long
@@ -63,26 +63,26 @@ def test_the_same_bits(name, folder):
     way, run = dict(WAYS[name]), name.replace(" ", "_").replace("*", "")
     if way.pop("terminal", False):
         ours, theirs = pty.openpty()
-        how = {"stdout": theirs, "stderr": theirs, "stdin": theirs}
-        process = start(folder, run, **way, how=how)
+        options = {"stdout": theirs, "stderr": theirs, "stdin": theirs}
+        process = start(folder, run, **way, options=options)
         os.close(theirs)
-        said = all_of(ours)
+        output = all_of(ours)
     else:
         process = start(folder, run, **way)
-        said = process.stdout.read()
-    assert process.wait() == 0 and b"Traceback" not in said, said
+        output = process.stdout.read()
+    assert process.wait() == 0 and b"Traceback" not in output, output
     assert_same_bits(folder / "whole/result.nc", folder / run / "result.nc")
 
 
 def all_of(terminal):
-    said = b""
+    output = b""
     while True:
         try:
-            said += (chunk := os.read(terminal, 4096))
+            output += (chunk := os.read(terminal, 4096))
         except OSError:  # the other side is closed
-            return said
+            return output
         if not chunk:
-            return said
+            return output
 
 
 @pytest.mark.very_long
@@ -90,8 +90,8 @@ def test_several_that_compile_into_a_new_cache_at_once(folder):
     cache = {"XDG_CACHE_HOME": str(folder / "new cache")}
     runs = {f"at_once_{n}": start(folder, f"at_once_{n}", **cache) for n in range(3)}
     for name, process in runs.items():
-        said = process.communicate()[0]
-        assert process.returncode == 0, said
+        output = process.communicate()[0]
+        assert process.returncode == 0, output
         assert_same_bits(folder / "whole/result.nc", folder / name / "result.nc")
 
 
@@ -103,21 +103,21 @@ def test_another_user_without_a_home(folder):
     shutil.copytree(folder, place, ignore=shutil.ignore_patterns("*at_once*", "new cache", "home"))
     place.chmod(0o755)
     who = {"user": 54321, "group": 54321, "extra_groups": [], "cwd": "/"}
-    kept = {"without": ("HOME", "XDG_CACHE_HOME"), "how": who}
+    options = {"without": ("HOME", "XDG_CACHE_HOME"), "how": who}
     try:
         for name in ("own", "foreign"):
             (place / name).mkdir()
         os.chown(place / "own", 54321, 54321)
         try:
-            process = start(place, "own", **kept)
+            process = start(place, "own", **options)
         except PermissionError:
             pytest.skip("another user may not run this Python")
-        said = process.communicate()[0]
-        assert process.returncode == 0, said
+        output = process.communicate()[0]
+        assert process.returncode == 0, output
         assert_same_bits(folder / "whole/result.nc", place / "own/result.nc")
-        process = start(place, "foreign", **kept)
-        said = process.communicate()[0]
-        assert process.returncode == 2 and b"permission" in said
+        process = start(place, "foreign", **options)
+        output = process.communicate()[0]
+        assert process.returncode == 2 and b"permission" in output
     finally:
         shutil.rmtree(place)
 
@@ -143,8 +143,8 @@ def hostile(tmp_path, monkeypatch):
 @pytest.mark.parametrize("inside", (False, True))
 def test_a_worker(hostile, inside):
     request = {"scene": "x: 1", "directory": "run", "mode": "new"} | {"timed": False, "how": {}}
-    with Worker("dusttaichi.studies.jobs:run", folder=hostile if inside else None) as one:
-        answer = one.ask(request)
+    with Worker("dusttaichi.studies.jobs:run", folder=hostile if inside else None) as worker:
+        answer = worker.ask(request)
     assert answer.code == 2 and "material: it is missing" in answer.text
 
 
@@ -161,5 +161,5 @@ def test_processes_of_another_package_of_joinings_and_of_a_page(hostile, tmp_pat
     with open_run(tmp_path / "run") as run:
         assert run.status.startswith("finished")
     command = python_command("dusttaichi", "watch", "--help")
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    process = subprocess.run(command, capture_output=True, text=True)
+    assert process.returncode == 0, process.stderr

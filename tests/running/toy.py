@@ -24,24 +24,26 @@ output: {{series: {{steps: {series}}}, snapshots: {{steps: {snapshots}}}, checkp
 
 def plain(steps=2000, series=100, snapshots=250, checkpoint="1000 s"):
     """A scene of one stage."""
-    known = {"series": series, "snapshots": snapshots, "checkpoint": checkpoint}
-    return _HEAD.format(rest=f"stop: {{steps: {steps}}}\nstiffness: 4.0", **known)
+    options = {"series": series, "snapshots": snapshots, "checkpoint": checkpoint}
+    return _HEAD.format(rest=f"stop: {{steps: {steps}}}\nstiffness: 4.0", **options)
 
 
-def staged(*, until="7 us", on=1000, every="1 us", series=90, snapshots=100, checkpoint="1000 s"):
+def make_staged(
+    *, until="7 us", on=1000, every="1 us", series=90, snapshots=100, checkpoint="1000 s"
+):
     """A scene of two stages: until a time, and of so many steps with a series of its own."""
     stages = (
         "stages:",
         f"  - {{name: swing, stop: {{time: {until}}}}}",
         f"  - {{name: on, stop: {{steps: {on}}}, output: {{series: {{time: {every}}}}}}}",
     )
-    known = {"series": series, "snapshots": snapshots, "checkpoint": checkpoint}
-    return _HEAD.format(rest="\n".join(stages), **known)
+    options = {"series": series, "snapshots": snapshots, "checkpoint": checkpoint}
+    return _HEAD.format(rest="\n".join(stages), **options)
 
 
 SCENES = {
     "plain": plain(steps=200, series=5, snapshots=20, checkpoint="1 us"),
-    "staged": staged(
+    "staged": make_staged(
         until="1 us", on=100, every="0.1 us", series=10, snapshots=20, checkpoint="1 us"
     ),
 }
@@ -60,10 +62,10 @@ def with_parts(small):
 
 def join_here():
     """Parts are joined in a process that forks from this one: a second less each time."""
-    pieces.subprocess = SimpleNamespace(run=_forked)
+    pieces.subprocess = SimpleNamespace(run=_run_forked)
 
 
-def _forked(command, **_):
+def _run_forked(command, **_):
     """What subprocess.run says of a process that joins parts."""
     source, target = os.pipe()
     if not (child := os.fork()):
@@ -84,6 +86,6 @@ def _forked(command, **_):
     return subprocess.CompletedProcess(command, status, "", text)
 
 
-def go(name, directory, **how):
+def go(name, directory, **options):
     """Run one of the scenes into a directory."""
-    return execute(from_yaml(SCENES[name]), directory, **how)
+    return execute(from_yaml(SCENES[name]), directory, **options)

@@ -25,7 +25,7 @@ def scene(materials=None, **sample):
     return Scene.from_dict(data | ({"materials": materials} if materials else {}))
 
 
-def made(kind, **keys):
+def make_sample(kind, **keys):
     """The Sample of a scene with this sample block."""
     return make(scene(kind=kind, **keys))
 
@@ -67,13 +67,13 @@ def deposited_one_by_one(xy, period, grains):
     for k, floor in enumerate(grains.radii):
         apart = xy[k] - xy[:k]
         apart -= period * np.round(apart / period)
-        left = grains.distance(k, np.arange(k)) ** 2 - (apart[:, 0] ** 2 + apart[:, 1] ** 2)
-        on = left > 0
-        z[k] = max(floor, np.max(z[:k][on] + np.sqrt(left[on]), initial=floor))
+        square = grains.distance(k, np.arange(k)) ** 2 - (apart[:, 0] ** 2 + apart[:, 1] ** 2)
+        on = square > 0
+        z[k] = max(floor, np.max(z[:k][on] + np.sqrt(square[on]), initial=floor))
     return z
 
 
-def refused(**sample):
+def refuse_sample(**sample):
     """The text of the error that a sample block is refused with, when read or when made."""
     try:
         make(scene(**sample))

@@ -31,8 +31,8 @@ BALL = {"kind": "sphere", "diameter": "1 mm"}
 BEAD = {"kind": "rigid", "diameter": "1.1 mm", "density": "2540 kg/m^3"}
 
 
-def made(dimension, **block):
-    return continuum.made(SPEC.validate_python(block), MATTER[dimension])
+def make_body(dimension, **block):
+    return continuum.make_sample(SPEC.validate_python(block), MATTER[dimension])
 
 
 def scene(sample, **blocks):
@@ -42,7 +42,7 @@ def scene(sample, **blocks):
     return Scene.from_dict({key: value for key, value in data.items() if value is not None})
 
 
-def walled(particles, **faces):
+def add_walls(particles, **faces):
     boundary = BOUNDARY.validate_python({"kind": "faces", **faces})
     return continuum.with_faces(particles, boundary)
 
@@ -50,7 +50,7 @@ def walled(particles, **faces):
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("kind", ["auto", "glass"])
 def test_the_mass_of_a_block_is_exact_and_its_particles_are_alike(dimension, kind):
-    block = made(dimension, kind="block", size=SIZE[dimension], lattice=kind)
+    block = make_body(dimension, kind="block", size=SIZE[dimension], lattice=kind)
     size = np.array(block.info["size"])
     assert block.mass.sum() == pytest.approx(300.0 * size.prod(), rel=1e-12)
     assert np.ptp(block.volume) < 1e-9 * block.volume[0]
@@ -84,20 +84,20 @@ def test_a_glass_has_no_lattice_and_no_pairs():
 def test_a_shell_that_implodes_changes_no_volume(dimension):
     """The hole's surface moves at the speed given, and r^(d - 1) v_r is the same everywhere."""
     block = {"kind": "sphere", "diameter": "2 mm", "hole": "1.6 mm", "radial_velocity": "-10 m/s"}
-    shell = made(dimension, **block)
+    shell = make_body(dimension, **block)
     away = np.linalg.norm(shell.position, axis=1)
     outwards = (shell.position * shell.velocity).sum(axis=1) / away
     assert outwards * away ** (dimension - 1) == pytest.approx(-10.0 * 8e-4 ** (dimension - 1))
     assert np.linalg.norm(shell.velocity, axis=1) == pytest.approx(-outwards)  # no other motion
     with pytest.raises(ValidationError, match=r"for rings and shells; give a hole"):
-        made(dimension, **block | {"hole": "0 m"})
+        make_body(dimension, **block | {"hole": "0 m"})
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_spheres_have_the_mass_of_their_shape(dimension):
     exact = np.pi / 4 * 1.1e-3**2 if dimension == 2 else np.pi / 6 * 1.1e-3**3
-    dust = made(dimension, kind="sphere", diameter="1.1 mm")
-    bead = made(dimension, **BEAD)
+    dust = make_body(dimension, kind="sphere", diameter="1.1 mm")
+    bead = make_body(dimension, **BEAD)
     assert dust.mass.sum() == pytest.approx(300.0 * exact, rel=1e-12)
     assert bead.mass.sum() == pytest.approx(2540.0 * exact, rel=1e-12)
     assert bead.volume.sum() == pytest.approx(exact, rel=1e-12)
@@ -131,7 +131,7 @@ def test_the_bead_of_the_paper():
     matter = Matter(2, 26.8e-6, 2000.0, 0.15)
     bed = {"kind": "block", "size": ["8 mm", "5 mm"]}
     impact = {"kind": "impact", "target": bed, "projectile": BEAD, "speed": "0.65 m/s"}
-    sample = continuum.made(SPEC.validate_python(impact), matter)
+    sample = continuum.make_sample(SPEC.validate_python(impact), matter)
     bead = sample.role == RIGID
     assert sample.mass[bead].sum() == pytest.approx(2.414e-3, rel=1e-3)
     assert (~bead).sum() == pytest.approx(64421, rel=0.01)
@@ -142,29 +142,29 @@ def test_the_bead_of_the_paper():
 
 
 def test_layers_hold_dust_and_rigid_faces_are_planes():
-    block = made(2, kind="block", size=SIZE[2])
-    bed = walled(block, bottom={"layer": "0.3 mm"}, x_min={"layer": "0.6 mm"}, x_max="mirror")
+    block = make_body(2, kind="block", size=SIZE[2])
+    bed = add_walls(block, bottom={"layer": "0.3 mm"}, x_min={"layer": "0.6 mm"}, x_max="mirror")
     assert set(bed.role) == {DUST, FIXED} and len(bed) == len(block)
-    held = bed.role == FIXED
-    assert (bed.position[held & (bed.face == WALLS.index("bottom")), 2] < -2.2e-3).all()
+    is_fixed = bed.role == FIXED
+    assert (bed.position[is_fixed & (bed.face == WALLS.index("bottom")), 2] < -2.2e-3).all()
     area = 4e-3 * 0.3e-3 + (2.5e-3 - 0.3e-3) * 0.6e-3
-    assert bed.volume[held].sum() == pytest.approx(area, rel=0.08)
+    assert bed.volume[is_fixed].sum() == pytest.approx(area, rel=0.08)
     assert bed.room[0] == pytest.approx([-1.4e-3, 2e-3], abs=0.5 * SPACING)
     assert np.isnan(bed.room[2, 1])
     assert bed.room[2, 0] == pytest.approx(-2.2e-3, abs=0.5 * SPACING)
-    inside = bed.position[~held]  # a layer ends between two rows
+    inside = bed.position[~is_fixed]  # a layer ends between two rows
     assert inside[:, 2].min() > bed.room[2, 0] > bed.position[bed.face == 4, 2].max()
-    pressed = walled(block, bottom="rigid", top="rigid", periodic=["x"], wall_speed="0.1 m/s")
+    pressed = add_walls(block, bottom="rigid", top="rigid", periodic=["x"], wall_speed="0.1 m/s")
     assert pressed.room[0] == pytest.approx([-2e-3, 2e-3])
     assert pressed.room[2] == pytest.approx([-2.5e-3, 0.0])
     assert [body.name for body in pressed.bodies] == ["block"] and len(pressed) == len(block)
-    apart = walled(block, bottom="rigid", gap="0.1 mm")
+    apart = add_walls(block, bottom="rigid", gap="0.1 mm")
     assert apart.room[2, 0] == pytest.approx(-2.6e-3)
 
 
 def test_several_bodies_fly_and_turn():
     flying = {"position": ["2 mm", "0 mm"], "velocity": ["-1 m/s", "0 m/s"], "spin": "100 rad/s"}
-    both = made(2, kind="several", bodies=[BALL, BALL | flying])
+    both = make_body(2, kind="several", bodies=[BALL, BALL | flying])
     second = both.body == 1
     assert both.mass[second] @ both.velocity[second] == pytest.approx(
         np.array([-1.0, 0, 0]) * both.mass[second].sum(), abs=1e-9
@@ -175,31 +175,31 @@ def test_several_bodies_fly_and_turn():
     turning = np.linalg.norm(both.velocity[second] - [-1.0, 0, 0], axis=1)
     assert turning == pytest.approx(100 * np.linalg.norm(apart, axis=1))
     with pytest.raises(DustError, match="overlap"):
-        made(2, kind="several", bodies=[BALL, BALL])
+        make_body(2, kind="several", bodies=[BALL, BALL])
 
 
 def test_layers_and_scatter_of_the_filling_factor():
     layers = [{"thickness": "0.5 mm", "filling_factor": 0.25}]
-    layered = made(2, kind="block", size=SIZE[2], filling_factor={"layers": layers})
+    layered = make_body(2, kind="block", size=SIZE[2], filling_factor={"layers": layers})
     phi = layered.density / 2000.0
     upper = layered.position[:, 2] > -0.5e-3
     assert np.all(phi[upper] == 0.25) and np.all(phi[~upper] == 0.15)
     rough = {"sigma": 0.01, "length": "0.2 mm", "seed": 2}
-    noisy = made(2, kind="block", size=SIZE[2], filling_factor=rough)
+    noisy = make_body(2, kind="block", size=SIZE[2], filling_factor=rough)
     phi = noisy.density / 2000.0
     assert phi.std() == pytest.approx(0.01, rel=1e-9) and phi.mean() == pytest.approx(0.15)
     assert np.ptp(noisy.volume) < 1e-9 * noisy.volume[0]
     near = cKDTree(noisy.position).query(noisy.position, k=2)[1][:, 1]
     assert np.corrcoef(phi, phi[near])[0, 1] > 0.6  # alike over the length, two spacings
     with pytest.raises(DustError, match="allowed with this material"):
-        made(2, kind="block", size=SIZE[2], filling_factor={"sigma": 0.1})
+        make_body(2, kind="block", size=SIZE[2], filling_factor={"sigma": 0.1})
 
 
 G09 = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_g09"))
 
 
 def test_a_bed_carries_its_weight():
-    bed = continuum.at_rest_under_gravity(made(2, kind="block", size=SIZE[2]), 9.81, G09)
+    bed = continuum.at_rest_under_gravity(make_body(2, kind="block", size=SIZE[2]), 9.81, G09)
     weight = 300.0 * 9.81 * -bed.position[:, 2]
     pressure = elasticity.elastic_pressure(bed.density, bed.reference, G09)
     # the pressure is 1e-5 of the modulus: ten digits of it are left
@@ -208,7 +208,9 @@ def test_a_bed_carries_its_weight():
     assert np.abs(bed.deviator[:, :3].sum(axis=1)).max() < 1e-12
     assert bed.info["gravity_carried"] == 1.0
     weak = replace(G09, p_m=1.0, T_0=1.0)
-    collapsing = continuum.at_rest_under_gravity(made(2, kind="block", size=SIZE[2]), 9.81, weak)
+    collapsing = continuum.at_rest_under_gravity(
+        make_body(2, kind="block", size=SIZE[2]), 9.81, weak
+    )
     assert collapsing.info["gravity_carried"] < 0.9
 
 
@@ -216,31 +218,31 @@ def test_particles_from_a_file(tmp_path):
     """A file may have a cell: a triangular lattice repeats after a whole number of spacings."""
     path = tmp_path / "p.csv"
     path.write_text("x,z,mass,density,vx\n0,0,1e-6,300,1\n100,0,2e-6,310,0\n")
-    sample = made(2, kind="explicit", file=str(path), units="um")
+    sample = make_body(2, kind="explicit", file=str(path), units="um")
     assert sample.position[1] == pytest.approx([1e-4, 0, 0]) and sample.velocity[0, 0] == 1.0
     assert sample.density.tolist() == [300.0, 310.0]
     path.write_text("x,z,mass\n0,0,1e-6\n0,0,1e-6\n")
     with pytest.raises(DustError, match="same position"):
-        made(2, kind="explicit", file=str(path))
-    places = [((i + 0.25 + 0.5 * (k % 2)) * 1e-4, k * 0.87e-4) for i in range(8) for k in (0, 1)]
-    path.write_text("x,z,mass\n" + "\n".join(f"{x},{z},1e-6" for x, z in places))
-    placed = made(2, kind="explicit", file=str(path), size=["0.8 mm", "0.2 mm"])
+        make_body(2, kind="explicit", file=str(path))
+    positions = [((i + 0.25 + 0.5 * (k % 2)) * 1e-4, k * 0.87e-4) for i in range(8) for k in (0, 1)]
+    path.write_text("x,z,mass\n" + "\n".join(f"{x},{z},1e-6" for x, z in positions))
+    placed = make_body(2, kind="explicit", file=str(path), size=["0.8 mm", "0.2 mm"])
     assert np.ptp(placed.room[0]) == pytest.approx(8e-4)
     with pytest.raises(DustError, match="sample.size: .* use a larger size"):
-        made(2, kind="explicit", file=str(path), size=["0.5 mm", "0.2 mm"])
+        make_body(2, kind="explicit", file=str(path), size=["0.5 mm", "0.2 mm"])
 
 
 @pytest.mark.parametrize(
-    ("block", "said"),
+    ("block", "message"),
     [
         ({"kind": "block", "size": ["8 m", "5 m"]}, "MOST|memory|particles"),
         ({"kind": "block", "size": ["8 um", "5 um"]}, "smaller than one particle"),
         ({"kind": "sphere", "diameter": "1 um"}, "smaller than one particle"),
     ],
 )
-def test_samples_that_cannot_be(block, said):
-    with pytest.raises(DustError, match=said):
-        made(2, **block)
+def test_samples_that_cannot_be(block, message):
+    with pytest.raises(DustError, match=message):
+        make_body(2, **block)
 
 
 @pytest.mark.parametrize(

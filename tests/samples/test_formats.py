@@ -31,10 +31,10 @@ def lines(*rows, head=""):
 def read(tmp_path, text, boundary=None, materials=None, **keys):
     path = tmp_path / "grains.txt"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    more = {"materials": materials} if materials else {}
+    options = {"materials": materials} if materials else {}
     # as they are in the file: test_touching puts them into contact
     sample = {"kind": "explicit", "file": str(path), "touch_within": 0, **keys}
-    return samples.make(make_scene(sample=sample, boundary=boundary, **more))
+    return samples.make(make_scene(sample=sample, boundary=boundary, **options))
 
 
 # -- lists ---------------------------------------------------------------------------------------
@@ -79,9 +79,9 @@ LISTS = {
 
 @pytest.mark.parametrize("name", LISTS)
 def test_lists(tmp_path, name):
-    found = read(tmp_path, LISTS[name], units="um")
-    np.testing.assert_allclose(found.positions * 1e6, PAIR, rtol=1e-12, atol=1e-12)
-    assert found.radii is None  # 0.6 um, as of the material
+    sample = read(tmp_path, LISTS[name], units="um")
+    np.testing.assert_allclose(sample.positions * 1e6, PAIR, rtol=1e-12, atol=1e-12)
+    assert sample.radii is None  # 0.6 um, as of the material
 
 
 PARAVIEW = lines(
@@ -98,9 +98,9 @@ OVITO = lines(
 
 @pytest.mark.parametrize("text", [PARAVIEW, OVITO])
 def test_tables_of_viewers(tmp_path, text):
-    found = read(tmp_path, text)
-    np.testing.assert_allclose(found.positions * 1e6, PAIR, rtol=1e-12, atol=1e-12)
-    np.testing.assert_array_equal(found.velocities, [[1, 2, 3]] * 2)
+    sample = read(tmp_path, text)
+    np.testing.assert_allclose(sample.positions * 1e6, PAIR, rtol=1e-12, atol=1e-12)
+    np.testing.assert_array_equal(sample.velocities, [[1, 2, 3]] * 2)
 
 
 @pytest.mark.parametrize(
@@ -164,14 +164,14 @@ ALONE = {"atomic", "full", "charge"}
 def test_atom_styles(tmp_path, row, flags):
     rows = [row.format(x=1) + flags, "2" + row.format(x=2.2)[1:] + flags]
     for style in ATOMS[row].split():
-        found = read(tmp_path, lines(*rows, head=f"{HEAD}Atoms  # {style}\n\n"))
-        np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
+        sample = read(tmp_path, lines(*rows, head=f"{HEAD}Atoms  # {style}\n\n"))
+        np.testing.assert_allclose(sample.positions * 1e6, IN_BOX, rtol=1e-12)
         bare = lines(*rows, head=f"{HEAD}Atoms\n\n")
-        again = read(tmp_path, bare, style=style)
-        np.testing.assert_array_equal(again.positions, found.positions)
+        bare_sample = read(tmp_path, bare, style=style)
+        np.testing.assert_array_equal(bare_sample.positions, sample.positions)
         if style in ALONE:
             alone = read(tmp_path, bare)
-            np.testing.assert_array_equal(alone.positions, found.positions)
+            np.testing.assert_array_equal(alone.positions, sample.positions)
             assert f"{style} " in alone.info["remarks"][0]
         elif style not in ("dpd",):
             with pytest.raises(DustError, match=f"{style}.* fit .*sample.style: "):
@@ -180,14 +180,14 @@ def test_atom_styles(tmp_path, row, flags):
 
 @pytest.mark.parametrize("comment", ["id type diameter density x y z", "sphere (of write_data)"])
 def test_comments_of_the_section_atoms(tmp_path, comment):
-    found = read(tmp_path, SPHERES.replace("# sphere", f"# {comment}"))
-    np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
+    sample = read(tmp_path, SPHERES.replace("# sphere", f"# {comment}"))
+    np.testing.assert_allclose(sample.positions * 1e6, IN_BOX, rtol=1e-12)
     hybrid = SPHERES.replace("# sphere", "# hybrid sphere bond")
     with pytest.raises(DustError, match="atom style is 'hybrid'; allowed: .*sample.columns"):
         read(tmp_path, hybrid)
     larger = hybrid.replace("1.2 2.65 2.2", "1.4 2.65 2.4").replace("1.2 2.65 1", "1.4 2.65 1")
-    found = read(tmp_path, larger, columns=["id", "type", "diameter", "density", "x", "y", "z"])
-    np.testing.assert_allclose(found.radii, 0.7e-6)
+    sample = read(tmp_path, larger, columns=["id", "type", "diameter", "density", "x", "y", "z"])
+    np.testing.assert_allclose(sample.radii, 0.7e-6)
 
 
 SPHERES = lines("2 1 1.2 2.65 2.2 5 5", "1 1 1.2 2.65 1 5 5", head=f"{HEAD}Atoms # sphere\n\n")
@@ -200,11 +200,11 @@ def test_sections_of_data_files(tmp_path):
     text += "Masses\n\n1 2.4\n\nPair Coeffs # gran\n\n1 1 1\n\nAtoms # sphere\n"
     text += SPHERES[len(HEAD) + len("Atoms # sphere\n\n") :]
     text += "Velocities\n1 1 0 0 0 0 1\n2 2 0 0 0 0 2\n\nBonds\n\n1 1 1 2\n"
-    found = read(tmp_path, text)
-    np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
-    np.testing.assert_array_equal(found.velocities[:, 0], [1, 2])
-    np.testing.assert_array_equal(found.spins[:, 2], [1e6, 2e6])
-    assert "section Masses, section Pair Coeffs, section Bonds" in found.info["remarks"][0]
+    sample = read(tmp_path, text)
+    np.testing.assert_allclose(sample.positions * 1e6, IN_BOX, rtol=1e-12)
+    np.testing.assert_array_equal(sample.velocities[:, 0], [1, 2])
+    np.testing.assert_array_equal(sample.spins[:, 2], [1e6, 2e6])
+    assert "section Masses, section Pair Coeffs, section Bonds" in sample.info["remarks"][0]
 
 
 def dump(columns, *rows, bounds=BOX, head=MICRO):
@@ -225,11 +225,11 @@ GENERAL = "ITEM: BOX BOUNDS abc origin pp pp pp\n10 0 0 0\n0 10 0 0\n-2 0 10 0\n
 )
 def test_tilted_cells(tmp_path, text):
     """Origin 0, edges 10, xz = -2: about its centre the cell is one further down along x."""
-    found = read(tmp_path, text, {"kind": "periodic"}, keep=["box"])
-    np.testing.assert_allclose(found.positions * 1e6, [[2, 9, 5], [3.2, 9, 5]], rtol=1e-12)
-    assert found.info["tilt"] == pytest.approx(-2e-6)
+    sample = read(tmp_path, text, {"kind": "periodic"}, keep=["box"])
+    np.testing.assert_allclose(sample.positions * 1e6, [[2, 9, 5], [3.2, 9, 5]], rtol=1e-12)
+    assert sample.info["tilt"] == pytest.approx(-2e-6)
     np.testing.assert_allclose(
-        found.info["room"], np.array([-1, 9, 0, 10, 0, 10]) * 1e-6, atol=1e-18
+        sample.info["room"], np.array([-1, 9, 0, 10, 0, 10]) * 1e-6, atol=1e-18
     )
 
 
@@ -257,12 +257,12 @@ def test_columns_of_dumps(tmp_path):
         "id type type xu yu zu c_pe v_x diameter mass angmomx angmomy angmomz",
         *("2 1 1 2.2 5 5 7 7 1.2 2 0 0 2.88e-1", "1 1 1 1 5 5 7 7 1.2 2 0 0 0"),
     )
-    found = read(tmp_path, text)
-    np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
+    sample = read(tmp_path, text)
+    np.testing.assert_allclose(sample.positions * 1e6, IN_BOX, rtol=1e-12)
     # 2/5 m r^2 = 0.288 pg um^2, and 1 rad/us
-    np.testing.assert_allclose(found.spins, [[0, 0, 0], [0, 0, 1e6]], rtol=1e-12)
-    assert "mass is not that of the material" in found.info["remarks"][0]
-    assert "not read from" in found.info["remarks"][1] and "c_pe, v_x" in found.info["remarks"][1]
+    np.testing.assert_allclose(sample.spins, [[0, 0, 0], [0, 0, 1e6]], rtol=1e-12)
+    assert "mass is not that of the material" in sample.info["remarks"][0]
+    assert "not read from" in sample.info["remarks"][1] and "c_pe, v_x" in sample.info["remarks"][1]
 
 
 CHAIN = [(8.0, 0), (9.2, 0), (0.4, 1), (1.6, 1), (2.8, 1)]  # across a face of 10: x, ix
@@ -295,32 +295,34 @@ FLAGGED = {
 @pytest.mark.parametrize("name", FLAGGED)
 def test_image_flags_and_unwrapped_positions(tmp_path, name):
     text = FLAGGED[name]
-    found = read(tmp_path, text)
-    np.testing.assert_allclose(found.positions[:, 0] * 1e6, UNWRAPPED, rtol=1e-12)
-    np.testing.assert_allclose(found.positions[:, 1:] * 1e6, 5, rtol=1e-12)
-    said = " ".join(found.info["remarks"])
-    assert ("put 3 of its 5 grains outside" in said) == (name not in ("unwrapped", "tilted"))
-    assert "not read" not in said or " ix" not in said.partition("not read")[2]
+    sample = read(tmp_path, text)
+    np.testing.assert_allclose(sample.positions[:, 0] * 1e6, UNWRAPPED, rtol=1e-12)
+    np.testing.assert_allclose(sample.positions[:, 1:] * 1e6, 5, rtol=1e-12)
+    output = " ".join(sample.info["remarks"])
+    assert ("put 3 of its 5 grains outside" in output) == (name not in ("unwrapped", "tilted"))
+    assert "not read" not in output or " ix" not in output.partition("not read")[2]
     if name in ("flags", "data"):  # in the cell that is kept, the images make no difference
-        kept = read(tmp_path, text, {"kind": "periodic"}, keep=["box"])
-        np.testing.assert_allclose(kept.positions[:, 0] * 1e6, [x for x, _ in CHAIN], rtol=1e-12)
-        assert "outside" not in " ".join(kept.info.get("remarks", ()))
+        periodic_sample = read(tmp_path, text, {"kind": "periodic"}, keep=["box"])
+        np.testing.assert_allclose(
+            periodic_sample.positions[:, 0] * 1e6, [x for x, _ in CHAIN], rtol=1e-12
+        )
+        assert "outside" not in " ".join(periodic_sample.info.get("remarks", ()))
     if name == "flags":
         columns = ["id", "type", "x", "y", "z", "_", "_", "_"]
-        left = read(tmp_path, text, columns=columns, touch_within=1e-3)
-        assert "1 of its 4 contacts is across faces of its cell" in left.info["remarks"][-1]
+        loose_sample = read(tmp_path, text, columns=columns, touch_within=1e-3)
+        assert "1 of its 4 contacts is across faces of its cell" in loose_sample.info["remarks"][-1]
 
 
 def test_flags_of_grains_that_have_mixed(tmp_path):
     """A packing whose grains have crossed the faces often is as it is in its cell."""
     rows = [f"{n} 1 {1 + 1.2 * n} 5 5 {n % 2} 0 0" for n in range(5)]
     text = dump("id type x y z ix iy iz", *rows, head=HEAD_5)
-    found = read(tmp_path, text)
-    np.testing.assert_allclose(found.positions[:, 0] * 1e6, 1 + 1.2 * np.arange(5), rtol=1e-12)
-    assert "ix iy iz are not used: 4 pairs of grains touch" in found.info["remarks"][0]
+    sample = read(tmp_path, text)
+    np.testing.assert_allclose(sample.positions[:, 0] * 1e6, 1 + 1.2 * np.arange(5), rtol=1e-12)
+    assert "ix iy iz are not used: 4 pairs of grains touch" in sample.info["remarks"][0]
     rows = ("1 1 1 5 5 1 0 0", "2 1 9 5 5 0 0 0")
-    found = read(tmp_path, dump("id type x y z ix iy iz", *rows, bounds=BOX.replace("10", "9", 1)))
-    assert "grains would overlap" in found.info["remarks"][0]
+    sample = read(tmp_path, dump("id type x y z ix iy iz", *rows, bounds=BOX.replace("10", "9", 1)))
+    assert "grains would overlap" in sample.info["remarks"][0]
 
 
 @pytest.mark.parametrize("form", ["dump", "list", "data"])
@@ -355,10 +357,10 @@ def test_units_without_a_scale(tmp_path):
     """lj: lengths by sample.units, and no motion, whose unit nobody can know."""
     text = dump("id type x y z vx vy vz mass", "1 1 1 5 5 1 0 0 1", "2 1 2 5 5 0 0 0 1")
     text = text.replace("micro", "lj")
-    found = read(tmp_path, text, units="1.2 um")
-    np.testing.assert_allclose(found.positions[:, 0] * 1e6, [1.2, 2.4], rtol=1e-12)
-    assert not found.velocities.any()
-    assert "mass, velocity (lj has no unit of time)" in found.info["remarks"][0]
+    sample = read(tmp_path, text, units="1.2 um")
+    np.testing.assert_allclose(sample.positions[:, 0] * 1e6, [1.2, 2.4], rtol=1e-12)
+    assert not sample.velocities.any()
+    assert "mass, velocity (lj has no unit of time)" in sample.info["remarks"][0]
     with pytest.raises(DustError, match="units are lj, without a scale; allowed: sample.units"):
         read(tmp_path, text)
     titled = SPHERES.replace("units = micro", "units = lj")
@@ -377,18 +379,18 @@ def test_ids_that_are_there_twice(tmp_path):
         read(tmp_path, twice)
     # pandas numbers the rows of tables that are put together from 0 on again
     table = ",x,y,z\n0,0,0,0\n1,1.2,0,0\n0,5,0,0\n"
-    found = read(tmp_path, table, units="um")
-    np.testing.assert_allclose(found.positions[:, 0] * 1e6, [0, 1.2, 5], rtol=1e-12)
-    assert "some ids are there twice" in found.info["remarks"][0]
+    sample = read(tmp_path, table, units="um")
+    np.testing.assert_allclose(sample.positions[:, 0] * 1e6, [0, 1.2, 5], rtol=1e-12)
+    assert "some ids are there twice" in sample.info["remarks"][0]
 
 
 def test_dumps_without_names_of_columns(tmp_path):
     rows = ("1 1 .1 .5 .5", "2 1 .22 .5 .5")
-    old = dump("", *rows, head=STEP, bounds="ITEM: BOX BOUNDS\n0 1\n0 1\n0 1\n")
+    dump_text = dump("", *rows, head=STEP, bounds="ITEM: BOX BOUNDS\n0 1\n0 1\n0 1\n")
     with pytest.raises(DustError, match=r"names no columns, .*columns: \[id, type, xs, ys, zs\]"):
-        read(tmp_path, old, units="10 um")
-    found = read(tmp_path, old, units="10 um", columns=["id", "type", "xs", "ys", "zs"])
-    np.testing.assert_allclose(found.positions * 1e6, IN_BOX, rtol=1e-12)
+        read(tmp_path, dump_text, units="10 um")
+    sample = read(tmp_path, dump_text, units="10 um", columns=["id", "type", "xs", "ys", "zs"])
+    np.testing.assert_allclose(sample.positions * 1e6, IN_BOX, rtol=1e-12)
 
 
 def test_materials_by_name(tmp_path):
@@ -403,8 +405,10 @@ def test_materials_by_name(tmp_path):
         "1 1 1 5 5", "2 2 2.2 5 5", head=labels.replace("1 atom types", "2 atom types")
     )
     assert read(tmp_path, labelled, materials=ice).materials.tolist() == [1, 0]
-    one = read(tmp_path, text.replace("ice", "O"))
-    assert one.materials is None and "species (O, default)" in one.info["remarks"][0]
+    first_sample = read(tmp_path, text.replace("ice", "O"))
+    assert (
+        first_sample.materials is None and "species (O, default)" in first_sample.info["remarks"][0]
+    )
 
 
 SIDES = "ITEM: BOX BOUNDS pp ff sm\n0 10\n-1 9\n0 8\n"
@@ -429,7 +433,7 @@ CSV = lines(
 
 
 @pytest.mark.parametrize(
-    "text, keys, places, speeds, spins",
+    "text, keys, positions, speeds, spins",
     [
         (DUMP, {}, [[3, 4, 5], [6, 4, 5]], [0, 0], [0, 0]),
         (DUMP, {"snapshot": 0}, [[1, 0, 2], [5, 4, 4]], [4, 1], [0, 0]),
@@ -439,10 +443,10 @@ CSV = lines(
         (CSV.replace(" [um]", ""), {"units": "um"}, [[0, 0, 0], [2, 0, 0]], [0.5, -0.5], [7e6, 0]),
     ],
 )
-def test_grains_and_their_motion(tmp_path, text, keys, places, speeds, spins):
+def test_grains_and_their_motion(tmp_path, text, keys, positions, speeds, spins):
     """In the order of the ids, in the units of the file."""
     sample = read(tmp_path, text, **keys)
-    np.testing.assert_allclose(sample.positions, np.array(places) * 1e-6, rtol=1e-12, atol=1e-20)
+    np.testing.assert_allclose(sample.positions, np.array(positions) * 1e-6, rtol=1e-12, atol=1e-20)
     np.testing.assert_allclose(sample.velocities[:, 0], speeds)
     np.testing.assert_allclose(sample.spins[:, 2], spins)
 
@@ -457,12 +461,12 @@ EXTENDED = (
 
 
 def test_extended_xyz(tmp_path):
-    found = read(tmp_path, EXTENDED, {"kind": "box"}, units="um", keep=["box"])
-    np.testing.assert_allclose(found.positions[:, 0], [0, 1.4e-6])
-    np.testing.assert_array_equal(found.velocities, [[4, 5, 6], [1, 2, 3]])
-    np.testing.assert_allclose(found.radii, 0.7e-6)
-    assert found.info["cell"]["period"] == pytest.approx([9e-6, None, 9e-6])
-    assert found.info["remarks"][0].endswith("forces")
+    sample = read(tmp_path, EXTENDED, {"kind": "box"}, units="um", keep=["box"])
+    np.testing.assert_allclose(sample.positions[:, 0], [0, 1.4e-6])
+    np.testing.assert_array_equal(sample.velocities, [[4, 5, 6], [1, 2, 3]])
+    np.testing.assert_allclose(sample.radii, 0.7e-6)
+    assert sample.info["cell"]["period"] == pytest.approx([9e-6, None, 9e-6])
+    assert sample.info["remarks"][0].endswith("forces")
 
 
 def test_grains_that_do_not_touch_are_remarked(tmp_path):
@@ -476,8 +480,8 @@ def test_grains_that_do_not_touch_are_remarked(tmp_path):
     cut = {"kind": "cutout", "of": body, "diameter": "9 um"}
     flying = {"kind": "collision", "target": body, "projectile": cut, "speed": "1 m/s"}
     for block in (cut, flying):
-        said = samples.make(make_scene(sample=block)).info["remarks"]
-        assert ["are read as x y z r" in text for text in said].count(True) == 1
+        output = samples.make(make_scene(sample=block)).info["remarks"]
+        assert ["are read as x y z r" in text for text in output].count(True) == 1
 
 
 # -- MercuryDPM ----------------------------------------------------------------------------------
@@ -502,25 +506,25 @@ MERCURY = {
 
 @pytest.mark.parametrize("name", MERCURY)
 def test_mercury(tmp_path, name):
-    found = read(tmp_path, MERCURY[name], units="um", keep=["time"])
-    np.testing.assert_allclose(found.positions * 1e6, [[x, 0, 0] for x, _ in BODIES], atol=1e-12)
-    np.testing.assert_allclose(found.radii * 1e6, [r for _, r in BODIES], rtol=1e-12)
-    np.testing.assert_array_equal(found.velocities, [[0.01, 0, 0]] * 4)
+    sample = read(tmp_path, MERCURY[name], units="um", keep=["time"])
+    np.testing.assert_allclose(sample.positions * 1e6, [[x, 0, 0] for x, _ in BODIES], atol=1e-12)
+    np.testing.assert_allclose(sample.radii * 1e6, [r for _, r in BODIES], rtol=1e-12)
+    np.testing.assert_array_equal(sample.velocities, [[0.01, 0, 0]] * 4)
     if name != "radius behind":
-        np.testing.assert_array_equal(found.spins, [[0, 0, 7]] * 4)
-    assert found.info["start_time"] == 0.5
-    said = " ".join(found.info.get("remarks", ()))
-    assert ("two-dimensional" in said) == (name == "disks")
-    assert ("radius behind the angular velocities" in said) == (name == "radius behind")
+        np.testing.assert_array_equal(sample.spins, [[0, 0, 7]] * 4)
+    assert sample.info["start_time"] == 0.5
+    output = " ".join(sample.info.get("remarks", ()))
+    assert ("two-dimensional" in output) == (name == "disks")
+    assert ("radius behind the angular velocities" in output) == (name == "radius behind")
 
 
 def test_mercury_by_the_columns_of_the_scene_and_with_its_box(tmp_path):
     text = mercury("{x} 0 0 {r} 0 0", header=BOX_LINE)
     columns = ["x", "y", "z", "radius", "_", "_"]
-    found = read(tmp_path, text, {"kind": "box"}, units="um", columns=columns, keep=["box"])
-    np.testing.assert_allclose(found.radii * 1e6, [r for _, r in BODIES], rtol=1e-12)
+    sample = read(tmp_path, text, {"kind": "box"}, units="um", columns=columns, keep=["box"])
+    np.testing.assert_allclose(sample.radii * 1e6, [r for _, r in BODIES], rtol=1e-12)
     np.testing.assert_allclose(
-        found.info["room"], np.array([-1, 5, -1, 1, -1, 1]) * 1e-6, rtol=1e-12
+        sample.info["room"], np.array([-1, 5, -1, 1, -1, 1]) * 1e-6, rtol=1e-12
     )
     first = read(tmp_path, MERCURY["two snapshots"], units="um", snapshot=0)
     np.testing.assert_allclose(first.positions[:, 1] * 1e6, 9, rtol=1e-12)
@@ -624,6 +628,6 @@ REFUSED = [
 
 @pytest.mark.parametrize("text, keys, message", [(t, *(k or [{}]), m) for t, *k, m in REFUSED])
 def test_files_that_are_refused(tmp_path, text, keys, message):
-    where = r"sample\.(file = '.*grains\.txt'|columns = |style = ).*"
-    with pytest.raises(DustError, match=where + message):
+    pattern = r"sample\.(file = '.*grains\.txt'|columns = |style = ).*"
+    with pytest.raises(DustError, match=pattern + message):
         read(tmp_path, text, **{"units": "um"} | keys)

@@ -17,13 +17,13 @@ CELL = {"kind": "periodic"}
 WIDE = {"kind": "periodic", "size": ["10 um"] * 3}
 
 
-def placed(boundary, **sample):
+def place_sample(boundary, **sample):
     """The Prepared of a scene and its rows in `dust check`."""
     scene = make_scene(sample=sample, boundary=boundary)
     return prepared(scene, samples.make(scene)), dict(preview(scene).sections[0][1])
 
 
-def at(*rows):
+def place_at(*rows):
     """A sample of grains at these places [um], as they are."""
     rows = [[f"{a:.9f} um" for a in row] for row in rows]
     return {"kind": "explicit", "positions": rows, "touch_within": 0}
@@ -39,8 +39,8 @@ WALLED = CELL | {"axes": ["x", "y"], "walls": ["bottom", "top"]}
 
 # boundary, sample, fragments (None: by brute force), axes along which they percolate
 SCENES = {
-    "chain": (WIDE, at(*CHAIN), 1, ""),
-    "ring": (CELL | {"axes": ["x"]}, at(*RING), 1, "x"),
+    "chain": (WIDE, place_at(*CHAIN), 1, ""),
+    "ring": (CELL | {"axes": ["x"]}, place_at(*RING), 1, "x"),
     "packing": (CELL, PACKING, None, ""),
     "cake": (WALLED, CAKE, None, ""),
     "cubic": (CELL, SC, 1, "x y z"),
@@ -54,7 +54,7 @@ SCENES = {
 @pytest.mark.parametrize("name", SCENES)
 def test_numbers_of_a_cell_are_those_of_all_images(name):
     boundary, sample, fragments, along = SCENES[name]
-    parts, rows = placed(boundary, **sample)
+    parts, rows = place_sample(boundary, **sample)
     info, cell, x = parts.sample.info, parts.domain.cell, parts.sample.positions
     period = np.where(np.isin(range(3), cell.axes), cell.edges(0.0) * 1e-6, 1.0)  # 1 m: open
     i, j = np.nonzero(np.triu(periodic_distances(x, period) <= 2 * R))
@@ -84,7 +84,7 @@ def test_check_counts_what_the_run_counts(name):
 
 
 def test_a_chain_across_a_face_is_as_long_as_elsewhere():
-    parts, rows = placed(WIDE, **at(*CHAIN))
+    parts, rows = place_sample(WIDE, **place_at(*CHAIN))
     alone = samples.make(
         make_scene(sample={"kind": "chain", "grains": 5, "axis": "x"}, boundary={"kind": "open"})
     )
@@ -98,14 +98,16 @@ def test_a_chain_across_a_face_is_as_long_as_elsewhere():
 
 
 def test_a_fragment_that_percolates_has_no_radius_of_gyration():
-    _, rows = placed(CELL | {"axes": ["x"]}, **at(*RING))
+    _, rows = place_sample(CELL | {"axes": ["x"]}, **place_at(*RING))
     assert rows["percolates"] == "connected to its own images along x"
     assert rows["radius of gyration"] == "none, since it percolates"
     assert rows["extent"] == f"{8 * 1e6 * D:.4g} x 1.2 x 1.2 µm"
     assert rows["filling factor of the bounding box, periodic along x"] == "0.5237"
     # beside a larger fragment that does not
     block = [[2.0 + 1.199 * a, 7.0 + 1.199 * b, 1.0] for a in range(4) for b in range(3)]
-    _, rows = placed(WIDE | {"size": [f"{8e6 * D:.12f} um", "20 um", "10 um"]}, **at(*RING, *block))
+    _, rows = place_sample(
+        WIDE | {"size": [f"{8e6 * D:.12f} um", "20 um", "10 um"]}, **place_at(*RING, *block)
+    )
     assert rows["percolates"] == "1 of 2 fragments: connected to its own images along x"
     assert rows["extent of the largest fragment"] == "4.797 x 3.598 x 1.2 µm"
 
@@ -135,8 +137,8 @@ def test_scattered_trees_are_put_together(tilt):
     together = unwrap_fragments(
         scattered, pairs, [0, 100], lambda d: nearest_image(d, period, tilt)
     )
-    for part in (slice(0, 100), slice(100, 200)):
-        shift = together[part] - x[part]
+    for body_slice in (slice(0, 100), slice(100, 200)):
+        shift = together[body_slice] - x[body_slice]
         np.testing.assert_allclose(shift, np.tile(shift[0], (100, 1)), atol=1e-12)
     np.testing.assert_array_equal(together[[0, 100]], scattered[[0, 100]])
 
@@ -146,9 +148,9 @@ def test_crossings_name_the_axes():
     x = np.array([[1.0, 0, 0], [9.0, 0, 0], [5.0, 0, 0], [1.0, 9.5, 9.5]])
     pairs = [[0, 1], [1, 2], [0, 3]]
     nearest = lambda d: nearest_image(d, period, 2.0)  # noqa: E731
-    found = crossings(x, pairs, nearest, period, 2.0)
+    axes = crossings(x, pairs, nearest, period, 2.0)
     np.testing.assert_array_equal(
-        found != 0, [[True, False, False], [False] * 3, [False, True, True]]
+        axes != 0, [[True, False, False], [False] * 3, [False, True, True]]
     )
 
 
@@ -159,6 +161,6 @@ def test_stored_contacts_across_faces_that_a_scene_lacks_are_none():
     sample = samples.Sample(x, np.zeros((2, 3)), np.zeros((2, 3)), stored)
     assert samples.describe(sample, R, 2 * R)["network"] == {"contacts": 0, "fragments": 2}
     cell = samples.Cell(np.array([1e-5, np.inf, np.inf]))
-    around = samples.describe(sample, R, 2 * R, cell)
-    assert around["network"] == {"contacts": 1, "fragments": 1}
-    assert around["filling_factor_in"] == "bounding box, periodic along x"
+    description = samples.describe(sample, R, 2 * R, cell)
+    assert description["network"] == {"contacts": 1, "fragments": 1}
+    assert description["filling_factor_in"] == "bounding box, periodic along x"

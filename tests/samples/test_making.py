@@ -24,24 +24,24 @@ KINDS = {
 
 def _heard(make):
     """Shares that are told while something is made."""
-    shares = []
-    with listening(lambda done, total: shares.append(done / total)):
+    progress = []
+    with listening(lambda finished, total: progress.append(finished / total)):
         make()
-    return shares
+    return progress
 
 
 @pytest.mark.parametrize("mixed", [False, True], ids=["equal", "mixed"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_tells_its_progress(kind, mixed):
     one = scene(kind=kind, **KINDS[kind], **({"sizes": SIZES} if mixed else {}))
-    shares = _heard(lambda: method.make_sample(one))
-    assert shares and shares == sorted(shares)
-    assert shares[0] >= 0.0
+    progress = _heard(lambda: method.make_sample(one))
+    assert progress and progress == sorted(progress)
+    assert progress[0] >= 0.0
 
 
 def test_a_glass_tells_its_progress():
-    shares = _heard(lambda: glass(np.ones(2), 0.1, 1))
-    assert shares == sorted(shares) and 0.0 <= shares[0] < shares[-1] <= 1.0
+    progress = _heard(lambda: glass(np.ones(2), 0.1, 1))
+    assert progress == sorted(progress) and 0.0 <= progress[0] < progress[-1] <= 1.0
 
 
 def test_what_grows_faster_than_n_log_n_is_told_before(capsys):
@@ -54,9 +54,9 @@ def test_what_grows_faster_than_n_log_n_is_told_before(capsys):
         (scene(kind="random_packing", grains=100_000), "sample.kind = random_packing"),
     ):
         _tell_costs(one)
-        told = " ".join(capsys.readouterr().err.split())
-        assert told.startswith(f"{path}: this sample takes about ")
-        assert "its cost grows as N" in told
+        text = " ".join(capsys.readouterr().err.split())
+        assert text.startswith(f"{path}: this sample takes about ")
+        assert "its cost grows as N" in text
     for one in (scene(**tree | {"grains": 100}), scene(kind="rbd", grains=1_000_000)):
         _tell_costs(one)
     assert capsys.readouterr().err == ""
@@ -80,11 +80,11 @@ def test_a_scatter_with_a_length_is_told_before():
 
 def test_a_bar_is_updated_seldom(monkeypatch):
     """Not for each grain, and not at all in the first second."""
-    now, shown = [0.0], []
-    monkeypatch.setattr(progress.real_time, "monotonic", lambda: now[0])
-    bar = SimpleNamespace(show=lambda text, done, total: shown.append((text, done, total)))
+    clock, shown = [0.0], []
+    monkeypatch.setattr(progress.real_time, "monotonic", lambda: clock[0])
+    bar = SimpleNamespace(show=lambda text, finished, total: shown.append((text, finished, total)))
     with progress.show_sample(bar):
         for grain in range(200):
-            now[0] = 0.01 * grain
+            clock[0] = 0.01 * grain
             tell(grain, 200)
     assert shown[0][:2] == ("sample", 101) and 5 < len(shown) < 12

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bodies import ICE, MIXED, distances, made, scene
+from bodies import ICE, MIXED, distances, make_sample, scene
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact.constants import mixed_constants
@@ -12,7 +12,7 @@ from dusttaichi.samples import make
 from dusttaichi.samples.mixture import Lognormal, PowerLaw, Radii
 
 
-def mixed(kind, **keys):
+def mix_sample(kind, **keys):
     """(scene, Sample) of grains of many sizes and two materials."""
     built = scene(ICE, kind=kind, **MIXED, **keys)
     return built, make(built)
@@ -48,7 +48,7 @@ def gaps(scene, sample, period=None):
 def test_an_aggregate_is_a_tree_of_exact_contacts(kind, keys):
     """Each grain or cluster stays where it first touches: N - 1 contacts at the equilibrium
     distance of their pair (to rounding of positions of 10 um), no pair nearer than that."""
-    scene, sample = mixed(kind, grains=60, **keys)
+    scene, sample = mix_sample(kind, grains=60, **keys)
     gap = gaps(scene, sample)
     assert gap.min() > -1e-20 * 1e6
     assert np.count_nonzero(np.abs(gap) < 1e-15) == 2 * (len(sample) - 1)
@@ -58,7 +58,7 @@ def test_an_aggregate_is_a_tree_of_exact_contacts(kind, keys):
 
 def test_a_cut_of_a_mixture():
     """As many as asked for, wholly in the smallest box of the proportions, on exact contacts."""
-    scene, sample = mixed("pca", shape="box", grains=40, aspect=0.5)
+    scene, sample = mix_sample("pca", shape="box", grains=40, aspect=0.5)
     low, high = (sample.positions - sample.radii[:, None]).min(0), sample.positions.max(0)
     assert len(sample) == 40 and low[2] == pytest.approx(0.0, abs=1e-6) and low[2] > -1e-15
     assert sample.info["aggregated"] > 80 and high[2] < 0.8 * np.ptp(sample.positions[:, 0])
@@ -68,14 +68,16 @@ def test_a_cut_of_a_mixture():
 
 def test_an_impact_parameter_makes_aggregates_open():
     """Shots at the middle go deep, grazing ones stay outside: the radius of gyration grows."""
+    key = "radius_of_gyration"
     head, graze = (
-        np.mean([made("pca", grains=150, impact_parameter=b, seed=n).info["radius_of_gyration"]
-                 for n in range(3)])
+        np.mean(
+            [make_sample("pca", grains=150, impact_parameter=b, seed=n).info[key] for n in range(3)]
+        )
         for b in (0.0, 0.9)
-    )  # fmt: skip
+    )
     assert graze > 1.15 * head
     # quasi-BCCA of 100 grains at 0.25: a cluster of 20 meets one of 80 in the end
-    d = distances(made("bcca", grains=100, mass_ratio=0.25, seed=3).positions)
+    d = distances(make_sample("bcca", grains=100, mass_ratio=0.25, seed=3).positions)
     touch = np.abs(d - d.min()) < 1e-12
     assert touch[:80, :80].sum() == 2 * 79 and touch[80:, 80:].sum() == 2 * 19
     assert touch[:80, 80:].sum() == 1
@@ -84,7 +86,7 @@ def test_an_impact_parameter_makes_aggregates_open():
 def test_dust_of_a_wished_filling_factor():
     """Its volume, evenly over the box, and one tree of exact contacts."""
     for grains, wished in ((120, 0.1), (60, 0.17)):
-        scene, sample = mixed("space_filling", grains=grains, filling_factor=wished, aspect=2)
+        scene, sample = mix_sample("space_filling", grains=grains, filling_factor=wished, aspect=2)
         edges = np.array([sample.info[k] for k in ("width", "depth", "height")])
         volume = np.sum(4 / 3 * np.pi * sample.radii**3)
         assert volume / edges.prod() == pytest.approx(wished, rel=1e-9)
@@ -95,10 +97,10 @@ def test_dust_of_a_wished_filling_factor():
         assert gap.min() > -1e-15
         assert np.count_nonzero(np.abs(gap) < 1e-15) == 2 * (len(sample) - 1)
         lower = sample.positions[:, 2] < edges[2] / 2
-        share = np.sum(sample.radii[lower] ** 3) / np.sum(sample.radii**3)
-        assert share == pytest.approx(0.5, abs=0.15)
+        fraction = np.sum(sample.radii[lower] ** 3) / np.sum(sample.radii**3)
+        assert fraction == pytest.approx(0.5, abs=0.15)
     with pytest.raises(DustError, match="no further grains fit"):
-        mixed("space_filling", grains=30, filling_factor=0.4)
+        mix_sample("space_filling", grains=30, filling_factor=0.4)
 
 
 @pytest.mark.parametrize("mixture", [MIXED, {"seed": 2}])
@@ -119,7 +121,7 @@ def test_a_deposit_rests_on_exact_contacts(mixture):
 
 
 def test_a_packing_has_the_filling_factor_and_no_overlap():
-    scene, sample = mixed("random_packing", grains=60, filling_factor=0.5)
+    scene, sample = mix_sample("random_packing", grains=60, filling_factor=0.5)
     period = np.array(sample.info["period"])
     assert gaps(scene, sample, period).min() > -1e-14
     volume = np.sum(4 / 3 * np.pi * sample.radii**3)

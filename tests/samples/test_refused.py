@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 import pytest
-from bodies import ICE, SIZES, R, made, refused, scene
+from bodies import ICE, SIZES, R, make_sample, refuse_sample, scene
 from pydantic import Field
 from scenes import EXAMPLES
 
@@ -142,8 +142,8 @@ CASES = [(kind, *case) for kind, cases in REFUSED.items() for case in cases]
 @pytest.mark.parametrize("kind, keys, words", CASES)
 def test_refused(kind, keys, words):
     block = {**USUAL.get(kind, {}), **keys}
-    given = {key: value for key, value in block.items() if value is not None}
-    assert words in refused(kind=kind, **given)
+    value_by_name = {key: value for key, value in block.items() if value is not None}
+    assert words in refuse_sample(kind=kind, **value_by_name)
 
 
 EXAMPLE = EXAMPLES / "hollow_sphere.py"
@@ -171,37 +171,37 @@ def ring(spec, materials):
 
 
 def test_the_example_of_the_docs():
-    said = runpy.run_path(str(EXAMPLE), run_name="__main__")
-    sample, spec = said["sample"], said["scene"].sample
+    namespace = runpy.run_path(str(EXAMPLE), run_name="__main__")
+    sample, spec = namespace["sample"], namespace["scene"].sample
     distance = np.linalg.norm(sample.positions, axis=1)
     assert (distance + R <= spec.outer).all() and (distance - R >= spec.inner).all()
     # RBD fills 0.15 of its bulk; whole grains leave a third of so thin a shell empty
     shell = 4 / 3 * np.pi * (spec.outer**3 - spec.inner**3)
     assert 0.07 < len(sample) * 4 / 3 * np.pi * R**3 / shell < 0.15
     assert sample.info["kind"] == "hollow_sphere" and sample.info["grains"] == len(sample)
-    text = said["scene"].to_yaml()
-    assert "outer: 8 um" in text and from_yaml(text) == said["scene"]
+    text = namespace["scene"].to_yaml()
+    assert "outer: 8 um" in text and from_yaml(text) == namespace["scene"]
 
 
 def test_a_registered_kind_is_known_everywhere_and_can_collide():
     assert "RingSample" not in json_schema()["$defs"]
     register(RingSample)(ring)
-    sample = made("ring", grains=12)
+    sample = make_sample("ring", grains=12)
     assert sample.info["coordination"] == 2 and sample.info["kind"] == "ring"
     assert "RingSample" in json_schema()["$defs"]
     assert {key.path for key in list_keys() if key.kinds == ("ring",)} >= {"sample.spread"}
-    assert "sample.grains = 0: a whole number of at least 1" in refused(kind="ring", grains=0)
-    assert 'did you mean "spread"?' in refused(kind="ring", grains=3, spred=2)
-    assert '"ring" or "space_filling" is needed' in refused(kind="rings")
+    assert "sample.grains = 0: a whole number of at least 1" in refuse_sample(kind="ring", grains=0)
+    assert 'did you mean "spread"?' in refuse_sample(kind="ring", grains=3, spred=2)
+    assert '"ring" or "space_filling" is needed' in refuse_sample(kind="rings")
     body = {"kind": "ring", "grains": 6}
     spec = {"kind": "collision", "projectile": {"kind": "chain", "grains": 2}, "speed": "1 m/s"}
-    sample = made(**spec, target=body)
+    sample = make_sample(**spec, target=body)
     assert len(sample) == 8 and sample.info["target"]["kind"] == "ring"
-    assert "sample.target.grains" in refused(
+    assert "sample.target.grains" in refuse_sample(
         **{**spec, "target": {**body, "grains": 0}, "speed": "1 m/s"}
     )
     register(RingSample)(lambda spec, materials: Sample.at_rest(np.zeros((1, 3))))
-    assert len(made("ring", grains=5)) == 1
+    assert len(make_sample("ring", grains=5)) == 1
 
 
 def test_what_does_not_go_with_other_blocks():
@@ -212,9 +212,9 @@ def test_what_does_not_go_with_other_blocks():
             return [("grains", "not here")] if scene.boundary.kind == "open" else []
 
     register(Shy)(ring)
-    assert "sample.grains = 3: not here" in refused(kind="shy", grains=3)
+    assert "sample.grains = 3: not here" in refuse_sample(kind="shy", grains=3)
     body = {"kind": "collision", "projectile": {"kind": "pair"}, "speed": "1 m/s"}
-    assert "sample.target.grains = 3: not here" in refused(
+    assert "sample.target.grains = 3: not here" in refuse_sample(
         **body, target={"kind": "shy", "grains": 3}
     )
 

@@ -51,8 +51,8 @@ def compare(sample, case, to):
     """Check a sample against the snapshot that it was written from."""
     frame, radius, box, axes = case
     np.testing.assert_allclose(sample.positions, frame["position"], rtol=RTOL, atol=ATOL)
-    own = np.full(len(radius), RADIUS) if sample.radii is None else sample.radii
-    np.testing.assert_allclose(own, radius, rtol=RTOL, atol=ATOL)
+    radii = np.full(len(radius), RADIUS) if sample.radii is None else sample.radii
+    np.testing.assert_allclose(radii, radius, rtol=RTOL, atol=ATOL)
     # eight decimals of m/s and rad/s in extended XYZ
     np.testing.assert_allclose(sample.velocities, frame["velocity"], rtol=RTOL, atol=1e-8)
     np.testing.assert_allclose(sample.spins, frame["spin"], rtol=RTOL, atol=1e-8)

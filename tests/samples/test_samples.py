@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bodies import ICE, MIXED, deposited_one_by_one, made, scene
+from bodies import ICE, MIXED, deposited_one_by_one, make_sample, scene
 
 from dusttaichi.samples import (
     Materials,
@@ -21,8 +21,8 @@ D = 2 * R - 0.16627e-9  # equilibrium distance of S12's silicate
 MATERIALS = SimpleNamespace(radius=R, distance=D)
 
 
-def rbd_spec(grains=None, size=None, **others):
-    values = {"shape": "box", "aspect": 1.0, "periodic": False, "base": 0.0, "seed": 1} | others
+def rbd_spec(grains=None, size=None, **keys):
+    values = {"shape": "box", "aspect": 1.0, "periodic": False, "base": 0.0, "seed": 1} | keys
     return SimpleNamespace(kind="rbd", grains=grains, size=size, **values)
 
 
@@ -33,7 +33,7 @@ def cake(**spec):
 CROWD = Crowd(rbd_spec(), MATERIALS, None)
 
 
-def dropped(deposit, xy):
+def drop_grains(deposit, xy):
     """Let equal grains fall into a deposit."""
     deposit.drop(xy, CROWD.draw(len(xy), None))
 
@@ -67,8 +67,8 @@ def test_deposit_is_that_of_one_drop_at_a_time(period, n, mixed, batch):
     grains, crowd = unequal(n) if mixed else (CROWD.draw(n, None), CROWD)
     deposit = rbd.Deposit(period, crowd)
     for begin in range(0, n, batch):
-        complete, part = deposit.complete_below, slice(begin, begin + batch)
-        deposit.drop(xy[part], grains.select(part))
+        complete, batch_slice = deposit.complete_below, slice(begin, begin + batch)
+        deposit.drop(xy[batch_slice], grains.select(batch_slice))
         assert (deposit.positions[begin:, 2] >= complete).all()
     assert np.array_equal(deposit.positions[:, :2], xy)
     expected = deposited_one_by_one(xy, np.array(period), grains)
@@ -80,16 +80,16 @@ def test_search_leaves_out_only_what_no_drop_can_reach():
     deposit = rbd.Deposit(period, CROWD)
     rng = np.random.default_rng(6)
     for _ in range(3):
-        dropped(deposit, rng.random((300, 2)) * period)
+        drop_grains(deposit, rng.random((300, 2)) * period)
     x, cells = deposit.positions, np.array(deposit._landing.shape)
     # Probes all over, most of them close to the corners of the map's cells, where its bound binds.
     probes = rng.integers(0, cells, (4000, 2)) + rng.choice([0.001, 0.5, 0.999], (4000, 2))
     probes *= period / cells
     apart = probes[:, None] - x[None, :, :2]
     apart -= period * np.round(apart / period)
-    left = D**2 - (apart**2).sum(axis=2)
-    rest = np.where(left > 0, x[:, 2] + np.sqrt(np.maximum(left, 0)), R)
-    support, height = rest.argmax(axis=1), rest.max(axis=1)
+    square = D**2 - (apart**2).sum(axis=2)
+    heights = np.where(square > 0, x[:, 2] + np.sqrt(np.maximum(square, 0)), R)
+    support, height = heights.argmax(axis=1), heights.max(axis=1)
     cell = tuple((probes * cells / period).astype(int).T)
     assert (height >= deposit._landing[cell] - 1e-12 * R).all()
     # A third of the grains at least is known to be covered, and none that still supports a drop.
@@ -124,7 +124,7 @@ def test_sizes_are_filled_and_kept():
     # Hundreds of grains within r of each face: the outermost is within r/10 of it.
     edges = np.array([sample.info[key] for key in ("width", "depth", "height")])
     assert (edges <= size).all() and (edges > np.array(size) - 0.2 * R).all()
-    sample = made("rbd", shape="cylinder", size={"diameter": "13.2 um", "height": "13.2 um"})
+    sample = make_sample("rbd", shape="cylinder", size={"diameter": "13.2 um", "height": "13.2 um"})
     assert np.hypot(*sample.positions[:, :2].T).max() <= 6.6e-6 - R
     assert sample.positions[:, 2].max() <= 13.2e-6 - R
     # PD08's cake of this size has 291 grains; the number of grains in so small a cut scatters
@@ -136,27 +136,27 @@ def test_bulk_filling_factor():
     # S12 gives 0.15 to two digits: 0.005. The mean over the seeds adds its standard error, taken
     # from the scatter of the seeds (cuts of one seed are independent of those of another). A
     # deposit reaches its bulk slowly, so the first 50 r are left out.
-    found = [
+    bulk_filling_factors = [
         bulk_filling_factor(cake(size=(50 * R, 50 * R, 120 * R), seed=seed), R, bottom=50)
         for seed in range(8)
     ]
-    error = np.std(found, ddof=1) / np.sqrt(len(found))
+    error = np.std(bulk_filling_factors, ddof=1) / np.sqrt(len(bulk_filling_factors))
     assert error < 0.003
-    assert abs(np.mean(found) - 0.15) < 0.005 + 3 * error
+    assert abs(np.mean(bulk_filling_factors) - 0.15) < 0.005 + 3 * error
 
 
 def test_small_samples_are_less_filled_by_their_bounding_box():
     # S12 section 3.1: 0.12-0.14 for small samples. Scatter of one sample 0.01, so 0.002 here.
-    found = [filling_factor(cake(grains=150, seed=seed), R) for seed in range(30)]
-    assert 0.12 < np.mean(found) < 0.14
+    filling_factors = [filling_factor(cake(grains=150, seed=seed), R) for seed in range(30)]
+    assert 0.12 < np.mean(filling_factors) < 0.14
     # The other half of S12's reason: with the rough top left on, 0.12-0.14 as well.
-    period, found = 40 * R, []
+    period, filling_factors = 40 * R, []
     for seed in range(20):
         deposit = rbd.Deposit(period, CROWD)
-        dropped(deposit, np.random.default_rng(seed).random((2000, 2)) * period)
+        drop_grains(deposit, np.random.default_rng(seed).random((2000, 2)) * period)
         height = np.ptp(deposit.positions[:, 2]) + 2 * R
-        found.append(2000 * 4 / 3 * np.pi * R**3 / (period**2 * height))
-    assert 0.12 < np.mean(found) < 0.14
+        filling_factors.append(2000 * 4 / 3 * np.pi * R**3 / (period**2 * height))
+    assert 0.12 < np.mean(filling_factors) < 0.14
 
 
 def test_first_layers_are_denser():
@@ -168,8 +168,8 @@ def test_first_layers_are_denser():
     # 0.20 against 0.155 in S12's measure; counts of 1e3 scatter by 3 %.
     assert per_radius[0] > 1.2 * per_radius[1]
     # the scatter of one sample is 0.007; S12's bulk has 0.15
-    found = [cake(grains=2000, periodic=True, base=50 * R, seed=s).info for s in range(6)]
-    phi = [info["bulk_filling_factor"] for info in found]
+    infos = [cake(grains=2000, periodic=True, base=50 * R, seed=s).info for s in range(6)]
+    phi = [info["bulk_filling_factor"] for info in infos]
     assert abs(np.mean(phi) - 0.15) < 0.012
 
 
@@ -224,8 +224,8 @@ def test_a_sample_from_above_the_first_layers(spec, periodic):
     # the same seed drops the same grains: those of the whole that begin at the base
     high = (24 * R, 24 * R, 90 * R) if "size" in spec else None
     if high is not None:
-        whole = cake(size=high, periodic=periodic).positions - [0, 0, base]
-        above = whole[(whole[:, 2] >= R) & (whole[:, 2] <= 23 * R)]
+        positions = cake(size=high, periodic=periodic).positions - [0, 0, base]
+        above = positions[(positions[:, 2] >= R) & (positions[:, 2] <= 23 * R)]
         np.testing.assert_allclose(x, above, atol=1e-6 * R)
 
 

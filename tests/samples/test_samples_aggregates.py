@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from bodies import ROUNDING, D, R, distances, made, pieces
+from bodies import ROUNDING, D, R, distances, make_sample, pieces
 from scipy.spatial.transform import Rotation
 
 from dusttaichi.physics.geometry import radius_of_gyration
@@ -15,12 +15,12 @@ from dusttaichi.samples.bcca import generations
 from dusttaichi.samples.pca import Aggregate
 from dusttaichi.samples.sample import Sample
 
-pca = partial(made, "pca")
+pca = partial(make_sample, "pca")
 
 
 @pytest.mark.parametrize("kind, grains", [("pca", 1500), ("bcca", 1024)])
 def test_an_aggregate_is_a_tree_of_contacts(kind, grains):
-    sample = made(kind, grains=grains, seed=2)
+    sample = make_sample(kind, grains=grains, seed=2)
     x = sample.positions
     apart = distances(x)
     assert len(sample) == sample.info["grains"] == grains
@@ -39,7 +39,7 @@ def test_an_aggregate_is_a_tree_of_contacts(kind, grains):
 
 @pytest.mark.parametrize("kind, grains", [("pca", 1), ("bcca", 1), ("bcca", 2), ("bcca", 4)])
 def test_smallest(kind, grains):
-    sample = made(kind, grains=grains)
+    sample = make_sample(kind, grains=grains)
     assert len(sample) == grains and "fractal_dimension" not in sample.info
     if grains == 1:
         assert sample.positions.tolist() == [[0, 0, 0]]
@@ -61,12 +61,12 @@ def test_first_hit_is_that_of_a_search_over_all_grains():
     along = np.einsum("mnk,mk->mn", apart, directions)
     under = along**2 - (apart**2).sum(axis=2) + D**2
     expected = np.where(under > 0, along - np.sqrt(np.maximum(under, 0)), np.inf).min(axis=1)
-    found = first_hits(targets, starts, directions, D, 4 * cover)
-    assert 0.2 < np.isfinite(found).mean() < 0.95
-    assert (np.isfinite(found) == np.isfinite(expected)).all()
+    hits = first_hits(targets, starts, directions, D, 4 * cover)
+    assert 0.2 < np.isfinite(hits).mean() < 0.95
+    assert (np.isfinite(hits) == np.isfinite(expected)).all()
     # The square root amplifies the rounding of a grazing flight: 1e-16 (100 D)^2 / D sqrt(...).
-    hit = np.isfinite(found)
-    np.testing.assert_allclose(found[hit], expected[hit], atol=1e-6 * D, rtol=0)
+    hit = np.isfinite(hits)
+    np.testing.assert_allclose(hits[hit], expected[hit], atol=1e-6 * D, rtol=0)
 
 
 def grown_one_by_one(grains, seed):
@@ -81,25 +81,25 @@ def grown_one_by_one(grains, seed):
         if np.hypot(*xy) > reach:
             continue
         xy += centre[:2]
-        left = D**2 - ((x[:, :2] - xy) ** 2).sum(axis=1)
-        if (left > 0).any():
-            z = (x[:, 2] + np.sqrt(np.maximum(left, 0)))[left > 0].max()
+        square = D**2 - ((x[:, :2] - xy) ** 2).sum(axis=1)
+        if (square > 0).any():
+            z = (x[:, 2] + np.sqrt(np.maximum(square, 0)))[square > 0].max()
             x = np.concatenate([x, [[*xy, z]]])
     return x
 
 
 @pytest.mark.long  # each shot: the test above
 def test_aggregates_are_as_large_as_those_of_one_shot_at_a_time():
-    one = [radius_of_gyration(grown_one_by_one(160, seed)) for seed in range(16)]
+    radius_of_gyrations = [radius_of_gyration(grown_one_by_one(160, seed)) for seed in range(16)]
     batch = []
     for seed in range(40):
         aggregate, rng = Aggregate(D), np.random.default_rng(seed)
         while len(aggregate.positions) < 160:
             aggregate.shoot(rng)
         batch.append(radius_of_gyration(aggregate.positions[:160]))
-    error = np.hypot(np.std(one) / np.sqrt(16), np.std(batch) / np.sqrt(40))
-    assert error < 0.015 * np.mean(one)
-    assert abs(np.mean(batch) - np.mean(one)) < 3 * error
+    error = np.hypot(np.std(radius_of_gyrations) / np.sqrt(16), np.std(batch) / np.sqrt(40))
+    assert error < 0.015 * np.mean(radius_of_gyrations)
+    assert abs(np.mean(batch) - np.mean(radius_of_gyrations)) < 3 * error
 
 
 @pytest.mark.long
@@ -170,28 +170,28 @@ def test_first_touch_is_that_of_a_search_over_all_pairs():
     expected = []
     for target, projectile in zip(targets, projectiles, strict=True):
         apart = projectile[:, None] - target
-        left = D**2 - (apart[..., :2] ** 2).sum(axis=2)
+        square = D**2 - (apart[..., :2] ** 2).sum(axis=2)
         with np.errstate(invalid="ignore"):
-            flights = apart[..., 2] - np.sqrt(left)
-        expected.append(np.nanmin(np.where(left > 0, flights, np.inf)))
-    found = first_touch(targets, projectiles, D)
-    assert 10 < np.isfinite(found).sum() < 50
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
+            flights = apart[..., 2] - np.sqrt(square)
+        expected.append(np.nanmin(np.where(square > 0, flights, np.inf)))
+    touches = first_touch(targets, projectiles, D)
+    assert 10 < np.isfinite(touches).sum() < 50
+    np.testing.assert_allclose(touches, expected, rtol=1e-12)
 
 
 @pytest.fixture(scope="module")
-def grown():
+def grown_clusters():
     return {
         clusters.shape[1]: clusters for clusters in generations(2**15, D, np.random.default_rng(7))
     }
 
 
-def test_radius_of_gyration_grows_as_known(grown):
+def test_radius_of_gyration_grows_as_known(grown_clusters):
     # R_g/r ~ N^(0.531 +- 0.011) (arXiv:1908.03125), from the mean square of 1024 clusters of 32
     # grains to 32 of 1024. Their scatter makes 0.005 of the exponent, far below the tolerance;
     # an ensemble 16 times as large gives 0.528 +- 0.001 from 64 to 2048 grains.
     sizes = np.array([32, 64, 128, 256, 512, 1024])
-    squares = [(grown[n] ** 2).sum(axis=2).mean(axis=1) for n in sizes]
+    squares = [(grown_clusters[n] ** 2).sum(axis=2).mean(axis=1) for n in sizes]
     means = np.log([np.sqrt(square.mean()) / R for square in squares])
     errors = np.array([np.std(s) / np.mean(s) / 2 / np.sqrt(len(s)) for s in squares])
     (exponent, _), covariance = np.polyfit(np.log(sizes), means, 1, w=1 / errors, cov="unscaled")
@@ -200,8 +200,10 @@ def test_radius_of_gyration_grows_as_known(grown):
     assert 1 / exponent == pytest.approx(1.9, abs=0.1)
     # 1.9 (T19). About the centre, where the last two clusters overlap, it is higher by 0.1; of
     # one aggregate it scatters by 0.13, so 0.03 of this mean.
-    found = [fractal_dimension(Sample.at_rest(cluster), R) for cluster in grown[1024][:16]]
-    assert np.mean(found) == pytest.approx(1.95, abs=0.15)
+    fractal_dimensions = [
+        fractal_dimension(Sample.at_rest(cluster), R) for cluster in grown_clusters[1024][:16]
+    ]
+    assert np.mean(fractal_dimensions) == pytest.approx(1.95, abs=0.15)
 
 
 def test_impact_parameters_of_pairs_are_even_over_the_disc():

@@ -7,7 +7,7 @@ import netCDF4
 import numpy as np
 import pytest
 import snapshots
-from bodies import D, R, made, pieces, refused, um
+from bodies import D, R, make_sample, pieces, refuse_sample, um
 from scipy.spatial.distance import cdist
 
 from dusttaichi.results.integrity import DIGEST
@@ -18,7 +18,7 @@ PROJECTILE = {"kind": "bcca", "grains": 64, "seed": 3}
 
 def collision(**keys):
     usual = {"target": TARGET, "projectile": PROJECTILE, "speed": "2 m/s"}
-    return made("collision", **usual | keys)
+    return make_sample("collision", **usual | keys)
 
 
 def parts(sample):
@@ -92,25 +92,27 @@ def test_miss_is_said():
     assert sample.positions[1, 1] - sample.positions[0, 1] == pytest.approx(R)
 
 
-def turned(positions):
+def list_distances(positions):
     """Distances of consecutive grains do not change when a body turns; directions do."""
     return np.diff(positions, axis=0)
 
 
 def test_orientation():
-    alone = made(**TARGET).positions
-    given, _ = parts(collision(orientation="as given"))
+    alone = make_sample(**TARGET).positions
+    fixed, _ = parts(collision(orientation="as given"))
     random, _ = parts(collision())
-    other, _ = parts(collision(seed=2))
-    np.testing.assert_allclose(turned(given), turned(alone), atol=1e-19)
-    for body in (random, other):
+    second, _ = parts(collision(seed=2))
+    np.testing.assert_allclose(list_distances(fixed), list_distances(alone), atol=1e-19)
+    for body in (random, second):
         np.testing.assert_allclose(
-            np.linalg.norm(turned(body), axis=1), np.linalg.norm(turned(alone), axis=1), rtol=1e-9
+            np.linalg.norm(list_distances(body), axis=1),
+            np.linalg.norm(list_distances(alone), axis=1),
+            rtol=1e-9,
         )
-        assert np.abs(turned(body) - turned(alone)).max() > R
-    assert np.abs(turned(random) - turned(other)).max() > R
+        assert np.abs(list_distances(body) - list_distances(alone)).max() > R
+    assert np.abs(list_distances(random) - list_distances(second)).max() > R
     # A turn and no mirror image: the volume of three edges keeps its sign.
-    volume = [np.linalg.det(turned(body)[:3]) for body in (random, other, alone)]
+    volume = [np.linalg.det(list_distances(body)[:3]) for body in (random, second, alone)]
     np.testing.assert_allclose(volume, volume[2], rtol=1e-6)
 
 
@@ -150,7 +152,7 @@ LATTICE = {"kind": "lattice", "structure": "sc", "cells": [9, 9, 9]}
 
 
 def cutout(of=LATTICE, **keys):
-    return made("cutout", of=of, **{"fragments": "all", **keys})
+    return make_sample("cutout", of=of, **{"fragments": "all", **keys})
 
 
 @pytest.mark.parametrize("axis", [None, "x", "y", "z"])
@@ -186,26 +188,26 @@ def test_the_filling_factor_is_that_of_the_bounding_cylinder_about_its_axis():
     expected = len(sphere) * 4 / 3 * np.pi * R**3 / volume
     assert sphere.info["filling_factor"] == pytest.approx(expected, rel=1e-9)
     body = {"kind": "cutout", "of": {"kind": "space_filling", "grains": 400}, "diameter": "9 um"}
-    sample = made("collision", target=body, projectile=body, speed="1 m/s")
+    sample = make_sample("collision", target=body, projectile=body, speed="1 m/s")
     assert sample.info["target_grains"] == sample.info["projectile_grains"] > 20
 
 
 def test_what_the_cut_disconnects_is_left_out():
     of = {"kind": "rbd", "grains": 500, "seed": 1}
     every = cutout(of, diameter="9 um", length="6 um")
-    one = cutout(of, diameter="9 um", length="6 um", fragments="largest")
-    assert pieces(every.positions) > 1 and pieces(one.positions) == 1
-    assert one.info["left_out"] == len(every) - len(one) > 0 == every.info["left_out"]
-    assert one.info["cut_from"] == 500
+    cut = cutout(of, diameter="9 um", length="6 um", fragments="largest")
+    assert pieces(every.positions) > 1 and pieces(cut.positions) == 1
+    assert cut.info["left_out"] == len(every) - len(cut) > 0 == every.info["left_out"]
+    assert cut.info["cut_from"] == 500
     rows = {tuple(row) for row in np.round(every.positions / D, 9)}
-    assert {tuple(row) for row in np.round(one.positions / D, 9)} <= rows
+    assert {tuple(row) for row in np.round(cut.positions / D, 9)} <= rows
     (text,) = cutout(diameter="8 um", length="20 um").info["remarks"]
     assert text.startswith("sample.of: along y it extends over 10.8 µm, and the cut over 20 µm")
     assert "remarks" not in cutout(diameter="8 um", length="10 um").info
 
 
 @pytest.fixture(scope="module")
-def pressed(tmp_path_factory):
+def pressed_result(tmp_path_factory):
     """A result with a lattice of 7^3 sites in a periodic cell: grains touch across all faces, each
     contact with its own history, and move."""
     sites = np.indices((7,) * 3).reshape(3, -1).T
@@ -221,8 +223,8 @@ def pressed(tmp_path_factory):
     return {"kind": "explicit", "file": str(path)}
 
 
-def test_contacts_of_a_run_without_those_across_its_faces(pressed):
-    sample = made("cutout", of=pressed, diameter=um(2.3 * D), length=um(6.5 * D))
+def test_contacts_of_a_run_without_those_across_its_faces(pressed_result):
+    sample = make_sample("cutout", of=pressed_result, diameter=um(2.3 * D), length=um(6.5 * D))
     # all seven layers of the middle site and its four neighbours
     assert len(sample) == 35 and sample.contacts is not None
     # of the five sites of a layer four touch the middle one; layers touch grain by grain
@@ -238,20 +240,20 @@ def test_contacts_of_a_run_without_those_across_its_faces(pressed):
     assert {tuple(sorted(pair)) for pair in zip(i.tolist(), j.tolist(), strict=True)} == touching
 
 
-def test_a_sphere_of_grains_about_any_grain_of_a_periodic_cell(pressed):
+def test_a_sphere_of_grains_about_any_grain_of_a_periodic_cell(pressed_result):
     """A lattice looks the same from each of its sites, across the faces as well: 33 are within two
     spacings of one of them, with 60 pairs at one."""
     lattice = {"kind": "lattice", "structure": "sc", "cells": [7, 7, 7]}
     far = np.sqrt(np.repeat([0, 1, 2, 3, 4], [1, 6, 12, 8, 6]))
-    for of in (pressed, lattice):
-        bodies = [made("cutout", of=of, grains=33, seed=seed) for seed in (1, 2, 1)]
+    for of in (pressed_result, lattice):
+        bodies = [make_sample("cutout", of=of, grains=33, seed=seed) for seed in (1, 2, 1)]
         for body in bodies:
             assert len(body) == 33 and body.info["cut_from"] == 343
             np.testing.assert_allclose(
                 np.sort(np.linalg.norm(body.positions, axis=1)) / D, far, atol=1e-9
             )
             assert not body.velocities.any() and not body.spins.any()
-            if of is pressed:
+            if of is pressed_result:
                 i, j = body.contacts["i"], body.contacts["j"]
                 apart = np.linalg.norm(body.positions[i] - body.positions[j], axis=1)
                 np.testing.assert_allclose(apart, D, rtol=1e-9)
@@ -262,6 +264,6 @@ def test_a_sphere_of_grains_about_any_grain_of_a_periodic_cell(pressed):
     middle = cutout(grains=7)
     assert len(middle) == 7 and middle.info["filling_factor_in"] == "bounding sphere"
     # a sphere of 3 spacings, and a contact, reach the image of the sphere: 7 edges
-    for of in (pressed, lattice):
-        said = refused(kind="cutout", of=of, grains=123, seed=1)
-        assert "wider than the cell of sample.of; allowed: up to" in said
+    for of in (pressed_result, lattice):
+        output = refuse_sample(kind="cutout", of=of, grains=123, seed=1)
+        assert "wider than the cell of sample.of; allowed: up to" in output

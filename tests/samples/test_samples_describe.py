@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bodies import D, R, made, scene
+from bodies import D, R, make_sample, scene
 from scipy.spatial import cKDTree
 
 from dusttaichi.grains.preview import preview
@@ -68,10 +68,10 @@ SEEDED = [
 
 @pytest.mark.parametrize("kind, keys", SEEDED)
 def test_same_seed_same_bits(kind, keys):
-    first, again, other = (made(kind, seed=seed, **keys) for seed in (3, 3, 4))
-    assert first.positions.tobytes() == again.positions.tobytes()
-    assert first.info == again.info and first.info["seed"] == 3
-    assert first.positions.tobytes() != other.positions.tobytes()
+    first, repeated, different = (make_sample(kind, seed=seed, **keys) for seed in (3, 3, 4))
+    assert first.positions.tobytes() == repeated.positions.tobytes()
+    assert first.info == repeated.info and first.info["seed"] == 3
+    assert first.positions.tobytes() != different.positions.tobytes()
 
 
 def test_radius_of_gyration():
@@ -102,7 +102,7 @@ def test_fractal_dimension_of_bodies_without_structure(dimension, inside):
 
 def test_few_grains_have_no_fractal_dimension():
     assert np.isnan(fractal_dimension(random_body(99, lambda x: x[:, 0] < np.inf), R))
-    assert "fractal_dimension" not in made("bcca", grains=32).info
+    assert "fractal_dimension" not in make_sample("bcca", grains=32).info
     x = np.array([[0, 0, 0], [D, 0, 0], [2 * D + 1e-9, 0, 0]])
     still = np.zeros((3, 3))
     brought = {"i": np.array([1, 2]), "j": np.array([0, 1])}  # the second one is stretched
@@ -113,7 +113,7 @@ def test_few_grains_have_no_fractal_dimension():
 EDGES = [None, [1.0, 0.7], [1.0, 0.7, 0.3], [1.0, 0.11], [1.0, np.inf, 0.3], [np.inf, 1.0]]
 
 
-def _sorted(i, j, distance):
+def _sort_pairs(i, j, distance):
     order = np.lexsort((j, i))
     return i[order], j[order], distance[order]
 
@@ -130,16 +130,16 @@ def test_pairs_are_those_of_a_tree(edges, reach):
     period = None if edges is None else np.array(edges)
     first, second = (cKDTree(points, boxsize=box) for points in (a, b))
 
-    def expected(other):
-        pairs = first.sparse_distance_matrix(other, reach, output_type="ndarray")
-        return _sorted(pairs["i"], pairs["j"], pairs["v"])
+    def expected(second):
+        pairs = first.sparse_distance_matrix(second, reach, output_type="ndarray")
+        return _sort_pairs(pairs["i"], pairs["j"], pairs["v"])
 
     pairs = near(a, b, reach, period)
     assert len(pairs[0]) >= 50
-    np.testing.assert_array_equal(_sorted(*pairs), expected(second))
+    np.testing.assert_array_equal(_sort_pairs(*pairs), expected(second))
     i, j, distance = expected(first)
     np.testing.assert_array_equal(
-        _sorted(*near_pairs(a, reach, period)), (i[i < j], j[i < j], distance[i < j])
+        _sort_pairs(*near_pairs(a, reach, period)), (i[i < j], j[i < j], distance[i < j])
     )
     closest = distance[i < j].min()
     assert are_apart(a, closest, period)
@@ -151,7 +151,7 @@ def test_pairs_of_a_loose_cluster_and_of_a_heap():
     far = np.random.default_rng(2).random((2000, 3)) * 1e9
     x = np.concatenate([far, far + [0.4, 0.0, 0.0]])
     i, j, _ = near_pairs(x, 0.5)
-    np.testing.assert_array_equal(_sorted(i, j, i)[0], np.arange(2000))
+    np.testing.assert_array_equal(_sort_pairs(i, j, i)[0], np.arange(2000))
     np.testing.assert_array_equal(j - i, np.full(2000, 2000))
     assert not are_apart(np.zeros((200_000, 3)), 1.0)
     assert are_apart(np.zeros((1, 3)), 1.0)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
-from bodies import PLAIN, R, made
+from bodies import PLAIN, R, make_sample
 
 from dusttaichi.analysis import open_run, read_frame
 from dusttaichi.errors import DustError
@@ -33,10 +33,10 @@ UNITS = {"position": "m", "velocity": "m/s", "spin": "rad/s"}
 def load(**keys):
     """The grains as they are in the block, or in its file."""
     keys |= {"file": str(keys["file"])} if "file" in keys else {}
-    return made("explicit", touch_within=0, **keys)
+    return make_sample("explicit", touch_within=0, **keys)
 
 
-def written(quantity):
+def write_rows(quantity):
     return [[f"{value!r} {UNITS[quantity]}" for value in row] for row in STATE[quantity].tolist()]
 
 
@@ -49,11 +49,13 @@ def assert_state(sample, rtol=0.0):
 
 
 def test_positions_from_the_yaml():
-    places = written("position")
-    assert_state(load(positions=places, velocities=written("velocity"), spins=written("spin")))
-    still = load(positions=places)
+    positions = write_rows("position")
+    assert_state(
+        load(positions=positions, velocities=write_rows("velocity"), spins=write_rows("spin"))
+    )
+    still = load(positions=positions)
     assert not still.velocities.any() and not still.spins.any() and still.contacts is None
-    assert len(load(positions=places[:1])) == 1
+    assert len(load(positions=positions[:1])) == 1
     with pytest.raises(DustError, match=r"sample\.positions: grains 0 and 1"):
         load(positions=[["0 m"] * 3, ["0.6 um", "0 m", "0 m"]])
 
@@ -240,16 +242,16 @@ TOP, BOTTOM = WALLS.index("top"), WALLS.index("bottom")
 
 
 @pytest.fixture(scope="module")
-def pressed(tmp_path_factory):
+def pressed_result(tmp_path_factory):
     """A cake that is pressed, then held: snapshots at the start, and after each stage."""
     return execute(from_yaml(CAKE), tmp_path_factory.mktemp("pressed") / "run")
 
 
-def onward(pressed, boundary=None, **sample):
+def onward(pressed_result, boundary=None, **sample):
     """The scene that goes on with a pressed cake, its walls at rest."""
     data = yaml.safe_load(CAKE)
     del data["stages"]
-    data["sample"] = {"kind": "explicit", "file": str(pressed), **sample}
+    data["sample"] = {"kind": "explicit", "file": str(pressed_result), **sample}
     return Scene.from_dict(
         data | {"boundary": boundary or {"kind": "box"}, "stop": {"steps": 1000}}
     )
@@ -261,53 +263,55 @@ def pressures(directory):
         return run.series.time.values, run.series.pressure.values[:, TOP]
 
 
-def test_a_pressed_cake_goes_on_under_its_load(pressed, tmp_path):
+def test_a_pressed_cake_goes_on_under_its_load(pressed_result, tmp_path):
     """The run that is cut in two and goes on with all that can be kept is the run that is not:
     the crystal rings on under its walls in the same way."""
-    told = []
-    scene = onward(pressed, snapshot=2, keep=["walls", "box", "time"])
-    found = execute(scene, tmp_path / "run", log=told.append)
-    assert not [text for text in told if "grains may meet" not in text]  # walls are fast here
-    with open_run(pressed) as run:
+    messages = []
+    scene = onward(pressed_result, snapshot=2, keep=["walls", "box", "time"])
+    resumed = execute(scene, tmp_path / "run", log=messages.append)
+    assert not [text for text in messages if "grains may meet" not in text]  # walls are fast here
+    with open_run(pressed_result) as run:
         frame = read_frame(run, 2)
         forces = run.contacts(2, "wall_contacts")
     load = forces.normal_force.values[forces.wall.values == TOP].sum() / np.prod(frame.edges[:2])
-    time, pressure = pressures(found)
-    end, uncut = (values[-1] for values in pressures(pressed))
+    time, pressure = pressures(resumed)
+    end, uncut = (values[-1] for values in pressures(pressed_result))
     assert load > 5e4 and time[0] == frame.time
     # the damping of half a step before the snapshot is not part of what is kept
     assert pressure[0] == pytest.approx(load, rel=1e-4)
     assert time[-1] == pytest.approx(end, rel=1e-12)
     assert pressure[-1] == pytest.approx(uncut, rel=1e-4) and uncut > load
-    with open_run(found) as run:
+    with open_run(resumed) as run:
         assert read_frame(run, 0).cell == pytest.approx(frame.cell, rel=1e-12)
 
 
-def test_what_is_left_behind_is_said(pressed, tmp_path):
-    sample = make(onward(pressed, snapshot=2))
-    (said,) = sample.info["remarks"]
-    assert "contacts with walls and the load that they carry; the positions of its walls" in said
-    assert "(to keep them: sample.keep: [walls, box])" in said
-    sample = make(onward(pressed, snapshot=2, keep=["box"]))
-    (said,) = sample.info["remarks"]
-    assert "positions of its walls" not in said and "[walls]" in said
-    sim = build(onward(pressed, snapshot=2, keep=["box"]), sample)
-    with open_run(pressed) as run:
+def test_what_is_left_behind_is_said(pressed_result, tmp_path):
+    sample = make(onward(pressed_result, snapshot=2))
+    (remark,) = sample.info["remarks"]
+    assert "contacts with walls and the load that they carry; the positions of its walls" in remark
+    assert "(to keep them: sample.keep: [walls, box])" in remark
+    sample = make(onward(pressed_result, snapshot=2, keep=["box"]))
+    (remark,) = sample.info["remarks"]
+    assert "positions of its walls" not in remark and "[walls]" in remark
+    sim = build(onward(pressed_result, snapshot=2, keep=["box"]), sample)
+    with open_run(pressed_result) as run:
         room = read_frame(run, 2).cell.ravel() * 1e6
     np.testing.assert_allclose(sim.box.planes(0.0), room, rtol=1e-12)
     open_top = {"kind": "box", "omit": ["top"]}
-    sample = make(onward(pressed, open_top, snapshot=2, keep=["walls"]))
+    sample = make(onward(pressed_result, open_top, snapshot=2, keep=["walls"]))
     assert sample.info["remarks"][-1].endswith("contacts with top: no such walls here")
     assert not (sample.wall_contacts["wall"] == TOP).any()
     assert (sample.wall_contacts["wall"] == BOTTOM).any()
 
 
-def test_snapshots_and_fragments(pressed, tmp_path):
-    with open_run(pressed) as run:
+def test_snapshots_and_fragments(pressed_result, tmp_path):
+    with open_run(pressed_result) as run:
         first = read_frame(run, 0)
-    np.testing.assert_array_equal(make(onward(pressed, snapshot=0)).positions, first.position)
+    np.testing.assert_array_equal(
+        make(onward(pressed_result, snapshot=0)).positions, first.position
+    )
     file = tmp_path / "result.nc"
-    file.write_bytes((pressed / "result.nc").read_bytes())
+    file.write_bytes((pressed_result / "result.nc").read_bytes())
     with netCDF4.Dataset(file, "a") as data:  # the third layer is cut off, but for one contact
         data.delncattr(DIGEST)
         count = int(data["snapshots/contact_count"][:1].sum())
@@ -328,7 +332,7 @@ def test_snapshots_and_fragments(pressed, tmp_path):
 def test_a_fragment_is_put_together_across_the_faces_of_a_cell():
     """A chain of three about a face, in a cell of 10, by its contacts and not the distances."""
     x = np.array([[9.4, 0, 0], [0.4, 0, 0], [1.4, 0, 0], [5.0, 0, 0]]) * 1e-6
-    found, _, number = extract_fragment(
+    members, _, number = extract_fragment(
         Sample.at_rest(x),
         None,
         "largest",
@@ -338,7 +342,7 @@ def test_a_fragment_is_put_together_across_the_faces_of_a_cell():
         origin="here",
     )
     assert number == 2
-    np.testing.assert_allclose(found.positions[:, 0], [9.4e-6, 10.4e-6, 11.4e-6], rtol=1e-12)
+    np.testing.assert_allclose(members.positions[:, 0], [9.4e-6, 10.4e-6, 11.4e-6], rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -351,12 +355,12 @@ def test_a_fragment_is_put_together_across_the_faces_of_a_cell():
         ({"keep": ["walls"]}, {"kind": "open"}, "no walls and faces in this scene"),
     ],
 )
-def test_what_cannot_be_taken_is_refused(pressed, sample, boundary, message):
+def test_what_cannot_be_taken_is_refused(pressed_result, sample, boundary, message):
     with pytest.raises(DustError, match=message):
-        make(onward(pressed, boundary, **sample))
+        make(onward(pressed_result, boundary, **sample))
 
 
-def test_keys_of_another_run_need_one(tmp_path, pressed):
+def test_keys_of_another_run_need_one(tmp_path, pressed_result):
     (tmp_path / "a.csv").write_text("x,y,z\n0,0,0\n")
     with pytest.raises(DustError, match="such a file has no snapshots"):
         make(onward(tmp_path / "a.csv", snapshot=2))
@@ -368,7 +372,7 @@ def test_keys_of_another_run_need_one(tmp_path, pressed):
     with pytest.raises(DustError, match="keep = .*: it is allowed only together with file"):
         Scene.from_dict(data)
     file = tmp_path / "result.nc"
-    file.write_bytes((pressed / "result.nc").read_bytes())
+    file.write_bytes((pressed_result / "result.nc").read_bytes())
     with netCDF4.Dataset(file, "a") as data:
         data.delncattr(DIGEST)
         data["wall_contacts"]["wall"][-1] = 7
@@ -376,11 +380,13 @@ def test_keys_of_another_run_need_one(tmp_path, pressed):
         make(onward(file, keep=["walls"]))
 
 
-def test_a_sphere_of_a_run(pressed):
-    of = {"kind": "explicit", "file": str(pressed)}
-    body = make(onward(pressed).with_value("sample", {"kind": "cutout", "of": of, "grains": 7}))
+def test_a_sphere_of_a_run(pressed_result):
+    of = {"kind": "explicit", "file": str(pressed_result)}
+    body = make(
+        onward(pressed_result).with_value("sample", {"kind": "cutout", "of": of, "grains": 7})
+    )
     assert len(body) == 7 and body.wall_contacts is None and len(body.contacts["i"]) == 6
     assert body.info["cut_from"] == 27 and body.info["shape"] == "sphere"
     assert not body.info.get("remarks") and not body.velocities.any()
     with pytest.raises(DustError, match="kind: cutout, of: {kind: explicit"):
-        onward(pressed, grains=8, seed=3)
+        onward(pressed_result, grains=8, seed=3)

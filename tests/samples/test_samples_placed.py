@@ -5,11 +5,11 @@ from itertools import product
 
 import numpy as np
 import pytest
-from bodies import ROUNDING, D, R, made, periodic_distances, refused
+from bodies import ROUNDING, D, R, make_sample, periodic_distances, refuse_sample
 
-pair = partial(made, "pair")
-lattice = partial(made, "lattice")
-packing = partial(made, "random_packing")
+pair = partial(make_sample, "pair")
+lattice = partial(make_sample, "lattice")
+packing = partial(make_sample, "random_packing")
 
 # Pairs and chains.
 
@@ -21,7 +21,7 @@ def test_default_is_equilibrium_contact_at_rest_and_chains_are_along_z():
     assert sample.info["coordination"] == 1
     sample = pair(spins=[["1e5 rad/s", "0 rad/s", "0 rad/s"], ["0 rad/s", "0 rad/s", "-2 rad/us"]])
     assert sample.spins.tolist() == [[1e5, 0, 0], [0, 0, -2e6]]
-    assert made("chain", grains=2).positions[1, 2] == pytest.approx(D)
+    assert make_sample("chain", grains=2).positions[1, 2] == pytest.approx(D)
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_impact_parameter_is_that_of_the_lines_of_flight(keys, impact):
 
 @pytest.mark.parametrize("axis", "xyz")
 def test_chain_is_straight_and_in_contact(axis):
-    sample = made("chain", grains=50, axis=axis)
+    sample = make_sample("chain", grains=50, axis=axis)
     x = sample.positions
     along = "xyz".index(axis)
     assert x[:, [k for k in range(3) if k != along]].any() == np.False_
@@ -135,7 +135,7 @@ def test_grains_are_rounded_up_to_whole_cells_of_about_a_cube(structure, grains)
     edges, cells = np.array(info["period"]), np.array(info["cells"])
     assert info["grains"] >= grains
     # The last layer of cells was needed, and edges differ by one cell at most.
-    assert any(basis * np.prod(cells - one) < grains for one in np.eye(3))
+    assert any(basis * np.prod(cells - axis) < grains for axis in np.eye(3))
     assert edges.max() - edges.min() <= (edges / cells).max() * (1 + 1e-9)
 
 
@@ -152,11 +152,13 @@ def test_size_is_filled_and_kept(structure):
 def test_vacancies_are_sites_without_a_grain():
     keys = {"structure": "fcc", "cells": [3, 3, 3]}
     sites = {tuple(row) for row in np.round(lattice(**keys).positions / D, 9)}
-    found = [lattice(**keys, vacancies=0.25, seed=seed) for seed in (1, 2)]
-    one, other = ({tuple(row) for row in np.round(s.positions / D, 9)} for s in found)
-    assert len(one) == len(other) == 81 and one < sites and other < sites and one != other
-    assert found[0].info["period"] == lattice(**keys).info["period"]
-    assert "it is allowed only together with vacancies" in refused(kind="lattice", **keys, seed=1)
+    lattices = [lattice(**keys, vacancies=0.25, seed=seed) for seed in (1, 2)]
+    first, second = ({tuple(row) for row in np.round(s.positions / D, 9)} for s in lattices)
+    assert len(first) == len(second) == 81 and first < sites and second < sites and first != second
+    assert lattices[0].info["period"] == lattice(**keys).info["period"]
+    assert "it is allowed only together with vacancies" in refuse_sample(
+        kind="lattice", **keys, seed=1
+    )
 
 
 # Random packings: no overlap beyond that of a contact at rest, at the requested filling factor.

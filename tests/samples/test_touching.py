@@ -30,10 +30,10 @@ def aggregate(radii, seed=1):
     while len(x) < len(radii):
         n, k = len(x), rng.integers(len(x))
         away = rng.normal(size=3)
-        place = x[k] + away / np.linalg.norm(away) * (radii[k] + radii[n])
-        gaps = np.linalg.norm(np.array(x) - place, axis=1) - radii[:n] - radii[n]
+        position = x[k] + away / np.linalg.norm(away) * (radii[k] + radii[n])
+        gaps = np.linalg.norm(np.array(x) - position, axis=1) - radii[:n] - radii[n]
         if np.all(np.delete(gaps, k) > 0.05):
-            x.append(place)
+            x.append(position)
     return np.array(x)
 
 
@@ -44,9 +44,9 @@ def crystal():
     return 2.0 * R * np.sqrt(2.0) * np.concatenate([corners + face for face in faces])
 
 
-def made(tmp_path, x, *more, digits=4, **keys):
+def read_sample(tmp_path, x, *options, digits=4, **keys):
     """The Sample of a scene with a file of these columns [um], and the scene."""
-    table = np.column_stack([x, *more])
+    table = np.column_stack([x, *options])
     names = ("x", "y", "z", "radius", "vx", "vy", "vz")[: table.shape[1]]
     np.savetxt(tmp_path / "a.csv", table, f"%.{digits}f", ",", header=",".join(names), comments="")
     boundary = keys.pop("boundary", {"kind": "open"})
@@ -59,8 +59,8 @@ def overlaps(sample, scene):
     """Overlaps over delta0 of all pairs within 1 % of a contact."""
     radii = np.broadcast_to(Materials(scene).radii_of(sample), len(sample)).astype(float)
     i, j, distance = pairs_within(sample.positions, radii, 1.01)
-    rest = Materials(scene).equilibrium_distance
-    at_rest = [rest((radii[a], radii[b]), (0, 0)) for a, b in zip(i, j, strict=True)]
+    resting_distance = Materials(scene).equilibrium_distance
+    at_rest = [resting_distance((radii[a], radii[b]), (0, 0)) for a, b in zip(i, j, strict=True)]
     both = radii[i] + radii[j]
     return (both - distance) / (both - at_rest)
 
@@ -70,7 +70,7 @@ def overlaps(sample, scene):
 def test_an_aggregate_is_in_equilibrium_whatever_its_digits(tmp_path, digits, sizes):
     radii = np.random.default_rng(2).choice(sizes, 60)
     x = aggregate(radii)
-    sample, scene = made(tmp_path, x, radii, digits=digits)
+    sample, scene = read_sample(tmp_path, x, radii, digits=digits)
     touching = sample.info["touching"]
     assert (touching["contacts"], touching["fragments"], touching["within"]) == (59, 1, 59)
     # the relaxation ends within a thousandth of delta0
@@ -88,7 +88,7 @@ def test_an_aggregate_is_in_equilibrium_whatever_its_digits(tmp_path, digits, si
 
 @pytest.mark.parametrize("digits", [3, 5])
 def test_loops_keep_all_their_contacts(tmp_path, digits):
-    sample, scene = made(tmp_path, crystal(), digits=digits)
+    sample, scene = read_sample(tmp_path, crystal(), digits=digits)
     touching = sample.info["touching"]
     assert touching["contacts"] == touching["within"] and not touching["still_apart"]
     own = overlaps(sample, scene)
@@ -108,9 +108,9 @@ def test_contacts_across_faces(tmp_path):
 
 
 def test_positions_of_the_yaml_touch_at_the_sum_of_the_radii():
-    def of(*places, **more):
-        rows = [[f"{x} um", "0 um", "0 um"] for x in places]
-        scene = make_scene(sample={"kind": "explicit", "positions": rows, **more})
+    def of(*positions, **options):
+        rows = [[f"{x} um", "0 um", "0 um"] for x in positions]
+        scene = make_scene(sample={"kind": "explicit", "positions": rows, **options})
         return samples.make(scene)
 
     chain = of(0, 1.2, 2.4, 3.6, 4.8)  # 3.6 - 2.4 is 1.2 and 4e-16
@@ -120,37 +120,37 @@ def test_positions_of_the_yaml_touch_at_the_sum_of_the_radii():
     rows = [[f"{a:.3f} um" for a in row] for row in x]  # three decimals
     scene = make_scene(sample={"kind": "explicit", "positions": rows})
     assert samples.make(scene).info["touching"]["contacts"] == 19
-    for other in (1.2001, 1.1999, 1.19):  # gaps and overlaps that are meant
-        assert of(0, other).positions[1, 0] == pytest.approx(other * 1e-6, rel=1e-15)
+    for distance in (1.2001, 1.1999, 1.19):  # gaps and overlaps that are meant
+        assert of(0, distance).positions[1, 0] == pytest.approx(distance * 1e-6, rel=1e-15)
     against = [["0 m/s"] * 3, ["-1 cm/s", "0 m/s", "0 m/s"]]
     assert of(0, 1.2, velocities=against).positions[1, 0] == 1.2e-6  # a first touch
     assert of(0, 1.2, touch_within=0).positions[1, 0] == 1.2e-6
 
 
 def test_what_is_meant_is_left(tmp_path):
-    sample, _ = made(tmp_path, [[0, 0, 0], [1.206, 0, 0]])  # half a per cent apart
+    sample, _ = read_sample(tmp_path, [[0, 0, 0], [1.206, 0, 0]])  # half a per cent apart
     assert sample.info["touching"]["contacts"] == 0
     # at rest a thousandth is touching; of grains that move against each other only a rounding is
     x, radii = np.array([[0, 0, 0], [1.2005, 0, 0]]), [R, R]
-    assert made(tmp_path, x, radii, digits=7)[0].info["touching"]["contacts"] == 1
+    assert read_sample(tmp_path, x, radii, digits=7)[0].info["touching"]["contacts"] == 1
     moving = [[0, 0, 0], [-1, 0, 0]]
-    assert made(tmp_path, x, radii, moving, digits=7)[0].info["touching"]["contacts"] == 0
-    wide = made(tmp_path, x, radii, moving, digits=7, touch_within=1e-3)[0]
+    assert read_sample(tmp_path, x, radii, moving, digits=7)[0].info["touching"]["contacts"] == 0
+    wide = read_sample(tmp_path, x, radii, moving, digits=7, touch_within=1e-3)[0]
     assert wide.info["touching"]["contacts"] == 1
     x = [[0.6, 5, 5], [1.8, 5, 5], [9.401, 5, 5]]
     cell = {"kind": "periodic", "size": ["10 um"] * 3}
-    assert made(tmp_path, x, boundary=cell, digits=3)[0].info["touching"]["contacts"] == 2
+    assert read_sample(tmp_path, x, boundary=cell, digits=3)[0].info["touching"]["contacts"] == 2
 
 
 def test_moving_grains_of_all_digits(tmp_path):
     """Every second contact of a file of 17 digits would be lost, as of one with few."""
     moving = np.random.default_rng(5).normal(size=(30, 3)) * 1e-3
     table = aggregate(np.full(30, R)), np.full(30, R), moving
-    assert made(tmp_path, *table, digits=17)[0].info["touching"]["contacts"] == 29
+    assert read_sample(tmp_path, *table, digits=17)[0].info["touching"]["contacts"] == 29
     # whose rounding is nearly a hundredth of their diameter
     radii = np.full(60, 0.1)
     x = 0.1 / R * aggregate(np.full(60, R))
-    touching = made(tmp_path, x, radii, digits=3)[0].info["touching"]
+    touching = read_sample(tmp_path, x, radii, digits=3)[0].info["touching"]
     assert (touching["contacts"], touching["fragments"]) == (59, 1)
 
 
@@ -158,18 +158,20 @@ def test_a_sample_in_equilibrium_keeps_its_chance_gaps(tmp_path):
     cake = samples.make(make_scene(sample={"kind": "rbd", "grains": 200, "seed": 2}))
     far = [[1e3, 0, 0], [1e3 + 1.2005, 0, 0]]
     x = np.concatenate([cake.positions * 1e6, far])
-    sample, _ = made(tmp_path, x, digits=8)
+    sample, _ = read_sample(tmp_path, x, digits=8)
     np.testing.assert_allclose(sample.positions * 1e6, x, atol=1e-8)
     assert "done" not in sample.info["touching"]
 
 
 def test_deep_overlaps_are_named_before_a_run(tmp_path):
-    sample, scene = made(tmp_path, [[0, 0, 0], [1.188, 0, 0], [2.376, 0, 0]])
+    sample, scene = read_sample(tmp_path, [[0, 0, 0], [1.188, 0, 0], [2.376, 0, 0]])
     (text,) = sample.info["remarks"]
     assert "2 of 2 contacts overlap by more than 5 times" in text and "72.2 times" in text
     assert "sample.touch_within: 0.011 puts them" in text
     assert text == f"sample: {deep_overlaps(sample, Materials(scene))}"
-    sample, scene = made(tmp_path, [[0, 0, 0], [1.188, 0, 0], [2.376, 0, 0]], touch_within=0.011)
+    sample, scene = read_sample(
+        tmp_path, [[0, 0, 0], [1.188, 0, 0], [2.376, 0, 0]], touch_within=0.011
+    )
     np.testing.assert_allclose(overlaps(sample, scene), 1.0, atol=2e-3)
     assert not deep_overlaps(sample, Materials(scene))
 
@@ -257,24 +259,24 @@ def sample(name):
 
 @pytest.mark.parametrize("name", READ)
 def test_it_is_read(name):
-    grains, last, more = READ[name]
+    grains, last, keys = READ[name]
     found = sample(name)
     assert len(found) == grains
     if last is not None:  # to the nanometre: grains that touch are put into equilibrium contact
         np.testing.assert_allclose(found.positions[-1], np.array(last) * 1e-6, atol=1e-9)
-    if "radius" in more:
+    if "radius" in keys:
         radius = 0.6e-6 if found.radii is None else found.radii[-1]
-        assert radius == pytest.approx(more["radius"] * 1e-6, rel=1e-9)
-    if "materials" in more:
-        assert found.materials.tolist() == more["materials"]
-    if "edges" in more:
+        assert radius == pytest.approx(keys["radius"] * 1e-6, rel=1e-9)
+    if "materials" in keys:
+        assert found.materials.tolist() == keys["materials"]
+    if "edges" in keys:
         room = np.reshape(found.info["room"], (3, 2))
-        np.testing.assert_allclose(np.ptp(room, axis=1), np.array(more["edges"]) * 1e-6, rtol=1e-9)
-    if "contacts" in more:
-        assert found.info["network"] == {"contacts": more["contacts"], "fragments": 1}
-    if "gyration" in more:
-        assert found.info["radius_of_gyration"] == pytest.approx(more["gyration"] * 1e-6, rel=1e-3)
-    assert more.get("remark", "") in " ".join(found.info.get("remarks", ()))
+        np.testing.assert_allclose(np.ptp(room, axis=1), np.array(keys["edges"]) * 1e-6, rtol=1e-9)
+    if "contacts" in keys:
+        assert found.info["network"] == {"contacts": keys["contacts"], "fragments": 1}
+    if "gyration" in keys:
+        assert found.info["radius_of_gyration"] == pytest.approx(keys["gyration"] * 1e-6, rel=1e-3)
+    assert keys.get("remark", "") in " ".join(found.info.get("remarks", ()))
 
 
 @pytest.mark.parametrize("name", REFUSED)

@@ -124,19 +124,19 @@ def test_units_attributes_go_before_those_of_the_scene(tmp_path):
 
 def test_what_is_not_read_is_listed(tmp_path):
     """Also masses, whose unit a unit of length does not say."""
-    more = {
+    options = {
         "charge": ("n", RADII),
         "temperature": ((), 20.0),
         "mass": ("n", RADII),
         "omega": ("n", RADII),
         "forces": (("n", "xyz"), X),
     }
-    state = read(tmp_path, COLUMNS | more)
+    state = read(tmp_path, COLUMNS | options)
     assert state["unread"] == ["charge", "forces", "mass", "omega", "temperature"]
     sample = {"kind": "explicit", "file": str(tmp_path / "a.nc"), "units": "um", "touch_within": 0}
     remarks = samples.make(make_scene(sample=sample)).info["remarks"]
     assert remarks[0].endswith("a.nc: charge, forces, mass, omega, temperature")
-    run = write(tmp_path / "run.nc", COLUMNS | more, {"dusttaichi_version": "1"})
+    run = write(tmp_path / "run.nc", COLUMNS | options, {"dusttaichi_version": "1"})
     with pytest.raises(DustError, match="this run has no snapshots; allowed: one with output.snap"):
         netcdf.read(run, Source("run.nc", []))
 

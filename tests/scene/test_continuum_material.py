@@ -37,7 +37,7 @@ def test_a_file_is_found_beside_the_scene(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("data", "said"),
+    ("data", "message"),
     [
         ("dust", "dust_static, dust_grains, the path of a file"),
         ("nowhere.yaml", "there is no such file"),
@@ -54,10 +54,10 @@ def test_a_file_is_found_beside_the_scene(tmp_path):
         ({"draw": 1, "bulk_modulus": "300 kPa"}, "it needs a `base`"),
     ],
 )
-def test_refused_with_the_reason(data, said):
+def test_refused_with_the_reason(data, message):
     with pytest.raises(ValidationError) as caught:
         read(data)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_the_material_of_the_grains_has_the_source_of_every_number():
@@ -68,7 +68,7 @@ def test_the_material_of_the_grains_has_the_source_of_every_number():
     assert abs(dust.bulk_modulus / dust.source.values[0] - 1) < 5e-4
 
 
-def fitted(dust, names):
+def list_fitted(dust, names):
     """The numbers of a dust that the fit names."""
     out = []
     for name in names:
@@ -83,7 +83,7 @@ def test_draws_have_the_mean_and_the_covariance_of_the_fit():
     source = read("dust_grains").source
     values, covariance = np.array(source.values), np.array(source.covariance)
     drawn = [read({"base": "dust_grains", "draw": k}) for k in range(1, 401)]
-    numbers = np.array([fitted(dust, source.names) for dust in drawn])
+    numbers = np.array([list_fitted(dust, source.names) for dust in drawn])
     sigma = np.sqrt(covariance.diagonal())
     # 400 draws: a mean errs by sigma/20 (four times that is asked), a standard deviation by 1/28;
     # lognormal ones are a percent wider, and what is impossible (phi_1, exponents) is left out.
@@ -91,31 +91,31 @@ def test_draws_have_the_mean_and_the_covariance_of_the_fit():
     assert np.allclose(numbers.std(axis=0), sigma, rtol=0.15)
     # a and b of the tensile strength move against each other, whatever else they do
     pair = [source.names.index("tensile.a"), source.names.index("tensile.b")]
-    asked = covariance[pair[0], pair[1]] / np.prod(sigma[pair])
-    assert abs(np.corrcoef(numbers[:, pair].T)[0, 1] - asked) < 0.02
+    expected_correlation = covariance[pair[0], pair[1]] / np.prod(sigma[pair])
+    assert abs(np.corrcoef(numbers[:, pair].T)[0, 1] - expected_correlation) < 0.02
 
 
 def test_a_draw_is_the_same_each_time_and_other_numbers_can_be_changed():
-    one, again, other = (read({"base": "dust_grains", "draw": k}) for k in (3, 3, 4))
-    assert one == again and one.bulk_modulus != other.bulk_modulus
-    assert one.name == "dust_grains, draw 3" and one.source is None
+    first, repeated, second = (read({"base": "dust_grains", "draw": k}) for k in (3, 3, 4))
+    assert first == repeated and first.bulk_modulus != second.bulk_modulus
+    assert first.name == "dust_grains, draw 3" and first.source is None
     assert read({"base": "dust_grains", "draw": 3, "shear": "sqrt"}).name.endswith("3, changed")
-    assert one.density == read("dust_grains").density  # held by the fit
+    assert first.density == read("dust_grains").density  # held by the fit
 
 
 def test_young_modulus_gives_the_bulk_modulus():
     """K = E/(3 (1 - 2 nu)) and mu = E/(2 (1 + nu)), of dust on a base and of an elastic body."""
-    given = {"young_modulus": "2.1 MPa", "poisson_ratio": 0.3}
-    dust = ContinuumMaterial.model_validate({"base": "dust_g09", **given})
+    moduli = {"young_modulus": "2.1 MPa", "poisson_ratio": 0.3}
+    dust = ContinuumMaterial.model_validate({"base": "dust_g09", **moduli})
     body = {"kind": "elastic", "diameter": "1 mm", "density": "1 g/cm^3"}
-    for found in (dust, ElasticSample.model_validate(body | given)):
-        assert found.bulk_modulus == pytest.approx(2.1e6 / 1.2)
-        assert found.shear_ratio * found.bulk_modulus == pytest.approx(2.1e6 / 2.6)
+    for material in (dust, ElasticSample.model_validate(body | moduli)):
+        assert material.bulk_modulus == pytest.approx(2.1e6 / 1.2)
+        assert material.shear_ratio * material.bulk_modulus == pytest.approx(2.1e6 / 2.6)
     for wrong, text in (
         ({"young_modulus": "2 m", "poisson_ratio": 0.3}, "pressure above 0"),
         ({"young_modulus": "2 MPa %", "poisson_ratio": 0.3}, '"MPa %" is not a unit'),
         ({"young_modulus": "2 MPa"}, "needs a poisson_ratio"),
-        (given | {"bulk_modulus": "1 MPa"}, "not allowed together"),
+        (moduli | {"bulk_modulus": "1 MPa"}, "not allowed together"),
     ):
         with pytest.raises(ValidationError, match=text):
             ElasticSample.model_validate(body | wrong)

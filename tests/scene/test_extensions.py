@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 import xarray as xr
 import yaml
-from program import dust, invoked
+from program import dust, invoke
 from scenes import BASE, CONFIGS, EXAMPLES, extensions_forgotten, write_spring
 
 from dusttaichi import method
@@ -169,10 +169,10 @@ def test_twice_is_harmless(folder):
     (folder / "link.py").symlink_to(folder / "rolling_with_speed.py")
     shutil.copy(folder / "rolling_with_speed.py", folder / "copy.py")
     for names in ("rolling_with_speed.py", "link.py", "copy.py", "copy.py, link.py"):
-        again = from_yaml(LAW.replace("rolling_with_speed.py", names), folder)
+        repeated_scene = from_yaml(LAW.replace("rolling_with_speed.py", names), folder)
         assert laws.law_of("rolling", "speed_dependent") is law
-        assert type(again.interaction.rolling) is type(first.interaction.rolling)
-        assert code_hash(again) == code_hash(first)
+        assert type(repeated_scene.interaction.rolling) is type(first.interaction.rolling)
+        assert code_hash(repeated_scene) == code_hash(first)
 
 
 def test_a_changed_file_needs_another_process(folder):
@@ -192,11 +192,11 @@ def test_paths_are_found_from_anywhere(folder, monkeypatch):
     (folder / "runs").mkdir()
     monkeypatch.chdir(folder / "runs")
     scene = from_yaml(LAW, "..")
-    whole = scene.to_yaml(absolute=True)
-    (path,) = yaml.safe_load(whole)["extensions"]
+    absolute_text = scene.to_yaml(absolute=True)
+    (path,) = yaml.safe_load(absolute_text)["extensions"]
     assert Path(path) == folder / "runs/../rolling_with_speed.py"
     monkeypatch.chdir("/")
-    assert from_yaml(whole).interaction == scene.interaction
+    assert from_yaml(absolute_text).interaction == scene.interaction
 
 
 def test_a_cluster_is_sent_the_file(folder, monkeypatch):
@@ -208,8 +208,8 @@ def test_a_cluster_is_sent_the_file(folder, monkeypatch):
 def test_the_schema_has_what_a_file_registers(folder):
     path = folder / "my.yaml"
     path.write_text("# not finished yet\nextensions: [rolling_with_speed.py, spring.py]\n")
-    before, data = json_schema(), read(LAW).data
-    assert not jsonschema.Draft202012Validator(before).is_valid(data)
+    schema_before, data = json_schema(), read(LAW).data
+    assert not jsonschema.Draft202012Validator(schema_before).is_valid(data)
     load_extensions(path)
     schema = jsonschema.Draft202012Validator(json_schema())
     schema.validate(data)
@@ -239,9 +239,9 @@ def test_a_bundled_file_is_named_from_anywhere(folder, monkeypatch):
 def test_only_the_content_that_a_result_names_is_imported():
     file = CONFIGS / "reissl2024/spin_up.py"
     digest = hashlib.sha256(file.read_bytes()).hexdigest()
-    other = f"spin_up.py sha256:{'0' * 64}"
-    named = f"mine.py sha256:{'1' * 64}\nspin_up.py sha256:{digest}, {other}"
-    extensions.import_bundled(other)
+    text = f"spin_up.py sha256:{'0' * 64}"
+    named = f"mine.py sha256:{'1' * 64}\nspin_up.py sha256:{digest}, {text}"
+    extensions.import_bundled(text)
     assert not shown.NUMBERS.added
     extensions.import_bundled(named)
     assert "spin_up" in shown.NUMBERS and "spin_up" in shown.FIGURES
@@ -309,7 +309,7 @@ MARKED = "open('ran', 'w').close()\n"
 
 
 @pytest.fixture
-def placed(tmp_path, monkeypatch):
+def placed_scene(tmp_path, monkeypatch):
     """A scene whose extension is beside it, in it by a link, or elsewhere: its text of `path`."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene").mkdir()
@@ -321,35 +321,37 @@ def placed(tmp_path, monkeypatch):
         text = f"name: a\nextensions: [{name}]\nmaterial: silicate_s12\nstop: {{steps: 1}}\n"
         text += "sample: {kind: chain, grains: 3}\nboundary: {kind: open}\n"
         (tmp_path / "scene" / "a.yaml").write_text(text)
-        done = invoked("check", "scene/a.yaml", *words)
-        return done.exception, (tmp_path / "ran").exists()
+        result = invoke("check", "scene/a.yaml", *words)
+        return result.exception, (tmp_path / "ran").exists()
 
     return check
 
 
 @pytest.mark.parametrize("name", ("../far.py", "link.py"))
-def test_code_from_outside_of_the_folder_is_asked_for(placed, name):
-    error, ran = placed(name)
+def test_code_from_outside_of_the_folder_is_asked_for(placed_scene, name):
+    error, ran = placed_scene(name)
     assert isinstance(error, DustError) and not ran
     assert "(line 2)" in str(error) and "allow it with --extensions" in str(error)
-    assert placed(name, "--extensions") == (None, True)
+    assert placed_scene(name, "--extensions") == (None, True)
 
 
-def test_code_in_the_folder_is_imported_unless_none_is(placed):
-    error, ran = placed("near.py", "--no-extensions")
+def test_code_in_the_folder_is_imported_unless_none_is(placed_scene):
+    error, ran = placed_scene("near.py", "--no-extensions")
     assert isinstance(error, DustError) and not ran and "--no-extensions" in str(error)
-    assert placed("near.py") == (None, True)
+    assert placed_scene("near.py") == (None, True)
 
 
 @pytest.mark.parametrize("answer", (True, False))
-def test_the_question_at_a_terminal(placed, monkeypatch, answer):
-    asked = []
+def test_the_question_at_a_terminal(placed_scene, monkeypatch, answer):
+    questions = []
     monkeypatch.setattr(
         options, "sys", SimpleNamespace(stdin=_Terminal, stderr=_Terminal, argv=["dust"])
     )
-    monkeypatch.setattr(options.typer, "confirm", lambda text, err: asked.append(text) or answer)
-    error, ran = placed("../far.py")
-    assert ran is answer and len(asked) == 1 and "far.py is outside" in asked[0]
+    monkeypatch.setattr(
+        options.typer, "confirm", lambda text, err: questions.append(text) or answer
+    )
+    error, ran = placed_scene("../far.py")
+    assert ran is answer and len(questions) == 1 and "far.py is outside" in questions[0]
 
 
 class _Terminal:

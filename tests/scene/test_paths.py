@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import synthetic
-from program import invoked
+from program import invoke
 from scenes import CONFIGS, scene, text_of
 
 from dusttaichi.analysis import open_run
@@ -50,14 +50,14 @@ def test_the_dust_of_a_continuum_from_a_file(home):
 
 
 def test_the_command_line(home):
-    done = invoked("new", "omni_static", "--output=~/copy.yaml")
-    assert done.exit_code == 0 and (home / "copy.yaml").exists(), done.output
+    result = invoke("new", "omni_static", "--output=~/copy.yaml")
+    assert result.exit_code == 0 and (home / "copy.yaml").exists(), result.output
     assert completion.complete_scenes("~/co") == ["~/copy.yaml"]
-    assert invoked("check", "~/copy.yaml", "--scene").exit_code == 0
+    assert invoke("check", "~/copy.yaml", "--scene").exit_code == 0
     synthetic.writer(home / "run" / "result.nc", 4).close()
     assert str(open_run("~/run").path.parent) == str(home / "run")
-    done = invoked("compare", "~/run", "~/run/result.nc", "--json")
-    assert done.exit_code == 0, done.output
+    result = invoke("compare", "~/run", "~/run/result.nc", "--json")
+    assert result.exit_code == 0, result.output
 
 
 def test_every_command_expands_its_paths(home):

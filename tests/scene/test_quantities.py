@@ -153,11 +153,11 @@ def test_format_rounds_for_people(value, dimension, text):
 
 @pytest.mark.parametrize("dimension", quantities.DIMENSIONS)
 def test_example_and_all_units_of_a_dimension_are_those_of_pint(dimension):
-    kind = quantities.DIMENSIONS[dimension]
-    quantities.parse(kind.example, dimension)
-    assert quantities.parse(f"1 {kind.unit}", dimension) == 1.0
-    reference, root = quantities._find_root_units(kind.unit)
-    for unit, power in kind.powers.items():
+    row = quantities.DIMENSIONS[dimension]
+    quantities.parse(row.example, dimension)
+    assert quantities.parse(f"1 {row.unit}", dimension) == 1.0
+    reference, root = quantities._find_root_units(row.unit)
+    for unit, power in row.powers.items():
         assert quantities.parse(f"1 {unit}", dimension) == float(f"1e{power}")
         factor, own_root = quantities._find_root_units(unit)
         assert own_root == root and factor / reference == Decimal(1).scaleb(power)
@@ -314,8 +314,8 @@ output: {{series: {{steps: {}}}, snapshots: {}}}
 def test_a_resolved_scene_is_the_same_scene(text):
     """The scene that its resolved text gives, and so is its text."""
     scene = from_yaml(text)
-    again = from_yaml(scene.to_yaml())
-    assert again == scene and again.to_yaml() == scene.to_yaml()
+    repeated_scene = from_yaml(scene.to_yaml())
+    assert repeated_scene == scene and repeated_scene.to_yaml() == scene.to_yaml()
 
 
 # -- samples -------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from scenes import (
     FULL,
     OPEN,
     POSITIONS,
-    edited,
+    edit_base,
     extensions_forgotten,
     scene,
     text_of,
@@ -40,11 +40,11 @@ def leave_nothing_behind():
 def test_configs_round_trip_and_satisfy_the_schema_that_they_name(path):
     loaded, text = load(path), path.read_text(encoding="utf-8")
     assert loaded.source == text and loaded.path == path
-    again = from_yaml(loaded.to_yaml())
-    assert again == loaded and hash(again) == hash(loaded)
-    assert again.to_yaml() == loaded.to_yaml()
-    whole = loaded.to_yaml(absolute=True)
-    assert from_yaml(whole).to_yaml(absolute=True) == whole
+    repeated_scene = from_yaml(loaded.to_yaml())
+    assert repeated_scene == loaded and hash(repeated_scene) == hash(loaded)
+    assert repeated_scene.to_yaml() == loaded.to_yaml()
+    absolute_text = loaded.to_yaml(absolute=True)
+    assert from_yaml(absolute_text).to_yaml(absolute=True) == absolute_text
     prefix, _, relative = text.splitlines()[0].partition("=")
     assert prefix == "# yaml-language-server: $schema"
     schema = json.loads((path.parent / relative).read_text(encoding="utf-8"))
@@ -164,7 +164,7 @@ def test_units_of_a_sample_file(unit, value):
 def test_sample_file_is_relative_to_the_yaml_file(tmp_path):
     (tmp_path / "grains.csv").write_text("x,y,z\n0,0,0\n")
     file = tmp_path / "a.yaml"
-    file.write_text(edited("sample", "sample: {kind: explicit, file: grains.csv}"))
+    file.write_text(edit_base("sample", "sample: {kind: explicit, file: grains.csv}"))
     assert load(file).sample.file == tmp_path / "grains.csv"
     assert from_yaml(load(file).to_yaml()) == load(file)
 
@@ -181,7 +181,7 @@ def test_frozen(target):
 
 
 def test_the_way_to_change_an_entry_of_a_list_is_named():
-    text = edited("stop", "stages: [{name: wait, stop: {steps: 3}}]")
+    text = edit_base("stop", "stages: [{name: wait, stop: {steps: 3}}]")
     staged = from_yaml(text.replace(", wall_speed: 1 cm/s", ""))
     with pytest.raises(DustError, match=r"scene.with_value\('stages.0.name', ...\)"):
         staged.stages[0].name = "rest"
@@ -190,8 +190,8 @@ def test_the_way_to_change_an_entry_of_a_list_is_named():
 
 def test_round_trip_of_everything_and_equality():
     full = scene(**FULL)
-    again = from_yaml(full.to_yaml())
-    assert again == full
+    repeated_scene = from_yaml(full.to_yaml())
+    assert repeated_scene == full
     assert yaml.safe_load(full.to_yaml()) == read(full.to_yaml()).data
     assert scene() == scene()
     assert scene() != scene(sample="{kind: rbd, grains: 101}")
@@ -218,13 +218,13 @@ def test_round_trip_of_everything_and_equality():
     ],
 )
 def test_with_value(path, value, get):
-    before = scene()
+    first_scene = scene()
     if get is None:
-        before = scene(interaction="{damping: viscous}")
+        first_scene = scene(interaction="{damping: viscous}")
         get = lambda s: s.interaction.damping.kappa == 2e-9  # noqa: E731
-    text = before.to_yaml()
-    assert get(before.with_value(path, value))
-    assert before.to_yaml() == text
+    text = first_scene.to_yaml()
+    assert get(first_scene.with_value(path, value))
+    assert first_scene.to_yaml() == text
 
 
 def test_with_value_twice_in_lists_and_dependent_defaults():
@@ -235,21 +235,21 @@ def test_with_value_twice_in_lists_and_dependent_defaults():
 
 
 @pytest.mark.parametrize(
-    "path, value, parts",
+    "path, value, words",
     [
         ("boundary.wall_speed", 5, ["boundary.wall_speed = 5", "no unit", '"1 cm/s"']),
         ("boundary.speed", "5 m/s", ["boundary.speed", "unknown key", "wall_speed"]),
         ("boundary.kind.x", 1, ["boundary.kind = 'box' has no keys below it"]),
     ],
 )
-def test_with_value_refuses_as_the_file_does(path, value, parts):
+def test_with_value_refuses_as_the_file_does(path, value, words):
     with pytest.raises(DustError) as error:
         scene().with_value(path, value)
-    assert all(part in str(error.value) for part in parts)
+    assert all(word in str(error.value) for word in words)
 
 
 @pytest.mark.parametrize(
-    "blocks, parts",
+    "blocks, words",
     [
         (
             {"boundary": "{kind: open}"},
@@ -331,14 +331,14 @@ def test_with_value_refuses_as_the_file_does(path, value, parts):
         ),
     ],
 )
-def test_blocks_that_do_not_go_together(blocks, parts):
+def test_blocks_that_do_not_go_together(blocks, words):
     with pytest.raises(DustError) as error:
         scene(**blocks)
-    assert all(part in str(error.value) for part in [*parts, "(line "])
+    assert all(word in str(error.value) for word in [*words, "(line "])
 
 
 def test_all_problems_at_once_in_the_order_of_the_file():
-    text = edited("boundary", "boundary:\n  kind: box\n  wall_speed: 1 cm\n  sides: 5")
+    text = edit_base("boundary", "boundary:\n  kind: box\n  wall_speed: 1 cm\n  sides: 5")
     text = text.replace("grains: 100", "grains: -1")
     with pytest.raises(DustError) as error:
         from_yaml(text, title="a.yaml")
@@ -354,7 +354,7 @@ def test_all_problems_at_once_in_the_order_of_the_file():
 
 @pytest.mark.parametrize("block", ["name", "material", "sample", "boundary", "stop"])
 def test_missing_block(block):
-    text = edited(block, "# left out")
+    text = edit_base(block, "# left out")
     with pytest.raises(DustError, match=f"  {block}: it is missing"):
         from_yaml(text)
 
@@ -385,12 +385,12 @@ def test_one_number_is_downwards_and_a_list_goes_anywhere(scene):
 
 def test_plane_strain_has_x_and_z():
     assert acceleration(DUST, "[1 m/s^2, -2 m/s^2]") == (1.0, 0.0, -2.0)
-    again = from_yaml(from_yaml(f"{DUST}gravity: [1 m/s^2, -2 m/s^2]").to_yaml())
-    assert again.gravity.acceleration == (1.0, 0.0, -2.0)
+    repeated_scene = from_yaml(from_yaml(f"{DUST}gravity: [1 m/s^2, -2 m/s^2]").to_yaml())
+    assert repeated_scene.gravity.acceleration == (1.0, 0.0, -2.0)
 
 
 @pytest.mark.parametrize(
-    "scene, gravity, said",
+    "scene, gravity, message",
     [
         (GRAINS, "-9.81 m/s^2", ["of at least 0 (downwards)", "acceleration: [0 m/s^2"]),
         (GRAINS, "9.81", ["gravity = 9.81", '"9.81 m/s^2"']),
@@ -409,8 +409,8 @@ def test_plane_strain_has_x_and_z():
         ),
     ],
 )
-def test_what_it_is_not(scene, gravity, said):
+def test_what_it_is_not(scene, gravity, message):
     with pytest.raises(DustError) as refused:
         from_yaml(f"{scene}\ngravity: {gravity}\n")
-    for words in said:
+    for words in message:
         assert words in str(refused.value), str(refused.value)

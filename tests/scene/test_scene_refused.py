@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from scenes import BASE, LINE, OPEN, POSITIONS, edited, scene
+from scenes import BASE, LINE, OPEN, POSITIONS, edit_base, scene
 
 from dusttaichi.errors import DustError
 from dusttaichi.samples import make as make_sample
@@ -180,15 +180,15 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize("text, parts", REFUSED, ids=[text for text, _ in REFUSED])
-def test_refused_with_path_value_allowed_and_line(text, parts):
+@pytest.mark.parametrize("text, words", REFUSED, ids=[text for text, _ in REFUSED])
+def test_refused_with_path_value_allowed_and_line(text, words):
     block = text.split(":")[0]
     with pytest.raises(DustError) as error:
-        from_yaml(edited(block, text), title="a.yaml")
+        from_yaml(edit_base(block, text), title="a.yaml")
     message = str(error.value)
     assert message.startswith("a.yaml cannot be used:\n  ")
-    for part in parts:
-        assert part in message
+    for word in words:
+        assert word in message
     first = message.splitlines()[1]
     assert first.endswith((f"(line {LINE[block]})", f"(line {LINE[block] + 1})"))
 
@@ -197,7 +197,7 @@ def test_refused_with_path_value_allowed_and_line(text, parts):
 
 
 @pytest.mark.parametrize(
-    "content, parts",
+    "content, words",
     [
         (b"", ["is empty", "name, material, sample, boundary and stop (or stages) are needed"]),
         (b"# nothing\n", ["is empty"]),
@@ -224,14 +224,14 @@ def test_refused_with_path_value_allowed_and_line(text, parts):
         (b"\xff\xfe\x00\x80", ["is not a text file in UTF-8"]),
     ],
 )
-def test_files_that_are_not_a_scene(tmp_path, content, parts):
+def test_files_that_are_not_a_scene(tmp_path, content, words):
     file = tmp_path / "a.yaml"
     file.write_bytes(content)
     with pytest.raises(DustError) as error:
         load(file)
     message = str(error.value)
     assert message.startswith(str(file)) and "\n" not in message
-    assert all(part in message for part in parts)
+    assert all(word in message for word in words)
 
 
 def test_a_nest_of_aliases_takes_no_time():
@@ -244,20 +244,20 @@ def test_a_nest_of_aliases_takes_no_time():
 
 def test_aliases_and_merge_keys():
     size = "{kind: box, wall_speed: 1 m/s, size: [&edge 40 um, *edge, *edge]}"
-    assert from_yaml(edited("boundary", f"boundary: {size}")).boundary.size == (40e-6,) * 3
+    assert from_yaml(edit_base("boundary", f"boundary: {size}")).boundary.size == (40e-6,) * 3
     # YAML 1.1: what is written beside << comes first, then the blocks in their order
     text = (
         "{kind: collision, target: &t {kind: bcca, grains: 16, seed: 1}, speed: 1 m/s, projectile: "
     )
     for block in ("{<<: *t, seed: 2}", "{seed: 2, <<: [{kind: bcca, grains: 16}, *t]}"):
-        sample = from_yaml(edited("sample", f"sample: {text}{block}}}")).sample
-        other = sample.projectile
-        assert (other.kind, other.grains, other.seed) == ("bcca", 16, 2)
+        sample = from_yaml(edit_base("sample", f"sample: {text}{block}}}")).sample
+        projectile = sample.projectile
+        assert (projectile.kind, projectile.grains, projectile.seed) == ("bcca", 16, 2)
         assert (sample.target.grains, sample.target.seed) == (16, 1)
 
 
 def test_a_no_break_space_in_a_value_is_a_space():
-    stop = from_yaml(edited("stop", "stop: {time: 1\u00a0ns\u00a0}")).stop
+    stop = from_yaml(edit_base("stop", "stop: {time: 1\u00a0ns\u00a0}")).stop
     assert stop.time == 1e-9
 
 
@@ -267,7 +267,7 @@ def test_files_that_are_missing_a_directory_or_may_not_be_read(tmp_path, monkeyp
     with pytest.raises(DustError, match="is a directory; a YAML file is needed"):
         load(tmp_path)
     file = tmp_path / "a.yaml"
-    file.write_text(edited("sample", "sample: {kind: explicit, file: none.csv}"))
+    file.write_text(edit_base("sample", "sample: {kind: explicit, file: none.csv}"))
     with pytest.raises(DustError) as error:
         load(file)
     assert 'sample.file = "none.csv": there is no such file' in str(error.value)
@@ -284,7 +284,7 @@ def test_files_that_are_missing_a_directory_or_may_not_be_read(tmp_path, monkeyp
 
 
 @pytest.mark.parametrize(
-    "text, part",
+    "text, word",
     [
         ("zz: a\x00b", "the character U+0000 is not allowed (line 9"),
         ('zz: "a\\0b"', "the character U+0000 is not allowed (line 9"),
@@ -292,10 +292,10 @@ def test_files_that_are_missing_a_directory_or_may_not_be_read(tmp_path, monkeyp
         ("\n".join(f"k{n}: 1" for n in range(500)), "and 470 more"),
     ],
 )
-def test_texts_that_no_scene_has(text, part):
+def test_texts_that_no_scene_has(text, word):
     with pytest.raises(DustError) as error:
         from_yaml(f"{BASE}{text}\n")
-    assert part in str(error.value) and len(str(error.value)) < 10_000
+    assert word in str(error.value) and len(str(error.value)) < 10_000
 
 
 def test_a_chain_that_no_memory_holds():
@@ -327,7 +327,7 @@ CONTINUUM = {
 
 
 @pytest.mark.parametrize(
-    "key, text, part",
+    "key, text, word",
     [
         ("dimension", '"3"', 'dimension = "3": did you mean 3, a plain number? 2 or 3 is needed'),
         ("dimension", "3D", "did you mean 3, a plain number? 2 or 3 is needed"),
@@ -347,11 +347,11 @@ CONTINUUM = {
         ("material", "{base: ice_t19}", '"ice_t19" belongs to method: grains; one of dust_g09'),
     ],
 )
-def test_words_of_the_other_method_and_plain_numbers(key, text, part):
+def test_words_of_the_other_method_and_plain_numbers(key, text, word):
     lines = {**CONTINUUM, key: text}
     with pytest.raises(DustError) as error:
         from_yaml("\n".join(f"{name}: {value}" for name, value in lines.items()))
-    assert part in str(error.value)
+    assert word in str(error.value)
 
 
 def test_the_table_of_keys_names_the_law_of_sizes():

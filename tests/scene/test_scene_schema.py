@@ -5,7 +5,7 @@ from functools import cache
 import jsonschema
 import pytest
 import yaml
-from scenes import BASE, CONFIGS, FULL, edited, text_of
+from scenes import BASE, CONFIGS, FULL, edit_base, text_of
 
 from dusttaichi.scene import NAMED, Scene, from_yaml, json_schema, schema_text
 from dusttaichi.scene.keys import list_keys
@@ -27,21 +27,21 @@ def test_schema_is_in_step_valid_and_describes_every_key():
             assert "description" in field or name in ("kind", "model"), name
             if "pattern" in field and name != "name":
                 assert field["examples"], name
-    assert not list(_described(json_schema()))
+    assert not list(_find_undescribed(json_schema()))
 
 
-def _described(node, where=""):
+def _find_undescribed(node, location=""):
     """Yield the places of all keys of a schema that say nothing."""
     if isinstance(node, dict):
         for name, field in node.get("properties", {}).items():  # one may be called properties
             if not {"description", "const", "enum"} & set(field):
-                yield f"{where}.{name}"
-            yield from _described(field, f"{where}.{name}")
+                yield f"{location}.{name}"
+            yield from _find_undescribed(field, f"{location}.{name}")
         for name in node.keys() - {"properties"}:
-            yield from _described(node[name], f"{where}.{name}")
+            yield from _find_undescribed(node[name], f"{location}.{name}")
     elif isinstance(node, list):
-        for part in node:
-            yield from _described(part, where)
+        for entry in node:
+            yield from _find_undescribed(entry, location)
 
 
 @pytest.mark.parametrize(
@@ -59,10 +59,10 @@ def _described(node, where=""):
     ],
 )
 def test_an_editor_says_what_is_wrong_inside_of_alternatives(text, said):
-    data = read(edited(text.split(":")[0], text)).data
-    found = [e.message for e in validator().iter_errors(data)]
-    assert any(said in message for message in found), found
-    assert not any("any of the given schemas" in m for m in found if "null" not in m), found
+    data = read(edit_base(text.split(":")[0], text)).data
+    messages = [e.message for e in validator().iter_errors(data)]
+    assert any(said in message for message in messages), messages
+    assert not any("any of the given schemas" in m for m in messages if "null" not in m), messages
 
 
 SHORTHANDS = [
@@ -105,7 +105,7 @@ BY_SCHEMA = [
 
 @pytest.mark.parametrize("text", BY_SCHEMA)
 def test_schema_refuses(text):
-    data = read(edited(text.split(":")[0], text)).data
+    data = read(edit_base(text.split(":")[0], text)).data
     assert not validator().is_valid(data)
 
 
@@ -162,7 +162,7 @@ def scene_with(key, kind):
 def test_every_key_of_the_schema_is_there_once_with_its_meaning():
     schema = json_schema()
     both = [*ROWS, *list_keys("continuum")]
-    named = {part for key in both for part in key.path.split(".")}
+    named = {name for key in both for name in key.path.split(".")}
     for block in [schema, *schema["$defs"].values()]:
         assert set(block.get("properties", {})) <= named
     for key in both:
@@ -188,6 +188,6 @@ def test_what_is_allowed_of_which_kinds():
     assert keys["numerics.skin"].allowed == '"auto" or a number above 0 and at most 10'
     assert keys["push.grains"].allowed == "a list, for each entry a whole number of at least 0"
     assert "silicate_s12" in keys["material"].allowed
-    kinds = {key.kinds: key for key in ROWS if key.path == "boundary.wall_speed"}
-    assert set(kinds) == {("box",), ("plates", "periodic")}
-    assert kinds["box",].allowed == "a speed of at least 0"
+    allowed = {key.kinds: key for key in ROWS if key.path == "boundary.wall_speed"}
+    assert set(allowed) == {("box",), ("plates", "periodic")}
+    assert allowed["box",].allowed == "a speed of at least 0"

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from program import invoked
+from program import invoke
 from scenes import ROOT, extensions_forgotten
 
 from dusttaichi import __version__
@@ -69,17 +69,19 @@ USES = {
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes and devices are of POSIX systems")
 @pytest.mark.parametrize("use", USES)
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: getattr(kind, "__name__", "long name"))
-def test_what_is_no_file_is_refused_at_once(tmp_path, kind, use):
+@pytest.mark.parametrize(
+    "file_type", KINDS, ids=lambda file_type: getattr(file_type, "__name__", "long name")
+)
+def test_what_is_no_file_is_refused_at_once(tmp_path, file_type, use):
     suffix, read = USES[use]
-    path = tmp_path / f"{kind if isinstance(kind, str) else 'strange'}{suffix}"
-    if not isinstance(kind, str):
-        kind(path)
+    path = tmp_path / f"{file_type if isinstance(file_type, str) else 'strange'}{suffix}"
+    if not isinstance(file_type, str):
+        file_type(path)
     # what reads a hundred gigabytes, or a device, does not come back
     with pytest.raises(DustError) as refused:
         read(path)
     assert len(str(refused.value)) < 3000
-    if kind in (pipe, device):
+    if file_type in (pipe, device):
         assert "it is a device or a pipe" in str(refused.value)
 
 
@@ -98,7 +100,7 @@ def large(text):
 
 
 @pytest.mark.parametrize(
-    "text, parts",
+    "text, words",
     [
         ("sample: {kind: chain, grains: 3}", ()),
         ("sample: {kind: chain, grains: 3.5}", ["sample.grains = 3.5", "(line 6)"]),
@@ -114,17 +116,17 @@ def large(text):
         ("zz\u00a0z: 1", ["the character U+00A0 (no-break space) is in"]),
     ],
 )
-def test_a_large_text_reads_as_a_small_one(text, parts):
-    said = []
-    for whole in (BASE + text + "\n", large(BASE + text + "\n")):
+def test_a_large_text_reads_as_a_small_one(text, words):
+    messages = []
+    for full_text in (BASE + text + "\n", large(BASE + text + "\n")):
         try:
-            said.append(from_yaml(whole).to_yaml())
+            messages.append(from_yaml(full_text).to_yaml())
         except DustError as error:
-            said.append(str(error))
+            messages.append(str(error))
     assert len(large("")) > yaml_text.LARGE
-    assert all(part in each for each in said for part in parts), said
-    if not parts:
-        assert said[0] == said[1]
+    assert all(word in message for message in messages for word in words), messages
+    if not words:
+        assert messages[0] == messages[1]
 
 
 def test_comments_and_empty_lines_of_csv_files(tmp_path):
@@ -135,7 +137,7 @@ def test_comments_and_empty_lines_of_csv_files(tmp_path):
 
 
 def dust(*words):
-    result = invoked(*words)
+    result = invoke(*words)
     if isinstance(result.exception, DustError):
         raise result.exception
     assert result.exit_code == 0, result.output
@@ -218,9 +220,9 @@ def test_new_writes_a_file_that_is_the_same_scene(tmp_path, monkeypatch):
 
 def test_new_brings_the_extensions_along(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    own = (ROOT / "configs/reissl2024/spin_up.py").read_text()
+    source = (ROOT / "configs/reissl2024/spin_up.py").read_text()
     assert "wrote deep/spin_up.py" in dust("new", "reissl2024/spin_up", "-o", "deep/mine.yaml")
-    assert Path("deep/spin_up.py").read_text() == own
+    assert Path("deep/spin_up.py").read_text() == source
     dust("new", "reissl2024/spin_up", "-o", "deep")  # the same file is no other one
     with extensions_forgotten():
         assert load("deep/mine.yaml") == load("deep/spin_up.yaml")

@@ -50,11 +50,11 @@ def folder(tmp_path, monkeypatch):
 
 def steps(folder):
     """Steps of the runs that have a result, and when their results were written."""
-    found = {}
+    counts = {}
     for path in sorted(folder.glob("runs/tiny-sweep/*/result.nc")):
         with xr.open_dataset(path) as series:
-            found[int(series.step[-1])] = path.stat().st_mtime_ns
-    return found
+            counts[int(series.step[-1])] = path.stat().st_mtime_ns
+    return counts
 
 
 @pytest.mark.long  # four starts of the program
@@ -62,14 +62,14 @@ def test_a_job_array_does_the_sweep_in_parts(folder):
     script = ["bash", str(SCRIPT), "sweep", "tiny.yaml", *KEYS]
     for task, expected in ((1, [60]), (0, [50, 60, 70])):
         env = os.environ | array(task, 0, 1, parts=2)
-        done = subprocess.run(script, env=env, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
+        process = subprocess.run(script, env=env, capture_output=True, text=True)
+        assert process.returncode == 0, process.stderr
         assert sorted(steps(folder)) == expected
-    assert "when all are done" in done.stdout
+    assert "when all are done" in process.stdout
     assert not (folder / "runs/tiny-sweep/sweep.nc").exists()
-    before = steps(folder)
+    steps_before = steps(folder)
     dust("sweep", "tiny.yaml", *KEYS, "--resume", "-q", "--no-figures")
-    assert steps(folder) == before  # gathered, and nothing computed again
+    assert steps(folder) == steps_before  # gathered, and nothing computed again
     with xr.open_dataset(folder / "runs/tiny-sweep/sweep.nc") as data:
         assert set(data.status.values.ravel()) == {f"finished: {n} steps" for n in (50, 60, 70)}
     assert not (folder / "runs/tiny-sweep/sweep.png").exists()
@@ -111,23 +111,27 @@ def stub(tmp_path, monkeypatch):
 def array(task, first, last, parts=None):
     """Environment of a task of `sbatch --array=first-last`."""
     numbers = {"ID": task, "MIN": first, "MAX": last, "COUNT": last - first + 1}
-    found = {f"SLURM_ARRAY_TASK_{name}": str(number) for name, number in numbers.items()}
-    return found | ({} if parts is None else {"PARTS": str(parts)})
+    variables = {f"SLURM_ARRAY_TASK_{name}": str(number) for name, number in numbers.items()}
+    return variables | ({} if parts is None else {"PARTS": str(parts)})
 
 
-def part_of_task(*how, **more):
+def part_of_task(*arguments, **options):
     words = ["bash", str(SCRIPT), "collide", "a b.yaml"]
-    env = os.environ | array(*how, **more)
-    done = subprocess.run(words, env=env, capture_output=True, text=True)
-    return done.stdout.partition("--part ")[2].split()[0] if done.returncode == 0 else done.stderr
+    env = os.environ | array(*arguments, **options)
+    process = subprocess.run(words, env=env, capture_output=True, text=True)
+    return (
+        process.stdout.partition("--part ")[2].split()[0]
+        if process.returncode == 0
+        else process.stderr
+    )
 
 
 def test_every_array_has_the_parts_of_the_study(stub):
     """Tasks from 0 or 1 on have all parts; one of them again, alone, has the same one."""
     for first in (0, 1):
-        parts = [part_of_task(task, first, first + 3) for task in range(first, first + 4)]
-        assert sorted(parts) == ["1/4", "2/4", "3/4", "4/4"]
-        assert [part_of_task(task, task, task) for task in range(first, first + 4)] == parts
+        results = [part_of_task(task, first, first + 3) for task in range(first, first + 4)]
+        assert sorted(results) == ["1/4", "2/4", "3/4", "4/4"]
+        assert [part_of_task(task, task, task) for task in range(first, first + 4)] == results
     assert part_of_task(5, 0, 7, parts=8) == "6/8"
     assert "PARTS=8 sbatch" in part_of_task(5, 0, 7)  # two tasks would do the same part
 
@@ -180,8 +184,8 @@ class Cluster:
 
     def add_worker(self):
         """One more worker, with one thread, which nobody starts again when it ends."""
-        how = ("--no-nanny", "--nthreads", "1", "--death-timeout", "20")
-        self.workers.append(self._start("dask_worker", *how))
+        options = ("--no-nanny", "--nthreads", "1", "--death-timeout", "20")
+        self.workers.append(self._start("dask_worker", *options))
 
     def kill_worker(self):
         """SIGKILL for the first of the workers."""
@@ -194,11 +198,11 @@ class Cluster:
         self.scheduler.send_signal(signal.SIGKILL)
         self.scheduler.wait()
 
-    def _start(self, program, *how):
+    def _start(self, program, *arguments):
         command = [sys.executable, "-m", f"distributed.cli.{program}", "--no-dashboard"]
         paths = [str(ROOT), os.environ.get("PYTHONPATH", "")]
         return subprocess.Popen(
-            [*command, "--scheduler-file", str(self._file), *how],
+            [*command, "--scheduler-file", str(self._file), *arguments],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
@@ -225,23 +229,23 @@ def test_what_is_lost_is_computed_again(tmp_path, monkeypatch, cluster):
         results = losing(plan, tmp_path)
         assert sorted(result.code for result in results) == [0, 1], results
         assert all("--resume" in result.text for result in results if result.code)
-        again = engine.run(plan, scheduler=cluster.scheduler_address, resume=True)
-        assert not any(result.code for result in again.values()), again
+        repeated_answers = engine.run(plan, scheduler=cluster.scheduler_address, resume=True)
+        assert not any(result.code for result in repeated_answers.values()), repeated_answers
         for member in plan.members:
-            whole = execute(member.scene, tmp_path / "whole" / member.directory.name)
-            assert_same_bits(whole / RESULT, member.directory / RESULT)
+            uninterrupted = execute(member.scene, tmp_path / "whole" / member.directory.name)
+            assert_same_bits(uninterrupted / RESULT, member.directory / RESULT)
 
 
 def losing(plan, folder):
     """Results of the sweep, once a run has reported that it continues and all has been lost."""
-    lost, done = threading.Event(), threading.Event()
+    lost, finished = threading.Event(), threading.Event()
     with Cluster(folder) as cluster:
 
         def lose():
             cluster.kill_worker()
             time.sleep(0.5)
             cluster.add_worker()
-            done.wait(PATIENCE)
+            finished.wait(PATIENCE)
             cluster.kill_scheduler()
 
         def report(progress):
@@ -249,7 +253,7 @@ def losing(plan, folder):
                 lost.set()
                 threading.Thread(target=lose, daemon=True).start()
             if progress.done:
-                done.set()
+                finished.set()
 
         results = list(engine.run(plan, scheduler=cluster.address, report=report).values())
     assert lost.is_set(), "the sweep was at its end before anything was lost"

@@ -53,11 +53,11 @@ def test_rings_stand_for_equal_areas():
 
 
 def keys_of(scene, folder):
-    return [one.label for one in Collisions(scene, folder).points({})]
+    return [point.label for point in Collisions(scene, folder).points({})]
 
 
 def samples_of(study):
-    return [one.arguments["sample"] for one in study.points({})]
+    return [point.arguments["sample"] for point in study.points({})]
 
 
 def test_the_collisions_of_a_study(tmp_path):
@@ -70,7 +70,7 @@ def test_the_collisions_of_a_study(tmp_path):
     assert (last["target"]["grains"], last["projectile"]["grains"]) == (12, 4)
     assert last["target"]["seed"] == 8 and last["projectile"]["seed"] > 1000
     # what differs in anything is another collision, and the rest is the same in another process
-    keys = [one.label for one in collisions]
+    keys = [collision.label for collision in collisions]
     assert len(set(keys)) == 32
     assert keys_of(from_yaml(scene.to_yaml()), tmp_path / "b") == keys
     for change in (("material.surface_energy", "50 mJ/m^2"), ("collisions.phases", True)):
@@ -106,13 +106,13 @@ def test_bodies_with_seeds_at_any_depth_are_two(tmp_path):
     seeds = {c[n]["of"]["seed"] for c in samples_of(study) for n in ("target", "projectile")}
     assert seeds == {3, 4, 1_000_003, 1_000_004}
     # each pair has two spheres of the run, by their seeds
-    whole = {"kind": "explicit", "file": str(tmp_path / "run")}
-    body = {"kind": "cutout", "of": whole, "grains": 12}
+    sample_block = {"kind": "explicit", "file": str(tmp_path / "run")}
+    body = {"kind": "cutout", "of": sample_block, "grains": 12}
     study = Collisions(study_scene(bodies={"a": {**body, "seed": 4}}, mass_ratio=[3]), tmp_path)
     sample = samples_of(study)[0]
     assert sample["target"]["seed"] == 4 and sample["projectile"]["seed"] > 1000
     assert (sample["target"]["grains"], sample["projectile"]["grains"]) == (12, 4)
-    assert samples_of(Collisions(study_scene(bodies={"a": whole}), tmp_path))
+    assert samples_of(Collisions(study_scene(bodies={"a": sample_block}), tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -158,15 +158,15 @@ def test_a_collision_is_the_run_of_its_scene(tmp_path):
     scene = scene.with_value("stop.time", f"{touch + row['time']:.17g} s")
     execute(scene, tmp_path / "run")
     with analysis.open_run(tmp_path / "run") as run:
-        found, last = analysis.summarise(run), run.series.isel(time=-1)
-        assert row["outcome"] == found["outcome"]
-        assert row["growth_efficiency"] == pytest.approx(found["growth_efficiency"])
-        assert len(row["fragments"]) == found["fragments"]
+        numbers, last = analysis.summarise(run), run.series.isel(time=-1)
+        assert row["outcome"] == numbers["outcome"]
+        assert row["growth_efficiency"] == pytest.approx(numbers["growth_efficiency"])
+        assert len(row["fragments"]) == numbers["fragments"]
         # the touch is a whole number of steps here or one less: losses are of the same step or its
         # neighbour, and change by little in a step of 0.2 ns
         for name, lost in row["loss"].items():
-            own = float(last.loss.sel(channel=name))
-            assert lost == pytest.approx(own, rel=1e-2, abs=1e-3 * row["impact_energy"])
+            loss = float(last.loss.sel(channel=name))
+            assert lost == pytest.approx(loss, rel=1e-2, abs=1e-3 * row["impact_energy"])
     total = sum(row["loss"].values()) + row["kinetic"] + row["potential"]
     # in a ledger that closes the impact energy is all there is to lose, within its residual
     assert total / row["impact_energy"] == pytest.approx(1.0, abs=2e-3 + abs(row["residual"]))
@@ -195,8 +195,8 @@ def test_compression_ends_where_the_bodies_turn(tmp_path):
     scene = study_scene().with_value("sample.speed", "8 m/s")
     row = task.make_collision(scene, phases=True)
     # only on request, and the same collision without
-    own = {"compression_loss": None, "stretching_loss": None}
-    assert task.make_collision(scene) == row | own
+    phase_losses = {"compression_loss": None, "stretching_loss": None}
+    assert task.make_collision(scene) == row | phase_losses
     scene = scene.with_value("stop.time", "1 us").with_value("output.series", {"steps": 25})
     execute(scene, tmp_path / "run")
     with analysis.open_run(tmp_path / "run") as run:
@@ -227,7 +227,7 @@ def test_bodies_that_miss_and_what_cannot_be_made():
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory):
+def finished_study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("collide")
     text = study_scene(phases=True).to_yaml()
     (folder / "study.yaml").write_text(text, encoding="utf-8")
@@ -236,8 +236,8 @@ def done(tmp_path_factory):
     return folder, words
 
 
-def test_files_of_a_study(done):
-    folder, _ = done
+def test_files_of_a_study(finished_study):
+    folder, _ = finished_study
     with xr.open_dataset(folder / "out/collisions.nc") as data:
         assert data.outcome.dims == AXES and data.outcome.shape == (1, 1, 2, 2, 1)
         # head-on at 70 times the sticking speed of two grains nothing is left of 12 and 12
@@ -256,8 +256,8 @@ def test_files_of_a_study(done):
     assert names == {"outcomes.png", "growth.png", "spectrum.png", "phases.png"}
 
 
-def test_the_tools_know_the_folder_of_a_study(done, capsys):
-    folder, _ = done
+def test_the_tools_know_the_folder_of_a_study(finished_study, capsys):
+    folder, _ = finished_study
     out = folder / "out"
     drawn = {path.name for path in out.glob("*.png")}
     dust("plot", out, "-o", folder / "drawn")
@@ -270,14 +270,14 @@ def test_the_tools_know_the_folder_of_a_study(done, capsys):
     data, file = analysis.open_collisions(out)
     assert file == out / "collisions.nc" and data.outcome.dims == AXES
     dust("run", folder / "study.yaml", "-o", folder / "one", "--no-figures")
-    said = "this is the one collision of `sample`; all of `collisions`: dust collide"
-    assert said in capsys.readouterr().err
+    hint = "this is the one collision of `sample`; all of `collisions`: dust collide"
+    assert hint in capsys.readouterr().err
 
 
 def test_a_limit_of_the_model_is_said(tmp_path, monkeypatch, capsys):
     """Before anything is computed: here nothing is."""
 
-    def stop(study, **how):
+    def stop(study, **options):
         raise DustError("stopped")
 
     monkeypatch.setattr(engine, "run", stop)
@@ -285,14 +285,14 @@ def test_a_limit_of_the_model_is_said(tmp_path, monkeypatch, capsys):
     path.write_text(study_scene(speed=["1 m/s", "200 m/s"]).to_yaml(), encoding="utf-8")
     with pytest.raises(DustError, match="stopped"):
         dust("collide", path, "-o", tmp_path / "out")
-    said = capsys.readouterr().err
-    assert "collisions.speed: of 2 speeds, those from 200 m/s on are beyond" in said
-    assert "Two grains may meet at most 200 m/s" in said
+    output = capsys.readouterr().err
+    assert "collisions.speed: of 2 speeds, those from 200 m/s on are beyond" in output
+    assert "Two grains may meet at most 200 m/s" in output
 
 
-def test_parts_of_a_study_make_the_whole(done, capsys):
+def test_parts_of_a_study_make_the_whole(finished_study, capsys):
     """Each part writes a file of its own, so that they may run at the same time."""
-    folder, _ = done
+    folder, _ = finished_study
     words = ["collide", folder / "study.yaml", "-o", folder / "parts", "-q", "--no-figures"]
     for number in (1, 2):
         dust(*words, "--part", f"{number}/2")
@@ -311,9 +311,9 @@ def test_parts_of_a_study_make_the_whole(done, capsys):
 
 
 @pytest.mark.long  # runs of an ensemble go there in every suite
-def test_a_study_on_a_dask_cluster(done, cluster):
+def test_a_study_on_a_dask_cluster(finished_study, cluster):
     """Without a shared disk, bit for bit what this machine has made."""
-    folder, _ = done
+    folder, _ = finished_study
     words = ["collide", folder / "study.yaml", "-o", folder / "dask", "-q", "--no-figures"]
     dust(*words, "--scheduler", cluster.scheduler_address)
     rows = [(folder / name / "collisions.jsonl").read_text() for name in ("out", "dask")]
@@ -334,8 +334,8 @@ def test_collisions_at_a_time(options, workers, batch, tmp_path, monkeypatch):
             assert count == workers
             super().__init__(count, heard, idle)
 
-        def submit(self, one, inputs):
-            sizes.append(len(one.labels))
+        def submit(self, point, inputs):
+            sizes.append(len(point.labels))
             future = Future()
             future.set_exception(DustError("not made"))
             return future
@@ -353,14 +353,14 @@ def test_speeds_are_added_where_growth_ends(tmp_path):
     """Bisection: each further speed halves the interval about the threshold; none below 2 %."""
 
     def refined(number):
-        study, found, rounds = Collisions(scene_of(number), tmp_path), {}, 0
-        while points := [one for one in study.points(found) if one.label not in found]:
+        study, answers, rounds = Collisions(scene_of(number), tmp_path), {}, 0
+        while points := [point for point in study.points(answers) if point.label not in answers]:
             rounds += 1
-            for one in points:
-                speed = float(one.arguments["sample"]["speed"].removesuffix(" m/s"))
-                made = collision_row(growth_efficiency=np.log(21.0 / speed))
-                found[one.label] = Found(one, measured=made)
-        return study, found, rounds
+            for point in points:
+                speed = float(point.arguments["sample"]["speed"].removesuffix(" m/s"))
+                row = collision_row(growth_efficiency=np.log(21.0 / speed))
+                answers[point.label] = Found(point, measured=row)
+        return study, answers, rounds
 
     def scene_of(number):
         return study_scene(speed=["5 m/s", "80 m/s"], refine=number)

@@ -60,12 +60,12 @@ def test_replicas_take_their_samples_from_those_of_another_run(tmp_path, monkeyp
         (tmp_path / f"press/replica_{number}").mkdir(parents=True)
         (tmp_path / f"press/replica_{number}/result.nc").touch()
     monkeypatch.chdir(tmp_path)
-    own = scene(sample="{kind: explicit, file: press}").with_value("replicas", 2)
-    there = [tmp_path / f"press/replica_{number}" for number in range(2)]
-    members = replicas(own, tmp_path / "pull").members
-    assert [m.scene.sample.file.resolve() for m in members] == there
-    members = sweep(own, ["boundary.wall_speed=1cm/s,5cm/s"], tmp_path / "pull").members
-    assert [m.scene.sample.file.resolve() for m in members] == 2 * there
+    own_scene = scene(sample="{kind: explicit, file: press}").with_value("replicas", 2)
+    folders = [tmp_path / f"press/replica_{number}" for number in range(2)]
+    members = replicas(own_scene, tmp_path / "pull").members
+    assert [m.scene.sample.file.resolve() for m in members] == folders
+    members = sweep(own_scene, ["boundary.wall_speed=1cm/s,5cm/s"], tmp_path / "pull").members
+    assert [m.scene.sample.file.resolve() for m in members] == 2 * folders
     assert input_files(members[1].scene) == ["press/replica_1/result.nc"]
 
 
@@ -116,8 +116,8 @@ def test_settings_that_need_each_other(tmp_path):
     bodies = "{kind: collision, target: {kind: pair}, projectile: {kind: pair}, speed: 5 m/s}"
     collision = scene(sample=bodies, boundary="{kind: open}", stop="{time: 1 us}")
     for settings in (both, both[::-1]):
-        found = with_settings(collision, settings).numerics
-        assert found.stiffness_scaling == 0.1 and found.scaling_anyway
+        numerics = with_settings(collision, settings).numerics
+        assert numerics.stiffness_scaling == 0.1 and numerics.scaling_anyway
     swept = sweep(collision, [both[0] + ",0.3", both[1]], tmp_path)
     assert [m.scene.numerics.stiffness_scaling for m in swept.members] == [0.1, 0.3]
     with pytest.raises(DustError, match="scaling_anyway: true beside it"):
@@ -139,7 +139,7 @@ def test_long_or_equal_names_of_points_become_numbers(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("settings", "what"),
+    ("settings", "fault"),
     [
         (
             ["boundary.wall_speed=1 cm"],
@@ -161,8 +161,8 @@ def test_long_or_equal_names_of_points_become_numbers(tmp_path):
         (["output.directory=a,b"], "use --output instead"),
     ],
 )
-def test_what_cannot_be_swept_is_said_before_anything_runs(settings, what, tmp_path):
-    with pytest.raises(DustError, match=what):
+def test_what_cannot_be_swept_is_said_before_anything_runs(settings, fault, tmp_path):
+    with pytest.raises(DustError, match=fault):
         sweep(cake(), settings, tmp_path / "sweep")
     assert not (tmp_path / "sweep").exists()
 
@@ -236,7 +236,7 @@ output: {series: {steps: 50}, profiles: off, snapshots: off, checkpoint: 1000 s}
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
+def finished_runs(tmp_path_factory):
     """Two replicas done by `dust run`."""
     folder = tmp_path_factory.mktemp("replicas")
     (folder / "tiny.yaml").write_text(TINY + "replicas: 2\n")
@@ -244,44 +244,44 @@ def finished(tmp_path_factory):
     return folder
 
 
-def test_replicas_are_the_single_runs_with_these_seeds(finished, tmp_path):
+def test_replicas_are_the_single_runs_with_these_seeds(finished_runs, tmp_path):
     single = from_yaml(TINY).with_value("sample.seed", 4)
     execute(single, tmp_path)
-    assert_same_bits(tmp_path / "result.nc", finished / "runs/replica_1/result.nc")
-    names = {path.name for path in (finished / "runs/replica_1").iterdir()}
+    assert_same_bits(tmp_path / "result.nc", finished_runs / "runs/replica_1/result.nc")
+    names = {path.name for path in (finished_runs / "runs/replica_1").iterdir()}
     assert {"result.nc", "scene.yaml", "checkpoint.bin"} <= names
     assert "ledger.png" not in names  # six runs of a second would take a minute
 
 
-def test_ensemble_holds_all_and_their_mean(finished):
-    with xr.open_dataset(finished / "runs/ensemble.nc") as data:
+def test_ensemble_holds_all_and_their_mean(finished_runs):
+    with xr.open_dataset(finished_runs / "runs/ensemble.nc") as data:
         assert data.seed.values.tolist() == [3, 4]
         assert set(data.status.values) == {"finished: 300 steps"}
         assert data.attrs["coordinate"] == "filling_factor"
         assert "replicas: 2" in data.attrs["scene_resolved"]
         for number in range(2):
-            with xr.open_dataset(finished / f"runs/replica_{number}/result.nc") as one:
-                assert float(data.final_height[number]) == float(one.height[-1])
+            with xr.open_dataset(finished_runs / f"runs/replica_{number}/result.nc") as single:
+                assert float(data.final_height[number]) == float(single.height[-1])
                 # the height is as smooth as it can be: interpolation errs in the second order,
                 # by (spacing / filling factor)^2 of it
-                there = data.height[number].dropna("filling_factor")
-                expected = np.interp(there.filling_factor, one.filling_factor, one.height)
-                np.testing.assert_allclose(there, expected, rtol=1e-12)
+                heights = data.height[number].dropna("filling_factor")
+                expected = np.interp(heights.filling_factor, single.filling_factor, single.height)
+                np.testing.assert_allclose(heights, expected, rtol=1e-12)
         np.testing.assert_allclose(data.mean_final_height, data.final_height.mean(), rtol=1e-12)
         np.testing.assert_allclose(data.std_final_height, data.final_height.std(ddof=1), rtol=1e-12)
-    assert (finished / "runs/ensemble.png").stat().st_size > 10_000
+    assert (finished_runs / "runs/ensemble.png").stat().st_size > 10_000
 
 
-def test_resume_keeps_what_is_finished(finished):
-    files = [finished / f"runs/replica_{n}/result.nc" for n in range(2)]
-    before = files[0].stat().st_mtime_ns
-    whole = files[1].rename(finished / "whole.nc")
-    (finished / "runs/replica_1/checkpoint.bin").unlink()
-    (finished / "runs/ensemble.nc").unlink()
-    dust("run", finished / "tiny.yaml", "-q", "-o", finished / "runs", "--resume")
-    assert (finished / "runs/ensemble.nc").exists()
-    assert files[0].stat().st_mtime_ns == before
-    assert_same_bits(whole, files[1])
+def test_resume_keeps_what_is_finished(finished_runs):
+    files = [finished_runs / f"runs/replica_{n}/result.nc" for n in range(2)]
+    st_mtime_ns_before = files[0].stat().st_mtime_ns
+    renamed = files[1].rename(finished_runs / "whole.nc")
+    (finished_runs / "runs/replica_1/checkpoint.bin").unlink()
+    (finished_runs / "runs/ensemble.nc").unlink()
+    dust("run", finished_runs / "tiny.yaml", "-q", "-o", finished_runs / "runs", "--resume")
+    assert (finished_runs / "runs/ensemble.nc").exists()
+    assert files[0].stat().st_mtime_ns == st_mtime_ns_before
+    assert_same_bits(renamed, files[1])
 
 
 def test_a_run_that_fails_does_not_end_the_others(tmp_path, capsys):
@@ -322,9 +322,9 @@ def test_an_interruption_reaches_the_runs(tmp_path):
     wait_for(first, process)
     time.sleep(0.5)
     process.send_signal(signal.SIGTERM)
-    _, said = process.communicate(timeout=300)
-    assert process.returncode == 130, said
-    assert "dust run long.yaml -q --threads 1 --resume" in said and "Traceback" not in said
+    _, output = process.communicate(timeout=300)
+    assert process.returncode == 130, output
+    assert "dust run long.yaml -q --threads 1 --resume" in output and "Traceback" not in output
     with xr.open_dataset(first) as series:
         assert series.attrs["status"] == "interrupted"
         assert int(series.step[-1]) < 60_000_000

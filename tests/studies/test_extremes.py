@@ -25,14 +25,14 @@ def cells_of(group, *words):
     return [c for c in GROUPS[group](False) if any(w in c.name for w in words)]
 
 
-def tried(cells):
+def try_cells(cells):
     return {cell.name: attempt(cell) for cell in cells}
 
 
 @pytest.fixture(scope="module")
 def pairs():
     """Cells of two grains in the open that share their kernels."""
-    return tried(
+    return try_cells(
         [
             *cells_of(
                 "special states",
@@ -55,7 +55,7 @@ def test_no_cell_of_two_grains_is_wrong_and_refusals_have_a_reason(pairs):
         assert outcome.verdict == "stable" or outcome.reason, name
     assert "no period" in pairs["one grain, auto"].reason
     assert "apart" in pairs["nearly coinciding"].reason
-    corners = tried(cells_of("one number", "nu 0, viscoelastic", "pair, E 1e6"))
+    corners = try_cells(cells_of("one number", "nu 0, viscoelastic", "pair, E 1e6"))
     assert "nu^2" in corners["nu 0, viscoelastic"].reason
     assert "JKR" in corners["pair, E 1e6 Pa"].reason
     assert {o.verdict for o in corners.values()} == {"refused"}
@@ -63,9 +63,9 @@ def test_no_cell_of_two_grains_is_wrong_and_refusals_have_a_reason(pairs):
 
 def test_auto_closes_the_ledger_at_all_speeds_and_spins(pairs):
     """100 m/s and 1e9 rad/s: within the tolerance of the guards, 1 %."""
-    found = {n: o for n, o in pairs.items() if "m/s" in n or "spin" in n or "touching" in n}
-    assert len(found) == 20
-    for name, outcome in found.items():
+    selected = {n: o for n, o in pairs.items() if "m/s" in n or "spin" in n or "touching" in n}
+    assert len(selected) == 20
+    for name, outcome in selected.items():
         assert outcome.verdict == "stable" and outcome.residual < 0.01, (name, outcome)
     # 1/pi = 0.318 of the period is the limit
     for fraction in (0.01, 0.2, 0.3, 0.31):
@@ -81,7 +81,7 @@ def test_auto_closes_the_ledger_at_all_speeds_and_spins(pairs):
 def corners():
     """Every ninth corner of the materials, a cluster on a wall."""
     cells = [c for c in GROUPS["materials"](False) if c.name.startswith("wall")]
-    return tried([replace(c, steps=200) for c in cells[::9]])
+    return try_cells([replace(c, steps=200) for c in cells[::9]])
 
 
 @pytest.mark.long  # test_stability has the limit of a pair, unlike grains, a wall
@@ -193,8 +193,8 @@ def test_a_crash_and_a_hang_are_verdicts(faulty, monkeypatch, tmp_path):
     names = ("one", "crash", "two", "hang", "three")
     cells = [Cell("g", name, {}, time_limit=0.5, column=0) for name in names]
     monkeypatch.setattr(study, "GROUPS", {"g": lambda quick: cells})
-    whole = study.ExtremesMap(tmp_path / "map")
-    data = whole.dataset(engine.run(whole, resume=True))
+    full_map = study.ExtremesMap(tmp_path / "map")
+    data = full_map.dataset(engine.run(full_map, resume=True))
     assert data.verdict.values.tolist() == ["stable", "WRONG", "stable", "WRONG", "stable"]
     reasons = dict(zip(names, data.reason.values, strict=True))
     assert "ended (status 139): Segmentation fault" in reasons["crash"]
@@ -214,9 +214,9 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(
         dust(*command)
     assert end.value.code == 1  # the last is WRONG
     assert faulty() == [cell.name for cell in cells]
-    said = capsys.readouterr()
-    assert "2 of 4 are already finished" in said.err
-    assert "WRONG  g: cell-3: because" in said.out
+    output = capsys.readouterr()
+    assert "2 of 4 are already finished" in output.err
+    assert "WRONG  g: cell-3: because" in output.out
     with xr.open_dataset(tmp_path / "map" / "extremes.nc") as data:
         assert data.verdict.values.tolist() == list(VERDICTS)
         (*_, last) = study.summarise(data.load())
@@ -224,8 +224,10 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(
         assert last == ["all", "4", *counts, "1.0e-03", "4", "1.100 to 1.100"]
     with pytest.raises(SystemExit):
         dust(*command, "--json")
-    said = xr.Dataset.from_dict(json.loads(capsys.readouterr().out))
-    assert said.verdict.values.tolist() == list(VERDICTS) and said.dt.values.tolist() == [None] * 4
+    output = xr.Dataset.from_dict(json.loads(capsys.readouterr().out))
+    assert (
+        output.verdict.values.tolist() == list(VERDICTS) and output.dt.values.tolist() == [None] * 4
+    )
     assert faulty() == [cell.name for cell in cells]  # none again
     assert (tmp_path / "map" / "extremes.csv").read_text().count("because") == 4
     assert (tmp_path / "map" / "extremes.png").stat().st_size > 1e4
@@ -235,12 +237,12 @@ def test_command_keeps_finished_cells_and_tells_what_is_wrong(
 
 def test_threads_are_those_of_each_cell(tmp_path):
     """Keys of the cells stay those of one thread by default."""
-    one, two = (study.ExtremesMap(tmp_path, quick=True, threads=n).points({}) for n in (1, 2))
-    assert {point.cores for point in two} == {2} and {point.cores for point in one} == {1}
+    first, two = (study.ExtremesMap(tmp_path, quick=True, threads=n).points({}) for n in (1, 2))
+    assert {point.cores for point in two} == {2} and {point.cores for point in first} == {1}
     assert all(point.arguments["cell"]["scene"]["numerics"]["threads"] == 2 for point in two)
-    assert not {point.label for point in one} & {point.label for point in two}
+    assert not {point.label for point in first} & {point.label for point in two}
     default = study.ExtremesMap(tmp_path, quick=True).points({})
-    assert [point.label for point in default] == [point.label for point in one]
+    assert [point.label for point in default] == [point.label for point in first]
 
 
 def test_the_judge_of_the_map_and_of_the_tortures():

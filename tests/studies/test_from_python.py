@@ -73,13 +73,13 @@ def test_an_existing_result_is_kept_continued_or_overwritten(folder):
     assert run.path == Path("runs/tiny/result.nc")
     with pytest.raises(dt.DustError, match="exists already. Use force=True .*, resume=True to"):
         dt.run("tiny.yaml")
-    before = tree(run.path)
+    tree_before = tree(run.path)
     assert dt.run("tiny.yaml", resume=True, figures=False).status == "finished: 10 steps"
-    assert_same_bits(before, run.path)
+    assert_same_bits(tree_before, run.path)
     longer = dt.run("tiny.yaml", resume=True, figures=False, stop={"steps": 20})
     assert longer.status == "finished: 20 steps"
-    again = dt.run("tiny.yaml", force=True, figures=False)
-    assert again.status == "finished: 10 steps" and again.snapshots.sizes["snapshot"] > 0
+    repeated = dt.run("tiny.yaml", force=True, figures=False)
+    assert repeated.status == "finished: 10 steps" and repeated.snapshots.sizes["snapshot"] > 0
     with pytest.raises(dt.DustError, match="give only one of them"):
         dt.run("tiny.yaml", force=True, resume=True)
 
@@ -93,9 +93,9 @@ def test_a_sweep_is_that_of_the_command(folder):
     for name in sorted(files_in(folder / "python")):
         if name.endswith("result.nc"):
             assert_same_bits(folder / "python" / name, folder / "command" / name)
-    with xr.open_dataset(folder / "command/sweep.nc") as other:
-        assert set(other.variables) == set(data.variables)
-        np.testing.assert_array_equal(other.place, data.place)
+    with xr.open_dataset(folder / "command/sweep.nc") as stored:
+        assert set(stored.variables) == set(data.variables)
+        np.testing.assert_array_equal(stored.place, data.place)
 
 
 @pytest.mark.long  # kernels in two processes
@@ -156,16 +156,18 @@ def test_a_scene_may_be_given_in_any_form(folder):
 
 
 def test_failed_runs_are_nan_with_a_warning(folder):
-    with pytest.warns(RuntimeWarning, match="1 of 2 runs failed:\n.*start=11: .* snapped") as said:
+    with pytest.warns(
+        RuntimeWarning, match="1 of 2 runs failed:\n.*start=11: .* snapped"
+    ) as warned:
         data = dt.sweep("tiny.yaml", {"start": [1, 11]}, figures=False)
-    assert said[0].filename == __file__
+    assert warned[0].filename == __file__
     assert data.place.isel(start=1).isnull().all() and data.place.isel(start=0).notnull().any()
     with pytest.raises(dt.errors.GuardStop, match="1 of 1 runs failed"):
         dt.sweep("tiny.yaml", {"start": [11]}, "all")
 
 
 class Halving(OwnStudy):
-    def points(self, found):
+    def points(self, result):
         return [self.point(f"{start}", {"start": start}) for start in (1.0, 0.5)]
 
     def measure(self, run):
@@ -233,8 +235,8 @@ def test_an_interrupted_sweep_resumes(folder):
     data = dt.sweep("tiny.yaml", {"start": [0.5, 1.0, 1.5]}, jobs=2, resume=True, figures=False)
     assert set(data.status.values.ravel()) == {"finished: 200 steps"}
     changes = {"start": 0.5, "output.snapshots": "off"}  # as those of many runs
-    whole = dt.run("tiny.yaml", "whole", figures=False, **changes)
-    assert_same_bits(first, whole.path)
+    uninterrupted = dt.run("tiny.yaml", "whole", figures=False, **changes)
+    assert_same_bits(first, uninterrupted.path)
 
 
 @pytest.mark.parametrize(

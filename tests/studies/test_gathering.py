@@ -24,17 +24,24 @@ def run_of(length, **series):
     closed |= dict.fromkeys(("kinetic_translation", "kinetic_rotation"), zero)
     closed |= dict.fromkeys(("energy_residual", "energy_residual_relative"), zero)
     time = series.pop("time", np.arange(length) * 1.0)
-    return synthetic.made(time, attrs={"status": "finished", "grains": 10}, **closed | series)
+    return synthetic.make_run(time, attrs={"status": "finished", "grains": 10}, **closed | series)
 
 
-def made(first, last, slope=1.0, points=21):
+def make_dataset_run(first, last, slope=1.0, points=21):
     """Filling factor from first to last, height = slope * filling factor."""
     phi = np.linspace(first, last, points)
     return run_of(points, filling_factor=phi, height=slope * phi)
 
 
 def test_mean_and_scatter_over_ragged_ranges():
-    data = analysis.gather([made(0.1, 0.3), made(0.2, 0.4, 2.0), None, made(0.2, 0.3, 6.0)])
+    data = analysis.gather(
+        [
+            make_dataset_run(0.1, 0.3),
+            make_dataset_run(0.2, 0.4, 2.0),
+            None,
+            make_dataset_run(0.2, 0.3, 6.0),
+        ]
+    )
     assert data.attrs["coordinate"] == "filling_factor"
     assert data.height.dims == ("replica", "filling_factor") and data.sizes["replica"] == 4
     phi = data.filling_factor.values
@@ -60,7 +67,7 @@ def test_mean_and_scatter_over_ragged_ranges():
 
 
 def test_a_falling_filling_factor_is_a_coordinate_too():
-    data = analysis.gather([made(0.3, 0.1), made(0.2, 0.1, 3.0)])
+    data = analysis.gather([make_dataset_run(0.3, 0.1), make_dataset_run(0.2, 0.1, 3.0)])
     phi = data.filling_factor.values
     # the grid has multiples of its step inside the range only
     assert phi[0] == pytest.approx(0.1, abs=0.01) and phi[-1] == pytest.approx(0.3, abs=0.01)
@@ -154,7 +161,7 @@ def test_runs_with_stages_keep_their_ends_their_extremes_and_their_loading(x, ba
     figure = plots.ensemble(data)
     axes = figure.axes[0]
     assert axes.get_xscale() == "log" and "pressure" in axes.get_xlabel()
-    line = max(axes.lines, key=lambda one: one.get_label().startswith("mean"))
+    line = max(axes.lines, key=lambda first: first.get_label().startswith("mean"))
     np.testing.assert_allclose(line.get_xdata(), data.mean_loading_pressure.values / 1e3)
 
 
@@ -163,14 +170,14 @@ def test_grid_of_a_sweep_has_its_dimensions():
         "boundary.wall_speed": xr.Variable("boundary.wall_speed", [0.01, 0.05], {"units": "m/s"}),
         "interaction.damping": xr.Variable("interaction.damping", ["a", "b", "c"]),
     }
-    runs = [made(0.1, 0.2, 1.0 + n) for n in range(12)]
+    runs = [make_dataset_run(0.1, 0.2, 1.0 + n) for n in range(12)]
     data = analysis.gather(
         runs, axes, {"seed": list(range(12)), "status": ["ok"] * 12}, {"title": "t"}
     )
     assert data.height.dims == (*axes, "replica", "filling_factor")
-    one = data.sel({"boundary.wall_speed": 0.05, "interaction.damping": "b"})
-    assert one.seed.values.tolist() == [8, 9]
-    np.testing.assert_allclose(one.height.isel(filling_factor=-1), [0.2 * 9, 0.2 * 10])
+    sel = data.sel({"boundary.wall_speed": 0.05, "interaction.damping": "b"})
+    assert sel.seed.values.tolist() == [8, 9]
+    np.testing.assert_allclose(sel.height.isel(filling_factor=-1), [0.2 * 9, 0.2 * 10])
     assert data.mean_height.sizes == {
         "boundary.wall_speed": 2,
         "interaction.damping": 3,
@@ -186,7 +193,12 @@ def test_grid_of_a_sweep_has_its_dimensions():
 def test_a_mean_says_how_many_runs_it_is_of_and_why_others_have_none():
     axes = {"boundary_wall_speed": xr.Variable("boundary_wall_speed", [0.01, 0.05])}
     axes["boundary_wall_speed"].attrs |= {"units": "m/s", "key": "boundary.wall_speed"}
-    runs = [made(0.1, 0.2, 1.0), made(0.1, 0.2, 3.0), None, *(made(0.1, 0.2, 2.0),) * 3]
+    runs = [
+        make_dataset_run(0.1, 0.2, 1.0),
+        make_dataset_run(0.1, 0.2, 3.0),
+        None,
+        *(make_dataset_run(0.1, 0.2, 2.0),) * 3,
+    ]
     why = ["", "too rough", "", "", "too short", "too short"]
     data = analysis.gather(runs, axes, {"fit_problem": why}, {"title": "t"})
     texts = tables.number_texts(data, "final_height")
@@ -209,7 +221,7 @@ def test_common_coordinate_meets_the_points_of_series_written_every_so_often():
     multiples = [np.arange(60, 150) * 0.002, np.arange(71, 140) * 0.002]
     late = [np.concatenate([[m[0] - 0.0011], m + 1e-6 * rng.random(len(m))]) for m in multiples]
     grid = common_coordinate(late)
-    ends = [end for one in late for end in (one[0], one[-1])]  # the range of every run
+    ends = [end for run in late for end in (run[0], run[-1])]  # the range of every run
     inner = grid[~np.isin(grid, ends)]
     np.testing.assert_allclose(inner, np.arange(60, 150) * 0.002, rtol=1e-12)
     assert np.isin(ends, grid).all()
@@ -217,17 +229,22 @@ def test_common_coordinate_meets_the_points_of_series_written_every_so_often():
     assert common_coordinate([np.array([0.5])]).tolist() == [0.5]
     x, grid = np.array([0.0, 1.0, 3.0]), np.linspace(-1, 4, 51)
     y = np.arange(12.0).reshape(3, 2, 2) ** 2
-    found = interpolate(x, y, grid)
+    interpolated = interpolate(x, y, grid)
     inside = (grid >= 0) & (grid <= 3)
-    assert np.isnan(found[~inside]).all()
+    assert np.isnan(interpolated[~inside]).all()
     for i, j in np.ndindex(2, 2):
-        np.testing.assert_allclose(found[inside, i, j], np.interp(grid[inside], x, y[:, i, j]))
+        np.testing.assert_allclose(
+            interpolated[inside, i, j], np.interp(grid[inside], x, y[:, i, j])
+        )
 
 
 def test_file_keeps_everything_and_is_whole(tmp_path):
     long = "x: 1\n" * 20_000  # attributes of more than 64 kB
     data = analysis.gather(
-        [made(0.1, 0.3), made(0.2, 0.4)], None, {"seed": [1, 2]}, {"scene_resolved": [long]}
+        [make_dataset_run(0.1, 0.3), make_dataset_run(0.2, 0.4)],
+        None,
+        {"seed": [1, 2]},
+        {"scene_resolved": [long]},
     )
     analysis.save_ensemble(data, tmp_path / "deep/ensemble.nc")
     with xr.open_dataset(tmp_path / "deep/ensemble.nc") as back:
@@ -261,9 +278,11 @@ def test_numbers_are_told_as_far_as_their_scatter(arguments, text):
 
 def test_columns_have_a_unit_where_one_fits_all_points_and_tell_which_are_the_same():
     axes = {"boundary.wall_speed": [0.01, 0.05]}
-    data = analysis.gather([made(0.1, 0.2, slope) for slope in (1.0, 3.0)], axes, attrs={})
-    found = {column.name: column for column in tables.columns(data)}
-    same = found["final filling factor"]
+    data = analysis.gather(
+        [make_dataset_run(0.1, 0.2, slope) for slope in (1.0, 3.0)], axes, attrs={}
+    )
+    columns = {column.name: column for column in tables.columns(data)}
+    same = columns["final filling factor"]
     assert same.same and same.texts == ["0.2", "0.2"] and same.head == "final filling factor"
     for strengths, unit, texts in (
         ([21.9e3, 700.0], "kPa", ["21.9", "0.7"]),
@@ -281,7 +300,7 @@ def test_columns_have_a_unit_where_one_fits_all_points_and_tell_which_are_the_sa
 
 def test_what_is_the_same_at_every_point_is_told_once():
     axes = {"sample.seed": [1, 4], "boundary.wall_speed": [0.01]}
-    data = analysis.gather([made(0.1, end, 1.0) for end in (0.2, 0.3)], axes, attrs={})
+    data = analysis.gather([make_dataset_run(0.1, end, 1.0) for end in (0.2, 0.3)], axes, attrs={})
     keys, shown, remark = tables.head_and_columns(data)
     assert keys == [("seed", ("1", "4"))]
     assert shown == [("final filling factor", ["0.2", "0.3"])]
@@ -297,7 +316,12 @@ def test_what_is_the_same_at_every_point_is_told_once():
 def test_lines_of_a_sweep_join_nothing_that_is_not_there():
     """A gap where a run is missing; points alone where the values are names."""
     speeds = xr.Variable("speed", [0.01, 0.02, 0.05, 0.1], {"units": "m/s"})
-    runs = [made(0.1, 0.2, 1.0), None, made(0.1, 0.3, 1.0), made(0.1, 0.4, 1.0)]
+    runs = [
+        make_dataset_run(0.1, 0.2, 1.0),
+        None,
+        make_dataset_run(0.1, 0.3, 1.0),
+        make_dataset_run(0.1, 0.4, 1.0),
+    ]
     data = analysis.gather(runs, {"speed": speeds}, attrs={"title": "t"})
     (panel,) = plots.numbers(data).axes
     line = panel.containers[0].lines[0]
@@ -309,7 +333,7 @@ def test_lines_of_a_sweep_join_nothing_that_is_not_there():
 
 
 def test_a_band_has_a_gap_where_no_replica_has_a_number():
-    data = analysis.gather([made(0.1, 0.2, 1.0)], attrs={"title": "t"})
+    data = analysis.gather([make_dataset_run(0.1, 0.2, 1.0)], attrs={"title": "t"})
     data.height[:, 8:13] = np.nan
     (band,) = analysis.bands(data, "height", width=0.0)
     assert np.isnan(band.mean).sum() == 5 and np.isfinite(band.mean[[0, -1]]).all()
@@ -321,14 +345,14 @@ def test_a_band_has_a_gap_where_no_replica_has_a_number():
 @pytest.fixture(scope="module")
 def compressions(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
-    found = []
+    curves = []
     for seed in range(4):
         path = synthetic.compression_run(
             folder / str(seed) / "result.nc", seed=seed, last=0.5 + 0.01 * seed
         )
         with analysis.open_run(path) as run:
-            found.append(run)
-    return found
+            curves.append(run)
+    return curves
 
 
 def test_band_of_compression_runs(compressions):
@@ -336,8 +360,8 @@ def test_band_of_compression_runs(compressions):
     data = analysis.gather(compressions)
     (band,) = analysis.bands(data, "pressure", wall="top")
     assert band.replicas == 4 and band.label == ""
-    here = (band.x > 0.17) & (band.x < 0.5)
-    ratio = band.mean[here] / S12_STATIC.pressure(band.x[here])
+    inside = (band.x > 0.17) & (band.x < 0.5)
+    ratio = band.mean[inside] / S12_STATIC.pressure(band.x[inside])
     # 0.1 dex of noise, medians of some five points, four runs: 3 % of scatter and 4 % of bias
     assert np.all(np.abs(ratio - 1) < 0.3) and abs(np.median(ratio) - 1) < 0.05
     figure = plots.ensemble(data)

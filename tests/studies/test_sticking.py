@@ -28,24 +28,24 @@ WALL = ref.numbers(wall=True)
 FACTORS = np.geomspace(1.01, 20.0, 6)
 
 
-def done(study):
+def answer_study(study):
     """What is found of a study whose requests are answered by this process."""
-    found = {}
-    while points := [one for one in study.points(found) if one.label not in found]:
-        for one in points:
-            found[one.label] = Found(one, measured=task.run(None, **one.arguments))
-    return found
+    answers = {}
+    while points := [point for point in study.points(answers) if point.label not in answers]:
+        for point in points:
+            answers[point.label] = Found(point, measured=task.run(None, **point.arguments))
+    return answers
 
 
-def sticking(scene, *how, **more):
-    study = Search(scene, *how, **more)
-    return study.result(done(study))
+def sticking(scene, *arguments, **options):
+    study = Search(scene, *arguments, **options)
+    return study.result(answer_study(study))
 
 
-def restitution(scene, low, high, count, *how):
+def restitution(scene, low, high, count, *arguments):
     """The map; low, high [m/s]."""
-    study = RestitutionMap(scene, "map", f"{low:.17g} m/s,{high:.17g} m/s,{count}", *how)
-    return study.dataset(done(study))
+    study = RestitutionMap(scene, "map", f"{low:.17g} m/s,{high:.17g} m/s,{count}", *arguments)
+    return study.dataset(answer_study(study))
 
 
 def pair(gap="1 nm", **keys):
@@ -89,15 +89,15 @@ def test_restitution_of_a_pair_and_on_a_wall():
 
 
 def test_sticking_speed_from_any_bracket():
-    found = sticking(pair(), 1e-3, low=0.05, high=0.33)
-    assert found.speed == pytest.approx(0.1101, rel=1e-3)
-    assert found.closed == pytest.approx(0.1101, abs=0.5e-4)
-    assert found.low < found.high <= 1.001 * found.low and not len(found.again)
-    assert np.array_equal(found.bound, found.speeds <= found.low)
-    assert dict(rows(found))["sticking speed"].startswith("0.110")
+    speed = sticking(pair(), 1e-3, low=0.05, high=0.33)
+    assert speed.speed == pytest.approx(0.1101, rel=1e-3)
+    assert speed.closed == pytest.approx(0.1101, abs=0.5e-4)
+    assert speed.low < speed.high <= 1.001 * speed.low and not len(speed.again)
+    assert np.array_equal(speed.bound, speed.speeds <= speed.low)
+    assert dict(rows(speed))["sticking speed"].startswith("0.110")
     # tolerance 20 %: only the search itself is looked at
-    found = sticking(pair(), 0.2, 0.5, 2.0)
-    assert found.low < 0.1101 < found.high and found.high < 1.2 * found.low
+    speed = sticking(pair(), 0.2, 0.5, 2.0)
+    assert speed.low < 0.1101 < speed.high and speed.high < 1.2 * speed.low
 
 
 def test_a_pair_starts_apart_or_it_is_said():
@@ -145,15 +145,18 @@ def test_a_search_continues_with_the_speeds_that_are_stored(tmp_path, capsys):
     (tmp_path / "pair.yaml").write_text(pair().to_yaml())
     words = ["sticking", tmp_path / "pair.yaml", "--tolerance", 0.1, "-o", tmp_path / "search"]
     dust(*words)
-    said, rows = capsys.readouterr(), tmp_path / "search/search.jsonl"
-    assert "bundle 1: 16 speeds from 0.0275" in said.err and "bundle 2: " in said.err
+    output, rows = capsys.readouterr(), tmp_path / "search/search.jsonl"
+    assert "bundle 1: 16 speeds from 0.0275" in output.err and "bundle 2: " in output.err
     lines = rows.read_text().splitlines()
     rows.write_text("\n".join(lines[:20]))  # the second bundle had begun
     dust(*words, "--resume")
-    again = capsys.readouterr()
-    assert "16 of 16 are already finished" in again.err and "4 of 16 are already" in again.err
+    second_output = capsys.readouterr()
+    assert (
+        "16 of 16 are already finished" in second_output.err
+        and "4 of 16 are already" in second_output.err
+    )
     assert sorted(rows.read_text().splitlines()) == sorted(lines)
-    assert again.out == said.out
+    assert second_output.out == output.out
 
 
 def test_a_limit_of_the_model_is_said():
@@ -208,8 +211,8 @@ def test_unlike_grains_have_the_closed_form_of_their_contact():
     reduced = mass[0] * mass[1] / sum(mass)
     expected = np.sqrt(2 * 0.77224 * F_c * delta0 / reduced)
     assert closed_form(scene) == pytest.approx(expected, rel=1e-4)  # digits of 0.77224
-    found = restitution(scene, 2.0 * expected, 3.0 * expected, 2, 1e-3)
-    assert float(found.restitution[0]) == pytest.approx(np.sqrt(1 - 1 / 4), abs=1e-3)
+    data = restitution(scene, 2.0 * expected, 3.0 * expected, 2, 1e-3)
+    assert float(data.restitution[0]) == pytest.approx(np.sqrt(1 - 1 / 4), abs=1e-3)
 
 
 def test_a_collision_is_the_run_of_its_scene_with_all_its_grains():
@@ -226,18 +229,18 @@ def test_a_collision_is_the_run_of_its_scene_with_all_its_grains():
         stop={"time": "100 ns"},
         threads=1,
     )
-    own = Collision(scene, 1e-2)
-    found = task.run(None, **own.request(2.0).arguments)
+    collision = Collision(scene, 1e-2)
+    answer = task.run(None, **collision.request(2.0).arguments)
     how = method.find_method(scene)
     sim = how.build(scene, how.make_sample(scene)).sim
     sim.advance(math.ceil(102.5e-9 / (sim.dt * 1e-6)))
-    assert found["time_step"] == sim.dt * 1e-6
-    assert found["contacts"] == len(contact_state(sim)["grain_i"])
+    assert answer["time_step"] == sim.dt * 1e-6
+    assert answer["contacts"] == len(contact_state(sim)["grain_i"])
     _, v, w = grain_state(sim)
     energy = 0.5 * (sim.mass * np.sum(v**2) + sim.inertia * np.sum(w**2)) * 1e-15
-    assert found["kinetic"] == pytest.approx(energy, rel=1e-12)  # sums in another order
+    assert answer["kinetic"] == pytest.approx(energy, rel=1e-12)  # sums in another order
     # their centres pass through each other
-    broken = task.run(None, **own.request(20.0).arguments)
+    broken = task.run(None, **collision.request(20.0).arguments)
     assert not broken["bound"] and broken["fragments"] > 5 and math.isnan(broken["restitution"])
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from scenes import CONFIGS, edited
+from scenes import CONFIGS, edit_base
 from scenes import PAIR_TEXT as PAIR
 from scenes import scene as scene_of
 
@@ -36,12 +36,12 @@ def line(slope, shift=0.0, low=3.0, high=5.0):
 
 def test_errors_of_numbers_and_curves_and_their_scatter():
     reference = ObservableValues({"strength": -4.0, "restitution": 0.0, "lost": 0.0})
-    found = compute_differences(
+    differences = compute_differences(
         ObservableValues({"strength": -5.0, "restitution": 0.2, "lost": 1e-20}), reference
     )
-    assert found["strength"] == (-5.0, 0.25)
-    assert found["restitution"] == (0.2, 0.2)  # without a unit: absolute
-    assert found["lost"] == (1e-20, math.inf)
+    assert differences["strength"] == (-5.0, 0.25)
+    assert differences["restitution"] == (0.2, 0.2)  # without a unit: absolute
+    assert differences["lost"] == (1e-20, math.inf)
     assert math.isnan(compute_differences(ObservableValues({}), reference)["strength"][1])
     # straight lines in lg P are interpolated exactly; the range in common is 10 to 30 kPa
     reference = ObservableValues({}, line(0.1, high=4.5))
@@ -53,9 +53,9 @@ def test_errors_of_numbers_and_curves_and_their_scatter():
     apart = compute_differences(ObservableValues({}, line(0.1, low=4.6)), reference)[CURVE]
     assert np.isnan(apart).all()
     runs = [ObservableValues({"p_m": v}, line(0.1, shift=s)) for v, s in ((9, -0.01), (11, 0.01))]
-    found = measure_scatter(runs, ObservableValues({"p_m": 10.0}, line(0.1)))
-    assert found["p_m"] == pytest.approx(math.sqrt(2.0) / 10.0)
-    assert found[CURVE] == pytest.approx(math.sqrt(2.0) * 0.01 / 0.2)  # mean phi 0.2
+    differences = measure_scatter(runs, ObservableValues({"p_m": 10.0}, line(0.1)))
+    assert differences["p_m"] == pytest.approx(math.sqrt(2.0) / 10.0)
+    assert differences[CURVE] == pytest.approx(math.sqrt(2.0) * 0.01 / 0.2)  # mean phi 0.2
     assert all(math.isnan(v) for v in measure_scatter(runs[:1], runs[0]).values())
 
 
@@ -127,23 +127,25 @@ def test_samples_are_made_larger_and_smaller():
 
 def test_a_step_that_is_given_is_traded_as_a_fraction():
     text = PAIR.replace("stop: {time: 40 ns}", "stop: {steps: 400}")
-    given = trade_plan.make_base_scene(from_yaml(text + "numerics: {time_step: 0.1 ns}\n"))
+    base_scene = trade_plan.make_base_scene(from_yaml(text + "numerics: {time_step: 0.1 ns}\n"))
     # the same task at every step: steps have become a time
-    assert given.stop.steps is None and given.stop.time == pytest.approx(40e-9, rel=1e-3)
-    assert given.numerics.threads == 1
-    fraction = grains.compute_step_fraction(given)
+    assert base_scene.stop.steps is None and base_scene.stop.time == pytest.approx(40e-9, rel=1e-3)
+    assert base_scene.numerics.threads == 1
+    fraction = grains.compute_step_fraction(base_scene)
     auto = {"numerics.time_step": "auto", "numerics.step_fraction": fraction}
-    assert grains.compute_step(change_scene(given, auto)) == pytest.approx(1e-10, rel=1e-9)
+    assert grains.compute_step(change_scene(base_scene, auto)) == pytest.approx(1e-10, rel=1e-9)
     assert grains.compute_step_fraction(from_yaml(PAIR)) is None
-    labels = [p.label for p in trade_plan.list_single_changes(given, ("step_fraction",))[0]]
+    labels = [p.label for p in trade_plan.list_single_changes(base_scene, ("step_fraction",))[0]]
     assert len(labels) == len(grains.FRACTIONS)  # none of them is the scene's own
 
 
 def test_presets_are_free_of_what_they_set():
     text = "numerics: {time_step: 0.1 ns, newton_steps: 0, skin: 0.1, mass_scaling: 4}\n"
-    base = trade_plan.make_base_scene(from_yaml(edited("numerics", text.strip())))
-    found = [change_scene(base, p.changes) for p in trade_plan.find_parameters(base).presets(base)]
-    draft, fast, balanced, reference = found
+    base = trade_plan.make_base_scene(from_yaml(edit_base("numerics", text.strip())))
+    presets = [
+        change_scene(base, p.changes) for p in trade_plan.find_parameters(base).presets(base)
+    ]
+    draft, fast, balanced, reference = presets
     for scene in (draft, fast, balanced, reference):
         assert scene.numerics.time_step == "auto"
         assert {k: getattr(scene.numerics, k) for k in scene.numerics.preset} == (
@@ -230,17 +232,17 @@ def table(monkeypatch):
     return rows
 
 
-def suggested(name="omni", **how):
-    return suggest.suggestions(load(CONFIGS / f"trade/{name}.yaml"), **how)
+def suggest_settings(name="omni", **options):
+    return suggest.suggestions(load(CONFIGS / f"trade/{name}.yaml"), **options)
 
 
 def test_the_cheapest_come_first(table):
-    found = suggested()
-    assert [settings for settings, _ in found] == ["soft", "fast"]
-    assert found[0][1] == "cost 0.20, error 4 % ± 1 % (phi(P); scatter of seeds 3 %)"
-    assert suggested(tolerance=0.5)[0][0] == "cheap"
+    suggestion = suggest_settings()
+    assert [settings for settings, _ in suggestion] == ["soft", "fast"]
+    assert suggestion[0][1] == "cost 0.20, error 4 % ± 1 % (phi(P); scatter of seeds 3 %)"
+    assert suggest_settings(tolerance=0.5)[0][0] == "cheap"
     table.append(row("soft", 0.2, 0.3, observable="ratio"))
-    assert [settings for settings, _ in suggested()] == ["worse", "fast"]
+    assert [settings for settings, _ in suggest_settings()] == ["worse", "fast"]
 
 
 def test_a_draft_has_the_errors_that_were_measured(table):
@@ -250,8 +252,8 @@ def test_a_draft_has_the_errors_that_were_measured(table):
     assert suggest.draft_rows(draft) == [("error", "not measured for this kind of scene")]
     table.append(row("accuracy draft", 0.2, 0.02))
     text = "2 % ± 1 % (phi(P); within the scatter of seeds, 3 %)"
-    where = "error in trade_omni (compression in a box, 400 grains)"
-    assert suggest.draft_rows(draft) == [(where, text)]
+    location = "error in trade_omni (compression in a box, 400 grains)"
+    assert suggest.draft_rows(draft) == [(location, text)]
 
 
 def test_kinds_of_scenes_also_without_measurements(table):
@@ -263,6 +265,6 @@ def test_kinds_of_scenes_also_without_measurements(table):
     for name, kind in kinds.items():
         assert suggest.kind_of(load(CONFIGS / f"trade/{name}.yaml")) == kind, name
     with pytest.raises(DustError, match="no measurements for this kind of scene"):
-        suggested("sound")
-    text = edited("boundary", "boundary: {kind: box, pressure: 1 kPa}")
+        suggest_settings("sound")
+    text = edit_base("boundary", "boundary: {kind: box, pressure: 1 kPa}")
     assert suggest.kind_of(from_yaml(text)) == BOX

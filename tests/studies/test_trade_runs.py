@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from program import dust
 from scenes import PAIR_TEXT as PAIR
-from scenes import edited
+from scenes import edit_base
 from scenes import scene as scene_of
 
 from dusttaichi import analysis
@@ -42,22 +42,22 @@ class Counted:
         self.ran = []
 
     def __call__(self, study, **_):
-        found = {}
-        while points := study.points(found):
+        values = {}
+        while points := study.points(values):
             for point in points:
                 self.ran.append(point.label)
                 fraction = point.scene.numerics.step_fraction
                 value = ObservableValues({"restitution": 0.5 + fraction**3})
                 result = {"status": "finished: 40 ns", "steps": 100, "ledger": 1e-10}
                 result |= {"time_step": 1e-4, "measured": value}
-                found[point.label] = Found(point, measured=result, cost=2.0 / fraction)
-        return found
+                values[point.label] = Found(point, measured=result, cost=2.0 / fraction)
+        return values
 
 
 def test_equal_scenes_are_run_once_and_refused_ones_not_at_all(tmp_path):
     """`balanced` is the scene itself, and a draft of a collision is refused."""
-    wanted = TradePlan(names=("step_fraction",), seeds=1)
-    study, counted = TradeStudy(from_yaml(PAIR), tmp_path, wanted), Counted()
+    expected = TradePlan(names=("step_fraction",), seeds=1)
+    study, counted = TradeStudy(from_yaml(PAIR), tmp_path, expected), Counted()
     counted(study)
     assert counted.ran[0] == "default" and "balanced" not in counted.ran
     assert len(set(counted.ran)) == len(counted.ran) and "default_again" in counted.ran
@@ -71,13 +71,13 @@ def test_threads_are_those_of_every_run(tmp_path):
     """Also of the reference, whose numerics are its own; the YAML to paste has none."""
     study = TradeStudy(from_yaml(PAIR), tmp_path, TradePlan(("step_fraction",), seeds=1), threads=2)
     counted = Counted()
-    found = counted(study)
-    assert {one.point.scene.numerics.threads for one in found.values()} == {2}
-    assert "threads" not in study.dataset(found).attrs["cheapest_yaml"]
+    answers = counted(study)
+    assert {answer.point.scene.numerics.threads for answer in answers.values()} == {2}
+    assert "threads" not in study.dataset(answers).attrs["cheapest_yaml"]
 
 
-def mode(point, **how):
-    return point.mode(Shelf(**({"force": False, "resume": True, "timed": True} | how)))
+def mode(point, **options):
+    return point.mode(Shelf(**({"force": False, "resume": True, "timed": True} | options)))
 
 
 def test_a_cost_is_that_of_this_code(tmp_path, monkeypatch):
@@ -111,7 +111,7 @@ def test_a_run_that_a_guard_has_stopped_is_a_result(tmp_path, monkeypatch):
 
     class Asked:
         scene, directory, file, timed = study.scene, tmp_path, tmp_path / "none.nc", True
-        points = staticmethod(lambda found: [point])
+        points = staticmethod(lambda answers: [point])
 
     found = engine.run(Asked, resume=True)[point.label]
     assert (found.code, found.text) == (3, "a guard")
@@ -123,7 +123,7 @@ def test_a_run_that_a_guard_has_stopped_is_a_result(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def counted(monkeypatch, tmp_path):
+def counted_runs(monkeypatch, tmp_path):
     monkeypatch.setattr(engine, "run", Counted())
     (tmp_path / "pair.yaml").write_text(PAIR)
     words = ["trade", tmp_path / "pair.yaml", "-o", tmp_path / "out", "--jobs", 1]
@@ -131,12 +131,12 @@ def counted(monkeypatch, tmp_path):
     return partial(dust, *words)
 
 
-def test_command_writes_file_figure_table_and_advice(counted, tmp_path, capsys, monkeypatch):
-    counted("--quiet")
-    said = capsys.readouterr()
+def test_command_writes_file_figure_table_and_advice(counted_runs, tmp_path, capsys, monkeypatch):
+    counted_runs("--quiet")
+    output = capsys.readouterr()
     # 0.5 + f^3: 0.25 errs by 3.1 %, 0.2 by 1.6 %
-    assert "cheapest within 2 %, numerical parameters only: the unchanged scene" in said.out
-    assert "scatter between seeds is unknown" in said.out
+    assert "cheapest within 2 %, numerical parameters only: the unchanged scene" in output.out
+    assert "scatter between seeds is unknown" in output.out
     with xr.open_dataset(tmp_path / "out/trade.nc") as data:
         assert data.attrs["observable"] == "restitution" and data.attrs["tolerance"] == 0.02
         labels = data.label.values.tolist()
@@ -153,10 +153,10 @@ def test_command_writes_file_figure_table_and_advice(counted, tmp_path, capsys, 
     assert (tmp_path / "trade.png").exists()
 
 
-def test_command_tells_of_settings_to_paste(counted, capsys):
-    counted("--tolerance", "10%")
-    said = capsys.readouterr()
-    assert "numerics: {step_fraction: 0.3, time_step: auto}" in said.out.replace(
+def test_command_tells_of_settings_to_paste(counted_runs, capsys):
+    counted_runs("--tolerance", "10%")
+    output = capsys.readouterr()
+    assert "numerics: {step_fraction: 0.3, time_step: auto}" in output.out.replace(
         "{time_step: auto, step_fraction: 0.3}", "{step_fraction: 0.3, time_step: auto}"
     )
 
@@ -167,7 +167,7 @@ def test_command_tells_of_settings_to_paste(counted, capsys):
 class Default(TradeStudy):
     """The unchanged scene alone, and one that its build refuses."""
 
-    def points(self, found):
+    def points(self, answers):
         changes = {"stop": {"time": "40 ns"}, "numerics.time_step": "20 ns"}
         wild = points.Point.of(self.scene, self.directory, "wild", changes)
         return [*super().points({}), wild]
@@ -175,9 +175,9 @@ class Default(TradeStudy):
 
 def test_real_runs(tmp_path, monkeypatch):
     study = Default(from_yaml(PAIR), tmp_path, TradePlan())
-    found = engine.run(study, jobs=1, resume=True)
-    study.results = found
-    default, wild = (study._make_row(None, found[name].point) for name in ("default", "wild"))
+    answers = engine.run(study, jobs=1, resume=True)
+    study.results = answers
+    default, wild = (study._make_row(None, answers[name].point) for name in ("default", "wild"))
     assert default.ok and default.status.startswith("finished")
     assert default.cost > 0.0 and default.ratio == 1.0
     # a pair at 0.3 m/s bounces; e is that of the run itself
@@ -196,8 +196,8 @@ def test_real_runs(tmp_path, monkeypatch):
         return {label: Answer(2) for label in left}
 
     monkeypatch.setattr(engine, "_do", refused)
-    again = engine.run(study, jobs=1, resume=True)
-    assert seen == ["wild"] and again["default"].cost == default.cost
+    repeated_answers = engine.run(study, jobs=1, resume=True)
+    assert seen == ["wild"] and repeated_answers["default"].cost == default.cost
 
 
 def end_of(stages):
@@ -247,13 +247,13 @@ class Model:
         return Row(point, 0, "finished", 10.0 * cost, cost, 100, 1e-10, 1e-4, measured)
 
 
-def modelled(again=1.0, **options):
+def model_trade(again=1.0, **options):
     model = Model(again)
     # wall speed 1 cm/s, so that the text of a changed one is the factor; one seed differs by 0.02
     base = make_base_scene(scene_of(sample="{kind: rbd, grains: 100, seed: 1}"))
     names = ("step_fraction", "precision", "speed", "rolling")
-    wanted = TradePlan(**({"names": names, "tolerance": 0.09, "seeds": 2} | options))
-    return end_of(measure_trade(base, model.run, wanted)), model
+    expected = TradePlan(**({"names": names, "tolerance": 0.09, "seeds": 2} | options))
+    return end_of(measure_trade(base, model.run, expected)), model
 
 
 def row(label, ratio, error):
@@ -264,10 +264,10 @@ def row(label, ratio, error):
 
 
 def test_trade_takes_the_cheapest_within_the_tolerance():
-    found, model = modelled()
-    judge = found.judge
+    outcome, model = model_trade()
+    judge = outcome.judge
     assert model.asked[0] == "default" and judge.name == "strength"
-    by = {row.variant.label: row for row in found.rows}
+    by = {row.variant.label: row for row in outcome.rows}
     right = 1.0 + 0.05**2
     assert judge.error(by["step_fraction = 0.3"]) == pytest.approx(
         (0.09 - 0.0025) / right, rel=1e-9
@@ -279,33 +279,33 @@ def test_trade_takes_the_cheapest_within_the_tolerance():
     free = {label for label, row in by.items() if judge.is_free(row)}
     assert free == {"reference", "step_fraction = 0.05", "step_fraction = 0.1"}
     # 0.3 of the period errs by 0.087: accepted, and the cheapest of the numerical parameters
-    assert found.numerical.variant.label == "step_fraction = 0.3"
+    assert outcome.numerical.variant.label == "step_fraction = 0.3"
     # with the wall four times as fast it is 0.117: too much; twice as fast 0.097: too much as
     # well; and so is rolling left out. Alone, the fastest wall and no rolling err by less
-    assert found.anything.variant.label == "speed = 4"
+    assert outcome.anything.variant.label == "speed = 4"
     assert by["step_fraction = 0.3 + speed = 4"].ratio == pytest.approx(1 / 6)
     assert not judge.accepts(by["step_fraction = 0.3 + speed = 4"])
 
 
 def test_where_the_scene_errs_too_much_the_way_begins_at_a_dearer_row():
     """It errs by 0.0375; 0.15 of the period by 0.02 at 4/3 of the cost, without rolling by 0.05."""
-    found, model = modelled(tolerance=0.03, names=("step_fraction", "rolling"))
-    by = {row.variant.label: row for row in found.rows}
-    assert not found.judge.accepts(by["default"]) and by["default"].ratio == 1.0
-    assert found.anything.variant.label == "step_fraction = 0.15"
+    outcome, model = model_trade(tolerance=0.03, names=("step_fraction", "rolling"))
+    by = {row.variant.label: row for row in outcome.rows}
+    assert not outcome.judge.accepts(by["default"]) and by["default"].ratio == 1.0
+    assert outcome.anything.variant.label == "step_fraction = 0.15"
     assert "step_fraction = 0.15 + rolling = off" in by
-    assert not found.judge.accepts(by["step_fraction = 0.15 + rolling = off"])
+    assert not outcome.judge.accepts(by["step_fraction = 0.15 + rolling = off"])
 
 
 def test_noise_is_that_of_a_second_run():
     """A quarter: rolling left out, at 0.8 of the cost, is not combined; the preset saves 29 %."""
-    assert modelled()[0].noise == 0.02
-    found, model = modelled(again=1.25)
-    assert found.noise == 0.25 and "default again" in model.asked
-    assert found.anything.variant.label == "speed = 4"
-    found, _ = modelled(again=1.25, names=("rolling",))
-    assert found.anything.variant.label == "fast"
-    assert not any(row.variant.parameter == "combined" for row in found.rows)
+    assert model_trade()[0].noise == 0.02
+    outcome, model = model_trade(again=1.25)
+    assert outcome.noise == 0.25 and "default again" in model.asked
+    assert outcome.anything.variant.label == "speed = 4"
+    outcome, _ = model_trade(again=1.25, names=("rolling",))
+    assert outcome.anything.variant.label == "fast"
+    assert not any(row.variant.parameter == "combined" for row in outcome.rows)
 
 
 def test_the_cheapest_is_not_dearer_than_the_scene_as_it_is():
@@ -323,14 +323,14 @@ def test_the_cheapest_is_not_dearer_than_the_scene_as_it_is():
 
 
 def test_what_is_combined_holds_together():
-    found, _ = modelled(tolerance=0.12)
-    assert found.anything.variant.label == "step_fraction = 0.3 + speed = 4"
-    assert found.anything.variant.kind == PHYSICAL
-    assert found.anything.ratio == pytest.approx(1 / 6)
-    text = write_yaml(found, found.anything, scene_of())
+    outcome, _ = model_trade(tolerance=0.12)
+    assert outcome.anything.variant.label == "step_fraction = 0.3 + speed = 4"
+    assert outcome.anything.variant.kind == PHYSICAL
+    assert outcome.anything.ratio == pytest.approx(1 / 6)
+    text = write_yaml(outcome, outcome.anything, scene_of())
     plain = "".join(
         line
-        for line in edited("numerics", "").splitlines(keepends=True)
+        for line in edit_base("numerics", "").splitlines(keepends=True)
         if not line.startswith("boundary:")
     )
     pasted = from_yaml(plain + text)
@@ -339,11 +339,11 @@ def test_what_is_combined_holds_together():
 
 
 def test_refused_and_guarded_points_are_results():
-    found, _ = modelled()
-    bad = {row.variant.label: row.status for row in found.rows if not row.ok}
-    assert bad == {"precision = f64": "a guard", "precision = f32": "refused: f32"}
-    guarded = next(r for r in found.rows if r.variant.label == "precision = f64")
-    assert not found.judge.accepts(guarded) and math.isnan(found.judge.error(guarded))
+    outcome, _ = model_trade()
+    failed = {row.variant.label: row.status for row in outcome.rows if not row.ok}
+    assert failed == {"precision = f64": "a guard", "precision = f32": "refused: f32"}
+    guarded = next(r for r in outcome.rows if r.variant.label == "precision = f64")
+    assert not outcome.judge.accepts(guarded) and math.isnan(outcome.judge.error(guarded))
     base = make_base_scene(scene_of())
 
     def run(variants):
@@ -353,7 +353,7 @@ def test_refused_and_guarded_points_are_results():
     with pytest.raises(DustError, match="the unchanged scene does not run.*too fast"):
         end_of(measure_trade(base, run, TradePlan()))
     with pytest.raises(DustError, match=r"--observable sound_speed.*allowed: strength"):
-        modelled(observable="sound_speed")
+        model_trade(observable="sound_speed")
 
 
 def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
@@ -370,7 +370,7 @@ def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
     ]
     ladders = rank_offers(rows, judge, noise=0.02)
     # b = 3 saves less than the noise, c errs by too much; a saves most for its error
-    assert [[r.variant.label for r in found] for found in ladders] == [
+    assert [[r.variant.label for r in ladder_rows] for ladder_rows in ladders] == [
         ["a = 1"],
         ["b = 1", "b = 2"],
     ]
@@ -378,12 +378,12 @@ def test_next_level_is_tried_where_the_error_of_a_combination_is_too_large():
     def run(variants):
         yield []
         (variant,) = variants
-        parts = list(variant.changes.values())
-        of_both = row("x", math.prod(p[0] for p in parts), sum(p[1] for p in parts))
+        changes = list(variant.changes.values())
+        of_both = row("x", math.prod(p[0] for p in changes), sum(p[1] for p in changes))
         return [replace(of_both, variant=variant)]
 
-    tried, last = end_of(combine_offers(None, ladders, run, judge))
-    assert [r.variant.label for r in tried] == ["a = 1 + b = 1", "a = 1 + b = 2"]
+    offers, last = end_of(combine_offers(None, ladders, run, judge))
+    assert [r.variant.label for r in offers] == ["a = 1 + b = 1", "a = 1 + b = 2"]
     assert last.ratio == pytest.approx(0.3) and last.variant.label == "a = 1 + b = 2"
 
 

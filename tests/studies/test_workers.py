@@ -88,9 +88,9 @@ def tasks(tmp_path, monkeypatch):
     return "made_tasks:task"
 
 
-def wait_for(what, seconds=20.0):
+def wait_for(condition, seconds=20.0):
     end = time.monotonic() + seconds
-    while not what():
+    while not condition():
         assert time.monotonic() < end
         time.sleep(0.02)
 
@@ -137,7 +137,7 @@ def test_a_process_that_is_killed_or_hangs(tasks, tmp_path):
     with Worker(tasks) as worker:
         process = worker.ask({"do": "count"}).found["process"]
         request = {"do": "run", "path": str(tmp_path / "c")}
-        answer = worker.ask(request, report=lambda share: os.kill(process, signal.SIGKILL))
+        answer = worker.ask(request, report=lambda fraction: os.kill(process, signal.SIGKILL))
     assert answer.code == LOST and "status -9" in answer.text
     assert answer.found == {"share": 0.25}
     with Worker(tasks) as worker:
@@ -149,10 +149,10 @@ def test_a_process_that_is_killed_or_hangs(tasks, tmp_path):
 
 
 def test_a_process_that_does_not_stop_is_killed(tasks, tmp_path):
-    worker, begun = Worker(tasks), tmp_path / "begun"
+    worker, marker = Worker(tasks), tmp_path / "begun"
     process = worker.ask({"do": "count"}).found["process"]
-    worker._write({"request": {"do": "deaf", "begun": str(begun)}})
-    wait_for(begun.exists)
+    worker._write({"request": {"do": "deaf", "begun": str(marker)}})
+    wait_for(marker.exists)
     began = time.monotonic()
     worker.close(0.5)
     assert not alive(process) and time.monotonic() - began < 10.0
@@ -207,12 +207,12 @@ class Asking:
     def __init__(self, folder, task, **arguments):
         self.directory, self.file = folder, folder / "study.nc"
         self.rows = folder / "rows.jsonl"
-        self.own = [self.request(label, task, **own) for label, own in arguments.items()]
+        self.own = [self.request(label, task, **keys) for label, keys in arguments.items()]
 
     def request(self, label, task, *, seconds=None, **arguments):
         return Request(label, task, arguments, self.rows, seconds=seconds)
 
-    def points(self, found):
+    def points(self, answers):
         return self.own
 
 
@@ -224,11 +224,11 @@ def test_what_failed_is_asked_again_and_what_is_there_is_not(tasks, tmp_path):
     ways = {"a": {"do": "count"}, "b": {"do": "refuse", "text": "no"}, "c": {"do": "crash"}}
     ways["c"]["status"] = 7
     study = Asking(tmp_path, tasks, **ways, d={"do": "count"})
-    found = engine.run(study, jobs=1)
+    answers = engine.run(study, jobs=1)
     # one process makes one after another; where it is lost, the next request goes to another one
-    assert found["a"].measured["calls"] == 1 and found["d"].measured["calls"] == 1
-    assert (found["b"].code, found["b"].text, found["b"].measured) == (2, "no", None)
-    assert found["c"].code == workers.LOST and "last words" in found["c"].text
+    assert answers["a"].measured["calls"] == 1 and answers["d"].measured["calls"] == 1
+    assert (answers["b"].code, answers["b"].text, answers["b"].measured) == (2, "no", None)
+    assert answers["c"].code == workers.LOST and "last words" in answers["c"].text
     assert {key: row.get("code", 0) for key, row in lines(study.rows).items()} == {
         "a": 0,
         "b": 2,
@@ -239,16 +239,16 @@ def test_what_failed_is_asked_again_and_what_is_there_is_not(tasks, tmp_path):
         engine.run(study)
     with study.rows.open("a") as file:
         file.write('{"key": "b", "cut o')
-    again = Asking(tmp_path, tasks, **dict.fromkeys("abcd", {"do": "count"}))
-    later = engine.run(again, jobs=1, resume=True)
-    assert later["a"].measured == found["a"].measured
+    second_study = Asking(tmp_path, tasks, **dict.fromkeys("abcd", {"do": "count"}))
+    later = engine.run(second_study, jobs=1, resume=True)
+    assert later["a"].measured == answers["a"].measured
     assert [later[label].measured["calls"] for label in "bc"] == [1, 2]
     assert set(lines(study.rows)) == set("abcd") and all(
         "calls" in r for r in lines(study.rows).values()
     )
     assert (
-        engine.run(again, jobs=1, force=True)["a"].measured["process"]
-        != found["a"].measured["process"]
+        engine.run(second_study, jobs=1, force=True)["a"].measured["process"]
+        != answers["a"].measured["process"]
     )
 
 
@@ -259,8 +259,8 @@ def test_points_are_found_in_the_order_in_which_they_were_asked_for(tmp_path, mo
         return {label: workers.Answer(found={"name": label}) for label in reversed(points)}
 
     monkeypatch.setattr(engine, "_do", backwards)
-    found = engine.run(Asking(tmp_path, "no:task", a={}, b={}, c={}))
-    assert list(found) == ["a", "b", "c"] and found["b"].measured == {"name": "b"}
+    answers = engine.run(Asking(tmp_path, "no:task", a={}, b={}, c={}))
+    assert list(answers) == ["a", "b", "c"] and answers["b"].measured == {"name": "b"}
 
 
 def test_a_signal_keeps_what_is_done(tasks, tmp_path, monkeypatch):
@@ -303,9 +303,9 @@ def rebound(tmp_path_factory):
     folder, started = tmp_path_factory.mktemp("toy") / "study", []
 
     class Counted(workers.Worker):
-        def __init__(self, task, **how):
+        def __init__(self, task, **options):
             started.append(task)
-            super().__init__(task, **how)
+            super().__init__(task, **options)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(workers, "Worker", Counted)
@@ -341,9 +341,9 @@ def test_what_is_finished_is_not_computed_again(rebound, capsys, monkeypatch):
 
     monkeypatch.setattr(engine, "_do", none)
     study(folder, "--threads", 1, "--resume", "--json")
-    said = json.loads(capsys.readouterr().out)
+    output = json.loads(capsys.readouterr().out)
     with xr.open_dataset(folder / "study.nc") as data:
-        xr.testing.assert_equal(xr.Dataset.from_dict(said), data)
+        xr.testing.assert_equal(xr.Dataset.from_dict(output), data)
 
 
 def test_an_interruption_says_how_to_go_on(tmp_path, monkeypatch):

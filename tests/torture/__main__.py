@@ -25,22 +25,22 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", help="kills: of these runs alone, by commas")
     parser.add_argument("--write", action="store_true", help="put the figures into the docs")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "running"), str(HERE.parents[1])]
     from tally import Tally, write_row
 
-    count = COUNTS.get(given.kind, 0) if given.count is None else given.count
+    count = COUNTS.get(arguments.kind, 0) if arguments.count is None else arguments.count
     began = time.perf_counter()
-    module = importlib.import_module(given.kind)
-    if given.only:
-        module.SHARES = dict.fromkeys(given.only.split(","), 1 / len(given.only.split(",")))
-    module.run(count, given.seed, tally := Tally())
-    print(tally.text(given.kind, began))
-    if given.write:
-        options = f" --count {count} --seed {given.seed}" if count else ""
-        options += f" --only '{given.only}'" if given.only else ""
-        name = f"{given.kind} of {given.only}" if given.only else given.kind
-        write_row(name, tally, f"python tests/torture {given.kind}{options}")
+    module = importlib.import_module(arguments.kind)
+    if arguments.only:
+        module.SHARES = dict.fromkeys(arguments.only.split(","), 1 / len(arguments.only.split(",")))
+    module.run(count, arguments.seed, tally := Tally())
+    print(tally.text(arguments.kind, began))
+    if arguments.write:
+        options = f" --count {count} --seed {arguments.seed}" if count else ""
+        options += f" --only '{arguments.only}'" if arguments.only else ""
+        name = f"{arguments.kind} of {arguments.only}" if arguments.only else arguments.kind
+        write_row(name, tally, f"python tests/torture {arguments.kind}{options}")
     return bool(tally.failures)
 
 

@@ -17,7 +17,7 @@ from types import SimpleNamespace
 
 import bits
 import toy
-from tally import forked
+from tally import run_forked
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
@@ -32,37 +32,37 @@ def run(count, seed, tally):
     toy.with_parts(True)
     with tempfile.TemporaryDirectory() as folder:
         for name in toy.SCENES:
-            whole = bits.tree(toy.go(name, Path(folder) / f"{name}-whole") / "result.nc")
-            for after in (False, True):
+            expected = bits.tree(toy.go(name, Path(folder) / f"{name}-whole") / "result.nc")
+            for is_after in (False, True):
                 number = 0
                 while True:
                     number += 1
                     place = Path(folder) / "renames" / "run"
-                    killed, problem = _case(name, place, _at_rename(number, after), whole)
+                    killed, problem = _case(name, place, _at_rename(number, is_after), expected)
                     if not killed:
                         break
-                    when = "after" if after else "before"
+                    when = "after" if is_after else "before"
                     tally.case("renames", problem, f"{name}, {when} rename {number}")
             for case in range(count // len(toy.SCENES)):
                 rng = random.Random(f"{seed} {name} {case}")
                 who, delay = JOINS[case % 3], rng.uniform(0.0, 1.5)
                 place = Path(folder) / "joins" / "run"
-                _, problem = _case(name, place, _at_join(who, delay), whole)
+                _, problem = _case(name, place, _at_join(who, delay), expected)
                 tally.case("joins", problem, f"{name}, join {case}, {who} after {delay:.2f} s")
 
 
-def _case(name, directory, aim, whole):
+def _case(name, directory, aim, expected):
     """(whether a kill fell, what went wrong then or None) of a run that is killed as `aim` says."""
     shutil.rmtree(directory.parent, ignore_errors=True)
-    told = directory.parent.with_suffix(".told")
+    log = directory.parent.with_suffix(".told")
     alone = (lambda: os.setpgid(0, 0), aim, lambda: toy.go(name, directory))
-    status, text = forked(told, *alone)  # a DustError where the joining alone was killed
+    status, text = run_forked(log, *alone)  # a DustError where the joining alone was killed
     if status == 0:
-        return False, bits.difference(whole, directory / "result.nc")
-    return True, text if status == 1 else onward(name, directory, whole)
+        return False, bits.difference(expected, directory / "result.nc")
+    return True, text if status == 1 else onward(name, directory, expected)
 
 
-def onward(name, directory, whole):
+def onward(name, directory, expected):
     """What is wrong with the result of a run that was ended, and that goes on; None."""
     if (directory / "result.nc").exists():
         try:
@@ -73,14 +73,14 @@ def onward(name, directory, whole):
     while True:
         try:
             toy.go(name, directory, resume=True)
-            return bits.difference(whole, directory / "result.nc")
+            return bits.difference(expected, directory / "result.nc")
         except DustError as error:
             if "Another run is writing" not in str(error) or time.monotonic() > until:
                 return f"resumed: {error}"
             time.sleep(0.1)
 
 
-def _at_rename(number, after):
+def _at_rename(number, is_after):
     """What makes a process kill itself at its so many-th rename."""
 
     def aim():
@@ -91,7 +91,7 @@ def _at_rename(number, after):
             calls += 1
             if calls < number:
                 return replace(*paths)
-            if after:
+            if is_after:
                 replace(*paths)
             os.kill(os.getpid(), signal.SIGKILL)
 
@@ -104,9 +104,9 @@ def _at_join(who, delay):
     """What kills a run, the process that joins its parts, or both, while it joins them."""
 
     def aim():
-        def joined(command, *, capture_output, **how):
+        def joined(command, *, capture_output, **options):
             pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-            with subprocess.Popen(command, **pipes, **how) as process:
+            with subprocess.Popen(command, **pipes, **options) as process:
                 time.sleep(delay)
                 if who != "the run":
                     process.kill()

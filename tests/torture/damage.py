@@ -17,7 +17,7 @@ import bits
 import netCDF4
 import numpy as np
 import toy
-from tally import forked
+from tally import run_forked
 
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.results.reading import open_tree
@@ -42,28 +42,30 @@ def run(count, seed, tally):
     toy.join_here()
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        made = _originals(folder)
-        kinds = ("checkpoint", "result", "part", "sample")
+        originals = _originals(folder)
+        sources = ("checkpoint", "result", "part", "sample")
         for number in range(count):
             rng = random.Random(f"{seed} {number}")
-            kind = kinds[number % len(kinds)]
-            found, problem = _apart(_sample if kind == "sample" else _run, kind, folder, made, rng)
-            problem = problem and f"{kind}, seed {seed}: {problem}"
-            tally.case(f"{kind} {found}", problem, number)
+            source_kind = sources[number % len(sources)]
+            outcome, problem = _apart(
+                _sample if source_kind == "sample" else _run, source_kind, folder, originals, rng
+            )
+            problem = problem and f"{source_kind}, seed {seed}: {problem}"
+            tally.case(f"{source_kind} {outcome}", problem, number)
 
 
-def _apart(case, *how):
+def _apart(case, *options):
     """(what happened, what is wrong or None) of a case, in a process that may hang or crash."""
-    report = how[1] / "said"
+    report = options[1] / "said"
 
     def go():
         signal.alarm(PATIENCE)
-        report.write_text(json.dumps(case(*how) or ("repaired", None)))
+        report.write_text(json.dumps(case(*options) or ("repaired", None)))
 
-    status, said = forked(report, go)
+    status, output = run_forked(report, go)
     if status < 0:
         return f"ends HDF5 by {signal.Signals(-status).name}", None
-    return json.loads(said) if status == 0 else ("traceback", said)
+    return json.loads(output) if status == 0 else ("traceback", output)
 
 
 def _originals(folder):
@@ -71,16 +73,16 @@ def _originals(folder):
     toy.with_parts(False)
     plain = toy.go("plain", folder / "plain")
     toy.with_parts(True)
-    parts, told = folder / "parts", []
+    parts_folder, log = folder / "parts", []
 
     def stop(report):
-        told.append(report)
-        if len(told) == 8:
+        log.append(report)
+        if len(log) == 8:
             raise Interrupted("on its way, with its result in parts")
 
     with suppress(Interrupted):
-        toy.go("plain", parts, report=stop)
-    return {"plain": plain, "parts": parts, "sample": _grains(folder / "a.nc")}
+        toy.go("plain", parts_folder, report=stop)
+    return {"plain": plain, "parts": parts_folder, "sample": _grains(folder / "a.nc")}
 
 
 def _grains(path):
@@ -96,13 +98,13 @@ def _grains(path):
 def _damage(path, rng):
     """Change the bytes of a file."""
     raw = bytearray(path.read_bytes())
-    at, kind = rng.randrange(len(raw)), rng.randrange(4)
-    if kind == 0:
+    at, number = rng.randrange(len(raw)), rng.randrange(4)
+    if number == 0:
         raw = raw[:at]
-    elif kind == 1:
+    elif number == 1:
         raw[at : at + 512] = bytes(len(raw[at : at + 512]))
     else:
-        for _ in range(1 if kind == 2 else 20):
+        for _ in range(1 if number == 2 else 20):
             raw[rng.randrange(len(raw))] ^= 1 << rng.randrange(8)
     path.write_bytes(raw)
 
@@ -113,44 +115,47 @@ def _numbers(path):
         return bits.numbers(tree)
 
 
-def _compared(whole, path):
+def _compare(expected, path):
     """None where the file is read as the whole one, ("refused", None), or what is wrong."""
     try:
-        problem = bits.difference(_numbers(whole), _numbers(path))
+        problem = bits.difference(_numbers(expected), _numbers(path))
     except READING:
         return "refused", None
     return problem and ("accepted", f"other numbers, and not a word: {problem[:300]}")
 
 
-def _run(kind, folder, made, rng):
+def _run(source_kind, folder, originals, rng):
     """The checkpoint, result or a part of a run, which is read and then resumed."""
-    source, plain = made["parts" if kind == "part" else "plain"], made["plain"] / "result.nc"
-    directory, found = folder / "case" / source.name, None
+    source, plain = (
+        originals["parts" if source_kind == "part" else "plain"],
+        originals["plain"] / "result.nc",
+    )
+    directory, outcome = folder / "case" / source.name, None
     shutil.rmtree(directory.parent, ignore_errors=True)
     shutil.copytree(source, directory)
-    toy.with_parts(kind == "part")
-    if kind == "checkpoint":
+    toy.with_parts(source_kind == "part")
+    if source_kind == "checkpoint":
         for path in directory.glob("checkpoint.bin*"):
             if path.suffix == ".bin" or rng.random() < 0.5:
                 _damage(path, rng)
     else:
-        parts = sorted((directory / "result.parts").iterdir()) if kind == "part" else []
-        _damage(rng.choice(parts) if parts else directory / "result.nc", rng)
-        found = _compared(source / "result.nc", directory / "result.nc")
-    if found and found[1]:
-        return found
+        part_files = sorted((directory / "result.parts").iterdir()) if source_kind == "part" else []
+        _damage(rng.choice(part_files) if part_files else directory / "result.nc", rng)
+        outcome = _compare(source / "result.nc", directory / "result.nc")
+    if outcome and outcome[1]:
+        return outcome
     try:
         toy.go("plain", directory, resume=True)
     except DustError:
         return "refused", None
     except Exception as error:  # noqa: BLE001, this is what is looked for
         return "traceback", f"{type(error).__name__}: {error}"
-    return _compared(plain, directory / "result.nc")
+    return _compare(plain, directory / "result.nc")
 
 
-def _sample(kind, folder, made, rng):
+def _sample(source_kind, folder, originals, rng):
     path = folder / "case.nc"
-    shutil.copy(made["sample"], path)
+    shutil.copy(originals["sample"], path)
     _damage(path, rng)
     scene = from_yaml(SAMPLE.replace("FILE", str(path)))
     try:
@@ -159,6 +164,6 @@ def _sample(kind, folder, made, rng):
         return "refused", None
     except Exception as error:  # noqa: BLE001, this is what is looked for
         return "traceback", f"{type(error).__name__}: {error}"
-    whole = files.read(made["sample"], Source("the sample", []))["position"]
+    whole = files.read(originals["sample"], Source("the sample", []))["position"]
     same = np.array_equal(positions, whole)
     return None if same else ("accepted", "other positions, and not a word")

@@ -16,7 +16,7 @@ import netCDF4
 import numpy as np
 import yaml
 from kills import CONTINUUM
-from tally import forked
+from tally import run_forked
 
 from dusttaichi.errors import DustError
 from dusttaichi.running import execute
@@ -55,17 +55,17 @@ KEPT = ("threads", "cells", "grains", "seed", "steps", "dimension")  # what a ru
 def originals(method):
     """The scenes, as plain data, whose numbers are changed."""
     if method == "grains":
-        texts = [f"{HEAD}{rest}\nstop: {{steps: {STEPS}}}\n" for rest in GRAINS]
+        texts = [f"{HEAD}{remainder}\nstop: {{steps: {STEPS}}}\n" for remainder in GRAINS]
     else:
         slow = CONTINUUM.replace("steps: 1000", f"steps: {STEPS}")
         texts = [slow, slow.replace("0.65 m/s", "20 m/s")]
     return [yaml.safe_load(text) for text in texts]
 
 
-def changed(data, rng):
+def change_numbers(data, rng):
     """The data with one to three numbers somewhere within what their kind of quantity may be."""
-    places = [place for place in _numbers(data) if place[1] not in KEPT]
-    for block, key in rng.sample(places, min(len(places), rng.choice((1, 1, 2, 3)))):
+    locations = [location for location in _numbers(data) if location[1] not in KEPT]
+    for block, key in rng.sample(locations, min(len(locations), rng.choice((1, 1, 2, 3)))):
         block[key] = _extreme(block[key], rng)
     return data
 
@@ -97,14 +97,14 @@ def _extreme(value, rng):
     if name is None:
         near = float(value) * 10.0 ** rng.uniform(-4.0, 4.0)
         return rng.choice((0.0, 1e-12, 1.0, 1e6, 1e12, -1.0, near, near, near, near, near, near))
-    kind = quantities.DIMENSIONS[name]
-    low, high = math.log10(kind.least), math.log10(kind.most)
+    dimension = quantities.DIMENSIONS[name]
+    low, high = math.log10(dimension.least), math.log10(dimension.most)
     power = rng.choice((low, high, rng.uniform(low, high)))
     size = 10.0**power
-    if given := quantities.parse(value, name):
-        near = abs(given) * 10.0 ** rng.uniform(-4.0, 4.0)
+    if quantity := quantities.parse(value, name):
+        near = abs(quantity) * 10.0 ** rng.uniform(-4.0, 4.0)
         size = rng.choice((size, near, near))
-    sign = rng.choice(("", "", "-")) if given >= 0.0 else "-"
+    sign = rng.choice(("", "", "-")) if quantity >= 0.0 else "-"
     return f"{sign}{size:.6g} {quantities.DIMENSIONS[name].unit}"
 
 
@@ -114,16 +114,18 @@ def run(count, seed, tally):
         for method in ("grains", "continuum"):
             for number in range(count // 2):
                 rng = random.Random(f"{seed} {method} {number}")
-                text = yaml.safe_dump(changed(rng.choice(originals(method)), rng), sort_keys=False)
-                kind, problem = _case(text, Path(folder) / f"{method}{number}")
+                text = yaml.safe_dump(
+                    change_numbers(rng.choice(originals(method)), rng), sort_keys=False
+                )
+                outcome_kind, problem = _case(text, Path(folder) / f"{method}{number}")
                 problem = problem and f"{problem}\n{text}"
-                tally.case(f"{method} {kind}", problem, f"{method} {number} of seed {seed}")
+                tally.case(f"{method} {outcome_kind}", problem, f"{method} {number} of seed {seed}")
 
 
 def _case(text, directory):
     """(how a scene ended, what went wrong or None)."""
     stored = directory.with_suffix(".verdict")
-    status, words = forked(
+    status, words = run_forked(
         directory.with_suffix(".told"), _limit, lambda: _write_verdict(stored, text, directory)
     )
     if status < 0:

@@ -40,8 +40,8 @@ def run(count, seed, tally):
                 if not line.startswith("["):
                     print(f"  said below Python: {line}", end="")
                     continue
-                name, kind, problem = json.loads(line)
-                tally.case(kind, problem, name)
+                name, outcome_kind, problem = json.loads(line)
+                tally.case(outcome_kind, problem, name)
     if process.returncode != 0:
         tally.case("torture itself", f"it ended with status {process.returncode}")
 
@@ -54,38 +54,38 @@ def _inside(folder, library, count, seed):
     toy.prepare()
     toy.join_here()
     # a run looks at the clock every twenty steps
-    known = {"series": 20, "snapshots": 20, "checkpoint": "1 us"}
-    toy.SCENES["plain"] = toy.plain(40, **known)
-    toy.SCENES["staged"] = toy.staged(until="0.2 us", on=20, every="0.1 us", **known)
+    options = {"series": 20, "snapshots": 20, "checkpoint": "1 us"}
+    toy.SCENES["plain"] = toy.plain(40, **options)
+    toy.SCENES["staged"] = toy.make_staged(until="0.2 us", on=20, every="0.1 us", **options)
     folder, shim = Path(folder), ctypes.CDLL(library)
     for name in toy.SCENES:
-        whole = bits.tree(toy.go(name, folder / f"{name}-whole") / "result.nc")
-        for parts in (False, True):
-            toy.with_parts(parts)
+        expected = bits.tree(toy.go(name, folder / f"{name}-whole") / "result.nc")
+        for in_parts in (False, True):
+            toy.with_parts(in_parts)
             case = folder / "case" / name
             _run(shim, name, case, (0, 0, 0))
             total = shim.fault_calls()
             step = max(1, total * 4 // count) if count else 1
             for number in range(1 + seed % step, total + 1, step):
                 for code, last in ((errno.ENOSPC, FOREVER), (errno.EIO, number)):
-                    what = f"{name}{' in parts' if parts else ''}, call {number} of {total}"
-                    what += f", {errno.errorcode[code]}"
-                    problem = _case(shim, name, case, (number, last, code), whole) or ""
-                    print(json.dumps([what, errno.errorcode[code], problem]), flush=True)
+                    label = f"{name}{' in in_parts' if in_parts else ''}, call {number} of {total}"
+                    label += f", {errno.errorcode[code]}"
+                    problem = _case(shim, name, case, (number, last, code), expected) or ""
+                    print(json.dumps([label, errno.errorcode[code], problem]), flush=True)
 
 
 def _run(shim, name, case, fault):
     """The run, from the beginning and with a fault: (exit status, what it said)."""
     import toy
-    from tally import forked
+    from tally import run_forked
 
     shutil.rmtree(case.parent, ignore_errors=True)
     case.parent.mkdir(parents=True)
     shim.fault_set(os.fsencode(case.parent), *map(ctypes.c_long, fault[:2]), fault[2])
-    return forked(case.parent.parent / "told", lambda: toy.go(name, case))
+    return run_forked(case.parent.parent / "told", lambda: toy.go(name, case))
 
 
-def _case(shim, name, case, fault, whole):
+def _case(shim, name, case, fault, expected):
     """What went wrong with a fault, or None."""
     from aimed import onward
 
@@ -97,7 +97,7 @@ def _case(shim, name, case, fault, whole):
         return text
     if status > 1 and len(text) < 30:
         return f"a message that says little: {text!r}"
-    return onward(name, case, whole)
+    return onward(name, case, expected)
 
 
 if __name__ == "__main__":

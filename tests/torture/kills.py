@@ -15,7 +15,7 @@ from pathlib import Path
 
 import toy
 from bits import assert_same_bits
-from tally import fork, forked
+from tally import fork, run_forked
 
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError, Interrupted
@@ -31,11 +31,11 @@ def run(count, seed, tally):
     toy.prepare()
     toy.with_parts(True)
     with tempfile.TemporaryDirectory() as folder:
-        for name, share in SHARES.items():
-            _chains(name, max(1, round(share * count)), Path(folder), seed, tally)
+        for name, fraction in SHARES.items():
+            _chains(name, max(1, round(fraction * count)), Path(folder), seed, tally)
 
 
-def _go(name, directory, how):
+def _go(name, directory, options):
     """One run, whole or on from where it is."""
     source = directory.parents[1] / "source"
     if "FILE" in SCENES[name] and not source.exists():
@@ -43,9 +43,9 @@ def _go(name, directory, how):
     scene = from_yaml(SCENES[name].replace("FILE", str(source)))
     try:
         if name == "replicas":
-            engine.run(sweep.replicas(scene, directory), **how)
+            engine.run(sweep.replicas(scene, directory), **options)
         else:
-            execute(scene, directory, **how)
+            execute(scene, directory, **options)
     except DustError as error:
         if "Another run is writing" in str(error):  # the process that joins its parts: a moment
             time.sleep(1.0)
@@ -55,41 +55,43 @@ def _go(name, directory, how):
 
 def _chains(name, kills, folder, seed, tally):
     """So many kills of runs of a kind, each chain of them compared with the whole run."""
-    whole, began = folder / name / "whole" / "run", time.monotonic()
-    status, said = forked(folder / "told", lambda: _go(name, whole, {}))
+    uninterrupted, began = folder / name / "whole" / "run", time.monotonic()
+    status, output = run_forked(folder / "told", lambda: _go(name, uninterrupted, {}))
     if status:
-        raise RuntimeError(f"the whole run of {name} fails: {said}")
+        raise RuntimeError(f"the whole run of {name} fails: {output}")
     lasts = time.monotonic() - began
-    left, chain = kills, 0
-    while left > 0:
+    kills_left, chain = kills, 0
+    while kills_left > 0:
         chain += 1
         rng = random.Random(f"{seed} {name} {chain}")
-        found, problem = _chain(name, whole, folder, most=left, lasts=lasts, rng=rng)
-        for kill in range(1, found + 1):
-            last = kill == found
-            where = f"{name}, chain {chain}, kill {kill}"
-            tally.case(name, problem if last else None, where)
-        left -= found
-        print(f"  {name}: {kills - left} of {kills}", flush=True)
+        kills_made, problem = _chain(
+            name, uninterrupted, folder, limit=kills_left, lasts=lasts, rng=rng
+        )
+        for kill in range(1, kills_made + 1):
+            last = kill == kills_made
+            location = f"{name}, chain {chain}, kill {kill}"
+            tally.case(name, problem if last else None, location)
+        kills_left -= kills_made
+        print(f"  {name}: {kills - kills_left} of {kills}", flush=True)
 
 
-def _chain(name, whole, folder, *, most, lasts, rng):
+def _chain(name, expected, folder, *, limit, lasts, rng):
     """(kills of one run until its end, what went wrong or None)."""
     directory = folder / name / "chain" / "run"
     kills = 0
     try:
         while True:
-            delay = rng.uniform(0.0, 0.6 * lasts) if kills < most else None
+            delay = rng.uniform(0.0, 0.6 * lasts) if kills < limit else None
             alone = (lambda: os.setpgid(0, 0), lambda: _go(name, directory, {"resume": True}))
             child = fork(folder / "told", *alone)
-            done, problem = _end(child, delay, rng.choice(SIGNALS), folder / "told")
-            kills += not done
-            if problem is None and not done:
+            is_done, problem = _end(child, delay, rng.choice(SIGNALS), folder / "told")
+            kills += not is_done
+            if problem is None and not is_done:
                 problem = _unreadable(directory)
             if problem:
                 return max(kills, 1), problem
-            if done:
-                _compare(whole, directory, name)
+            if is_done:
+                _compare(expected, directory, name)
                 return kills, None
     except AssertionError as error:
         return max(kills, 1), str(error)
@@ -97,21 +99,21 @@ def _chain(name, whole, folder, *, most, lasts, rng):
         shutil.rmtree(directory.parent, ignore_errors=True)
 
 
-def _end(child, delay, number, told):
+def _end(child, delay, number, log):
     """(True where the run came to its end, what went wrong or None)."""
     until = time.monotonic() + (1e6 if delay is None else delay)
     while time.monotonic() < until:
-        found, status = os.waitpid(child, os.WNOHANG)
-        if found and os.waitstatus_to_exitcode(status) == 130:
+        process_id, status = os.waitpid(child, os.WNOHANG)
+        if process_id and os.waitstatus_to_exitcode(status) == 130:
             return False, None
-        if found:
-            return True, told.read_text() if os.waitstatus_to_exitcode(status) else None
+        if process_id:
+            return True, log.read_text() if os.waitstatus_to_exitcode(status) else None
         time.sleep(0.002)
     os.kill(child, number)
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if code == 0:
         return True, None  # it was at its end already
-    return False, None if code in (130, -number) else f"code {code}: {told.read_text()}"
+    return False, None if code in (130, -number) else f"code {code}: {log.read_text()}"
 
 
 def _unreadable(directory):
@@ -124,9 +126,9 @@ def _unreadable(directory):
     return None
 
 
-def _compare(whole, directory, name):
-    for result in sorted(whole.rglob("result.nc")):
-        assert_same_bits(result, directory / result.relative_to(whole))
+def _compare(expected, directory, name):
+    for result in sorted(expected.rglob("result.nc")):
+        assert_same_bits(result, directory / result.relative_to(expected))
 
 
 GRAINS = """

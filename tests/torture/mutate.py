@@ -41,20 +41,20 @@ def originals():
     return [file.read_text() for file in files]
 
 
-def mutated(text, rng):
+def mutate(text, rng):
     """The text with a fault, in its characters or in its data."""
     if rng.random() < 0.4:
         at = rng.randrange(len(text))
-        kind = rng.randrange(4)
-        if kind == 0:
+        number = rng.randrange(4)
+        if number == 0:
             return text[:at] + rng.choice(TEXTS) + text[at:]
-        if kind == 1:
+        if number == 1:
             return text[:at] + text[at + rng.randrange(1, 30) :]
-        if kind == 2:
+        if number == 2:
             return text[:at] + chr(rng.randrange(32, 0x2FFF)) + text[at + 1 :]
         lines = text.splitlines()
-        one, other = rng.randrange(len(lines)), rng.randrange(len(lines))
-        lines[one], lines[other] = lines[other], lines[one]
+        first, second = rng.randrange(len(lines)), rng.randrange(len(lines))
+        lines[first], lines[second] = lines[second], lines[first]
         return "\n".join(lines)
     data = yaml.load(text, LOADER)
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
@@ -63,17 +63,17 @@ def mutated(text, rng):
 
 
 def _change(data, rng):
-    places = list(_places(data))
-    block, key = rng.choice(places)
-    kind = rng.randrange(5)
-    if kind == 0 and isinstance(block, dict):
+    locations = list(_places(data))
+    block, key = rng.choice(locations)
+    number = rng.randrange(5)
+    if number == 0 and isinstance(block, dict):
         block[f"{key}{rng.choice('xyz')}"] = block.pop(key)
-    elif kind == 1:
+    elif number == 1:
         del block[key]
-    elif kind == 2:
-        other, place = rng.choice(places)
+    elif number == 2:
+        other_block, other_key = rng.choice(locations)
         try:
-            block[key] = copy.deepcopy(other[place])
+            block[key] = copy.deepcopy(other_block[other_key])
         except (KeyError, IndexError):
             block[key] = copy.deepcopy(rng.choice(VALUES))
     else:
@@ -96,11 +96,13 @@ def outcome(text):
         if scene.method == "grains" and (grains or 0) <= FEW and _small(scene.sample):
             make_sample(scene)
     except DustError as error:
-        found = str(error)
-        if not found.strip() or len(found) > 50_000:
-            return "refused", f"a message of {len(found)} characters"
-        if found.startswith("the scene cannot be used") and not re.search(r"\(line \d+\)", found):
-            return "refused", f"a message without a line: {found[:300]}"
+        message = str(error)
+        if not message.strip() or len(message) > 50_000:
+            return "refused", f"a message of {len(message)} characters"
+        if message.startswith("the scene cannot be used") and not re.search(
+            r"\(line \d+\)", message
+        ):
+            return "refused", f"a message without a line: {message[:300]}"
         return "refused", None
     return "accepted", None
 
@@ -124,25 +126,25 @@ def run(count, seed, tally):
     signal.signal(signal.SIGVTALRM, _too_long)
     for number in range(count):
         rng = random.Random(f"{seed} {number}")
-        text = mutated(rng.choice(texts), rng)
+        text = mutate(rng.choice(texts), rng)
         began = time.process_time()
         signal.setitimer(signal.ITIMER_VIRTUAL, 5 * SECONDS)
         try:
-            kind, problem = outcome(text)
+            outcome_kind, problem = outcome(text)
         except Exception as error:  # noqa: BLE001, this is what is looked for
-            kind, problem = "traceback", f"{type(error).__name__}: {str(error)[:200]}"
+            outcome_kind, problem = "traceback", f"{type(error).__name__}: {str(error)[:200]}"
         finally:
             signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         took = time.process_time() - began
-        more = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - resource_before)
+        growth = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - resource_before)
         if problem is None and took > SECONDS:
             problem = f"{took:.1f} s"
-        if problem is None and more > BYTES:
-            problem = f"{more / 1e6:.0f} MB"
+        if problem is None and growth > BYTES:
+            problem = f"{growth / 1e6:.0f} MB"
             resource_before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         if problem:
             problem = f"seed {seed}: {problem}\n{text[:3000]}"
-        tally.case(kind, problem, number)
+        tally.case(outcome_kind, problem, number)
 
 
 def _too_long(*_):

@@ -62,7 +62,7 @@ def fork(report, *functions):
     os._exit(code)
 
 
-def forked(report, *functions):
+def run_forked(report, *functions):
     """(exit status, what was said) of a process of `fork`, at its end."""
     status = os.waitstatus_to_exitcode(os.waitpid(fork(report, *functions), 0)[1])
     return status, report.read_text()

@@ -92,12 +92,12 @@ class Untranslated(Exception):
     """An instruction that this file does not know."""
 
 
-def size_of(kind):
-    return 1 if kind == "pred" else int(kind[1:]) // 8
+def size_of(dtype):
+    return 1 if dtype == "pred" else int(dtype[1:]) // 8
 
 
-def is_float(kind):
-    return kind[0] == "f"
+def is_float(dtype):
+    return dtype[0] == "f"
 
 
 def variable(register):
@@ -106,30 +106,30 @@ def variable(register):
 
 def operands(text):
     """Operands between commas, those in brackets whole."""
-    out, depth, here = [], 0, ""
+    out, depth, token = [], 0, ""
     for char in text:
         depth += (char in "{[(") - (char in "}])")
         if char == "," and depth == 0:
-            out.append(here.strip())
-            here = ""
+            out.append(token.strip())
+            token = ""
         else:
-            here += char
-    return out + [here.strip()] if here.strip() else out
+            token += char
+    return out + [token.strip()] if token.strip() else out
 
 
-def read(text, kind):
+def read(text, dtype):
     """An operand read as that type."""
-    c_type = C_TYPES[kind]
+    c_type = C_TYPES[dtype]
     if text in SPECIAL:
         return f"(({c_type}){SPECIAL[text]})"
     if text.startswith("%"):
-        return f"{variable(text)}.{kind}"
+        return f"{variable(text)}.{dtype}"
     if text[:2] in ("0d", "0f"):
         bits = f"0x{text[2:]}ull"
-        return f"as_{'f64' if text[1] == 'd' else 'f32'}({bits})" if is_float(kind) else bits
+        return f"as_{'f64' if text[1] == 'd' else 'f32'}({bits})" if is_float(dtype) else bits
     if re.match(r"-?\d+$", text):
-        if is_float(kind):
-            return f"as_{kind}({text}ull)"
+        if is_float(dtype):
+            return f"as_{dtype}({text}ull)"
         if text == "-9223372036854775808":
             return f"(({c_type})INT64_MIN)"
         return f"(({c_type}){text}{'ll' if '-' in text else 'ull'})"
@@ -140,8 +140,8 @@ def read(text, kind):
 class Operand:
     """An operand of a form, which is read as the type that the form names, or its instruction."""
 
-    def __init__(self, text, kind, wide):
-        self.text, self.kinds = text, {"": kind, "wide": wide}
+    def __init__(self, text, dtype, wide):
+        self.text, self.kinds = text, {"": dtype, "wide": wide}
 
     def __format__(self, named):
         return read(self.text, self.kinds.get(named, named))
@@ -156,13 +156,13 @@ class Body:
 
     # -- operands --------------------------------------------------------------------------------
 
-    def assign(self, name, kind, value):
+    def assign(self, name, dtype, value):
         """Writes a value of that type to a register, which may be wider."""
         if name == "_":
             return ""
-        whole = kind if is_float(kind) else "s64" if kind[0] == "s" else "u64"
-        cast = "" if is_float(kind) else "!!" if kind == "pred" else f"({C_TYPES[kind]})"
-        return f"{variable(name)}.{whole} = {cast}({value});"
+        wide_type = dtype if is_float(dtype) else "s64" if dtype[0] == "s" else "u64"
+        cast = "" if is_float(dtype) else "!!" if dtype == "pred" else f"({C_TYPES[dtype]})"
+        return f"{variable(name)}.{wide_type} = {cast}({value});"
 
     def address(self, text):
         base, offset = re.match(r"(.+?)([+-]-?\d+)?$", text.strip()[1:-1]).groups()
@@ -173,36 +173,36 @@ class Body:
     def instruction(self, op, text):
         """C of an instruction."""
         name, *mods = op.split(".")
-        kind, a = mods[-1] if mods else "", operands(text)
+        dtype, a = mods[-1] if mods else "", operands(text)
         if name in PLAIN:
             return PLAIN[name]
-        ways = [f"{mod}.{kind[:1]}" for mod in mods]
-        for known in (*(f"{name}.{way}" for way in (*ways, *mods, kind[:1])), name):
-            if known in FORMS and not (name == "setp" and LOGIC.keys() & set(mods)):
-                return self._formed(FORMS[known], name, mods, a)
-        found = getattr(self, f"do_{name}", None)
-        if found is None:
+        ways = [f"{mod}.{dtype[:1]}" for mod in mods]
+        for form in (*(f"{name}.{way}" for way in (*ways, *mods, dtype[:1])), name):
+            if form in FORMS and not (name == "setp" and LOGIC.keys() & set(mods)):
+                return self._write_form(FORMS[form], name, mods, a)
+        handler = getattr(self, f"do_{name}", None)
+        if handler is None:
             raise Untranslated(op)
-        return found(mods, kind, a)
+        return handler(mods, dtype, a)
 
-    def _formed(self, form, name, mods, a):
-        kind, bits = mods[-1], 8 * size_of(mods[-1])
-        wide = f"{kind[0]}{2 * bits}"
-        to = wide if "wide" in mods else RESULTS.get(name, kind)
-        words = {"kind": kind, "bits": bits, "f": "f" if kind == "f32" else ""}
+    def _write_form(self, form, name, mods, a):
+        dtype, bits = mods[-1], 8 * size_of(mods[-1])
+        wide = f"{dtype[0]}{2 * bits}"
+        to = wide if "wide" in mods else RESULTS.get(name, dtype)
+        words = {"kind": dtype, "bits": bits, "f": "f" if dtype == "f32" else ""}
         words |= {"u": C_TYPES.get(f"u{bits}"), "c2": C_TYPES.get(wide)}
-        values = [Operand(x, kind, wide) for x in a[1:]]
-        return self.assign(a[0], to, self._flushed(to, mods, form.format(*values, **words)))
+        values = [Operand(x, dtype, wide) for x in a[1:]]
+        return self.assign(a[0], to, self._flush(to, mods, form.format(*values, **words)))
 
-    def do_bra(self, mods, kind, a):
+    def do_bra(self, mods, dtype, a):
         return f"goto {a[0].replace('$', '_S_')};"
 
-    def do_brx(self, mods, kind, a):
+    def do_brx(self, mods, dtype, a):
         jumps = enumerate(self.targets[a[1]])
         cases = " ".join(f"case {n}: goto {to.replace('$', '_S_')};" for n, to in jumps)
         return f"switch ({read(a[0], 'u32')}) {{ {cases} }}"
 
-    def do_bar(self, mods, kind, a):
+    def do_bar(self, mods, dtype, a):
         if mods[0] not in ("sync", "warp"):
             raise Untranslated("bar." + ".".join(mods))
         if mods[0] == "warp":
@@ -212,21 +212,21 @@ class Body:
 
     do_barrier = do_bar
 
-    def do_mov(self, mods, kind, a):
+    def do_mov(self, mods, dtype, a):
         if a[0].startswith("{"):
-            parts = operands(a[0][1:-1])
-            w = int(kind[1:]) // len(parts)
+            elements = operands(a[0][1:-1])
+            w = int(dtype[1:]) // len(elements)
             pieces = (
                 self.assign(p, f"b{w}", f"(uint{w}_t)(whole >> {w * n})")
-                for n, p in enumerate(parts)
+                for n, p in enumerate(elements)
             )
-            return f"{{ uint64_t whole = {read(a[1], kind)}; {' '.join(pieces)} }}"
+            return f"{{ uint64_t whole = {read(a[1], dtype)}; {' '.join(pieces)} }}"
         if a[1].startswith("{"):
-            parts = operands(a[1][1:-1])
-            w = int(kind[1:]) // len(parts)
-            values = [f"((uint64_t){read(p, f'b{w}')} << {w * n})" for n, p in enumerate(parts)]
-            return self.assign(a[0], kind, f"({C_TYPES[kind]})({' | '.join(values)})")
-        return self.assign(a[0], kind, read(a[1], kind))
+            elements = operands(a[1][1:-1])
+            w = int(dtype[1:]) // len(elements)
+            values = [f"((uint64_t){read(p, f'b{w}')} << {w * n})" for n, p in enumerate(elements)]
+            return self.assign(a[0], dtype, f"({C_TYPES[dtype]})({' | '.join(values)})")
+        return self.assign(a[0], dtype, read(a[1], dtype))
 
     @staticmethod
     def _space(mods):
@@ -235,62 +235,63 @@ class Body:
             return None
         return "SHARED_SPACE" if "shared" in mods else "0"
 
-    def do_ld(self, mods, kind, a):
+    def do_ld(self, mods, dtype, a):
         vector = any(m in ("v2", "v4") for m in mods)
-        registers, c_type = operands(a[0][1:-1]) if vector else [a[0]], C_TYPES[kind]
+        registers, c_type = operands(a[0][1:-1]) if vector else [a[0]], C_TYPES[dtype]
         out, space = f"{{ uint64_t a = {self.address(a[1])}; ", self._space(mods)
         if space:
             size = f"{len(registers)} * sizeof({c_type})"
             out += f"emu_aligned(T, a, {size}); emu_read(T, a, {size}, {space}); "
         for n, register in enumerate(registers):
-            out += self.assign(register, kind, f"(({c_type} *)a)[{n}]") + " "
+            out += self.assign(register, dtype, f"(({c_type} *)a)[{n}]") + " "
         return out + "}"
 
     do_ldu = do_ld
 
-    def do_st(self, mods, kind, a):
+    def do_st(self, mods, dtype, a):
         vector = any(m in ("v2", "v4") for m in mods)
-        registers, c_type = operands(a[1][1:-1]) if vector else [a[1]], C_TYPES[kind]
+        registers, c_type = operands(a[1][1:-1]) if vector else [a[1]], C_TYPES[dtype]
         out, space = f"{{ uint64_t a = {self.address(a[0])}; ", self._space(mods)
         if space:
             out += f"emu_aligned(T, a, {len(registers)} * sizeof({c_type})); "
         for n, register in enumerate(registers):
-            value, place = read(register, kind), f"(({c_type} *)a)[{n}]"
+            value, element = read(register, dtype), f"(({c_type} *)a)[{n}]"
             if space:
                 same = f"!memcmp(&new, (void *)(a + {n} * sizeof new), sizeof new)"
                 out += f"{{ {c_type} new = {value}; "
                 out += f"emu_wrote(T, a + {n} * sizeof new, sizeof new, {same}, {space}); "
-                out += f"{place} = new; }} "
+                out += f"{element} = new; }} "
             else:
-                out += f"{place} = {value}; "
+                out += f"{element} = {value}; "
         return out + "}"
 
-    def do_atom(self, mods, kind, a, first=1):
-        which, c_type = next(m for m in mods if m in ATOMIC), C_TYPES[kind]
-        new = ATOMIC[which].format(*(read(x, kind) for x in a[first + 1 :]))
+    def do_atom(self, mods, dtype, a, first=1):
+        which, c_type = next(m for m in mods if m in ATOMIC), C_TYPES[dtype]
+        new_value = ATOMIC[which].format(*(read(x, dtype) for x in a[first + 1 :]))
         out = f"{{ {c_type} *a = ({c_type} *){self.address(a[first])}; "
-        is_sum = int(which == "add" and is_float(kind))
+        is_sum = int(which == "add" and is_float(dtype))
         out += "emu_aligned(T, (uint64_t)a, sizeof *a); "
-        out += f"emu_atomic(T, (uint64_t)a, sizeof *a, {is_sum}); {c_type} old = *a; *a = {new}; "
-        return out + (self.assign(a[0], kind, "old") if first else "") + " }"
+        out += f"emu_atomic(T, (uint64_t)a, sizeof *a, {is_sum}); "
+        out += f"{c_type} old = *a; *a = {new_value}; "
+        return out + (self.assign(a[0], dtype, "old") if first else "") + " }"
 
-    def do_red(self, mods, kind, a):
-        return self.do_atom(mods, kind, a, first=0)
+    def do_red(self, mods, dtype, a):
+        return self.do_atom(mods, dtype, a, first=0)
 
-    def do_cvt(self, mods, kind, a):
+    def do_cvt(self, mods, dtype, a):
         to, source = mods[-2], mods[-1]
-        x = self._flushed(source, mods, read(a[1], source))
+        x = self._flush(source, mods, read(a[1], source))
         rounding = next((ROUNDING[m] for m in mods if m in ROUNDING), "")
         if is_float(source) and not is_float(to):
             return self.assign(a[0], to, f"sat_{to}({rounding}((double){x}))")
         if is_float(source):
             value = f"({C_TYPES[to]}){rounding}({x})"
-            return self.assign(a[0], to, self._flushed(to, mods, value))
+            return self.assign(a[0], to, self._flush(to, mods, value))
         return self.assign(a[0], to, f"({C_TYPES[to]}){x}")
 
     @staticmethod
-    def _flushed(kind, mods, value):
-        return f"ftz({value})" if kind == "f32" and "ftz" in mods else value
+    def _flush(dtype, mods, value):
+        return f"ftz({value})" if dtype == "f32" and "ftz" in mods else value
 
     # -- statements ------------------------------------------------------------------------------
 
@@ -313,17 +314,17 @@ class Body:
             still = "static " if s.startswith(".shared") else ""
             self.lines.append(f"{still}_Alignas(16) uint8_t {name}[{size}];")
         elif s.startswith(".param"):
-            kind, name, count = PARAMETER.match(s).groups()
-            self.lines.append(f"_Alignas(16) uint8_t {name}[{size_of(kind) * int(count or 1)}];")
+            dtype, name, count = PARAMETER.match(s).groups()
+            self.lines.append(f"_Alignas(16) uint8_t {name}[{size_of(dtype) * int(count or 1)}];")
         else:
-            self._guarded(s)
+            self._add_guarded(s)
 
     def _registers(self, s):
         name, count = re.match(r"\.reg \.\w+\s+(%?\w+)(?:<(\d+)>)?$", s).groups()
         names = [f"{name}{n}" for n in range(int(count))] if count else [name]
         return "Register " + ", ".join(f"{variable(n)} = {{0}}" for n in names) + ";"
 
-    def _guarded(self, s):
+    def _add_guarded(self, s):
         guard = ""
         if match := re.match(r"@(!?)(%\w+) (.*)$", s):
             guard, s = f"if ({match[1]}{variable(match[2])}.pred) ", match[3]
@@ -335,28 +336,28 @@ class Body:
 
     def _call(self, s):
         form = r"call(?:\.uni)?\s*(?:\(([^)]*)\),\s*)?([%\w$.]+)(?:,\s*\(([^)]*)\))?"
-        returned, callee, given = re.match(form, s).groups()
-        listed = ",".join(x for x in (returned, given) if x)
+        returned, callee, arguments = re.match(form, s).groups()
+        listed = ",".join(x for x in (returned, arguments) if x)
         names = ["T", *(x.strip() for x in listed.split(",") if x.strip())]
         if callee.startswith("%"):
-            kinds = ", ".join(["Thread *", *["uint8_t *"] * (len(names) - 1)])
-            callee = f"((void (*)({kinds})){variable(callee)}.u64)"
+            types = ", ".join(["Thread *", *["uint8_t *"] * (len(names) - 1)])
+            callee = f"((void (*)({types})){variable(callee)}.u64)"
         return f"{callee}({', '.join(names)});"
 
 
 def statements(body):
     """The statements of a body: between semicolons, labels, braces of blocks."""
-    here, depth = "", 0
+    statement, depth = "", 0
     for char in body:
-        if char in "{}" and depth == 0 and (char == "}" or not here.strip()):
-            yield from (here, char)
-            here = ""
+        if char in "{}" and depth == 0 and (char == "}" or not statement.strip()):
+            yield from (statement, char)
+            statement = ""
         elif char == ";":
-            yield here
-            here = ""
-        elif char == ":" and re.match(r"\s*[\w$]+\s*$", here):
-            yield here + ":"
-            here = ""
+            yield statement
+            statement = ""
+        elif char == ":" and re.match(r"\s*[\w$]+\s*$", statement):
+            yield statement + ":"
+            statement = ""
         else:
             depth += (char == "{") - (char == "}")
-            here += char
+            statement += char

@@ -36,47 +36,49 @@ class Module:
     def __init__(self, text):
         text = re.sub(r"/\*.*?\*/", "", re.sub(r"//[^\n]*", "", text), flags=re.S)
         self.tables, self.signatures, self.bodies, self.kernels = [], {}, {}, []
-        place = 0
-        while text[place:].strip():
-            place = self._next(text, place)
+        offset = 0
+        while text[offset:].strip():
+            offset = self._next(text, offset)
 
-    def _next(self, text, place):
-        if match := self.HEAD.match(text, place):
+    def _next(self, text, offset):
+        if match := self.HEAD.match(text, offset):
             return self._function(match, text, match.end())
-        if match := self.TABLE.match(text, place):
+        if match := self.TABLE.match(text, offset):
             self._table(*match.groups()[1:])
             return match.end()
-        if match := self.OTHER.match(text, place):
+        if match := self.OTHER.match(text, offset):
             return match.end()
-        raise SystemExit("cannot parse: " + text[place : place + 200])
+        raise SystemExit("cannot parse: " + text[offset : offset + 200])
 
-    def _table(self, space, align, kind, name, lengths, values):
+    def _table(self, space, align, dtype, name, lengths, values):
         count = 1
         for length in re.findall(r"\[(\d*)\]", lengths):
             count *= int(length or 1)
-        given = "" if not values else f" = {values if values[0] == '{' else '{' + values + '}'}"
-        self.tables.append(f"static _Alignas(16) {C_TYPES[kind]} {name}[{count}]{given};")
+        initialiser = (
+            "" if not values else f" = {values if values[0] == '{' else '{' + values + '}'}"
+        )
+        self.tables.append(f"static _Alignas(16) {C_TYPES[dtype]} {name}[{count}]{initialiser};")
 
-    def _function(self, match, text, place):
-        what, returned, name, given = match.groups()[:4]
-        listed = operands(given)
+    def _function(self, match, text, offset):
+        directive, returned, name, parameters = match.groups()[:4]
+        listed = operands(parameters)
         if returned:
             listed = [*operands(returned[1:-1]), *listed]
         names = [PARAMETER.match(" ".join(p.split())).group(2) for p in listed]
         self.signatures[name] = ", ".join(["Thread *T", *(f"uint8_t *{n}" for n in names)])
-        if text[place] == ";":
-            return place + 1
-        end, depth = place, 0
+        if text[offset] == ";":
+            return offset + 1
+        end, depth = offset, 0
         while True:
             depth += (text[end] == "{") - (text[end] == "}")
             if depth == 0:
                 break
             end += 1
         body = Body()
-        for statement in statements(text[place + 1 : end]):
+        for statement in statements(text[offset + 1 : end]):
             body.add(statement)
         self.bodies[name] = body
-        if what == "entry":
+        if directive == "entry":
             self.kernels.append((name, len(names)))
         return end + 1
 
@@ -94,8 +96,10 @@ class Module:
             out.append(f"static void {name}({self.signatures[name]}) {{\n  {lines}\n}}")
         meets = int(any(body.meets for body in self.bodies.values()))
         for name, count in self.kernels:
-            given = ", ".join(["T", *(f"(uint8_t *)params[{n}]" for n in range(count))])
-            out.append(f"static void one_{name}(Thread *T, void **params) {{ {name}({given}); }}")
+            arguments = ", ".join(["T", *(f"(uint8_t *)params[{n}]" for n in range(count))])
+            out.append(
+                f"static void one_{name}(Thread *T, void **params) {{ {name}({arguments}); }}"
+            )
             out.append(
                 f"void run_{name}(void **params, unsigned blocks, unsigned threads) "
                 f'{{ emu_run("{name}", one_{name}, params, blocks, threads, {meets}); }}'
@@ -116,9 +120,9 @@ def main(path):
         flags += ["-mfma"] if os.uname().machine == "x86_64" else []
         subprocess.run(["gcc", "-O0", *flags, "-o", library, source, "-lm"], check=True)
         stored.parent.mkdir(parents=True, exist_ok=True)
-        whole = stored.with_suffix(f".{os.getpid()}")
-        shutil.copy(library, whole)
-        whole.replace(stored)
+        complete = stored.with_suffix(f".{os.getpid()}")
+        shutil.copy(library, complete)
+        complete.replace(stored)
         return
     shutil.copy(stored, library)
 
