@@ -169,7 +169,8 @@ def speed(scenes):
                 continue
             print(
                 f"{scene_kind} {detail} {row['size']} {backend} {threads}: "
-                f"{1e6 * row['step']:.1f} us a step, {row['size'] / row['step']:.3g} particle-steps a second, "
+                f"{1e6 * row['step']:.1f} us a step, "
+                f"{row['size'] / row['step']:.3g} particle-steps a second, "
                 f"{row['searches']:.2g} searches a step; first step {row['first']:.1f} s",
                 flush=True,
             )
