@@ -212,7 +212,7 @@ def import_bundled(name):
 def write_spring(folder, ending="method.register(METHOD)\n"):
     """Write the method of running/spring.py, which compiles nothing, as a user's file spring.py.
 
-    more: what the file does at its end.
+    ending: what the file does at its end.
     """
     text = (ROOT / "tests/running/spring.py").read_text()
     (folder / "spring.py").write_text(f"{text}\n\nfrom dusttaichi import method\n\n{ending}")

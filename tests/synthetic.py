@@ -92,7 +92,7 @@ def _nothing(features):
 
 
 def _append_series(result, features, interval, **columns):
-    """Records `interval` [s] and 1000 steps apart in which all but `known`, (time, ...), is 0."""
+    """Records `interval` [s] and 1000 steps apart in which all but `columns`, (time, ...), is 0."""
     number = np.arange(len(columns["filling_factor"]))
     nothing = {
         k: np.broadcast_to(v, (len(number), *np.shape(v))) for k, v in _nothing(features).items()

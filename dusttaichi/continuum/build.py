@@ -46,8 +46,8 @@ def build(scene, particles, *, loops=None):
     if len(moving) > BODIES:
         raise DustError(f"sample: {len(moving)} rigid bodies; allowed: {BODIES} at most.")
     threads, n = threads_of(scene, len(particles)), len(particles)
-    kind = (loops or loops_of(scene.numerics)).execution
-    compiled = chosen_kernels(scene, particles, threads, kind)
+    execution = (loops or loops_of(scene.numerics)).execution
+    compiled = chosen_kernels(scene, particles, threads, execution)
     mirrors, edges = surfaces(scene, particles)
     sim = Simulation(
         compiled,
@@ -74,8 +74,8 @@ def build(scene, particles, *, loops=None):
     return sim
 
 
-def layout_of(scene, kind="workers"):
-    """Layout of the kernels of a scene; kind: of the loops (backend.Loops)."""
+def layout_of(scene, execution="workers"):
+    """Layout of the kernels of a scene; execution: of the loops (backend.Loops)."""
     numerics, boundary = scene.numerics, scene.boundary
     return Layout(
         dimension=scene.dimension,
@@ -92,7 +92,7 @@ def layout_of(scene, kind="workers"):
         damage=any(material.damage for material in scene.all_materials),
         materials=bool(scene.materials),
         laws=laws_of(scene.all_materials),
-        lanes=LANES if kind == "workers" else 1,
+        lanes=LANES if execution == "workers" else 1,
     )
 
 
@@ -101,14 +101,14 @@ def self_gravity(scene):
     return scene.gravity.self_gravity if scene.gravity else None
 
 
-def chosen_kernels(scene, particles, threads, kind):
+def chosen_kernels(scene, particles, threads, execution):
     """The Compiled of a scene with its particles, with loops of that kind."""
-    layout, numerics = layout_of(scene, kind), scene.numerics
+    layout, numerics = layout_of(scene, execution), scene.numerics
     room = capacity_for(len(particles))
     crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
     capacity = room, entries, capacity_for(ghost_count(scene, particles)) if layout.ghosts else 0
-    key = ("continuum", numerics.backend, numerics.debug, layout, capacity, threads, kind)
+    key = ("continuum", numerics.backend, numerics.debug, layout, capacity, threads, execution)
     return STRUCTURES.get(key, scene, threads, lambda key: compiled_for(key, layout, capacity))
 
 
@@ -119,20 +119,20 @@ def ghost_count(scene, particles):
     """
     h = scene.numerics.smoothing_length
     reach, boundary = (SUPPORT + SKIN[scene.dimension]) * h, scene.boundary
-    x, share = particles.position, 1.0
+    x, ghost_fraction = particles.position, 1.0
     mirrors = [face // 2 for face in faces_of(boundary, "mirrors")]
     repeating = [AXES.index(name) for name in boundary.periodic_axes]
     for axis in (*mirrors, *repeating):
         extent = np.ptp(x[:, axis]) + particles.spacing
-        share *= 1.0 + (2.0 if axis in repeating else 1.0) * min(1.0, reach / extent)
-    return int(1.5 * (share - 1.0) * len(x)) + 1
+        ghost_fraction *= 1.0 + (2.0 if axis in repeating else 1.0) * min(1.0, reach / extent)
+    return int(1.5 * (ghost_fraction - 1.0) * len(x)) + 1
 
 
 def numbers_of(scene, dimension):
     """Arguments of the kernels that are constant over a run, as a dict."""
     numerics, h = scene.numerics, scene.numerics.smoothing_length
     stress = numerics.artificial_stress
-    own = self_gravity(scene)
+    gravity_numbers = self_gravity(scene)
     x, y, z = (scene.gravity and scene.gravity.acceleration) or (0.0, 0.0, 0.0)
     at_spacing = smoothing.SHAPES[numerics.kernel](numerics.spacing / h)
     printed = numerics.deviator == "printed" and dimension == 2
@@ -153,8 +153,10 @@ def numbers_of(scene, dimension):
         "at_spacing": 1.0 / at_spacing,
         "hourglass": numerics.hourglass,
         "gravity": [x, z] if dimension == 2 else [x, y, z],
-        "attraction": 0.0 if own is None else own.constant,
-        "soft2": h * h if own is None or own.softening == "auto" else own.softening**2,
+        "attraction": 0.0 if gravity_numbers is None else gravity_numbers.constant,
+        "soft2": h * h
+        if gravity_numbers is None or gravity_numbers.softening == "auto"
+        else gravity_numbers.softening**2,
     }
 
 

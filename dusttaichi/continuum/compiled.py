@@ -41,7 +41,7 @@ def compiled_for(key, layout, capacity):
 
     capacity: numbers of particles, list entries and ghosts (capacities).
     """
-    kind = key[-1]
+    execution = key[-1]
     fields, lists = store.place(layout, *capacity)
     lists |= place_search(fields, layout, capacity[0])
     f, scratch = SimpleNamespace(**fields), SimpleNamespace(**lists)
@@ -50,8 +50,8 @@ def compiled_for(key, layout, capacity):
     rigid, rates, forces = passes(f, scratch, layout, attraction)
     motion = Motion(f, scratch, layout, rigid=rigid, images=forces.images, attraction=attraction)
     phases = Phases(motion, rates, forces)
-    own = steps_of(phases, StepNumbers)
-    advance = advance_by(kind, own, lambda: by_threads(phases, own))
+    step_phases = steps_of(phases, StepNumbers)
+    advance = advance_by(execution, step_phases, lambda: by_threads(phases, step_phases))
     search = make_search(motion, rates.blocks.near)
     potential = make_potential(attraction, StepNumbers) if layout.self_gravity else None
     kernels = Kernels(advance, search, potential, StepNumbers)

@@ -12,11 +12,11 @@ from dusttaichi.continuum.kernels.store import BODIES, FACES, PARTS
 ROWS = FACES + BODIES
 
 
-def by_threads(phases, own):
+def by_threads(phases, step_phases):
     """Launches of the Steps of Phases."""
-    known, sums = Arguments(own), BlockSums(PARTS)
+    arguments, sums = Arguments(step_phases), BlockSums(PARTS)
     motion, rates, forces = phases.motion, phases.rates, phases.forces
-    sync, numbers, material = known.sync, known.numbers, known.outside
+    sync, numbers, material = arguments.sync, arguments.numbers, arguments.outside
     threads = pad_to_blocks(motion.f.mass.shape[0])
     # the fastest signal of each block of threads
     fastest = ti.field(ti.f64, shape=threads // THREADS)
@@ -38,13 +38,13 @@ def by_threads(phases, own):
         ti.loop_config(block_dim=THREADS)
         for i in range(threads):
             if sync[STOP] == 0 and sync[DUE] == 0:
-                own = ti.cast(0.0, ti.f64)
+                value = ti.cast(0.0, ti.f64)
                 if i < numbers[None].count:
-                    own = rates.pass_over(i, numbers[None], material[None])
+                    value = rates.pass_over(i, numbers[None], material[None])
                     motion.show_others(i, numbers[None])
-                most = largest_of_block(own, i % THREADS, THREADS)
+                block_largest = largest_of_block(value, i % THREADS, THREADS)
                 if i % THREADS == 0:
-                    fastest[i // THREADS] = most
+                    fastest[i // THREADS] = block_largest
 
     @ti.kernel
     def push():
@@ -59,16 +59,16 @@ def by_threads(phases, own):
                 if thread == 0:
                     motion.clear_load(row, numbers[None])
                 if ti.static(motion.layout.rigid):
-                    own = motion.share_of_load(row, thread, THREADS, numbers[None])
-                    motion.add_load(row, thread, sums.total(own, thread))
+                    load = motion.share_of_load(row, thread, THREADS, numbers[None])
+                    motion.add_load(row, thread, sums.total(load, thread))
 
-    end_step = make_end(motion, known, fastest)
-    return Launches(known, [kick_and_drift], [respond, push, end_step], divided=True)
+    end_step = make_end(motion, arguments, fastest)
+    return Launches(arguments, [kick_and_drift], [respond, push, end_step], divided=True)
 
 
-def make_end(motion, known, fastest):
+def make_end(motion, arguments, fastest):
     """Kernel `end_step()`: the length of the next step, and whether there is one."""
-    sync, numbers, lists = known.sync, known.numbers, motion.lists
+    sync, numbers, lists = arguments.sync, arguments.numbers, motion.lists
     blocks = fastest.shape[0]
     turns = -(-blocks // THREADS)
 
@@ -77,13 +77,13 @@ def make_end(motion, known, fastest):
         ti.loop_config(block_dim=THREADS)
         for t in range(THREADS):
             if sync[STOP] == 0:
-                own = ti.cast(0.0, ti.f64)
+                value = ti.cast(0.0, ti.f64)
                 for n in range(turns):
                     if n * THREADS + t < blocks:
-                        own = ti.max(own, fastest[n * THREADS + t])
-                most = largest_of_block(own, t, THREADS)
+                        value = ti.max(value, fastest[n * THREADS + t])
+                block_largest = largest_of_block(value, t, THREADS)
                 if t == 0:
-                    lists.most[0] = most
+                    lists.most[0] = block_largest
                     if sync[DUE] == 1:
                         sync[STOP] = HALT
                     else:

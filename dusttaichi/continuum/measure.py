@@ -21,11 +21,11 @@ def energies(sim):
     free = sim.of_particles("group") < 0
     kinetic = 0.5 * np.sum(mass[free] * speed2[free])
     speed, spin = sim.body_speeds()
-    own = sim.rigid("mass")[FACES:, 0]
-    kinetic += 0.5 * np.sum(own * np.sum(speed[FACES:] ** 2, axis=1))
+    masses = sim.rigid("mass")[FACES:, 0]
+    kinetic += 0.5 * np.sum(masses * np.sum(speed[FACES:] ** 2, axis=1))
     kinetic += 0.5 * np.sum(spin * sim.angular_momenta())
     at = np.concatenate([sim.of_particles("x")[free], sim.rigid("centre")[FACES:, sim.axes]])
-    gravity = -np.concatenate([mass[free], own]) @ (at @ sim.numbers["gravity"])
+    gravity = -np.concatenate([mass[free], masses]) @ (at @ sim.numbers["gravity"])
     gravity += attraction_energy(sim)
     elastic = elastic_of_particles(sim, gives).sum(axis=0)
     work, loss = sim.of_particles("work").sum(axis=0), sim.of_particles("loss").sum(axis=0)
@@ -38,9 +38,9 @@ def energies(sim):
         "work": face_work(sim),
         "speed": float(np.sqrt(speed2.max())),
         "largest": largest(sim, role == DUST),
-        "momentum": (mass[free] @ v[free]) + own @ speed[FACES:],
+        "momentum": (mass[free] @ v[free]) + masses @ speed[FACES:],
         "angular_momentum": mass[free] @ np.cross(sim.raised(sim.of_particles("x"))[free], v[free])
-        + own @ np.cross(sim.rigid("centre")[FACES:], speed[FACES:])
+        + masses @ np.cross(sim.rigid("centre")[FACES:], speed[FACES:])
         + sim.angular_momenta()[FACES:].sum(axis=0),
     }
 
@@ -51,8 +51,8 @@ def largest(sim, dust):
     number = sim.of_particles("material")[dust] if sim.layout.materials else np.zeros(len(density))
     out = []
     for k, (phi_2, solid) in enumerate(zip(sim.materials.phi_2, sim.materials.rho_s, strict=True)):
-        own = number == k
-        ends = (values[own].max(initial=0.0) / solid for values in (density, compacted))
+        is_largest = number == k
+        ends = (values[is_largest].max(initial=0.0) / solid for values in (density, compacted))
         out.append((float(phi_2), *map(float, ends)))
     return out
 
@@ -79,12 +79,15 @@ def elastic_of_particles(sim, gives):
     d = sim.dimension
     trace = S[:, :: d + 1].sum(axis=1)
     squares = np.sum(S * S, axis=1) + trace * trace
-    of_pressure, whole = volume * path_energy(density, reference, K), undamaged(sim)[gives]
+    of_pressure, undamaged_fraction = (
+        volume * path_energy(density, reference, K),
+        undamaged(sim)[gives],
+    )
     return np.stack(
         [
             np.where(p >= 0.0, of_pressure, 0.0),
-            np.where(p < 0.0, whole * of_pressure, 0.0),
-            whole * volume * squares / (4.0 * ratio * K),
+            np.where(p < 0.0, undamaged_fraction * of_pressure, 0.0),
+            undamaged_fraction * volume * squares / (4.0 * ratio * K),
         ],
         axis=1,
     )
@@ -162,11 +165,11 @@ def measurement(sim, start):
 
 def elastic_momenta(sim, sample):
     """Present momenta of the elastic bodies of a sample [kg m/s], (bodies, 3)."""
-    found = _of_elastic(sim, sample)
-    if not found:
+    members = _of_elastic(sim, sample)
+    if not members:
         return np.zeros((0, 3))
     mass, v = sim.of_particles("mass"), sim.velocities()
-    return np.array([mass[own] @ v[own] for own in found])
+    return np.array([mass[body] @ v[body] for body in members])
 
 
 def elastic_bodies(sim, sample):
@@ -175,18 +178,18 @@ def elastic_bodies(sim, sample):
     (bodies, 3) each, as a tuple.
     """
     numbers = _of_elastic(sim, sample)
-    found = np.zeros((3, len(numbers), 3))
+    values = np.zeros((3, len(numbers), 3))
     if not numbers:
-        return tuple(found)
+        return tuple(values)
     x, v, mass = sim.raised(sim.of_particles("x")), sim.velocities(), sim.of_particles("mass")
-    for row, own in enumerate(numbers):
-        m = mass[own]
-        centre, velocity = m @ x[own] / m.sum(), m @ v[own] / m.sum()
-        r = x[own] - centre
+    for row, number in enumerate(numbers):
+        m = mass[number]
+        centre, velocity = m @ x[number] / m.sum(), m @ v[number] / m.sum()
+        r = x[number] - centre
         inertia = m @ np.sum(r * r, axis=1) * np.eye(3) - r.T @ (m[:, None] * r)
-        turning = m @ np.cross(r, v[own] - velocity)
-        found[:, row] = centre, velocity, np.linalg.pinv(inertia) @ turning
-    return tuple(found)
+        turning = m @ np.cross(r, v[number] - velocity)
+        values[:, row] = centre, velocity, np.linalg.pinv(inertia) @ turning
+    return tuple(values)
 
 
 def _of_elastic(sim, sample):

@@ -48,7 +48,7 @@ class MovingDust(SimpleSimulation):
 
     def _features(self):
         domain = self.around
-        there = {
+        has_feature = {
             "walls": domain.box is not None,
             "height": not np.isnan(domain.lengths(0)[2]),
             "stages": bool(self.scene.stages),
@@ -58,7 +58,7 @@ class MovingDust(SimpleSimulation):
             "damage": self.sim.layout.damage,
             "materials": self.sim.layout.materials,
         }
-        return {name for name, has in there.items() if has}
+        return {name for name, is_present in has_feature.items() if is_present}
 
     @property
     def step(self):
@@ -94,8 +94,8 @@ class MovingDust(SimpleSimulation):
     def series(self, measurement, window):
         self._pairing.check()
         elastic = measure.elastic_bodies(self.sim, self.sample)
-        found = record.series(self.sim, measurement.parts, window, self._areas(), elastic)
-        return found | (self._warms.series() if self._warms else {})
+        series_record = record.series(self.sim, measurement.parts, window, self._areas(), elastic)
+        return series_record | (self._warms.series() if self._warms else {})
 
     def _shown(self):
         """Names of the bodies in the records: rigid ones, then elastic ones."""
@@ -185,8 +185,8 @@ def reopen(scene, state):
     stored = state.numbers["sample"]
     bodies = tuple(from_plain(Body, body) for body in stored["bodies"])
     arrays = {name: state.arrays[BEFORE + name] for name in (*ARRAYS, "body", "room")}
-    others = {name: stored[name] for name in ("spacing", "dimension", "info")}
-    out = make(scene, Particles(**arrays, **others, bodies=bodies))
+    further = {name: stored[name] for name in ("spacing", "dimension", "info")}
+    out = make(scene, Particles(**arrays, **further, bodies=bodies))
     out.restore(state)
     return out
 

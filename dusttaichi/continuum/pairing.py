@@ -49,25 +49,25 @@ class Pairing:
             return
         self.looked = step
         cracked = self.sim.in_order(undamaged(self.sim)) < 1.0
-        for name, own in zip(self.names, self.bodies, strict=True):
-            if cracked[own].any():
+        for name, body in zip(self.names, self.bodies, strict=True):
+            if cracked[body].any():
                 continue  # its material has broken it, and parts of it meet again
-            near = self.distances(own)
+            near = self.distances(body)
             paired = near < PAIRED
-            if paired.sum() >= max(LEAST, SHARE * len(own)):
-                raise GuardStop(self._text(name, own, near[paired], paired.sum() / len(own)))
+            if paired.sum() >= max(LEAST, SHARE * len(body)):
+                raise GuardStop(self._text(name, body, near[paired], paired.sum() / len(body)))
 
-    def distances(self, own):
+    def distances(self, body):
         """Distance to the nearest neighbour of particles that have not yielded, (n,).
 
-        Over that at the start, scaled with the volumes. own: numbers of particles of a body.
+        Over that at the start, scaled with the volumes. body: numbers of particles of a body.
         """
         sim = self.sim
-        own = own[self._whole()[own]]
-        x = sim.in_order(sim.of_particles("x"))[own]
-        volume = sim.in_order(sim.of_particles("mass") / sim.of_particles("density"))[own]
-        grown = (volume / self.volume[own]) ** (1.0 / sim.dimension)
-        return _nearest(x) / (self.apart[own] * grown)
+        body = body[self._whole()[body]]
+        x = sim.in_order(sim.of_particles("x"))[body]
+        volume = sim.in_order(sim.of_particles("mass") / sim.of_particles("density"))[body]
+        grown = (volume / self.volume[body]) ** (1.0 / sim.dimension)
+        return _nearest(x) / (self.apart[body] * grown)
 
     def _whole(self):
         """True for particles that have not yielded, (N,) bool, in the order of the sample."""
@@ -83,14 +83,14 @@ class Pairing:
         moved = np.abs(sim.in_order(sim.of_particles("reference")) / self.reference - 1.0)
         return self.elastic | (sim.in_order(solid) & (moved < YIELDED))
 
-    def _text(self, name, own, near, share):
-        elastic = self.elastic[own[0]]
-        what = "has no strength" if elastic else "has not yielded there"
+    def _text(self, name, body, near, fraction):
+        elastic = self.elastic[body[0]]
+        state_text = "has no strength" if elastic else "has not yielded there"
         cure = "numerics.hourglass: 1" if elastic else "numerics.artificial_stress: on"
         return (
             f"{moment(self.sim)} {name} has broken by the method, not by its material (numerical "
-            f"fracture): {share:.0%} of its particles have paired, the nearest at "
-            f"{near.min():.2g} of their spacing, and it {what}. Try {cure}, a smaller "
+            f"fracture): {fraction:.0%} of its particles have paired, the nearest at "
+            f"{near.min():.2g} of their spacing, and it {state_text}. Try {cure}, a smaller "
             "numerics.spacing, or a lower speed."
         )
 

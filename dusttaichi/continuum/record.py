@@ -28,12 +28,14 @@ def series(sim, parts, window, areas, elastic):
     role = sim.of_particles("role")
     dust = role == DUST
     mass, density = sim.of_particles("mass")[dust], sim.of_particles("density")[dust]
-    whole = undamaged(sim)[dust]
-    p = carried_pressure(sim.of_particles("pressure")[dust], whole)
+    undamaged_fraction = undamaged(sim)[dust]
+    p = carried_pressure(sim.of_particles("pressure")[dust], undamaged_fraction)
     volume = mass / density
-    share = volume / volume.sum() if len(volume) else volume
-    S = share @ components(whole[:, None] * sim.of_particles("deviator")[dust], sim.dimension)
-    pressure = float(share @ p)
+    volume_fraction = volume / volume.sum() if len(volume) else volume
+    S = volume_fraction @ components(
+        undamaged_fraction[:, None] * sim.of_particles("deviator")[dust], sim.dimension
+    )
+    pressure = float(volume_fraction @ p)
     solid = sim.material_of(dust).rho_s
     force = np.zeros((FACES + sim.bodies + len(elastic[0]), 3))
     if window is not None:
@@ -53,22 +55,24 @@ def series(sim, parts, window, areas, elastic):
         "stress_mean": S - pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
         "filling_factor_mean": float(mass @ (density / solid) / mass.sum()) if len(mass) else 0.0,
         "largest_filling_factor": max(phi for _, phi, _ in parts["largest"]),
-        "damage_mean": float(mass @ (1.0 - whole) / mass.sum()) if len(mass) else 0.0,
+        "damage_mean": float(mass @ (1.0 - undamaged_fraction) / mass.sum()) if len(mass) else 0.0,
         "largest_speed": parts["speed"],
     }
 
 
 def snapshot(sim):
     """The present particles, in the order of the sample."""
-    whole = undamaged(sim)
-    now = {
+    undamaged_fraction = undamaged(sim)
+    current = {
         "position": sim.raised(sim.of_particles("x")),
         "velocity": sim.velocities(),
         "density": sim.of_particles("density"),
         "reference_density": sim.of_particles("reference"),
-        "pressure": carried_pressure(sim.of_particles("pressure"), whole),
-        "deviator": components(whole[:, None] * sim.of_particles("deviator"), sim.dimension),
+        "pressure": carried_pressure(sim.of_particles("pressure"), undamaged_fraction),
+        "deviator": components(
+            undamaged_fraction[:, None] * sim.of_particles("deviator"), sim.dimension
+        ),
     }
     if sim.layout.damage:
-        now["damage"] = 1.0 - whole
-    return {name: sim.in_order(values) for name, values in now.items()}
+        current["damage"] = 1.0 - undamaged_fraction
+    return {name: sim.in_order(values) for name, values in current.items()}

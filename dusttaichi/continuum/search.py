@@ -65,9 +65,9 @@ class Search:
         # as much
         sim.lists["reaches"].from_numpy([self.reach, self.reach + self.skin, h])
         for name, rows in (("images", images), ("surfaces", [(1, row) for row in rigid])):
-            ended = np.zeros((len(rows) + 1, sim.lists[name].field.shape[1]))
-            ended[:-1] = np.reshape(rows, ended[:-1].shape)
-            sim.lists[name].from_numpy(ended)
+            ends = np.zeros((len(rows) + 1, sim.lists[name].field.shape[1]))
+            ends[:-1] = np.reshape(rows, ends[:-1].shape)
+            sim.lists[name].from_numpy(ends)
 
     @property
     def way2(self):
@@ -88,11 +88,11 @@ class Search:
 
     def again(self):
         """Rebuild the lists of the last search after a checkpoint is restored."""
-        now = self.sim.of_particles("x")
+        positions = self.sim.of_particles("x")
         self.sim.put("x", self.sim.of_particles("x_search"))
         self._find_bounds()
         self._write_lists()
-        self.sim.put("x", now)  # the next step moves the images
+        self.sim.put("x", positions)  # the next step moves the images
 
     # -- its parts -------------------------------------------------------------------------------
 
@@ -135,12 +135,12 @@ class Search:
         lanes, d = self.sim.layout.lanes, self.sim.dimension
         x, volume = self.sim.of_particles("x"), self.sim.of_particles("volume")
         width = (lanes * np.median(volume[volume > 0.0])) ** (1.0 / d)
-        place = np.floor((x[:, :-1] - self.low[:-1]) / width).astype(np.int64)
-        turn = place.sum(axis=1) % 2 == 1
+        cells = np.floor((x[:, :-1] - self.low[:-1]) / width).astype(np.int64)
+        turn = cells.sum(axis=1) % 2 == 1
         if d == 3:
-            place[:, 1] = np.where(place[:, 0] % 2 == 1, -place[:, 1], place[:, 1])
+            cells[:, 1] = np.where(cells[:, 0] % 2 == 1, -cells[:, 1], cells[:, 1])
         along = np.where(turn, -x[:, -1], x[:, -1])
-        return np.lexsort((along, *place.T[::-1]))
+        return np.lexsort((along, *cells.T[::-1]))
 
     def _write_lists(self):
         """Write images and lists. Raises GuardStop where they are too long."""
@@ -166,7 +166,7 @@ class Search:
             along[axis] += [(1.0, high - low), (1.0, low - high)]
         for axis, _, plane in self.mirrors:
             along[axis].append((-1.0, 2.0 * plane))
-        return [tuple(np.array(chosen).T) for chosen in product(*along)][1:]
+        return [tuple(np.array(combination).T) for combination in product(*along)][1:]
 
     def _check_capacity(self, name, end):
         """Raises GuardStop where entries, up to `end` (1,), exceed the capacity of EXCEEDED."""

@@ -122,19 +122,19 @@ class Simulation:
 
     def _call(self, output_steps, pending):
         numbers = self.step_numbers()
-        made = self.kernels.advance(
+        outcome = self.kernels.advance(
             output_steps, self.step, pending, self.threads, numbers, self.material_numbers
         )
-        if made is None:  # workers write it to `sync`
-            made = self.lists["sync"].to_numpy()[[DONE, STUCK]]
-        done, stuck = made
+        if outcome is None:  # workers write it to `sync`
+            outcome = self.lists["sync"].to_numpy()[[DONE, STUCK]]
+        steps_done, stuck = outcome
         if stuck:
             raise GuardStop(
                 f"{moment(self)} an output step would take more than {MOST_STEPS:.0e} time steps "
                 "of the method: particles move or are strained too fast. Try a lower speed, "
                 "or a shorter numerics.time_step if it is a long one."
             )
-        return int(done)
+        return int(steps_done)
 
     def load_once(self):
         """Compute stresses and forces at the present positions, without moving anything."""
@@ -196,8 +196,8 @@ class Simulation:
 
     def arrays(self):
         """All state, for a checkpoint."""
-        whole = {name: self.tables[name].to_numpy() for name in WHOLE}
-        return {name: self.of_particles(name) for name in self.names} | whole
+        arrays = {name: self.tables[name].to_numpy() for name in WHOLE}
+        return {name: self.of_particles(name) for name in self.names} | arrays
 
     def restore(self, arrays, step):
         """Go back to a checkpoint of the same scene."""
@@ -213,7 +213,7 @@ def body_row(body, mirrors=()):
     mirrors: axes of the mirrors through its centre. Each leaves half of its mass, no force across
     the mirror, and no torque but the one about its normal.
     """
-    out, share = np.zeros(COLUMN.count), 0.5 ** len(mirrors)
+    out, mirror_fraction = np.zeros(COLUMN.count), 0.5 ** len(mirrors)
     forces, torques = np.ones(3), np.ones(3)
     for axis in mirrors:
         forces[axis] = 0.0
@@ -223,9 +223,9 @@ def body_row(body, mirrors=()):
         "speed": body.velocity,
         "turn": [1.0, 0.0, 0.0, 0.0],
         "spin": body.spin,
-        "momentum": share * body.inertia @ body.spin,
-        "mass": share * body.mass,
-        "inertia": np.linalg.pinv(share * body.inertia).ravel(),
+        "momentum": mirror_fraction * body.inertia @ body.spin,
+        "mass": mirror_fraction * body.mass,
+        "inertia": np.linalg.pinv(mirror_fraction * body.inertia).ravel(),
         "radius": body.radius,
         "half_height": body.half_height,
         "freedom": [*forces, *torques],

@@ -37,27 +37,29 @@ class Phases:
         self.sync, self.lanes = motion.lists.sync, rates.blocks.lanes
 
     @ti.func
-    def share_of_blocks(self, share, shares, numbers: ti.template()):
+    def share_of_blocks(self, worker, workers, numbers: ti.template()):
         """First block of a share, and the one behind its last."""
         n = self.blocks.count(numbers)
-        return first_item(share, shares, n), first_item(share + 1, shares, n)
+        return first_item(worker, workers, n), first_item(worker + 1, workers, n)
 
     @ti.func
-    def share_of_particles(self, share, shares, numbers: ti.template()):
+    def share_of_particles(self, worker, workers, numbers: ti.template()):
         """First particle of a share, and the one behind its last."""
-        first, behind = self.share_of_blocks(share, shares, numbers)
+        first, behind = self.share_of_blocks(worker, workers, numbers)
         return self.lanes * first, ti.min(self.lanes * behind, numbers.count)
 
     @ti.func
-    def move_bodies(self, share, shares, step, numbers: ti.template(), material: ti.template()):
+    def move_bodies(self, worker, workers, step, numbers: ti.template(), material: ti.template()):
         """Kick and drift faces and rigid bodies."""
-        if share == 0:
+        if worker == 0:
             self.sync[DUE] = self.motion.move_bodies(numbers)
 
     @ti.func
-    def kick_and_drift(self, share, shares, step, numbers: ti.template(), material: ti.template()):
+    def kick_and_drift(
+        self, worker, workers, step, numbers: ti.template(), material: ti.template()
+    ):
         """Kick and drift the particles of a share."""
-        begin, end = self.share_of_particles(share, shares, numbers)
+        begin, end = self.share_of_particles(worker, workers, numbers)
         for i in range(begin, end):
             if self.motion.kick_and_drift(i, numbers) == 1:
                 self.sync[DUE] = 1
@@ -68,32 +70,32 @@ class Phases:
         return self.sync[DUE] == 1
 
     @ti.func
-    def respond(self, share, shares, step, numbers: ti.template(), material: ti.template()):
+    def respond(self, worker, workers, step, numbers: ti.template(), material: ti.template()):
         """Stresses of the particles of a share, and its fastest signal."""
-        first, behind = self.share_of_blocks(share, shares, numbers)
+        first, behind = self.share_of_blocks(worker, workers, numbers)
         fastest = 0.0
         for block in range(first, behind):
             fastest = ti.max(fastest, self.rates.pass_over(block, numbers, material))
-        begin, end = self.share_of_particles(share, shares, numbers)
+        begin, end = self.share_of_particles(worker, workers, numbers)
         for i in range(begin, end):
             self.motion.show_others(i, numbers)
-        self.lists.most[APART * share] = fastest
+        self.lists.most[APART * worker] = fastest
 
     @ti.func
-    def push(self, share, shares, step, numbers: ti.template(), material: ti.template()):
+    def push(self, worker, workers, step, numbers: ti.template(), material: ti.template()):
         """Forces on the particles of a share."""
-        first, behind = self.share_of_blocks(share, shares, numbers)
+        first, behind = self.share_of_blocks(worker, workers, numbers)
         for block in range(first, behind):
             self.forces.pass_over(block, numbers)
 
     @ti.func
-    def end(self, share, shares, step, numbers: ti.template(), material: ti.template()):
+    def end(self, worker, workers, step, numbers: ti.template(), material: ti.template()):
         """Loads on faces and rigid bodies, and the length of the next step."""
-        if share == 0:
+        if worker == 0:
             self.motion.add_up(numbers)
-            self.sync[DONE] += self.motion.next_step(shares, numbers)
+            self.sync[DONE] += self.motion.next_step(workers, numbers)
 
     @ti.func
-    def count_steps(self, done):
+    def count_steps(self, steps_done):
         """Output steps done at the end of a step."""
         return self.sync[DONE]

@@ -42,16 +42,22 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
     The simulation built before is of no more use: its fields and kernels may serve again.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
-    parts = prepared(scene, sample, loops=loops, ledger=ledger, step=step)
-    layout, grains, walls = parts.layout, len(parts.order), parts.domain.box is not None
-    compiled = chosen_kernels(parts.scene, layout, (parts.loops.execution, grains, parts.threads))
+    preparation = prepared(scene, sample, loops=loops, ledger=ledger, step=step)
+    layout, grains, walls = (
+        preparation.layout,
+        len(preparation.order),
+        preparation.domain.box is not None,
+    )
+    compiled = chosen_kernels(
+        preparation.scene, layout, (preparation.loops.execution, grains, preparation.threads)
+    )
     rows = {var.name: var.shape[0] for var in declare(grains, layout, walls)}
     tables = STRUCTURES.tables(compiled, rows)
     tables[0]["counts"].from_numpy(np.array(store.sizes(grains, layout, walls)))
-    *numbers, rows = chosen_numbers(parts.contact_table, layout.model)
+    *numbers, rows = chosen_numbers(preparation.contact_table, layout.model)
     if rows is not None:
         tables[1]["interfaces"].from_numpy(rows)
-    return Simulation(compiled, tables, parts, numbers)
+    return Simulation(compiled, tables, preparation, numbers)
 
 
 def prepared(scene, sample, *, loops=None, ledger=True, step=None):
@@ -117,13 +123,13 @@ def with_images(scene, sample, cell):
         return sample
     periodic = np.isin(np.arange(3), cell.axes)
     period = np.where(periodic, cell.edges(0.0) * units.LENGTH, np.inf)
-    around = samples.Cell(period, cell.offset(0.0) * units.LENGTH)
+    image_cell = samples.Cell(period, cell.offset(0.0) * units.LENGTH)
     materials = samples.Materials(scene)
-    before = samples.find_cell(sample.info, materials)
-    same = np.allclose(before.period, period) and np.isclose(before.tilt, around.tilt)
+    sample_cell = samples.find_cell(sample.info, materials)
+    same = np.allclose(sample_cell.period, period) and np.isclose(sample_cell.tilt, image_cell.tilt)
     if same and "network" in sample.info:
         return sample
-    return samples.describe_in_cell(sample, materials.radii_of(sample), around)
+    return samples.describe_in_cell(sample, materials.radii_of(sample), image_cell)
 
 
 def chosen_numbers(table, model):
@@ -179,11 +185,11 @@ def has_few_wall_contacts(box, cell, grains, smallest):
 
 def chosen_kernels(scene, layout, running):
     """The Compiled of a scene; running: kind of the loops, number of grains and threads."""
-    kind, grains, threads = running
+    execution, grains, threads = running
     walls, room = bool(scene.boundary.walls), capacity_for(grains)
     materials = len(scene.all_materials)
     started = ("grains", scene.numerics.backend, scene.numerics.debug, threads)
-    key = (*started, room, layout, walls, materials, kind)
+    key = (*started, room, layout, walls, materials, execution)
     return STRUCTURES.get(key, scene, threads, lambda key: compiled_for(key, scene, layout, room))
 
 

@@ -38,9 +38,9 @@ def check(scene) -> Faults:
 
 def _lost(scene) -> Faults:
     """Losses of a contact are small differences of large sums."""
-    for name, what in (("loss", "contact"), ("grain_loss", "grain")):
+    for name, noun in (("loss", "contact"), ("grain_loss", "grain")):
         if scene.numerics.precision != "f64" and scene.output.requests(name):
-            yield "output.variables", f"{name} of each {what} needs numerics.precision: f64"
+            yield "output.variables", f"{name} of each {noun} needs numerics.precision: f64"
 
 
 def _asperities(scene) -> Faults:
@@ -77,12 +77,13 @@ def _contacts(scene) -> Faults:
     """JKR is a law for contacts that are small compared with the grains."""
     for path, m in _all_materials(scene):
         R, E_star = constants.reduced_radius(m.radius, m.radius), constants.reduced_modulus(m)
-        share = constants.equilibrium_contact_radius(m.surface_energy, R, E_star) / m.radius
-        if share > LARGEST_CONTACT:
+        radius_ratio = constants.equilibrium_contact_radius(m.surface_energy, R, E_star) / m.radius
+        if radius_ratio > LARGEST_CONTACT:
             text = (
-                f"the contact radius of two grains at rest would be {share:.3g} of their radius, "
-                f"and adhesive elastic contacts (JKR) are valid up to {LARGEST_CONTACT}; allowed: "
-                "grains that are stiffer, larger or stick less"
+                "the contact radius of two grains at rest would be "
+                f"{radius_ratio:.3g} of their radius, and adhesive elastic contacts (JKR) are "
+                f"valid up to {LARGEST_CONTACT}; allowed: grains that are "
+                "stiffer, larger or stick less"
             )
             yield path, text
 
@@ -142,11 +143,11 @@ def _mass_scaling(scene) -> Faults:
     reasons = dict(INERTIA)
     if scene.sphere is not None or not (scene.stop or scene.stages):
         del reasons["rest"]
-    if why := _depends_on(scene, reasons):
+    if reason := _depends_on(scene, reasons):
         text = (
             "it is for quasi-static runs, in which a wall or a face moves slowly; 1 is allowed here"
         )
-        yield _scaling("mass_scaling", scene, f"{text}: {why}")
+        yield _scaling("mass_scaling", scene, f"{text}: {reason}")
 
 
 def _scaling(key, scene, text):
@@ -167,10 +168,10 @@ def _softening(scene) -> Faults:
     texts = [text for _, m in _all_materials(scene) if (text := _too_soft(m, scale))]
     if law != DEFAULT["normal"]:
         texts = [f"it is not made for the normal law {law}; 1 is allowed here"]
-    why = None if scene.numerics.scaling_anyway else _depends_on(scene, ELASTICITY)
-    if why is not None:
+    reason = None if scene.numerics.scaling_anyway else _depends_on(scene, ELASTICITY)
+    if reason is not None:
         texts.append(
-            f"{why}, which changes with the stiffness of contacts; 1 is allowed here, or "
+            f"{reason}, which changes with the stiffness of contacts; 1 is allowed here, or "
             "scaling_anyway: true beside it"
         )
     if texts:
@@ -183,13 +184,13 @@ def _too_soft(material, scale):
     a0 = constants.equilibrium_contact_radius(
         material.surface_energy, R, constants.reduced_modulus(material)
     )
-    own = constants.equilibrium_overlap(a0, R)
-    soft = own * scale ** (-2.0 / 3.0)
-    gap = soft - own + constants.PULL_OFF * soft
-    most = FARTHEST * material.radius
-    if gap <= most:
+    rest_overlap = constants.equilibrium_overlap(a0, R)
+    soft = rest_overlap * scale ** (-2.0 / 3.0)
+    gap = soft - rest_overlap + constants.PULL_OFF * soft
+    largest = FARTHEST * material.radius
+    if gap <= largest:
         return None
-    least = (own * (1.0 + constants.PULL_OFF) / (most + own)) ** 1.5
+    least = (rest_overlap * (1.0 + constants.PULL_OFF) / (largest + rest_overlap)) ** 1.5
     return (
         f"contacts would hold across a gap of {gap / material.radius:.3g} of the radius, more than "
         f"{FARTHEST}: grains would feel those behind their neighbours; allowed with this material: "

@@ -41,8 +41,8 @@ class Rings(Block):
 
     def values(self) -> tuple[float, ...]:
         """Impact parameters that halve the area of their ring."""
-        shares = (np.arange(self.rings) + 0.5) / self.rings
-        return tuple((self.largest * np.sqrt(shares)).tolist())
+        fractions = (np.arange(self.rings) + 0.5) / self.rings
+        return tuple((self.largest * np.sqrt(fractions)).tolist())
 
 
 Speeds = plain_or_block(tuple[ImpactSpeed, ...], SpeedRange)
@@ -97,8 +97,8 @@ class Collisions(Block):
     @property
     def impacts(self) -> tuple[float, ...]:
         """Impact parameters, fractions of the sum of the outer radii."""
-        own = self.impact_parameter
-        return own.values() if isinstance(own, Rings) else own
+        parameters = self.impact_parameter
+        return parameters.values() if isinstance(parameters, Rings) else parameters
 
     @property
     def by_area(self) -> bool:
@@ -114,40 +114,50 @@ class Collisions(Block):
 
 def check(scene) -> Faults:
     """Faults of the block with the other blocks."""
-    own = scene.collisions
-    if own is None:
+    collisions = scene.collisions
+    if collisions is None:
         return
     if scene.sample.kind != "collision":
-        kind = scene.sample.kind
-        yield "collisions", f"sample.kind is {kind}; it needs two bodies: kind: collision"
+        sample_kind = scene.sample.kind
+        yield "collisions", f"sample.kind is {sample_kind}; it needs two bodies: kind: collision"
         return
-    found = [*_grid(scene, own), *_filling(scene.sample, own)]
-    yield from found or _ratios(own, {"sample.projectile": scene.sample.projectile})
+    faults = [*_grid(scene, collisions), *_filling(scene.sample, collisions)]
+    yield from faults or _ratios(collisions, {"sample.projectile": scene.sample.projectile})
 
 
-def _grid(scene, own: Collisions) -> Faults:
+def _grid(scene, collisions: Collisions) -> Faults:
     if scene.stop is None or scene.stop.time is None:
         text = "it needs stop: {time: ...}, the time after first contact at which collisions end"
         yield "collisions", text
-    if isinstance(own.speed, SpeedRange) and not own.speed.lowest < own.speed.highest:
+    if (
+        isinstance(collisions.speed, SpeedRange)
+        and not collisions.speed.lowest < collisions.speed.highest
+    ):
         yield "collisions.speed", "highest must be above lowest"
-    lists = {"speed": own.speeds, "impact_parameter": own.impacts, "mass_ratio": own.mass_ratio}
-    lists["filling_factor"] = own.filling_factor
+    lists = {
+        "speed": collisions.speeds,
+        "impact_parameter": collisions.impacts,
+        "mass_ratio": collisions.mass_ratio,
+    }
+    lists["filling_factor"] = collisions.filling_factor
     for key, values in lists.items():
         if not values and key != "filling_factor":
             yield f"collisions.{key}", "at least one value is needed"
         elif len(set(values)) < len(values):
             yield f"collisions.{key}", "a value is given twice"
-    if own.count > MOST:
-        yield "collisions", f"these are {own.count:,} collisions; at most {MOST:,} are allowed"
+    if collisions.count > MOST:
+        yield (
+            "collisions",
+            f"these are {collisions.count:,} collisions; at most {MOST:,} are allowed",
+        )
 
 
-def _filling(sample, own: Collisions) -> Faults:
+def _filling(sample, collisions: Collisions) -> Faults:
     """Filling factors beside named bodies, or of bodies without that key."""
-    if own.filling_factor and own.bodies:
+    if collisions.filling_factor and collisions.bodies:
         text = "it varies the bodies of `sample`, and bodies replace these; use one of the two"
         yield "collisions.filling_factor", text
-    elif own.filling_factor:
+    elif collisions.filling_factor:
         for name in ("target", "projectile"):
             body = getattr(sample, name)
             if not hasattr(getattr(body, "of", body), "filling_factor"):
@@ -158,10 +168,10 @@ def _filling(sample, own: Collisions) -> Faults:
                 yield f"sample.{name}", text
 
 
-def _ratios(own: Collisions, bodies: dict) -> Faults:
+def _ratios(collisions: Collisions, bodies: dict) -> Faults:
     """Bodies that cannot be made smaller."""
-    bodies = {f"collisions.bodies.{n}": body for n, body in own.bodies.items()} or bodies
-    largest = max(own.mass_ratio)
+    bodies = {f"collisions.bodies.{n}": body for n, body in collisions.bodies.items()} or bodies
+    largest = max(collisions.mass_ratio)
     if largest == 1.0:
         return
     for path, body in bodies.items():

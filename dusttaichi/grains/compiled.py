@@ -26,8 +26,8 @@ def compiled_for(key, scene, layout, room):
 
     Of its kernels it has those that the scene needs, by name. Taichi runs.
     """
-    walls, kind = bool(scene.boundary.walls), key[-1]
-    fields = place(declare(room, layout, walls), by_columns=kind == "launches")
+    walls, execution = bool(scene.boundary.walls), key[-1]
+    fields = place(declare(room, layout, walls), by_columns=execution == "launches")
     scratch = search.place_search(room, layout, walls)
     sums = place_measure(room, layout, walls)
     sums |= place_member_sums(room, layout) if layout.members else {}
@@ -38,9 +38,9 @@ def compiled_for(key, scene, layout, room):
         table = scratch["interfaces"] = ti.field(ti.f64, shape=shape)
         write = make_write_constants(fields, table, scene, layout)
     phases = Phases(fields, layout, walls, ContactThreads if on_device() else ContactPass)
-    own = steps_of(phases)
+    step_phases = steps_of(phases)
     kernels = SimpleNamespace(
-        advance=advance_by(kind, own, lambda: by_threads(phases, layout, own)),
+        advance=advance_by(execution, step_phases, lambda: by_threads(phases, layout, step_phases)),
         evaluate=make_evaluate(phases),
         bounds=search.make_bounds(fields, scratch),
         list_neighbours=make_neighbour_lists(

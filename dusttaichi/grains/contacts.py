@@ -14,12 +14,14 @@ def contact_state(sim):
     """
     i, j = sim.state.pairs()
     radii = sim.grain_radii[sim.order]
-    on, state, normal, found = touching_pairs(sim, np.arange(len(i)), (i, j), (radii[i], radii[j]))
+    on, state, normal, columns = touching_pairs(
+        sim, np.arange(len(i)), (i, j), (radii[i], radii[j])
+    )
     i, j = i[on], j[on]
-    own = radii[i][:, None], radii[j][:, None]
-    first, second = pair_pointers(sim.layout, state, normal, own)
-    found |= {"grain_i": sim.order[i], "grain_j": sim.order[j]}
-    return found | {"pointer_i": first, "pointer_j": second}
+    radii_pair = radii[i][:, None], radii[j][:, None]
+    first, second = pair_pointers(sim.layout, state, normal, radii_pair)
+    columns |= {"grain_i": sim.order[i], "grain_j": sim.order[j]}
+    return columns | {"pointer_i": first, "pointer_j": second}
 
 
 def touching_pairs(sim, rows, bodies, radii):
@@ -28,16 +30,16 @@ def touching_pairs(sim, rows, bodies, radii):
     bodies: numbers of the first and the second body of each pair; radii [um]: of both. In the dict
     are the overlap, the loads and their parts, and what of the history the result has.
     """
-    state, load = (sim.state.rows_of(part, rows) for part in ("history", "load"))
+    state, load = (sim.state.rows_of(table_name, rows) for table_name in ("history", "load"))
     on = touching(sim.layout, state)
     rows, state, (r1, r2) = rows[on], state[on], (r[on] for r in radii)
     d = distances(sim, rows, *(body[on] for body in bodies))
     distance = np.linalg.norm(d, axis=1)
     load = load[on].astype(float)
     load, normal = (load[:, :3], load[:, 3:6], load[:, 6:9]), d / distance[:, None]
-    found = {"overlap": r1 + r2 - distance, "force": load[0]}
-    found |= {"torque_i": load[1], "torque_j": load[2]}
-    return on, state, normal, found | pair_parts(normal, load, (r1, r2)) | history_of(sim, state)
+    columns = {"overlap": r1 + r2 - distance, "force": load[0]}
+    columns |= {"torque_i": load[1], "torque_j": load[2]}
+    return on, state, normal, columns | pair_parts(normal, load, (r1, r2)) | history_of(sim, state)
 
 
 def wall_contact_state(sim):
@@ -46,7 +48,7 @@ def wall_contact_state(sim):
     force [nN], torque [nN um]: on the grain, and the parts of these (physics.contact.parts).
     """
     blocks, grain, wall = sim.state.wall_lanes()
-    state, load = (sim.state.rows(part, blocks) for part in ("history", "load"))
+    state, load = (sim.state.rows(table_name, blocks) for table_name in ("history", "load"))
     on = touching(sim.layout, state)
     grain, wall, state = grain[on], wall[on], state[on]
     load = load[on].astype(float)
@@ -59,10 +61,10 @@ def wall_contact_state(sim):
     # what follows from the history has the overlap in it: the foot is a point of the plane
     foot += (offset - np.sum(foot * normal, axis=1))[:, None] * normal
     distance = np.sum(x * normal, axis=1) - offset
-    found = {"grain": sim.order[grain], "wall": wall, "pointer": pointer}
-    found |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + way}
-    parts = wall_parts(normal, (found["force"], found["torque"]), radius)
-    return found | {"overlap": radius - distance} | parts | history_of(sim, state)
+    columns = {"grain": sim.order[grain], "wall": wall, "pointer": pointer}
+    columns |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + way}
+    components = wall_parts(normal, (columns["force"], columns["torque"]), radius)
+    return columns | {"overlap": radius - distance} | components | history_of(sim, state)
 
 
 def distances(sim, rows, i, j):

@@ -36,10 +36,10 @@ def environment(table, sample):
         size = np.where(periodic, _period(sample, positions, radius, contact), size)
         if boundary.size == "cube":
             size = np.where(periodic, size[list(axes)].max(), size)
-    if (wanted := _wanted(boundary)) is not None:
-        wanted = np.where(np.isnan(wanted), size, wanted)
-        _check_size(boundary, wanted, size, axes)
-        size = wanted
+    if (required := _wanted(boundary)) is not None:
+        required = np.where(np.isnan(required), size, required)
+        _check_size(boundary, required, size, axes)
+        size = required
     if (room := sample.info.get("room")) is not None:
         room_low, room_high = _kept(np.array(room) / units.LENGTH, room_low, room_high, axes)
         low, high, size = room_low, room_high, room_high - room_low
@@ -79,8 +79,8 @@ def _period(sample, positions, radius, contact):
         return positions.max(axis=0) - positions.min(axis=0) + contact
     # grains at the faces overlap at most as much as the deepest contact in equilibrium
     surface = radius[:, None]
-    needed = (positions + surface).max(axis=0) - (positions - surface).min(axis=0)
-    return needed - np.min(2.0 * radius - contact)
+    extent = (positions + surface).max(axis=0) - (positions - surface).min(axis=0)
+    return extent - np.min(2.0 * radius - contact)
 
 
 def _put_planes(boundary, low, high, size):

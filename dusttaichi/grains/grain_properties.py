@@ -15,9 +15,9 @@ def scaled(scene):
     factors = scene.numerics.mass_scaling, scene.numerics.stiffness_scaling
     if factors == (1.0, 1.0) and scene.material.unscaled is scene.material:
         return scene
-    kinds = {name: m.with_scaling(*factors) for name, m in scene.materials.items()}
+    materials = {name: m.with_scaling(*factors) for name, m in scene.materials.items()}
     return scene.model_copy(
-        update={"material": scene.material.with_scaling(*factors), "materials": kinds}
+        update={"material": scene.material.with_scaling(*factors), "materials": materials}
     )
 
 

@@ -108,28 +108,31 @@ def with_and_without_scaling(scene):
 
 def softened_rows(scene):
     """Rows (what, value) of what softened contacts change, with its size."""
-    own, soft = with_and_without_scaling(scene)
+    hard, soft = with_and_without_scaling(scene)
 
-    def change(before, after, dimension):
-        pair = (quantities.format(value, dimension, digits=3) for value in (before, after))
-        return " -> ".join(pair) + f" (times {after / before:.3g})"
+    def change(original, softened, dimension):
+        pair = (quantities.format(value, dimension, digits=3) for value in (original, softened))
+        return " -> ".join(pair) + f" (times {softened / original:.3g})"
 
     gaps = (
         quantities.format(gap, "length", digits=3) for gap in (soft.gap, soft.gap + soft.delta_c)
     )
     out = [
         ("stiffness_scaling", f"{scene.numerics.stiffness_scaling:g} of the elastic moduli"),
-        ("overlap that a contact at rest is pressed by", change(own.delta0, soft.delta0, "length")),
+        (
+            "overlap that a contact at rest is pressed by",
+            change(hard.delta0, soft.delta0, "length"),
+        ),
         ("contacts form and break at a gap of", " and ".join(gaps)),
-        ("energy that breaks a contact", change(own.barrier, soft.barrier, "energy")),
+        ("energy that breaks a contact", change(hard.barrier, soft.barrier, "energy")),
         (
             "sticking speed of two grains",
-            change(encounter.breaking_speed(own), encounter.breaking_speed(soft), "speed"),
+            change(encounter.breaking_speed(hard), encounter.breaking_speed(soft), "speed"),
         ),
-        ("speed of sound", f"times {(soft.k_n / own.k_n) ** 0.5:.3g}"),
+        ("speed of sound", f"times {(soft.k_n / hard.k_n) ** 0.5:.3g}"),
     ]
-    if "zeta_crit" in own.numbers:
-        slides = change(own.zeta_crit, soft.zeta_crit, "length")
+    if "zeta_crit" in hard.numbers:
+        slides = change(hard.zeta_crit, soft.zeta_crit, "length")
         out.append(("displacement from which a contact slides", slides))
     unchanged = "pull-off force, rolling, largest sliding force and twisting moment, damping ratio"
     return [*out, ("unchanged", f"{unchanged}, distance of grains at rest")]
@@ -139,8 +142,8 @@ def softened_remarks(scene, impact):
     """Sentences for the user where an Impact (or None) is one that softened contacts change."""
     if scene.numerics.stiffness_scaling == 1.0 or impact is None:
         return []
-    own, soft = with_and_without_scaling(scene)
-    sticks = encounter.breaking_speed(own)
+    hard, soft = with_and_without_scaling(scene)
+    sticks = encounter.breaking_speed(hard)
     if impact.speed < SHARE * sticks:
         return []
     speeds = (quantities.format(v, "speed", 3) for v in (impact.speed, sticks))

@@ -29,7 +29,9 @@ def compiled_rows(scene, sim):
     off = [effect for effect, name in named.items() if name is None]
     walls, faces = "none", "none"
     if sim.box is not None:
-        walls = ", ".join(w for w, there in zip(WALLS, sim.box.present, strict=True) if there)
+        walls = ", ".join(
+            w for w, is_present in zip(WALLS, sim.box.present, strict=True) if is_present
+        )
     if sim.cell is not None:
         faces = "across " + ", ".join(AXES[n] for n in sim.cell.axes)
     sphere = "none"
@@ -37,8 +39,8 @@ def compiled_rows(scene, sim):
         sphere = "moves by forces" if sim.sphere.speed is None else "driven"
     pushes = [
         name
-        for name, there in (("force", layout.forced), ("carried grains", layout.carried))
-        if there
+        for name, is_present in (("force", layout.forced), ("carried grains", layout.carried))
+        if is_present
     ]
     polydisperse = "their own radius and material" if layout.polydisperse else "equal"
     return [
@@ -83,7 +85,7 @@ def _written(scene):
         "profiles": any(plan.profiles is not None for plan in plans),
         "snapshots": any(plan.snapshots is not None for plan in plans),
     }
-    out = [name for name, there in requested.items() if there]
+    out = [name for name, is_requested in requested.items() if is_requested]
     out += [] if requested["snapshots"] else ["first and last snapshot"]
     return out + (["contacts of snapshots"] if scene.output.contacts else [])
 
@@ -99,10 +101,10 @@ def field_rows(sim):
     """
     room = capacity_for(sim.grains)
     sizes = {name: field.nbytes for name, field in tables(sim).items()}
-    whole = sum(sizes.values())
+    total_bytes = sum(sizes.values())
     rows, small = [], []
     for name, size in sorted(sizes.items(), key=lambda item: -item[1]):
-        if size < 0.01 * whole:
+        if size < 0.01 * total_bytes:
             small.append(name)
             continue
         shape = " x ".join(str(n) for n in tables(sim)[name].field.shape)
@@ -114,8 +116,8 @@ def field_rows(sim):
                 f"{_amount(sum(sizes[n] for n in small))}: {', '.join(sorted(small))}",
             )
         )
-    each = f"{whole / room:.0f} bytes a grain, capacity {room:,}"
-    return [*rows, ("all", f"{_amount(whole)}, {each}")]
+    text = f"{total_bytes / room:.0f} bytes a grain, capacity {room:,}"
+    return [*rows, ("all", f"{_amount(total_bytes)}, {text}")]
 
 
 def _amount(size):
@@ -132,10 +134,12 @@ def preset_rows(scene):
         if key == "step_fraction" and numerics.time_step != "auto":
             text = f"{value}, not used: time_step is given"
         rows.append((f"  {key}", text))
-    rest = [
+    other_values = [
         key for key in type(numerics).fields_in_order() if key not in {*numerics.preset, "accuracy"}
     ]
-    rows.append(("not set by it", ", ".join(f"{key} {_value(numerics, key)}" for key in rest)))
+    rows.append(
+        ("not set by it", ", ".join(f"{key} {_value(numerics, key)}" for key in other_values))
+    )
     return rows
 
 
@@ -153,30 +157,30 @@ def forces(scene):
     Its sample is made and built, no step is made.
     """
     sim = build(scene, samples.make(scene))
-    now, (force, _) = energies(sim), sim.forces()
-    rows = [*_contact_rows(sim, now), *_grain_rows(force)]
+    start_energies, (force, _) = energies(sim), sim.forces()
+    rows = [*_contact_rows(sim, start_energies), *_grain_rows(force)]
     if sim.box is not None:
         rows += _wall_rows(sim)
     if sim.sphere is not None:
-        rows.append(("force on the sphere", _vector(now["sphere_load"][0])))
-    return [("Forces of the contacts at the start", [*rows, *_energy_rows(sim, now)])]
+        rows.append(("force on the sphere", _vector(start_energies["sphere_load"][0])))
+    return [("Forces of the contacts at the start", [*rows, *_energy_rows(sim, start_energies)])]
 
 
-def _contact_rows(sim, now):
-    rows = [("contacts between grains", f"{now['contacts']:,}")]
+def _contact_rows(sim, start_energies):
+    rows = [("contacts between grains", f"{start_energies['contacts']:,}")]
     if sim.box is not None:
-        rows.append(("contacts with walls", f"{now['wall_contacts']:,}"))
+        rows.append(("contacts with walls", f"{start_energies['wall_contacts']:,}"))
     if sim.sphere is not None:
-        rows.append(("contacts with the sphere", f"{now['sphere_contacts']:,}"))
-    return [*rows, ("coordination number", f"{2.0 * now['contacts'] / sim.grains:.4g}")]
+        rows.append(("contacts with the sphere", f"{start_energies['sphere_contacts']:,}"))
+    return [*rows, ("coordination number", f"{2.0 * start_energies['contacts'] / sim.grains:.4g}")]
 
 
 def _grain_rows(force):
     """force [nN] on every grain, (N, 3)."""
     size = np.linalg.norm(force, axis=1)
-    most = int(size.argmax())
+    largest = int(size.argmax())
     return [
-        ("largest force on a grain", f"{_force(size[most])}, grain {most}"),
+        ("largest force on a grain", f"{_force(size[largest])}, grain {largest}"),
         ("mean force on a grain", _force(size.mean())),
     ]
 
@@ -196,10 +200,14 @@ def _sense(along):
     return "pulled inwards" if along > 0.0 else "pushed outwards"
 
 
-def _energy_rows(sim, now):
+def _energy_rows(sim, start_energies):
     """Potential energy by effect, of all kinds of contact together."""
     names = sim.layout.model.potentials
-    stored = now["potential"] + now["potential_wall"] + now["potential_sphere"]
+    stored = (
+        start_energies["potential"]
+        + start_energies["potential_wall"]
+        + start_energies["potential_sphere"]
+    )
     rows = [
         (f"potential energy, {name}", _energy(u)) for name, u in zip(names, stored, strict=True)
     ]

@@ -15,20 +15,20 @@ def _code(scene):
     from dusttaichi.physics.contact.registry import EFFECTS, law_name, law_of
     from dusttaichi.samples.registry import GRAINS
 
-    chosen = [(effect, law_name(scene.interaction, effect)) for effect in EFFECTS]
-    chosen += [("effects", name) for name in scene.interaction.effects]
-    used = [law_of(*one) for one in chosen if one[1] is not None]
+    laws = [(effect, law_name(scene.interaction, effect)) for effect in EFFECTS]
+    laws += [("effects", name) for name in scene.interaction.effects]
+    used = [law_of(*effect_law) for effect_law in laws if effect_law[1] is not None]
     bodies = (getattr(scene.sample, name, None) for name in ("target", "projectile", "of"))
-    made = [GRAINS[block.kind].make for block in (scene.sample, *bodies) if block is not None]
-    files = [_file_of(one) for one in (*used, *made)]
+    makers = [GRAINS[block.kind].make for block in (scene.sample, *bodies) if block is not None]
+    files = [_file_of(effect_law) for effect_law in (*used, *makers)]
     return sorted({path for path in files if path is not None and PACKAGE not in path.parents})
 
 
-def _file_of(thing):
+def _file_of(value):
     """Path of the source of a module, class, function or object; None of one that was typed in."""
-    named = inspect.ismodule(thing) or hasattr(thing, "__qualname__")
+    named = inspect.ismodule(value) or hasattr(value, "__qualname__")
     try:
-        path = Path(inspect.getsourcefile(thing if named else type(thing)))
+        path = Path(inspect.getsourcefile(value if named else type(value)))
     except (TypeError, OSError):
         return None
     return path if path.is_file() else None

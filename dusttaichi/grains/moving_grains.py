@@ -49,9 +49,9 @@ class MovingGrains(SimpleSimulation):
     def remarks(self):
         """Sentences for the user about the start."""
         step = self.sim.chosen
-        own = [] if step.impact is None else step.impact.remarks()
+        remarks = [] if step.impact is None else step.impact.remarks()
         softened = softened_remarks(self.scene, step.impact)
-        return [*own, *softened, *short_loads(self.scene, step.dt)]
+        return [*remarks, *softened, *short_loads(self.scene, step.dt)]
 
     @property
     def suspect(self):
@@ -99,9 +99,9 @@ class MovingGrains(SimpleSimulation):
         return out
 
     def series(self, measurement, window):
-        found = record.series(self.sim, measurement.parts, window, self.plates)
+        series_record = record.series(self.sim, measurement.parts, window, self.plates)
         first = first_body(self.scene, self.sample)
-        return found if first is None else found | record.bodies(self.sim, first)
+        return series_record if first is None else series_record | record.bodies(self.sim, first)
 
     def mean_loads(self, window):
         """Variables of `series` that a stop condition may name, sooner than all of them."""
@@ -192,9 +192,9 @@ def make(scene, sample, step=None):
 
 def reopen(scene, state):
     """MovingGrains in a State of grains of that scene."""
-    own = {name: state.arrays.get(BEFORE + name) for name in OWN}
+    values = {name: state.arrays.get(BEFORE + name) for name in OWN}
     arrays = (state.arrays[BEFORE + name] for name in SAMPLE)
-    out = make(scene, Sample(*arrays, info=state.numbers["sample_info"], **own))
+    out = make(scene, Sample(*arrays, info=state.numbers["sample_info"], **values))
     out.restore(state)
     return out
 
@@ -232,4 +232,4 @@ def features_of(scene, sample, sim):
         "tilt": sim.layout.tilted,
         "profiles": bounded and any(plan.profiles is not None for plan in scene.stage_plans),
     }
-    return {name for name, there in requested.items() if there}
+    return {name for name, is_requested in requested.items() if is_requested}

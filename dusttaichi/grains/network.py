@@ -24,44 +24,44 @@ def contacts_of(sim):
     """physics.network.Contacts of a simulation, grains by the sample's numbers."""
     pairs = contact_state(sim)
     i, j, overlap = pairs["grain_i"], pairs["grain_j"], pairs["overlap"]
-    kind = _kinds(sim)
-    kinds = [kind(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
+    kind_of = _kinds(sim)
+    pair_kinds = [kind_of(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
     normal = _normals(sim, i, j, touch(sim, i, j) - overlap)
     strength = np.ones(len(i))
     if sim.box is not None:
         walls = wall_contact_state(sim)
         g, wall = walls["grain"], walls["wall"]
-        kinds += [kind(a, None) for a in g.tolist()]
+        pair_kinds += [kind_of(a, None) for a in g.tolist()]
         i, j = np.concatenate([i, g]), np.concatenate([j, np.full(len(g), -1)])
         normal = np.concatenate([normal, sim.box.normal[wall]])
         strength = np.concatenate([strength, sim.box.strength[wall]])
         overlap = np.concatenate([overlap, walls["overlap"]])
     overlap = np.array(overlap, float) * units.LENGTH
-    same = {name: _column(kinds, name) for name in ("r", "R", "k_s", "k_r", "k_t")}
+    same = {name: _column(pair_kinds, name) for name in ("r", "R", "k_s", "k_r", "k_t")}
     return Contacts(
         grain_i=np.array(i, int),
         grain_j=np.array(j, int),
         normal=np.reshape(normal, (-1, 3)),
         strength=np.array(strength, float),
-        ratio=np.array([ratio for _, ratio in kinds], float),
-        k_n=_along(kinds, overlap + _column(kinds, "gap"), "slope"),
-        kappa=_along(kinds, overlap + _column(kinds, "gap"), "kappa_at"),
+        ratio=np.array([ratio for _, ratio in pair_kinds], float),
+        k_n=_along(pair_kinds, overlap + _column(pair_kinds, "gap"), "slope"),
+        kappa=_along(pair_kinds, overlap + _column(pair_kinds, "gap"), "kappa_at"),
         **same,
     )
 
 
-def _column(kinds, name):
-    """A number of each contact; kinds: (ContactConstants, r1/r2) of each."""
-    return np.array([getattr(c, name) for c, _ in kinds], float)
+def _column(pair_kinds, name):
+    """A number of each contact; pair_kinds: (ContactConstants, r1/r2) of each."""
+    return np.array([getattr(c, name) for c, _ in pair_kinds], float)
 
 
-def _along(kinds, overlap, name):
+def _along(pair_kinds, overlap, name):
     """Values of a method of each contact (`slope`, `kappa_at`) at its overlap [m]."""
-    places, out = {}, np.zeros(len(kinds))
-    for n, (contact, _) in enumerate(kinds):
-        places.setdefault(id(contact), (contact, []))[1].append(n)
-    for contact, own in places.values():
-        out[own] = getattr(contact, name)(overlap[own])
+    indices, out = {}, np.zeros(len(pair_kinds))
+    for n, (contact, _) in enumerate(pair_kinds):
+        indices.setdefault(id(contact), (contact, []))[1].append(n)
+    for contact, rows in indices.values():
+        out[rows] = getattr(contact, name)(overlap[rows])
     return out
 
 

@@ -20,8 +20,8 @@ def grain_order(positions, cell):
     grains wide, along whose curve the grains of a part stand.
     """
     key = morton_key(positions, cell)
-    parts, at_cut = bisected(positions, 0.5 * cell)
-    return np.concatenate([part[np.lexsort((key[part], at_cut[part]))] for part in parts])
+    groups, at_cut = bisected(positions, 0.5 * cell)
+    return np.concatenate([group[np.lexsort((key[group], at_cut[group]))] for group in groups])
 
 
 def order_by_members(positions, radii, members):
@@ -45,21 +45,21 @@ def bisected(positions, reach):
     (indices of the grains, in parts; (N,) which of the first cuts each is within `reach` of, a bit
     each, that of the first cut the highest).
     """
-    parts, at_cut = [np.arange(len(positions))], np.zeros(len(positions), np.int64)
+    groups, at_cut = [np.arange(len(positions))], np.zeros(len(positions), np.int64)
     for n in range(MOST_CUTS):
-        if len(parts[0]) < 2 * PART:
+        if len(groups[0]) < 2 * PART:
             break
         halves = []
-        for part in parts:
-            own = positions[part]
-            place = own[:, np.argmax(np.ptp(own, axis=0))]
-            rising, middle = np.argsort(place, kind="stable"), len(part) // 2
+        for group in groups:
+            group_positions = positions[group]
+            coordinate = group_positions[:, np.argmax(np.ptp(group_positions, axis=0))]
+            rising, middle = np.argsort(coordinate, kind="stable"), len(group) // 2
             if n < NEAR_CUTS:
-                cut = 0.5 * (place[rising[middle - 1]] + place[rising[middle]])
-                at_cut[part] = 2 * at_cut[part] + (np.abs(place - cut) < reach)
-            halves += [part[rising[:middle]], part[rising[middle:]]]
-        parts = halves
-    return parts, at_cut
+                cut = 0.5 * (coordinate[rising[middle - 1]] + coordinate[rising[middle]])
+                at_cut[group] = 2 * at_cut[group] + (np.abs(coordinate - cut) < reach)
+            halves += [group[rising[:middle]], group[rising[middle:]]]
+        groups = halves
+    return groups, at_cut
 
 
 def morton_key(positions, cell):

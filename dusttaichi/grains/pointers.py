@@ -38,16 +38,16 @@ def wall_pointers(layout, history, grain):
 
     grain: (place, radius, normal) of each.
     """
-    place, radius, normal = grain
+    position, radius, normal = grain
     xi, zeta = _displacements(layout, history)
     n1 = unit(xi / radius - normal)
-    return n1, place + radius * n1 - zeta
+    return n1, position + radius * n1 - zeta
 
 
 def wall_displacements(n1, foot, grain):
     """xi and zeta of contacts with walls with these pointers and foot points."""
-    place, radius, normal = grain
-    arm = place + radius * n1 - foot
+    position, radius, normal = grain
+    arm = position + radius * n1 - foot
     return radius * (n1 + normal), arm - np.sum(arm * normal, axis=1)[:, None] * normal
 
 

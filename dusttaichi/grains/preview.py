@@ -23,13 +23,13 @@ from dusttaichi.scene.material import DEFAULT
 def preview(scene):
     """The Preview of a scene (dusttaichi.method): its sample is made, nothing is compiled."""
     sample = samples.make(scene)
-    parts = prepared(scene, sample)
-    scene, step, domain = parts.scene, parts.step, parts.domain
+    preparation = prepared(scene, sample)
+    scene, step, domain = preparation.scene, preparation.step, preparation.domain
     domain.driven(scene.stage_plans[0].drive, 0).check_start()
-    sections = [("Sample", _sample(scene, parts)), *_contacts(parts.contact_table)]
-    if parts.sphere is not None:
-        sections.append(("Sphere", _sphere(parts.sphere, parts.properties.radius)))
-        contact = _contact(parts.contact_table.farthest_sphere, scene)
+    sections = [("Sample", _sample(scene, preparation)), *_contacts(preparation.contact_table)]
+    if preparation.sphere is not None:
+        sections.append(("Sphere", _sphere(preparation.sphere, preparation.properties.radius)))
+        contact = _contact(preparation.contact_table.farthest_sphere, scene)
         sections.append(("Contact of a grain and the sphere", contact))
     sections += _forces(scene)
     if scene.softened:
@@ -40,7 +40,7 @@ def preview(scene):
         sections.append(("Controlled loads", [("remark", text) for text in texts]))
     if texts := advice(scene, sample):
         sections.append(("Defaults to change", [tuple(text.split(": ", 1)) for text in texts]))
-    sections.append(("Memory", [("state", _state_memory(parts))]))
+    sections.append(("Memory", [("state", _state_memory(preparation))]))
     return Preview(sections, len(sample), step.dt, domain.plan_stages(scene))
 
 
@@ -95,14 +95,14 @@ def internals(scene):
 def _sphere(placed, radii):
     """Rows of a RigidSphere at the start; radii [m]: of the grains."""
     quantity, radius, mass = quantities.format, placed.radius, placed.mass
-    place = ", ".join(quantity(a, "length", digits=4) for a in placed.position)
+    centre = ", ".join(quantity(a, "length", digits=4) for a in placed.position)
     speed = quantity(float(np.linalg.norm(placed.velocity)), "speed", digits=4)
     density = mass / (4.0 / 3.0 * np.pi * radius**3)
     times = radius / np.median(radii)
     return [
         ("radius", f"{quantity(radius, 'length', digits=4)}, {times:.3g} of a grain's"),
         ("mass", f"{quantity(mass, 'mass', digits=5)} ({density / 1e3:.4g} g/cm^3)"),
-        ("centre at the start", place),
+        ("centre at the start", centre),
         ("speed", f"{speed}{', driven' if placed.speed is not None else ' at the start, free'}"),
     ]
 
@@ -138,22 +138,22 @@ def _step(step):
         out.append(("step that resolves how fast bodies meet", f"{step.resolved * 1e9:.4g} ns"))
     if step.impact is not None:
         out.append(("two grains may meet", step.impact.text()))
-    chosen = f"{step.dt * 1e9:.4g} ns"
+    step_text = f"{step.dt * 1e9:.4g} ns"
     if np.isfinite(step.period):
-        chosen += f" = {step.dt / step.period:.3g} of the stiffest period"
+        step_text += f" = {step.dt / step.period:.3g} of the stiffest period"
     if step.dt > step.resolved * (1.0 + 1e-9):
-        chosen += (
+        step_text += (
             f", {step.dt / step.resolved:.2g} times the step that resolves how fast bodies meet"
         )
-    return [*out, ("time step", chosen)]
+    return [*out, ("time step", step_text)]
 
 
-def _state_memory(parts):
+def _state_memory(preparation):
     """Memory of the state, without the scratch of the search."""
-    room = capacity_for(len(parts.order))
+    room = capacity_for(len(preparation.order))
     size = sum(
         int(np.prod(v.shape)) * max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
-        for v in declare(room, parts.layout, parts.domain.box is not None)
+        for v in declare(room, preparation.layout, preparation.domain.box is not None)
     )
     room = f"{room:,} grains, and up to a sixth beside it to search"
     return f"{size / 2**20:.3g} MiB with a capacity of {room}"
@@ -184,21 +184,21 @@ def _number(value, unit):
     return f"{value:.5g} {unit}".removesuffix(" 1")
 
 
-def _sample(scene, parts):
+def _sample(scene, preparation):
     """Rows of the Sample of a Prepared."""
-    bodies, info = parts.polydisperse, parts.sample.info
+    bodies, info = preparation.polydisperse, preparation.sample.info
     mass = quantities.format(constants.grain_mass(scene.material), "mass", digits=5)
-    rows = [("grains", f"{len(parts.sample):,}")]
+    rows = [("grains", f"{len(preparation.sample):,}")]
     if bodies is not None:
         names = [DEFAULT, *scene.materials]
-        kinds = [names[number] for number in np.unique(bodies.material)]
+        material_names = [names[number] for number in np.unique(bodies.material)]
         ends = (bodies.radius.min(), bodies.radius.max())
         ends = (quantities.format(r, "length", digits=5) for r in ends)
         rows.append(("radii", " to ".join(ends)))
-        rows.append(("materials", ", ".join(kinds)))
+        rows.append(("materials", ", ".join(material_names)))
         masses = (bodies.mass.min(), bodies.mass.max())
         mass = " to ".join(quantities.format(m, "mass", digits=5) for m in masses)
-    rows += [("mass of a grain", mass), *_sizes(parts.domain, info)]
+    rows += [("mass of a grain", mass), *_sizes(preparation.domain, info)]
     named = {
         "fractal_dimension": "fractal dimension of the core",
         "bulk_filling_factor": "filling factor of the inner part",
@@ -206,8 +206,8 @@ def _sample(scene, parts):
         "loose_grains": "grains not connected to the floor of the deposit",
         "left_out": "grains inside the cut that it has disconnected, left out",
     }
-    known = [key for key in named if key in info and np.isfinite(info[key])]
-    rows += [(named[key], f"{info[key]:.4g}") for key in known]
+    known_keys = [key for key in named if key in info and np.isfinite(info[key])]
+    rows += [(named[key], f"{info[key]:.4g}") for key in known_keys]
     if info["kind"] == "collision":
         for key, text in (("impact_parameter", "impact parameter"), ("gap", "flight to the touch")):
             rows.append((text, quantities.format(info[key], "length", digits=4)))

@@ -60,8 +60,8 @@ class Push:
     @property
     def of_stage(self):
         """True where some of it ends with the stage."""
-        own = set(self.carried_grains.tolist()) != set(self.own_speeds)
-        return own or any(force.start is not None for force in self.forces)
+        differs = set(self.carried_grains.tolist()) != set(self.own_speeds)
+        return differs or any(force.start is not None for force in self.forces)
 
     @property
     def works(self):
@@ -146,8 +146,8 @@ class Push:
         work = sum(self._work(f, x) for f in self.forces if step < f.end)
         if self.carried:
             # the force of a step acts half before and half after it
-            own = self.carried_grains
-            absorbed = impulse[own] + 0.5 * dt * (force[own] - self.first)
+            grains = self.carried_grains
+            absorbed = impulse[grains] + 0.5 * dt * (force[grains] - self.first)
             work -= float(np.sum(absorbed * self.velocity))
         return work
 
@@ -172,10 +172,10 @@ def forces_and_speeds(entries, groups, dt, first=0):
     forces, speeds = [], {}
     for entry, grains in zip(entries, groups, strict=True):
         if entry.force is not None:
-            each = np.array(entry.force) / units.FORCE / len(grains)
+            force = np.array(entry.force) / units.FORCE / len(grains)
             duration = entry.duration
             steps = NEVER if duration is None else max(1, round(duration / units.TIME / dt))
-            forces.append(Force(grains, each, NEVER if steps == NEVER else first + steps))
+            forces.append(Force(grains, force, NEVER if steps == NEVER else first + steps))
         elif entry.speed is not None:
             speeds |= {int(g): np.array(entry.speed) / units.SPEED for g in grains}
     return forces, speeds
@@ -186,8 +186,8 @@ def make_push(entries, info, order, dt, kinds=()):
 
     kinds: of the pushes of stages.
     """
-    rank, found = rank_of(order), info.get("push", ()) if entries else ()
-    groups = [rank[np.array(group["grains"])] for group in found]
+    rank, stored = rank_of(order), info.get("push", ()) if entries else ()
+    groups = [rank[np.array(group["grains"])] for group in stored]
     return Push(len(order), *forces_and_speeds(entries, groups, dt), kinds=kinds)
 
 
@@ -200,7 +200,7 @@ def push_anew(sim, entries):
     ledger sums.
     """
     state, (v, w) = sim.state, velocities(sim)
-    before = _kinetic(sim, v, w)
+    energy_before = _kinetic(sim, v, w)
     contact, x = contact_loads(sim)[0], state["x"]
     impulse = state["carried_impulse"] if "carried_impulse" in state else None
     work = sim.push.work_of_stage(x, impulse, contact, sim.step, sim.dt)
@@ -216,13 +216,13 @@ def push_anew(sim, entries):
         if entry.velocity is not None:
             v[grains] += np.array(entry.velocity) / units.SPEED
         if entry.spin is not None:
-            spin, own = np.array(entry.spin) / units.SPIN, mass[grains]
-            v[grains] += rigid_rotation(spin, x[grains], own)
+            spin, masses = np.array(entry.spin) / units.SPIN, mass[grains]
+            v[grains] += rigid_rotation(spin, x[grains], masses)
             w[grains] += spin
     v[sim.push.carried_grains], w[sim.push.carried_grains] = sim.push.velocity, 0.0
 
     set_back(sim, v, w)
-    sim.ledger_sums.push_work += work + _kinetic(sim, v, w) - before
+    sim.ledger_sums.push_work += work + _kinetic(sim, v, w) - energy_before
 
 
 def _groups(sim, entries):

@@ -48,13 +48,13 @@ def plates_of(boundary, sample, radius):
     return Plates(centre, reach * (1.0 + 1e-9), round_, inner)
 
 
-def stress(before, after, span):
+def stress(start, end, span):
     """Virial stress, (3, 3), positive in tension (T19 eq 23): the mean over `span`.
 
-    before, after: sums (lengths, flux) at the ends of the span.
+    start, end: sums (lengths, flux) at the ends of the span.
     """
-    volume = 0.5 * (np.prod(before["lengths"]) + np.prod(after["lengths"]))
-    return -(after["flux"] - before["flux"]) / (volume * span)
+    volume = 0.5 * (np.prod(start["lengths"]) + np.prod(end["lengths"]))
+    return -(end["flux"] - start["flux"]) / (volume * span)
 
 
 def series(sim, m, window, plates=None):
@@ -83,14 +83,14 @@ def series(sim, m, window, plates=None):
 
 def mean_loads(sim, window):
     """Stress, forces of the walls and pressures on them over a Window; see `series`."""
-    found = {}
+    loads = {}
     if sim.layout.stress:
-        found["stress"] = np.zeros((3, 3)) if window is None else stress(*window)
+        loads["stress"] = np.zeros((3, 3)) if window is None else stress(*window)
     if sim.box is not None:
         force = sim.ledger_sums.wall_force if window is None else window.mean("impulse")
         areas = sim.domain.wall_areas(sim.step)
-        found |= {"pressure": _pressure(sim, force, areas), "wall_force": force}
-    return found
+        loads |= {"pressure": _pressure(sim, force, areas), "wall_force": force}
+    return loads
 
 
 def bodies(sim, first):
@@ -102,11 +102,11 @@ def bodies(sim, first):
     x, v, w = grain_state(sim)
     mass, inertia = _inertia(sim)
     centres, velocities, spins = [], [], []
-    for own in (slice(0, first), slice(first, None)):
-        share = mass[own] / mass[own].sum()
-        centre, velocity = (np.sum(share * a[own], axis=0) for a in (x, v))
-        moving = mass[own] * (v[own] - velocity)
-        turning = np.cross(x[own] - centre, moving) + inertia[own] * w[own]
+    for body in (slice(0, first), slice(first, None)):
+        weights = mass[body] / mass[body].sum()
+        centre, velocity = (np.sum(weights * a[body], axis=0) for a in (x, v))
+        moving = mass[body] * (v[body] - velocity)
+        turning = np.cross(x[body] - centre, moving) + inertia[body] * w[body]
         centres.append(centre)
         velocities.append(velocity)
         spins.append(turning.sum(axis=0))
@@ -127,9 +127,9 @@ def _inertia(sim):
 
 def _sphere(sim, m, window):
     """Record of the rigid sphere: motion, mean load."""
-    now = m["sphere_load"]
-    load = np.concatenate(now) if window is None else window.mean("sphere_impulse")
-    motion = _sphere_motion(sim.sphere, now)
+    sphere_load = m["sphere_load"]
+    load = np.concatenate(sphere_load) if window is None else window.mean("sphere_impulse")
+    motion = _sphere_motion(sim.sphere, sphere_load)
     return motion | {"sphere_force": load[:3], "sphere_torque": load[3:]}
 
 
@@ -248,12 +248,12 @@ def snapshot(sim, contacts, time):
         record |= _sphere_motion(sim.sphere, load) | {"sphere_force": load[0]}
     if not contacts:
         return out
-    found = {"contact": contact_state(sim)}
+    records = {"contact": contact_state(sim)}
     if sim.box is not None:
-        found["wall_contact"] = wall_contact_state(sim)
+        records["wall_contact"] = wall_contact_state(sim)
     if sim.sphere is not None:
-        found["sphere_contact"] = sim.sphere.contacts()
-    for name, own in found.items():
-        rows = record[f"{name}_count"] = len(own["overlap"])
-        out.append((f"{name}s", own | {"step": np.full(rows, sim.step)}))
+        records["sphere_contact"] = sim.sphere.contacts()
+    for name, columns in records.items():
+        rows = record[f"{name}_count"] = len(columns["overlap"])
+        out.append((f"{name}s", columns | {"step": np.full(rows, sim.step)}))
     return out

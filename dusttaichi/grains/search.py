@@ -106,8 +106,8 @@ class Search:
         if sim.sphere is not None:
             on_sphere = sim.sphere.radius + self.skin + sim.sphere.contact.far
             on_sphere += sim.radius if equal else 0.0
-        own = near, step * sim.dt, on_sphere, 3.0, *walls
-        sim.scratch["grid"].from_numpy(np.array([*numbers, *own]))
+        search_numbers = near, step * sim.dt, on_sphere, 3.0, *walls
+        sim.scratch["grid"].from_numpy(np.array([*numbers, *search_numbers]))
         if sim.layout.grain_loss:
             sim.kernels.add_grain_losses()
         sim.kernels.list_neighbours(sim.walls_argument)
@@ -145,14 +145,14 @@ class Search:
                 "move apart without limit. Try a lower boundary.strain_rate or an earlier stop."
             )
         shortest = edges[list(sim.cell.axes)].min()
-        most = 0.5 * shortest - touch
-        if most < SKIN[0] * sim.smallest:
+        reach = 0.5 * shortest - touch
+        if reach < SKIN[0] * sim.smallest:
             raise GuardStop(
                 f"At {sim.time:.6g} µs the periodic cell has shrunk to {shortest:.4g} µm, four "
                 "radii: a grain would touch another twice, across both faces. Stop earlier, or "
                 "take a larger sample."
             )
-        self.skin = min(self.skin, most)
+        self.skin = min(self.skin, reach)
         # v stands half a step back
         speeds = sim.cell.speeds(time - 0.5 * sim.dt)
         sim.kernels.wrap(
@@ -181,12 +181,12 @@ class Search:
         calls.
         """
         grains, faces = self._shares()
-        due = NEVER
-        for speed, share in ((walls, 1.0 - grains), (self._closing_speed(), faces)):
+        step_due = NEVER
+        for speed, fraction in ((walls, 1.0 - grains), (self._closing_speed(), faces)):
             if speed > 0.0:
-                steps = max(1, int(share * self.skin / (speed * self.sim.dt)))
-                due = min(due, self.searched_at + steps)
-        return due
+                steps = max(1, int(fraction * self.skin / (speed * self.sim.dt)))
+                step_due = min(step_due, self.searched_at + steps)
+        return step_due
 
     def _best_skin(self, speed):
         """Skin [um] that costs least where grains come together at twice this speed [um/us].
@@ -236,9 +236,9 @@ class Search:
 
     def _stop_not_a_number(self):
         x = self.sim.state.of_grains("x")
-        bad = int(np.flatnonzero(~np.all(np.abs(x) < FARTHEST, axis=1))[0])
+        row = int(np.flatnonzero(~np.all(np.abs(x) < FARTHEST, axis=1))[0])
         raise GuardStop(
-            f"At {self.sim.time:.6g} µs the position of grain {self.sim.order[bad]} is not a "
+            f"At {self.sim.time:.6g} µs the position of grain {self.sim.order[row]} is not a "
             "number any more: the step is too long for what happens. Try a smaller "
             "numerics.time_step or a lower speed."
         )

@@ -93,11 +93,11 @@ class GrainState:
         for name in SUMS:
             if name in self.fields:
                 self.fields[name].fill(0.0)
-        own = [self.layout.rows[name] for name in ("lost", "recent") if name in self.layout.rows]
-        if own:
+        rows = [self.layout.rows[name] for name in ("lost", "recent") if name in self.layout.rows]
+        if rows:
             for blocks in self.used_blocks():
                 history = self.rows("history", blocks)
-                for first, width in own:
+                for first, width in rows:
                     history[:, first : first + width] = 0.0
                 self.put_rows("history", history, blocks)
 
@@ -131,14 +131,14 @@ class GrainState:
         start, first = self["entry_start"], np.diff(self["pair_start"])
         entry = self["entry"][: start[-1]]
         grains = np.arange(len(first))
-        owner, own = np.repeat(grains, np.diff(start)), np.repeat(grains, first)
+        owner, contact_rows = np.repeat(grains, np.diff(start)), np.repeat(grains, first)
         outside = entry >= self["counts"][FIRST_SPHERE] * self.layout.width
         second = (entry >= 0) & ~outside
-        contacts = np.concatenate([entry[second], np.arange(len(own)), entry[outside]])
+        contacts = np.concatenate([entry[second], np.arange(len(contact_rows)), entry[outside]])
         sides = np.repeat(
             [1, 0], [np.count_nonzero(second), len(contacts) - np.count_nonzero(second)]
         )
-        return np.concatenate([owner[second], own, owner[outside]]), contacts, sides
+        return np.concatenate([owner[second], contact_rows, owner[outside]]), contacts, sides
 
     def on_sphere(self):
         """(rows in `lanes`, grain, number of the sphere) of the listed contacts with the sphere."""
@@ -172,45 +172,47 @@ class GrainState:
         first, end, _ = blocks.indices(self.fields[name].rows)
         return _by_contact(self.fields[name].copy_rows(first, end))
 
-    def rows(self, part, blocks):
+    def rows(self, table, blocks):
         """History ("history") or loads ("load") of the contacts of these blocks.
 
         (contacts, rows). blocks: a slice.
         """
-        name, rows = self._place_of(part)
+        name, rows = self._place_of(table)
         return _by_contact(self.fields[name].copy_rows(blocks.start, blocks.stop, rows))
 
-    def rows_of(self, part, contacts):
+    def rows_of(self, table, contacts):
         """`rows` of the contacts with these numbers, which rise without gaps."""
         if len(contacts) == 0:
-            return self.rows(part, slice(0, 0))
+            return self.rows(table, slice(0, 0))
         blocks = self.blocks_of(contacts)
         first = int(contacts[0]) - blocks.start * self.layout.width
-        return self.rows(part, blocks)[first : first + len(contacts)]
+        return self.rows(table, blocks)[first : first + len(contacts)]
 
     def blocks_of(self, contacts):
         """Slice of the blocks around the contacts with these numbers, of which there are some."""
         width = self.layout.width
         return slice(int(np.min(contacts)) // width, int(np.max(contacts)) // width + 1)
 
-    def put_rows(self, part, values, blocks):
+    def put_rows(self, table, values, blocks):
         """The reverse of `rows`."""
-        name, rows = self._place_of(part)
+        name, rows = self._place_of(table)
         numbers = self.fields[name].copy_rows(blocks.start, blocks.stop)
         shape = (-1, self.layout.width, values.shape[1])
         numbers[:, rows] = values.reshape(shape).transpose(0, 2, 1)
         self.fields[name].from_numpy(numbers, blocks.start)
 
-    def _place_of(self, part):
-        """Name of the field of `part` and its rows there."""
-        history = part == "history"
+    def _place_of(self, table):
+        """Name of the field of a table and its rows there."""
+        history = table == "history"
         return ("contact", slice(self.layout.state_rows)) if history else ("load", slice(LOADS))
 
     def put_numbers(self, pair, wall, on_sphere):
         """Numbers of the kinds of contacts (kernels.numbers); on_sphere: or None."""
-        kinds, names = (pair, wall, on_sphere or pair), declared(self.layout.model)
-        self["numbers"] = np.array([[getattr(kind, name) for name in names] for kind in kinds])
-        self["touches"] = np.array([kind.touch for kind in kinds])
+        contact_types, names = (pair, wall, on_sphere or pair), declared(self.layout.model)
+        self["numbers"] = np.array(
+            [[getattr(constants, name) for name in names] for constants in contact_types]
+        )
+        self["touches"] = np.array([constants.touch for constants in contact_types])
 
     def take_contacts(self, contacts, d, radii):
         """Pointers and twist of contacts that a sample brings along.
@@ -227,16 +229,18 @@ class GrainState:
         key = own_i.astype(np.int64) * self.grains + own_j
         if len(key) == 0:
             return
-        wanted = low.astype(np.int64) * self.grains + high
-        place = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
-        known = key[place] == wanted
-        rows = place[known]
-        swapped = swap[known, None]
-        r_i, r_j = radii[contacts["i"][known], None], radii[contacts["j"][known], None]
-        own = np.where(swapped, r_j, r_i), np.where(swapped, r_i, r_j)
-        found = pair_displacements(first[known], second[known], unit(d[rows]), own)
-        brought = {name: values[known] for name, values in contacts.items()}
-        self._put_springs(rows, brought, found, np.where(swapped, -1.0, 1.0))
+        keys = low.astype(np.int64) * self.grains + high
+        slots = np.minimum(np.searchsorted(key, keys), len(key) - 1)
+        is_stored = key[slots] == keys
+        rows = slots[is_stored]
+        swapped = swap[is_stored, None]
+        r_i, r_j = radii[contacts["i"][is_stored], None], radii[contacts["j"][is_stored], None]
+        radii_pair = np.where(swapped, r_j, r_i), np.where(swapped, r_i, r_j)
+        displacements = pair_displacements(
+            first[is_stored], second[is_stored], unit(d[rows]), radii_pair
+        )
+        brought = {name: values[is_stored] for name, values in contacts.items()}
+        self._put_springs(rows, brought, displacements, np.where(swapped, -1.0, 1.0))
 
     def take_wall_contacts(self, contacts, radii, normals):
         """Pointers, foot points and twist of contacts with walls that a sample brings along.
@@ -247,16 +251,16 @@ class GrainState:
         key = lanes.wall.astype(np.int64) * (self.grains + 1) + lanes.grain
         if len(key) == 0:
             return
-        wanted = contacts["wall"] * (self.grains + 1) + self.rank[contacts["grain"]]
+        keys = contacts["wall"] * (self.grains + 1) + self.rank[contacts["grain"]]
         order = np.argsort(key, kind="stable")
-        place = order[np.minimum(np.searchsorted(key[order], wanted), len(key) - 1)]
-        known = key[place] == wanted
-        rows = place[known] + lanes.blocks.start * self.layout.width
-        grain, wall = contacts["grain"][known], contacts["wall"][known]
-        around = self["x"][self.rank[grain]], radii[grain, None], normals[wall]
-        pointer, foot = contacts["pointer"][known], contacts["foot"][known] / LENGTH
-        brought = {name: values[known] for name, values in contacts.items()}
-        self._put_springs(rows, brought, wall_displacements(pointer, foot, around))
+        slots = order[np.minimum(np.searchsorted(key[order], keys), len(key) - 1)]
+        is_stored = key[slots] == keys
+        rows = slots[is_stored] + lanes.blocks.start * self.layout.width
+        grain, wall = contacts["grain"][is_stored], contacts["wall"][is_stored]
+        wall_geometry = self["x"][self.rank[grain]], radii[grain, None], normals[wall]
+        pointer, foot = contacts["pointer"][is_stored], contacts["foot"][is_stored] / LENGTH
+        brought = {name: values[is_stored] for name, values in contacts.items()}
+        self._put_springs(rows, brought, wall_displacements(pointer, foot, wall_geometry))
 
     def stiffen(self, ratio):
         """Sliding displacements whose force stays.
@@ -305,9 +309,11 @@ class GrainState:
         arrays, used = {}, self.used_blocks()
         for name, table in self.fields.items():
             if name in OF_BLOCKS:
-                rest = (slice(LOADS),) if name == "load" else ()
-                parts = [table.copy_rows(b.start, b.stop, *rest) for b in _within(used, table.rows)]
-                arrays[name] = np.concatenate(parts)
+                columns = (slice(LOADS),) if name == "load" else ()
+                blocks = [
+                    table.copy_rows(b.start, b.stop, *columns) for b in _within(used, table.rows)
+                ]
+                arrays[name] = np.concatenate(blocks)
             else:
                 entries = self["entry_start"][-1] if name == "entry" else None
                 arrays[name] = table.to_numpy(entries)

@@ -101,11 +101,11 @@ def stiffest_of(table, grains):
     material. That is on the safe side (by a quarter for small grains among very large ones), as
     springs grow with the size of the partner and frequencies fall with the mass.
     """
-    found = [
+    periods = [
         stability.stiffest(mass, pair, wall, grains, strengths)
         for mass, pair, wall, strengths in table.clusters()
     ]
-    return min(period for period, _ in found), max(rate for _, rate in found)
+    return min(period for period, _ in periods), max(rate for _, rate in periods)
 
 
 def timescale_of_forces(table):
@@ -188,8 +188,8 @@ def _sphere_speed(scene):
 
 def _wall_speed(drive):
     """Largest speed of a wall under a drive [m/s]."""
-    most = abs((drive.wall_speed if drive.pressure is None else drive.largest_wall_speed) or 0.0)
-    return float(np.hypot(most, drive.shear_speed or 0.0))
+    speed = abs((drive.wall_speed if drive.pressure is None else drive.largest_wall_speed) or 0.0)
+    return float(np.hypot(speed, drive.shear_speed or 0.0))
 
 
 def _face_speed(scene, drive, sample, radii):
@@ -202,8 +202,8 @@ def _face_speed(scene, drive, sample, radii):
     size = getattr(scene.boundary, "size", "fit")
     edges = np.ptp(sample.positions, axis=0) + 2.0 * np.max(radii)
     if not isinstance(size, str):
-        given = zip(size, edges, strict=True)
-        edges = np.array([own if isinstance(edge, str) else edge for edge, own in given])
+        sizes = zip(size, edges, strict=True)
+        edges = np.array([length if isinstance(edge, str) else edge for edge, length in sizes])
     rate = np.zeros(3)
     if drive.strain_rate is not None:
         rate = np.array(drive.strain_rate)
@@ -229,8 +229,8 @@ def short_loads(scene, dt):
 
 def _steps_of(stop, dt):
     """Steps of a stage that ends after a time or a number of steps; infinite for others."""
-    given = {key for key in type(stop).model_fields if getattr(stop, key) is not None}
-    if not given or not given <= {"time", "steps"}:
+    keys = {key for key in type(stop).model_fields if getattr(stop, key) is not None}
+    if not keys or not keys <= {"time", "steps"}:
         return float("inf")
-    known = [stop.steps, None if stop.time is None else round(stop.time / dt)]
-    return min(n for n in known if n is not None)
+    step_counts = [stop.steps, None if stop.time is None else round(stop.time / dt)]
+    return min(n for n in step_counts if n is not None)

@@ -213,12 +213,12 @@ VARIABLES = {v.key: v for v in declare_variables(_TABLE, _TYPES, _COUNTS)}
 
 def variables_of(model):
     """Variables of the contact history that registered effects of a ContactModel declare."""
-    own, out = own_history(model), ()
+    history, out = own_history(model), ()
     for row, needs in _KINDS.items():
         features = f"{needs}snapshots contacts"
         rows = [
             (h.result, f"{row} xyz" if h.components == 3 else row, h.unit, h.meaning, "", features)
-            for h in own
+            for h in history
         ]
         out += tuple(replace(v, history=True) for v in declare(f"{row}s", rows))
     return out

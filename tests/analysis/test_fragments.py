@@ -239,7 +239,7 @@ def test_a_wall_that_pushes(tmp_path):
 
 
 def collision(tmp_path, final_velocities, pairs_after, offset=0.0):
-    """Two dimers that meet along x at 3 + 1 m/s, and part again with the velocities `after`."""
+    """Two dimers that meet along x at 3 + 1 m/s, and part with `final_velocities`."""
     half = np.array([[0.0, -R, 0.0], [0.0, R, 0.0]])
     v = np.repeat([[3.0, 0.5, 0.0], [-1.0, 0.5, 0.0]], 2, axis=0)
     frames = []

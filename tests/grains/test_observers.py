@@ -61,7 +61,7 @@ def scene(scale=(1.0, 1.0, 1.0), **keys):
 
 
 def run(scene, x, v, w, **properties):
-    """Positions, velocities and spins after the steps; own: radii and materials of the grains."""
+    """Positions, velocities and spins after the steps; properties: radii and materials."""
     with dt.simulate(scene, Sample(x, v, w, **properties), log=list) as simulation:
         m = simulation.advance(STEPS).measure()
         assert m.loss.sum() > 0.0 and m.contact_count > 8

@@ -61,9 +61,9 @@ class GrainTest:
     phi: float
     segments: tuple[Segment, ...]
 
-    def of(self, kind):
+    def of(self, segment_kind):
         """The segments of a kind."""
-        return [segment for segment in self.segments if segment.kind == kind]
+        return [segment for segment in self.segments if segment.kind == segment_kind]
 
 
 def grain_test(run):
@@ -112,13 +112,15 @@ def _segment(run, stage):
     if not len(stress):
         return None
     grown = -(strain[-1] - strain[0]).sum()
-    kind = "press" if grown > LEAST_PRESSED else "pull" if grown < -LEAST_PULLED else "release"
+    segment_kind = (
+        "press" if grown > LEAST_PRESSED else "pull" if grown < -LEAST_PULLED else "release"
+    )
     if abs(grown) < 1e-6:
-        kind = "rest"
+        segment_kind = "rest"
     middle = 0.5 * (strain[1:] + strain[:-1]).sum(axis=1)
     span = float(series.time[-1] - stage.start.time)
     return Segment(
-        kind=kind,
+        kind=segment_kind,
         name=run.whole.stages[int(series.stage[-1])] if run.whole.stages else "",
         strain=strain,
         stress=stress,

@@ -99,10 +99,10 @@ class Blocks:
         x = ti.Vector.zero(ti.f64, ti.static(self.n * self.lanes))
         self.near.place_lanes(block, numbers.count, x)
         begin, reach2 = self.lists.first[block], 4.0 * numbers.h * numbers.h
-        found = begin
+        slot = begin
         for k in range(begin, self.lists.first[block + 1]):
             j = self.lists.entry[k]
             # one out of reach is overwritten by the next: no unpredictable branch
-            self.lists.near[found] = j
-            found += ti.min(self.near.in_reach(x, j, reach2), 1)
-        self.lists.near_counts[block] = found - begin
+            self.lists.near[slot] = j
+            slot += ti.min(self.near.in_reach(x, j, reach2), 1)
+        self.lists.near_counts[block] = slot - begin

@@ -92,12 +92,12 @@ class Forces:
                 d, u = self.blocks.apart(lane, own.motion, x, v)
                 weight = volume * self.slope(d.norm_sqr(), inv_h, 1.0)
                 # those of what i does to both, and j, whose contacts open each by itself
-                mine, other = weight, weight
+                mine, weight_other = weight, weight
                 if ti.static(self.layout.separate):
                     foreign = ti.select(side_j != own.side[lane], weight, 0.0)
                     mine -= own.opened[lane] * foreign
-                    other -= open_j * foreign
-                wd, wu = other * d, other * u
+                    weight_other -= open_j * foreign
+                wd, wu = weight_other * d, weight_other * u
                 for a in ti.static(range(n)):
                     # sums of what depends on i by a factor only
                     sums[(PLACES * n + a) * lanes + lane] += mine * d[a]
@@ -107,11 +107,11 @@ class Forces:
                         force += load[n * a + b] * wd[b]
                     sums[(FORCE * n + a) * lanes + lane] += force
                 if ti.static(self.layout.viscous):
-                    pair = ti.Struct(d=d, u=u, weight=ti.max(mine, other))
+                    pair = ti.Struct(d=d, u=u, weight=ti.max(mine, weight_other))
                     self.resist(j, lane, own.resisting, pair, sums, numbers)
                 if ti.static(self.layout.artificial_stress):
                     i = self.blocks.particle(block, lane, numbers)
-                    self.pull(i, j, lane, ti.max(mine, other), d, sums, numbers)
+                    self.pull(i, j, lane, ti.max(mine, weight_other), d, sums, numbers)
 
     @ti.func
     def add_images(self, block, out: ti.template(), numbers: ti.template()):

@@ -30,7 +30,7 @@ class Hourglass:
         """Advance the displacement of particle i by a step; L: its velocity gradient [1/s]."""
         if self.f.role[i] == ELASTIC:
             x, v, side, dt = self.f.x[i], self.f.v[i], self.f.side[i], self.f.clock[DT]
-            total, places = 0.0, ti.Vector.zero(ti.f64, self.n)
+            total, mean_position = 0.0, ti.Vector.zero(ti.f64, self.n)
             motions = ti.Vector.zero(ti.f64, self.n)
             for k in range(self.blocks.begin(i), self.blocks.end(i)):
                 j = self.lists.near[k]
@@ -38,11 +38,11 @@ class Hourglass:
                 weight = self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
                 weight = ti.select(self.f.side[j] == side and j != i, weight, 0.0)
                 total += weight
-                places += weight * d
+                mean_position += weight * d
                 motions += weight * u
             if total < 0.0:
                 turned = tensors.rotation((0.5 * dt) * (L - L.transpose())) @ self.f.hourglass[i]
-                self.f.hourglass[i] = turned + (dt / total) * (motions - L @ places)
+                self.f.hourglass[i] = turned + (dt / total) * (motions - L @ mean_position)
 
     @ti.func
     def push(self, i, numbers: ti.template()):

@@ -88,10 +88,10 @@ class Images:
         spin = self.rigid.vector(row, COLUMN.spin)
         begin, end = self.blocks.begin(i), self.blocks.end(i)
         for m in range(begin, end + 1):
-            k, share, between, _, near = self.image(i, m, row, arm, touch, numbers)
+            k, fraction, between, _, near = self.image(i, m, row, arm, touch, numbers)
             if near:
                 arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
-                weight = share * self.f.volume[k]
+                weight = fraction * self.f.volume[k]
                 weight *= self.slope(between.norm_sqr(), numbers.inv_h, numbers.scale)
                 u = w_i + self.f.v[k] - self.rigid.motion(row, arm_k)
                 u += self.rigid.flat(spin.cross(between))
@@ -120,14 +120,14 @@ class Images:
             if touch[0] + self.f.clearance[k] < 2.0 * numbers.h:
                 far = (self.f.x[i] - self.f.x[k]).norm_sqr()
                 near = k != i and far < 4.0 * numbers.h * numbers.h
-        share, between, normal = 0.0, ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
+        fraction, between, normal = 0.0, ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
         if near:
             arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
             touch_k = self.rigid.surface(row, arm_k, numbers.h)
             between, normal, near = self.apart(arm, arm_k, touch, touch_k, numbers)
             if near:
-                share = self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
-        return k, share, between, normal, near
+                fraction = self.rigid.share(row, 0.5 * (touch[0] + touch_k[0]))
+        return k, fraction, between, normal, near
 
     @ti.func
     def push(self, i, numbers: ti.template()):
@@ -147,9 +147,9 @@ class Images:
                 if touch[0] < 2.0 * numbers.h:
                     begin, end = self.blocks.begin(i), self.blocks.end(i)
                     for m in range(begin, end + 1):
-                        k, share, between, n, near = self.image(i, m, row, arm, touch, numbers)
+                        k, fraction, between, n, near = self.image(i, m, row, arm, touch, numbers)
                         if near:
-                            base = share * self.f.volume[i] * self.f.volume[k]
+                            base = fraction * self.f.volume[i] * self.f.volume[k]
                             pair = self.pair(i, k, e, base, arm, between, n, numbers)
                             stress += pair[0]
                             viscous += pair[1]
@@ -177,21 +177,21 @@ class Images:
         d, d_k = self.rigid.flat(between), self.rigid.flat(mirrored)
         u = w + self.rigid.flat(spin.cross(between))
         u_k = w + self.rigid.flat(spin.cross(mirrored))
-        own, its = weight * self.closed(i, row), weight * self.closed(k, row)
+        weight_i, weight_k = weight * self.closed(i, row), weight * self.closed(k, row)
         closing = numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
         mu, mu_k = ti.min(u.dot(d), 0.0) * closing, ti.min(u_k.dot(d_k), 0.0) * closing
         middle = 2.0 * arm - self.rigid.raised(self.f.x[i] - self.f.x[k]) - between
-        stress += own * (tensors.matrix(self.f.flux[i], self.n) @ d)
-        viscous += own * self.resistance(i, k, mu) * d
-        grid += own * self.noise(i, u, d, numbers)
+        stress += weight_i * (tensors.matrix(self.f.flux[i], self.n) @ d)
+        viscous += weight_i * self.resistance(i, k, mu) * d
+        grid += weight_i * self.noise(i, u, d, numbers)
         if ti.static(self.layout.heat):
             power += (viscous + grid).dot(u)
         # twice on the body, at the place of k and at that of its image: the mean of both arms
-        for part, force in ti.static(enumerate((stress, viscous, grid))):
-            self.note(e, part, self.rigid.raised(force), middle)
-        stress += its * (tensors.matrix(self.f.flux[k], self.n) @ d_k)
-        of_pairs = its * self.resistance(i, k, mu_k) * d_k
-        of_noise = its * self.noise(k, u_k, d_k, numbers)
+        for component, force in ti.static(enumerate((stress, viscous, grid))):
+            self.note(e, component, self.rigid.raised(force), middle)
+        stress += weight_k * (tensors.matrix(self.f.flux[k], self.n) @ d_k)
+        of_pairs = weight_k * self.resistance(i, k, mu_k) * d_k
+        of_noise = weight_k * self.noise(k, u_k, d_k, numbers)
         if ti.static(self.layout.heat):
             power += (of_pairs + of_noise).dot(u_k)
         viscous += of_pairs
@@ -227,12 +227,12 @@ class Images:
         return out
 
     @ti.func
-    def note(self, e, part: ti.template(), force, middle):
+    def note(self, e, component: ti.template(), force, middle):
         """Add the reaction to a force T of a pair to what touch e does to its surface."""
         torque = middle.cross(force)
         for a in ti.static(range(3)):
-            self.add(e, 6 * part + a, -2.0 * force[a])
-            self.add(e, 6 * part + 3 + a, -torque[a])
+            self.add(e, 6 * component + a, -2.0 * force[a])
+            self.add(e, 6 * component + 3 + a, -torque[a])
 
     @ti.func
     def clear(self, e):

@@ -37,20 +37,20 @@ class Neighbours:
         Lane l of axis a is x[a lanes + l]; lanes without one are out of reach of everything.
         Returns two corners of the box around them, and how many they are.
         """
-        low, found = ti.Vector([FAR] * self.n, ti.f64), 0
+        low, count = ti.Vector([FAR] * self.n, ti.f64), 0
         high = -low
         for lane in range(self.lanes):
             i, moves = block * self.lanes + lane, 0
             if i < n:
                 moves = self.yields(i)
-            found += moves
+            count += moves
             for a in ti.static(range(self.n)):
                 x[a * self.lanes + lane] = FAR
                 if moves == 1:
-                    place = self.f.x[i][a]
-                    x[a * self.lanes + lane] = place
-                    low[a], high[a] = ti.min(low[a], place), ti.max(high[a], place)
-        return low, high, found
+                    coordinate = self.f.x[i][a]
+                    x[a * self.lanes + lane] = coordinate
+                    low[a], high[a] = ti.min(low[a], coordinate), ti.max(high[a], coordinate)
+        return low, high, count
 
     @ti.func
     def in_reach(self, x: ti.template(), j, reach2):
@@ -74,20 +74,22 @@ class Neighbours:
         """Number of neighbours of a block; listed if `listing`. cells: particles.cells.Cells."""
         x = ti.Vector.zero(ti.f64, ti.static(self.n * self.lanes))
         low, high, lanes = self.place_lanes(block, self.lists.known[PARTICLES], x)
-        start, found, reach = self.first[block], 0, self.lists.reaches[REACH]
+        start, count, reach = self.first[block], 0, self.lists.reaches[REACH]
         if lanes > 0:
             begin = cells.find_cell(low, grid) - 1
             size = cells.find_cell(high, grid) + 2 - begin
             for cut in range(size[0]):
                 for run in range(cells.runs(size)):
-                    one, behind, _ = cells.run(begin, size, cut, run, grid)
-                    for k in range(self.lists.cell_first[one], self.lists.cell_first[behind]):
+                    first_cell, behind, _ = cells.run(begin, size, cut, run, grid)
+                    for k in range(
+                        self.lists.cell_first[first_cell], self.lists.cell_first[behind]
+                    ):
                         j = self.lists.in_cell[k]
                         if self.in_reach(x, j, reach * reach) > 0:
                             if listing:
-                                self.lists.entry[start + found] = j
-                            found += 1
-        return found
+                                self.lists.entry[start + count] = j
+                            count += 1
+        return count
 
 
 @ti.data_oriented
@@ -112,16 +114,16 @@ class NearThings:
     @ti.func
     def entries(self, i, listing: ti.template()):
         """Number of the things near particle i; listed if `listing`."""
-        found, m = 0, 0
+        count, m = 0, 0
         # a compiler that knows the length of this loop makes it eight times as long
         while self.is_there(m):
             if self.is_near(i, m) and self.near.yields(i) == 1:
                 if ti.static(listing):
-                    if self.first[i] + found < self.room:
-                        self.put(i, m, self.first[i] + found)
-                found += 1
+                    if self.first[i] + count < self.room:
+                        self.put(i, m, self.first[i] + count)
+                count += 1
             m += 1
-        return found
+        return count
 
 
 @ti.data_oriented

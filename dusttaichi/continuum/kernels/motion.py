@@ -39,8 +39,8 @@ class Motion:
         self.images = images
         self.attraction = attraction
         self.n = layout.dimension
-        own = (v for v in declare(layout) if v.answers)
-        self.answers = [(getattr(fields, v.name), v.element[1]) for v in own]
+        answer_variables = (v for v in declare(layout) if v.answers)
+        self.answers = [(getattr(fields, v.name), v.element[1]) for v in answer_variables]
 
     # -- particles -------------------------------------------------------------------------------
 
@@ -49,19 +49,19 @@ class Motion:
         """Advance particle i and its ghosts; returns 1 where a search is due because of it."""
         dt, half = self.f.clock[DT], 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
         x, v, group, role = self.f.x[i], self.f.v[i], self.f.group[i], self.f.role[i]
-        new = v
+        new_velocity = v
         if role == DUST or role == ELASTIC:
-            new = v + (half / self.f.mass[i]) * self.f.force[i]
-            x += dt * new
+            new_velocity = v + (half / self.f.mass[i]) * self.f.force[i]
+            x += dt * new_velocity
             self.f.volume[i] = self.f.mass[i] / self.f.density[i]
         elif group < FACES:
-            new = self.rigid.flat(self.rigid.vector(group, COLUMN.speed))
-            x += dt * new
+            new_velocity = self.rigid.flat(self.rigid.vector(group, COLUMN.speed))
+            x += dt * new_velocity
         else:
             arm = self.rigid.rotated(group, self.rigid.raised(self.f.arm[i]), 1.0)
             x = self.rigid.flat(self.rigid.vector(group, COLUMN.centre) + arm)
-            new = self.rigid.motion(group, arm)
-        mean = (0.5 * half) * (v + new)
+            new_velocity = self.rigid.motion(group, arm)
+        mean = (0.5 * half) * (v + new_velocity)
         by_noise = 0.75 * half * self.f.noise_power[i] - self.f.grid_force[i].dot(mean)
         lost = ti.Vector([-self.f.viscous[i].dot(mean), by_noise])
         self.f.loss[i] = self.f.loss[i] + lost  # `+=` would be an atomic one
@@ -69,7 +69,7 @@ class Motion:
             self.f.taken[i] -= self.f.pushing[i].dot(mean)
         if ti.static(self.layout.heat):
             self.f.warmed[i] += half * self.f.heating[i]
-        self.f.x[i], self.f.v[i] = x, new
+        self.f.x[i], self.f.v[i] = x, new_velocity
         if ti.static(self.layout.bodies):
             self.f.clearance[i] = self.images.clearance(i, numbers)
         self.move_ghosts(i, numbers)
@@ -121,10 +121,10 @@ class Motion:
 
         Returns 1 where a search is due because of one.
         """
-        due = 0
+        is_due = 0
         for b in range(FACES + numbers.bodies):
-            due = ti.max(due, self.move_body(b, numbers))
-        return due
+            is_due = ti.max(is_due, self.move_body(b, numbers))
+        return is_due
 
     @ti.func
     def move_body(self, b, numbers: ti.template()):
@@ -138,7 +138,7 @@ class Motion:
         dt, half = self.f.clock[DT], 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
         force, speed = self.rigid.vector(b, COLUMN.force), self.rigid.vector(b, COLUMN.speed)
         self.rigid.put(b, COLUMN.impulse, self.rigid.vector(b, COLUMN.impulse) + half * force)
-        before, spin = speed, self.rigid.vector(b, COLUMN.spin)
+        speed_before, spin = speed, self.rigid.vector(b, COLUMN.spin)
         turned = spin
         if b < FACES:
             self.f.rigid[b, COLUMN.work] = self.f.rigid[b, COLUMN.work] - half * force.dot(speed)
@@ -151,24 +151,24 @@ class Motion:
             turned = self.spin(b, momentum)
             self.turn(b, turned * dt)
             self.rigid.put(b, COLUMN.spin, self.spin(b, momentum))
-        for part in ti.static(range(2)):
-            drag = self.rigid.vector(b, COLUMN.drags + 6 * part)
-            turning = self.rigid.vector(b, COLUMN.drags + 6 * part + 3)
-            power = drag.dot(before + speed) + turning.dot(spin + turned)
-            loss = self.f.rigid[b, COLUMN.loss + part] - 0.5 * half * power
-            self.f.rigid[b, COLUMN.loss + part] = loss
-        place = self.rigid.vector(b, COLUMN.centre) + dt * speed
-        self.rigid.put(b, COLUMN.centre, place)
-        gone = (place - self.rigid.vector(b, COLUMN.searched)).norm_sqr()
+        for component in ti.static(range(2)):
+            drag = self.rigid.vector(b, COLUMN.drags + 6 * component)
+            turning = self.rigid.vector(b, COLUMN.drags + 6 * component + 3)
+            power = drag.dot(speed_before + speed) + turning.dot(spin + turned)
+            loss = self.f.rigid[b, COLUMN.loss + component] - 0.5 * half * power
+            self.f.rigid[b, COLUMN.loss + component] = loss
+        centre = self.rigid.vector(b, COLUMN.centre) + dt * speed
+        self.rigid.put(b, COLUMN.centre, centre)
+        gone = (centre - self.rigid.vector(b, COLUMN.searched)).norm_sqr()
         return ti.cast(gone > numbers.way2, ti.i32)
 
     @ti.func
     def spin(self, b, momentum):
         """R I^-1 R^T L of body b, with the inverse of its inertia in its own frame."""
-        own = self.rigid.rotated(b, momentum, -1.0)
+        body_momentum = self.rigid.rotated(b, momentum, -1.0)
         out = ti.Vector.zero(ti.f64, 3)
         for a, c in ti.static(ti.ndrange(3, 3)):
-            out[a] += self.f.rigid[b, COLUMN.inertia + 3 * a + c] * own[c]
+            out[a] += self.f.rigid[b, COLUMN.inertia + 3 * a + c] * body_momentum[c]
         return self.rigid.rotated(b, out, 1.0)
 
     @ti.func
@@ -176,11 +176,11 @@ class Motion:
         """Turn body b by a small vector: q <- (1, angle/2) q, made a unit again."""
         axis = 0.5 * angle
         w, u = self.f.rigid[b, COLUMN.turn], self.rigid.vector(b, COLUMN.turn + 1)
-        real = w - axis.dot(u)
-        rest = u + w * axis + axis.cross(u)
-        length = ti.sqrt(real * real + rest.norm_sqr())
-        self.f.rigid[b, COLUMN.turn] = real / length
-        self.rigid.put(b, COLUMN.turn + 1, rest / length)
+        scalar = w - axis.dot(u)
+        imaginary = u + w * axis + axis.cross(u)
+        length = ti.sqrt(scalar * scalar + imaginary.norm_sqr())
+        self.f.rigid[b, COLUMN.turn] = scalar / length
+        self.rigid.put(b, COLUMN.turn + 1, imaginary / length)
 
     # -- the end of a step -----------------------------------------------------------------------
 
@@ -235,14 +235,14 @@ class Motion:
         return out
 
     @ti.func
-    def add_load(self, row, part, total):
-        """Add number `part` of a sum of those shares to the load of a surface."""
-        if part < 6:
-            free = self.f.rigid[row, COLUMN.freedom + part]
-            at = COLUMN.force + part
+    def add_load(self, row, component, total):
+        """Add number `component` of a sum of those shares to the load of a surface."""
+        if component < 6:
+            free = self.f.rigid[row, COLUMN.freedom + component]
+            at = COLUMN.force + component
             self.f.rigid[row, at] = self.f.rigid[row, at] + free * total
-        elif part < PARTS:
-            at = COLUMN.drags + part - 6
+        elif component < PARTS:
+            at = COLUMN.drags + component - 6
             self.f.rigid[row, at] = self.f.rigid[row, at] + total
 
     @ti.func
@@ -258,17 +258,17 @@ class Motion:
         for w in range(present):
             fastest = ti.max(fastest, self.lists.most[APART * w])
         dt = self.f.clock[DT]
-        left = self.f.clock[LEFT] - dt
-        ended = ti.cast(left <= ROUNDING * numbers.output_step, ti.i32)
-        if ended == 1:
-            left = numbers.output_step
+        time_left = self.f.clock[LEFT] - dt
+        is_over = ti.cast(time_left <= ROUNDING * numbers.output_step, ti.i32)
+        if is_over == 1:
+            time_left = numbers.output_step
         want = ti.min(GROWTH * self.f.clock[WANT], numbers.courant * numbers.h / fastest)
-        if dt > 0.0 and not (left < MOST_STEPS * want):
+        if dt > 0.0 and not (time_left < MOST_STEPS * want):
             self.lists.sync[STUCK] = 1
-            want = left
+            want = time_left
         self.f.clock[WANT] = want
         self.f.clock[OLD] = dt
-        self.f.clock[LEFT] = left
-        self.f.clock[DT] = left / ti.ceil(left / want)
+        self.f.clock[LEFT] = time_left
+        self.f.clock[DT] = time_left / ti.ceil(time_left / want)
         self.f.clock[SUBSTEPS] += 1.0
-        return ended
+        return is_over

@@ -31,20 +31,20 @@ class Planes:
     @ti.func
     def touch(self, i, row):
         """The touch of particle i with a face, -1 without one."""
-        found = -1
+        plane_row = -1
         for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
             if self.lists.touch_row[e] == row:
-                found = e
-        return found
+                plane_row = e
+        return plane_row
 
     @ti.func
     def plane(self, row, numbers: ti.template()):
-        """Row of a face, a point of it (`place`), its normal and velocity, (dimension,) each."""
+        """Row of a face, a point of it (`point`), its normal and velocity, (dimension,) each."""
         touch = self.rigid.surface(row, ti.Vector.zero(ti.f64, 3), numbers.h)
         normal = self.rigid.flat(ti.Vector([touch[1], touch[2], touch[3]]))
-        place = self.rigid.flat(self.rigid.vector(row, COLUMN.centre))
+        point = self.rigid.flat(self.rigid.vector(row, COLUMN.centre))
         speed = self.rigid.flat(self.rigid.vector(row, COLUMN.speed))
-        return ti.Struct(row=row, place=place, normal=normal, speed=speed)
+        return ti.Struct(row=row, place=point, normal=normal, speed=speed)
 
     @ti.func
     def place_lanes(self, block, plane, own: ti.template(), numbers: ti.template()):
@@ -93,7 +93,7 @@ class Planes:
     def load(self, e, stress, viscous, grid):
         """Write what touch e does to its face: twice the reaction to each part of the force."""
         self.clear(e)
-        for part, force in ti.static(enumerate((stress, viscous, grid))):
+        for component, force in ti.static(enumerate((stress, viscous, grid))):
             raised = self.rigid.raised(force)
             for a in ti.static(range(3)):
-                self.lists.touch[e, 6 * part + a] = -2.0 * raised[a]
+                self.lists.touch[e, 6 * component + a] = -2.0 * raised[a]

@@ -60,11 +60,11 @@ class Rates:
                     for a, b in ti.static(ti.ndrange(self.n, self.n)):
                         if ti.static(a > b):
                             A[a, b] = A[b, a]
-                    own = ti.Struct(
+                    lanes = ti.Struct(
                         A=A, G=of_pairs + self.of_lane(images.G, lane), of_pairs=of_pairs,
                         foreign=pairs.foreign[lane], squares=pairs.squares[lane],
                     )  # fmt: skip
-                    fastest = ti.max(fastest, self.update_stress(i, own, numbers, material))
+                    fastest = ti.max(fastest, self.update_stress(i, lanes, numbers, material))
         return fastest
 
     @ti.func
@@ -88,19 +88,19 @@ class Rates:
     @ti.func
     def add_pairs(self, block, sums: ti.template(), numbers: ti.template()):
         """Add up the pairs of a block."""
-        own, first = self.blocks.place_lanes(block, numbers), block * self.lanes
+        lanes, first = self.blocks.place_lanes(block, numbers), block * self.lanes
         for k in range(self.blocks.begin(first), self.blocks.end(first)):
             j = self.lists.near[k]
             x, v, volume, side_j = self.f.x[j], self.f.v[j], self.f.volume[j], 0
             if ti.static(self.layout.separate or self.layout.viscous):
                 side_j = self.f.side[j]
             for lane in range(self.lanes):
-                d, u = self.blocks.apart(lane, own.motion, x, v)
+                d, u = self.blocks.apart(lane, lanes.motion, x, v)
                 weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
                 if ti.static(self.layout.separate or self.layout.viscous):
-                    foreign = ti.select(side_j != own.side[lane], weight, 0.0)
+                    foreign = ti.select(side_j != lanes.side[lane], weight, 0.0)
                     sums.foreign[lane] += foreign
-                    weight -= own.opened[lane] * foreign
+                    weight -= lanes.opened[lane] * foreign
                 sums.squares[lane] += weight * u.norm_sqr()
                 self.add_pair(lane, d, u, weight, sums)
 
@@ -118,10 +118,10 @@ class Rates:
     @ti.func
     def add_images(self, block, sums: ti.template(), numbers: ti.template()):
         """Add images behind faces to A and G of those particles whose contact is closed."""
-        own, first = self.blocks.place_lanes(block, numbers), block * self.lanes
+        lanes, first = self.blocks.place_lanes(block, numbers), block * self.lanes
         for row in range(FACES):
             plane = self.planes.plane(row, numbers)
-            nearest = self.planes.place_lanes(block, plane, own, numbers)
+            nearest = self.planes.place_lanes(block, plane, lanes, numbers)
             if nearest < 2.0 * numbers.h:
                 for k in range(self.blocks.begin(first), self.blocks.end(first)):
                     j = self.lists.near[k]
@@ -129,11 +129,11 @@ class Rates:
                     if nearest + image.distance < 2.0 * numbers.h:
                         volume = self.f.volume[j]
                         for lane in range(self.blocks.width(numbers)):
-                            d, u = self.blocks.apart(lane, own.motion, image.x, image.v)
+                            d, u = self.blocks.apart(lane, lanes.motion, image.x, image.v)
                             weight = self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
-                            weight *= volume * own.face[lane]
+                            weight *= volume * lanes.face[lane]
                             weight *= self.planes.in_reach(
-                                lane, d, image, plane.normal, own.face, numbers
+                                lane, d, image, plane.normal, lanes.face, numbers
                             )
                             self.add_pair(lane, d, u, weight, sums)
 
@@ -205,6 +205,6 @@ class Rates:
             W = 0.5 * (L - L.transpose())
             curl = ti.sqrt(2.0 * tensors.double_dot(W, W))
             volume = ti.abs(L.trace())
-            share = volume / (volume + numbers.limiter * curl + STILL)
-            self.f.alpha[i] = ti.select(touches, numbers.contact, share * numbers.bulk)
-            self.f.beta[i] = share * numbers.quadratic
+            fraction = volume / (volume + numbers.limiter * curl + STILL)
+            self.f.alpha[i] = ti.select(touches, numbers.contact, fraction * numbers.bulk)
+            self.f.beta[i] = fraction * numbers.quadratic

@@ -37,11 +37,11 @@ class Response:
         positions at its end. With respect to those half way, L = end (1 - dt end/2)^-1, it is a
         pure spin where the body only rotates.
         """
-        one = ti.Matrix.identity(ti.f64, self.n)
-        L = end @ (one - (0.5 * dt) * end).inverse()
+        identity = ti.Matrix.identity(ti.f64, self.n)
+        L = end @ (identity - (0.5 * dt) * end).inverse()
         D, W = 0.5 * (L + L.transpose()), 0.5 * (L - L.transpose())
         growth = L.trace()
-        before, S = self.f.pressure[i], tensors.matrix(self.f.deviator[i], self.n)
+        pressure_before, S = self.f.pressure[i], tensors.matrix(self.f.deviator[i], self.n)
         density = self.f.density[i] * ti.exp(-growth * dt)
         reference, K = self.f.reference[i], self.f.modulus[i]
         elastic = self.laws.path_pressure(density, reference, K)
@@ -52,33 +52,38 @@ class Response:
                 reference = self.laws.reference_density(density, p, m)
                 K = self.laws.bulk_modulus(reference, m)
         mu = self.f.shear_ratio[i] * K
-        trial = tensors.turned(S, dt * W) + (2.0 * mu * dt) * (D - numbers.share * growth * one)
+        trial = tensors.turned(S, dt * W) + (2.0 * mu * dt) * (
+            D - numbers.share * growth * identity
+        )
         over = 1.0
         if yields:
             Y = self.laws.shear(density / m.rho_s, m)
             over = self.laws.radial(self.laws.second_invariant(trial), Y)
-        after = trial * (over * ti.select(numbers.over_return > 0.5, over, 1.0))
+        returned = trial * (over * ti.select(numbers.over_return > 0.5, over, 1.0))
         swollen = self.f.density[i] / density
         power = 0.5 * (1.0 + swollen) * self.f.volume[i] * dt
         self.f.density[i], self.f.reference[i], self.f.pressure[i] = density, reference, p
-        self.f.deviator[i], self.f.modulus[i] = tensors.rows(after), K
+        self.f.deviator[i], self.f.modulus[i] = tensors.rows(returned), K
         self.f.impedance[i] = ti.sqrt((K + 4.0 / 3.0 * mu) * density)
         if ti.static(self.layout.damage):
-            whole = 1.0 - self.f.damage[i] ** 3
-            before, S = self.laws.carried_pressure(before, whole), whole * S
-            self.crack(i, after, dt, m)
-            whole = 1.0 - self.f.damage[i] ** 3
-            p, after = self.laws.carried_pressure(p, whole), whole * after
-        pressed = -0.5 * (before + p) * growth * power
-        done = ti.Vector(
+            undamaged = 1.0 - self.f.damage[i] ** 3
+            pressure_before, S = (
+                self.laws.carried_pressure(pressure_before, undamaged),
+                undamaged * S,
+            )
+            self.crack(i, returned, dt, m)
+            undamaged = 1.0 - self.f.damage[i] ** 3
+            p, returned = self.laws.carried_pressure(p, undamaged), undamaged * returned
+        pressed = -0.5 * (pressure_before + p) * growth * power
+        dissipated = ti.Vector(
             [
-                ti.select(before + p >= 0.0, pressed, 0.0),
-                ti.select(before + p < 0.0, pressed, 0.0),
-                0.5 * tensors.double_dot(S + after, D) * power,
+                ti.select(pressure_before + p >= 0.0, pressed, 0.0),
+                ti.select(pressure_before + p < 0.0, pressed, 0.0),
+                0.5 * tensors.double_dot(S + returned, D) * power,
             ]
         )
-        self.f.work[i] = self.f.work[i] + done  # `+=` would be an atomic one
-        return after - p * one, swollen
+        self.f.work[i] = self.f.work[i] + dissipated  # `+=` would be an atomic one
+        return returned - p * identity, swollen
 
     @ti.func
     def crack(self, i, S: ti.template(), dt, m: ti.template()):

@@ -81,8 +81,8 @@ class Rigid:
                 length = arm.norm() + TINY
                 distance, normal = length - self.f.rigid[row, COLUMN.radius], arm / length
             else:
-                distance, own = self.cylinder(row, self.rotated(row, arm, -1.0))
-                normal = self.rotated(row, own, 1.0)
+                distance, local_normal = self.cylinder(row, self.rotated(row, arm, -1.0))
+                normal = self.rotated(row, local_normal, 1.0)
         return ti.Vector([ti.max(distance, LEAST * h), normal[0], normal[1], normal[2]])
 
     @ti.func

@@ -43,10 +43,10 @@ def place_search(fields, layout, room):
         "surfaces": (ti.i32, (ROWS + 1, 2)),  # 1, row
     }
     if layout.lanes == 1:  # all variables in the new order
-        for kind in ("f64", "i32"):
-            columns = sum(max(1, v.element[1]) for v in declare(layout) if v.element[0] == kind)
-            shapes[f"spare_{kind}"] = getattr(ti, kind), (columns, room)
-    own = {name: ti.field(kind, shape=shape) for name, (kind, shape) in shapes.items()}
+        for dtype in ("f64", "i32"):
+            columns = sum(max(1, v.element[1]) for v in declare(layout) if v.element[0] == dtype)
+            shapes[f"spare_{dtype}"] = getattr(ti, dtype), (columns, room)
+    own = {name: ti.field(dtype, shape=shape) for name, (dtype, shape) in shapes.items()}
     return own | place_cells(n, seen, MOST_CELLS * seen + FURTHER_CELLS, method_numbers=1)
 
 
@@ -90,15 +90,15 @@ def make_search(motion, near):
 
         Rigid and fixed particles are no neighbours: their body or face acts by its surface.
         """
-        taken = 1
+        is_occupied = 1
         if k < count() and lists.grid[last] != ORDER:
-            taken = near.yields(k)
-        return ti.select(taken == 1, cells.number(cells.find_cell(f.x[k], grid), grid), -1)
+            is_occupied = near.yields(k)
+        return ti.select(is_occupied == 1, cells.number(cells.find_cell(f.x[k], grid), grid), -1)
 
     sort_seen = Sort(lists, seen, cells.total, cell, ordered=True)
-    before = (put_back,) if layout.ghosts else ()
+    preparations = (put_back,) if layout.ghosts else ()
     room = lists.in_cell.shape[0]
-    bounds = Bounds(f.x, lists.bounds, count, FARTHEST, capacity=room, preparations=before)
+    bounds = Bounds(f.x, lists.bounds, count, FARTHEST, capacity=room, preparations=preparations)
 
     @ti.kernel
     def find_bounds():
@@ -127,8 +127,8 @@ def make_search(motion, near):
             lists.tally[b] = near.entries(b, cells, grid, lists.grid[last] == LIST)
         blocks.sum_up()
         wrong = ti.cast(near.first[near.count()] > near.room, ti.i32)
-        for things in ti.static(marked):
-            wrong += ti.cast(things.is_full(), ti.i32)
+        for entries in ti.static(marked):
+            wrong += ti.cast(entries.is_full(), ti.i32)
         lists.grid[last] = LIST
         return wrong
 
@@ -142,10 +142,10 @@ def make_reorder(motion, count):
     """Kernel `reorder()` of make_search."""
     f, lists, columns, used = motion.f, motion.lists, [], {"f64": 0, "i32": 0}
     for variable in declare(motion.layout):
-        kind, length = variable.element
-        spare = getattr(lists, f"spare_{kind}")
-        columns.append((getattr(f, variable.name), spare, used[kind], length))
-        used[kind] += max(1, length)
+        dtype, length = variable.element
+        spare = getattr(lists, f"spare_{dtype}")
+        columns.append((getattr(f, variable.name), spare, used[dtype], length))
+        used[dtype] += max(1, length)
     room, last = f.mass.shape[0], lists.grid.shape[0] - 1
 
     @ti.kernel

@@ -38,7 +38,7 @@ class Separation:
         """
         x, v = self.f.x[i], self.f.v[i]
         normal = ti.Vector.zero(ti.f64, self.n)
-        place, motion = normal, normal
+        separation, motion = normal, normal
         total = 0.0
         for k in range(self.blocks.begin(i), self.blocks.end(i)):
             j = self.lists.near[k]
@@ -47,7 +47,7 @@ class Separation:
                 weight = -self.f.volume[j] * self.slope(d.norm_sqr(), numbers.inv_h, numbers.scale)
                 total += weight
                 normal += weight * d
-                place += weight * d
+                separation += weight * d
                 motion += weight * (v - self.f.v[j])
         if ti.static(self.surfaces):
             nearest = 2.0 * numbers.h
@@ -58,13 +58,13 @@ class Separation:
                     # a surface goes before what else there is
                     nearest, total = touch[0], 1.0
                     normal = self.images.rigid.flat(ti.Vector([touch[1], touch[2], touch[3]]))
-                    place = nearest * normal
+                    separation = nearest * normal
                     motion = self.images.relative_motion(i, row, numbers)
         gap = self.f.gap[i]
         length = normal.norm()
         if total > 0.0 and length > 0.0:
             normal /= length
-            now, rate = place.dot(normal) / total, motion.dot(normal) / total
+            now, rate = separation.dot(normal) / total, motion.dot(normal) / total
             pull = normal.dot(stress @ normal)
             if gap < 0.0 and pull > 0.0 and rate > 0.0:
                 gap = now

@@ -142,26 +142,26 @@ class Layout(NamedTuple):
 def declare(layout):
     """The variables of a particle, a list of ParticleVariable."""
     vector, tensor = ("f64", layout.dimension), ("f64", layout.dimension**2)
-    one, count, viscous = ("f64", 0), ("i32", 0), layout.viscous
+    scalar, count, viscous = ("f64", 0), ("i32", 0), layout.viscous
     rows = [
         ("x", "place", "m", vector, "seen"),
         ("v", "velocity half a step back", "m/s", vector, "seen"),
-        ("volume", "volume, 0 of rigid and fixed particles", "m^3", one, "seen"),
+        ("volume", "volume, 0 of rigid and fixed particles", "m^3", scalar, "seen"),
         ("load", "stress times correction, and grid viscosity", "Pa", tensor, "felt", True),
-        ("damping", "viscosity on grid noise", "Pa s", one, "felt", True),
-        ("impedance", "density times sound", "Pa s/m", one, "felt", True),
-        ("alpha", "linear viscosity of its pairs", "1", one, "felt", viscous),
-        ("beta", "quadratic viscosity of its pairs", "1", one, "felt", viscous),
-        ("density", "density", "kg/m^3", one, "felt", viscous),
+        ("damping", "viscosity on grid noise", "Pa s", scalar, "felt", True),
+        ("impedance", "density times sound", "Pa s/m", scalar, "felt", True),
+        ("alpha", "linear viscosity of its pairs", "1", scalar, "felt", viscous),
+        ("beta", "quadratic viscosity of its pairs", "1", scalar, "felt", viscous),
+        ("density", "density", "kg/m^3", scalar, "felt", viscous),
         ("force", "force of the neighbours and gravity", "N", vector, "own"),
         ("viscous", "viscous part of it", "N", vector, "own"),
         ("grid_force", "part of it by images that acts on grid noise", "N", vector, "own"),
-        ("noise_power", "power by pairs that grid noise loses", "W", one, "own"),
-        ("mass", "mass", "kg", one, "own"),
-        ("modulus", "bulk modulus of the present path", "Pa", one, "own"),
-        ("reference", "density at zero pressure on the present path", "kg/m^3", one, "own"),
-        ("shear_ratio", "shear modulus over bulk modulus", "1", one, "own"),
-        ("pressure", "pressure", "Pa", one, "own"),
+        ("noise_power", "power by pairs that grid noise loses", "W", scalar, "own"),
+        ("mass", "mass", "kg", scalar, "own"),
+        ("modulus", "bulk modulus of the present path", "Pa", scalar, "own"),
+        ("reference", "density at zero pressure on the present path", "kg/m^3", scalar, "own"),
+        ("shear_ratio", "shear modulus over bulk modulus", "1", scalar, "own"),
+        ("pressure", "pressure", "Pa", scalar, "own"),
         ("deviator", "deviator of the stress", "Pa", tensor, "own"),
         ("work", "work of pressure in and out, of the deviator", "J", ("f64", 3), "own"),
         ("loss", "work of viscosity and of the force on grid noise so far", "J", ("f64", 2), "own"),
@@ -173,7 +173,7 @@ def declare(layout):
     ]
     if layout.bodies:
         # 0 of ghosts, which are always examined
-        rows.append(("clearance", "distance from the nearest rigid body", "m", one, "seen"))
+        rows.append(("clearance", "distance from the nearest rigid body", "m", scalar, "seen"))
     if layout.rigid:
         meaning = "stress times correction of the gradient"
         rows.append(("flux", meaning, "Pa", tensor, "image", True))
@@ -181,7 +181,9 @@ def declare(layout):
     if layout.sides:
         rows.append(("side", "dust 0, rigid 1, elastic bodies from 2", "1", count, "kind"))
     if layout.separate:
-        rows.append(("gap", "gap at which its contact opened, -1 closed", "m", one, "felt", True))
+        rows.append(
+            ("gap", "gap at which its contact opened, -1 closed", "m", scalar, "felt", True)
+        )
     if layout.artificial_stress:
         rows.append(("tension", "artificial stress of tension", "Pa", tensor, "felt", True))
     if layout.hourglass:
@@ -189,14 +191,14 @@ def declare(layout):
     if layout.artificial:
         meaning = "force of artificial stress and against hourglass modes"
         rows.append(("pushing", meaning, "N", vector, "own"))
-        rows.append(("taken", "work against that force so far", "J", one, "own"))
+        rows.append(("taken", "work against that force so far", "J", scalar, "own"))
     if layout.heat:
-        rows.append(("heating", "heat by viscosity and grid noise per time", "W", one, "own"))
-        rows.append(("warmed", "heat by viscosity and grid noise so far", "J", one, "own"))
+        rows.append(("heating", "heat by viscosity and grid noise per time", "W", scalar, "own"))
+        rows.append(("warmed", "heat by viscosity and grid noise so far", "J", scalar, "own"))
     if layout.damage:
         # strain at which the weakest activates, exponent, number, 1/radius [1/m]
         rows.append(("flaws", "flaws of a particle, radius of its volume", "", ("f64", 4), "own"))
-        rows.append(("damage", "cube root of its damage", "1", one, "own"))
+        rows.append(("damage", "cube root of its damage", "1", scalar, "own"))
     if layout.materials:
         rows.append(("material", "number of its material", "1", count, "own"))
     return [ParticleVariable(*row) for row in rows]
@@ -220,8 +222,8 @@ def place(layout, room, entries, ghosts=0):
         together = {v.name: v.field() for v in variables if v.place == block}
         ti.root.dense(ti.i, room if block == "own" else seen).place(*together.values())
         fields |= together
-    for name, (kind, shape) in WHOLE.items():
-        fields[name] = ti.field(ELEMENTS[kind], shape=shape)
+    for name, (dtype, shape) in WHOLE.items():
+        fields[name] = ti.field(ELEMENTS[dtype], shape=shape)
     lists = {
         "first": (ti.i32, (room + 1,)),
         "entry": (ti.i32, (entries,)),
@@ -254,4 +256,4 @@ def place(layout, room, entries, ghosts=0):
             "ghost_shift": (ti.f64, (seen - room, layout.dimension)),
             "ghost_sign": (ti.f64, (seen - room, layout.dimension)),
         }
-    return fields, {name: ti.field(kind, shape=shape) for name, (kind, shape) in lists.items()}
+    return fields, {name: ti.field(dtype, shape=shape) for name, (dtype, shape) in lists.items()}

@@ -38,15 +38,15 @@ def pulled(S: ti.template(), factor):
     axes are unknown, is taken for its mean.
     """
     n = ti.static(S.n)
-    one, mean = ti.Matrix.identity(ti.f64, n), S.trace() / n
-    deviator = S - mean * one
+    identity, mean = ti.Matrix.identity(ti.f64, n), S.trace() / n
+    deviator = S - mean * identity
     size = ti.sqrt(double_dot(deviator, deviator))
-    out = factor * ti.max(mean, 0.0) * one
+    out = factor * ti.max(mean, 0.0) * identity
     if ti.static(n == 2):
         r = size * ti.sqrt(0.5)
         high, low = ti.max(mean + r, 0.0), ti.max(mean - r, 0.0)
         turn = 0.5 * (high - low) / ti.max(r, TINY)
-        out = factor * (0.5 * (high + low) * one + turn * deviator)
+        out = factor * (0.5 * (high + low) * identity + turn * deviator)
     elif size > ROUND * ti.abs(mean):
         values, axes = ti.sym_eig(S)
         out = 0.0 * out
@@ -70,8 +70,8 @@ def turned(S: ti.template(), W: ti.template()):
 @ti.func
 def rotation(W: ti.template()):
     """The rotation (1 - W/2)^-1 (1 + W/2) of a spin W over a step."""
-    one = ti.Matrix.identity(ti.f64, ti.static(W.n))
-    return (one - 0.5 * W).inverse() @ (one + 0.5 * W)
+    identity = ti.Matrix.identity(ti.f64, ti.static(W.n))
+    return (identity - 0.5 * W).inverse() @ (identity + 0.5 * W)
 
 
 @ti.func

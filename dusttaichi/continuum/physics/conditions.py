@@ -26,9 +26,9 @@ def impossible(m):
     K = elasticity.bulk_modulus(phi * m.rho_s, m)
     # K/phi is the slope of the elastic path p(phi) with zero pressure at phi
     ratio = K / phi / strength.compressive_slope(phi, m)
-    share = strength.compressive(phi, m) / K / m.q_max
-    worst = int(np.argmax(np.maximum(1.0 / ratio, share)))
-    if ratio[worst] > 1.0 and share[worst] < 1.0:
+    load_ratio = strength.compressive(phi, m) / K / m.q_max
+    worst = int(np.argmax(np.maximum(1.0 / ratio, load_ratio)))
+    if ratio[worst] > 1.0 and load_ratio[worst] < 1.0:
         return []
     return [
         (

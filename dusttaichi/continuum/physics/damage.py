@@ -35,10 +35,10 @@ def active_flaws(strain, weakest, exponent, count):
 
 def grown(root, active, count, step):
     """D^(1/3) after a time step; step: c_g dt/R_s, growth of a crack over the radius."""
-    most = exp(log(maximum(active, LEAST) / maximum(count, 1.0)) / 3.0)
-    return where(active > 0.0, maximum(root, minimum(most, root + active * step)), root)
+    largest = exp(log(maximum(active, LEAST) / maximum(count, 1.0)) / 3.0)
+    return where(active > 0.0, maximum(root, minimum(largest, root + active * step)), root)
 
 
-def carried_pressure(p, whole):
-    """Pressure [Pa] of a particle whose undamaged share is `whole`, which alone carries tension."""
-    return where(p < 0.0, whole * p, p)
+def carried_pressure(p, undamaged):
+    """Pressure [Pa] of a particle whose share `undamaged` alone carries tension."""
+    return where(p < 0.0, undamaged * p, p)

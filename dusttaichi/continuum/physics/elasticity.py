@@ -55,8 +55,8 @@ def path_energy(density, reference, K):
     """
     y = density / reference - 1.0
     series = 1.0 / 2.0 + y * (-2.0 / 3.0 + y * (3.0 / 4.0 + y * (-4.0 / 5.0 + y * (5.0 / 6.0))))
-    whole = log(density / reference) - y / (1.0 + y)
-    return K * (1.0 + y) * where((y < SMALL) & (y > -SMALL), y * y * series, whole)
+    logarithm = log(density / reference) - y / (1.0 + y)
+    return K * (1.0 + y) * where((y < SMALL) & (y > -SMALL), y * y * series, logarithm)
 
 
 def shear_energy(J2, reference, m):

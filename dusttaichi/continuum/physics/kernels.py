@@ -54,17 +54,17 @@ _NUMPY = {id(getattr(np, name)): _NAMES[name] for name in FUNCTIONS}
 
 def _compiled(plain, names):
     """Taichi function of a plain one; names: Taichi functions by name, known to it beside."""
-    known = dict(plain.__globals__)
-    copy = FunctionType(plain.__code__, known, plain.__name__)
+    compiled = dict(plain.__globals__)
+    copy = FunctionType(plain.__code__, compiled, plain.__name__)
     copy.__doc__ = plain.__doc__
     for name in plain.__code__.co_names:
-        value = known.get(name)
+        value = compiled.get(name)
         if id(value) in _NUMPY:
-            known[name] = _NUMPY[id(value)]
+            compiled[name] = _NUMPY[id(value)]
         elif name in names:
-            known[name] = names[name]
+            compiled[name] = names[name]
         elif isfunction(value):
-            known[name] = _compiled(value, names)
+            compiled[name] = _compiled(value, names)
     return ti.func(copy)
 
 

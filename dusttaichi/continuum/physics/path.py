@@ -26,8 +26,8 @@ def limited_pressure(density, trial, m):
     """
     phi = density / m.rho_s
     K = bulk_modulus(density, m)
-    most = where(phi < m.phi_cap, minimum(compressive(phi, m), m.q_max * K), trial)
-    return maximum(minimum(trial, most), maximum(tensile(phi, m), -SOFTEST * K))
+    limited = where(phi < m.phi_cap, minimum(compressive(phi, m), m.q_max * K), trial)
+    return maximum(minimum(trial, limited), maximum(tensile(phi, m), -SOFTEST * K))
 
 
 def reference_density(density, pressure, m):

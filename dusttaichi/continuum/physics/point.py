@@ -77,17 +77,17 @@ class MaterialPoint:
         trial = self.S + 2.0 * elasticity.shear_modulus(reference, self.m)[..., None] * shearing
         J2 = 0.5 * (trial**2).sum(axis=-1)
         S = trial * radial(J2, strength.shear(density / self.m.rho_s, self.m))[..., None]
-        after = replace(self, density=density, reference=reference, p=p, S=S)
+        strained_point = replace(self, density=density, reference=reference, p=p, S=S)
 
         pressing = 0.5 * (p + self.p) * (1.0 / self.density - 1.0 / density)
         turning = 0.5 * ((S + self.S) * shearing).sum(axis=-1) / np.sqrt(density * self.density)
-        lost = pressing - after.volume_energy + self.volume_energy
+        lost = pressing - strained_point.volume_energy + self.volume_energy
         return replace(
-            after,
+            strained_point,
             work=self.work + pressing + turning,
             compaction=self.compaction + np.where(p > 0, lost, 0.0),
             tension=self.tension + np.where(p > 0, 0.0, lost),
-            shear=self.shear + turning - after.shear_energy + self.shear_energy,
+            shear=self.shear + turning - strained_point.shear_energy + self.shear_energy,
         )
 
     def to_density(self, density, steps=1):

@@ -17,13 +17,13 @@ from dusttaichi.plots.registry import figure, select_in_common
 
 def draw_profile(axes, runs, labels):
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
-        found = axis_profile(run)
-        seen = np.isfinite(found.filling_factor)
+        profile = axis_profile(run)
+        seen = np.isfinite(profile.filling_factor)
         line = style.run_style(number)
         axes.plot(
-            found.filling_factor[seen], found.depth[seen] * 1e3, label=label, marker=".", **line
+            profile.filling_factor[seen], profile.depth[seen] * 1e3, label=label, marker=".", **line
         )
-        axes.axhline(found.bead * 1e3, **style.line_look(line["color"], 0.6, style.DOTTED))
+        axes.axhline(profile.bead * 1e3, **style.line_look(line["color"], 0.6, style.DOTTED))
     axes.axvline(
         laboratory.MOST_FREQUENT,
         label="most frequent below\nthe bead (G09 Fig 11)",
@@ -114,9 +114,9 @@ def compacted_volume(runs, labels=None, scatter=0.0):
     )
     ends = []
     for number, (run, label) in enumerate(zip(runs, labels, strict=True)):
-        found = cumulated_volume(run, scatter)
-        axes.plot(found.filling_factor, found.volume, label=label, **style.run_style(number))
-        ends.append(found.filling_factor[-1])
+        volume = cumulated_volume(run, scatter)
+        axes.plot(volume.filling_factor, volume.volume, label=label, **style.run_style(number))
+        ends.append(volume.filling_factor[-1])
     axes.set(
         xlim=(0.14, max(0.3, *ends)),
         ylim=(0.0, 3.0),
@@ -138,13 +138,13 @@ def impact(run):
     """
     figure = style.create_canvas(10.0, 3.2, layout="constrained")
     figure.get_layout_engine().set(w_pad=0.08)
-    wide, *beside = figure.subplots(1, 3, width_ratios=[1.7, 1.0, 1.0])
+    wide, *narrow = figure.subplots(1, 3, width_ratios=[1.7, 1.0, 1.0])
     frame = read_particles(run, -1)
     limits = limits_of([frame], EVERYDAY)
     image = paint(wide, run, frame, EVERYDAY, limits, extent=extent_of([frame]))
     figure.colorbar(image, ax=wide, label=COLOURS[EVERYDAY][0], extend="max", shrink=0.85)
-    draw_profile(beside[0], [run], ["_"])
-    draw_way(beside[1], [run], [None])
+    draw_profile(narrow[0], [run], ["_"])
+    draw_way(narrow[1], [run], [None])
     return figure
 
 
@@ -166,25 +166,25 @@ def drops(runs):
     figure, axes = style.create_figure(height=5.4, rows=2)
     lab = laboratory.drops()
     for large, face in ((True, "none"), (False, style.BLACK)):
-        chosen = (lab["diameter"] > SMALL) == large
+        is_selected = (lab["diameter"] > SMALL) == large
         label = f"laboratory, {'3' if large else '1'} mm (G09 Table 2)"
         look = {"color": style.BLACK, "markerfacecolor": face, "markersize": 4, "label": label}
-        for one, key in zip(axes, ("depth", "time"), strict=True):
-            one.plot(lab["momentum"][chosen], lab[key][chosen] * 1e3, "o", **look)
-    found = {}
+        for ax, key in zip(axes, ("depth", "time"), strict=True):
+            ax.plot(lab["momentum"][is_selected], lab[key][is_selected] * 1e3, "o", **look)
+    curves = {}
     for run in runs:
         way = intrusion(run)
         if way.without_gravity is not None:
             point = (way.momentum, way.without_gravity.depth, way.without_gravity.time)
-            found.setdefault(round(way.diameter * 1e3, 3), []).append(point)
-    for number, (diameter, points) in enumerate(sorted(found.items())):
+            curves.setdefault(round(way.diameter * 1e3, 3), []).append(point)
+    for number, (diameter, points) in enumerate(sorted(curves.items())):
         momentum, depth, time = np.array(sorted(points)).T
         line = style.run_style(number) | {"marker": "s", "markersize": 4}
         axes[0].plot(momentum, depth * 1e3, label=f"{diameter:g} mm", **line)
         axes[1].plot(momentum, time * 1e3, **line)
-    for one, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
-        style.set_logarithmic(one)
-        one.set_ylabel(name)
+    for ax, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
+        style.set_logarithmic(ax)
+        ax.set_ylabel(name)
     axes[1].set_xlabel(r"momentum over cross-section $m v / A$ (kg m$^{-1}$ s$^{-1}$)")
     style.draw_legend(axes[0])
     return figure
@@ -202,27 +202,27 @@ def resolution(runs):
     DustError
         A run has no rigid projectile.
     """
-    found = {}
+    curves = {}
     for run in runs:
         stop = intrusion(run).without_gravity
         if stop is not None:
             alpha = run.scene["numerics"]["viscosity"]["contact"]
             point = (float(run.attrs["spacing"]), stop.depth * 1e3, stop.time * 1e3)
-            found.setdefault(float(alpha), []).append(point)
+            curves.setdefault(float(alpha), []).append(point)
     figure, axes = style.create_figure(height=5.0, rows=2)
-    for number, (alpha, points) in enumerate(sorted(found.items(), reverse=True)):
+    for number, (alpha, points) in enumerate(sorted(curves.items(), reverse=True)):
         spacing, *values = np.array(sorted(points)).T
         look = style.run_style(number)
-        for one, value, unit in zip(axes, values, ("mm", "ms"), strict=True):
+        for ax, value, unit in zip(axes, values, ("mm", "ms"), strict=True):
             label = rf"$\alpha$ = {alpha:g}"
-            one.plot(spacing * 1e6, value, "o", color=look["color"], markersize=4)
+            ax.plot(spacing * 1e6, value, "o", color=look["color"], markersize=4)
             if np.ptp(spacing) > 0.0:
                 end, slope = at_zero_spacing(spacing, value)
                 x = np.array([0.0, spacing.max()])
-                one.plot(x * 1e6, end + slope * x, label=f"{label}: {end:.3f} {unit}", **look)
-    for one, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
-        one.set(ylabel=name, xlim=(0.0, None))
-        if one.get_legend_handles_labels()[0]:
-            style.draw_legend(one, title="at spacing zero")
+                ax.plot(x * 1e6, end + slope * x, label=f"{label}: {end:.3f} {unit}", **look)
+    for ax, name in zip(axes, ("depth D (mm)", "stopping time T (ms)"), strict=True):
+        ax.set(ylabel=name, xlim=(0.0, None))
+        if ax.get_legend_handles_labels()[0]:
+            style.draw_legend(ax, title="at spacing zero")
     axes[1].set_xlabel("spacing of particles (µm)")
     return figure

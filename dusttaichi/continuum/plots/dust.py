@@ -105,10 +105,10 @@ def draw(run, frame, color, limits, extent, *, note=None, dpi=200):
 
 def paint(axes, run, frame, color, limits, *, extent):
     """Draw a frame into axes, in millimetres. Returns the image, for a colour bar."""
-    found = section(frame, values_of(frame, color), extent, pixels=500)
-    extent = np.array(found.extent) * 1e3
+    values = section(frame, values_of(frame, color), extent, pixels=500)
+    extent = np.array(values.extent) * 1e3
     image = axes.imshow(
-        found.values,
+        values.values,
         origin="lower",
         extent=extent,
         cmap=colormaps[COLOURS[color][1]],
@@ -170,8 +170,8 @@ def filling_factors(run):
     """Share of the dust by filling factor, at the start and at the end of a Run."""
     figure, (axes,) = style.create_figure()
     for number, (snapshot, label) in enumerate(((0, "start"), (-1, "end"))):
-        edges, share = histogram(run, snapshot)
-        axes.stairs(share, edges, label=label, **style.run_style(number))
+        edges, fractions = histogram(run, snapshot)
+        axes.stairs(fractions, edges, label=label, **style.run_style(number))
     style.set_logarithmic(axes, "y")
     axes.set(xlabel=r"filling factor $\phi$", ylabel="share of the volume")
     style.draw_legend(axes)

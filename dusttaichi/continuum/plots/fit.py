@@ -25,10 +25,10 @@ def continuum_fit(fit):
 
     def points(panel, quantity, colour, label):
         for number, seed in enumerate(seeds):
-            own = [o for t, o in fit.rows if o.quantity == quantity and t.seed == seed]
+            observations = [o for t, o in fit.rows if o.quantity == quantity and t.seed == seed]
             panel.plot(
-                [one.phi for one in own],
-                [one.value / 1e3 for one in own],
+                [observation.phi for observation in observations],
+                [observation.value / 1e3 for observation in observations],
                 _MARKS[number % len(_MARKS)],
                 markersize=3.5,
                 color=colour,
@@ -68,7 +68,7 @@ def continuum_fit(fit):
 
 
 def _range(fit):
-    phi = [one.phi for _, one in fit.rows]
+    phi = [observation.phi for _, observation in fit.rows]
     return min(phi), max(phi)
 
 
@@ -92,8 +92,10 @@ def pressing_speeds(curves):
         colour = style.RUN_COLOURS[number % len(style.RUN_COLOURS)]
         text = "at rest" if rate == 0 else _rate(rate)
         for panel, which in zip(axes, ("axial", "p"), strict=True):
-            known = [p_m for curve in group if np.isfinite(p_m := curve.p_m(which))]
-            number_text = f"{np.exp(np.log(known).mean()) / 1e3:.1f} kPa" if known else "none"
+            pressures = [p_m for curve in group if np.isfinite(p_m := curve.p_m(which))]
+            number_text = (
+                f"{np.exp(np.log(pressures).mean()) / 1e3:.1f} kPa" if pressures else "none"
+            )
             label = f"{text}, {grains} grains: {number_text}" if which == "axial" else number_text
             for n, curve in enumerate(group):
                 panel.plot(

@@ -36,7 +36,7 @@ REACH = 2.6  # cutoff of the neighbour lists in smoothing lengths (continuum.sea
 
 def matter_of(scene) -> Matter:
     """Materials of the bodies of a scene."""
-    first, *others = (
+    first, *further = (
         Matter(
             dimension=scene.dimension,
             spacing=scene.numerics.spacing,
@@ -48,7 +48,7 @@ def matter_of(scene) -> Matter:
         )
         for number, material in enumerate(scene.all_materials)
     )
-    return replace(first, others=dict(zip(scene.materials, others, strict=True)))
+    return replace(first, others=dict(zip(scene.materials, further, strict=True)))
 
 
 def numbers_of(scene, particles) -> MaterialNumbers:

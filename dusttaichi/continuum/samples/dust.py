@@ -45,9 +45,9 @@ def cost_of_scatter(filling, volume: float, scene) -> Cost | None:
     """Cost of a filling factor with a correlation length, in a volume [m^2, or m^3]."""
     if not (isinstance(filling, Variation) and filling.sigma and filling.length):
         return None
-    each = lattice.volume_of(scene.numerics.spacing, scene.dimension)
+    particle_volume = lattice.volume_of(scene.numerics.spacing, scene.dimension)
     within = lattice.sphere_volume(2.0 * REACH * filling.length, scene.dimension)
-    pairs = 0.5 * volume * min(within, volume) / each**2
+    pairs = 0.5 * volume * min(within, volume) / particle_volume**2
     return Cost("N times the particles within filling_factor.length", SECONDS * pairs)
 
 
@@ -62,7 +62,7 @@ def whole(name: str, position, mass, *, rigid: bool, shape: str = "") -> Body:
     return Body(name, rigid, float(mass.sum()), centre, still, still.copy(), inertia, size, shape)
 
 
-def filling_factors(position, matter: Matter, filling, where: str) -> np.ndarray:
+def filling_factors(position, matter: Matter, filling, path: str) -> np.ndarray:
     """Filling factors (N,) of particles, layers counted from the highest particle down.
 
     Raises DustError where the material does not allow one.
@@ -79,10 +79,11 @@ def filling_factors(position, matter: Matter, filling, where: str) -> np.ndarray
             top += layer.thickness
         if filling.sigma > 0:
             phi += filling.sigma * _noise(position, filling.length, filling.seed)
-    bad = np.flatnonzero(~((phi > matter.least) & (phi < matter.most)))
-    if len(bad):
+    bad_rows = np.flatnonzero(~((phi > matter.least) & (phi < matter.most)))
+    if len(bad_rows):
+        row = bad_rows[0]
         raise DustError(
-            f"{where}: the filling factor of particle {bad[0]} is {phi[bad[0]]:.4g}; allowed with "
+            f"{path}: the filling factor of particle {row} is {phi[row]:.4g}; allowed with "
             f"this material: above {matter.least:g} and below {matter.most:g}. Use another mean "
             "or a smaller sigma."
         )

@@ -64,12 +64,12 @@ def make(spec: ExplicitParticles, matter: Matter) -> Particles:
     dimensions than the scene's.
     """
     matter = matter.of(spec.material)
-    where = f"sample.file = '{spec.file}'"
+    path = f"sample.file = '{spec.file}'"
     contents = CONTENTS[matter.dimension]
-    source = Source(where, [], spec.units, columns=spec.columns, contents=contents)
+    source = Source(path, [], spec.units, columns=spec.columns, contents=contents)
     state = read(spec.file, source)
     arrays = _dust_of(state, matter, source)
-    check_particles(arrays, matter, where, of_run=state.get("of_run", False))
+    check_particles(arrays, matter, path, of_run=state.get("of_run", False))
     if not state.get("of_run"):
         source.remarks.extend(remarks_on_volumes(arrays, matter))
     particles = Particles(

@@ -22,9 +22,11 @@ def flaws_of(particles, materials):
         volume = volume * particles.spacing
     out[:, 3] = (4.0 * np.pi / (3.0 * volume)) ** (1.0 / 3.0)
     for number, material in enumerate(materials):
-        own = np.flatnonzero((particles.material == number) & particles.is_dust)
-        if material.damage is not None and len(own):
-            out[own, :3] = _given_out(material.damage, len(own), volume[own].sum())
+        dust_rows = np.flatnonzero((particles.material == number) & particles.is_dust)
+        if material.damage is not None and len(dust_rows):
+            out[dust_rows, :3] = _given_out(
+                material.damage, len(dust_rows), volume[dust_rows].sum()
+            )
     return out
 
 

@@ -77,16 +77,16 @@ def lower_end(body: Particles) -> float:
     return float(centre - extent / 2)
 
 
-def check_free(parts: list[Particles], where: str) -> None:
+def check_free(bodies: list[Particles], path: str) -> None:
     """Raise DustError where particles of two bodies are closer than half a spacing."""
     from scipy.spatial import cKDTree
 
-    for n, one in enumerate(parts):
-        for other in parts[n + 1 :]:
-            distance, _ = cKDTree(one.position).query(other.position)
-            if distance.min() < 0.5 * one.spacing:
+    for n, first_body in enumerate(bodies):
+        for second_body in bodies[n + 1 :]:
+            distance, _ = cKDTree(first_body.position).query(second_body.position)
+            if distance.min() < 0.5 * first_body.spacing:
                 raise DustError(
-                    f"{where}: two bodies overlap: two of their particles are "
+                    f"{path}: two bodies overlap: two of their particles are "
                     f"{distance.min() * 1e6:.4g} µm apart; allowed: at least half of "
-                    f"numerics.spacing, {0.5e6 * one.spacing:.4g} µm. Move them apart."
+                    f"numerics.spacing, {0.5e6 * first_body.spacing:.4g} µm. Move them apart."
                 )

@@ -27,17 +27,17 @@ def sphere_volume(diameter: float, dimension: int) -> float:
     return np.pi / 4 * diameter**2 if dimension == 2 else np.pi / 6 * diameter**3
 
 
-def check_count(volume: float, spacing: float, dimension: int, where: str) -> None:
+def check_count(volume: float, spacing: float, dimension: int, path: str) -> None:
     """Raise DustError for a volume [m^2, or m^3] with too many particles, or less than one."""
     count = volume / volume_of(spacing, dimension)
     if count > MOST_PARTICLES:
         raise DustError(
-            f"{where}: it would have {count:.1e} particles, about {count * BYTES / 1e9:.0f} GB; "
+            f"{path}: it would have {count:.1e} particles, about {count * BYTES / 1e9:.0f} GB; "
             f"allowed: {MOST_PARTICLES:.0e}. Use a longer numerics.spacing or a smaller body."
         )
     if count < 1:
         raise DustError(
-            f"{where}: it is smaller than one particle (numerics.spacing = {spacing * 1e6:g} µm); "
+            f"{path}: it is smaller than one particle (numerics.spacing = {spacing * 1e6:g} µm); "
             "use a shorter spacing or a larger body."
         )
 
@@ -106,8 +106,8 @@ def glass(size, spacing: float, seed: int) -> np.ndarray:
     return points - size / 2
 
 
-def _pushed(points, size, reach, most):
-    """The points after a push by their neighbours, none by more than `most` [m]."""
+def _pushed(points, size, reach, largest):
+    """The points after a push by their neighbours, none by more than `largest` [m]."""
     tree = scipy.spatial.cKDTree(points, boxsize=size)
     pairs = tree.query_pairs(reach, output_type="ndarray")
     i, j = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].T
@@ -119,19 +119,19 @@ def _pushed(points, size, reach, most):
     np.add.at(total, i, push)
     np.add.at(total, j, -push)
     length = np.linalg.norm(total, axis=1, keepdims=True)
-    step = total * np.minimum(0.3, most / np.maximum(length, 1e-30))
+    step = total * np.minimum(0.3, largest / np.maximum(length, 1e-30))
     moved = np.mod(points + step, size)
     return np.where(moved >= size, 0.0, moved)
 
 
-def hollow_sphere(spec, matter, where: str, lattice: str = "auto", seed: int = 1):
+def hollow_sphere(spec, matter, path: str, lattice: str = "auto", seed: int = 1):
     """Points (N, 2 or 3) of a sphere (spec.diameter, spec.hole), and its volume [m^2, or m^3].
 
     Raises DustError as check_count.
     """
     dimension = matter.dimension
     volume = sphere_volume(spec.diameter, dimension) - sphere_volume(spec.hole, dimension)
-    check_count(volume, matter.spacing, dimension, where)
+    check_count(volume, matter.spacing, dimension, path)
     if lattice == "circles":
         return circles(spec.diameter, spec.hole, matter.spacing), float(volume)
     points = sphere(spec.diameter, matter.spacing, dimension, lattice, seed)

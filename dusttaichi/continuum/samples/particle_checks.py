@@ -21,87 +21,89 @@ ELASTIC = (0.5, 2.0)  # density over that without pressure
 COINCIDENT = 1e-3  # spacings
 
 
-def check_particles(arrays: dict, matter: Matter, where: str, *, of_run: bool) -> None:
+def check_particles(arrays: dict, matter: Matter, path: str, *, of_run: bool) -> None:
     """Raise DustError for particles that cannot be dust of this material on this spacing.
 
     arrays: position (N, 3), mass (N,) ... in SI; in two dimensions all y become 0. of_run: True for
     the snapshot of a run, in which dust may be compacted further, and particles may fly alone.
     """
-    _check_numbers(arrays, where)
+    _check_numbers(arrays, path)
     position = arrays["position"]
     if matter.dimension == 2 and np.ptp(position[:, 1]) > 0:
         raise DustError(
-            f"{where}: its y differ; with dimension: 2 the plane is x-z, and with dimension: 3 "
+            f"{path}: its y differ; with dimension: 2 the plane is x-z, and with dimension: 3 "
             "there are x, y and z."
         )
     if matter.dimension == 2:
         position[:, 1] = 0.0
-    _check_densities(arrays, matter, where, of_run)
-    _check_volumes(arrays, matter, where)
-    _check_distances(position, matter, where, of_run)
+    _check_densities(arrays, matter, path, of_run)
+    _check_volumes(arrays, matter, path)
+    _check_distances(position, matter, path, of_run)
 
 
-def _check_numbers(arrays, where):
+def _check_numbers(arrays, path):
     for name, values in arrays.items():
-        bad = ~np.isfinite(values)
+        is_bad = ~np.isfinite(values)
         if name in POSITIVE:
-            bad |= ~(values > 0)
-        if bad.any():
-            row = int(np.argwhere(bad)[0][0])
+            is_bad |= ~(values > 0)
+        if is_bad.any():
+            row = int(np.argwhere(is_bad)[0][0])
             allowed = "positive" if name in POSITIVE else "finite"
             raise DustError(
-                f"{where}: {name} of particle {row} (from 0) is {values[row]}; allowed: {allowed} "
+                f"{path}: {name} of particle {row} (from 0) is {values[row]}; allowed: {allowed} "
                 "numbers."
             )
 
 
-def _check_densities(arrays, matter, where, of_run):
+def _check_densities(arrays, matter, path, of_run):
     """Filling factors as of bodies; dust with a history may be as dense as its solid."""
     density = arrays["density"]
     phi = density / matter.solid
-    most = 1.0 if of_run or "reference" in arrays else matter.most
-    bad = np.flatnonzero(~((phi > matter.least) & (phi < most)))
-    if len(bad):
+    largest = 1.0 if of_run or "reference" in arrays else matter.most
+    bad_rows = np.flatnonzero(~((phi > matter.least) & (phi < largest)))
+    if len(bad_rows):
+        row = bad_rows[0]
         raise DustError(
-            f"{where}: the density of particle {bad[0]} (from 0) is {density[bad[0]]:.4g} kg/m^3, "
-            f"a filling factor of {phi[bad[0]]:.4g}; allowed with this material, whose solid has "
-            f"{matter.solid:g} kg/m^3: above {matter.least:g} and below {most:g}. The density is "
-            "that of the dust, with its pores."
+            f"{path}: the density of particle {row} (from 0) is {density[row]:.4g} kg/m^3, "
+            f"a filling factor of {phi[row]:.4g}; allowed with this material, whose "
+            f"solid has {matter.solid:g} kg/m^3: above {matter.least:g} and below {largest:g}. The density "
+            "is that of the dust, with its pores."
         )
     strain = density / arrays.get("reference", density)
-    bad = np.flatnonzero(~((strain > ELASTIC[0]) & (strain < ELASTIC[1])))
-    if len(bad):
+    bad_rows = np.flatnonzero(~((strain > ELASTIC[0]) & (strain < ELASTIC[1])))
+    if len(bad_rows):
+        row = bad_rows[0]
         raise DustError(
-            f"{where}: the density of particle {bad[0]} (from 0) is {strain[bad[0]]:.4g} times its "
+            f"{path}: the density of particle {row} (from 0) is {strain[row]:.4g} times its "
             f"reference, the density without pressure; allowed: {ELASTIC[0]} to {ELASTIC[1]}."
         )
 
 
 def spacings_of(arrays: dict, matter: Matter) -> np.ndarray:
     """Spacings (N,) [m] of the lattice on which particles have the volumes mass / density."""
-    share = lattice.volume_of(1.0, matter.dimension)
-    return (arrays["mass"] / arrays["density"] / share) ** (1.0 / matter.dimension)
+    particle_volume = lattice.volume_of(1.0, matter.dimension)
+    return (arrays["mass"] / arrays["density"] / particle_volume) ** (1.0 / matter.dimension)
 
 
-def _check_volumes(arrays, matter, where):
+def _check_volumes(arrays, matter, path):
     spacings = spacings_of(arrays, matter) / matter.spacing
-    least, most = SPACINGS
-    size = np.where(spacings > 1.0, spacings / most, least / spacings)
+    least, largest = SPACINGS
+    size = np.where(spacings > 1.0, spacings / largest, least / spacings)
     k = int(np.argmax(size))
     if size[k] > 1.0:
         d = matter.dimension
         depth = " per metre of depth" if d == 2 else ""
         raise DustError(
-            f"{where}: mass over density of particle {k} (from 0) is "
+            f"{path}: mass over density of particle {k} (from 0) is "
             f"{arrays['mass'][k] / arrays['density'][k]:.3g} m^{d}, the volume of particles "
-            f"{_length(spacings[k] * matter.spacing)} apart; allowed: {least:g} to {most:g} times "
-            f"numerics.spacing, {_length(matter.spacing)}. Masses are in kg{depth}, densities in "
+            f"{_length(spacings[k] * matter.spacing)} apart; allowed: {least:g} to {largest:g} "
+            f"times numerics.spacing, {_length(matter.spacing)}. Masses are in kg{depth}, densities in "
             "kg/m^3; another unit may be in the header, as in mass "
             f"[{'g/m' if d == 2 else 'g'}]."
         )
 
 
-def _check_distances(position, matter, where, of_run):
+def _check_distances(position, matter, path, of_run):
     if len(position) < 2:
         return
     distance, number = scipy.spatial.cKDTree(position).query(position, 2)
@@ -111,10 +113,10 @@ def _check_distances(position, matter, where, of_run):
         # of coincident particles either may come first
         pair = " and ".join(map(str, sorted({k, *number[k]})[:2]))
         apart = "at the same position" if nearest[k] == 0 else f"{_length(nearest[k])} apart"
-        raise DustError(f"{where}: particles {pair} (from 0) are {apart}; move them apart.")
+        raise DustError(f"{path}: particles {pair} (from 0) are {apart}; move them apart.")
     if not of_run and np.median(nearest) >= matter.support:
         raise DustError(
-            f"{where}: its particles are {_length(np.median(nearest))} apart (the nearest two, "
+            f"{path}: its particles are {_length(np.median(nearest))} apart (the nearest two, "
             f"median), and the kernel reaches {_length(matter.support)}, so that no forces act "
             f"between them; allowed: distances near numerics.spacing, {_length(matter.spacing)}. "
             "Are the lengths in the unit you meant?"

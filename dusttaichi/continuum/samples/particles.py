@@ -121,22 +121,22 @@ ARRAYS = (
 )  # fmt: skip
 
 
-def joined(parts: list[Particles]) -> Particles:
+def joined(bodies: list[Particles]) -> Particles:
     """Several bodies as one sample, numbered consecutively."""
-    first = parts[0]
-    together = {name: np.concatenate([getattr(p, name) for p in parts]) for name in ARRAYS}
+    first = bodies[0]
+    together = {name: np.concatenate([getattr(p, name) for p in bodies]) for name in ARRAYS}
     numbers, count = [], 0
-    for part in parts:
+    for part in bodies:
         numbers.append(np.where(part.body < 0, -1, part.body + count))
         count += len(part.bodies)
-    remarks = [text for part in parts for text in part.info.pop("remarks", ())]
+    remarks = [text for part in bodies for text in part.info.pop("remarks", ())]
     return Particles(
         **together,
         body=np.concatenate(numbers).astype(np.int32),
         spacing=first.spacing,
         dimension=first.dimension,
-        bodies=tuple(body for part in parts for body in part.bodies),
-        info={"bodies": [part.info for part in parts]} | ({"remarks": remarks} if remarks else {}),
+        bodies=tuple(body for part in bodies for body in part.bodies),
+        info={"bodies": [part.info for part in bodies]} | ({"remarks": remarks} if remarks else {}),
     )
 
 
@@ -148,7 +148,7 @@ def moved(particles: Particles, shift=0.0, velocity=0.0, spin=0.0) -> Particles:
     shift, velocity, spin = (np.zeros(3) + v for v in (shift, velocity, spin))
     centre = np.average(particles.position, axis=0, weights=particles.mass)
     turning = np.cross(spin, particles.position - centre)
-    own = [
+    moved_bodies = [
         body.at(shift, velocity + np.cross(spin, body.centre - centre), spin)
         for body in particles.bodies
     ]
@@ -157,5 +157,5 @@ def moved(particles: Particles, shift=0.0, velocity=0.0, spin=0.0) -> Particles:
         position=particles.position + shift,
         velocity=particles.velocity + velocity + turning,
         room=particles.room + shift[:, None],
-        bodies=tuple(own),
+        bodies=tuple(moved_bodies),
     )

@@ -121,14 +121,14 @@ class BodyBlock(KindBlock):
                 yield name, f"{text}{scene.dimension}"
         spin = getattr(self, "spin", None)
         if spin is not None and isinstance(spin, tuple) != (scene.dimension == 3):
-            needed = "one angular velocity, about the axis out of the plane,"
+            required = "one angular velocity, about the axis out of the plane,"
             if scene.dimension == 3:
-                needed = "a list of 3 angular velocities"
-            yield "spin", f"{needed} is needed with dimension: {scene.dimension}"
+                required = "a list of 3 angular velocities"
+            yield "spin", f"{required} is needed with dimension: {scene.dimension}"
         for path, name in self.named_materials:
             if name not in scene.materials:
-                there = ", ".join(scene.materials) or "none so far"
-                yield path, f"a name of the block `materials` is needed: {there}"
+                present = ", ".join(scene.materials) or "none so far"
+                yield path, f"a name of the block `materials` is needed: {present}"
         wrong = {2: "hexagonal", 3: "triangular"}[scene.dimension]
         if getattr(self, "lattice", "auto") == wrong:
             yield "lattice", f"{wrong} is not for dimension: {scene.dimension}"

@@ -37,12 +37,12 @@ def make(spec: SeveralBodies, matter: registry.Matter) -> Particles:
 
     Raises DustError where two of them overlap.
     """
-    parts = [registry.made(body, matter) for body in spec.bodies]
-    check_free(parts, "sample.bodies")
-    together = joined(parts)
+    bodies = [registry.made(body, matter) for body in spec.bodies]
+    check_free(bodies, "sample.bodies")
+    together = joined(bodies)
     half = matter.spacing / 2
     for axis in together.axes:
-        ends = [part.room[axis] for part in parts]
+        ends = [part.room[axis] for part in bodies]
         ends.append(
             [together.position[:, axis].min() - half, together.position[:, axis].max() + half]
         )

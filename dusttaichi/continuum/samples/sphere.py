@@ -84,8 +84,8 @@ def make(spec: SphereSample, matter: registry.Matter) -> Particles:
     particles = _dust(spec, points, volume, matter)
     if spec.radial_velocity:
         away = np.linalg.norm(particles.position, axis=1, keepdims=True)
-        share = (spec.hole / 2 / away) ** (matter.dimension - 1)
-        particles.velocity += spec.radial_velocity * share * particles.position / away
+        hole_fraction = (spec.hole / 2 / away) ** (matter.dimension - 1)
+        particles.velocity += spec.radial_velocity * hole_fraction * particles.position / away
     particles.fill_room([spec.diameter] * matter.dimension)
     particles.info["diameter"] = spec.diameter
     return spec.placed(particles)
@@ -96,9 +96,9 @@ def _dust(spec: SphereSample, points, volume: float, matter: registry.Matter) ->
 
     Raises DustError for a core without a particle.
     """
-    own = matter.of(spec.material)
+    dust_matter = matter.of(spec.material)
     if spec.core is None:
-        return dust(points, volume, own, spec.filling_factor, "sphere")
+        return dust(points, volume, dust_matter, spec.filling_factor, "sphere")
     inside = np.linalg.norm(points, axis=1) < spec.core.diameter / 2
     if not inside.any() or inside.all():
         raise DustError(
@@ -110,7 +110,7 @@ def _dust(spec: SphereSample, points, volume: float, matter: registry.Matter) ->
     core = dust(
         points[inside], of_core, matter.of(spec.core.material), spec.core.filling_factor, "core"
     )
-    mantle = dust(points[~inside], volume - of_core, own, spec.filling_factor, "mantle")
+    mantle = dust(points[~inside], volume - of_core, dust_matter, spec.filling_factor, "mantle")
     both = joined([mantle, core])
     both.body[:] = 0
     body = whole("sphere", both.position, both.mass, rigid=False)

@@ -66,8 +66,8 @@ def _read(path, key):
     except UnicodeDecodeError as error:
         raise build_faults_error([(key, f"{path} is not a text file: {error.reason}")]) from None
     except (OSError, ValueError) as error:
-        why = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
-        raise build_faults_error([(key, f"{why} ({path})")]) from None
+        reason = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
+        raise build_faults_error([(key, f"{reason} ({path})")]) from None
     except yaml.YAMLError as error:
         raise build_faults_error(
             [(key, f"{path} is not valid YAML: {' '.join(str(error).split())}")]
@@ -103,9 +103,9 @@ def drawn(data, draw, possible):
     for _ in range(100):
         moved = width * (axes @ random.standard_normal(len(names)))
         numbers = np.where(logs, values * np.exp(np.where(logs, moved, 0.0)), values + moved)
-        found = _replaced(data, dict(zip(names, numbers.tolist(), strict=True)))
-        if possible(found):
-            return found
+        replaced = _replaced(data, dict(zip(names, numbers.tolist(), strict=True)))
+        if possible(replaced):
+            return replaced
     words = "a hundred materials were drawn and none of them is possible: the fit is too uncertain"
     raise build_faults_error([("draw", words)])
 

@@ -189,20 +189,20 @@ class ContinuumMaterial(Block):
             if "draw" in data:
                 raise build_faults_error([("draw", "it needs a `base` that has a covariance")])
             return with_moduli(data)
-        whole = {**cls._known(data["base"], info, "base"), "name": Path(data["base"]).stem}
+        expanded = {**cls._known(data["base"], info, "base"), "name": Path(data["base"]).stem}
         changed = {key: value for key, value in data.items() if key not in ("base", "draw")}
         if "draw" in data:
-            whole = continuum_dusts.drawn(whole, data["draw"], cls._possible)
-            whole["name"] += f", draw {data['draw']}"
+            expanded = continuum_dusts.drawn(expanded, data["draw"], cls._possible)
+            expanded["name"] += f", draw {data['draw']}"
         if changed:
-            whole["name"] += ", changed"
+            expanded["name"] += ", changed"
         for key, value in changed.items():
-            whole[key] = cls._changed(key, whole.get(key), value)
+            expanded[key] = cls._changed(key, expanded.get(key), value)
         if "poisson_ratio" in changed and "shear_ratio" not in changed:
-            whole.pop("shear_ratio", None)
+            expanded.pop("shear_ratio", None)
         if "young_modulus" in changed and "bulk_modulus" not in changed:
-            whole.pop("bulk_modulus", None)
-        return with_moduli(whole)
+            expanded.pop("bulk_modulus", None)
+        return with_moduli(expanded)
 
     @staticmethod
     def _changed(key: str, former: Any, value: Any) -> Any:
@@ -220,8 +220,8 @@ class ContinuumMaterial(Block):
     @staticmethod
     def _known(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
         """Plain data of a named dust or of a file; its default name is that of the file."""
-        whole = continuum_dusts.known(name, (info.context or {}).get("folder") or "", key)
-        return {"name": Path(name).stem, **whole}
+        expanded = continuum_dusts.known(name, (info.context or {}).get("folder") or "", key)
+        return {"name": Path(name).stem, **expanded}
 
     @classmethod
     def _possible(cls, data: dict) -> bool:

@@ -61,11 +61,11 @@ def make_frame(fields, layout):
         out = ti.Matrix.zero(ti.f64, 3, 3 + tilted)
         for a in ti.static(axes):
             start, rate, growth = cell[START, a], cell[RATE, a], cell[GROWTH, a]
-            now = start * ti.exp(growth * (dt * step))
-            before = start * ti.exp(growth * (dt * (ti.cast(step, ti.f64) - 0.5)))
-            out[0, a] = now + rate * (dt * step)
-            out[1, a] = growth * before + rate
-            out[2, a] = growth * now + rate
+            edges_now = start * ti.exp(growth * (dt * step))
+            edges_before = start * ti.exp(growth * (dt * (ti.cast(step, ti.f64) - 0.5)))
+            out[0, a] = edges_now + rate * (dt * step)
+            out[1, a] = growth * edges_before + rate
+            out[2, a] = growth * edges_now + rate
         if ti.static(tilted):
             lean_rate = cell[TILT, 1]
             out[0, 3] = cell[TILT, 0] + lean_rate * (dt * step)
@@ -93,24 +93,24 @@ def make_wrap(fields, layout):
     @ti.func
     def wrap_grain(g, low, edges, speeds, tilt):
         """Moves the grain; returns the change of v^2 (of m v^2 where masses differ)."""
-        place, velocity, count = x[g], v[g], wraps[g]
-        before, crossed = velocity.dot(velocity), 0.0
+        position, velocity, count = x[g], v[g], wraps[g]
+        square_before, crossed = velocity.dot(velocity), 0.0
         for a in ti.static(axes):
             face = low[a]
             if ti.static(layout.tilted and a == 0):
-                face += tilt[0] * ((place[2] - low[2]) / edges[2] - 0.5)
-            n = ti.floor((place[a] - face) / edges[a])
+                face += tilt[0] * ((position[2] - low[2]) / edges[2] - 0.5)
+            n = ti.floor((position[a] - face) / edges[a])
             crossed += ti.abs(n)
-            place[a] -= n * edges[a]
+            position[a] -= n * edges[a]
             velocity[a] -= n * speeds[a]
             if ti.static(layout.tilted and a == 2):
-                place[0] -= ti.cast(n * tilt[0], layout.geometry)
+                position[0] -= ti.cast(n * tilt[0], layout.geometry)
                 velocity[0] -= ti.cast(n * tilt[1], layout.geometry)
             count[a] += ti.cast(n, ti.i32)
-        x[g], v[g], wraps[g] = place, velocity, count
-        change = 0.0 * before
+        x[g], v[g], wraps[g] = position, velocity, count
+        change = 0.0 * square_before
         if crossed > 0.0:  # the two squares may be rounded differently
-            change = velocity.dot(velocity) - before
+            change = velocity.dot(velocity) - square_before
         if ti.static(layout.polydisperse):
             change *= masses[g]
         return change

@@ -45,8 +45,8 @@ class Rows:
         self.scalars = tuple((name, first) for name, first, width in named if width == 1)
         self.vectors = tuple((name, first) for name, first, width in named if width == 3)
         masked = [*layout.model.radial, *(n for n in layout.model.springs if _masks(n))]
-        own = {name for law in masked for name in law.HISTORY}
-        self.own = (*own, "touched")  # not masked: their effects do that
+        names = {name for law in masked for name in law.HISTORY}
+        self.own = (*names, "touched")  # not masked: their effects do that
         members = dict.fromkeys((name for name, _ in self.scalars), self.real)
         members |= dict.fromkeys((name for name, _ in self.vectors), self.vec3)
         self.History = ti.types.struct(**members)
@@ -98,12 +98,12 @@ class Rows:
         return self.vec3(t[b, 0, lane], t[b, 1, lane], t[b, 2, lane])
 
     @ti.func
-    def put_loads(self, b, lane, found: ti.template()):
+    def put_loads(self, b, lane, load: ti.template()):
         """Force and torque on the first body, torque on the second: the force on it is opposite."""
         for c in ti.static(range(3)):
-            self.load[b, c, lane] = found.force[c]
-            self.load[b, 3 + c, lane] = found.torque_1[c]
-            self.load[b, 6 + c, lane] = found.torque_2[c]
+            self.load[b, c, lane] = load.force[c]
+            self.load[b, 3 + c, lane] = load.torque_1[c]
+            self.load[b, 6 + c, lane] = load.torque_2[c]
 
 
 @ti.data_oriented
@@ -115,14 +115,14 @@ class ContactPass:
 
     def __init__(self, fields, layout, mechanics, gatherer):
         self.rows, self.mechanics, self.gatherer = Rows(fields, layout), mechanics, gatherer
-        where = "wall_" if gatherer.flat else ""  # beginning of the names of its sums by tile
+        prefix = "wall_" if gatherer.flat else ""  # beginning of the names of its sums by tile
         self.numbers, self.kind, self.flat = gatherer.numbers, gatherer.kind, gatherer.flat
         self.width, self.mask, self.real = layout.width, layout.mask, layout.law
         self.counts, (self.number, self.begin) = fields["counts"], PLACES[gatherer.kind]
         self.per_tile, self.per_block = layout.tile, 1 if gatherer.flat else layout.width
         self.ledger, self.stress = layout.ledger, layout.stress
         self.faces = bool(layout.periodic) and not gatherer.flat
-        self.loss, self.virial = fields[where + "loss"], fields.get(where + "virial")
+        self.loss, self.virial = fields[prefix + "loss"], fields.get(prefix + "virial")
         self.face_work, self.impulse = fields.get("face_work"), fields.get("impulse")
         channels = layout.channels
         laws = layout.model.laws
@@ -198,8 +198,8 @@ class ContactPass:
         totals = self.totals(sums)
         if totals[self.CHANGES] > 0.0:
             for block in range(first, last):
-                place = self.gatherer.place(block, outside, time)
-                self.change_block(block, tile, dt, p, place)
+                boundary = self.gatherer.place(block, outside, time)
+                self.change_block(block, tile, dt, p, boundary)
         self.add_sums(totals, virial, tile)
         if ti.static(self.flat):
             for block in range(first, last):
@@ -216,14 +216,14 @@ class ContactPass:
             self.impulse[c, a] = self.impulse[c, a] + dt * force
 
     @ti.func
-    def block(self, sums: ti.template(), virial: ti.template(), block, dt, p, place):
+    def block(self, sums: ti.template(), virial: ti.template(), block, dt, p, boundary):
         """Gather and compute a block of contacts."""
         b = block & self.mask
         g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
         for lane in range(self.width):
-            self.gatherer.gather(g, b, lane, place)
+            self.gatherer.gather(g, b, lane, boundary)
         for lane in range(self.width):
-            self.contact(sums, virial, g, b, lane, dt, p, place)
+            self.contact(sums, virial, g, b, lane, dt, p, boundary)
 
     @ti.func
     def contact(
@@ -235,15 +235,15 @@ class ContactPass:
         lane,
         dt,
         numbers,
-        place,
+        boundary,
     ):
         p = self.numbers.of_contact(self.kind, b, lane, numbers)
-        k = self.gatherer.motion(g, lane, dt, p, place)
+        k = self.gatherer.motion(g, lane, dt, p, boundary)
         h = self.rows.history(b, lane)
-        strength = self.gatherer.strength(place)
+        strength = self.gatherer.strength(boundary)
         self.mechanics.touch(k, h, p)
         lost = self.mechanics.update(k, h, p, dt, self.flat)
-        found, _ = self.mechanics.evaluate(k, h, p, strength)
+        load, _ = self.mechanics.evaluate(k, h, p, strength)
         # 2 where it has formed, -1 where it has broken: see `change`
         stays = k.now * k.was
         formed, broken = k.now - stays, k.was - stays
@@ -251,14 +251,14 @@ class ContactPass:
         h.zeta = h.zeta + k.normal * k.zeta_along
         # pointers begin on the line of centres; those of a contact that breaks are needed still
         self.rows.write(b, lane, h, k.was)
-        self.rows.put_loads(b, lane, found)
+        self.rows.put_loads(b, lane, load)
         self.book(sums, b, lane, lost, strength)
         if ti.static(self.stress):
             # from the second body to the first; what was gathered is not read again after a store
             branch = k.normal * ((p.touch - k.overlap) * dt)
-            self.add_virial(virial, branch, found.force)
+            self.add_virial(virial, branch, load.force)
         if ti.static(self.faces):
-            work = dt * self.gatherer.power_of_faces(g, lane, found.force, place)
+            work = dt * self.gatherer.power_of_faces(g, lane, load.force, boundary)
             self.add(sums, self.FACES, lane, work)
         self.add(sums, self.CHANGES, lane, formed + broken)
 
@@ -322,7 +322,7 @@ class ContactPass:
     # -- forming and breaking --------------------------------------------------------------------
 
     @ti.func
-    def change_block(self, block, tile: ti.template(), dt, p, place):
+    def change_block(self, block, tile: ti.template(), dt, p, boundary):
         """Change the contacts of a block that have formed or broken.
 
         Few steps have any: so this is no part of the loop over all contacts, and gathers everything
@@ -333,12 +333,12 @@ class ContactPass:
         for lane in range(self.width):
             state = self.rows.table[b, self.rows.touched, lane]
             if state > 1.5 or state < -0.5:
-                self.gatherer.gather(g, b, lane, place)
-                self.change(g, b, lane, tile, dt, p, place, state)
+                self.gatherer.gather(g, b, lane, boundary)
+                self.change(g, b, lane, tile, dt, p, boundary, state)
 
     @ti.func
     def change(
-        self, g: ti.template(), b, lane, tile: ti.template(), dt, kind_numbers, place, state
+        self, g: ti.template(), b, lane, tile: ti.template(), dt, kind_numbers, boundary, state
     ):
         """Losses of a contact that has formed (state 2) or broken (-1).
 
@@ -346,7 +346,7 @@ class ContactPass:
         at its position of the previous step, and its history is cleared.
         """
         p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
-        k = self.gatherer.motion(g, lane, dt, p, place)
+        k = self.gatherer.motion(g, lane, dt, p, boundary)
         h = self.rows.history(b, lane)
         k.was, k.now = ti.cast(0.0, self.real), ti.cast(1.0, self.real)
         if state < 0.0:
@@ -361,7 +361,7 @@ class ContactPass:
             self.rows.table[b, self.rows.touched, lane] = 1.0
         else:
             self.lose(tile, b, lane, BREAKING, elastic.energy - half_kick)
-            self.release(tile, b, lane, k, h, p, dt, place)
+            self.release(tile, b, lane, k, h, p, dt, boundary)
             for row in ti.static(range(self.rows.history_rows)):
                 self.rows.table[b, row, lane] = 0.0
 
@@ -369,25 +369,25 @@ class ContactPass:
     def form(self, b, lane, k: ti.template(), h: ti.template(), p, dt):
         """Impulses of a first touch: forces along n_c during this step."""
         for law in ti.static(self.forming):
-            before = self.rows.force(b, lane)
-            force = before + k.normal * law.form(k, h, p, dt, before.dot(k.normal))
+            force_before = self.rows.force(b, lane)
+            force = force_before + k.normal * law.form(k, h, p, dt, force_before.dot(k.normal))
             for c in ti.static(range(3)):
                 self.rows.load[b, c, lane] = force[c]
             self.rows.write(b, lane, h, 0.0)
 
     @ti.func
     def release(
-        self, tile: ti.template(), b, lane, k: ti.template(), h: ti.template(), p, dt, place
+        self, tile: ti.template(), b, lane, k: ti.template(), h: ti.template(), p, dt, boundary
     ):
         """Energy stored in the springs of a breaking contact.
 
         A spring that breaks has worked for half a step less than its displacement says.
         """
-        strength = self.gatherer.strength(place)
+        strength = self.gatherer.strength(boundary)
         point_as_kept(k, h, p, self.flat)
-        found, stored = self.mechanics.springs_of(k, h, p, strength)
-        spun = found.torque_1.dot(k.rotation_1) + found.torque_2.dot(k.rotation_2)
-        work = dt * found.force.dot(k.velocity) + spun
+        load, stored = self.mechanics.springs_of(k, h, p, strength)
+        spun = load.torque_1.dot(k.rotation_1) + load.torque_2.dot(k.rotation_2)
+        work = dt * load.force.dot(k.velocity) + spun
         self.lose(tile, b, lane, BREAKING, stored.sum() + 0.5 * work)
 
     @ti.func
@@ -399,10 +399,10 @@ class ContactPass:
     # -- without a step --------------------------------------------------------------------------
 
     @ti.func
-    def configured(self, g: ti.template(), b, lane, kind_numbers, place):
+    def configured(self, g: ti.template(), b, lane, kind_numbers, boundary):
         """(Motion, history, numbers) of a contact as it is, without a step; g: gathered."""
         p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
-        k = self.gatherer.motion(g, lane, ti.cast(0.0, self.real), p, place)
+        k = self.gatherer.motion(g, lane, ti.cast(0.0, self.real), p, boundary)
         h = self.rows.history(b, lane)
         self.mechanics.touch(k, h, p)
         self.mechanics.press(k, p)
@@ -410,19 +410,19 @@ class ContactPass:
         return k, h, p
 
     @ti.func
-    def gathered(self, b, place):
+    def gathered(self, b, boundary):
         """The motion of a block of contacts."""
         g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
         for lane in range(self.width):
-            self.gatherer.gather(g, b, lane, place)
+            self.gatherer.gather(g, b, lane, boundary)
         return g
 
     @ti.func
-    def evaluate(self, block, place):
+    def evaluate(self, block, boundary):
         """Loads of a block of contacts in the present configuration; their history stays."""
         b, kind_numbers = block & self.mask, self.numbers.of_kind(self.kind)
-        g = self.gathered(b, place)
+        g = self.gathered(b, boundary)
         for lane in range(self.width):
-            k, h, p = self.configured(g, b, lane, kind_numbers, place)
-            found, _ = self.mechanics.evaluate(k, h, p, self.gatherer.strength(place))
-            self.rows.put_loads(b, lane, found)
+            k, h, p = self.configured(g, b, lane, kind_numbers, boundary)
+            load, _ = self.mechanics.evaluate(k, h, p, self.gatherer.strength(boundary))
+            self.rows.put_loads(b, lane, load)

@@ -59,8 +59,8 @@ def declare(grains, layout, walls):
     pairs, wall_blocks = capacity(grains, layout, walls)
     pairs += sphere_capacity(grains, layout)
     moving = grains + SPHERE + layout.sphere  # two far-away grains that fill the empty lanes
-    chunks, law, own = -(-grains // CHUNK), (layout.law_name, 0), layout.geometry_name
-    n = Sizes(grains, moving, chunks, pairs, wall_blocks, layout.width, law, own)
+    chunks, law, geometry = -(-grains // CHUNK), (layout.law_name, 0), layout.geometry_name
+    n = Sizes(grains, moving, chunks, pairs, wall_blocks, layout.width, law, geometry)
     rows = [*_grains(n), *_contacts(n, layout)]
     rows += _walls(n, layout) if walls else []
     rows += _orientation(n) if layout.orientation else []
@@ -222,9 +222,9 @@ def place(variables, by_columns=False):
     """
     together = [var for var in variables if var.name in GATHERED]
     # contacts first: their blocks then begin where lines of the cache do
-    others = sorted((v for v in variables if v not in together), key=lambda v: -len(v.shape))
+    further = sorted((v for v in variables if v not in together), key=lambda v: -len(v.shape))
     fields = {}
-    for var in others:
+    for var in further:
         order = {"order": "jik"} if by_columns and len(var.shape) == 3 else {}
         fields[var.name] = var.field(shape=var.shape, **order)
     gathered = {var.name: var.field() for var in together}

@@ -74,12 +74,12 @@ class PairGatherer(Gatherer):
         return self.frame(step, dt)
 
     @ti.func
-    def gather(self, g: ti.template(), b, lane, place):
+    def gather(self, g: ti.template(), b, lane, boundary):
         i, j = self.pair_i[b, lane], self.pair_j[b, lane]
         d, dv = self.x[i] - self.x[j], self.v[i] - self.v[j]
         if ti.static(len(self.axes) > 0):
-            d = self.across_faces(b, lane, d, 0, place)
-            dv = self.across_faces(b, lane, dv, 1, place)
+            d = self.across_faces(b, lane, d, 0, boundary)
+            dv = self.across_faces(b, lane, dv, 1, boundary)
             for n in ti.static(range(len(self.axes))):
                 g[(13 + n) * self.width + lane] = ti.cast(self.shift[b, n, lane], self.real)
         touch = self.numbers.touch_of(self.kind, b, lane)
@@ -91,23 +91,23 @@ class PairGatherer(Gatherer):
         self.put(g, 10, lane, self.w[j])
 
     @ti.func
-    def motion(self, g: ti.template(), lane, dt, p, place):
+    def motion(self, g: ti.template(), lane, dt, p, boundary):
         gap = g[3 * self.width + lane]
         d, dv = self.get(g, 0, lane), self.get(g, 4, lane)
         w1, w2 = self.get(g, 7, lane), self.get(g, 10, lane)
         return pair_motion(self.Motion, d, gap, dv, w1, w2, dt, p)
 
     @ti.func
-    def power_of_faces(self, g: ti.template(), lane, force, place):
+    def power_of_faces(self, g: ti.template(), lane, force, boundary):
         """Power of the moving faces of the cell on a contact between images."""
         out = 0.0 * force[0]
         if ti.static(len(self.axes) > 0):
             for n in ti.static(range(len(self.axes))):
-                out += self.power(n, g[(13 + n) * self.width + lane], force, place)
+                out += self.power(n, g[(13 + n) * self.width + lane], force, boundary)
         return out
 
     @ti.func
-    def strength(self, place):
+    def strength(self, boundary):
         return ti.cast(1.0, self.real)
 
 
@@ -115,7 +115,7 @@ class PairGatherer(Gatherer):
 class WallGatherer(Gatherer):
     """Relative motion of a grain and a wall. place: of a block, see `place`."""
 
-    flat, kind, columns = True, WALL, 10
+    flat, wall, columns = True, WALL, 10
 
     def __init__(self, fields, layout, mechanics, numbers):
         super().__init__(fields, layout, mechanics, numbers)
@@ -154,26 +154,26 @@ class WallGatherer(Gatherer):
         return self.place(block, box, dt * step)
 
     @ti.func
-    def gather(self, g: ti.template(), b, lane, place):
+    def gather(self, g: ti.template(), b, lane, boundary):
         c = self.wall_block(b)
         i = self.grain[c, lane]
-        distance = self.x[i].dot(place.normal) - place.offset + self.gap[c, lane]
+        distance = self.x[i].dot(boundary.normal) - boundary.offset + self.gap[c, lane]
         touch = self.numbers.touch_of(self.kind, b, lane)
         g[lane] = ti.cast(touch - distance, self.real)
-        self.put(g, 1, lane, self.v[i] - place.velocity)
+        self.put(g, 1, lane, self.v[i] - boundary.velocity)
         self.put(g, 4, lane, self.w[i])
         # the same for all lanes: a shorter loop would be unrolled, and its array not seen through
-        self.put(g, 7, lane, place.normal)
+        self.put(g, 7, lane, boundary.normal)
 
     @ti.func
-    def motion(self, g: ti.template(), lane, dt, p, place):
+    def motion(self, g: ti.template(), lane, dt, p, boundary):
         dv, w1, normal = self.get(g, 1, lane), self.get(g, 4, lane), self.get(g, 7, lane)
         return wall_motion(self.Motion, g[lane], normal, dv, w1, dt)
 
     @ti.func
-    def power_of_faces(self, g: ti.template(), lane, force, place):
+    def power_of_faces(self, g: ti.template(), lane, force, boundary):
         return 0.0 * force[0]
 
     @ti.func
-    def strength(self, place):
-        return place.strength
+    def strength(self, boundary):
+        return boundary.strength

@@ -17,10 +17,10 @@ def make_add_grain_losses(fields, layout):
     pair_start = fields["pair_start"]
 
     @ti.func
-    def add(g, c, share):
+    def add(g, c, fraction):
         for n in ti.static(range(channels)):
             lost = ti.cast(contact[c // W, first + n, c % W], ti.f64)
-            grain_loss[g, n] = grain_loss[g, n] + share * lost
+            grain_loss[g, n] = grain_loss[g, n] + fraction * lost
 
     @ti.func
     def clear(c):

@@ -42,7 +42,7 @@ def make_across_faces(fields, layout):
 
 def make_load_sums(fields, sums, layout, walls):
     """Launch `load_sums()`, which fills that field."""
-    out, every, one = sums["load_sums"], fields | sums, BlockSums(1)
+    out, every, single_sum = sums["load_sums"], fields | sums, BlockSums(1)
     tables = [
         (every[name], part.start, part.stop) for name, part in COLUMNS.items() if name in every
     ]
@@ -50,7 +50,7 @@ def make_load_sums(fields, sums, layout, walls):
     across, of_tile = sums.get("across"), BlockSums(FACES)
     pairs = across.shape[0] * THREADS if layout.periodic else 0
     across_faces = make_across_faces(fields, layout)
-    wall_sums, before = WallSums(fields) if walls else None, fields.get("impulse_total")
+    wall_sums, impulse_total = WallSums(fields) if walls else None, fields.get("impulse_total")
 
     @ti.func
     def column_sum(column, thread):
@@ -73,7 +73,7 @@ def make_load_sums(fields, sums, layout, walls):
         if ti.static(columns > 0):
             ti.loop_config(block_dim=THREADS)
             for t in range(columns * THREADS):
-                of_all = one.total(column_sum(t // THREADS, t % THREADS), t % THREADS)
+                of_all = single_sum.total(column_sum(t // THREADS, t % THREADS), t % THREADS)
                 if t % THREADS == 0:
                     out[t // THREADS] = of_all
         if ti.static(walls):
@@ -83,7 +83,7 @@ def make_load_sums(fields, sums, layout, walls):
                 total = wall_sums.of_wall(wall, thread)
                 for a in ti.static(range(3)):
                     if thread == 3 + a:
-                        total += before[wall][a]
+                        total += impulse_total[wall][a]
                 if thread < 6:
                     out[ON_WALLS.start + 6 * wall + thread] = total
 

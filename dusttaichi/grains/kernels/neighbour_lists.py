@@ -17,11 +17,11 @@ def make_neighbour_lists(fields, scratch, layout, *, walls, write_constants):
     """
     cells = Cells(scratch["grid"], 3, periodic=layout.periodic, tilted=layout.tilted)
     find = make_find(fields, scratch, layout, cells)
-    kinds = [WallLists] * walls + [SphereLists] * layout.sphere
-    others = [Lists(fields, scratch, layout, write_constants) for Lists in kinds]
-    relist, write_entries = make_relist(fields, scratch, layout, write_constants, others)
+    list_types = [WallLists] * walls + [SphereLists] * layout.sphere
+    list_builders = [Lists(fields, scratch, layout, write_constants) for Lists in list_types]
+    relist, write_entries = make_relist(fields, scratch, layout, write_constants, list_builders)
     fold = make_fold(fields) if walls else None
-    relist_others = [make_body_relist(fields, scratch, layout, lists) for lists in others]
+    relist_others = [make_body_relist(fields, scratch, layout, lists) for lists in list_builders]
 
     @ti.kernel
     def list_neighbours(box: Walls):

@@ -33,9 +33,9 @@ def declared(model):
 
 
 @cache
-def numbers_type(model, real):
-    """The struct of these numbers in float type `real`."""
-    return ti.types.struct(**{name: real for name in declared(model)})
+def numbers_type(model, dtype):
+    """The struct of these numbers in float type `dtype`."""
+    return ti.types.struct(**{name: dtype for name in declared(model)})
 
 
 def internal_numbers(contact, model):
@@ -46,7 +46,7 @@ def internal_numbers(contact, model):
     """
     r1, wall = contact.r1 / units.LENGTH, contact.r2 == float("inf")
     r2 = 0.0 if wall else contact.r2 / units.LENGTH
-    own = {
+    numbers = {
         "r1": r1,
         "r2": r2,
         "inv_r1": 1.0 / r1,
@@ -57,10 +57,12 @@ def internal_numbers(contact, model):
         "mass": contact.mass / units.MASS,
     }
     for name, number in model.numbers.items():
-        own[name] = contact.numbers[name] / units.GRAINS(number.unit)
+        numbers[name] = contact.numbers[name] / units.GRAINS(number.unit)
     delta0, bound = contact.delta0 / units.LENGTH, contact.bound / units.ENERGY
     gap = contact.gap / units.LENGTH
-    return SimpleNamespace(**own, delta0=delta0, bound=bound, gap=gap, far=gap + own["reach"])
+    return SimpleNamespace(
+        **numbers, delta0=delta0, bound=bound, gap=gap, far=gap + numbers["reach"]
+    )
 
 
 @ti.data_oriented

@@ -56,8 +56,8 @@ def _unit(marks, annotation):
     for mark in (*marks, *getattr(annotation, "__metadata__", ())):
         if hasattr(mark, "unit"):
             return mark.unit
-    parts = (_unit((), part) for part in get_args(annotation) if part is not annotation)
-    return next((unit for unit in parts if unit != "1"), "1")
+    units = (_unit((), argument) for argument in get_args(annotation) if argument is not annotation)
+    return next((unit for unit in units if unit != "1"), "1")
 
 
 def _own(model, interaction):
@@ -87,12 +87,12 @@ def interface_table(scene, model, glue=1.0, sphere=None):
     them, is that of the walls. glue: factor on the normal force of the walls.
     """
     materials, interaction = scene.all_materials, scene.interaction
-    kinds = [(a, b, 1.0, 1.0) for a, b in product(materials, repeat=2)]
-    kinds += [(a, materials[0], glue, 1.0) for a in materials]
-    kinds += [] if sphere is None else [(a, sphere[0], 1.0, sphere[1]) for a in materials]
+    interfaces = [(a, b, 1.0, 1.0) for a, b in product(materials, repeat=2)]
+    interfaces += [(a, materials[0], glue, 1.0) for a in materials]
+    interfaces += [] if sphere is None else [(a, sphere[0], 1.0, sphere[1]) for a in materials]
     own = [value for keys in _own(model, interaction).values() for value in keys.values()]
     rows = []
-    for a, b, factor, adhesion in kinds:
+    for a, b, factor, adhesion in interfaces:
         face = constants.interface(a, b, interaction)
         face = replace(face, gamma=adhesion * face.gamma)
         values = [getattr(face, name) / units.GRAINS(unit) for name, unit in INTERFACE.items()]
@@ -224,9 +224,9 @@ def make_write(fields, interfaces, scene, layout):
         table[b, column["mass"], k] = c.mass
         for law, keys in ti.static(of_laws):
             # a struct needs a member: the row, for a law without keys
-            own = ti.Struct({"row": row, **{name: interfaces[row, n] for name, n in keys}})
-            found = law.numbers(c, own)
+            block = ti.Struct({"row": row, **{name: interfaces[row, n] for name, n in keys}})
+            values = law.numbers(c, block)
             for name in ti.static(tuple(law.NUMBERS)):
-                table[b, column[name], k] = found[name]
+                table[b, column[name], k] = values[name]
 
     return write

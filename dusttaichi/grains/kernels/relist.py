@@ -31,13 +31,13 @@ class HistoryRows:
                 self.load[b, n, k] = self.table[b, n, k]
 
     @ti.func
-    def carry(self, block, k, old):
-        """History of lane k of a block: that of contact `old` before, nothing where that is -1."""
-        b, place = block & self.mask, ti.max(old, 0)
-        there, lane = (place // self.width) & self.mask, place % self.width
+    def carry(self, block, k, previous):
+        """History of lane k of a block: that of contact `previous`, nothing where that is -1."""
+        b, slot = block & self.mask, ti.max(previous, 0)
+        there, lane = (slot // self.width) & self.mask, slot % self.width
         for n in range(self.rows):
             value = self.load[there, n, lane]
-            self.table[b, n, k] = ti.select(old >= 0, value, ti.cast(0.0, self.real))
+            self.table[b, n, k] = ti.select(previous >= 0, value, ti.cast(0.0, self.real))
 
     @ti.func
     def clear(self, block, k):
@@ -96,13 +96,17 @@ class PairLists:
     """Functions that write pairs, their history, and the entries of grains.
 
     write_constants: `make_write_constants` of kernels.polydisperse, or None of equal grains.
-    others: WallLists and SphereLists that the scene has.
+    further_lists: WallLists and SphereLists that the scene has.
     """
 
-    def __init__(self, fields, scratch, layout, write_constants, others):
-        self.width, self.polydisperse, self.others = layout.width, layout.polydisperse, others
-        own = (getattr(write_constants, name, None) for name in ("pair", "empty"))
-        self.lanes = PairLanes(fields, layout, *own)
+    def __init__(self, fields, scratch, layout, write_constants, further_lists):
+        self.width, self.polydisperse, self.others = (
+            layout.width,
+            layout.polydisperse,
+            further_lists,
+        )
+        writers = (getattr(write_constants, name, None) for name in ("pair", "empty"))
+        self.lanes = PairLanes(fields, layout, *writers)
         self.history, self.counts = self.lanes.history, fields["counts"]
         self.pair_j, self.pair_start = fields["pair_j"], fields["pair_start"]
         self.entry, self.first = fields["entry"], fields["entry_start"]
@@ -135,10 +139,10 @@ class PairLists:
             if j > g:
                 b, k = c // self.width, c % self.width
                 self.lanes.write(b, k, g, j, grid)
-                old, end = self.old_start[g], self.old_start[g + 1]
-                while old < end and self.entry[old] != j:
-                    old += 1
-                self.history.carry(b, k, ti.select(old < end, old, -1))
+                previous, end = self.old_start[g], self.old_start[g + 1]
+                while previous < end and self.entry[previous] != j:
+                    previous += 1
+                self.history.carry(b, k, ti.select(previous < end, previous, -1))
                 c += 1
 
     @ti.func
@@ -186,14 +190,14 @@ class PairLists:
         return 1
 
 
-def make_relist(fields, scratch, layout, write_constants=None, others=()):
+def make_relist(fields, scratch, layout, write_constants=None, further_lists=()):
     """Functions `relist(grid)`: pairs and their history, and `list_entries()`: contacts of grains.
 
-    To be called outside of the loops of a kernel. write_constants, others: see PairLists.
+    To be called outside of the loops of a kernel. write_constants, further_lists: see PairLists.
     """
     W, counts = layout.width, fields["counts"]
     old_start, pair_start = scratch["old_start"], fields["pair_start"]
-    lists = PairLists(fields, scratch, layout, write_constants, others)
+    lists = PairLists(fields, scratch, layout, write_constants, further_lists)
     entries = Lists(lists, scratch["own_count"], scratch["chunk_sum"])
     room, blocks = scratch["in_cell"].shape[0], fields["pair_i"].shape[0]
     light, in_order = is_short(fields["x"].shape[0]), not on_device()
@@ -247,11 +251,11 @@ def make_body_relist(fields, scratch, layout, lists):
 
     @ti.func
     def carry(g, n, c, grid: ti.template()):
-        b, k, old = counts[begin] + c // W, c % W, lists.slot(g, n)
+        b, k, previous = counts[begin] + c // W, c % W, lists.slot(g, n)
         lists.write(b, k, g, n, grid)
-        if old >= 0:
-            old += counts[begin] * W
-        history.carry(b, k, old)
+        if previous >= 0:
+            previous += counts[begin] * W
+        history.carry(b, k, previous)
 
     @ti.func
     def near_body(q, box: ti.template(), grid: ti.template(), write: ti.template()):

@@ -178,7 +178,9 @@ def wall_sections(grains):
     A worker passes the contacts of its own grains. Each costs some three blocks more, as no block
     is of two walls.
     """
-    return next(n for n, most in ((1, SMALL), (2, 8192), (4, 32768), (8, grains)) if grains <= most)
+    return next(
+        n for n, largest in ((1, SMALL), (2, 8192), (4, 32768), (8, grains)) if grains <= largest
+    )
 
 
 def sphere_capacity(grains, layout):

@@ -51,8 +51,8 @@ class WallLists:
         zero where there is no wall.
         """
         normal = ti.Vector([box.normal[n, 0], box.normal[n, 1], box.normal[n, 2]])
-        place = box.offset[n] + box.speed[n] * self.numbers[TIME]
-        return ti.Struct(normal=normal, place=place, reach=self.numbers[WALL_REACH + n])
+        height = box.offset[n] + box.speed[n] * self.numbers[TIME]
+        return ti.Struct(normal=normal, place=height, reach=self.numbers[WALL_REACH + n])
 
     @ti.func
     def is_near(self, g, wall):
@@ -157,15 +157,15 @@ class WallSums:
     @ti.func
     def of_wall(self, wall, thread):
         """Number `thread` of the force and the impulse; all threads of the block must call it."""
-        own, blocks = ti.Vector.zero(ti.f64, 6), self.counts[WALL_BLOCKS]
+        sums, blocks = ti.Vector.zero(ti.f64, 6), self.counts[WALL_BLOCKS]
         for n in range(count_blocks(blocks, THREADS)):
             c = n * THREADS + thread
             if c < blocks:
                 if self.of[c] == wall:
                     for a in ti.static(range(3)):
-                        own[a] += ti.cast(self.load[self.counts[FIRST_WALL] + c, a, 0], ti.f64)
-                        own[3 + a] += self.impulse[c, a]
-        return self.sums.total(own, thread)
+                        sums[a] += ti.cast(self.load[self.counts[FIRST_WALL] + c, a, 0], ti.f64)
+                        sums[3 + a] += self.impulse[c, a]
+        return self.sums.total(sums, thread)
 
 
 def make_fold(fields):
