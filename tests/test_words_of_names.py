@@ -10,7 +10,8 @@ ROOT = Path(__file__).parents[1]
 VAGUE = set(
     "found own one made told asked given taken kept known chosen tried tries whole here there "
     "what now "
-    "others other each around beside again so_far before after first_of of_all all_of this that these "
+    "others other each around beside again so_far before after first_of of_all all_of this that "
+    "these "
     "where has goes comes stands place places share shares part parts kind kinds thing things "
     "much many most more less done due real it its text_of how why whose said wanted needed meant "
     "left right_one rest begun ended held put lies true_one new old good bad ok".split()

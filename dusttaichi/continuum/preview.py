@@ -66,10 +66,10 @@ def _damped(viscosity):
 
 def _sample(scene, sample):
     counts = np.bincount(sample.role, minlength=len(ROLES))
-    kinds = ", ".join(f"{n:,} {role}" for role, n in zip(ROLES, counts, strict=True) if n)
+    counts_text = ", ".join(f"{n:,} {role}" for role, n in zip(ROLES, counts, strict=True) if n)
     extent = np.ptp(sample.position[:, list(sample.axes)], axis=0) + sample.spacing
     rows = [
-        ("particles", f"{len(sample):,}: {kinds}"),
+        ("particles", f"{len(sample):,}: {counts_text}"),
         ("extent", " x ".join(f"{e * 1e3:.4g}" for e in extent) + " mm"),
     ]
     for body in sample.bodies:
@@ -118,11 +118,11 @@ def _particles(scene):
     numerics, d = scene.numerics, scene.dimension
     reach = numerics.support / numerics.spacing
     # of the densest lattice: a particle has sqrt(3)/2 of a spacing squared, or 1/sqrt(2) cubed
-    around = pi * reach**2 * 2.0 / 3.0**0.5 if d == 2 else 4.0 / 3.0 * pi * reach**3 * 2.0**0.5
+    neighbours = pi * reach**2 * 2.0 / 3.0**0.5 if d == 2 else 4.0 / 3.0 * pi * reach**3 * 2.0**0.5
     return [
         ("spacing", quantities.format(numerics.spacing, "length", digits=4)),
         ("smoothing length h", quantities.format(numerics.smoothing_length, "length", digits=4)),
-        ("neighbours in reach of the kernel", f"about {around - 1.0:.0f}"),
+        ("neighbours in reach of the kernel", f"about {neighbours - 1.0:.0f}"),
     ]
 
 
@@ -138,11 +138,11 @@ def _resolution(sample):
     """
     rows, axes = [], list(sample.axes)
     for number, body in enumerate(sample.bodies):
-        own = sample.position[sample.body == number][:, axes]
+        points = sample.position[sample.body == number][:, axes]
         flies = np.any(body.velocity) or np.any(body.spin)
-        if not flies or not len(own) or body.size == 0.0:
+        if not flies or not len(points) or body.size == 0.0:
             continue
-        across = (np.ptp(own, axis=0).min() + sample.spacing) / sample.spacing
+        across = (np.ptp(points, axis=0).min() + sample.spacing) / sample.spacing
         if across < ACROSS - 0.5:
             least = quantities.format(across / ACROSS * sample.spacing, "length", digits=2)
             text = f"{across:.0f} spacings, fewer than the {ACROSS} that keep numerical dissipation"
@@ -152,19 +152,19 @@ def _resolution(sample):
 
 def _whole_steps(scene, output_step, exact):
     """Rows of the requested times that output steps do not meet; exact: they may not be shorter."""
-    rows, most, near = [], "" if exact else "at most ", "" if exact else "about "
+    rows, prefix, near = [], "" if exact else "at most ", "" if exact else "about "
     for plan in scene.stage_plans:
         of = f" of {plan.name}" if plan.name else ""
         for name in ("series", "snapshots"):
             every = getattr(getattr(plan, name), "time", None)
             if every is not None and every < (1.0 - 1e-9) * output_step:
-                rows.append((f"{name}{of}", most + _instead(every, output_step, every)))
+                rows.append((f"{name}{of}", prefix + _instead(every, output_step, every)))
         end = plan.stop.time
         if end is not None:
-            whole = max(1, round(end / output_step)) * output_step
-            if abs(whole - end) > NEAR * end:
+            rounded = max(1, round(end / output_step)) * output_step
+            if abs(rounded - end) > NEAR * end:
                 step = end / round(end / output_step + 0.5)
-                rows.append((f"end{of}", near + _instead(end, whole, step)))
+                rows.append((f"end{of}", near + _instead(end, rounded, step)))
     return rows
 
 
@@ -172,24 +172,27 @@ NEAR = 1e-3
 """Share of the time of the end up to which whole steps meet it."""
 
 
-def _instead(wanted, met, step):
-    wanted, met, step = (quantities.format(t, "time", digits=6) for t in (wanted, met, step))
+def _instead(requested, met, step):
+    requested, met, step = (quantities.format(t, "time", digits=6) for t in (requested, met, step))
     exact = f"numerics.time_step: {step} meets it"
-    return f"{met} in place of {wanted}, in whole steps of the run; {exact}"
+    return f"{met} in place of {requested}, in whole steps of the run; {exact}"
 
 
 def _steps(scene, sample, fastest, output_step):
     """Rows of both steps; dust that is strained at the start, as kernels find, shortens them."""
-    own = output_step / _time_steps(scene, fastest, output_step)
+    cfl_step = output_step / _time_steps(scene, fastest, output_step)
     still = not np.ptp(sample.velocity, axis=0).any()
     if stiff_faces(scene.boundary):
         still = still and not sample.velocity.any()
     exact = still or scene.numerics.time_step != "auto"
-    length = f"{output_step * 1e6:.4g} µs, {output_step / own:.3g} of these at the start"
+    length = f"{output_step * 1e6:.4g} µs, {output_step / cfl_step:.3g} of these at the start"
     if not exact:
         length = f"at most {length}; less where bodies or walls already meet"
     return [
-        ("step of the method at the start", f"{own * 1e6:.4g} µs, shorter where dust is denser"),
+        (
+            "step of the method at the start",
+            f"{cfl_step * 1e6:.4g} µs, shorter where dust is denser",
+        ),
         ("a step of the run", length),
         *_whole_steps(scene, output_step, exact),
     ]
@@ -198,8 +201,8 @@ def _steps(scene, sample, fastest, output_step):
 def _memory(scene, particles):
     """Memory of the state, without neighbour lists."""
     room = capacity_for(particles)
-    each = sum(
+    bytes_per_particle = sum(
         max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
         for v in declare(layout_of(scene))
     )
-    return f"{each * room / 2**20:.3g} MiB for a capacity of {room:,} particles, and its lists"
+    return f"{bytes_per_particle * room / 2**20:.3g} MiB for a capacity of {room:,} particles, and its lists"

@@ -40,8 +40,8 @@ def _start(run):
 
 def _culprit(sim, grains):
     x, v, _ = grain_state(sim)[:, grains]
-    bad = np.flatnonzero(~np.isfinite(x).all(axis=1) | ~np.isfinite(v).all(axis=1))
-    return f" (grain {bad[0]} first of {len(bad)})" if len(bad) else ""
+    bad_rows = np.flatnonzero(~np.isfinite(x).all(axis=1) | ~np.isfinite(v).all(axis=1))
+    return f" (grain {bad_rows[0]} first of {len(bad_rows)})" if len(bad_rows) else ""
 
 
 def _deepest(sim, grains):

@@ -226,7 +226,7 @@ def test_without_a_measurement_the_run_time_is_an_order_of_magnitude(monkeypatch
 )
 def test_the_order_of_magnitude_counts_the_time_steps_of_a_continuum(name, seconds):
     """Within the stated factor of measured steps, each of which has several of the method."""
-    found = json.loads(said(name, "--json"))
+    found = json.loads(read_check(name, "--json"))
     steps = found["stages"][0]["most_steps"]
     least, most = (found["run_time_s"][word] / steps for word in ("least", "most"))
     assert least < seconds < most

@@ -66,8 +66,8 @@ def _check_densities(arrays, matter, path, of_run):
         raise DustError(
             f"{path}: the density of particle {row} (from 0) is {density[row]:.4g} kg/m^3, "
             f"a filling factor of {phi[row]:.4g}; allowed with this material, whose "
-            f"solid has {matter.solid:g} kg/m^3: above {matter.least:g} and below {largest:g}. The density "
-            "is that of the dust, with its pores."
+            f"solid has {matter.solid:g} kg/m^3: above {matter.least:g} and below {largest:g}. "
+            "The density is that of the dust, with its pores."
         )
     strain = density / arrays.get("reference", density)
     bad_rows = np.flatnonzero(~((strain > ELASTIC[0]) & (strain < ELASTIC[1])))
@@ -97,7 +97,8 @@ def _check_volumes(arrays, matter, path):
             f"{path}: mass over density of particle {k} (from 0) is "
             f"{arrays['mass'][k] / arrays['density'][k]:.3g} m^{d}, the volume of particles "
             f"{_length(spacings[k] * matter.spacing)} apart; allowed: {least:g} to {largest:g} "
-            f"times numerics.spacing, {_length(matter.spacing)}. Masses are in kg{depth}, densities in "
+            f"times numerics.spacing, {_length(matter.spacing)}. Masses are in kg{depth}, "
+            "densities in "
             "kg/m^3; another unit may be in the header, as in mass "
             f"[{'g/m' if d == 2 else 'g'}]."
         )

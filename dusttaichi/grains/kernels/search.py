@@ -37,16 +37,16 @@ def place_search(grains, layout, walls):
     pair_blocks = capacity(grains, layout, walls)[0]
     # a large grain may have as many small neighbours as fit in all: one list after another
     near = 2 * pair_blocks * layout.width if layout.polydisperse else grains * NEIGHBOURS
-    own = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.polydisperse else {}
+    fields = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.polydisperse else {}
     if walls:
-        own["wall_chunk"] = ti.field(ti.i32, shape=6 * -(-grains // CHUNK) + 1)
+        fields["wall_chunk"] = ti.field(ti.i32, shape=6 * -(-grains // CHUNK) + 1)
     if layout.sphere:
-        own["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK) + 1)
+        fields["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK) + 1)
     if layout.members:
-        own["apart"] = ti.Vector.field(3, ti.f64, shape=grains)
+        fields["apart"] = ti.Vector.field(3, ti.f64, shape=grains)
     return (
         place_cells(3, grains, CELLS_PER_GRAIN * grains + FURTHER_CELLS, method_numbers=OWN_NUMBERS)
-        | own
+        | fields
         | {
             "near": ti.field(ti.i32, shape=near),
             "near_count": ti.field(ti.i32, shape=grains + layout.polydisperse),
@@ -104,38 +104,38 @@ class Neighbours:
         self.members = layout.members
 
     @ti.func
-    def insert(self, g, other, first, found: ti.template()):
+    def insert(self, g, neighbour, first, counts: ti.template()):
         """Insert a neighbour of g into its sorted list, which begins at `first`.
 
         found: number of its neighbours, and of those with higher numbers.
         """
-        place = first + found[0]
-        while place > first and self.near[ti.max(place - 1, 0)] > other:
-            self.near[place] = self.near[place - 1]
-            place -= 1
-        self.near[place] = other
-        found[0] += 1
-        found[1] += ti.cast(other > g, ti.i32)
+        slot = first + counts[0]
+        while slot > first and self.near[ti.max(slot - 1, 0)] > neighbour:
+            self.near[slot] = self.near[slot - 1]
+            slot -= 1
+        self.near[slot] = neighbour
+        counts[0] += 1
+        counts[1] += ti.cast(neighbour > g, ti.i32)
 
     @ti.func
-    def add(self, g, other, found: ti.template(), counting: ti.template()):
+    def add(self, g, neighbour, counts: ti.template(), counting: ti.template()):
         """Add a neighbour of g, or only count it."""
         if ti.static(counting):
-            found[0] += 1
+            counts[0] += 1
         elif ti.static(self.polydisperse):
-            self.insert(g, other, self.near_start[g], found)
-        elif found[0] < NEIGHBOURS:
-            self.insert(g, other, g * NEIGHBOURS, found)
+            self.insert(g, neighbour, self.near_start[g], counts)
+        elif counts[0] < NEIGHBOURS:
+            self.insert(g, neighbour, g * NEIGHBOURS, counts)
         else:
             self.counts[OVERFLOW] = 1
-            found[0] += 1
+            counts[0] += 1
 
     @ti.func
-    def reach2(self, g, other, reach):
+    def reach2(self, g, neighbour, reach):
         """Square of the distance within which two grains are neighbours."""
         out = reach
         if ti.static(self.polydisperse):
-            far = self.radius[g] + self.radius[other] + reach
+            far = self.radius[g] + self.radius[neighbour] + reach
             out = far * far
         return out
 
@@ -150,19 +150,19 @@ class Neighbours:
     @ti.func
     def visit(self, g, grid, reach, counting: ti.template()):
         """Counts or lists the neighbours of g: what is near in the cells around its own."""
-        here, found, side = self.x[g], ti.Vector([0, 0]), ti.cast(self.numbers[AROUND], ti.i32)
-        begin, around = self.cells.find_cell(self.seen[g], grid) - 1, ti.Vector([side, side, 3])
-        for cut in range(around[0]):
-            for run in range(self.cells.runs(around)):
-                one, behind, image = self.cells.run(begin, around, cut, run, grid)
-                k, end = self.first[one], self.first[behind]
-                while k < end and found[0] <= self.most:
-                    other = self.member[k]
-                    d = self.x[other] + image - here
-                    if d.dot(d) < self.reach2(g, other, reach) and self.meets(g, other):
-                        self.add(g, other, found, counting)
+        position, counts, side = self.x[g], ti.Vector([0, 0]), ti.cast(self.numbers[AROUND], ti.i32)
+        begin, box_size = self.cells.find_cell(self.seen[g], grid) - 1, ti.Vector([side, side, 3])
+        for cut in range(box_size[0]):
+            for run in range(self.cells.runs(box_size)):
+                first_cell, behind, image = self.cells.run(begin, box_size, cut, run, grid)
+                k, end = self.first[first_cell], self.first[behind]
+                while k < end and counts[0] <= self.most:
+                    neighbour = self.member[k]
+                    d = self.x[neighbour] + image - position
+                    if d.dot(d) < self.reach2(g, neighbour, reach) and self.meets(g, neighbour):
+                        self.add(g, neighbour, counts, counting)
                     k += 1
-        self.near_count[g], self.own_count[g] = found[0], found[1]
+        self.near_count[g], self.own_count[g] = counts[0], counts[1]
 
     @ti.func
     def visit_all(self, grid: ti.template(), reach: ti.template(), counting: ti.template()):
