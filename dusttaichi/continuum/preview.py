@@ -205,4 +205,5 @@ def _memory(scene, particles):
         max(v.element[1], 1) * np.dtype(TYPES[v.element[0]]).itemsize
         for v in declare(layout_of(scene))
     )
-    return f"{bytes_per_particle * room / 2**20:.3g} MiB for a capacity of {room:,} particles, and its lists"
+    size = bytes_per_particle * room / 2**20
+    return f"{size:.3g} MiB for a capacity of {room:,} particles, and its lists"

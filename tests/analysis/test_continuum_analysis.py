@@ -79,14 +79,14 @@ def bed(width=24, depth=20):
 ONE = 300.0 * A**2 * 3**0.5 / 2  # mass of a particle of dust [kg/m]
 
 
-def of_dust(folder, *snapshots, mass, momentum=None, body_kind="sphere", scene="", **static):
+def of_dust(folder, *snapshots, mass, momentum=None, kind="sphere", scene="", **static):
     """The run of a body of dust at its start and at its end."""
     path = write(
         folder / "result.nc",
         series={"momentum": np.zeros((2, 3)) if momentum is None else momentum},
         snapshots=snapshots,
         static={"mass": mass} | static,
-        sample={"kind": body_kind},
+        sample={"kind": kind},
         scene_resolved=f"method: continuum\n{scene}",
     )
     return open_run(path)

@@ -51,7 +51,7 @@ def cluster():
     return np.array([(0.0, 0.0, 0.0), *ring, *up])
 
 
-HIT = {"place": (0.7e-6, 0.3e-6, 8.0e-6), "velocity": (0.05, 0.0, -2.0), "spin": (1e5, 5e4, 2e5)}
+HIT = {"position": (0.7e-6, 0.3e-6, 8.0e-6), "velocity": (0.05, 0.0, -2.0), "spin": (1e5, 5e4, 2e5)}
 
 
 def state(sim):
@@ -284,7 +284,7 @@ def test_mixed_precision_of_a_hit():
 
 def test_it_is_one_very_large_grain():
     """A sample whose last grain has its radius moves alike, but for rounding, which grows."""
-    x, last = cluster(), np.array(HIT["place"])
+    x, last = cluster(), np.array(HIT["position"])
     radii = np.append(np.full(len(x), RADIUS), BALL)
     v, w = np.zeros((10, 3)), np.zeros((10, 3))
     v[-1], w[-1] = HIT["velocity"], HIT["spin"]
@@ -308,7 +308,7 @@ def test_across_a_face():
     x -= edges * np.round(x / np.where(edges > 0, edges, 1.0))
     far = [[1e-6, 2e-6, -3e-6], [3e-6, -2e-6, -3e-6]]
     sample = polydisperse(np.vstack([x, far]), np.full(11, RADIUS))
-    position = np.array(HIT["place"]) + shift
+    position = np.array(HIT["position"]) + shift
     cell = {"kind": "periodic", "axes": ["x", "y"], "size": ["20 um", "20 um", "fit"]}
     scene = scene_with(position.tolist(), HIT["velocity"], None, HIT["spin"], boundary=cell)
     sim = build(scene, sample)
