@@ -25,8 +25,8 @@ def energies(sim):
     half = 0.5 * sim.dt
     mass, inertia = sim.unit_mass, sim.unit_inertia
     sim.kernels.measure_grains(mass, inertia, half / mass, half / inertia, sim.step)
-    now = sim.step, sim.dt, sim.walls_argument
-    sim.kernels.measure_pairs(*now)
+    arguments = sim.step, sim.dt, sim.walls_argument
+    sim.kernels.measure_pairs(*arguments)
     # those of a larger scene, which the kernels have served before, may stand behind
     grains = sim.sums["grain_sum"].to_numpy(-(-sim.grains // CHUNK))
     columns = Columns(sim.layout)
@@ -53,15 +53,15 @@ def energies(sim):
     out["kinetic_kick"] += out["sphere_kick"]
     walls = on_sphere = np.zeros((0, columns.count))
     if sim.box is not None:
-        sim.kernels.measure_walls(*now)
+        sim.kernels.measure_walls(*arguments)
         loads = load_sums(sim)
         out["wall_work"] = wall_work(sim, loads.wall_force(), loads.impulses())
         walls = _contact_sums(sim, "wall_sum", sim.state.wall_blocks * sim.layout.width)
     if sim.sphere is not None:
         on_sphere = _contact_sums(sim, "sphere_sum", int(sim.state["counts"][ON_SPHERE]))
-    kinds = (("", "", pairs), ("wall_", "_wall", walls), ("sphere_", "_sphere", on_sphere))
-    for n, (before, behind, sums) in enumerate(kinds):
-        out[f"{before}contacts"] = int(round(sums[:, columns.contacts].sum()))
+    tables = (("", "", pairs), ("wall_", "_wall", walls), ("sphere_", "_sphere", on_sphere))
+    for n, (prefix, behind, sums) in enumerate(tables):
+        out[f"{prefix}contacts"] = int(round(sums[:, columns.contacts].sum()))
         out[f"potential{behind}"] = sums[:, columns.potential].sum(axis=0)
         out[f"loss{behind}"] = _losses(sim, n, sums[:, columns.pending])
     if sim.outside is not None:
@@ -152,8 +152,8 @@ def contact_loads(sim):
     for n in range(3):
         force = load.take(block, n, lane) * (1 - 2 * second)
         torque = load.take(block, 3 + 3 * second + n, lane)
-        for part, own in enumerate((force, torque)):
-            out[part, :, n] = np.bincount(owner, weights=own, minlength=sim.grains)
+        for component, own in enumerate((force, torque)):
+            out[component, :, n] = np.bincount(owner, weights=own, minlength=sim.grains)
     return out
 
 
@@ -162,8 +162,10 @@ def wall_work(sim, force, impulse):
     if sim.box is None:
         return 0.0
     # the force of a step acts half before and half after it
-    own = impulse - sim.ledger_sums.impulse + 0.5 * sim.dt * (sim.ledger_sums.wall_force - force)
-    return sim.ledger_sums.wall_work + float(np.sum(sim.box.velocity * own))
+    wall_impulse = (
+        impulse - sim.ledger_sums.impulse + 0.5 * sim.dt * (sim.ledger_sums.wall_force - force)
+    )
+    return sim.ledger_sums.wall_work + float(np.sum(sim.box.velocity * wall_impulse))
 
 
 def face_power(sim):
@@ -178,8 +180,8 @@ def _push_work(sim):
     if not sim.push.works:
         return 0.0
     impulse = sim.state["carried_impulse"] if "carried_impulse" in sim.state else None
-    own = sim.push.work(sim.state["x"], impulse, contact_loads(sim)[0], sim.step, sim.dt)
-    return sim.ledger_sums.push_work + own
+    work = sim.push.work(sim.state["x"], impulse, contact_loads(sim)[0], sim.step, sim.dt)
+    return sim.ledger_sums.push_work + work
 
 
 def _of_sphere(sim):
@@ -241,8 +243,8 @@ def grain_state(sim):
         x = x - sim.cell.across(out_of, sim.time)
         v = v - sim.cell.speeds_across(out_of, sim.time)
     out = np.empty((3, sim.grains, 3))
-    for own, values in zip(out, (x, v, w), strict=True):
-        own[sim.order] = values
+    for destination, values in zip(out, (x, v, w), strict=True):
+        destination[sim.order] = values
     return out
 
 

@@ -52,7 +52,7 @@ class Simulation:
 
     units = GRAINS
 
-    def __init__(self, compiled, tables, parts, numbers):
+    def __init__(self, compiled, tables, preparation, numbers):
         """compiled: Compiled; tables: its fields, scratch and sums as this scene uses them.
 
         parts: Prepared. numbers: of a contact (kernels.numbers) of two grains, with a wall and with
@@ -60,32 +60,32 @@ class Simulation:
         """
         self.kernels, self.layout = compiled.kernels, compiled.layout
         self.fields, self.scratch, self.sums = tables
-        self.order, self.grains = parts.order, len(parts.order)
-        self.sample_info = parts.sample.info
+        self.order, self.grains = preparation.order, len(preparation.order)
+        self.sample_info = preparation.sample.info
         self.state = GrainState(self.fields, self.layout, self.order)
         self.pair, self.wall, on_sphere = numbers
-        self.stiffness = parts.scene.numerics.stiffness_scaling
-        self.polydisperse, self.contact_table = parts.polydisperse, parts.contact_table
-        self._set_masses(parts.properties)
-        around = parts.domain
-        self.dt, self.step, self.volume, self.t_c = around.dt, 0, around.volume, around.t_c
-        self.box, self.cell, self.servo = around.box, around.cell, None
-        self.outside, self.push, self.sphere = parts.forces, parts.push, None
-        if parts.sphere is not None:
-            self.sphere = MovingSphere(self, parts.sphere, on_sphere)
-        self.chosen, self.threads = parts.step, parts.threads
-        self.search, self.ledger_sums = Search(self, parts.skin), LedgerSums()
+        self.stiffness = preparation.scene.numerics.stiffness_scaling
+        self.polydisperse, self.contact_table = preparation.polydisperse, preparation.contact_table
+        self._set_masses(preparation.properties)
+        domain = preparation.domain
+        self.dt, self.step, self.volume, self.t_c = domain.dt, 0, domain.volume, domain.t_c
+        self.box, self.cell, self.servo = domain.box, domain.cell, None
+        self.outside, self.push, self.sphere = preparation.forces, preparation.push, None
+        if preparation.sphere is not None:
+            self.sphere = MovingSphere(self, preparation.sphere, on_sphere)
+        self.chosen, self.threads = preparation.step, preparation.threads
+        self.search, self.ledger_sums = Search(self, preparation.skin), LedgerSums()
         self.members = None
         if self.layout.members:
             self.members = Members(self, self.sample_info["members"])
-        self._move(parts.scene.stage_plans[0].drive)
-        self._start(parts.sample)
+        self._move(preparation.scene.stage_plans[0].drive)
+        self._start(preparation.sample)
 
-    def _set_masses(self, own):
+    def _set_masses(self, masses):
         """Sizes and masses of the grains, of GrainProperties."""
-        self.mass, self.inertia = own.mass / units.MASS, own.inertia / units.INERTIA
+        self.mass, self.inertia = masses.mass / units.MASS, masses.inertia / units.INERTIA
         self.unit_mass, self.unit_inertia = self.mass, self.inertia
-        self.radii = self.radius = self.smallest = own.radius / units.LENGTH
+        self.radii = self.radius = self.smallest = masses.radius / units.LENGTH
         if self.polydisperse is not None:
             self.mass, self.inertia = (a[self.order][:, None] for a in (self.mass, self.inertia))
             self.unit_mass = self.unit_inertia = 1.0
@@ -103,8 +103,8 @@ class Simulation:
     @property
     def domain(self):
         """Environment of the grains and its motion, a Domain."""
-        around = self.box, self.cell, self.t_c, self.servo, self.units
-        return Domain(self.dt, self.volume, self.radius, *around)
+        shared = self.box, self.cell, self.t_c, self.servo, self.units
+        return Domain(self.dt, self.volume, self.radius, *shared)
 
     def lengths(self):
         """Current edges of the space for the grains [um], (3,); not a number where it is open."""
@@ -189,13 +189,13 @@ class Simulation:
 
         loads: LoadSums now.
         """
-        before, force, impulse = self.cell, loads.wall_force(), loads.impulses()
-        across = None if before is None else loads.across_faces()
+        cell_before, force, impulse = self.cell, loads.wall_force(), loads.impulses()
+        across = None if cell_before is None else loads.across_faces()
         sums, work = self.ledger_sums, wall_work(self, force, impulse)
         sums.wall_work, sums.wall_force, sums.impulse = work, force, impulse
         yield
-        if before is not None:
-            power = self.cell.power(across, self.time) - before.power(across, self.time)
+        if cell_before is not None:
+            power = self.cell.power(across, self.time) - cell_before.power(across, self.time)
             sums.face_jumps += 0.5 * self.dt * power
 
     def _move(self, drive):
@@ -247,14 +247,14 @@ class Simulation:
             until = self.push.next_end(self.step, end)
             if self.servo is not None:
                 until = min(until, self.servo.next_change)
-            done, due = self._call(until - self.step, pending, self.dt)
-            self.step += done
+            steps_done, is_due = self._call(until - self.step, pending, self.dt)
+            self.step += steps_done
             pending = 0
             if self.step == until and until < NEVER:
                 self._end_pushes()
                 if self.servo is not None and until == self.servo.next_change:
                     self._steer()
-            if due:
+            if is_due:
                 with self.search.around:
                     self.search.now(self.step + 1)
                 pending = 1
@@ -263,7 +263,7 @@ class Simulation:
         self.fields["sync"].access.check()  # before anything moves
         masses = self.unit_mass, self.unit_inertia
         numbers = step_numbers(dt, masses, self.search.wall_due, self.search.reach2)
-        done = self.kernels.advance(
+        outcome = self.kernels.advance(
             steps,
             self.step,
             pending,
@@ -272,8 +272,8 @@ class Simulation:
             self.walls_argument,
         )
         # workers write it to `sync`
-        done = int(self.state["sync"][DONE]) if done is None else done[0]
-        return done, done < steps
+        outcome = int(self.state["sync"][DONE]) if outcome is None else outcome[0]
+        return outcome, outcome < steps
 
     def _load_contacts(self):
         """Form history and loads of the contacts of a start.
@@ -293,11 +293,11 @@ class Simulation:
         used = self.state.used_blocks()
         loads = [self.state.rows("load", blocks) for blocks in used]
         self.kernels.evaluate(self.step, self.dt, self.walls_argument)
-        found = contact_loads(self)
-        for own, blocks in zip(loads, used, strict=True):
-            self.state.put_rows("load", own, blocks)
+        contact_load = contact_loads(self)
+        for load, blocks in zip(loads, used, strict=True):
+            self.state.put_rows("load", load, blocks)
         out = np.empty((2, self.grains, 3))
-        out[:, self.order] = found
+        out[:, self.order] = contact_load
         return out[0], out[1]
 
     def _end_pushes(self):
@@ -330,8 +330,8 @@ class Simulation:
         self.state.restore(arrays)
         self.step = numbers["step"]
         self.search.restore(numbers["search"])
-        for name, kind in STORED.items():
-            setattr(self, name, from_plain(kind, numbers[name]))
+        for name, value_type in STORED.items():
+            setattr(self, name, from_plain(value_type, numbers[name]))
         if self.sphere is not None:
             self.sphere.speed = from_plain(np.ndarray, numbers["sphere"])
         if numbers["push"] is not None:

@@ -95,18 +95,18 @@ class Phases:
         self.has_sphere, self.sphere = layout.sphere, make_sphere(fields, layout)
 
     @ti.func
-    def move_part(self, part, step, numbers):
+    def move_part(self, section, step, numbers):
         """Kicks and drifts the grains of a part; 1 if one has gone so far that a search is due.
 
         step: that at whose end the grains arrive.
         """
-        due = 0
+        is_due = 0
         if ti.static(self.stress):
-            due = self.flux.add(part, self.move, step, numbers)
+            is_due = self.flux.add(section, self.move, step, numbers)
         else:
             n = numbers
-            due, _, _ = self.move(part, n.kick, n.turn, n.dt, n.reach2, step - 1)
-        return due
+            is_due, _, _ = self.move(section, n.kick, n.turn, n.dt, n.reach2, step - 1)
+        return is_due
 
     @ti.func
     def first_part(self, me, workers):
@@ -116,20 +116,22 @@ class Phases:
         some grains have many pairs and others few.
         """
         n, tiles = count_blocks(self.counts[GRAINS], self.part_size), self.pairs.tiles()
-        even, most = first_item(me, workers, n), n // (8 * workers)
-        part = even
+        even, margin = first_item(me, workers, n), n // (8 * workers)
+        section = even
         if 0 < me < workers and tiles >= workers:
-            own = self.pair_i[first_item(me, workers, tiles) * self.tile, 0] // self.part_size
-            part = ti.max(even - most, ti.min(own, even + most))
-        return part
+            pair_section = (
+                self.pair_i[first_item(me, workers, tiles) * self.tile, 0] // self.part_size
+            )
+            section = ti.max(even - margin, ti.min(pair_section, even + margin))
+        return section
 
     @ti.func
     def kick_and_drift(self, me, workers, step, numbers, box: ti.template()):
         """Gather the loads of the grains of a share, kick and drift them."""
-        due = 0
-        for part in range(self.first_part(me, workers), self.first_part(me + 1, workers)):
-            due = ti.max(due, self.move_part(part, step, numbers))
-        if due == 1:
+        is_due = 0
+        for section in range(self.first_part(me, workers), self.first_part(me + 1, workers)):
+            is_due = ti.max(is_due, self.move_part(section, step, numbers))
+        if is_due == 1:
             self.sync[DUE] = 1
 
     @ti.func
@@ -145,9 +147,9 @@ class Phases:
         return self.sync[DUE] == 1 or step >= numbers.wall_due
 
     @ti.func
-    def count_steps(self, done):
+    def count_steps(self, steps_done):
         """Steps done at the end of one."""
-        return done + 1
+        return steps_done + 1
 
 
 def make_evaluate(phases):

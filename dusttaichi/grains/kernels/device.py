@@ -37,12 +37,12 @@ class ContactThreads(ContactPass):
         books[channel] = books[channel] + ti.cast(value, ti.f64)
 
     @ti.func
-    def thread(self, books: ti.template(), block, dt_wide, place):
+    def thread(self, books: ti.template(), block, dt_wide, boundary):
         """The contact of a block, which has one; its sums are added to `books`."""
         sums = [ti.Vector.zero(self.real, self.width) for _ in ti.static(range(self.CHANGES + 1))]
         virial = ti.Vector.zero(self.real, 9)
         p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
-        self.block(sums, virial, block, dt, p, place)
+        self.block(sums, virial, block, dt, p, boundary)
         totals = self.totals(sums)
         if ti.static(self.ledger):
             for n, channel in ti.static(self.channels):
@@ -53,7 +53,7 @@ class ContactThreads(ContactPass):
         if ti.static(self.faces):
             books[self.WORK] = ti.cast(totals[self.FACES], ti.f64)
         if totals[self.CHANGES] > 0.0:
-            self.change_block(block, books, dt, p, place)
+            self.change_block(block, books, dt, p, boundary)
         if ti.static(self.flat):
             self.add_impulse(block, dt_wide)
 
@@ -94,20 +94,22 @@ class Threads:
     @ti.func
     def grain(self, g, row, step, numbers):
         """Kick and drift grain g from a step to the next; 1 if a search is due. row: of `rates`."""
-        due, thread = 0, g % self.grain_block
+        is_due, thread = 0, g % self.grain_block
         if g - thread < self.counts[GRAINS]:  # the same for all threads of a block
             flux = ti.Vector.zero(ti.f64, 6)
             if g < self.counts[GRAINS]:
                 n = numbers
-                due, place, velocity = self.phases.move(g, n.kick, n.turn, n.dt, n.reach2, step)
+                is_due, position, velocity = self.phases.move(
+                    g, n.kick, n.turn, n.dt, n.reach2, step
+                )
                 if ti.static(self.stress):
                     rate = ti.Vector([self.rates[row, k] for k in ti.static(range(4))])
-                    flux = self.phases.flux.of_grain(g, place, velocity, n.dt, rate)
+                    flux = self.phases.flux.of_grain(g, position, velocity, n.dt, rate)
             if ti.static(self.stress):
                 total, at = self._grain_sums.total(flux, thread), g // CHUNK
                 if thread < 6:
                     self._flux_table[at, thread] = self._flux_table[at, thread] + numbers.dt * total
-        return due
+        return is_due
 
     @ti.func
     def frame(self, row):
@@ -125,27 +127,33 @@ class Threads:
         thread, kind = b % THREADS, -1
         first = b - thread
         books = ti.Vector.zero(ti.f64, ti.static(max(1, self.sums)))
-        for n, own in ti.static(self.contacts):
-            end = own.first() + own.blocks()
-            if first >= own.first() and first < end:
+        for n, contact_pass in ti.static(self.contacts):
+            end = contact_pass.first() + contact_pass.blocks()
+            if first >= contact_pass.first() and first < end:
                 kind = n
                 if b < end:
-                    if ti.static(own.flat):
-                        own.thread(books, b, dt, own.gatherer.place(b, self.planes, dt * step))
+                    if ti.static(contact_pass.flat):
+                        contact_pass.thread(
+                            books, b, dt, contact_pass.gatherer.place(b, self.planes, dt * step)
+                        )
                     else:
-                        own.thread(books, b, dt, self.frame(row))
+                        contact_pass.thread(books, b, dt, self.frame(row))
         if ti.static(self.sums > 0):
             if kind >= 0:  # the same for all threads of a block
                 total = self._contact_sums.total(books, thread)
-                for n, own in ti.static(self.contacts):
+                for n, contact_pass in ti.static(self.contacts):
                     if kind == n:
-                        own.put(own.row((first - own.first()) // THREADS), thread, total)
+                        contact_pass.put(
+                            contact_pass.row((first - contact_pass.first()) // THREADS),
+                            thread,
+                            total,
+                        )
 
 
 # -- launches --------------------------------------------------------------------------------------
 
 
-def by_threads(phases, layout, own):
+def by_threads(phases, layout, step_phases):
     """Launches of the Steps of Phases: a thread for each grain, then one for each contact."""
     prepared = bool(layout.periodic) or layout.stress
     # Walls in fields of their own: a thread would have a copy of all of them in its own memory
@@ -163,30 +171,36 @@ def by_threads(phases, layout, own):
             planes.offset[k], planes.speed[k] = box.offset[k], box.speed[k]
             planes.strength[k], planes.along[k] = box.strength[k], box.along[k]
 
-    known = Arguments(own, note)
+    arguments = Arguments(step_phases, note)
     threads = Threads(phases, layout, frames, rates, planes)
-    prepare = make_prepare(known, threads) if prepared else None
-    return Launches(known, [make_kick(known, threads)], [make_touch(known, threads)], prepare)
+    prepare = make_prepare(arguments, threads) if prepared else None
+    return Launches(
+        arguments, [make_kick(arguments, threads)], [make_touch(arguments, threads)], prepare
+    )
 
 
-def make_prepare(known, threads):
+def make_prepare(arguments, threads):
     """Kernel `prepare()`: frames and rates of the cell at the steps up to the next look.
 
     A step has the row of its number in the call.
     """
-    phases, layout, sync = threads.phases, threads.layout, known.sync
+    phases, layout, sync = threads.phases, threads.layout, arguments.sync
     frames, rates = threads.frames, threads.rates
 
     @ti.kernel
     def prepare():
         for k in range(LOOK):
             number = sync[DONE] + 1 + k
-            row, step, dt = number % LOOK, known.first[None] + number, known.numbers[None].dt
+            row, step, dt = (
+                number % LOOK,
+                arguments.first[None] + number,
+                arguments.numbers[None].dt,
+            )
             if ti.static(len(layout.periodic) > 0):
-                here = phases.pairs.gatherer.frame(step, dt)
+                frame = phases.pairs.gatherer.frame(step, dt)
                 for m in ti.static(range(3)):
                     for n in ti.static(range(3 + layout.tilted)):
-                        frames[row, m, n] = here[m, n]
+                        frames[row, m, n] = frame[m, n]
             if ti.static(layout.stress):
                 found = phases.flux.rates(step, dt)
                 for n in ti.static(range(4)):
@@ -195,13 +209,13 @@ def make_prepare(known, threads):
     return prepare
 
 
-def make_kick(known, threads):
+def make_kick(arguments, threads):
     """Kernel `kick_and_drift()`: a thread for each grain, a block of them for the sphere.
 
     Lengths of loops are known when they are compiled: else a launch of their own would find them
     first.
     """
-    phases, sync, numbers = threads.phases, known.sync, known.numbers
+    phases, sync, numbers = threads.phases, arguments.sync, arguments.numbers
     block = threads.grain_block
     grain_threads = pad_to_blocks(phases.fields["x"].shape[0], block)
     # the sphere has a block of its own, behind those of the grains
@@ -213,7 +227,7 @@ def make_kick(known, threads):
         phases.sphere.put_load(t, total)
         ti.simt.block.sync()
         if t == 0:
-            step, n = known.first[None] + sync[DONE], numbers[None]
+            step, n = arguments.first[None] + sync[DONE], numbers[None]
             if phases.sphere.move_by_load(n.dt, n.reach2, step) == 1:
                 sync[DUE] = 1
 
@@ -225,7 +239,7 @@ def make_kick(known, threads):
                 sync[BEGUN] = ti.select(sync[STOP] == 0, sync[DONE] + 1, 0)
             if sync[STOP] == 0:
                 if g < grain_threads:
-                    step = known.first[None] + sync[DONE]
+                    step = arguments.first[None] + sync[DONE]
                     if threads.grain(g, (sync[DONE] + 1) % LOOK, step, numbers[None]) == 1:
                         sync[DUE] = 1
                 if ti.static(phases.has_sphere):
@@ -235,23 +249,28 @@ def make_kick(known, threads):
     return kick_and_drift
 
 
-def make_touch(known, threads):
+def make_touch(arguments, threads):
     """Kernel `touch()`: a thread for each contact, unless a search must come before."""
-    sync, numbers, first, is_due = known.sync, known.numbers, known.first, known.is_due
+    sync, numbers, first, is_due = (
+        arguments.sync,
+        arguments.numbers,
+        arguments.first,
+        arguments.is_due,
+    )
     contact_threads = pad_to_blocks(threads.phases.fields["contact"].shape[0])
 
     @ti.kernel
     def touch():
         ti.loop_config(block_dim=THREADS)
         for b in range(contact_threads):
-            begun = sync[BEGUN]
-            step = first[None] + begun
-            go_on = begun > 0 and not is_due(step, numbers[None])
+            has_begun = sync[BEGUN]
+            step = first[None] + has_begun
+            go_on = has_begun > 0 and not is_due(step, numbers[None])
             if go_on:
-                threads.contact(b, begun % LOOK, step, numbers[None].dt)
+                threads.contact(b, has_begun % LOOK, step, numbers[None].dt)
             if b == 0:
                 if go_on:
-                    sync[DONE] = begun
+                    sync[DONE] = has_begun
                     conclude(sync)
                 else:
                     sync[STOP] = HALT

@@ -33,12 +33,12 @@ class Orientations:
         h2 = half.dot(half)
         a = 1.0 + h2 * (COS[0] + h2 * (COS[1] + h2 * (COS[2] + h2 * COS[3])))
         b = half * (1.0 + h2 * (SIN[0] + h2 * (SIN[1] + h2 * (SIN[2] + h2 * SIN[3]))))
-        old = self.q[g]
-        c, d = old[0], ti.Vector([old[1], old[2], old[3]])
+        previous = self.q[g]
+        c, d = previous[0], ti.Vector([previous[1], previous[2], previous[3]])
         turned = a * d + c * b + b.cross(d)
-        now = ti.Vector([a * c - b.dot(d), turned[0], turned[1], turned[2]])
+        current = ti.Vector([a * c - b.dot(d), turned[0], turned[1], turned[2]])
         # of a length that rounding alone takes from 1
-        self.q[g] = now * (1.5 - 0.5 * now.dot(now))
+        self.q[g] = current * (1.5 - 0.5 * current.dot(current))
 
 
 def make_gather(fields, layout):
@@ -120,7 +120,7 @@ def make_grain_pass(fields, layout):
     total, pushed = make_gather(fields, layout), make_push(fields, layout)
     free, impulse = fields.get("free"), fields.get("carried_impulse")
     mass, inertia = fields.get("mass"), fields.get("inertia")
-    real, forces = layout.geometry, make_forces(fields, layout)
+    dtype, forces = layout.geometry, make_forces(fields, layout)
     turned = Orientations(fields, layout) if layout.orientation else None
 
     @ti.func
@@ -129,10 +129,10 @@ def make_grain_pass(fields, layout):
         if ti.static(layout.carried):
             impulse[g] = impulse[g] + (dt * (1.0 - free[g])) * force
         force, torque = pushed(g, force, torque)
-        own_kick, own_turn = ti.cast(kick, real), ti.cast(turn, real)
+        own_kick, own_turn = ti.cast(kick, dtype), ti.cast(turn, dtype)
         if ti.static(layout.polydisperse):
-            own_kick = ti.cast(kick / mass[g], real)
-            own_turn = ti.cast(turn / inertia[g], real)
+            own_kick = ti.cast(kick / mass[g], dtype)
+            own_turn = ti.cast(turn / inertia[g], dtype)
         # no += on fields: it is atomic in Taichi, and slow
         velocity, spin = v[g] + own_kick * force, w[g] + own_turn * torque
         if ti.static(bool(layout.forces)):
@@ -140,18 +140,18 @@ def make_grain_pass(fields, layout):
             half_kick = ti.cast(0.5 * own_kick * force, ti.f64)
             half_turn = ti.cast(0.5 * own_turn * torque, ti.f64)
             linear, angular = forces.solve(at, weight, half_kick, half_turn, 0.5 * dt)
-            velocity += ti.cast(dt, real) * ti.cast(linear, real)
-            spin += ti.cast(dt, real) * ti.cast(angular, real)
+            velocity += ti.cast(dt, dtype) * ti.cast(linear, dtype)
+            spin += ti.cast(dt, dtype) * ti.cast(angular, dtype)
             if ti.static(bool(layout.forces.powers)):
                 mean, turning = 0.5 * (v[g] + velocity), 0.5 * (w[g] + spin)
                 forces.sum_up(g, at, mean, turning, weight * dt)
-        place = x[g] + ti.cast(dt, real) * velocity
+        position = x[g] + ti.cast(dt, dtype) * velocity
         v[g], w[g] = velocity, spin
         if ti.static(layout.orientation):
             turned.carry_on(g, spin, dt)
-        x[g] = place
-        way = place - x_search[g]
-        return ti.select(way.dot(way) <= reach2, 0, 1), place, velocity
+        x[g] = position
+        way = position - x_search[g]
+        return ti.select(way.dot(way) <= reach2, 0, 1), position, velocity
 
     return move
 
@@ -207,8 +207,8 @@ def make_flux(fields, layout):
     counts, cell = fields["counts"], fields.get("cell")
 
     @ti.func
-    def of_grain(g, place, velocity, dt, rate):
-        u, middle = velocity, place - 0.5 * dt * velocity
+    def of_grain(g, position, velocity, dt, rate):
+        u, middle = velocity, position - 0.5 * dt * velocity
         for a in ti.static(layout.periodic):
             u[a] -= ti.cast(rate[a] * (middle[a] - cell[CENTRE, a]), layout.geometry)
             if ti.static(layout.tilted and a == 2):
@@ -219,15 +219,15 @@ def make_flux(fields, layout):
 
     @ti.func
     def add(chunk, move: ti.template(), step, numbers):
-        due, rate = 0, rates(step, numbers.dt)
+        is_due, rate = 0, rates(step, numbers.dt)
         sums = ti.Vector.zero(ti.f64, 6)
         for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
             n = numbers
-            far, place, u = move(g, n.kick, n.turn, n.dt, n.reach2, step - 1)
-            due = ti.max(due, far)
-            sums += of_grain(g, place, u, numbers.dt, rate)
+            far, position, u = move(g, n.kick, n.turn, n.dt, n.reach2, step - 1)
+            is_due = ti.max(is_due, far)
+            sums += of_grain(g, position, u, numbers.dt, rate)
         for k in ti.static(range(6)):
             flux[chunk, k] = flux[chunk, k] + numbers.dt * sums[k]
-        return due
+        return is_due
 
     return SimpleNamespace(add=add, rates=rates, of_grain=of_grain)

@@ -84,9 +84,9 @@ class ContactSums:
         self.table[tile, column] = ti.max(self.table[tile, column], ti.cast(value, ti.f64))
 
     @ti.func
-    def add_block(self, tile, block, dt_wide, place):
+    def add_block(self, tile, block, dt_wide, boundary):
         """Add a block of contacts to its tile."""
-        self.add_lanes(tile, block, dt_wide, place, 0, self.width)
+        self.add_lanes(tile, block, dt_wide, boundary, 0, self.width)
 
     @ti.func
     def add_lanes(self, tile, block, dt_wide, place, begin, end):
@@ -170,12 +170,12 @@ def make_measure_grains(fields, sums, layout):
                     outside, turning_outside = forces.solve(at, weight, kick, turn, half)
                     kick += half * outside
                     turn += half * turning_outside
-                now, turning = v[g] + kick, w[g] + turn
-                linear += m * now.dot(now)
+                v_now, turning = v[g] + kick, w[g] + turn
+                linear += m * v_now.dot(v_now)
                 angular += i * turning.dot(turning)
                 kicked += m * kick.dot(kick)
                 turned += i * turn.dot(turn)
-                fastest = ti.max(fastest, now.dot(now))
+                fastest = ti.max(fastest, v_now.dot(v_now))
                 spin = ti.max(spin, turning.dot(turning))
             grain_sum[chunk, LINEAR] = 0.5 * mass * linear
             grain_sum[chunk, ANGULAR] = 0.5 * inertia * angular

@@ -62,10 +62,10 @@ def make_sphere(fields, layout):
     """
     if not layout.sphere:
         return None
-    counts, (loads, share) = fields["counts"], make_loads(fields, layout)
+    counts, (loads, share_load) = fields["counts"], make_loads(fields, layout)
     x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
     body, impulse = fields["sphere_body"], fields["sphere_impulse"]
-    real, forces = layout.geometry, make_forces(fields, layout)
+    dtype, forces = layout.geometry, make_forces(fields, layout)
     load = ti.field(ti.f64, shape=6) if on_device() else None
 
     @ti.func
@@ -89,23 +89,23 @@ def make_sphere(fields, layout):
         for k in ti.static(range(3)):
             impulse[k] = impulse[k] + dt * force[k]
             impulse[3 + k] = impulse[3 + k] + dt * torque[k]
-        velocity = v[s] + ti.cast(dt * body[0] * force, real)
-        spin = w[s] + ti.cast(dt * body[1] * torque, real)
+        velocity = v[s] + ti.cast(dt * body[0] * force, dtype)
+        spin = w[s] + ti.cast(dt * body[1] * torque, dtype)
         if ti.static(bool(layout.forces)):
             at, weight, half = forces.of_sphere(step), forces.weight_of_sphere(), 0.5 * dt
             kick, turn = half * body[0] * force, half * body[1] * torque
             linear, angular = forces.solve(at, weight, kick, turn, half)
-            velocity += ti.cast(dt, real) * ti.cast(linear, real)
-            spin += ti.cast(dt, real) * ti.cast(angular, real)
+            velocity += ti.cast(dt, dtype) * ti.cast(linear, dtype)
+            spin += ti.cast(dt, dtype) * ti.cast(angular, dtype)
             if ti.static(bool(layout.forces.powers)):
                 mean, turning = 0.5 * (v[s] + velocity), 0.5 * (w[s] + spin)
                 forces.sum_up(s, at, mean, turning, weight * dt)
-        place = x[s] + ti.cast(dt, real) * velocity
-        v[s], x[s], w[s] = velocity, place, spin
-        way = place - x_search[s]
+        position = x[s] + ti.cast(dt, dtype) * velocity
+        v[s], x[s], w[s] = velocity, position, spin
+        way = position - x_search[s]
         return ti.select(way.dot(way) <= reach2, 0, 1)
 
-    of_block = {"share": share, "put_load": put_load, "move_by_load": move_by_load}
+    of_block = {"share": share_load, "put_load": put_load, "move_by_load": move_by_load}
     return SimpleNamespace(loads=loads, move=move, **of_block)
 
 
@@ -119,8 +119,8 @@ class SphereLists:
     bodies, begin = 1, FIRST_SPHERE
 
     def __init__(self, fields, scratch, layout, write_constants):
-        own = (getattr(write_constants, name, None) for name in ("sphere", "empty"))
-        self.lanes, self.axes = PairLanes(fields, layout, *own), layout.periodic
+        writers = (getattr(write_constants, name, None) for name in ("sphere", "empty"))
+        self.lanes, self.axes = PairLanes(fields, layout, *writers), layout.periodic
         self.width, self.full = layout.width, layout.width * layout.tile
         self.x, self.counts, self.of = fields["x"], fields["counts"], fields["sphere_slot"]
         self.x_search, self.radius = fields["x_search"], fields.get("radius")
@@ -139,8 +139,8 @@ class SphereLists:
 
         Of polydisperse grains less their radius.
         """
-        place = self.x[self.counts[GRAINS] + SPHERE]
-        return ti.Struct(place=place, edges=grid.edges, reach=self.numbers[SPHERE_REACH])
+        position = self.x[self.counts[GRAINS] + SPHERE]
+        return ti.Struct(place=position, edges=grid.edges, reach=self.numbers[SPHERE_REACH])
 
     @ti.func
     def is_near(self, g, sphere):
