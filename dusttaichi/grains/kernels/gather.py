@@ -115,7 +115,7 @@ class PairGatherer(Gatherer):
 class WallGatherer(Gatherer):
     """Relative motion of a grain and a wall. place: of a block, see `place`."""
 
-    flat, wall, columns = True, WALL, 10
+    flat, kind, columns = True, WALL, 10
 
     def __init__(self, fields, layout, mechanics, numbers):
         super().__init__(fields, layout, mechanics, numbers)
