@@ -12,7 +12,7 @@ from dusttaichi.grains.validity import LARGEST_OVERLAP
 from dusttaichi.physics import encounter
 from dusttaichi.scene import quantities
 
-HARD = 10.0  # impact energy over that which breaks a contact, from which a run says so
+NEAR = 0.7  # of the speed at which the contact model ends, from which a run says so
 SHARE = 0.5  # of the sticking speed, up to which the energy of softened contacts hardly shows
 SWALLOWED = 1.0  # overlap over the smaller radius that no scene is for, however it is counted
 
@@ -40,8 +40,8 @@ class Impact:
         )
 
     def remarks(self):
-        """Sentences for the user where such a collision is beyond what contacts are usually for."""
-        if self.energy < HARD:
+        """Sentences for the user where such a collision is near the end of the contact model."""
+        if self.speed < NEAR * self.model_end:
             return []
         return [
             f"grains may meet {self.text()}. JKR contacts are elastic: they neither flatten nor "

@@ -49,13 +49,15 @@ def test_the_end_of_the_model_is_where_the_overlap_is_a_tenth():
     assert step.impact.overlap == pytest.approx(encounter.overlap(pair, 50.0) / RADIUS)
 
 
-def test_a_hard_impact_is_told():
-    """Energy goes with the square of the speed: ten times that of pull-off at 3.16 v_s."""
-    scene, _ = step_of("1 m/s")
-    speed = encounter.breaking_speed(ContactTable(scene).farthest_pair)
-    assert not step_of(f"{3.1 * speed} m/s")[1].impact.remarks()
-    (remark,) = step_of(f"{3.2 * speed} m/s")[1].impact.remarks()
-    assert "10.2 times the energy that breaks a contact" in remark
+def test_a_run_remarks_on_impacts_near_the_end_of_the_model():
+    """Energy goes with the square of the speed: `dust check` always says how much it is."""
+    scene, step = step_of("1 m/s")
+    speed, end = encounter.breaking_speed(ContactTable(scene).farthest_pair), step.impact.model_end
+    impact = step_of(f"{3.2 * speed} m/s")[1].impact
+    assert "10.2 times the energy that breaks a contact" in impact.text()
+    assert not impact.remarks() and not step_of(f"{0.69 * end} m/s")[1].impact.remarks()
+    (remark,) = step_of(f"{0.71 * end} m/s")[1].impact.remarks()
+    assert "neither flatten nor break grains" in remark
 
 
 @pytest.mark.parametrize("speed", (1.0, 10.0, 100.0, 1000.0))
