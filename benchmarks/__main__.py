@@ -75,8 +75,8 @@ def size(
     from benchmarks import size
 
     numbers = None if sizes is None else [round(float(n)) for n in sizes.split(",")]
-    how = {"sizes": numbers, "kinds": kinds, "scenes": scenes}
-    _show(size.main, output, force, quick=quick, **how)
+    options = {"sizes": numbers, "kinds": kinds, "scenes": scenes}
+    _show(size.main, output, force, quick=quick, **options)
 
 
 @app.command()

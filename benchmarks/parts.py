@@ -85,7 +85,7 @@ PARTS = (
 )
 
 
-EFFECTS = tuple(kind for kind in registry.EFFECTS if kind not in ("normal", "damping"))
+EFFECTS = tuple(effect for effect in registry.EFFECTS if effect not in ("normal", "damping"))
 # the measured steps contain no stage and no end
 PLAIN = {
     "stages": [],

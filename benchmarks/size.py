@@ -94,18 +94,18 @@ def main(
     """
     check_file(out)
     rows, notes = [], []
-    here = machine()
+    hardware = machine()
     sizes = sizes or sorted({*GRAINS, *CONTINUUM})
     sizes = [n for n in sizes if not quick or n <= QUICK]
 
     def done(row):
         rows.append(row)
-        table = Table(here, rows, _blocks(), (NOTE, *notes))
+        table = Table(hardware, rows, _blocks(), (NOTE, *notes))
         if out is not None:
             table.to_csv(out)
         return table
 
-    table = Table(here, rows, _blocks(), (NOTE,))
+    table = Table(hardware, rows, _blocks(), (NOTE,))
     for method, numbers in (("grains", GRAINS), ("continuum", CONTINUUM)) if scenes else ():
         for n in (n for n in sizes if n >= numbers[0] and n <= numbers[-1]):
             log(f"{method}, {n:,} particles")
@@ -144,7 +144,7 @@ def _phases(method, n, notes, log) -> dict:
                 tasks[phase] = {"do": "command", "phase": phase, "arguments": [name, str(run)]}
         for phase, task in tasks.items():
             try:
-                row |= _measured(phase, task)
+                row |= _measure(phase, task)
                 log(f"  {phase}: {row.get(phase, row.get('steps')):.2f} s")
             except DustError as error:
                 notes.append(f"{method}, {n:,}, {phase}: {error}")
@@ -152,7 +152,7 @@ def _phases(method, n, notes, log) -> dict:
     return row
 
 
-def _measured(phase, task) -> dict:
+def _measure(phase, task) -> dict:
     """Numbers of a task in a process of its own."""
     with Timed(TASK) as process:
         answer = process.ask(**task)
@@ -169,7 +169,7 @@ def _scene(method, n) -> Scene:
 
 def _of_kind(method, name, sizes, notes, log):
     """Rows of a kind of sample, up to the size that takes too long or is refused."""
-    before = None
+    previous = None
     for n in sizes:
         if n > ALL_PHASES:
             return
@@ -179,16 +179,16 @@ def _of_kind(method, name, sizes, notes, log):
             if name == LIST:
                 task["file"] = str(Path(folder, "grains.txt"))
             try:
-                row = _measured("sample", task)
+                row = _measure("sample", task)
             except DustError as error:
                 notes.append(f"{name}, {n:,}: {error}")
                 return
         row |= {"method": method, "kind": name}
-        if before is not None and before["sample"] > SHORT:
-            more = row["particles"] / before["particles"]
-            if more > 2.0:
-                row["exponent"] = math.log(row["sample"] / before["sample"], more)
-        before = row
+        if previous is not None and previous["sample"] > SHORT:
+            growth = row["particles"] / previous["particles"]
+            if growth > 2.0:
+                row["exponent"] = math.log(row["sample"] / previous["sample"], growth)
+        previous = row
         yield row
         if row["sample"] > LONGEST:
             notes.append(f"{name}: larger ones are left out, since they take too long.")

@@ -25,9 +25,9 @@ class Processor:
 
     def lap(self, phase):
         """Add the time since the last lap to a phase."""
-        now = time.process_time()
-        self.seconds[phase] = self.seconds.get(phase, 0.0) + now - self._last
-        self._last = now
+        current_time = time.process_time()
+        self.seconds[phase] = self.seconds.get(phase, 0.0) + current_time - self._last
+        self._last = current_time
 
 
 class Segments:
