@@ -313,7 +313,7 @@ class Probe:
         return out
 
     def pair(self, i, j, **keys):
-        """Numbers of the contact of two grains that are not alike; keys: of ref.mixed."""
+        """Numbers of the contact of two grains that are not alike; keys: of ref.mix_constants."""
         return ref.mix_constants(*(grain(self.radii[n], self.kinds[n]) for n in (i, j)), **keys)
 
     def wall(self, i, **keys):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import EXAMPLES, bundled, make_scene, sample_of
+from scenes import EXAMPLES, import_bundled, make_scene, sample_of
 
 import dusttaichi
 from dusttaichi import units
@@ -210,7 +210,7 @@ def in_warm_gas(threads):
     """400 grains far apart in a gas of 280 K, after twenty stopping times; seeds are the same."""
     noise = {"kind": "thermal_noise", "stopping_time": "5 ns", "temperature": "280 K"}
     places = 1e-5 * np.stack(np.meshgrid(*[np.arange(8.0)] * 3), -1).reshape(-1, 3)[:400]
-    with bundled(EXAMPLES / "thermal_noise.py"):
+    with import_bundled(EXAMPLES / "thermal_noise.py"):
         sim, start = started([noise], places, np.zeros((400, 3)), dt="0.5 ns", threads=threads)
         sim.advance(200)
         return sim, start
