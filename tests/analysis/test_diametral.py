@@ -66,7 +66,7 @@ def test_four_grains_break_where_mechanics_says(extension, rhombus):
     assert measurement.strength == pytest.approx(expected, rel=0.02)
     volume = 4.0 * 4.0 / 3.0 * RADIUS**3 / (diameter**2 / 4.0 * length)
     assert measurement.filling_factor == pytest.approx(volume, rel=1e-9)
-    numbers, failed = extension.DIAMETRAL.of(rhombus)
+    numbers, failed = extension.DIAMETRAL.evaluate(rhombus)
     assert not failed and numbers["diametral_strength"] == extension.diametral(rhombus).strength
     assert 0.0 < numbers["diametral_strain"] < 4e-4 and numbers["diametral_passed"]
     (axes,) = plots.draw_figures(rhombus)["diametral"].axes

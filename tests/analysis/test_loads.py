@@ -299,7 +299,7 @@ def test_the_law_beside_is_that_of_the_speed():
 
 
 def test_rows_of_the_summary_and_columns_of_a_comparison(tmp_path):
-    numbers, failed = FAST.of(plough())
+    numbers, failed = FAST.evaluate(plough())
     shown = [row for number in FAST.numbers for row in number.table_rows(numbers)]
     assert not failed and [title for title, *_ in shown][-2:] == [
         "plateau of the pressure, phi 0.2-0.4",
