@@ -20,6 +20,7 @@ from dusttaichi.continuum.kernels.store import (
     WANT,
     Layout,
 )
+from dusttaichi.continuum.outside import put_forces, shortest_timescale
 from dusttaichi.continuum.physics.elasticity import bulk_modulus
 from dusttaichi.continuum.physics.numbers import MaterialNumbers
 from dusttaichi.continuum.physics.registry import laws_of
@@ -30,8 +31,10 @@ from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.walls import NORMALS, Box
 from dusttaichi.errors import DustError
+from dusttaichi.physics.forces.model import ForceModel
 from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.results.roles import DUST, ELASTIC, RIGID
+from dusttaichi.scene.forces import find_law
 
 DEPTH = 1.0  # [m] of a scene in two dimensions: forces and energies are per metre
 
@@ -68,6 +71,8 @@ def build(scene, particles, *, loops=None):
     sim.search = Search(sim, scene.numerics.smoothing_length, mirrors, edges, rigid)
     put_particles(sim, particles, moving, faces_of(scene.boundary, "mirrors"))
     put_options(sim, particles, scene)
+    put_forces(sim, particles, scene)
+    sim.numbers["longest"] = scene.numerics.cfl * shortest_timescale(scene, particles)
     sim.search.now()
     sim.load_once()
     begin(sim, scene)
@@ -93,6 +98,7 @@ def layout_of(scene, execution="workers"):
         materials=bool(scene.materials),
         laws=laws_of(scene.all_materials),
         lanes=LANES if execution == "workers" else 1,
+        forces=ForceModel(tuple(find_law(block) for block in scene.forces)),
     )
 
 
@@ -152,6 +158,7 @@ def numbers_of(scene, dimension):
         "exponent": 1.0 if stress is None else stress.n,
         "at_spacing": 1.0 / at_spacing,
         "hourglass": numerics.hourglass,
+        "longest": np.inf,
         "gravity": [x, z] if dimension == 2 else [x, y, z],
         "attraction": 0.0 if gravity_numbers is None else gravity_numbers.constant,
         "soft2": h * h

@@ -16,6 +16,7 @@ from dusttaichi.continuum.kernels.images import Images
 from dusttaichi.continuum.kernels.lists import Neighbours
 from dusttaichi.continuum.kernels.motion import Motion
 from dusttaichi.continuum.kernels.numbers import numbers_type
+from dusttaichi.continuum.kernels.outside import make_evaluate_forces
 from dusttaichi.continuum.kernels.planes import Planes
 from dusttaichi.continuum.kernels.rates import Rates
 from dusttaichi.continuum.kernels.response import Response
@@ -33,6 +34,7 @@ class Kernels:
     advance: Any
     search: Any
     potential: Any
+    evaluate_forces: Any
     StepNumbers: Any
 
 
@@ -54,7 +56,9 @@ def compiled_for(key, layout, capacity):
     advance = advance_by(execution, step_phases, lambda: by_threads(phases, step_phases))
     search = make_search(motion, rates.blocks.near)
     potential = make_potential(attraction, StepNumbers) if layout.self_gravity else None
-    kernels = Kernels(advance, search, potential, StepNumbers)
+    outside = motion.outside
+    evaluate = make_evaluate_forces(outside, StepNumbers) if outside is not None else None
+    kernels = Kernels(advance, search, potential, evaluate, StepNumbers)
     return Compiled.from_kernels(key, layout, kernels, (fields, lists))
 
 

@@ -3,8 +3,10 @@
 import numpy as np
 
 from dusttaichi.continuum.kernels.store import FACES, OLD
+from dusttaichi.continuum.outside import evaluate
 from dusttaichi.continuum.physics.elasticity import path_energy
 from dusttaichi.method import Measurement
+from dusttaichi.physics.forces.ledger import split_work
 from dusttaichi.results.roles import DUST, ELASTIC
 
 
@@ -36,6 +38,7 @@ def energies(sim):
         "elastic_energy": float(elastic.sum()),
         "loss": np.array([*(work - elastic), *loss, against_artificial(sim, v)]),
         "work": face_work(sim),
+        "forces": evaluate(sim)[1],
         "speed": float(np.sqrt(speed2.max())),
         "largest": largest(sim, role == DUST),
         "momentum": (mass[free] @ v[free]) + masses @ speed[FACES:],
@@ -153,13 +156,22 @@ def face_work(sim):
     return float(sim.rigid("work")[:FACES].sum() - last)
 
 
-def measurement(sim, start):
-    """The present Measurement [J]; start: the losses at step 0, which count as 0."""
+def measurement(sim, start, forces):
+    """The present Measurement [J].
+
+    start, forces: `loss` and `forces` of the energies at step 0, which count as 0.
+    """
     m = energies(sim)
-    losses = m["loss"] - start
+    works, lost = split_work(sim.layout.forces, m.pop("forces") - forces)
+    m["force_work"] = float(sum(works.values()))
+    losses = np.append(m["loss"] - start, list(lost.values()))
     potential = m["gravity_energy"] + m["elastic_energy"]
     return Measurement.from_energies(
-        m["kinetic"], potential, losses, work=m["work"], parts=m | {"loss": losses}
+        m["kinetic"],
+        potential,
+        losses,
+        work=m["work"] + m["force_work"],
+        parts=m | {"loss": losses},
     )
 
 

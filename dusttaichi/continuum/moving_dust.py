@@ -36,7 +36,9 @@ class MovingDust(SimpleSimulation):
         self.variables = select_variables(
             VARIABLES, self._features(), *scene.output.variable_selection
         )
-        self.started = measure.energies(sim)["loss"]
+        start = measure.energies(sim)
+        self.started, self.forces_started = start["loss"], start["forces"]
+        self.channels = (*CHANNELS, *sim.layout.forces.channels)
         self._pairing = Pairing(sim, sample)
         self._warms = measure.Warming(scene, sample, sim) if sim.layout.heat else None
         # walls whose force is summed: over particles of a layer, or contacts of a rigid face
@@ -57,6 +59,7 @@ class MovingDust(SimpleSimulation):
             "heat": self.sim.layout.heat,
             "damage": self.sim.layout.damage,
             "materials": self.sim.layout.materials,
+            "outside": bool(self.sim.layout.forces),
         }
         return {name for name, is_present in has_feature.items() if is_present}
 
@@ -80,7 +83,7 @@ class MovingDust(SimpleSimulation):
     # -- measuring -------------------------------------------------------------------------------
 
     def measure(self):
-        return measure.measurement(self.sim, self.started)
+        return measure.measurement(self.sim, self.started, self.forces_started)
 
     def validate(self, measurement):
         validity.validate(self.sim, measurement)

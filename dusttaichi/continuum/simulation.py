@@ -19,6 +19,7 @@ from dusttaichi.continuum.kernels.store import (
     WHOLE,
     declare,
 )
+from dusttaichi.continuum.outside import evaluate
 from dusttaichi.continuum.physics.kernels import material_type
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import SimpleSimulation, moment
@@ -162,6 +163,8 @@ class Simulation:
         v, group = self.of_particles("v"), self.of_particles("group")
         half = 0.5 * self.clock[OLD]
         kick = half / self.of_particles("mass")[:, None] * self.of_particles("force")
+        if self.layout.forces:
+            kick += half * evaluate(self)[0][:, self.axes]
         out = self.raised(np.where((group == FREE)[:, None], v + kick, v))
         speed, spin = self.body_speeds()
         on = group >= FACES

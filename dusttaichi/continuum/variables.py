@@ -22,6 +22,8 @@ _TABLE = {
         ("elastic_energy", "time", "J", "elastic energy, p^2/2K + S:S/4mu per volume", _PHYS, ""),
         ("loss", "time channel", "J", "energy lost since the start", _PHYS, ""),
         ("work", "time", "J", "work of moving faces on the dust since the start", _PHYS, ""),
+        ("force_work", "time", "J", "work of forces from outside since the start, without their "
+         "losses", _PHYS, "outside"),
         "energy_residual",
         "energy_residual_relative",
         ("momentum", "time xyz", "kg m/s", "momentum of dust and free rigid bodies", "", ""),

@@ -11,6 +11,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.grains.kernels.forces import ACCELERATION, ENERGIES, LAWS, START, STEP, TURNING
 from dusttaichi.grains.kernels.store import SPHERE
+from dusttaichi.physics.forces.ledger import split_work
 from dusttaichi.physics.forces.model import ForceModel
 from dusttaichi.scene.forces import find_law, list_forces
 
@@ -142,16 +143,6 @@ def energies_since(sim, start):
 
     start: `sum_energies` then. Returns (work of gravity, of others, dict of losses).
     """
-    model, change = sim.outside.model, sum_energies(sim) - start
-    works = dict.fromkeys(range(len(model.laws)), 0.0)
-    losses = dict.fromkeys(model.channels, 0.0)
-    for k, n in enumerate(model.potentials):
-        works[n] = -change[k]
-    for k, (n, of_flow) in enumerate(model.powers, len(model.potentials)):
-        channel = getattr(model.laws[n], "CHANNEL", None)
-        if of_flow or channel is None:
-            works[n] += change[k]
-        if channel is not None:
-            losses[channel] += change[k] if of_flow else -change[k]
+    works, losses = split_work(sim.outside.model, sum_energies(sim) - start)
     gravity = works.pop(0) if sim.outside.has_gravity else 0.0
     return float(gravity), float(sum(works.values())), losses

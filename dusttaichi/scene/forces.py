@@ -184,6 +184,10 @@ class ScriptForce(Force):
 
     kind: Literal["script"]
 
+    def conflicts(self, scene) -> Faults:
+        if scene.method != "grains":
+            yield "kind", "allowed with method: grains"
+
 
 register(GravityForce, "")
 register(RotatingFrame, f"{_LAWS}.rotating_frame")

@@ -7,6 +7,7 @@ half of the one and the first half of the other. At the start the last step has 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import STUCK
 from dusttaichi.compute.scan import count_blocks
+from dusttaichi.continuum.kernels.outside import Outside
 from dusttaichi.continuum.kernels.store import (
     APART,
     COLUMN,
@@ -16,6 +17,7 @@ from dusttaichi.continuum.kernels.store import (
     OLD,
     PARTS,
     SUBSTEPS,
+    TIME,
     WANT,
     declare,
 )
@@ -38,6 +40,7 @@ class Motion:
         self.f, self.lists, self.layout, self.rigid = fields, lists, layout, rigid
         self.images = images
         self.attraction = attraction
+        self.outside = Outside(fields, lists, layout, rigid) if layout.forces else None
         self.n = layout.dimension
         answer_variables = (v for v in declare(layout) if v.answers)
         self.answers = [(getattr(fields, v.name), v.element[1]) for v in answer_variables]
@@ -52,6 +55,8 @@ class Motion:
         new_velocity = v
         if role == DUST or role == ELASTIC:
             new_velocity = v + (half / self.f.mass[i]) * self.f.force[i]
+            if ti.static(bool(self.layout.forces)):
+                new_velocity += self.outside.kick(i, new_velocity - v, half)
             x += dt * new_velocity
             self.f.volume[i] = self.f.mass[i] / self.f.density[i]
         elif group < FACES:
@@ -263,6 +268,9 @@ class Motion:
         if is_over == 1:
             time_left = numbers.output_step
         want = ti.min(GROWTH * self.f.clock[WANT], numbers.courant * numbers.h / fastest)
+        if ti.static(bool(self.layout.forces)):
+            want = ti.min(want, numbers.longest)
+            self.f.clock[TIME] += self.f.clock[DT]
         if dt > 0.0 and not (time_left < MOST_STEPS * want):
             self.lists.sync[STUCK] = 1
             want = time_left

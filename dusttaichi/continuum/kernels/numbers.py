@@ -30,6 +30,7 @@ def numbers_type(dimension):
         ),  # of repeating axes, and one over it; 0 of others
         inv_period=ti.types.vector(dimension, ti.f64),
         gravity=ti.types.vector(dimension, ti.f64),
+        longest=ti.f64,  # step that forces from outside allow
         attraction=ti.f64,  # constant of gravity [m^3/(kg s^2)], square of the softening [m^2]
         soft2=ti.f64,
     )

@@ -14,6 +14,7 @@ from dusttaichi.compute.scan import scan_capacity
 from dusttaichi.compute.state_variable import ELEMENTS, StateVariable
 from dusttaichi.continuum.physics.numbers import numbers_class
 from dusttaichi.continuum.physics.registry import DustLaws
+from dusttaichi.physics.forces.model import ForceModel
 
 FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies
 FREE = -1  # group of dust
@@ -30,7 +31,7 @@ CHANNELS = ("compaction", "tension", "shear", "viscosity", "grid", "artificial")
 
 # entries of the `clock`: length of this step and of the last one, rest of the output step, length
 # from which a step grows, steps so far [s, 1]
-DT, OLD, LEFT, WANT, SUBSTEPS = range(5)
+DT, OLD, LEFT, WANT, SUBSTEPS, TIME = range(6)
 PARTS = 18  # numbers of the load of a particle on a surface: force and torque, of stress and drags
 
 
@@ -99,7 +100,7 @@ class Layout(NamedTuple):
     contact that opens or sticks, viscosity by pairs or none, artificial stress or none, stiffness
     against hourglass modes or none, self-gravity or none, heat of viscosity or none, damage or
     none, one material or several. laws: of the dust. lanes: particles of a block, which share a
-    list of neighbours.
+    list of neighbours. forces: from outside.
     """
 
     dimension: int
@@ -117,6 +118,7 @@ class Layout(NamedTuple):
     materials: bool
     laws: DustLaws
     lanes: int
+    forces: ForceModel = ForceModel()
 
     @property
     def material_numbers(self):
@@ -199,6 +201,11 @@ def declare(layout):
         # strain at which the weakest activates, exponent, number, 1/radius [1/m]
         rows.append(("flaws", "flaws of a particle, radius of its volume", "", ("f64", 4), "own"))
         rows.append(("damage", "cube root of its damage", "1", scalar, "own"))
+    if layout.forces.powers:
+        powers = ("f64", len(layout.forces.powers))
+        rows.append(("force_work", "work of forces from outside so far", "J", powers, "own"))
+    if layout.forces.charged:
+        rows.append(("charge", "charge", "C", scalar, "own"))
     if layout.materials:
         rows.append(("material", "number of its material", "1", count, "own"))
     return [ParticleVariable(*row) for row in rows]
@@ -248,6 +255,11 @@ def place(layout, room, entries, ghosts=0):
             "weights": (ti.f64, (room,)),
             "potential": (ti.f64, (room,)),
         }
+    if layout.forces:
+        model = layout.forces
+        columns = 3 + len(model.potentials) + len(model.powers)
+        lists["forces"] = (ti.f64, (max(1, model.width),))
+        lists["force_now"] = (ti.f64, (room, columns))
     if layout.materials:
         lists["materials"] = (ti.f64, (MATERIALS, layout.material_numbers))
     if layout.ghosts:

@@ -10,13 +10,17 @@ from dusttaichi.continuum.samples import AnyParticles, reads_particles
 from dusttaichi.continuum.scene.boundary import ContinuumBoundary, FacesBoundary, OpenBoundary
 from dusttaichi.continuum.scene.material import ContinuumMaterial
 from dusttaichi.continuum.scene.numerics import ContinuumNumerics
+from dusttaichi.scene.charge import Charge
 from dusttaichi.scene.fields import Faults
+from dusttaichi.scene.forces import AnyForce, reads_forces
+from dusttaichi.scene.forces import check as check_forces
 from dusttaichi.scene.gravity import ContinuumGravity
 from dusttaichi.scene.gravity import check as check_gravity
 from dusttaichi.scene.material import DEFAULT
 from dusttaichi.scene.scene import MaterialsScene
 
 
+@reads_forces
 @reads_particles
 class ContinuumScene(MaterialsScene):
     """A run of dust as a continuum (Güttler et al. 2009); all quantities are SI floats."""
@@ -24,8 +28,8 @@ class ContinuumScene(MaterialsScene):
     SERIES_STEPS: ClassVar[int] = 5  # each of which the method divides into eight or more
 
     order: ClassVar[str] = (
-        "name extensions method dimension material materials sample gravity boundary stop stages "
-        "numerics output replicas"
+        "name extensions method dimension material materials sample charge gravity forces boundary "
+        "stop stages numerics output replicas"
     )
 
     method: Literal["continuum"] = Field(description="method of simulation")
@@ -40,6 +44,10 @@ class ContinuumScene(MaterialsScene):
         {}, description="further materials of bodies of dust, by name, each written like `material`"
     )
     sample: AnyParticles = Field(description="bodies at the start")
+    charge: Charge | None = Field(None, description="charges of the particles: `per_mass`")
+    forces: tuple[AnyForce, ...] = Field(
+        (), description="forces from outside on dust and elastic bodies"
+    )
     gravity: ContinuumGravity | None = Field(
         None,
         description="acceleration of all free bodies: downwards, or a list, "
@@ -89,8 +97,16 @@ class ContinuumScene(MaterialsScene):
             for block, faults in blocks.items()
             for key, text in faults
         ]
+        found += [*check_forces(self), *self._charge()]
         found += [*check_gravity(self), *self._plane_gravity(), *self._heat(), *self._laws()]
         return [*super().faults(), *found]
+
+    def _charge(self) -> Faults:
+        """Particles are no grains, and rigid bodies are not acted upon."""
+        if self.charge is not None and self.charge.per_mass is None:
+            yield "charge", "particles of a continuum are no grains; per_mass is allowed with them"
+        if self.forces and self.sample.has_rigid:
+            yield "forces", "they do not act on rigid bodies; use elastic ones, or gravity alone"
 
     def _heat(self) -> Faults:
         """All of the dust has a temperature, or none."""
