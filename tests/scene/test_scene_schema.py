@@ -124,11 +124,20 @@ KINDS = {
     ("sample", "lattice"): {"structure": "sc", "grains": 9},
     ("sample", "explicit"): {"file": "grains.csv"},
     ("sample", "cutout"): {"of": PAIR, "diameter": "3 um"},
+    ("forces", "gravity"): {"central": {"mass": "1 kg"}},
+    ("forces", "gas_drag"): {"density": "1 kg/m^3"},
+    ("forces", "rotating_frame"): {"angular_velocity": ["0 rad/s", "0 rad/s", "1 rad/s"]},
+    ("forces", "electric_field"): {
+        "field": ["1 V/m", "0 V/m", "0 V/m"],
+        "magnetic_field": ["1 T", "0 T", "0 T"],
+        "frequency": "1 s^-1",
+    },
 }
 # Blocks that a scene may do without, with what they need.
 MORE = {
     "sphere": {"radius": "6 um", "gap": "1 nm"},
     "gravity": {"central": {"mass": "1 kg"}},
+    "charge": {"mean": "1e-17 C"},
     "collisions": {"speed": ["1 m/s"], "impact_parameter": {"rings": 2}},
 }
 STAGES = {"stages": [{"name": "a", "stop": {"steps": 1}}], "stop": None}
@@ -142,6 +151,14 @@ def scene_with(key, kind):
         data |= STAGES | {"boundary": {"kind": "box"}}
     elif kind and block == "interaction":
         data["interaction"] = {"damping": kind}
+    elif block == "forces" and below:
+        kind = kind or "gravity"
+        data["boundary"] = {"kind": "open"}
+        data["charge"] = "1e-17 C"
+        own = dict(KINDS["forces", kind])
+        if below[-1] in ("field", "magnetic_field"):
+            del own[below[-1]]
+        data["forces"] = [{"kind": kind, **own}]
     elif kind:
         data[block] = {"kind": kind, **KINDS.get((block, kind), {})}
     elif below[:1] == ["asperities"] and below[1:]:
@@ -177,7 +194,8 @@ def test_default_is_what_the_table_says(key):
     value = read("value: " + key.default.replace("<name>", "cake")).data["value"]
     for kind in key.kinds or ("",):
         scene = scene_with(key, kind)
-        assert scene.with_value(key.path.replace("stages.", "stages.0."), value) == scene
+        path = key.path.replace("stages.", "stages.0.").replace("forces.", "forces.0.")
+        assert scene.with_value(path, value) == scene
 
 
 def test_what_is_allowed_of_which_kinds():
