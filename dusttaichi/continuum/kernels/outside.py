@@ -12,7 +12,7 @@ from dusttaichi.physics.forces.model import Forces
 from dusttaichi.results.roles import DUST, ELASTIC
 
 ENERGIES = 3  # columns of `force_now`: acceleration, then potentials, then energies of half a step
-SHORTEST = 1e-30  # stands for a kick of length 0 [s], in which stresses are formed
+SHORTEST = 1e-30  # least `dt` of a particle [s]: a kick of length 0 forms the stresses
 
 
 @ti.data_oriented
