@@ -143,7 +143,7 @@ def _build(scene):
     motion = method.find_method(scene).build(scene, method.make_sample(scene))
     motion.advance(1)
     began = time.process_time()
-    motion.sim.search.now()
+    motion.sim.search.update()
     search = time.process_time() - began
     _state["motion"] = motion
     measures = {"particles": motion.size, "neighbours": _count_neighbours(motion.sim)}

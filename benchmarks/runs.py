@@ -70,7 +70,7 @@ def answer(parent, *, do, grains, threads, steps, scene=SCENE):
     scene = load(scene).with_values({"sample.grains": grains, "numerics.threads": threads})
     with simulate(scene, log=lambda text: None) as run:
         run.advance(10)  # loads the kernels
-        search = run._run.sim.sim.search
+        search = run._run.sim.search
         search.around, first = Stopwatch(), search.count
         began, used = time.perf_counter(), time.process_time()
         if steps is None:

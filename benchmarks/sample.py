@@ -168,8 +168,8 @@ def _generate_positions(recipe: Recipe) -> np.ndarray:
 def _compress(cake, filling_factor: float) -> np.ndarray:
     """Compress a cake to a filling factor: positions [m]."""
     sim = _build(len(cake), cake, PRESS_SPEED)
-    width, depth, height = sim.lengths()
-    volume = len(cake) * 4 / 3 * math.pi * sim.radius**3
+    width, depth, height = sim.environment.lengths()
+    volume = len(cake) * 4 / 3 * math.pi * sim.bodies.radius**3
     final = units.LENGTH * volume / (filling_factor * width * depth)
     height *= units.LENGTH
     sim.advance(max(1, round((height - final) / (PRESS_SPEED * TIME_STEP))))
@@ -192,8 +192,8 @@ def _build(grains: int, sample, wall_speed: float):
 
 def _read_positions(sim) -> np.ndarray:
     """Read positions [m] in the order of the sample."""
-    positions = np.empty((sim.grains, 3))
-    positions[sim.order] = sim.fields["x"].to_numpy()[: sim.grains] * units.LENGTH
+    positions = np.empty((sim.bodies.count, 3))
+    positions[sim.grain_state.order] = sim.fields["x"].to_numpy()[: sim.bodies.count] * units.LENGTH
     return positions
 
 

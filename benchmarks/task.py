@@ -16,7 +16,6 @@ import numpy as np
 from benchmarks import instructions
 from benchmarks.sample import Recipe, load, make
 from dusttaichi import samples, units
-from dusttaichi.grains.measure import energies
 from dusttaichi.scene import from_yaml
 
 LEDGER_EVERY = 1000  # steps between measurements of a run
@@ -40,7 +39,7 @@ class Stopwatch:
 
 def _wall_speed(sim):
     """Speed of the fastest wall [um/us], 0 without walls."""
-    return 0.0 if sim.box is None else float(np.max(np.abs(sim.box.speed)))
+    return 0.0 if sim.domain.box is None else float(np.max(np.abs(sim.domain.box.speed)))
 
 
 class Benchmark:
@@ -64,9 +63,9 @@ class Benchmark:
         if polydisperse:
             sample = replace(sample, radii=np.full(len(sample), scene.material.radius))
         self.sim = build(scene, sample, ledger=ledger)
-        self.sim.advance(1)
+        self.sim.stepper.advance(1)
         self.searching = self.sim.search.around = Stopwatch()
-        return {"box": (self.sim.lengths() * units.LENGTH).tolist()}
+        return {"box": (self.sim.environment.lengths() * units.LENGTH).tolist()}
 
     def time(self, steps):
         """Seconds per step, and those of search and ledger at their rates in a run.
@@ -80,7 +79,7 @@ class Benchmark:
         begin = time.perf_counter()
         sim.advance(steps)
         middle = time.perf_counter()
-        measured = energies(sim)
+        measured = sim.ledger.measure_energies()
         ledger = time.perf_counter() - middle
         fastest = max(measured["largest_speed"], _wall_speed(sim))
         search_every = 0.5 * sim.search.skin / (fastest * sim.dt) if fastest > 0.0 else math.inf
@@ -92,7 +91,11 @@ class Benchmark:
 
     def memory(self):
         """Largest resident memory of this process, and memory of the fields of the scene [B]."""
-        tables = [*self.sim.fields.values(), *self.sim.scratch.values(), *self.sim.sums.values()]
+        tables = [
+            *self.sim.fields.values(),
+            *self.sim.scratch.values(),
+            *self.sim.kernel_sums.tables.values(),
+        ]
         return {
             "peak": peak_memory(),
             "fields": sum(array.nbytes for array in (table.to_numpy() for table in tables)),
@@ -105,20 +108,20 @@ class Benchmark:
         """
         counter = instructions.Counter()  # before the threads that it counts
         self.build(scene, path)
-        self.sim.advance(steps)
+        self.sim.stepper.advance(steps)
         instructions_before = counter.read()
-        self.sim.advance(steps)
+        self.sim.stepper.advance(steps)
         instructions_per_step = (
             None if instructions_before is None else (counter.read() - instructions_before) / steps
         )
-        about = {"process": os.getpid(), "pairs": self.sim.state.pair_count}
+        about = {"process": os.getpid(), "pairs": self.sim.grain_state.pair_count}
         return about | {"instructions": instructions_per_step}
 
     def mark_steps(self):
         """Mark a call with one step, and one with two, for an instructions.Stepper."""
         for steps in (1, 2):
             instructions.mark()
-            self.sim.advance(steps)
+            self.sim.stepper.advance(steps)
             instructions.mark()
         return {}
 

@@ -11,8 +11,6 @@ import reference as ref
 from dusttaichi import units
 from dusttaichi.compute.processor import kernel_folder
 from dusttaichi.grains.build import build
-from dusttaichi.grains.contacts import contact_state, wall_contact_state
-from dusttaichi.grains.measure import energies, loads
 from dusttaichi.physics.contact import registry
 from dusttaichi.physics.registry import copy_added, restore_added
 from dusttaichi.samples import Sample
@@ -240,13 +238,13 @@ class Probe:
 
     def __init__(self, scene, sample):
         self.sim, self.radii, self.kinds = build(scene, sample), sample.radii, sample.materials
-        self.back = np.argsort(self.sim.order)
+        self.back = np.argsort(self.sim.grain_state.order)
 
     def advance(self, steps):
-        self.sim.advance(steps)
+        self.sim.stepper.advance(steps)
 
     def _grains(self, name):
-        return self.sim.fields[name].to_numpy()[: self.sim.grains][self.back]
+        return self.sim.fields[name].to_numpy()[: self.sim.bodies.count][self.back]
 
     @property
     def dt(self):
@@ -258,29 +256,32 @@ class Probe:
 
     def loads(self):
         """Force [N] and torque [N m] on every grain."""
-        force, torque = loads(self.sim)
+        force, torque = self.sim.motion.sum_loads()
         return force[self.back] * units.FORCE, torque[self.back] * units.TORQUE
 
     @property
     def v(self):
         """Velocities at the time of the positions [m/s]."""
-        return self._extrapolate("v", 0, self.sim.mass)
+        return self._extrapolate("v", 0, self.sim.bodies.mass)
 
     @property
     def w(self):
         """Spins at the time of the positions [rad/s]."""
-        return self._extrapolate("w", 1, self.sim.inertia) * units.SPIN
+        return self._extrapolate("w", 1, self.sim.bodies.inertia) * units.SPIN
 
     def _extrapolate(self, name, load, inertia):
         """Velocities half a step later than those of the field, in internal units."""
-        later = 0.5 * self.sim.dt / inertia * loads(self.sim)[load]
-        return (self.sim.fields[name].to_numpy()[: self.sim.grains] + later)[self.back]
+        later = 0.5 * self.sim.dt / inertia * self.sim.motion.sum_loads()[load]
+        return (self.sim.fields[name].to_numpy()[: self.sim.bodies.count] + later)[self.back]
 
     def momenta(self):
         """Momentum, angular momentum about the origin, and the scale of each."""
         m, inertia = (
-            np.broadcast_to(a, (self.sim.grains, 1))[self.back] * unit
-            for a, unit in ((self.sim.mass, units.MASS), (self.sim.inertia, units.INERTIA))
+            np.broadcast_to(a, (self.sim.bodies.count, 1))[self.back] * unit
+            for a, unit in (
+                (self.sim.bodies.mass, units.MASS),
+                (self.sim.bodies.inertia, units.INERTIA),
+            )
         )
         linear = m * self.v
         turning = np.cross(self.x, linear) + inertia * self.w
@@ -297,16 +298,16 @@ class Probe:
 
     def energy(self):
         """(kinetic + potential, all losses, all work) [J]."""
-        return balance(energies(self.sim)) * units.ENERGY
+        return balance(self.sim.ledger.measure_energies()) * units.ENERGY
 
     def contacts(self):
         """{(i, j): (n1, n2, phi)} with i < j of the sample; j = -1 - wall, n2 = foot [m] there."""
-        out, pairs = {}, contact_state(self.sim)
+        out, pairs = {}, self.sim.contacts.measure_pairs()
         columns = ("grain_i", "grain_j", "pointer_i", "pointer_j", "twist")
         for a, b, n1, n2, phi in zip(*(pairs[name] for name in columns), strict=True):
             out[(a, b) if a < b else (b, a)] = (n1, n2, phi) if a < b else (n2, n1, phi)
-        if self.sim.box is not None:
-            walls = wall_contact_state(self.sim)
+        if self.sim.domain.box is not None:
+            walls = self.sim.contacts.measure_walls()
             columns = ("grain", "wall", "pointer", "foot", "twist")
             for a, wall, n1, foot, phi in zip(*(walls[name] for name in columns), strict=True):
                 out[a, -1 - wall] = (n1, foot * units.LENGTH, phi)

@@ -46,19 +46,19 @@ def listed_grains(sim):
 
 def near_grains(sim):
     """Pairs within reach of each other, by brute force, in the order of their numbers."""
-    x = sim.state.of_grains("x")
+    x = sim.grain_state.of_grains("x")
     edges, tilt = np.zeros(3), 0.0
-    if sim.cell is not None:
-        edges, tilt = sim.cell.edges(sim.time), sim.cell.offset(sim.time)
+    if sim.domain.cell is not None:
+        edges, tilt = sim.domain.cell.edges(sim.time), sim.domain.cell.offset(sim.time)
     apart = np.full((len(x), len(x)), np.inf)
     for turns in product(*[(-1, 0, 1) if edge > 0.0 else (0,) for edge in edges]):
         image = np.array(turns) * edges + [turns[2] * tilt, 0.0, 0.0]
         apart = np.minimum(apart, np.linalg.norm(x[:, None] - x - image, axis=2))
-    reach = 2.0 * sim.radius
-    if sim.polydisperse is not None:
-        radius = sim.state.of_grains("radius")
+    reach = 2.0 * sim.bodies.radius
+    if sim.bodies.properties is not None:
+        radius = sim.grain_state.of_grains("radius")
         reach = radius[:, None] + radius
-    return np.nonzero(np.triu(apart < reach + sim.pair.far + sim.search.skin, 1))
+    return np.nonzero(np.triu(apart < reach + sim.numbers.pair.far + sim.search.skin, 1))
 
 
 @pytest.mark.parametrize(

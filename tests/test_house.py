@@ -262,7 +262,7 @@ NEUTRAL = {
     "report",
     "export",
 }
-OWN_CLASSES = {"GrainsScene", "ContinuumScene", "MovingGrains", "MovingDust"}
+OWN_CLASSES = {"GrainsScene", "ContinuumScene", "GrainEngine", "MovingDust"}
 
 
 def _of_methods(tree):
@@ -314,7 +314,7 @@ def test_methods_are_told_apart_in_one_place():
         ("match scene.method:\n case 'grains': pass", True),
         ("{'grains': 1, 'continuum': 2}[scene.method]", True),
         ("isinstance(scene, GrainsScene)", True),
-        ("isinstance(sim, (int, moving_grains.MovingGrains))", True),
+        ("isinstance(sim, (int, engine.GrainEngine))", True),
         ("scene.method.startswith('gr')", True),
         ("speed.method == scene.method", False),
         ("method.find_method(scene).build(scene)", False),

@@ -73,7 +73,7 @@ def build(scene, particles, *, loops=None):
     put_options(sim, particles, scene)
     put_forces(sim, particles, scene)
     sim.numbers["longest"] = scene.numerics.cfl * shortest_timescale(scene, particles)
-    sim.search.now()
+    sim.search.update()
     sim.load_once()
     begin(sim, scene)
     return sim

@@ -74,7 +74,7 @@ class Search:
         """Square of the displacement after which a search is due [m^2]."""
         return (0.5 * self.skin) ** 2
 
-    def now(self):
+    def update(self):
         """Write new lists for the present positions; particles are sorted by place."""
         self._find_bounds()
         if self.sim.layout.lanes > 1:

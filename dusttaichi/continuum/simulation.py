@@ -103,7 +103,7 @@ class Simulation:
             self.step += self._call(end - self.step, pending)
             pending = 0
             if self.step < end:
-                self.search.now()
+                self.search.update()
                 pending = 1
 
     def step_numbers(self):

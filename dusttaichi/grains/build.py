@@ -12,17 +12,18 @@ from dusttaichi.domain.domain import Domain, lengths
 from dusttaichi.errors import DustError
 from dusttaichi.grains.compiled import compiled_for, interfaces
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.environment import environment, is_tilted
+from dusttaichi.grains.engine import DIFFERING, PREFIX, SAMPLE, GrainEngine
 from dusttaichi.grains.forces import choose_model, make_forces
 from dusttaichi.grains.grain_properties import equal_properties, scaled
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
+from dusttaichi.grains.ledger import ContactNumbers
 from dusttaichi.grains.order import order_by_members
+from dusttaichi.grains.placement import is_tilted, place_environment
 from dusttaichi.grains.pushes import make_push
 from dusttaichi.grains.setup import Prepared
-from dusttaichi.grains.simulation import Simulation
 from dusttaichi.grains.sphere import placed_sphere
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
@@ -34,35 +35,50 @@ RESOLVED = 0.005  # of the overlap at rest by which positions may be uncertain
 
 
 def build(scene, sample, *, loops=None, ledger=True, step=None):
-    """Simulation of a scene with a sample (dusttaichi.samples.Sample), contacts found, loads set.
+    """GrainEngine of a scene with a Sample, contacts found, loads set.
 
     loops: backend.Loops other than those of the backend, to compare them.
     ledger: False leaves the losses out, to measure what they cost.
     step: a TimeStep to take whatever the scene says, stable or not.
-    The simulation built before is of no more use: its fields and kernels may serve again.
+    The engine built before is of no more use: its fields and kernels may serve again.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
-    preparation = prepared(scene, sample, loops=loops, ledger=ledger, step=step)
-    layout, grains, walls = (
-        preparation.layout,
-        len(preparation.order),
-        preparation.domain.box is not None,
-    )
-    compiled = chosen_kernels(
-        preparation.scene, layout, (preparation.loops.execution, grains, preparation.threads)
-    )
+    parts = prepared(scene, sample, loops=loops, ledger=ledger, step=step)
+    layout, grains, walls = parts.layout, len(parts.order), parts.domain.box is not None
+    compiled = chosen_kernels(parts.scene, layout, (parts.loops.execution, grains, parts.threads))
     rows = {var.name: var.shape[0] for var in declare(grains, layout, walls)}
     tables = STRUCTURES.tables(compiled, rows)
     tables[0]["counts"].from_numpy(np.array(store.sizes(grains, layout, walls)))
-    *numbers, rows = chosen_numbers(preparation.contact_table, layout.model)
+    numbers, rows = chosen_numbers(parts.contact_table, layout.model)
     if rows is not None:
         tables[1]["interfaces"].from_numpy(rows)
-    return Simulation(compiled, tables, preparation, numbers)
+    return GrainEngine(scene, parts, compiled, tables, numbers)
+
+
+def make(scene, sample, step=None):
+    """GrainEngine of a scene and a Sample, at step 0; step: as for `build`.
+
+    Raises DustError where walls or faces cannot move as the scene says.
+    """
+    engine = build(scene, sample, step=step)
+    engine.domain.check_start()
+    return engine
+
+
+def reopen(scene, state):
+    """GrainEngine in a State of grains of that scene."""
+    differing = {name: state.arrays.get(PREFIX + name) for name in DIFFERING}
+    arrays = (state.arrays[PREFIX + name] for name in SAMPLE)
+    info = state.numbers["sample_info"]
+    engine = make(scene, samples.Sample(*arrays, info=info, **differing))
+    engine.restore(state)
+    return engine
 
 
 def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     """Prepared of a scene with a sample; nothing is compiled. Arguments, errors as of `build`."""
     sample, scene = samples.apply_pushes(scene, sample), scaled(scene)
+    pushed_sample = sample
     table = ContactTable.for_sample(scene, sample)
     own = table.properties
     check_precision(scene, sample, ContactTable(scene).farthest_pair.rest_overlap)
@@ -74,7 +90,7 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     push = make_push(
         scene.push, sample.info, order, dt, {push.kind for push in list_stage_pushes(scene)}
     )
-    box, cell = environment(table, sample)
+    box, cell = place_environment(table, sample)
     sample = with_images(scene, sample, cell)
     volume = len(order) * 4.0 / 3.0 * np.pi * radii**3
     if own is not None:
@@ -99,6 +115,7 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     return Prepared(
         scene,
         sample,
+        pushed_sample,
         properties,
         order,
         step,
@@ -123,13 +140,13 @@ def with_images(scene, sample, cell):
         return sample
     periodic = np.isin(np.arange(3), cell.axes)
     period = np.where(periodic, cell.edges(0.0) * units.LENGTH, np.inf)
-    image_cell = samples.Cell(period, cell.offset(0.0) * units.LENGTH)
+    around = samples.Cell(period, cell.offset(0.0) * units.LENGTH)
     materials = samples.Materials(scene)
-    sample_cell = samples.find_cell(sample.info, materials)
-    same = np.allclose(sample_cell.period, period) and np.isclose(sample_cell.tilt, image_cell.tilt)
+    before = samples.find_cell(sample.info, materials)
+    same = np.allclose(before.period, period) and np.isclose(before.tilt, around.tilt)
     if same and "network" in sample.info:
         return sample
-    return samples.describe_in_cell(sample, materials.radii_of(sample), image_cell)
+    return samples.describe_in_cell(sample, materials.radii_of(sample), around)
 
 
 def chosen_numbers(table, model):
@@ -142,7 +159,7 @@ def chosen_numbers(table, model):
     sphere = table.farthest_sphere
     on_sphere = None if sphere is None else internal_numbers(sphere, model)
     rows = None if table.properties is None else interfaces(table.scene, model)
-    return pair, wall, on_sphere, rows
+    return ContactNumbers(pair, wall, on_sphere), rows
 
 
 def chosen_layout(scene, model, loops, push, *, polydisperse, members=False):
@@ -185,11 +202,11 @@ def has_few_wall_contacts(box, cell, grains, smallest):
 
 def chosen_kernels(scene, layout, running):
     """The Compiled of a scene; running: kind of the loops, number of grains and threads."""
-    execution, grains, threads = running
+    kind, grains, threads = running
     walls, room = bool(scene.boundary.walls), capacity_for(grains)
     materials = len(scene.all_materials)
     started = ("grains", scene.numerics.backend, scene.numerics.debug, threads)
-    key = (*started, room, layout, walls, materials, execution)
+    key = (*started, room, layout, walls, materials, kind)
     return STRUCTURES.get(key, scene, threads, lambda key: compiled_for(key, scene, layout, room))
 
 

@@ -1,4 +1,4 @@
-"""Contacts of a Simulation at the moment: pointers, overlaps, forces, histories. Internal units."""
+"""Contacts of the grains at the moment: pointers, overlaps, forces, histories. Internal units."""
 
 import numpy as np
 
@@ -6,100 +6,136 @@ from dusttaichi.grains.pointers import pair_pointers, touching, wall_pointers
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 
 
-def contact_state(sim):
-    """Contacts between grains now, a dict of arrays; grains by the sample's numbers.
+class Contacts:
+    """Contacts of the grains of a GrainState with each other, with walls and with the sphere.
 
-    force [nN]: on the first grain; torque_i, torque_j [nN um]: on both, and the parts of these
-    (physics.contact.parts).
+    state: GrainState. bodies: GrainBodies. environment: Environment.
     """
-    i, j = sim.state.pairs()
-    radii = sim.grain_radii[sim.order]
-    on, state, normal, columns = touching_pairs(
-        sim, np.arange(len(i)), (i, j), (radii[i], radii[j])
-    )
-    i, j = i[on], j[on]
-    radii_pair = radii[i][:, None], radii[j][:, None]
-    first, second = pair_pointers(sim.layout, state, normal, radii_pair)
-    columns |= {"grain_i": sim.order[i], "grain_j": sim.order[j]}
-    return columns | {"pointer_i": first, "pointer_j": second}
+
+    def __init__(self, state, bodies, environment):
+        self._state, self._bodies, self._environment = state, bodies, environment
+
+    @property
+    def grain_count(self):
+        return self._bodies.count
+
+    # -- between grains --------------------------------------------------------------------------
+
+    def measure_pairs(self):
+        """Contacts between grains now, a dict of arrays; grains by the sample's numbers.
+
+        force [nN]: on the first grain; torque_i, torque_j [nN um]: on both, and the parts of these
+        (physics.contact.parts).
+        """
+        state, (i, j) = self._state, self._state.pairs()
+        radii = self._bodies.grain_radii[state.order]
+        touch, history, normal, contacts = self._measure_touching(
+            np.arange(len(i)), (i, j), (radii[i], radii[j])
+        )
+        i, j = i[touch], j[touch]
+        both_radii = radii[i][:, None], radii[j][:, None]
+        first, second = pair_pointers(state.layout, history, normal, both_radii)
+        contacts |= {"grain_i": state.order[i], "grain_j": state.order[j]}
+        return contacts | {"pointer_i": first, "pointer_j": second}
+
+    def _measure_touching(self, rows, bodies, radii):
+        """(which of the pairs in these rows of `lanes` touch, their histories, normals, a dict).
+
+        bodies: numbers of the first and the second body of each pair; radii [um]: of both. In the
+        dict are the overlap, the loads and their parts, and the numbers of the history that are in
+        the result.
+        """
+        layout = self._state.layout
+        history, load = (self._state.rows_of(name, rows) for name in ("history", "load"))
+        touch = touching(layout, history)
+        rows, history, (r1, r2) = rows[touch], history[touch], (r[touch] for r in radii)
+        d = self.distances(rows, *(body[touch] for body in bodies))
+        distance = np.linalg.norm(d, axis=1)
+        load = load[touch].astype(float)
+        load, normal = (load[:, :3], load[:, 3:6], load[:, 6:9]), d / distance[:, None]
+        contacts = {"overlap": r1 + r2 - distance, "force": load[0]}
+        contacts |= {"torque_i": load[1], "torque_j": load[2]}
+        contacts |= pair_parts(normal, load, (r1, r2))
+        return touch, history, normal, contacts | name_history(layout, history)
+
+    def distances(self, rows, i, j):
+        """Distance vectors from grains j to i now [um], of the pairs in these rows of `lanes`."""
+        x, cell = self._state["x"], self._environment.cell
+        d = x[i] - x[j]
+        if cell is not None:
+            d -= cell.across(self.crossed_edges(rows), self._environment.time)
+        return d
+
+    def crossed_edges(self, rows):
+        """Edges of the cell from the second grains to the first of pairs in these rows, (n, 3)."""
+        out = np.zeros((len(rows), 3))
+        if len(rows):
+            state = self._state
+            blocks = state.blocks_of(rows)
+            shift = state.lanes("shift", blocks)[rows - blocks.start * state.layout.width]
+            out[:, list(self._environment.cell.axes)] = shift
+        return out
+
+    def touch_distance(self, i, j):
+        """Distance of the centres of grains (by the sample's numbers) at first touch [um]."""
+        radii = self._bodies.grain_radii
+        return radii[i] + radii[j]
+
+    def smaller_radius(self, i, j):
+        """Radius of the smaller of two grains (by the sample's numbers) [um]."""
+        radii = self._bodies.grain_radii
+        return np.minimum(radii[i], radii[j])
+
+    # -- with walls and the sphere ---------------------------------------------------------------
+
+    def measure_walls(self):
+        """Contacts with walls now, a dict of arrays; feet and overlaps in um.
+
+        force [nN], torque [nN um]: on the grain, and the parts of these (physics.contact.parts).
+        """
+        state, layout, box = self._state, self._state.layout, self._environment.box
+        blocks, grain, wall = state.wall_lanes()
+        history, load = (state.rows(name, blocks) for name in ("history", "load"))
+        touch = touching(layout, history)
+        grain, wall, history = grain[touch], wall[touch], history[touch]
+        load = load[touch].astype(float)
+        x, normal, time = state["x"][grain], box.normal[wall], self._environment.time
+        radius = self._bodies.grain_radii[state.order[grain]]
+        # foot points are those on the wall, wherever it has gone along itself
+        displacement = box.tangential_displacements(time)[wall]
+        pointer, foot = wall_pointers(layout, history, (x - displacement, radius[:, None], normal))
+        offset = box.offsets(time)[wall]
+        # what follows from the history has the overlap in it: the foot is a point of the plane
+        foot += (offset - np.sum(foot * normal, axis=1))[:, None] * normal
+        distance = np.sum(x * normal, axis=1) - offset
+        contacts = {"grain": state.order[grain], "wall": wall, "pointer": pointer}
+        contacts |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + displacement}
+        parts = wall_parts(normal, (contacts["force"], contacts["torque"]), radius)
+        contacts |= {"overlap": radius - distance} | parts
+        return contacts | name_history(layout, history)
+
+    def measure_sphere(self, radius):
+        """Grains that touch the rigid sphere of that radius [um] now, a dict of arrays.
+
+        grain (C,), by the sample's numbers; overlap [um]; force [nN] and torque [nN um] on the
+        grain (C, 3), the parts of these (physics.contact.parts), and loss [fJ] by channel where it
+        is followed.
+        """
+        rows, grain, sphere = self._state.on_sphere()
+        number, second = self._state.order[grain], np.full(len(grain), sphere)
+        radii = self._bodies.grain_radii[number], np.full(len(grain), radius)
+        touch, _, _, contacts = self._measure_touching(rows, (grain, second), radii)
+        return contacts | {"grain": number[touch], "torque": contacts["torque_i"]}
 
 
-def touching_pairs(sim, rows, bodies, radii):
-    """(which of the pairs in these rows of `lanes` touch, their histories, normals, a dict).
-
-    bodies: numbers of the first and the second body of each pair; radii [um]: of both. In the dict
-    are the overlap, the loads and their parts, and what of the history the result has.
-    """
-    state, load = (sim.state.rows_of(table_name, rows) for table_name in ("history", "load"))
-    on = touching(sim.layout, state)
-    rows, state, (r1, r2) = rows[on], state[on], (r[on] for r in radii)
-    d = distances(sim, rows, *(body[on] for body in bodies))
-    distance = np.linalg.norm(d, axis=1)
-    load = load[on].astype(float)
-    load, normal = (load[:, :3], load[:, 3:6], load[:, 6:9]), d / distance[:, None]
-    columns = {"overlap": r1 + r2 - distance, "force": load[0]}
-    columns |= {"torque_i": load[1], "torque_j": load[2]}
-    return on, state, normal, columns | pair_parts(normal, load, (r1, r2)) | history_of(sim, state)
-
-
-def wall_contact_state(sim):
-    """Contacts with walls now, a dict of arrays; feet and overlaps in um.
-
-    force [nN], torque [nN um]: on the grain, and the parts of these (physics.contact.parts).
-    """
-    blocks, grain, wall = sim.state.wall_lanes()
-    state, load = (sim.state.rows(table_name, blocks) for table_name in ("history", "load"))
-    on = touching(sim.layout, state)
-    grain, wall, state = grain[on], wall[on], state[on]
-    load = load[on].astype(float)
-    x, normal = sim.state["x"][grain], sim.box.normal[wall]
-    radius = sim.grain_radii[sim.order[grain]]
-    # foot points are those on the wall, wherever it has gone along itself
-    way = sim.box.tangential_displacements(sim.time)[wall]
-    pointer, foot = wall_pointers(sim.layout, state, (x - way, radius[:, None], normal))
-    offset = sim.box.offsets(sim.time)[wall]
-    # what follows from the history has the overlap in it: the foot is a point of the plane
-    foot += (offset - np.sum(foot * normal, axis=1))[:, None] * normal
-    distance = np.sum(x * normal, axis=1) - offset
-    columns = {"grain": sim.order[grain], "wall": wall, "pointer": pointer}
-    columns |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + way}
-    components = wall_parts(normal, (columns["force"], columns["torque"]), radius)
-    return columns | {"overlap": radius - distance} | components | history_of(sim, state)
-
-
-def distances(sim, rows, i, j):
-    """Distance vectors from grains j to i now [um], of the pairs in these rows of `lanes`."""
-    x = sim.state["x"]
-    d = x[i] - x[j]
-    if sim.cell is not None:
-        d -= sim.cell.across(edges_between(sim, rows), sim.time)
-    return d
-
-
-def edges_between(sim, rows):
-    """Edges of the cell from the second grains to the first of pairs in these rows, (n, 3)."""
-    out = np.zeros((len(rows), 3))
-    if len(rows):
-        blocks = sim.state.blocks_of(rows)
-        shift = sim.state.lanes("shift", blocks)[rows - blocks.start * sim.layout.width]
-        out[:, list(sim.cell.axes)] = shift
-    return out
-
-
-def touch(sim, i, j):
-    """Distance of the centres of these grains (the sample's numbers) at first touch [um]."""
-    radii = sim.grain_radii
-    return radii[i] + radii[j]
-
-
-def history_of(sim, history):
-    """Histories of contacts, by the names of the result, in internal units.
+def name_history(layout, history):
+    """Histories of contacts (contacts, rows), by the names of the result, in internal units.
 
     Losses [fJ] where they are followed. Zeros for numbers that the scene does not have.
     """
-    zero, rows = np.zeros(len(history)), sim.layout.rows
+    zero, rows = np.zeros(len(history)), layout.rows
     out = {"twist": zero, "approach": zero}
-    for name, declared in sim.layout.model.history.items():
+    for name, declared in layout.model.history.items():
         if declared.result:
             first, width = rows[name]
             values = declared.sign * history[:, first : first + width]

@@ -88,61 +88,71 @@ def shortest_timescale(scene, radius, mass):
 # -- in a simulation ------------------------------------------------------------------------------
 
 
-def put_forces(sim):
-    """Write the numbers of the forces of a Simulation into its fields."""
-    sphere = (0.0,) * 3
-    if sim.sphere is not None:
-        sphere = sim.sphere.mass, sim.sphere.inertia, sim.sphere.radius
-    grain = (0.0,) * 3 if sim.polydisperse is not None else (sim.mass, sim.inertia, sim.radius)
-    if sim.outside.model.charged:
-        sim.fields["charge"].from_numpy(sim.outside.charges[sim.order])
-    sim.state["forces"] = sim.outside.table(sim.dt, grain, sphere)
+NO_KICKS = np.zeros(3), np.zeros(3)
 
 
-def evaluate(sim, present=False):
-    """Numbers of each grain, and behind them of the sphere, by the columns of kernels.forces.
+class ActingForces:
+    """OutsideForces on the particles of a GrainState, as kernels evaluate them now.
 
-    present: velocities and spins in memory are those of the positions, not half a step back.
+    forces: OutsideForces. kernels: those of a Compiled, by name. tables: memory.Table of sums, by
+    name. state: GrainState. bodies: GrainBodies. environment: Environment. Of the methods, kicks:
+    `contact_kicks` of the sphere; present: velocities and spins in memory are those of the
+    positions, not half a step back.
     """
-    kick = turn = np.zeros(3)
-    half, sphere = 0.5 * sim.dt, sim.sphere
-    if sphere is not None and sphere.speed is None:
-        force, torque = sphere.load()
-        kick, turn = half * force / sphere.mass, half * torque / sphere.inertia
-    sim.kernels.evaluate_forces(sim.step, half, int(present), kick.tolist(), turn.tolist())
-    return _used_rows(sim, sim.sums["force_now"])
 
+    def __init__(self, forces, kernels, tables, state, bodies, environment):
+        self.forces, self.model = forces, forces.model
+        self._kernels, self._tables, self._state = kernels, tables, state
+        self._bodies, self._environment = bodies, environment
 
-def _used_rows(sim, table):
-    """Rows of the grains and of the sphere in a memory.Table of all particles."""
-    if sim.sphere is None:
-        return table.to_numpy(sim.grains)
-    rows = table.to_numpy(sim.grains + SPHERE + 1)
-    return np.delete(rows, slice(sim.grains, sim.grains + SPHERE), axis=0)
+    def place(self, sphere):
+        """Write the numbers of the forces into fields; sphere: MovingSphere, or None."""
+        state, bodies = self._state, self._bodies
+        of_sphere = of_grain = (0.0,) * 3
+        if sphere is not None:
+            of_sphere = sphere.mass, sphere.inertia, sphere.radius
+        if bodies.are_equal:
+            of_grain = bodies.mass, bodies.inertia, bodies.radius
+        if self.model.charged:
+            state.fields["charge"].from_numpy(self.forces.charges[state.order])
+        state["forces"] = self.forces.table(self._environment.dt, of_grain, of_sphere)
 
+    def _evaluate(self, present, kicks):
+        """Numbers of each grain, and behind them of the sphere, by columns of kernels.forces."""
+        half, (kick, turn) = 0.5 * self._environment.dt, kicks
+        step = self._environment.step
+        self._kernels.evaluate_forces(step, half, int(present), kick.tolist(), turn.tolist())
+        return self._read_used_rows(self._tables["force_now"])
 
-def accelerations(sim, present=False):
-    """Accelerations and angular ones, (N, 3) each, with a row more for the sphere."""
-    rows = evaluate(sim, present)
-    return rows[:, ACCELERATION:TURNING], rows[:, TURNING:ENERGIES]
+    def _read_used_rows(self, table):
+        """Rows of the grains and of the sphere in a memory.Table of all particles."""
+        count = self._bodies.count
+        if not self._state.layout.sphere:
+            return table.to_numpy(count)
+        rows = table.to_numpy(count + SPHERE + 1)
+        return np.delete(rows, slice(count, count + SPHERE), axis=0)
 
+    def accelerations(self, present, kicks=NO_KICKS):
+        """Accelerations and angular ones, (N, 3) each, with a row more for the sphere."""
+        rows = self._evaluate(present, kicks)
+        return rows[:, ACCELERATION:TURNING], rows[:, TURNING:ENERGIES]
 
-def sum_energies(sim):
-    """Potential energies, then work up to the present by the powers that are summed [fJ].
+    def sum_energies(self, kicks=NO_KICKS):
+        """Potential energies, then work up to the present by the powers that are summed [fJ].
 
-    The work lacks that of the half step before the start, see `energies_since`.
-    """
-    totals, model = evaluate(sim)[:, ENERGIES:].sum(axis=0), sim.outside.model
-    if model.powers:
-        totals[len(model.potentials) :] += _used_rows(sim, sim.fields["force_work"]).sum(axis=0)
-    return totals
+        The work lacks that of the half step before the start, see `energies_since`.
+        """
+        totals, model = self._evaluate(False, kicks)[:, ENERGIES:].sum(axis=0), self.model
+        if model.powers:
+            work = self._read_used_rows(self._state.fields["force_work"]).sum(axis=0)
+            totals[len(model.potentials) :] += work
+        return totals
 
+    def energies_since(self, start, kicks=NO_KICKS):
+        """Work of gravity and of all other forces since the start, losses by channel [fJ].
 
-def energies_since(sim, start):
-    """Work of gravity and of all other forces since the start, losses by channel [fJ].
-
-    start: `sum_energies` then. Returns (work of gravity, of others, dict of losses).
-    """
-    works, losses = split_work(sim.outside.model, sum_energies(sim) - start)
-    gravity = works.pop(0) if sim.outside.has_gravity else 0.0
-    return float(gravity), float(sum(works.values())), losses
+        start: `sum_energies` then. Returns (work of gravity, of others, dict of losses).
+        """
+        works, losses = split_work(self.model, self.sum_energies(kicks) - start)
+        gravity = works.pop(0) if self.forces.has_gravity else 0.0
+        return float(gravity), float(sum(works.values())), losses

@@ -8,39 +8,36 @@ import numpy as np
 from dusttaichi import samples, units
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.grains.build import build
-from dusttaichi.grains.load_sums import load_sums
-from dusttaichi.grains.measure import energies
 from dusttaichi.physics.contact.registry import EFFECTS, law_name
 from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.scene import quantities
 
 
-def tables(sim):
-    """All fields of a simulation by name: state, scratch of the search, sums of measurements."""
-    return {**sim.fields, **sim.scratch, **sim.sums}
+def tables(engine):
+    """All fields of a GrainEngine by name: state, scratch of the search, sums of measurements."""
+    return {**engine.fields, **engine.scratch, **engine.kernel_sums.tables}
 
 
-def compiled_rows(scene, sim):
+def compiled_rows(scene, engine):
     """Rows (what, value): effects, boundary, measurements, kernels, state."""
-    layout = sim.layout
+    layout = engine.layout
     named = {effect: law_name(scene.interaction, effect) for effect in EFFECTS}
     on = [f"{effect} ({name})" for effect, name in named.items() if name is not None]
     on += list(scene.interaction.effects)
     off = [effect for effect, name in named.items() if name is None]
     walls, faces = "none", "none"
-    if sim.box is not None:
-        walls = ", ".join(
-            w for w, is_present in zip(WALLS, sim.box.present, strict=True) if is_present
-        )
-    if sim.cell is not None:
-        faces = "across " + ", ".join(AXES[n] for n in sim.cell.axes)
+    box, cell = engine.domain.box, engine.domain.cell
+    if box is not None:
+        walls = ", ".join(w for w, present in zip(WALLS, box.present, strict=True) if present)
+    if cell is not None:
+        faces = "across " + ", ".join(AXES[n] for n in cell.axes)
     sphere = "none"
-    if sim.sphere is not None:
-        sphere = "moves by forces" if sim.sphere.speed is None else "driven"
+    if engine.sphere is not None:
+        sphere = "moves by forces" if engine.sphere.speed is None else "driven"
     pushes = [
         name
-        for name, is_present in (("force", layout.forced), ("carried grains", layout.carried))
-        if is_present
+        for name, there in (("force", layout.forced), ("carried grains", layout.carried))
+        if there
     ]
     polydisperse = "their own radius and material" if layout.polydisperse else "equal"
     return [
@@ -51,31 +48,31 @@ def compiled_rows(scene, sim):
         ("periodic faces", faces),
         ("pushes", ", ".join(pushes) or "none"),
         ("rigid sphere", sphere),
-        ("forces from outside", _outside(sim)),
-        ("summed in every step", ", ".join(_summed(sim))),
+        ("forces from outside", _name_forces(layout)),
+        ("summed in every step", ", ".join(_summed(engine))),
         ("written", ", ".join(_written(scene))),
         ("contacts an iteration (lanes)", f"{layout.width}"),
         ("history of a contact", f"{layout.state_rows} numbers: {_history(layout)}"),
-        ("kernels", ", ".join(vars(sim.kernels))),
+        ("kernels", ", ".join(vars(engine.kernels))),
         (
             "backend, precision, threads",
-            f"{scene.numerics.backend}, {scene.numerics.precision}, {sim.threads}",
+            f"{scene.numerics.backend}, {scene.numerics.precision}, {engine.stepper.threads}",
         ),
     ]
 
 
-def _outside(sim):
+def _name_forces(layout):
     """Names of the laws of the forces from outside."""
-    names = [getattr(law, "__name__", type(law).__name__) for law in sim.layout.forces.laws]
+    names = [getattr(law, "__name__", type(law).__name__) for law in layout.forces.laws]
     return ", ".join(name.rpartition(".")[2] for name in names) or "none"
 
 
-def _summed(sim):
-    out = [f"losses ({', '.join(sim.layout.channels)})"]
-    out += ["forces on the walls"] if sim.box is not None else []
-    out += ["force and torque on the sphere"] if sim.sphere is not None else []
-    out += ["work of the faces"] if sim.cell is not None else []
-    return out + (["virial stress"] if sim.layout.stress else [])
+def _summed(engine):
+    out = [f"losses ({', '.join(engine.layout.channels)})"]
+    out += ["forces on the walls"] if engine.domain.box is not None else []
+    out += ["force and torque on the sphere"] if engine.sphere is not None else []
+    out += ["work of the faces"] if engine.domain.cell is not None else []
+    return out + (["virial stress"] if engine.layout.stress else [])
 
 
 def _written(scene):
@@ -85,7 +82,7 @@ def _written(scene):
         "profiles": any(plan.profiles is not None for plan in plans),
         "snapshots": any(plan.snapshots is not None for plan in plans),
     }
-    out = [name for name, is_requested in requested.items() if is_requested]
+    out = [name for name, there in requested.items() if there]
     out += [] if requested["snapshots"] else ["first and last snapshot"]
     return out + (["contacts of snapshots"] if scene.output.contacts else [])
 
@@ -94,20 +91,20 @@ def _history(layout):
     return ", ".join(f"{name} {width}" for name, (_, width) in layout.rows.items())
 
 
-def field_rows(sim):
+def field_rows(engine):
     """Rows (name, what it takes) of the fields from the largest on, those under 1 % in one.
 
     Bytes are counted for the capacity in grains (compute.memory.capacity_for).
     """
-    room = capacity_for(sim.grains)
-    sizes = {name: field.nbytes for name, field in tables(sim).items()}
-    total_bytes = sum(sizes.values())
+    room = capacity_for(engine.size)
+    sizes = {name: field.nbytes for name, field in tables(engine).items()}
+    whole = sum(sizes.values())
     rows, small = [], []
     for name, size in sorted(sizes.items(), key=lambda item: -item[1]):
-        if size < 0.01 * total_bytes:
+        if size < 0.01 * whole:
             small.append(name)
             continue
-        shape = " x ".join(str(n) for n in tables(sim)[name].field.shape)
+        shape = " x ".join(str(n) for n in tables(engine)[name].field.shape)
         rows.append((name, f"{_amount(size)}, {size / room:.0f} bytes a grain ({shape})"))
     if small:
         rows.append(
@@ -116,8 +113,8 @@ def field_rows(sim):
                 f"{_amount(sum(sizes[n] for n in small))}: {', '.join(sorted(small))}",
             )
         )
-    text = f"{total_bytes / room:.0f} bytes a grain, capacity {room:,}"
-    return [*rows, ("all", f"{_amount(total_bytes)}, {text}")]
+    each = f"{whole / room:.0f} bytes a grain, capacity {room:,}"
+    return [*rows, ("all", f"{_amount(whole)}, {each}")]
 
 
 def _amount(size):
@@ -134,12 +131,10 @@ def preset_rows(scene):
         if key == "step_fraction" and numerics.time_step != "auto":
             text = f"{value}, not used: time_step is given"
         rows.append((f"  {key}", text))
-    other_values = [
+    rest = [
         key for key in type(numerics).fields_in_order() if key not in {*numerics.preset, "accuracy"}
     ]
-    rows.append(
-        ("not set by it", ", ".join(f"{key} {_value(numerics, key)}" for key in other_values))
-    )
+    rows.append(("not set by it", ", ".join(f"{key} {_value(numerics, key)}" for key in rest)))
     return rows
 
 
@@ -156,40 +151,40 @@ def forces(scene):
 
     Its sample is made and built, no step is made.
     """
-    sim = build(scene, samples.make(scene))
-    start_energies, (force, _) = energies(sim), sim.forces()
-    rows = [*_contact_rows(sim, start_energies), *_grain_rows(force)]
-    if sim.box is not None:
-        rows += _wall_rows(sim)
-    if sim.sphere is not None:
-        rows.append(("force on the sphere", _vector(start_energies["sphere_load"][0])))
-    return [("Forces of the contacts at the start", [*rows, *_energy_rows(sim, start_energies)])]
+    engine = build(scene, samples.make(scene))
+    now, (force, _) = engine.ledger.measure_energies(), engine.stepper.evaluate()
+    rows = [*_contact_rows(engine, now), *_grain_rows(force)]
+    if engine.domain.box is not None:
+        rows += _wall_rows(engine)
+    if engine.sphere is not None:
+        rows.append(("force on the sphere", _vector(now["sphere_load"][0])))
+    return [("Forces of the contacts at the start", [*rows, *_energy_rows(engine, now)])]
 
 
-def _contact_rows(sim, start_energies):
-    rows = [("contacts between grains", f"{start_energies['contacts']:,}")]
-    if sim.box is not None:
-        rows.append(("contacts with walls", f"{start_energies['wall_contacts']:,}"))
-    if sim.sphere is not None:
-        rows.append(("contacts with the sphere", f"{start_energies['sphere_contacts']:,}"))
-    return [*rows, ("coordination number", f"{2.0 * start_energies['contacts'] / sim.grains:.4g}")]
+def _contact_rows(engine, now):
+    rows = [("contacts between grains", f"{now['contacts']:,}")]
+    if engine.domain.box is not None:
+        rows.append(("contacts with walls", f"{now['wall_contacts']:,}"))
+    if engine.sphere is not None:
+        rows.append(("contacts with the sphere", f"{now['sphere_contacts']:,}"))
+    return [*rows, ("coordination number", f"{2.0 * now['contacts'] / engine.size:.4g}")]
 
 
 def _grain_rows(force):
     """force [nN] on every grain, (N, 3)."""
     size = np.linalg.norm(force, axis=1)
-    largest = int(size.argmax())
+    most = int(size.argmax())
     return [
-        ("largest force on a grain", f"{_force(size[largest])}, grain {largest}"),
+        ("largest force on a grain", f"{_force(size[most])}, grain {most}"),
         ("mean force on a grain", _force(size.mean())),
     ]
 
 
-def _wall_rows(sim):
+def _wall_rows(engine):
     """The force of the grains on each wall, and on all of them together."""
-    on_walls, rows = -load_sums(sim).wall_force(), []
-    for n in np.flatnonzero(sim.box.present):
-        along = float(on_walls[n] @ sim.box.normal[n])
+    on_walls, rows = -engine.kernel_sums.read_loads().wall_force(), []
+    for n in np.flatnonzero(engine.domain.box.present):
+        along = float(on_walls[n] @ engine.domain.box.normal[n])
         text = "none" if along == 0.0 else f"{_force(abs(along))}, {_sense(along)}"
         rows.append((f"normal force on the wall {WALLS[n]}", text))
     return [*rows, ("total force on the walls", _vector(on_walls.sum(axis=0)))]
@@ -200,14 +195,10 @@ def _sense(along):
     return "pulled inwards" if along > 0.0 else "pushed outwards"
 
 
-def _energy_rows(sim, start_energies):
+def _energy_rows(engine, now):
     """Potential energy by effect, of all kinds of contact together."""
-    names = sim.layout.model.potentials
-    stored = (
-        start_energies["potential"]
-        + start_energies["potential_wall"]
-        + start_energies["potential_sphere"]
-    )
+    names = engine.layout.model.potentials
+    stored = now["potential"] + now["potential_wall"] + now["potential_sphere"]
     rows = [
         (f"potential energy, {name}", _energy(u)) for name, u in zip(names, stored, strict=True)
     ]

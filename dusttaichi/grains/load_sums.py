@@ -6,24 +6,20 @@ from dusttaichi.grains.kernels.load_sums import COLUMNS, ON_WALLS
 from dusttaichi.grains.kernels.store import FIRST_WALL
 
 
-def load_sums(sim):
-    """The LoadSums of a Simulation now: of no use once something has moved."""
-    return (DeviceLoadSums if hasattr(sim.kernels, "load_sums") else LoadSums)(sim)
-
-
 class LoadSums:
-    """The sums of a Simulation as it is now, each computed where it is needed.
+    """The sums of a GrainState as it is now, each computed where it is needed.
 
-    They are added up here: sooner than by kernels.
+    They are added up here: sooner than by kernels. Of no use once something has moved.
+    has_walls: whether the scene has walls. unit_mass: of GrainBodies.
     """
 
-    def __init__(self, sim):
-        self.sim, self.state, self.fields = sim, sim.state, sim.fields
-        self.layout = sim.layout
+    def __init__(self, state, has_walls, unit_mass):
+        self.state, self.fields, self.layout = state, state.fields, state.layout
+        self.has_walls, self.unit_mass = has_walls, unit_mass
 
     def wall_force(self):
         """Force of each wall on the grains [nN], (6, 3), summed in the order of the lanes."""
-        if self.sim.box is None:
+        if not self.has_walls:
             return np.zeros((6, 3))
         lanes, first = self.state.wall_lanes(), int(self.state["counts"][FIRST_WALL])
         load = self.fields["load"].copy_rows(first, first + self.state.wall_blocks, slice(0, 3))
@@ -32,11 +28,11 @@ class LoadSums:
 
     def impulses(self):
         """Time integral of the wall forces since the start [nN us], (6, 3)."""
-        if self.sim.box is None:
+        if not self.has_walls:
             return np.zeros((6, 3))
         total, blocks = self.state["impulse_total"], self.state.wall_blocks
-        of = self.fields["wall_of"].to_numpy(blocks)
-        np.add.at(total, of, self.fields["impulse"].to_numpy(blocks))
+        wall_of_block = self.fields["wall_of"].to_numpy(blocks)
+        np.add.at(total, wall_of_block, self.fields["impulse"].to_numpy(blocks))
         return total
 
     def across_faces(self):
@@ -61,7 +57,7 @@ class LoadSums:
         (T19 eq 23).
         """
         xx, xy, xz, yy, yz, zz = self.column_sums("flux")
-        total = self.sim.unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        total = self.unit_mass * np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         for name in ("virial", "wall_virial"):
             if name in self.state:
                 total += self.column_sums(name).reshape(3, 3)
@@ -69,13 +65,11 @@ class LoadSums:
 
 
 class DeviceLoadSums(LoadSums):
-    """LoadSums formed by a device and read by the host in one transfer."""
+    """LoadSums formed by a device and read by the host in one transfer, `sums`."""
 
-    def __init__(self, sim):
-        super().__init__(sim)
-        sim.kernels.load_sums()
-        self.found = sim.sums["load_sums"].to_numpy()
-        self.on_walls = self.found[ON_WALLS].reshape(6, 6)
+    def __init__(self, *parts, sums):
+        super().__init__(*parts)
+        self.sums, self.on_walls = sums, sums[ON_WALLS].reshape(6, 6)
 
     def wall_force(self):
         return self.on_walls[:, :3]
@@ -87,4 +81,4 @@ class DeviceLoadSums(LoadSums):
         return self.column_sums("across").reshape(3, 3)
 
     def column_sums(self, name):
-        return self.found[COLUMNS[name]]
+        return self.sums[COLUMNS[name]]

@@ -10,7 +10,6 @@ import numpy as np
 
 from dusttaichi.grains.kernels.measure import ANGULAR, KICK, LINEAR, Columns
 from dusttaichi.grains.kernels.members import BODY_COLUMNS, MASS, PLACE, VELOCITY
-from dusttaichi.grains.measure import measurement
 from dusttaichi.method import Measurement
 
 CARRIED = ("x", "v", "w", "grain_loss", "orientation")  # of each grain, as far as they exist
@@ -27,16 +26,19 @@ class MemberState(NamedTuple):
 
 
 class Members:
-    """Members of a Simulation, one behind the other in the sample as in memory.
+    """Members of a Motion, one behind the other in the sample as in memory.
 
-    bodies (M, 2): number of grains of both bodies of each. first (M + 1,): first grain of each.
-    forming (M, C): losses of the first step that belong to the time before it [fJ].
+    kernels: those of a Compiled, by name. kernel_sums: KernelSums. motion: Motion. search: Search.
+    ledger: Ledger. bodies (M, 2): number of grains of both bodies of each. first (M + 1,): first
+    grain of each. forming (M, C): losses of the first step that belong to the time before it [fJ].
     """
 
-    def __init__(self, sim, bodies):
-        self.sim, self.bodies = sim, np.array(bodies)
+    def __init__(self, kernels, kernel_sums, motion, search, ledger, *, bodies):
+        self._kernels, self._tables, self._motion = kernels, kernel_sums.tables, motion
+        self._search, self._ledger, self._state = search, ledger, motion.state
+        self._environment, self.bodies = motion.environment, np.array(bodies)
         self.first = np.concatenate([[0], np.cumsum(self.bodies.sum(axis=1))])
-        self.forming = np.zeros((len(self), len(sim.layout.channels)))
+        self.forming = np.zeros((len(self), len(self._state.layout.channels)))
 
     def __len__(self):
         return len(self.bodies)
@@ -51,20 +53,20 @@ class Members:
         The search sees the members on a lattice, one beside the other.
         """
         sizes = np.diff(self.first)
-        member, number = np.repeat(np.arange(len(self)), sizes), self.sim.order
+        member, number = np.repeat(np.arange(len(self)), sizes), self._state.order
         second = number - self.first[member] >= self.bodies[member, 0]
         edges = [np.ptp(x[self.grains(m)], axis=0) for m in range(len(self))]
-        pitch = np.max(edges, axis=0) + 4.0 * self.sim.radius
+        pitch = np.max(edges, axis=0) + 4.0 * self._motion.bodies.radius
         side = int(np.ceil(len(self) ** (1.0 / 3.0)))
         lattice = np.stack(np.unravel_index(np.arange(len(self)), (side,) * 3), axis=1)
-        state = self.sim.state
+        state = self._state
         state["body"] = 2 * member + second
         state["origin"] = (lattice * pitch)[member]
         state.fields["member_first"].from_numpy(self.first)
 
     def rest(self, member):
         """End a member: its grains rest where they are, touch nothing and are not searched."""
-        state, grains, layout = self.sim.state, self.grains(member), self.sim.layout
+        state, grains, layout = self._state, self.grains(member), self._state.layout
         count = grains.stop - grains.start
         x = state.fields["x"].copy_rows(grains.start, grains.stop)
         state.fields["x"].from_numpy(np.where(np.isfinite(x), x, 0.0), grains.start)
@@ -79,7 +81,7 @@ class Members:
                 rows = state.rows(part, blocks)
                 rows[lanes] = 0.0
                 state.put_rows(part, rows, blocks)
-        self.sim.search.ask()
+        self._search.ask()
 
     # -- measuring -------------------------------------------------------------------------------
 
@@ -89,26 +91,30 @@ class Members:
         In `parts` are also contacts, loss, largest_strain, and of both bodies centre [um] and
         velocity [um/us], (2, 3) each.
         """
-        sim, count = self.sim, len(self)
+        count, particles = len(self), self._motion.bodies
         due = np.zeros(count, int)
         due[members] = 1
-        sim.state.fields["due"].from_numpy(due)
-        half, mass, inertia = 0.5 * sim.dt, sim.unit_mass, sim.unit_inertia
-        sim.kernels.measure_bodies(count, mass, inertia, half / mass, half / inertia)
-        sim.kernels.measure_members(count, sim.step, sim.dt, sim.walls_argument)
-        bodies = sim.sums["body_sum"].to_numpy(2 * count).reshape(count, 2, BODY_COLUMNS)
-        contacts, lost = (sim.sums[n].to_numpy(count) for n in ("member_sum", "member_loss"))
+        self._state.fields["due"].from_numpy(due)
+        half, mass, inertia = (
+            0.5 * self._environment.dt,
+            particles.unit_mass,
+            particles.unit_inertia,
+        )
+        self._kernels.measure_bodies(count, mass, inertia, half / mass, half / inertia)
+        self._kernels.measure_members(count, *self._environment.moment)
+        bodies = self._tables["body_sum"].to_numpy(2 * count).reshape(count, 2, BODY_COLUMNS)
+        contacts, lost = (self._tables[n].to_numpy(count) for n in ("member_sum", "member_loss"))
         return [self._of(m, bodies[m], contacts[m], lost[m]) for m in members]
 
     def _of(self, member, bodies, contacts, lost):
         """The Measurement of a member from its sums."""
-        sim, columns = self.sim, Columns(self.sim.layout)
+        columns = Columns(self._state.layout)
         motion = {
             "centre": bodies[:, PLACE : PLACE + 3] / bodies[:, MASS, None],
             "velocity": bodies[:, VELOCITY : VELOCITY + 3] / bodies[:, MASS, None],
         }
         if self.surrounded:
-            total = measurement(sim)
+            total = self._ledger.measure()
             total.parts.update(motion)
             return total
         potentials = contacts[columns.potential]
@@ -122,7 +128,7 @@ class Members:
             losses=losses,
             lost=losses.sum(),
             kick=float(bodies[:, KICK].sum()),
-            bound=sim.pair.bound * number if sim.polydisperse is None else -potentials[0],
+            bound=self._ledger.binding_energy(number, potentials[0]),
             parts=motion
             | {"loss": losses, "contacts": number, "largest_strain": contacts[columns.strain]},
         )
@@ -130,21 +136,22 @@ class Members:
     @property
     def surrounded(self):
         """True where more than contacts acts on the grains, which only a single member allows."""
-        sim = self.sim
-        around = sim.box, sim.cell, sim.sphere, sim.outside
-        return any(thing is not None for thing in around) or sim.push.works
+        environment, layout = self._environment, self._state.layout
+        around = environment.box, environment.cell, self._motion.outside
+        is_pushed = layout.sphere or self._motion.push.works
+        return is_pushed or any(thing is not None for thing in around)
 
     def begin(self):
         """Begin the ledgers of all members, at step 0."""
-        pending = Columns(self.sim.layout).pending
+        pending = Columns(self._state.layout).pending
         self.measure(range(len(self)))
-        self.forming = self.sim.sums["member_sum"].to_numpy(len(self))[:, pending]
+        self.forming = self._tables["member_sum"].to_numpy(len(self))[:, pending]
 
     # -- contacts --------------------------------------------------------------------------------
 
     def _pairs(self, grains):
         """Numbers of the first listed pair of these grains and of the one behind their last."""
-        start = self.sim.state.fields["pair_start"]
+        start = self._state.fields["pair_start"]
         return (int(start.copy_rows(n, n + 1)[0]) for n in (grains.start, grains.stop))
 
     def touching(self, member):
@@ -152,13 +159,13 @@ class Members:
 
         Raises RuntimeError where a grain of another member is among them.
         """
-        grains, state, width = self.grains(member), self.sim.state, self.sim.layout.width
+        grains, state, width = self.grains(member), self._state, self._state.layout.width
         begin, end = self._pairs(grains)
         if end == begin:
             return (np.zeros(0, int),) * 3
         blocks = state.blocks_of(np.array([begin, end - 1]))
         lanes = slice(begin - blocks.start * width, end - blocks.start * width)
-        touched = self.sim.layout.rows["touched"][0]
+        touched = self._state.layout.rows["touched"][0]
         contact = state.fields["contact"].copy_rows(
             blocks.start, blocks.stop, slice(touched, touched + 1)
         )
@@ -177,17 +184,17 @@ class Members:
     def pairs(self, member):
         """Contacts of a member: numbers of its grains in the sample, (C, 2)."""
         _, i, j = self.touching(member)
-        return np.column_stack([self.sim.order[i], self.sim.order[j]]) - self.first[member]
+        return np.column_stack([self._state.order[i], self._state.order[j]]) - self.first[member]
 
     def motion(self, member):
         """Positions [um] of the grains of a member in the sample's order, (n, 3).
 
         And velocities [um/us] and spins [rad/us], half a step back.
         """
-        grains, state = self.grains(member), self.sim.state
+        grains, state = self.grains(member), self._state
         out = np.empty((3, grains.stop - grains.start, 3))
         for values, name in zip(out, ("x", "v", "w"), strict=True):
-            values[self.sim.order[grains] - grains.start] = state.fields[name].copy_rows(
+            values[self._state.order[grains] - grains.start] = state.fields[name].copy_rows(
                 grains.start, grains.stop
             )
         return out
@@ -197,11 +204,11 @@ class Members:
     def states(self, members):
         """The MemberState of each of these members."""
         if members:
-            self.sim.kernels.add_grain_losses()
-        return [self._state(member) for member in members]
+            self._kernels.add_grain_losses()
+        return [self._copy_state(member) for member in members]
 
-    def _state(self, member):
-        state, span = self.sim.state, self.grains(member)
+    def _copy_state(self, member):
+        state, span = self._state, self.grains(member)
         grains = {
             n: state.fields[n].copy_rows(span.start, span.stop)
             for n in CARRIED
@@ -211,7 +218,7 @@ class Members:
         history, loads = (state.rows(part, slice(0, 0)) for part in ("history", "load"))
         if len(contacts):
             blocks = state.blocks_of(contacts)
-            rows = contacts - blocks.start * self.sim.layout.width
+            rows = contacts - blocks.start * self._state.layout.width
             history, loads = (state.rows(part, blocks)[rows] for part in ("history", "load"))
         return MemberState(grains, i - span.start, j - span.start, history, loads)
 
@@ -220,19 +227,19 @@ class Members:
 
         forming: see Members. Neighbours are searched; contacts keep history and loads exactly.
         """
-        state, self.forming = self.sim.state, forming
+        state, self.forming = self._state, forming
         for member, carried in enumerate(states):
             for name, values in carried.grains.items():
                 state.fields[name].from_numpy(values, int(self.first[member]))
-        self.sim.search.now(self.sim.step)
+        self._search.update(self._environment.step)
         i, j = state.pairs()
-        key = i.astype(np.int64) * self.sim.grains + j
+        key = i.astype(np.int64) * self._motion.bodies.count + j
         shifts = list(zip(states, self.first[:-1], strict=True))
         i, j = (
             np.concatenate([getattr(carried, n) + first for carried, first in shifts])
             for n in ("i", "j")
         )
-        rows = np.searchsorted(key, i.astype(np.int64) * self.sim.grains + j)
+        rows = np.searchsorted(key, i.astype(np.int64) * self._motion.bodies.count + j)
         blocks = state.used_blocks()[0]
         for part, name in (("history", "history"), ("load", "loads")):
             values = np.concatenate([getattr(carried, name) for carried in states])

@@ -3,81 +3,82 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.grains.contacts import contact_state, touch, wall_contact_state
 from dusttaichi.physics.network import Contacts, limit
 
 
-def stable_step(sim):
+def stable_step(contacts, table, motion):
     """(shortest period [s], largest stable step [s]) of the contacts that there are now.
 
-    Every contact with the slope of its force and the damping where it is; walls with their
-    strengths; polydisperse grains; across the faces. Infinite without contacts. Contacts to come
-    may be stiffer or more: see time_step.time_step for those.
+    contacts: Contacts. table: ContactTable. motion: Motion. Every contact with the slope of its
+    force and the damping where it is; walls with their strengths; polydisperse grains; across the
+    faces. Infinite without contacts. Contacts to come may be stiffer or more: see
+    time_step.time_step for those.
     """
-    mass = np.broadcast_to(np.ravel(sim.mass), sim.grains) * units.MASS
-    if sim.polydisperse is not None:
-        mass = sim.polydisperse.mass  # in the sample's order
-    return limit(contacts_of(sim), mass)
+    bodies = motion.bodies
+    mass = np.broadcast_to(np.ravel(bodies.mass), bodies.count) * units.MASS
+    if not bodies.are_equal:
+        mass = bodies.properties.mass  # in the sample's order
+    return limit(make_network(contacts, table, motion), mass)
 
 
-def contacts_of(sim):
-    """physics.network.Contacts of a simulation, grains by the sample's numbers."""
-    pairs = contact_state(sim)
+def make_network(contacts, table, motion):
+    """physics.network.Contacts of the Contacts now, grains by the sample's numbers."""
+    pairs, box = contacts.measure_pairs(), motion.environment.box
     i, j, overlap = pairs["grain_i"], pairs["grain_j"], pairs["overlap"]
-    kind_of = _kinds(sim)
-    pair_kinds = [kind_of(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
-    normal = _normals(sim, i, j, touch(sim, i, j) - overlap)
+    constants_of = _choose_constants(table)
+    springs = [constants_of(a, b) for a, b in zip(i.tolist(), j.tolist(), strict=True)]
+    normal = _normals(motion, i, j)
     strength = np.ones(len(i))
-    if sim.box is not None:
-        walls = wall_contact_state(sim)
-        g, wall = walls["grain"], walls["wall"]
-        pair_kinds += [kind_of(a, None) for a in g.tolist()]
-        i, j = np.concatenate([i, g]), np.concatenate([j, np.full(len(g), -1)])
-        normal = np.concatenate([normal, sim.box.normal[wall]])
-        strength = np.concatenate([strength, sim.box.strength[wall]])
+    if box is not None:
+        walls = contacts.measure_walls()
+        grain, wall = walls["grain"], walls["wall"]
+        springs += [constants_of(g, None) for g in grain.tolist()]
+        i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), -1)])
+        normal = np.concatenate([normal, box.normal[wall]])
+        strength = np.concatenate([strength, box.strength[wall]])
         overlap = np.concatenate([overlap, walls["overlap"]])
     overlap = np.array(overlap, float) * units.LENGTH
-    same = {name: _column(pair_kinds, name) for name in ("r", "R", "k_s", "k_r", "k_t")}
+    springs_of_sides = {name: _column(springs, name) for name in ("r", "R", "k_s", "k_r", "k_t")}
     return Contacts(
         grain_i=np.array(i, int),
         grain_j=np.array(j, int),
         normal=np.reshape(normal, (-1, 3)),
         strength=np.array(strength, float),
-        ratio=np.array([ratio for _, ratio in pair_kinds], float),
-        k_n=_along(pair_kinds, overlap + _column(pair_kinds, "gap"), "slope"),
-        kappa=_along(pair_kinds, overlap + _column(pair_kinds, "gap"), "kappa_at"),
-        **same,
+        ratio=np.array([ratio for _, ratio in springs], float),
+        k_n=_along(springs, overlap + _column(springs, "gap"), "slope"),
+        kappa=_along(springs, overlap + _column(springs, "gap"), "kappa_at"),
+        **springs_of_sides,
     )
 
 
-def _column(pair_kinds, name):
-    """A number of each contact; pair_kinds: (ContactConstants, r1/r2) of each."""
-    return np.array([getattr(c, name) for c, _ in pair_kinds], float)
+def _column(springs, name):
+    """A number of each contact; springs: (ContactConstants, r1/r2) of each."""
+    return np.array([getattr(constants, name) for constants, _ in springs], float)
 
 
-def _along(pair_kinds, overlap, name):
+def _along(springs, overlap, name):
     """Values of a method of each contact (`slope`, `kappa_at`) at its overlap [m]."""
-    indices, out = {}, np.zeros(len(pair_kinds))
-    for n, (contact, _) in enumerate(pair_kinds):
-        indices.setdefault(id(contact), (contact, []))[1].append(n)
-    for contact, rows in indices.values():
-        out[rows] = getattr(contact, name)(overlap[rows])
+    rows_by_constants, out = {}, np.zeros(len(springs))
+    for row, (constants, _) in enumerate(springs):
+        rows_by_constants.setdefault(id(constants), (constants, []))[1].append(row)
+    for constants, rows in rows_by_constants.values():
+        out[rows] = getattr(constants, name)(overlap[rows])
     return out
 
 
-def _normals(sim, i, j, distance):
+def _normals(motion, i, j):
     """Unit vectors from grain j to grain i, through periodic faces where these are nearer."""
-    x = np.empty((sim.grains, 3))
-    x[sim.order] = sim.state.of_grains("x")
+    x, environment = np.empty((motion.bodies.count, 3)), motion.environment
+    x[motion.state.order] = motion.state.of_grains("x")
     d = x[i] - x[j]
-    if sim.cell is not None:
-        d = sim.cell.nearest(d, sim.time)
+    if environment.cell is not None:
+        d = environment.cell.nearest(d, environment.time)
     return d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-300)
 
 
-def _kinds(sim):
+def _choose_constants(table):
     """Function (grain, other grain or None: a wall) -> (ContactConstants, r1/r2)."""
-    table, properties = sim.contact_table, sim.polydisperse
+    properties = table.properties
     if properties is None:
         pair, wall = table.farthest_pair, table.farthest_wall
         return lambda i, j: (wall, 1.0) if j is None else (pair, 1.0)
@@ -92,9 +93,9 @@ def _kinds(sim):
     return constants_of
 
 
-def rows(sim):
+def tabulate_stability(contacts, table, motion):
     """Rows (what, value) of `dust check --internals`: the contacts at the start."""
-    period, stable = stable_step(sim)
+    period, stable = stable_step(contacts, table, motion)
     if not np.isfinite(stable):
         return [("contacts", "none")]
     return [

@@ -83,12 +83,13 @@ def _median_contacts(table):
 
 def internals(scene):
     """More sections, of the scene built: what is compiled in, fields, contacts at the start."""
-    sim = build(scene, samples.make(scene))
+    engine = build(scene, samples.make(scene))
+    stability = network.tabulate_stability(engine.contacts, engine.contact_table, engine.motion)
     return [
-        ("Contacts at the start", network.rows(sim)),
+        ("Contacts at the start", stability),
         ("Accuracy", preset_rows(scene)),
-        ("Compiled in", compiled_rows(scene, sim)),
-        ("Fields", field_rows(sim)),
+        ("Compiled in", compiled_rows(scene, engine)),
+        ("Fields", field_rows(engine)),
     ]
 
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from dusttaichi import samples, units
 from dusttaichi.domain.clock import NEVER
-from dusttaichi.grains.measure import contact_loads, grain_state, set_back, velocities
 from dusttaichi.grains.order import rank_of
 from dusttaichi.physics.geometry import rigid_rotation
 from dusttaichi.results.plain import from_plain, plain
@@ -60,8 +59,8 @@ class Push:
     @property
     def of_stage(self):
         """True where some of it ends with the stage."""
-        differs = set(self.carried_grains.tolist()) != set(self.own_speeds)
-        return differs or any(force.start is not None for force in self.forces)
+        own = set(self.carried_grains.tolist()) != set(self.own_speeds)
+        return own or any(force.start is not None for force in self.forces)
 
     @property
     def works(self):
@@ -69,34 +68,34 @@ class Push:
 
     # -- stages ----------------------------------------------------------------------------------
 
-    def next_stage(self, forces, speeds):
-        """The Push of the next stage: all that does not end with the present one, and these."""
-        out = copy.copy(self)
-        out.forces = (*(f for f in self.forces if f.start is None), *forces)
-        out._carry(self.own_speeds | speeds)
-        return out
+    def begin_stage(self, forces, speeds, contact_forces):
+        """These begin, beside all that does not end with the stage before.
+
+        contact_forces (N, 3): now [nN], the reference of the work of carriers.
+        """
+        self.forces = (*(f for f in self.forces if f.start is None), *forces)
+        self._carry(self.own_speeds | speeds)
+        self.first = contact_forces[self.carried_grains]
 
     def work_of_stage(self, x, impulse, force, step, dt):
         """Work since the start of the stage [fJ] of its forces and of the carriers of grains.
 
         Arguments as of `work`.
         """
-        out = copy.copy(self)
-        out.forces = tuple(f for f in self.forces if f.start is not None)
-        return out.work(x, impulse, force, step, dt)
+        ending = copy.copy(self)
+        ending.forces = tuple(f for f in self.forces if f.start is not None)
+        return ending.work(x, impulse, force, step, dt)
 
     def numbers(self):
         """State for a checkpoint, as JSON."""
         speeds = list(zip(self.carried_grains, self.velocity, strict=True))
         return plain({"forces": self.forces, "speeds": speeds, "first": self.first})
 
-    def restored(self, numbers):
-        """The Push of these numbers."""
-        out = copy.copy(self)
-        out.forces = tuple(from_plain(Force, force) for force in numbers["forces"])
-        out._carry({g: np.array(speed) for g, speed in numbers["speeds"]})
-        out.first = np.array(numbers["first"]).reshape(-1, 3)
-        return out
+    def restore(self, numbers):
+        """Go back to these numbers."""
+        self.forces = tuple(from_plain(Force, force) for force in numbers["forces"])
+        self._carry({g: np.array(speed) for g, speed in numbers["speeds"]})
+        self.first = np.array(numbers["first"]).reshape(-1, 3)
 
     # -- forces and work -------------------------------------------------------------------------
 
@@ -122,7 +121,7 @@ class Push:
         """Store positions and contact forces of step 0, the reference of the work."""
         self.start, self.first = x[: self.grains].copy(), force[self.carried_grains]
 
-    def on(self, loads, step):
+    def add_to(self, loads, step):
         """Contact loads (force, torque), (2, N, 3), with the pushes; 0 on carried grains."""
         if self.forced:
             loads[0] += self.force(step)
@@ -146,8 +145,8 @@ class Push:
         work = sum(self._work(f, x) for f in self.forces if step < f.end)
         if self.carried:
             # the force of a step acts half before and half after it
-            grains = self.carried_grains
-            absorbed = impulse[grains] + 0.5 * dt * (force[grains] - self.first)
+            own = self.carried_grains
+            absorbed = impulse[own] + 0.5 * dt * (force[own] - self.first)
             work -= float(np.sum(absorbed * self.velocity))
         return work
 
@@ -172,10 +171,10 @@ def forces_and_speeds(entries, groups, dt, first=0):
     forces, speeds = [], {}
     for entry, grains in zip(entries, groups, strict=True):
         if entry.force is not None:
-            force = np.array(entry.force) / units.FORCE / len(grains)
+            each = np.array(entry.force) / units.FORCE / len(grains)
             duration = entry.duration
             steps = NEVER if duration is None else max(1, round(duration / units.TIME / dt))
-            forces.append(Force(grains, force, NEVER if steps == NEVER else first + steps))
+            forces.append(Force(grains, each, NEVER if steps == NEVER else first + steps))
         elif entry.speed is not None:
             speeds |= {int(g): np.array(entry.speed) / units.SPEED for g in grains}
     return forces, speeds
@@ -186,55 +185,49 @@ def make_push(entries, info, order, dt, kinds=()):
 
     kinds: of the pushes of stages.
     """
-    rank, stored = rank_of(order), info.get("push", ()) if entries else ()
-    groups = [rank[np.array(group["grains"])] for group in stored]
+    rank, found = rank_of(order), info.get("push", ()) if entries else ()
+    groups = [rank[np.array(group["grains"])] for group in found]
     return Push(len(order), *forces_and_speeds(entries, groups, dt), kinds=kinds)
 
 
-def push_anew(sim, entries):
-    """The pushes of a Simulation's last stage end, and `entries` (scene.Push) begin.
+def begin_pushes(entries, motion):
+    """The pushes of the last stage of a Motion end, and `entries` (scene.Push) begin.
 
     Velocities and spins are half a step back: they are brought to the current step by the loads
-    that have acted, changed there, and set back by those that act from now on. The work of the
-    pushes up to now, and the kinetic energy that the change itself gives or takes, go into the
-    ledger sums.
+    that have acted, changed there, and set back by those that act from now on. Returns the energy
+    [fJ] that has entered: the work of the pushes up to now, and the kinetic energy that the change
+    itself gives or takes.
     """
-    state, (v, w) = sim.state, velocities(sim)
-    energy_before = _kinetic(sim, v, w)
-    contact, x = contact_loads(sim)[0], state["x"]
-    impulse = state["carried_impulse"] if "carried_impulse" in state else None
-    work = sim.push.work_of_stage(x, impulse, contact, sim.step, sim.dt)
+    state, push, environment = motion.state, motion.push, motion.environment
+    step, dt, _ = environment.moment
+    v, w = motion.velocities()
+    kinetic_before = motion.kinetic_energy(v, w)
+    contact_forces, x = motion.sum_contact_loads()[0], state["x"]
+    work = push.work_of_stage(x, state.carried_impulse(), contact_forces, step, dt)
 
-    mass = np.broadcast_to(sim.mass, (sim.grains, 1))
-    groups = _groups(sim, entries)
-    forces, speeds = forces_and_speeds(entries, groups, sim.dt, sim.step)
+    mass = np.broadcast_to(motion.bodies.mass, (motion.bodies.count, 1))
+    groups = _find_groups(entries, motion)
+    forces, speeds = forces_and_speeds(entries, groups, dt, step)
     forces = [replace(force, start=x[force.grains]) for force in forces]
-    sim.push = sim.push.next_stage(forces, speeds)
-    sim.push.first = contact[sim.push.carried_grains]
-    sim.push.place(sim.fields, sim.step)
+    push.begin_stage(forces, speeds, contact_forces)
+    push.place(state.fields, step)
     for entry, grains in zip(entries, groups, strict=True):
         if entry.velocity is not None:
             v[grains] += np.array(entry.velocity) / units.SPEED
         if entry.spin is not None:
-            spin, masses = np.array(entry.spin) / units.SPIN, mass[grains]
-            v[grains] += rigid_rotation(spin, x[grains], masses)
+            spin = np.array(entry.spin) / units.SPIN
+            v[grains] += rigid_rotation(spin, x[grains], mass[grains])
             w[grains] += spin
-    v[sim.push.carried_grains], w[sim.push.carried_grains] = sim.push.velocity, 0.0
+    v[push.carried_grains], w[push.carried_grains] = push.velocity, 0.0
 
-    set_back(sim, v, w)
-    sim.ledger_sums.push_work += work + _kinetic(sim, v, w) - energy_before
+    motion.set_back(v, w)
+    return work + motion.kinetic_energy(v, w) - kinetic_before
 
 
-def _groups(sim, entries):
+def _find_groups(entries, motion):
     """Internal numbers of the grains of each push; faces are the current ones."""
-    x, rank = grain_state(sim)[0] * units.LENGTH, sim.state.rank
-    radius = sim.radius * units.LENGTH
+    x, radius = motion.measure()[0] * units.LENGTH, motion.bodies.radius * units.LENGTH
     return [
-        rank[samples.find_pushed_grains(f"drive.push[{n}]", entry, x, radius)]
+        motion.state.rank[samples.find_pushed_grains(f"drive.push[{n}]", entry, x, radius)]
         for n, entry in enumerate(entries)
     ]
-
-
-def _kinetic(sim, v, w):
-    """Kinetic energy of all grains [fJ]."""
-    return 0.5 * float(np.sum(sim.mass * v**2) + np.sum(sim.inertia * w**2))

@@ -1,12 +1,10 @@
-"""Records of the result file from a simulation, as it counts: the run converts them to SI."""
+"""Records of the result file in internal units: the run converts them to SI."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.grains.contacts import contact_state, wall_contact_state
-from dusttaichi.grains.measure import grain_losses, grain_state, positions
 from dusttaichi.physics import geometry
 from dusttaichi.physics.geometry import WALLS
 
@@ -48,131 +46,13 @@ def plates_of(boundary, sample, radius):
     return Plates(centre, reach * (1.0 + 1e-9), round_, inner)
 
 
-def stress(start, end, span):
+def stress(before, after, span):
     """Virial stress, (3, 3), positive in tension (T19 eq 23): the mean over `span`.
 
-    start, end: sums (lengths, flux) at the ends of the span.
+    before, after: sums (lengths, flux) at the ends of the span.
     """
-    volume = 0.5 * (np.prod(start["lengths"]) + np.prod(end["lengths"]))
-    return -(end["flux"] - start["flux"]) / (volume * span)
-
-
-def series(sim, m, window, plates=None):
-    """Variables that the grains add to a record of the time series.
-
-    m: result of measure.energies. window: Window of sums, None at step 0: then walls act with the
-    force of that moment, and there is no stress yet.
-    """
-    record = m | {
-        "coordination_number": 2.0 * m["contacts"] / sim.grains,
-        "contact_count": m["contacts"],
-        "wall_contact_count": m["wall_contacts"],
-        "sphere_contact_count": m["sphere_contacts"],
-    }
-    if sim.domain.there:
-        record["shear_strain"] = sim.domain.shear_strain(sim.step)
-    else:
-        record |= _momenta(sim)
-    if sim.sphere is not None:
-        record |= _sphere(sim, m, window)
-    record |= mean_loads(sim, window)
-    if sim.box is not None and plates is not None:
-        record |= _between_plates(sim, plates, record["wall_force"], sim.lengths()[2])
-    return record
-
-
-def mean_loads(sim, window):
-    """Stress, forces of the walls and pressures on them over a Window; see `series`."""
-    loads = {}
-    if sim.layout.stress:
-        loads["stress"] = np.zeros((3, 3)) if window is None else stress(*window)
-    if sim.box is not None:
-        force = sim.ledger_sums.wall_force if window is None else window.mean("impulse")
-        areas = sim.domain.wall_areas(sim.step)
-        loads |= {"pressure": _pressure(sim, force, areas), "wall_force": force}
-    return loads
-
-
-def bodies(sim, first):
-    """Centres of mass, velocities and angular momenta of two bodies, (2, 3) each.
-
-    Angular momenta are about the centres. The grains of the one are before number `first` of the
-    sample, wherever they go.
-    """
-    x, v, w = grain_state(sim)
-    mass, inertia = _inertia(sim)
-    centres, velocities, spins = [], [], []
-    for body in (slice(0, first), slice(first, None)):
-        weights = mass[body] / mass[body].sum()
-        centre, velocity = (np.sum(weights * a[body], axis=0) for a in (x, v))
-        moving = mass[body] * (v[body] - velocity)
-        turning = np.cross(x[body] - centre, moving) + inertia[body] * w[body]
-        centres.append(centre)
-        velocities.append(velocity)
-        spins.append(turning.sum(axis=0))
-    return {
-        "body_position": np.array(centres),
-        "body_velocity": np.array(velocities),
-        "body_angular_momentum": np.array(spins),
-    }
-
-
-def _inertia(sim):
-    """Masses [pg] and moments of inertia [pg um^2] of the grains, (N, 1), in the sample's order."""
-    return (
-        np.broadcast_to(a[sim.state.rank] if np.ndim(a) else a, (sim.grains, 1))
-        for a in (sim.mass, sim.inertia)
-    )
-
-
-def _sphere(sim, m, window):
-    """Record of the rigid sphere: motion, mean load."""
-    sphere_load = m["sphere_load"]
-    load = np.concatenate(sphere_load) if window is None else window.mean("sphere_impulse")
-    motion = _sphere_motion(sim.sphere, sphere_load)
-    return motion | {"sphere_force": load[:3], "sphere_torque": load[3:]}
-
-
-def _sphere_motion(sphere, load):
-    x, v, w = sphere.now(load)
-    return {"sphere_position": x, "sphere_velocity": v, "sphere_spin": w}
-
-
-def _momenta(sim):
-    """Momentum and angular momentum about the origin of all grains and the sphere, (3,)."""
-    x, v, w = grain_state(sim)
-    mass, inertia = _inertia(sim)
-    momentum = mass * v
-    angular = np.cross(x, momentum).sum(axis=0) + (inertia * w).sum(axis=0)
-    momentum = momentum.sum(axis=0)
-    if (sphere := sim.sphere) is not None:
-        x, v, w = sphere.now()
-        momentum = momentum + sphere.mass * v
-        angular = angular + sphere.mass * np.cross(x, v) + sphere.inertia * w
-    return {"momentum": momentum, "angular_momentum": angular}
-
-
-def _pressure(sim, mean_force, areas):
-    """Pressure on each wall, (6,); not a number where there is none."""
-    inward = np.sum(mean_force * sim.box.normal, axis=1)
-    return np.where(sim.box.present == 1, inward / areas, np.nan)
-
-
-def _between_plates(sim, plates, mean_force, height):
-    """Shadow of the grains, filling factor from it (S12 section 3.2), and that of PD08."""
-    x = positions(sim)
-    area = geometry.union_area(x[:, :2], sim.radii)
-    bottom = sim.box.planes(sim.time)[WALLS.index("bottom")]
-    inside = geometry.cylinder_volume(
-        x, sim.radii, plates.centre, plates.inner, low=bottom, high=bottom + height
-    )
-    return {
-        "projected_area": area,
-        "filling_factor": sim.volume / (area * height),
-        "inner_filling_factor": inside / (np.pi * plates.inner**2 * height),
-        "outside_count": plates.outside(x),
-        "pressure": _pressure(sim, mean_force, area),
-    }
+    volume = 0.5 * (np.prod(before["lengths"]) + np.prod(after["lengths"]))
+    return -(after["flux"] - before["flux"]) / (volume * span)
 
 
 def slab_volumes(z, radius, edges):
@@ -201,59 +81,183 @@ def bin_edges(clock, radius):
     return 2.0 * radius * np.arange(bins + 1)
 
 
-def profile(sim, clock, edges, time):
-    """Filling factor in horizontal slices; not a number above the top wall. time: recorded."""
-    bottom = sim.domain.room(sim.step)[WALLS.index("bottom")]
-    height = clock.height_at(sim.step)
-    x = positions(sim)
-    inside = np.minimum(edges, height)
-    volume = slab_volumes(x[:, 2] - bottom, sim.radii, inside) if len(x) else 0.0
-    area = clock.area_at(sim.step)
-    space = np.diff(inside) * area
-    with np.errstate(invalid="ignore", divide="ignore"):
-        phi = np.where(space > 1e-9 * area, volume / space, np.nan)
-    return {
-        "profile_time": time,
-        "step": sim.step,
-        "height": height,
-        "box_filling_factor": clock.filling_factor_at(sim.step),
-        "filling_factor": phi,
-    }
+class GrainRecorder:
+    """Makes the records of a series, of profiles and of snapshots.
 
-
-def snapshot(sim, contacts, time):
-    """Records of /snapshots and of the groups of contacts as (group, record) pairs.
-
-    time: recorded.
+    motion: Motion. contacts: Contacts. sphere: MovingSphere, or None. kernel_sums: KernelSums.
+    ledger: Ledger. plates: Plates, or None. edges: of the bins of profiles [um], or None. first:
+    number of grains of the first of two bodies, wherever they go, or None.
     """
-    x, v, w = grain_state(sim)
-    record = {
-        "snapshot_time": time,
-        "step": sim.step,
-        "position": x,
-        "velocity": v,
-        "spin": w,
-    }
-    if sim.layout.orientation:
-        record["orientation"] = np.empty((sim.grains, 4))
-        record["orientation"][sim.order] = sim.state["orientation"]
-    if sim.layout.grain_loss:
-        record["grain_loss"] = grain_losses(sim)
-    out = [("snapshots", record)]
-    if sim.box is not None or sim.cell is not None:
-        record["box"] = sim.domain.room(sim.step)
-        record["tilt"] = sim.domain.tilt(sim.step)
-    if sim.sphere is not None:
-        load = sim.sphere.load()
-        record |= _sphere_motion(sim.sphere, load) | {"sphere_force": load[0]}
-    if not contacts:
-        return out
-    records = {"contact": contact_state(sim)}
-    if sim.box is not None:
-        records["wall_contact"] = wall_contact_state(sim)
-    if sim.sphere is not None:
-        records["sphere_contact"] = sim.sphere.contacts()
-    for name, columns in records.items():
-        rows = record[f"{name}_count"] = len(columns["overlap"])
-        out.append((f"{name}s", columns | {"step": np.full(rows, sim.step)}))
-    return out
+
+    def __init__(self, motion, contacts, sphere, kernel_sums, ledger, *, plates, edges, first):
+        self._motion, self._contacts, self._sphere = motion, contacts, sphere
+        self._kernel_sums, self._ledger = kernel_sums, ledger
+        self._bodies, self._environment = motion.bodies, motion.environment
+        self.plates, self.edges, self._first = plates, edges, first
+
+    # -- series ----------------------------------------------------------------------------------
+
+    def make_series(self, m, window):
+        """Variables that the grains add to a record of the time series.
+
+        m: result of Ledger.measure_energies. window: Window of sums, None at step 0: then walls act
+        with the force of that moment, and there is no stress yet.
+        """
+        domain, step = self._environment.domain, self._environment.step
+        record = m | {
+            "coordination_number": 2.0 * m["contacts"] / self._bodies.count,
+            "contact_count": m["contacts"],
+            "wall_contact_count": m["wall_contacts"],
+            "sphere_contact_count": m["sphere_contacts"],
+        }
+        if domain.there:
+            record["shear_strain"] = domain.shear_strain(step)
+        else:
+            record |= self._sum_momenta()
+        if self._sphere is not None:
+            record |= self._record_sphere(m["sphere_load"], window)
+        record |= self.average_loads(window)
+        if domain.box is not None and self.plates is not None:
+            record |= self._measure_between_plates(record["wall_force"])
+        return record if self._first is None else record | self._measure_bodies()
+
+    def average_loads(self, window):
+        """Stress, forces of the walls and pressures on them over a Window; see `make_series`."""
+        record = {}
+        if self._motion.state.layout.stress:
+            record["stress"] = np.zeros((3, 3)) if window is None else stress(*window)
+        if self._environment.box is not None:
+            force = self._ledger.sums.wall_force if window is None else window.mean("impulse")
+            areas = self._environment.domain.wall_areas(self._environment.step)
+            record |= {"pressure": self._pressure(force, areas), "wall_force": force}
+        return record
+
+    def _pressure(self, mean_force, areas):
+        """Pressure on each wall, (6,); not a number where there is none."""
+        box = self._environment.box
+        inward = np.sum(mean_force * box.normal, axis=1)
+        return np.where(box.present == 1, inward / areas, np.nan)
+
+    def _measure_bodies(self):
+        """Centres of mass, velocities and angular momenta of two bodies, (2, 3) each.
+
+        Angular momenta are about the centres.
+        """
+        x, v, w = self._motion.measure()
+        mass, inertia = self._motion.masses_and_inertias()
+        centres, velocities, spins = [], [], []
+        for grains in (slice(0, self._first), slice(self._first, None)):
+            weight = mass[grains] / mass[grains].sum()
+            centre, velocity = (np.sum(weight * a[grains], axis=0) for a in (x, v))
+            momenta = mass[grains] * (v[grains] - velocity)
+            spin = np.cross(x[grains] - centre, momenta) + inertia[grains] * w[grains]
+            centres.append(centre)
+            velocities.append(velocity)
+            spins.append(spin.sum(axis=0))
+        return {
+            "body_position": np.array(centres),
+            "body_velocity": np.array(velocities),
+            "body_angular_momentum": np.array(spins),
+        }
+
+    def _record_sphere(self, load, window):
+        """Record of the rigid sphere: motion, mean load; load: now."""
+        mean = np.concatenate(load) if window is None else window.mean("sphere_impulse")
+        motion = self._record_sphere_motion(load)
+        return motion | {"sphere_force": mean[:3], "sphere_torque": mean[3:]}
+
+    def _record_sphere_motion(self, load):
+        x, v, w = self._sphere.measure_motion(load)
+        return {"sphere_position": x, "sphere_velocity": v, "sphere_spin": w}
+
+    def _sum_momenta(self):
+        """Momentum and angular momentum about the origin of all grains and the sphere, (3,)."""
+        x, v, w = self._motion.measure()
+        mass, inertia = self._motion.masses_and_inertias()
+        momentum = mass * v
+        angular = np.cross(x, momentum).sum(axis=0) + (inertia * w).sum(axis=0)
+        momentum = momentum.sum(axis=0)
+        if (sphere := self._sphere) is not None:
+            x, v, w = sphere.measure_motion()
+            momentum = momentum + sphere.mass * v
+            angular = angular + sphere.mass * np.cross(x, v) + sphere.inertia * w
+        return {"momentum": momentum, "angular_momentum": angular}
+
+    def _measure_between_plates(self, mean_force):
+        """Shadow of the grains, filling factor from it (S12 section 3.2), and that of PD08."""
+        x, radii, plates = self._motion.measure_positions(), self._bodies.radii, self.plates
+        height = self._environment.lengths()[2]
+        area = geometry.union_area(x[:, :2], radii)
+        bottom = self._environment.box.planes(self._environment.time)[WALLS.index("bottom")]
+        inside = geometry.cylinder_volume(
+            x, radii, plates.centre, plates.inner, low=bottom, high=bottom + height
+        )
+        return {
+            "projected_area": area,
+            "filling_factor": self._bodies.volume / (area * height),
+            "inner_filling_factor": inside / (np.pi * plates.inner**2 * height),
+            "outside_count": plates.outside(x),
+            "pressure": self._pressure(mean_force, area),
+        }
+
+    # -- profiles and snapshots ------------------------------------------------------------------
+
+    def make_profile(self, clock, time):
+        """Filling factor in horizontal slices; not a number above the top wall. time: recorded."""
+        step = self._environment.step
+        bottom = self._environment.domain.room(step)[WALLS.index("bottom")]
+        height, x = clock.height_at(step), self._motion.measure_positions()
+        edges = np.minimum(self.edges, height)
+        volume = slab_volumes(x[:, 2] - bottom, self._bodies.radii, edges) if len(x) else 0.0
+        area = clock.area_at(step)
+        space = np.diff(edges) * area
+        with np.errstate(invalid="ignore", divide="ignore"):
+            phi = np.where(space > 1e-9 * area, volume / space, np.nan)
+        return {
+            "profile_time": time,
+            "step": step,
+            "height": height,
+            "box_filling_factor": clock.filling_factor_at(step),
+            "filling_factor": phi,
+        }
+
+    def make_snapshot(self, with_contacts, time):
+        """Records of /snapshots and of the groups of contacts as (group, record) pairs.
+
+        time: recorded.
+        """
+        state, environment = self._motion.state, self._environment
+        x, v, w = self._motion.measure()
+        record = {
+            "snapshot_time": time,
+            "step": environment.step,
+            "position": x,
+            "velocity": v,
+            "spin": w,
+        }
+        if state.layout.orientation:
+            record["orientation"] = np.empty((self._bodies.count, 4))
+            record["orientation"][state.order] = state["orientation"]
+        if state.layout.grain_loss:
+            record["grain_loss"] = self._kernel_sums.grain_losses()
+        groups = [("snapshots", record)]
+        if environment.domain.there:
+            record["box"] = environment.domain.room(environment.step)
+            record["tilt"] = environment.domain.tilt(environment.step)
+        if self._sphere is not None:
+            load = self._sphere.load()
+            record |= self._record_sphere_motion(load) | {"sphere_force": load[0]}
+        if not with_contacts:
+            return groups
+        for name, contacts in self._measure_contacts():
+            rows = record[f"{name}_count"] = len(contacts["overlap"])
+            groups.append((f"{name}s", contacts | {"step": np.full(rows, environment.step)}))
+        return groups
+
+    def _measure_contacts(self):
+        """(name, contacts now) of each kind of contact that there is."""
+        yield "contact", self._contacts.measure_pairs()
+        if self._environment.box is not None:
+            yield "wall_contact", self._contacts.measure_walls()
+        if self._sphere is not None:
+            yield "sphere_contact", self._contacts.measure_sphere(self._sphere.radius)

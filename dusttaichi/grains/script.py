@@ -5,45 +5,47 @@ from contextlib import contextmanager
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.grains.measure import measurement, set_back, velocities
 
 
-def set_forces(sim, forces):
-    """Force on every grain from now on [N], (N, 3), in the sample's order."""
-    with _as_work(sim):
-        v, w = velocities(sim)
-        sim.fields["script_force"].from_numpy(forces[sim.order] / units.FORCE)
-        set_back(sim, v, w)
+def set_forces(motion, ledger, forces):
+    """Force on every grain of a Motion from now on [N], (N, 3), in the sample's order."""
+    with _book_as_work(ledger):
+        v, w = motion.velocities()
+        force = forces[motion.state.order] / units.FORCE
+        motion.state.fields["script_force"].from_numpy(force)
+        motion.set_back(v, w)
 
 
-def set_velocities(sim, velocity, spin):
+def set_velocities(motion, ledger, velocity, spin):
     """Velocities [m/s] and spins [rad/s] of all grains now, (N, 3), in the sample's order.
 
     None leaves them as they are. Grains that are carried keep their own.
     """
-    with _as_work(sim):
-        state = velocities(sim)
-        carried = sim.push.carried_grains
-        for own, new, unit in zip(state, (velocity, spin), (units.SPEED, units.SPIN), strict=True):
-            if new is not None:
-                before = own[carried].copy()
-                own[:] = new[sim.order] / unit
-                if unit == units.SPEED and sim.cell is not None:
-                    x = sim.state.of_grains("x")
-                    own += sim.cell.speeds_across(sim.cell.outside(x, sim.time), sim.time)
-                own[carried] = before
-        set_back(sim, *state)
+    cell, time = motion.environment.cell, motion.environment.time
+    with _book_as_work(ledger):
+        state = motion.velocities()
+        carried = motion.push.carried_grains
+        scales = units.SPEED, units.SPIN
+        for values, target, unit in zip(state, (velocity, spin), scales, strict=True):
+            if target is not None:
+                before = values[carried].copy()
+                values[:] = target[motion.state.order] / unit
+                if unit == units.SPEED and cell is not None:
+                    x = motion.state.of_grains("x")
+                    values += cell.speeds_across(cell.outside(x, time), time)
+                values[carried] = before
+        motion.set_back(*state)
 
 
 @contextmanager
-def _as_work(sim):
-    """Context in which a change of the state is work from outside: the ledger continues."""
-    before = _balance(sim)
+def _book_as_work(ledger):
+    """Context in which a change of the state is work from outside: the Ledger continues."""
+    before = _measure_balance(ledger)
     yield
-    sim.ledger_sums.script_work += _balance(sim) - before
+    ledger.sums.script_work += _measure_balance(ledger) - before
 
 
-def _balance(sim):
+def _measure_balance(ledger):
     """Energy less work plus losses, which the steps of a run leave as it is [fJ]."""
-    m = measurement(sim)
+    m = ledger.measure()
     return float(np.asarray(m.energy - m.kick - m.work + m.lost))

@@ -19,15 +19,22 @@ NOWHERE = -1e30  # reach of a wall that is not there [um]
 
 
 class Search:
-    """The neighbour lists of a Simulation: every pair closer than touch + skin.
+    """The neighbour lists of a GrainState: every pair closer than touch + skin.
 
-    skin [um], chosen at every search unless `fixed_skin` is given. searched_at, wall_due:
-    steps of the last search, and at which walls or faces ask for the next. count: searches so far.
-    around: entered around every search on the way, so that a benchmark can time it.
+    kernels: those of a Compiled, by name. scratch: memory.Table of the search, by name. numbers:
+    ledger.ContactNumbers. sphere: MovingSphere, or None. members: number of them (grains.members),
+    1 without. skin [um], chosen at every search unless
+    `fixed_skin` is given. searched_at, wall_due: steps of the last search, and at which walls or
+    faces ask for the next. count: searches so far. around: entered around every search on the way,
+    so that a benchmark can time it.
     """
 
-    def __init__(self, sim, fixed_skin):
-        self.sim = sim
+    def __init__(
+        self, kernels, scratch, state, bodies, environment, *, numbers, sphere, members, fixed_skin
+    ):
+        self._kernels, self._scratch, self._state = kernels, scratch, state
+        self._bodies, self._environment = bodies, environment
+        self._numbers, self._sphere, self._members = numbers, sphere, members
         self.fixed_skin, self.skin = fixed_skin, fixed_skin or 0.0
         self.searched_at, self.wall_due, self.count = 0, NEVER, 0
         self.requested, self.around = False, nullcontext()
@@ -40,7 +47,7 @@ class Search:
     def reach2(self):
         """Square of the way that a grain may go before the next search is due [um^2]."""
         # every grain has gone further than the root of -1: a requested search is due at once
-        return -1.0 if self.requested else (self._shares()[0] * self.skin) ** 2
+        return -1.0 if self.requested else (self._skin_shares()[0] * self.skin) ** 2
 
     def numbers(self):
         """Numbers for a checkpoint beside the lists."""
@@ -60,30 +67,30 @@ class Search:
 
     # -- searching -------------------------------------------------------------------------------
 
-    def now(self, step):
+    def update(self, step):
         """New neighbour lists for the present positions; contacts keep their history exactly.
 
         The loads are void until the next pass over the contacts.
         Raises GuardStop when positions are no longer numbers, grains overlap without limit, or
         something moves so fast that grains pass through each other.
         """
-        sim = self.sim
-        sim.kernels.bounds()
-        low, high, lost, speed = Bounds.read(sim.scratch["bounds"])
+        environment = self._environment
+        self._kernels.bounds()
+        low, high, lost, speed = Bounds.read(self._scratch["bounds"])
         if lost or not isfinite(speed):
             self._stop_not_a_number()
-        walls, faces = sim.domain.fastest_wall, self._closing_speed()
-        if sim.sphere is not None:
-            speed = max(speed, float(np.linalg.norm(sim.state.row("v", sim.sphere.row))))
+        walls, faces = environment.domain.fastest_wall, environment.closing_speed()
+        if self._sphere is not None:
+            speed = max(speed, self._sphere.speed_in_memory())
         self._check_speed(max(speed, walls, faces))
         if self.fixed_skin is None:
             self.skin = self._best_skin(max(speed, 2.0 * walls, 2.0 * faces))
         # contacts hold beyond first touch
-        touch = 2.0 * sim.radius + sim.pair.far
+        touch = 2.0 * self._bodies.radius + self._numbers.pair.far
         extent, edges = high - low, np.zeros(3)
-        if sim.cell is not None:
+        if environment.cell is not None:
             edges = self._wrap(step, touch)
-            low = np.where(edges > 0.0, sim.cell.low(step * sim.dt), low)
+            low = np.where(edges > 0.0, environment.cell.low(step * environment.dt), low)
             extent = np.where(edges > 0.0, edges, extent)
         self._list(step, low, extent, edges, touch + self.skin)
         self.searched_at = step
@@ -93,27 +100,27 @@ class Search:
 
     def _list(self, step, low, extent, edges, reach):
         """Pairs within `reach` of their centres (of the largest grains), and grains near walls."""
-        sim = self.sim
-        tilt = 0.0 if sim.cell is None else sim.cell.offset(step * sim.dt)
-        equal = sim.polydisperse is None
+        environment, bodies, numbers = self._environment, self._bodies, self._numbers
+        time = step * environment.dt
+        tilt = 0.0 if environment.cell is None else environment.cell.offset(time)
         # grains of their own radius are listed by the distance of their surfaces
-        near = reach**2 if equal else reach - 2.0 * sim.radius
-        numbers = self._grid(low, extent, edges, reach, tilt)
-        walls, on_sphere = [NOWHERE] * 6, 0.0
-        if sim.box is not None:
-            wall_reach = self.skin + sim.wall.far + (sim.radius if equal else 0.0)
-            walls = np.where(sim.box.present, wall_reach, NOWHERE)
-        if sim.sphere is not None:
-            on_sphere = sim.sphere.radius + self.skin + sim.sphere.contact.far
-            on_sphere += sim.radius if equal else 0.0
-        search_numbers = near, step * sim.dt, on_sphere, 3.0, *walls
-        sim.scratch["grid"].from_numpy(np.array([*numbers, *search_numbers]))
-        if sim.layout.grain_loss:
-            sim.kernels.add_grain_losses()
-        sim.kernels.list_neighbours(sim.walls_argument)
+        near = reach**2 if bodies.are_equal else reach - 2.0 * bodies.radius
+        radius = bodies.radius if bodies.are_equal else 0.0
+        grid = self._lay_grid(low, extent, edges, reach, tilt)
+        wall_reaches, sphere_reach = [NOWHERE] * 6, 0.0
+        if environment.box is not None:
+            wall_reach = self.skin + numbers.wall.far + radius
+            wall_reaches = np.where(environment.box.present, wall_reach, NOWHERE)
+        if self._sphere is not None:
+            sphere_reach = self._sphere.radius + self.skin + numbers.sphere.far + radius
+        reaches = near, time, sphere_reach, 3.0, *wall_reaches
+        self._scratch["grid"].from_numpy(np.array([*grid, *reaches]))
+        if self._state.layout.grain_loss:
+            self._kernels.add_grain_losses()
+        self._kernels.list_neighbours(environment.walls_argument)
         self._check_room()
 
-    def _grid(self, low, extent, edges, reach, tilt):
+    def _lay_grid(self, low, extent, edges, reach, tilt):
         """The numbers of the grid.
 
         No cell is narrower than `reach`, and whole numbers of them fill a periodic edge. Where
@@ -124,54 +131,52 @@ class Search:
         extent, edges = extent.tolist(), edges.tolist()
         if not all(map(isfinite, (*extent, reach, tilt))):
             raise GuardStop(
-                f"At {self.sim.time:.6g} µs the extent of the sample is not a number any more. "
-                "Try a smaller numerics.time_step, or walls and faces that move more slowly."
+                f"At {self._environment.time:.6g} µs the extent of the sample is not a number any "
+                "more. Try a smaller numerics.time_step, or walls and faces that move more slowly."
             )
         width = [reach * 1.000001] * 3
         width[0] *= hypot(1.0, tilt / edges[2]) if tilt else 1.0
-        room = CELLS_PER_GRAIN * self.sim.grains + FURTHER_CELLS
+        room = CELLS_PER_GRAIN * self._bodies.count + FURTHER_CELLS
         return lay_grid(low, extent, width, room, edges=edges, growth=1.1, tilt=tilt)
 
     def _wrap(self, step, touch):
         """Grains back into the cell; returns its edges. No pair may meet across two faces."""
-        sim = self.sim
-        time = step * sim.dt
-        sim.set_upright(time)
+        environment = self._environment
+        time = step * environment.dt
+        environment.set_upright(time)
+        cell = environment.cell
         with np.errstate(over="ignore"):  # an edge that has grown without limit is refused below
-            edges = sim.cell.edges(time)
+            edges = cell.edges(time)
         if not edges.max() < FARTHEST:
             raise GuardStop(
-                f"At {sim.time:.6g} µs the periodic cell is {edges.max():.3g} µm long: its faces "
-                "move apart without limit. Try a lower boundary.strain_rate or an earlier stop."
+                f"At {environment.time:.6g} µs the periodic cell is {edges.max():.3g} µm long: "
+                "its faces move apart without limit. Try a lower boundary.strain_rate or an "
+                "earlier stop."
             )
-        shortest = edges[list(sim.cell.axes)].min()
-        reach = 0.5 * shortest - touch
-        if reach < SKIN[0] * sim.smallest:
+        shortest = edges[list(cell.axes)].min()
+        most = 0.5 * shortest - touch
+        if most < SKIN[0] * self._bodies.smallest:
             raise GuardStop(
-                f"At {sim.time:.6g} µs the periodic cell has shrunk to {shortest:.4g} µm, four "
-                "radii: a grain would touch another twice, across both faces. Stop earlier, or "
-                "take a larger sample."
+                f"At {environment.time:.6g} µs the periodic cell has shrunk to {shortest:.4g} "
+                "µm, four radii: a grain would touch another twice, across both faces. Stop "
+                "earlier, or take a larger sample."
             )
-        self.skin = min(self.skin, reach)
+        self.skin = min(self.skin, most)
         # v stands half a step back
-        speeds = sim.cell.speeds(time - 0.5 * sim.dt)
-        sim.kernels.wrap(
-            sim.cell.low(time).tolist(),
+        speeds = cell.speeds(time - 0.5 * environment.dt)
+        self._kernels.wrap(
+            cell.low(time).tolist(),
             np.where(edges > 0, edges, 1.0).tolist(),
             speeds.tolist(),
-            [sim.cell.offset(time), sim.cell.tilt_rate],
-            sim.unit_mass,
+            [cell.offset(time), cell.tilt_rate],
+            self._bodies.unit_mass,
         )
         return edges
 
     # -- when it is due --------------------------------------------------------------------------
 
-    def _shares(self):
-        return DRIVEN if self._closing_speed() > 0.0 else STILL
-
-    def _closing_speed(self):
-        sim = self.sim
-        return 0.0 if sim.cell is None else sim.domain.closing_speed(sim.step)
+    def _skin_shares(self):
+        return DRIVEN if self._environment.closing_speed() > 0.0 else STILL
 
     def _next_wall_due(self, walls):
         """Step at which a wall or face has moved its part of the skin since this search.
@@ -180,13 +185,13 @@ class Search:
         speed, and the moment when a grain is wrapped must not depend on how a run is cut into
         calls.
         """
-        grains, faces = self._shares()
-        step_due = NEVER
-        for speed, fraction in ((walls, 1.0 - grains), (self._closing_speed(), faces)):
+        of_grains, of_faces = self._skin_shares()
+        closing_speed, due = self._environment.closing_speed(), NEVER
+        for speed, fraction in ((walls, 1.0 - of_grains), (closing_speed, of_faces)):
             if speed > 0.0:
-                steps = max(1, int(fraction * self.skin / (speed * self.sim.dt)))
-                step_due = min(step_due, self.searched_at + steps)
-        return step_due
+                steps = max(1, int(fraction * self.skin / (speed * self._environment.dt)))
+                due = min(due, self.searched_at + steps)
+        return due
 
     def _best_skin(self, speed):
         """Skin [um] that costs least where grains come together at twice this speed [um/us].
@@ -195,17 +200,16 @@ class Search:
         grains), and is due every skin/(2 speed dt) steps; the pairs that are listed but do not
         touch make a step longer by about three times skin/radius.
         """
-        sim, way = self.sim, speed * self.sim.dt
+        smallest, way = self._bodies.smallest, speed * self._environment.dt
         # members whose fragments fly apart are searched as slowly as alone: most cells are empty
-        grains = sim.grains if sim.members is None else sim.grains / len(sim.members)
-        search = 8.0 * (1.0 + 5000.0 / grains)
-        best = sqrt(2.0 / 3.0 * search * way * sim.smallest)
-        return min(max(best, SKIN[0] * sim.smallest), SKIN[1] * sim.smallest)
+        search = 8.0 * (1.0 + 5000.0 / (self._bodies.count / self._members))
+        best = sqrt(2.0 / 3.0 * search * way * smallest)
+        return min(max(best, SKIN[0] * smallest), SKIN[1] * smallest)
 
     # -- what can go wrong -----------------------------------------------------------------------
 
     def _check_room(self):
-        problem, time = self.sim.state.overflow, self.sim.time
+        problem, time = self._state.overflow, self._environment.time
         if problem == 1:
             raise GuardStop(
                 f"At {time:.6g} µs some grain has more neighbours than can stand around it: "
@@ -220,25 +224,27 @@ class Search:
 
     def _check_speed(self, speed):
         """Stop before a grain passes through another within a step; speed: the fastest [um/us]."""
-        sim, way = self.sim, speed * self.sim.dt
+        environment, smallest = self._environment, self._bodies.smallest
+        dt, way = environment.dt, speed * environment.dt
         if speed > LIGHT:
             raise GuardStop(
-                f"At {sim.time:.6g} µs grains or faces move at {speed:.3g} m/s, faster than light. "
-                "Try a lower speed or strain rate."
+                f"At {environment.time:.6g} µs grains or faces move at {speed:.3g} m/s, faster "
+                "than light. Try a lower speed or strain rate."
             )
-        if way > FARTHEST_WAY * sim.smallest:
+        if way > FARTHEST_WAY * smallest:
             raise GuardStop(
-                f"At {sim.time:.6g} µs grains, walls or faces move at {speed:.4g} m/s, "
-                f"{way:.3g} µm in a step of {1e3 * sim.dt:.4g} ns: {way / sim.smallest:.3g} radii; "
+                f"At {environment.time:.6g} µs grains, walls or faces move at {speed:.4g} m/s, "
+                f"{way:.3g} µm in a step of {1e3 * dt:.4g} ns: {way / smallest:.3g} radii; "
                 f"beyond {FARTHEST_WAY:g} grains pass through each other. Try numerics.time_step: "
-                f"auto, one below {0.1e3 * sim.smallest / speed:.2g} ns, or a lower speed."
+                f"auto, one below {0.1e3 * smallest / speed:.2g} ns, or a lower speed."
             )
 
     def _stop_not_a_number(self):
-        x = self.sim.state.of_grains("x")
-        row = int(np.flatnonzero(~np.all(np.abs(x) < FARTHEST, axis=1))[0])
+        x = self._state.of_grains("x")
+        bad = int(np.flatnonzero(~np.all(np.abs(x) < FARTHEST, axis=1))[0])
+        number = self._state.order[bad]
         raise GuardStop(
-            f"At {self.sim.time:.6g} µs the position of grain {self.sim.order[row]} is not a "
+            f"At {self._environment.time:.6g} µs the position of grain {number} is not a "
             "number any more: the step is too long for what happens. Try a smaller "
             "numerics.time_step or a lower speed."
         )

@@ -18,15 +18,17 @@ from dusttaichi.grains.time_step import TimeStep
 
 @dataclass(frozen=True)
 class Prepared:
-    """All that a Simulation is made from beside its kernels and fields.
+    """All that a GrainEngine is made from beside its kernels and fields.
 
-    scene: `grain_properties.scaled`. sample: `samples.apply_pushes`. order (N,): numbers of the
+    scene: `grain_properties.scaled`. pushed_sample: `samples.apply_pushes`; sample: the
+    same with its measures in the cell. order (N,): numbers of the
     grains in the sample, in internal order. domain: at rest, internal units. skin: of the search
     [um], None as it suits.
     """
 
     scene: Any
     sample: Any
+    pushed_sample: Any
     properties: GrainProperties
     order: np.ndarray
     step: TimeStep

@@ -7,8 +7,6 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.grains.contact_table import surface_of
-from dusttaichi.grains.contacts import touching_pairs
-from dusttaichi.grains.forces import accelerations
 from dusttaichi.grains.kernels.store import SPHERE
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.geometry import AXES, WALLS
@@ -42,14 +40,14 @@ def placed_sphere(scene, sample, own, box):
         return None
     radii = scene.material.radius if own is None else own.radius
     mass = constants.sphere_mass(block.radius, surface_of(scene)[0].density)
-    position = _place(block, sample.positions, radii)
-    _check_free(block, position, sample.positions, radii)
+    place = _place(block, sample.positions, radii)
+    _check_free(block, place, sample.positions, radii)
     _check_cell(scene, sample, np.max(radii))
-    _check_inside(block, position, box)
+    _check_inside(block, place, box)
     speed = None if block.speed is None else np.array(block.speed)
     velocity, spin = np.array(block.velocity) if speed is None else speed, np.array(block.spin)
     inertia = 0.4 * mass * block.radius**2
-    return RigidSphere(block.radius, mass, inertia, position, velocity, spin, speed)
+    return RigidSphere(block.radius, mass, inertia, place, velocity, spin, speed)
 
 
 def _place(block, positions, radii):
@@ -69,8 +67,8 @@ def _place(block, positions, radii):
     return np.array([x, y, float(np.max((positions[:, 2] + np.sqrt(height2 * under))[under]))])
 
 
-def _check_free(block, position, positions, radii):
-    gap = np.linalg.norm(positions - position, axis=1) - block.radius - radii
+def _check_free(block, place, positions, radii):
+    gap = np.linalg.norm(positions - place, axis=1) - block.radius - radii
     n = int(np.argmin(gap))
     if gap[n] < -0.01 * np.min(radii):
         raise DustError(
@@ -85,7 +83,7 @@ def _check_cell(scene, sample, radius):
     size = getattr(scene.boundary, "size", "fit")
     edges = np.ptp(sample.positions, axis=0) + 2.0 * radius
     if not isinstance(size, str):
-        edges = [edge if isinstance(e, str) else e for e, edge in zip(size, edges, strict=True)]
+        edges = [own if isinstance(e, str) else e for e, own in zip(size, edges, strict=True)]
     need = 2.2 * (scene.sphere.radius + radius)
     short = [n for n in axes if edges[n] < need]
     if short:
@@ -96,10 +94,10 @@ def _check_cell(scene, sample, radius):
         )
 
 
-def _check_inside(block, position, box):
+def _check_inside(block, place, box):
     """The sphere must not overlap with a wall of a Box, or of None."""
-    position, radius = position / units.LENGTH, block.radius / units.LENGTH
-    if box is not None and (passed := _passed(box, position, radius, 0.0)):
+    place, radius = place / units.LENGTH, block.radius / units.LENGTH
+    if box is not None and (passed := _passed(box, place, radius, 0.0)):
         raise DustError(
             f"sphere: it reaches through the wall {passed[0]} at the start, and contacts of sphere "
             f"and walls are not computed; leave the wall out (boundary: {{kind: box, omit: "
@@ -107,54 +105,56 @@ def _check_inside(block, position, box):
         )
 
 
-def _passed(box, position, radius, time):
+def _passed(box, place, radius, time):
     """Names of the walls of a Box that a sphere at a place (3,) [um] reaches through."""
-    distance = box.normal @ position - box.offsets(time)
-    is_inside = (distance < radius) & (box.present == 1)
-    return [name for name, past in zip(WALLS, is_inside, strict=True) if past]
+    distance = box.normal @ place - box.offsets(time)
+    there = (distance < radius) & (box.present == 1)
+    return [name for name, past in zip(WALLS, there, strict=True) if past]
 
 
 class MovingSphere:
-    """The sphere of a Simulation `sim`: it moves in the kernels, and is read here.
+    """The sphere of a scene in motion: it moves in the kernels, and is read here.
 
-    own: the RigidSphere. radius, mass, inertia: internal units, as all below. speed: at which it is
-    driven now, None where it moves by forces. contact: numbers of the contact that reaches
-    farthest.
+    sphere: RigidSphere. state: GrainState, in whose fields it has the row behind those of the
+    grains. environment: Environment. kernel_sums: KernelSums. outside: ActingForces, or None.
+    radius, mass, inertia: internal units, as all below. speed: at which it is driven now, None
+    where it moves by forces.
     """
 
-    def __init__(self, sim, sphere, contact):
-        self.sim, self.own, self.contact = sim, sphere, contact
+    def __init__(self, sphere, state, environment, kernel_sums, outside):
+        self.sphere, self._state, self._outside = sphere, state, outside
+        self._environment, self._kernel_sums = environment, kernel_sums
         self.radius, self.mass = sphere.radius / units.LENGTH, sphere.mass / units.MASS
-        self.inertia, self.row = sphere.inertia / units.INERTIA, sim.grains + SPHERE
+        self.inertia, self.row = sphere.inertia / units.INERTIA, state.grains + SPHERE
         self.speed = None if sphere.speed is None else sphere.speed / units.SPEED
 
     # -- start -----------------------------------------------------------------------------------
 
     def place(self):
-        """Into the fields, before the first search."""
-        own, state = self.own, self.sim.state
-        self._put(x=own.position / units.LENGTH, v=own.velocity / units.SPEED)
-        self._put(w=own.spin / units.SPIN)
+        """Put it into the fields, before the first search."""
+        sphere, state = self.sphere, self._state
+        self._put(x=sphere.position / units.LENGTH, v=sphere.velocity / units.SPEED)
+        self._put(w=sphere.spin / units.SPIN)
         free = self.speed is None
         state["sphere_body"] = np.array([1.0 / self.mass, 1.0 / self.inertia]) * free
-        if self.sim.polydisperse is not None:
+        if state.layout.polydisperse:
             self._put(radius=self.radius, mass=self.mass)
 
     def _put(self, **rows):
         for name, values in rows.items():
-            self.sim.fields[name].from_numpy(np.asarray(values)[None], self.row)
+            self._state.fields[name].from_numpy(np.asarray(values)[None], self.row)
 
     def set_back(self):
         """Velocity and spin from step 0 to half a step before it, with the current loads."""
         kick, turn = self._half_kicks(present=True)
-        state = self.sim.state
-        self._put(v=state.row("v", self.row) - kick, w=state.row("w", self.row) - turn)
+        _, v, w = self._read_row()
+        self._put(v=v - kick, w=w - turn)
 
     def drive(self, drive):
         """Drive it as a Drive says, if it is driven at all."""
-        if self.own.speed is None:
+        if self.sphere.speed is None:
             return
-        speed = self.own.speed if drive.sphere_speed is None else np.array(drive.sphere_speed)
+        speed = self.sphere.speed if drive.sphere_speed is None else np.array(drive.sphere_speed)
         self.speed = speed / units.SPEED
         self._put(v=self.speed)
 
@@ -162,28 +162,18 @@ class MovingSphere:
 
     def load(self):
         """Force [nN] and torque [nN um] of the grains on it now, (3,) each."""
-        sim = self.sim
-        sim.kernels.measure_sphere(sim.step, sim.dt, sim.walls_argument)
-        load = sim.sums["sphere_load"].to_numpy()
-        return load[:3], load[3:]
-
-    def contacts(self):
-        """Grains that touch the sphere now, a dict of arrays.
-
-        grain (C,), by the sample's numbers; overlap [um]; force [nN] and torque [nN um] on the
-        grain (C, 3), the parts of these (physics.contact.parts), and loss [fJ] by channel where it
-        is followed.
-        """
-        sim = self.sim
-        rows, grain, sphere = sim.state.on_sphere()
-        number, second = sim.order[grain], np.full(len(grain), sphere)
-        radii = sim.grain_radii[number], np.full(len(grain), self.radius)
-        on, _, _, columns = touching_pairs(sim, rows, (grain, second), radii)
-        return columns | {"grain": number[on], "torque": columns["torque_i"]}
+        return self._kernel_sums.sphere_load()
 
     def impulses(self):
         """Time integrals of both since the start, (6,)."""
-        return self.sim.state["sphere_impulse"]
+        return self._state["sphere_impulse"]
+
+    def contact_kicks(self, load=None):
+        """Changes of velocity and of spin in half a step by its contacts alone; 0 if driven."""
+        if self.speed is not None:
+            return np.zeros(3), np.zeros(3)
+        (force, torque), half = load or self.load(), 0.5 * self._environment.dt
+        return half * force / self.mass, half * torque / self.inertia
 
     def _half_kicks(self, load=None, present=False):
         """Change of velocity and of spin in half a step by the current loads.
@@ -192,25 +182,30 @@ class MovingSphere:
         """
         if self.speed is not None:
             return np.zeros(3), np.zeros(3)
-        sim, (force, torque) = self.sim, load or self.load()
-        half, kick, turn = 0.5 * sim.dt, force / self.mass, torque / self.inertia
-        if sim.outside is not None:
-            linear, angular = accelerations(sim, present)
+        force, torque = load or self.load()
+        half, kick, turn = 0.5 * self._environment.dt, force / self.mass, torque / self.inertia
+        if self._outside is not None:
+            kicks = self.contact_kicks((force, torque))
+            linear, angular = self._outside.accelerations(present, kicks)
             kick, turn = kick + linear[-1], turn + angular[-1]
         return half * kick, half * turn
 
-    def now(self, load=None):
+    def measure_motion(self, load=None):
         """Position [um], velocity [um/us] and spin [rad/us] at the time of the positions.
 
-        load: result of `load` now, where it is requested.
+        load: result of `load` now, where there is one already.
         """
         kick, turn = self._half_kicks(load)
-        x, v, w = self._row()
+        x, v, w = self._read_row()
         return x, v + kick, w + turn
 
-    def _row(self):
+    def _read_row(self):
         """Position, and velocity and spin of half a step before."""
-        return (self.sim.state.row(name, self.row) for name in "xvw")
+        return (self._state.row(name, self.row) for name in "xvw")
+
+    def speed_in_memory(self):
+        """Magnitude of its velocity half a step before [um/us]."""
+        return float(np.linalg.norm(self._state.row("v", self.row)))
 
     def energies(self, load):
         """(kinetic energy, the part of it that is `kick`) [fJ] (see method.Measurement).
@@ -220,23 +215,25 @@ class MovingSphere:
         if self.speed is not None:
             return 0.0, 0.0
         kick, turn = self._half_kicks(load)
-        _, v, w = self._row()
+        _, v, w = self._read_row()
         v, w = v + kick, w + turn
         kinetic = self.mass * (v @ v) + self.inertia * (w @ w)
         return 0.5 * kinetic, 0.5 * (self.mass * (kick @ kick) + self.inertia * (turn @ turn))
 
-    def work(self, force, impulse):
-        """Work of what drives it since the start [fJ], with current force and impulse."""
-        sums = self.sim.ledger_sums
+    def work(self, force, impulse, sums):
+        """Work of the drive since the start [fJ], with current force and impulse.
+
+        sums: LedgerSums.
+        """
         if self.speed is None:
             return 0.0
         # the force of a step acts half before and half after it
-        taken = impulse - sums.sphere_impulse + 0.5 * self.sim.dt * (force - sums.sphere_force)
-        return sums.sphere_work - float(self.speed @ taken)
+        ends = 0.5 * self._environment.dt * (force - sums.sphere_force)
+        return sums.sphere_work - float(self.speed @ (impulse - sums.sphere_impulse + ends))
 
     def walls_passed(self):
         """Names of the walls that it reaches through."""
-        sim = self.sim
-        if sim.box is None:
+        box = self._environment.box
+        if box is None:
             return []
-        return _passed(sim.box, sim.state.row("x", self.row), self.radius, sim.time)
+        return _passed(box, self._state.row("x", self.row), self.radius, self._environment.time)

@@ -101,6 +101,10 @@ class GrainState:
                     history[:, first : first + width] = 0.0
                 self.put_rows("history", history, blocks)
 
+    def carried_impulse(self):
+        """Time integral of the contact forces on carried grains [nN us], None without them."""
+        return self["carried_impulse"] if "carried_impulse" in self else None
+
     # -- contacts --------------------------------------------------------------------------------
 
     @property

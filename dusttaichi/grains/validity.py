@@ -3,34 +3,33 @@
 import numpy as np
 
 from dusttaichi.errors import GuardStop
-from dusttaichi.grains.contacts import contact_state
-from dusttaichi.grains.measure import grain_state, nearest_to_walls
 from dusttaichi.method import moment
 from dusttaichi.physics.geometry import WALLS
 
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 
 
-def validate(sim, measurement, run, grains=slice(None)):
-    """Raise GuardStop if the Measurement of a grain Simulation cannot be trusted.
+def validate(measurement, run, motion, contacts, sphere, *, grains=slice(None)):
+    """Raise GuardStop if the Measurement of grains cannot be trusted.
 
-    run: the method.Simulation, for the message. grains: those of the Measurement, by the sample's
-    numbers, of which the message counts from the first on.
+    run: the method.Simulation, for the message. motion: Motion. contacts: Contacts. sphere:
+    MovingSphere, or None. grains: those of the Measurement, by the sample's numbers, of which the
+    message counts from the first on.
     """
     m, when = measurement.parts, moment(run)
     if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
-            f"{when} the energy is not a number{_culprit(sim, grains)}: the step is too long for "
-            f"what happens. {_start(run)} a smaller numerics.time_step or a lower speed."
+            f"{when} the energy is not a number{_find_culprit(motion, grains)}: the step is too "
+            f"long for what happens. {_start(run)} a smaller numerics.time_step or a lower speed."
         )
     if m["largest_strain"] > LARGEST_OVERLAP:
         raise GuardStop(
-            f"{when} a contact{_deepest(sim, grains)} overlaps by {m['largest_strain']:.3g} of the "
-            f"(smaller) radius, more than {LARGEST_OVERLAP:g}: adhesive elastic contacts mean "
-            f"nothing there. {_start(run)} a lower wall speed, an earlier stop, or a smaller "
-            "numerics.time_step."
+            f"{when} a contact{_find_deepest(contacts, grains)} overlaps by "
+            f"{m['largest_strain']:.3g} of the (smaller) radius, more than {LARGEST_OVERLAP:g}: "
+            f"adhesive elastic contacts mean nothing there. {_start(run)} a lower wall "
+            "speed, an earlier stop, or a smaller numerics.time_step."
         )
-    _inside(sim, when)
+    _check_inside(when, motion, sphere)
 
 
 def _start(run):
@@ -38,32 +37,33 @@ def _start(run):
     return f"At the start {run.suspect}. Otherwise try" if run.suspect else "Try"
 
 
-def _culprit(sim, grains):
-    x, v, _ = grain_state(sim)[:, grains]
-    bad_rows = np.flatnonzero(~np.isfinite(x).all(axis=1) | ~np.isfinite(v).all(axis=1))
-    return f" (grain {bad_rows[0]} first of {len(bad_rows)})" if len(bad_rows) else ""
+def _find_culprit(motion, grains):
+    x, v, _ = motion.measure()[:, grains]
+    bad = np.flatnonzero(~np.isfinite(x).all(axis=1) | ~np.isfinite(v).all(axis=1))
+    return f" (grain {bad[0]} first of {len(bad)})" if len(bad) else ""
 
 
-def _deepest(sim, grains):
-    pairs, (first, end, _) = contact_state(sim), grains.indices(sim.grains)
+def _find_deepest(contacts, grains):
+    pairs = contacts.measure_pairs()
     i, j, overlap = (pairs[name] for name in ("grain_i", "grain_j", "overlap"))
+    first, end, _ = grains.indices(contacts.grain_count)
     inside = (i >= first) & (i < end)
     if not inside.any():
         return " with a wall"
-    radii = sim.grain_radii
-    k = int(np.argmax(np.where(inside, overlap / np.minimum(radii[i], radii[j]), -np.inf)))
+    strain = overlap / contacts.smaller_radius(i, j)
+    k = int(np.argmax(np.where(inside, strain, -np.inf)))
     return f" (grains {i[k] - first} and {j[k] - first} the deepest)"
 
 
-def _inside(sim, when):
-    if sim.sphere is not None and (passed := sim.sphere.walls_passed()):
+def _check_inside(when, motion, sphere):
+    if sphere is not None and (passed := sphere.walls_passed()):
         raise GuardStop(
             f"{when} the sphere has reached the wall {passed[0]}: contacts of sphere and walls are "
             "not computed. Stop earlier, leave the wall out, or take a larger room."
         )
-    if sim.box is None:
+    if motion.environment.box is None:
         return
-    distance, grain, wall = nearest_to_walls(sim)
+    distance, grain, wall = motion.find_nearest_to_walls()
     if distance < 0.0:
         raise GuardStop(
             f"{when} the centre of grain {grain} has gone through the wall {WALLS[wall]}. "

@@ -6,8 +6,6 @@ import numpy as np
 
 from dusttaichi import method
 from dusttaichi.errors import DustError
-from dusttaichi.grains.contacts import contact_state, wall_contact_state
-from dusttaichi.grains.measure import grain_state
 from dusttaichi.physics.geometry import are_in_same_fragment, label_components
 from dusttaichi.samples.materials import Materials
 
@@ -53,7 +51,7 @@ class TwoBodies(Encounter):
         self.radii = np.broadcast_to(materials.radii_of(sample), count)
         split = 1 if sample.info.get("kind") == "pair" else sample.info.get("target_grains")
         self.bodies = np.split(np.arange(count), [] if split is None else [split])
-        if split is None and self.sim.sim.box is None:
+        if split is None and self.sim.domain.box is None:
             raise DustError(
                 "A collision needs two bodies; allowed: sample.kind pair or collision, or a "
                 "boundary with a wall."
@@ -65,7 +63,7 @@ class TwoBodies(Encounter):
 
         Of centres of mass; of a wall the distance of the grain that is next to it.
         """
-        x, v, _ = grain_state(self.sim.sim)
+        x, v, _ = self.sim.motion.measure()
         first, *second = (
             np.array([np.average(a[body], axis=0, weights=self.masses[body]) for a in (x, v)])
             for body in self.bodies
@@ -73,8 +71,8 @@ class TwoBodies(Encounter):
         if second:
             found = first - second[0]
         else:
-            box = self.sim.sim.box
-            distance = x @ box.normal.T - box.offsets(self.sim.sim.time)
+            box = self.sim.domain.box
+            distance = x @ box.normal.T - box.offsets(self.sim.environment.time)
             distance = np.where(box.present == 1, distance, inf).min(axis=0)
             wall = int(np.argmin(distance))
             normal = box.normal[wall]
@@ -83,14 +81,14 @@ class TwoBodies(Encounter):
 
     def fragment_of(self):
         """Fragment of each grain (N,): sets of grains connected by contacts."""
-        pairs = contact_state(self.sim.sim)
+        pairs = self.sim.contacts.measure_pairs()
         pairs = np.column_stack([pairs["grain_i"], pairs["grain_j"]])
         return label_components(pairs, len(self.masses))[1]
 
     def is_one(self):
         """True while one fragment has more than half of the mass of both, or touches the wall."""
         if len(self.bodies) == 1:
-            return len(wall_contact_state(self.sim.sim)["grain"]) > 0
+            return len(self.sim.contacts.measure_walls()["grain"]) > 0
         label = self.fragment_of()
         mean = np.bincount(label, self.masses) / np.bincount(label)
         return are_in_same_fragment(label, mean[label], self.bodies)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi.errors import DustError, GuardStop, StartError
-from dusttaichi.grains import moving_grains
+from dusttaichi.grains.build import make
 from dusttaichi.samples.side_by_side import join_members
 
 RESTING = 0.25  # share of the grains that are over, from which on the next ones take their place
@@ -34,7 +34,7 @@ class Batch:
     """Collisions of one time step side by side; those that are over are replaced by the next.
 
     waiting: Waiting. abreast: members at most; room: grains at most, where there are several.
-    answer: see make_collisions. live: those under way. run: the MovingGrains that they are in.
+    answer: see make_collisions. live: those under way. run: the GrainEngine that they are in.
     """
 
     def __init__(self, waiting, abreast, room, answer):
@@ -79,7 +79,7 @@ class Batch:
         """A simulation of those under way and of others, which begin."""
         staying, states, forming = self.live, [], []
         if staying:
-            members = self.run.sim.members
+            members = self.run.members
             numbers = [collision.member for collision in staying]
             states, forming = members.states(numbers), members.forming[numbers]
         steps = [collision.step for collision in staying]
@@ -88,8 +88,8 @@ class Batch:
         sample = join_members(
             [collision.sample for collision in self.live], first.scene.material.radius
         )
-        self.run = moving_grains.make(first.scene, sample, step=first.chosen)
-        members, count = self.run.sim.members, len(staying)
+        self.run = make(first.scene, sample, step=first.chosen)
+        members, count = self.run.members, len(staying)
         new = range(count, len(self.live))
         begun = members.measure(new)
         if staying:
@@ -103,7 +103,7 @@ class Batch:
 
     def _resume(self, collisions, measurements=None):
         """Continue collisions that are to be examined now."""
-        members = self.run.sim.members
+        members = self.run.members
         measurements = measurements or members.measure(
             [collision.member for collision in collisions]
         )

@@ -50,7 +50,7 @@ class Collision(Encounter):
         self.chosen = _chosen_step(scene, sample)
 
     def enter(self, run, member, first):
-        """Begin as a member of a MovingGrains at its first step; first: the Measurement."""
+        """Begin as a member of a GrainEngine at its first step; first: the Measurement."""
         self.move(run, member, 0)
         self.now, self.first, self.ends = first, first, []
         self.dt, self.channels = run.dt * run.units("s"), run.channels
@@ -58,7 +58,7 @@ class Collision(Encounter):
         self._course = self._follow()
 
     def move(self, run, member, step):
-        """Continue in a MovingGrains; step: its own step where that is at its first one."""
+        """Continue in a GrainEngine; step: its own step where that is at its first one."""
         self.run, self.member, self.units = run, member, run.units
         self._before = step - run.step
 
@@ -90,8 +90,10 @@ class Collision(Encounter):
         return deep_overlaps(self.sample, Materials(self.scene))
 
     def validate(self, measurement):
-        sim = self.run.sim
-        validity.validate(sim, measurement, self, sim.members.grains(self.member))
+        run = self.run
+        grains = run.members.grains(self.member)
+        parts = run.motion, run.contacts, run.sphere
+        validity.validate(measurement, self, *parts, grains=grains)
 
     # -- motion ----------------------------------------------------------------------------------
 
@@ -106,12 +108,12 @@ class Collision(Encounter):
 
     def labels(self):
         """Fragment of each grain (N,), 0 the heaviest."""
-        pairs = self.run.sim.members.pairs(self.member)
+        pairs = self.run.members.pairs(self.member)
         return largest_first(label_components(pairs, len(self.masses))[1], self.masses)
 
     def fragments(self):
         """The Fragments now, with velocities half a step back."""
-        members = self.run.sim.members
+        members = self.run.members
         pairs = members.pairs(self.member).T
         names = ("grain_i", "grain_j")
         contacts = xr.Dataset({n: ("contact", own) for n, own in zip(names, pairs, strict=True)})

@@ -6,8 +6,6 @@ import numpy as np
 
 from dusttaichi import samples
 from dusttaichi.grains.build import build
-from dusttaichi.grains.contacts import contact_state
-from dusttaichi.grains.measure import grain_state
 from dusttaichi.physics.contact.constants import mixed_constants, pair_constants
 from dusttaichi.physics.encounter import breaking_speed
 from dusttaichi.physics.stability import close_packed
@@ -83,7 +81,7 @@ def _compress():
     """Positions and contacts of a cake after compression in a box and relaxation without it."""
     scene = Scene.from_dict(COMPRESSED)
     sim = build(scene, samples.make(scene))
-    while sim.volume / np.prod(sim.lengths()) < COMPRESSED_TO:
+    while sim.bodies.volume / np.prod(sim.environment.lengths()) < COMPRESSED_TO:
         sim.advance(200)
     sim = build(scene.with_value("boundary", {"kind": "open"}), _read_at_rest(sim))
     sim.advance(SETTLE)
@@ -93,11 +91,11 @@ def _compress():
 
 def _read_at_rest(sim):
     """Sample from a simulation: positions and strained contacts, at rest."""
-    state = contact_state(sim)
+    state = sim.contacts.measure_pairs()
     contacts = {name: state[name] for name in ("pointer_i", "pointer_j", "twist")}
     contacts |= {"i": state["grain_i"], "j": state["grain_j"]}
     contacts["approach"] = np.zeros(len(state["twist"]))
-    x = grain_state(sim)[0] * sim.units("m")
+    x = sim.motion.measure()[0] * sim.units("m")
     return Sample(x, np.zeros_like(x), np.zeros_like(x), contacts)
 
 

@@ -11,8 +11,6 @@ from dusttaichi import method, samples
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains import network
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measure import grain_state
-from dusttaichi.grains.moving_grains import MovingGrains
 from dusttaichi.grains.scene import GrainsScene
 from dusttaichi.grains.time_step import TimeStep
 from dusttaichi.running import ledger
@@ -52,7 +50,7 @@ def _compute(cell, numbers):
 
 
 def _build_grains(cell, scene, numbers):
-    """(MovingGrains of a cell, function that reads the state of its grains by name)."""
+    """(GrainEngine of a cell, function that reads the state of its grains by name)."""
     if cell.limit:  # its perturbation is below the resolution of single precision
         scene = scene.with_value("numerics.precision", "f64")
     if cell.sample is None:
@@ -62,14 +60,19 @@ def _build_grains(cell, scene, numbers):
     step = None
     if cell.fraction is not None:
         # a first build, with any step, for its contacts
-        period, stable = network.stable_step(build(scene, sample, step=TimeStep(1e-15, inf, inf)))
+        period, stable = _find_limit(build(scene, sample, step=TimeStep(1e-15, inf, inf)))
         step = TimeStep(cell.fraction * pi * stable, period, stable)
     sim = build(scene, sample, step=step)
     if cell.limit:
-        numbers["estimated"] = network.stable_step(sim)[1]
+        numbers["estimated"] = _find_limit(sim)[1]
         numbers["measured"] = measure_stable_step(sim, numbers["estimated"])
     names = ("position", "velocity", "spin")
-    return MovingGrains(scene, sample, sim), lambda: dict(zip(names, grain_state(sim), strict=True))
+    return sim, lambda: dict(zip(names, sim.motion.measure(), strict=True))
+
+
+def _find_limit(sim):
+    """(shortest period, largest stable step) [s] of the present contacts of a GrainEngine."""
+    return network.stable_step(sim.contacts, sim.contact_table, sim.motion)
 
 
 def _advance(sim, scene, steps, read_state, numbers):
@@ -111,12 +114,12 @@ def measure_stable_step(sim, estimate):
     exp(4 sqrt(2 e)) without damping and by about exp(2 e) with dominant damping, so that 400 steps
     resolve 1 %. estimate [s]: the search is from 0.3 to 1.7 of it; nan without a limit in between.
     """
-    state, dt = (sim.arrays(), sim.numbers()), sim.dt
+    state, dt = sim.state(), sim.dt
     low, high = 0.3 * estimate / sim.units("s"), 1.7 * estimate / sim.units("s")
 
     def is_unstable(step):
-        sim.restore(*state)
-        sim.dt = step
+        sim.restore(state)
+        sim.environment.dt = step
         return _measure_growth(sim, state) > GROWTH
 
     try:
@@ -126,8 +129,8 @@ def measure_stable_step(sim, estimate):
             middle = 0.5 * (low + high)
             low, high = (low, middle) if is_unstable(middle) else (middle, high)
     finally:
-        sim.dt = dt
-        sim.restore(*state)
+        sim.environment.dt = dt
+        sim.restore(state)
     return 0.5 * (low + high) * sim.units("s")
 
 
@@ -137,20 +140,20 @@ def _measure_growth(sim, state):
     Within STEPS steps, not at their end: after contacts break, the grains may come to rest.
     Infinite where a guard of the search ends the trajectory. Both begin at the given state.
     """
-    rng = np.random.default_rng(5)
-    shape = (sim.grains, 3)
+    rng, mass, inertia = np.random.default_rng(5), sim.bodies.mass, sim.bodies.inertia
+    shape = (sim.size, 3)
     # the same energy in every grain, so that none dominates
-    speed = NUDGE * sim.pair.delta0 / sim.dt * np.sqrt(np.min(sim.mass))
+    speed = NUDGE * sim.numbers.pair.delta0 / sim.dt * np.sqrt(np.min(mass))
     nudge = {
-        "v": speed / np.sqrt(sim.mass) * rng.normal(size=shape),
-        "w": speed / np.sqrt(sim.inertia) * rng.normal(size=shape),
+        "v": speed / np.sqrt(mass) * rng.normal(size=shape),
+        "w": speed / np.sqrt(inertia) * rng.normal(size=shape),
     }
     trajectories = []
     for factor in (0.0, 1.0):
-        sim.restore(*state)
+        sim.restore(state)
         for name, change in nudge.items():
-            values = state[0][name].copy()
-            values[: sim.grains] += factor * change
+            values = state.arrays[name].copy()
+            values[: sim.size] += factor * change
             sim.fields[name].from_numpy(values)
         trajectory = []
         for _ in range(POINTS):
@@ -158,12 +161,12 @@ def _measure_growth(sim, state):
                 sim.advance(STEPS // POINTS)
             except GuardStop:
                 return inf
-            motion = (sim.fields[name].to_numpy()[: sim.grains].astype(float) for name in nudge)
+            motion = (sim.fields[name].to_numpy()[: sim.size].astype(float) for name in nudge)
             trajectory.append(np.array(list(motion)))
         trajectories.append(trajectory)
 
     def compute_energy(v, w):
-        return float(np.sum(sim.mass * v**2) + np.sum(sim.inertia * w**2))
+        return float(np.sum(mass * v**2) + np.sum(inertia * w**2))
 
     largest = max(
         compute_energy(*(nudged - free)) for free, nudged in zip(*trajectories, strict=True)

@@ -8,7 +8,6 @@ import numpy as np
 
 from dusttaichi import samples
 from dusttaichi.errors import DustError
-from dusttaichi.grains.contacts import contact_state
 from dusttaichi.samples.ballistic import first_touch
 from dusttaichi.samples.collision import FLIGHT
 from dusttaichi.scene import from_yaml
@@ -51,7 +50,7 @@ def run(parent, *, scene, speed, time, looks=LOOKS):
         "restitution": restitution,
         "fragments": len(grains),
         "largest": int(grains.max()),
-        "contacts": len(contact_state(sim.sim)["grain_i"]),
+        "contacts": len(sim.contacts.measure_pairs()["grain_i"]),
         "kinetic": float(sim.measure().kinetic * sim.units("J")),
         "time_step": dt,
     }
@@ -91,7 +90,7 @@ def _flight(both, way):
 
     way (N, 3): velocities per unit of speed.
     """
-    x, radii, box = both.sample.positions, both.radii, both.sim.sim.box
+    x, radii, box = both.sample.positions, both.radii, both.sim.domain.box
     if box is None:
         one, other = both.bodies
         radii = radii[one], radii[other]

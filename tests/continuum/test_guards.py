@@ -29,7 +29,7 @@ def test_guards_stop_what_has_no_meaning():
         motion.validate(motion.measure())
     with pytest.raises(GuardStop, match="not a number"):
         motion.sim.put("x", np.full((len(x), 2), np.nan))
-        motion.sim.search.now()
+        motion.sim.search.update()
 
 
 def test_a_body_that_passes_through_a_face_is_named():

@@ -16,8 +16,8 @@ from dusttaichi.compute.compiled import Structures
 from dusttaichi.compute.engine import ti
 from dusttaichi.errors import DustError
 from dusttaichi.grains import build
+from dusttaichi.grains.engine import GrainEngine
 from dusttaichi.grains.kernels.numbers import numbers_type
-from dusttaichi.grains.moving_grains import MovingGrains
 from dusttaichi.running import execute
 from dusttaichi.scene import load
 
@@ -106,7 +106,7 @@ def is_passed(value, codes, files, kinds):
         return Path(value.__file__) in files or not functions  # of a table there is nothing to call
     if getattr(value, "_is_protocol", False):
         members = [n for n, f in vars(value).items() if inspect.isfunction(f) and n[0] != "_"]
-        return all(hasattr(MovingGrains, name) for name in members)
+        return all(hasattr(GrainEngine, name) for name in members)
     if inspect.isclass(value):
         own = [f for f in vars(value).values() if inspect.isfunction(inspect.unwrap(f))]
         there = any(issubclass(kind, value) for kind in kinds)

@@ -6,7 +6,6 @@ import pytest
 from dusttaichi import samples
 from dusttaichi.compute.backend import Loops
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measure import energies, grain_state
 from dusttaichi.scene import from_yaml
 
 SCENE = """
@@ -25,7 +24,7 @@ def move_plates(loops):
     sim = build(scene, samples.make(scene), loops=loops)
     sim.advance(600)
     assert sim.search.count > 5  # lists were remade on the way
-    return np.array(grain_state(sim)), energies(sim)
+    return np.array(sim.motion.measure()), sim.ledger.measure_energies()
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,6 @@ from scenes import FAR, RADIUS, Probe, make_scene, residual, sample_of
 
 from dusttaichi import analysis, samples
 from dusttaichi.errors import DustError
-from dusttaichi.grains.contacts import contact_state
-from dusttaichi.grains.measure import energies
 from dusttaichi.running import execute
 from dusttaichi.scene import Scene
 
@@ -139,7 +137,7 @@ def test_a_chain_that_is_spun_up_is_stretched_as_mechanics_says():
         probe.advance(8000)
     away = probe.x - probe.x.mean(axis=0)
     distance = np.linalg.norm(away, axis=1)
-    contacts = contact_state(probe.sim)
+    contacts = probe.sim.contacts.measure_pairs()
     order = np.argsort(contacts["grain_i"])
     omega2 = (probe.v**2).sum() / (distance**2).sum()
     pull = MASS * omega2 * np.cumsum(distance[:2:-1])[::-1]  # of the three grains on either side
@@ -148,7 +146,7 @@ def test_a_chain_that_is_spun_up_is_stretched_as_mechanics_says():
     np.testing.assert_allclose(normal_force[2:], pull, rtol=2e-3)
     np.testing.assert_allclose(normal_force[2::-1], pull, rtol=2e-3)
     inertia = 6 * 0.4 * MASS * RADIUS**2 + MASS * ((x - x.mean(axis=0)) ** 2).sum()
-    work = energies(probe.sim)["push_work"] * 1e-15
+    work = probe.sim.ledger.measure_energies()["push_work"] * 1e-15
     # of the rigid chain; stretched by a ten thousandth
     assert work == pytest.approx(0.5 * inertia * (TURN @ TURN), rel=1e-3)
 
@@ -172,10 +170,10 @@ def course():
         {"grains": [2], "speed": [f"{a:.17g} m/s" for a in SPEED]},
     ]
     probe = Probe(make_scene(push=pushes, damping="none"), sample_of(x, v))
-    frames = [(probe.x, probe.v, energies(probe.sim))]
+    frames = [(probe.x, probe.v, probe.sim.ledger.measure_energies())]
     for _ in range(8):
         probe.advance(STEPS // 8)
-        frames.append((probe.x, probe.v, energies(probe.sim)))
+        frames.append((probe.x, probe.v, probe.sim.ledger.measure_energies()))
     return x, v, probe.dt, frames
 
 
@@ -238,13 +236,13 @@ def test_pushes_of_a_stage():
     ]
     probe, (on, off), x = make_stages(pushes, [])
     probe.advance(100)
-    energies_before = energies(probe.sim)
+    energies_before = probe.sim.ledger.measure_energies()
     probe.sim.drive(on)
     probe.advance(60)
-    saved_state = probe.sim.arrays(), probe.sim.numbers()
+    saved_state = probe.sim.state()
     probe.advance(40)
     expected = probe.x
-    probe.sim.restore(*saved_state)
+    probe.sim.restore(saved_state)
     probe.advance(40)
     assert np.array_equal(probe.x, expected), "the same bits from a checkpoint"
     probe.sim.drive(off)
@@ -254,7 +252,7 @@ def test_pushes_of_a_stage():
     ways = [v * 3 * t + pull * 1.5 * t, v * 3 * t + 2 * kick * t, v * t + 2 * speed * t]
     np.testing.assert_allclose(probe.x - x, ways, rtol=1e-11, atol=1e-18)
     np.testing.assert_allclose(probe.v, [v + pull, v + kick, speed], rtol=1e-11)
-    energies_after = energies(probe.sim)
+    energies_after = probe.sim.ledger.measure_energies()
     gained = energies_after["kinetic_translation"] - energies_before["kinetic_translation"]
     assert (
         energies_after["push_work"] == pytest.approx(gained, rel=1e-10)

@@ -9,8 +9,7 @@ from dusttaichi.domain.clock import NEVER, Clock
 from dusttaichi.domain.domain import Domain
 from dusttaichi.errors import DustError
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.environment import environment
-from dusttaichi.grains.measure import energies
+from dusttaichi.grains.placement import place_environment
 from dusttaichi.scene import from_yaml, quantities
 from dusttaichi.scene.boundary import get_drive
 from dusttaichi.scene.stop import Stop
@@ -29,7 +28,7 @@ def domain(boundary, cells="4, 5, 3"):
     """The domain of that room at the start of its drive, and its scene."""
     text = TEXT.replace("4, 5, 3", cells).replace("BOUNDARY", boundary)
     scene = from_yaml(text)
-    room = environment(ContactTable(scene), samples.make(scene))
+    room = place_environment(ContactTable(scene), samples.make(scene))
     driven_domain = Domain(1e-4, 1.0, 0.6, *room, units=GRAINS).driven(get_drive(scene.boundary), 0)
     return driven_domain, scene
 
@@ -82,10 +81,12 @@ def test_edges_go_as_the_rate_says(rate):
     rates = np.array(scene.boundary.strain_rate)
     assert reason == "strain 0.001"
     assert end == np.ceil(np.log1p(0.001) / (max(rates) * 1e-6 * sim.dt))
-    energies_before, start = energies(sim), sim.lengths()
+    energies_before, start = sim.ledger.measure_energies(), sim.environment.lengths()
     sim.advance(end)
-    np.testing.assert_allclose(sim.lengths(), start * np.exp(rates * 1e-6 * sim.time), rtol=1e-12)
-    m = energies(sim)
+    np.testing.assert_allclose(
+        sim.environment.lengths(), start * np.exp(rates * 1e-6 * sim.time), rtol=1e-12
+    )
+    m = sim.ledger.measure_energies()
     # the leapfrog's own error of the faces' work, second order in the step
     assert abs(residual(energies_before, m)) < 5e-3 * abs(m["face_work"])
 

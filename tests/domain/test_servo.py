@@ -13,9 +13,6 @@ from dusttaichi.domain.domain import Domain
 from dusttaichi.domain.servo import EVERY
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.contacts import contact_state, wall_contact_state
-from dusttaichi.grains.load_sums import load_sums
-from dusttaichi.grains.measure import energies, grain_state
 from dusttaichi.method import State, find_method
 from dusttaichi.physics.contact import jkr as normal
 from dusttaichi.running import execute
@@ -194,12 +191,12 @@ def column():
     """The column under a pressure: springs with known forces, and nothing else."""
     boundary = plates(pressure=f"{LOAD} Pa", wall_speed="1 cm/s")
     probe = Probe(make_scene(damping="viscoelastic", boundary=boundary), sample_of(COLUMN))
-    sim, loads, start = probe.sim, [], energies(probe.sim)
+    sim, loads, start = probe.sim, [], probe.sim.ledger.measure_energies()
     area = sim.domain.wall_areas(0)[5]
     for _ in range(50):
-        impulses_before = load_sums(sim).impulses()
+        impulses_before = sim.kernel_sums.read_loads().impulses()
         sim.advance(500)
-        mean = (load_sums(sim).impulses() - impulses_before)[5, 2] / (500 * sim.dt)
+        mean = (sim.kernel_sums.read_loads().impulses() - impulses_before)[5, 2] / (500 * sim.dt)
         loads.append(-mean / area * units.PRESSURE)
     return sim, np.array(loads), start, area * units.LENGTH**2
 
@@ -212,9 +209,9 @@ def test_a_load_is_held_where_the_springs_have_it_and_its_work_closes_the_ledger
     force = LOAD * area
     least = 6 * RADIUS - 2 * overlap_under(force, WALL) - 2 * overlap_under(force, PAIR)
     way = 2 * REST + 2 * RADIUS - 2 * WALL.delta0 - least
-    assert sim.lengths()[2] * units.LENGTH == pytest.approx(least, abs=0.02 * way)
+    assert sim.environment.lengths()[2] * units.LENGTH == pytest.approx(least, abs=0.02 * way)
     sim, _, start, _ = column
-    m = energies(sim)
+    m = sim.ledger.measure_energies()
     assert m["wall_work"] > 0.0
     assert abs(residual(start, m)) < 1e-4 * m["wall_work"]
 
@@ -225,19 +222,21 @@ def test_wall_that_moves_along_itself():
     boundary = plates(shear_speed="2 cm/s")
     scene = make_scene(damping="viscoelastic", boundary=boundary)
     sim = Probe(scene, sample_of(COLUMN)).sim
-    start, sums = energies(sim), load_sums(sim)
+    start, sums = sim.ledger.measure_energies(), sim.kernel_sums.read_loads()
     impulses_before, first = sums.impulses(), sums.wall_force()
     sim.advance(4000)
-    sums = load_sums(sim)
+    sums = sim.kernel_sums.read_loads()
     impulse = sums.impulses() - impulses_before + 0.5 * sim.dt * (first - sums.wall_force())
-    m = energies(sim)
+    m = sim.ledger.measure_energies()
     assert m["wall_work"] == pytest.approx(0.02 * impulse[5, 0], rel=1e-9) and m["wall_work"] > 0.0
     assert abs(residual(start, m)) < 1e-4 * m["wall_work"]
-    walls = wall_contact_state(sim)
+    walls = sim.contacts.measure_walls()
     top = list(walls["wall"]).index(5)
-    x = grain_state(sim)[0][walls["grain"][top], 0]
+    x = sim.motion.measure()[0][walls["grain"][top], 0]
     assert x > 0.0 and walls["foot"][top, 0] == pytest.approx(0.02 * sim.time, rel=0.3)
-    assert sim.domain.shear_strain(sim.step) == pytest.approx(0.02 * sim.time / sim.lengths()[2])
+    assert sim.domain.shear_strain(sim.step) == pytest.approx(
+        0.02 * sim.time / sim.environment.lengths()[2]
+    )
 
 
 def test_a_load_that_is_not_reached_stops_where_the_room_ends(column):
@@ -268,27 +267,27 @@ def mixed_scene():
 
 def test_mixed_control(mixed_scene):
     sim = find_method(mixed_scene).build(mixed_scene, make(mixed_scene))
-    start, first = energies(sim.sim), sim.sim.lengths()
+    start, first = sim.ledger.measure_energies(), sim.environment.lengths()
     sim.advance(3000)
-    energies_after, servo = energies(sim.sim), sim.sim.servo
+    energies_after, servo = sim.ledger.measure_energies(), sim.domain.servo
     assert (
         abs(residual(start, energies_after))
         < 1e-3 * np.abs(balance(energies_after) - balance(start)).max()
     )
-    ratio = sim.sim.lengths() / first
+    ratio = sim.environment.lengths() / first
     assert ratio[2] == pytest.approx(np.exp(-5e4 * sim.time * units.TIME), rel=1e-12)
     assert (servo.speed != 0.0).all() and (np.abs(servo.speed) <= servo.largest).all()
     assert sim.domain.shear_strain(sim.step) == pytest.approx(1e5 * sim.time * units.TIME)
     snapshot = dict(sim.records("snapshots"))["snapshots"]
-    assert snapshot["tilt"] == pytest.approx(sim.sim.cell.offset(sim.time))
+    assert snapshot["tilt"] == pytest.approx(sim.domain.cell.offset(sim.time))
 
 
 def stress_over(sim, steps):
     """Mean stress [Pa] of a cell over its next steps, positive in tension."""
-    flux, begin = load_sums(sim).momentum_flux(), sim.time
+    flux, begin = sim.kernel_sums.read_loads().momentum_flux(), sim.time
     sim.advance(steps)
-    gone = (load_sums(sim).momentum_flux() - flux) / (sim.time - begin)
-    return -gone / np.prod(sim.lengths()) * units.PRESSURE
+    gone = (sim.kernel_sums.read_loads().momentum_flux() - flux) / (sim.time - begin)
+    return -gone / np.prod(sim.environment.lengths()) * units.PRESSURE
 
 
 def test_dust_in_shear_holds_its_load():
@@ -300,10 +299,10 @@ def test_dust_in_shear_holds_its_load():
     packed = packed.replace("seed: 3", "seed: 2")
     packed = packed.replace("0.2 ns", "0.3 ns")
     scene = from_yaml(packed % "stress: [free, free, -20 kPa], shear_rate: 3e4 s^-1")
-    sim = find_method(scene).build(scene, make(scene)).sim
-    first = sim.lengths()[2]
+    sim = find_method(scene).build(scene, make(scene))
+    first = sim.environment.lengths()[2]
     loads = [-stress_over(sim, 5000)[2, 2] for _ in range(5)]
-    assert sim.lengths()[2] < 0.96 * first  # by 6.6 % here: rearrangements are chaotic
+    assert sim.environment.lengths()[2] < 0.96 * first  # by 6.6 % here: rearrangements are chaotic
     assert np.mean(loads[1:]) == pytest.approx(20e3, rel=0.1)
 
 
@@ -315,12 +314,12 @@ def test_goes_on_with_the_same_bits(mixed_scene):
     state = State({k: v.copy() for k, v in state.arrays.items()}, state.numbers)
     for steps in (1, 29, 350, 500):
         simulation.advance(steps)
-    x, numbers = np.array(grain_state(simulation.sim)), simulation.sim.numbers()
+    x, numbers = np.array(simulation.motion.measure()), simulation.state().numbers
     resumed = find_method(mixed_scene).reopen(mixed_scene, state)
     resumed.advance(880)
-    assert np.array_equal(np.array(grain_state(resumed.sim)), x)
-    assert resumed.sim.numbers()["servo"] == numbers["servo"]
-    assert resumed.sim.numbers()["cell"] == numbers["cell"]
+    assert np.array_equal(np.array(resumed.motion.measure()), x)
+    assert resumed.state().numbers["servo"] == numbers["servo"]
+    assert resumed.state().numbers["cell"] == numbers["cell"]
 
 
 def shear_lattice(rate, n=4):
@@ -342,11 +341,11 @@ def test_lattice_in_shear_has_the_stress_of_its_springs():
     k_s zeta_crit/d^2, at which they slide. It is symmetric, and its work is all that goes in."""
     sim = shear_lattice(2e3)
     k_s, zeta = PAIR.numbers["k_s"], PAIR.numbers["zeta_crit"]
-    start, stresses = energies(sim), []
+    start, stresses = sim.ledger.measure_energies(), []
     for _ in range(4):
         begin = sim.time
         stress = stress_over(sim, 1000)
-        gamma = sim.cell.compute_shear_strain(0.5 * (sim.time + begin))
+        gamma = sim.domain.cell.compute_shear_strain(0.5 * (sim.time + begin))
         stresses.append((gamma, stress))
     for gamma, stress in stresses[:2]:
         # the faces begin to move at once: what swings is averaged over ten periods
@@ -354,10 +353,10 @@ def test_lattice_in_shear_has_the_stress_of_its_springs():
     assert stresses[-1][1][0, 2] == pytest.approx(k_s * zeta / REST**2, rel=2e-3)
     for _, stress in stresses:
         assert stress[0, 2] == pytest.approx(stress[2, 0], rel=1e-3)  # grains spin up
-    m = energies(sim)
+    m = sim.ledger.measure_energies()
     assert m["contacts"] == 3 * 64
     assert abs(residual(start, m)) < 1e-5 * m["face_work"]
-    volume = np.prod(sim.lengths())
+    volume = np.prod(sim.environment.lengths())
     power = volume * sum(s[0, 2] for _, s in stresses) / units.PRESSURE * 2e-3 * (1000 * sim.dt)
     assert m["face_work"] == pytest.approx(power, rel=1e-3)
 
@@ -370,11 +369,11 @@ def test_a_leaning_cell_is_the_sample_of_another_run(tmp_path):
     first = execute(from_yaml(text % "shear_rate: 1e5 s^-1"), tmp_path / "first")
     taken = text.replace("random_packing, grains: 60, filling_factor: 0.5, seed: 3", "explicit, %s")
     scene = from_yaml(taken % (f"file: {first}, keep: [box]", "size: fit"))
-    sim = find_method(scene).build(scene, make(scene)).sim
+    sim = find_method(scene).build(scene, make(scene))
     with open_run(first) as run:
         last = run.series.isel(time=-1)
-        assert sim.cell.offset(0.0) * units.LENGTH == float(run.snapshots.tilt[-1]) != 0.0
-    m = energies(sim)
+        assert sim.domain.cell.offset(0.0) * units.LENGTH == float(run.snapshots.tilt[-1]) != 0.0
+    m = sim.ledger.measure_energies()
     assert m["contacts"] == int(last.contact_count)
     # velocities are those of half a step ago moved on, springs are as they were kept
     np.testing.assert_allclose(m["potential"] * units.ENERGY, last.potential, rtol=1e-9)
@@ -391,17 +390,17 @@ def test_neighbours_across_leaning_faces():
     sim = shear_lattice(2e6)
     for _ in range(4):
         sim.advance(1000)
-        x, time = grain_state(sim)[0], sim.time
-        assert not sim.cell.outside(x, time).any()
-        edges = np.diag(sim.cell.edges(time))
-        edges[2, 0] = sim.cell.offset(time)
+        x, time = sim.motion.measure()[0], sim.time
+        assert not sim.domain.cell.outside(x, time).any()
+        edges = np.diag(sim.domain.cell.edges(time))
+        edges[2, 0] = sim.domain.cell.offset(time)
         images = np.array(np.meshgrid(*[[-1, 0, 1]] * 3)).reshape(3, -1).T @ edges
         apart = np.linalg.norm(x[:, None, None] - x[None, :, None] + images, axis=3).min(axis=2)
         i, j = np.triu_indices(len(x), 1)
-        contacts = contact_state(sim)
+        contacts = sim.contacts.measure_pairs()
         pairs = np.sort(np.stack([contacts["grain_i"], contacts["grain_j"]]), axis=0)
-        distance = 2 * sim.radius - contacts["overlap"]
+        distance = 2 * sim.bodies.radius - contacts["overlap"]
         np.testing.assert_allclose(apart[tuple(pairs)], distance, atol=1e-12)
-        assert np.sum(contacts["overlap"] > 0.0) == np.sum(apart[i, j] < 2 * sim.radius)
-    assert abs(sim.cell.offset(time)) <= 0.5 * sim.cell.edges(time)[0]
-    assert sim.cell.compute_shear_strain(time) == pytest.approx(1.6)
+        assert np.sum(contacts["overlap"] > 0.0) == np.sum(apart[i, j] < 2 * sim.bodies.radius)
+    assert abs(sim.domain.cell.offset(time)) <= 0.5 * sim.domain.cell.edges(time)[0]
+    assert sim.domain.cell.compute_shear_strain(time) == pytest.approx(1.6)

@@ -12,9 +12,6 @@ import stored_states
 
 from dusttaichi import method
 from dusttaichi.continuum.kernels.store import COLUMN
-from dusttaichi.grains.contacts import contact_state
-from dusttaichi.grains.load_sums import load_sums
-from dusttaichi.grains.measure import energies, grain_state
 from dusttaichi.scene import from_yaml
 
 DUST = """
@@ -162,16 +159,16 @@ def _is_number(a):
 
 def _state(sim):
     if hasattr(sim, "grains"):
-        x, v, w = grain_state(sim)
+        x, v, w = sim.motion.measure()
         force, torque = sim.forces()
         arrays = {"x": x, "v": v, "w": w, "force": force, "torque": torque}
-        for name, a in energies(sim).items():
+        for name, a in sim.ledger.measure_energies().items():
             arrays[f"sum {name}"] = np.asarray(a)
-        contacts = contact_state(sim)
+        contacts = sim.contacts.measure_pairs()
         order = np.lexsort((contacts["grain_j"], contacts["grain_i"]))
         arrays |= {f"contact {name}": a[order] for name, a in contacts.items()}
         if sim.layout.stress:
-            arrays["flux"] = load_sums(sim).momentum_flux()
+            arrays["flux"] = sim.kernel_sums.read_loads().momentum_flux()
         return arrays
     names = ("x", "v", "density", "pressure", "deviator", "force", "loss", "work")
     arrays = {name: sim.in_order(sim.of_particles(name)) for name in names}

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from dusttaichi import method, units
-from dusttaichi.grains.measure import grain_state
 from dusttaichi.scene import Scene
 
 STATES = Path(__file__).with_name("states.json")
@@ -90,7 +89,7 @@ def move_scene(scene):
 def state(motion):
     """Positions [m], velocities [m/s] and spins [rad/s] of the grains, (3, N, 3)."""
     scales = np.array([units.LENGTH, units.SPEED, units.SPIN])
-    return np.array(grain_state(motion.sim)) * scales[:, None, None]
+    return np.array(motion.sim.motion.measure()) * scales[:, None, None]
 
 
 def read_stored():

@@ -7,7 +7,6 @@ import snapshots
 from scenes import FAR, Probe, make_scene
 
 from dusttaichi import analysis, plots, samples
-from dusttaichi.grains.measure import energies
 
 R = 0.6e-6
 SCENE = snapshots.SCENE + "sample: {kind: collision}\nboundary: {kind: open}\n"
@@ -139,6 +138,6 @@ def test_momentum_and_angular_momentum():
             np.abs(velocities_after[n] - velocities_before[n]).sum()
             > 0.2 * np.abs(velocities_after[n]).sum()
         )  # of each
-    last_energies = energies(probe.sim)
+    last_energies = probe.sim.ledger.measure_energies()
     assert last_energies["contacts"] < 350  # of 398
     assert np.all(last_energies["loss"] > 0)  # every kind of contact force has been at work

@@ -8,7 +8,6 @@ import dusttaichi
 from dusttaichi import units
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measure import grain_state, measurement
 from dusttaichi.method import Start
 from dusttaichi.physics.forces import drag
 from dusttaichi.running.ledger import ledger
@@ -27,12 +26,12 @@ def started(forces, positions=((0, 0, 0),), velocities=((0, 0, 0),), dt="1 ns", 
     sim = build(
         make_scene(forces=forces, dt=dt, **blocks), sample_of(list(positions), list(velocities))
     )
-    return sim, Start.from_measurement(measurement(sim))
+    return sim, Start.from_measurement(sim.ledger.measure())
 
 
 def balance(sim, start):
     """Measurement now [J]: losses by channel, work, and the residual over what went through."""
-    m = measurement(sim)
+    m = sim.ledger.measure()
     losses = dict(zip(sim.layout.channels, m.losses * units.ENERGY, strict=True))
     return losses, m.work * units.ENERGY, ledger(m, start)[1]
 
@@ -41,10 +40,10 @@ def test_a_grain_falls_at_its_terminal_speed():
     """v = u + g tau; then the gas takes the power of gravity, and gives that of the wind."""
     sim, start = started([FALL, WIND])
     sim.advance(20_000)
-    _, v, _ = grain_state(sim)
+    _, v, _ = sim.motion.measure()
     np.testing.assert_allclose(v[0], [0.2, 0.0, -1e-5], rtol=1e-8, atol=1e-12)
     losses, work, residual = balance(sim, start)
-    mass = sim.mass * units.MASS
+    mass = sim.bodies.mass * units.MASS
     # the wind does m u^2 of work, half of it is lost; the fall: g times the way, less m v^2/2
     fall = mass * 10.0 * 1e-5 * (20e-6 - 1e-6)
     assert work == pytest.approx(mass * 0.2**2 + fall, rel=1e-6)
@@ -56,14 +55,14 @@ def test_stopping_distance():
     """x = v tau (1 - e^(-t/tau)); all of the kinetic energy goes to the channel of the drag."""
     sim, start = started([FALL | {"acceleration": ["0 m/s^2"] * 3}, REST], velocities=[[3, 0, 0]])
     sim.advance(1000)
-    x, v, _ = grain_state(sim)
+    x, v, _ = sim.motion.measure()
     # the leapfrog is second order in the step, a thousandth of the stopping time here
     np.testing.assert_allclose(x[0, 0] * units.LENGTH, 3e-6 * (1 - np.exp(-1)), rtol=1e-6)
     np.testing.assert_allclose(v[0, 0], 3 * np.exp(-1), rtol=1e-6)
     sim.advance(19_000)
-    assert grain_state(sim)[0][0, 0] * units.LENGTH == pytest.approx(3e-6, rel=1e-6)
+    assert sim.motion.measure()[0][0, 0] * units.LENGTH == pytest.approx(3e-6, rel=1e-6)
     losses, work, residual = balance(sim, start)
-    assert losses["drag"] == pytest.approx(0.5 * sim.mass * units.MASS * 9.0, rel=1e-9)
+    assert losses["drag"] == pytest.approx(0.5 * sim.bodies.mass * units.MASS * 9.0, rel=1e-9)
     assert work == 0.0 and abs(residual) < 1e-12
 
 
@@ -78,7 +77,7 @@ def test_epstein():
     steps = 500
     sim.advance(steps)
     decay = np.exp(-steps * 1e-9 / tau)
-    assert grain_state(sim)[1][0, 0] == pytest.approx(decay, rel=1e-5)
+    assert sim.motion.measure()[1][0, 0] == pytest.approx(decay, rel=1e-5)
 
 
 def test_the_time_step_knows_the_forces():
@@ -119,20 +118,22 @@ def test_a_charge_drifts():
     field = {"kind": "electric_field", "field": ["1e4 V/m", "0 V/m", "0 V/m"]}
     sim, start = started([field, REST], charge="1e-15 C")
     sim.advance(20_000)
-    speed = 1e-15 * 1e4 * 1e-6 / (sim.mass * units.MASS)
-    _, v, _ = grain_state(sim)
+    speed = 1e-15 * 1e4 * 1e-6 / (sim.bodies.mass * units.MASS)
+    _, v, _ = sim.motion.measure()
     np.testing.assert_allclose(v[0], [speed, 0, 0], rtol=1e-8, atol=1e-12)
     losses, work, residual = balance(sim, start)
     assert work == pytest.approx(1e-15 * 1e4 * speed * (20e-6 - 1e-6), rel=1e-6)
-    assert losses["drag"] == pytest.approx(work - 0.5 * sim.mass * units.MASS * speed**2, rel=1e-6)
+    assert losses["drag"] == pytest.approx(
+        work - 0.5 * sim.bodies.mass * units.MASS * speed**2, rel=1e-6
+    )
     assert abs(residual) < 1e-12
 
     magnet = field | {"field": ["0 V/m"] * 3, "magnetic_field": ["0 T", "0 T", "1e6 T"]}
     slow = REST | {"stopping_time": "1e9 s"}
     sim, start = started([magnet, slow], velocities=[[1, 0, 0]], charge={"mean": "1e-15 C"})
     sim.advance(1000)
-    angle = 1e-15 * 1e6 / (sim.mass * units.MASS) * sim.time * units.TIME
-    _, v, _ = grain_state(sim)
+    angle = 1e-15 * 1e6 / (sim.bodies.mass * units.MASS) * sim.time * units.TIME
+    _, v, _ = sim.motion.measure()
     np.testing.assert_allclose(v[0], [np.cos(angle), -np.sin(angle), 0], atol=1e-6)
     assert abs(balance(sim, start)[2]) < 1e-12
 
@@ -166,13 +167,13 @@ def test_a_free_grain_in_a_rotating_frame():
     relative = v - np.cross(turning, start_at - center)
     scene = make_scene(forces=[frame], dt="1 ns")
     sim = build(scene, sample_of([start_at], [relative], [w - turning]))
-    start = Start.from_measurement(measurement(sim))
+    start = Start.from_measurement(sim.ledger.measure())
     sim.advance(10_000)
     angle = -rate * sim.time * units.TIME
     turn = np.array(
         [[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
     )
-    x, u, s = grain_state(sim)
+    x, u, s = sim.motion.measure()
     place = center + turn @ (start_at - center + v * sim.time * units.TIME)
     np.testing.assert_allclose(x[0] * units.LENGTH, place, atol=1e-12)
     inertial = turn @ v - np.cross(turning, place - center)
@@ -186,7 +187,7 @@ def test_a_script_sets_forces_and_velocities():
     """m a and m v^2/2 as they are set; a checkpoint has them, and the ledger closes throughout."""
     scene = make_scene(forces=[{"kind": "script"}], stop={"steps": 3000}, dt="1 ns")
     with dusttaichi.simulate(scene, progress=False, log=lambda *_: None) as simulation:
-        mass = simulation._run.sim.sim.mass * units.MASS
+        mass = simulation._run.sim.bodies.mass * units.MASS
         simulation.set_forces([1e-9, 0, 0])
         simulation.advance(1000)
         speed = 1e-9 / mass * 1e-6
@@ -195,7 +196,7 @@ def test_a_script_sets_forces_and_velocities():
         np.testing.assert_allclose(simulation.velocities[0], [0, 2, 0], atol=1e-12)
         np.testing.assert_allclose(simulation.spins[0], [0, 0, 1e5])
         now = simulation.measure()
-        energy = 0.5 * mass * 4.0 + 0.5 * simulation._run.sim.sim.inertia * units.INERTIA * 1e10
+        energy = 0.5 * mass * 4.0 + 0.5 * simulation._run.sim.bodies.inertia * units.INERTIA * 1e10
         assert now.force_work == pytest.approx(energy, rel=1e-9)
         simulation.run()
         assert abs(simulation.measure().energy_residual_relative) < 1e-12
@@ -219,14 +220,14 @@ def in_warm_gas(threads):
 def test_equipartition():
     """m <v^2> = 3 k T within three standard errors, on any number of threads the same bits."""
     sim, start = in_warm_gas(1)
-    v = sim.state.of_grains("v")  # half a step back, where k T/m is exact for any step
-    energies = sim.mass * units.MASS * np.sum(v**2, axis=1) / (drag.BOLTZMANN * 280.0)
+    v = sim.grain_state.of_grains("v")  # half a step back, where k T/m is exact for any step
+    energies = sim.bodies.mass * units.MASS * np.sum(v**2, axis=1) / (drag.BOLTZMANN * 280.0)
     assert energies.mean() == pytest.approx(3.0, abs=3 * np.sqrt(6.0 / 400))
     # energies of one component are distributed as chi^2 of one degree of freedom: variance 2
-    squares = sim.mass * units.MASS * v[:, 0] ** 2 / (drag.BOLTZMANN * 280.0)
+    squares = sim.bodies.mass * units.MASS * v[:, 0] ** 2 / (drag.BOLTZMANN * 280.0)
     assert squares.var() == pytest.approx(2.0, abs=1.0)
     losses, _, residual = balance(sim, start)
-    kinetic = measurement(sim).kinetic * units.ENERGY
+    kinetic = sim.ledger.measure().kinetic * units.ENERGY
     assert losses["thermal"] == pytest.approx(-kinetic, rel=0.2)  # the noise has given it
     assert abs(residual) < 1e-12
     again, _ = in_warm_gas(2)
@@ -244,11 +245,11 @@ def test_a_spinning_pair_in_both_frames():
     for forces, v, w in (([], np.cross(turning, x), turning), ([frame], 0 * x, 0 * turning)):
         scene = make_scene(forces=forces, damping="viscous", dt="0.05 ns", sample=pair)
         sim = build(scene, sample_of(x, v, np.tile(w, (2, 1))))
-        start = Start.from_measurement(measurement(sim))
+        start = Start.from_measurement(sim.ledger.measure())
         sim.advance(4000)
-        places = grain_state(sim)[0] * units.LENGTH
+        places = sim.motion.measure()[0] * units.LENGTH
         overlap = 2 * scene.material.radius - np.linalg.norm(places[1] - places[0])
-        found.append((overlap, measurement(sim).lost))
+        found.append((overlap, sim.ledger.measure().lost))
         assert abs(balance(sim, start)[2]) < 1e-4  # of a step of a fiftieth of the period
     (inertial, lost), (turned, lost_in_frame) = found
     assert turned == pytest.approx(inertial, abs=1e-14)

@@ -7,7 +7,6 @@ from test_pair import DAMPINGS, E_C, pairs
 
 from dusttaichi import samples
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measure import energies
 
 LEDGER = np.array([1.0, 1.0, -1.0])  # own + lost - work
 STEPS = np.array([0.1, 0.05, 0.025, 0.0125])  # ns
@@ -29,7 +28,7 @@ def refine_steps(x, v, w, time, **keys):
         for _ in range(10):
             probe.advance(round(time / dt / 10))
             worst = max(worst, abs((probe.energy() - start) @ LEDGER))
-        out.append((worst, probe.x, probe.v, probe.w, energies(probe.sim)["loss"]))
+        out.append((worst, probe.x, probe.v, probe.w, probe.sim.ledger.measure_energies()["loss"]))
     return out
 
 
@@ -60,9 +59,9 @@ def test_breaking_with_strained_springs():
     for dt in STEPS:
         probe = Probe(make_scene(dt=f"{dt} ns", boundary=FAR), sample_of(x, v, w))
         start, energy_before = probe.energy(), None
-        while energies(probe.sim)["contacts"]:
+        while probe.sim.ledger.measure_energies()["contacts"]:
             energy_before = (probe.energy() - start) @ LEDGER
-            potential = energies(probe.sim)["potential"][1:].sum()
+            potential = probe.sim.ledger.measure_energies()["potential"][1:].sum()
             probe.advance(1)
         jumps.append(abs((probe.energy() - start) @ LEDGER - energy_before))
         assert potential > 1e-3, "the springs must be strained [fJ]"
@@ -107,11 +106,11 @@ def test_ledger_of_a_compressed_box(damping):
         sample={"kind": "rbd", "grains": 60, "seed": 3},
     )
     sim = build(scene, samples.make(scene))
-    start = balance(energies(sim))
+    start = balance(sim.ledger.measure_energies())
     for _ in range(8):
         sim.advance(1000)
-        stored, lost, work = balance(energies(sim)) - start
+        stored, lost, work = balance(sim.ledger.measure_energies()) - start
         assert abs(stored + lost - work) < 0.01 * (lost + abs(work))
-    m = energies(sim)
+    m = sim.ledger.measure_energies()
     assert m["wall_work"] > 0 and m["loss"][1] > 0 and m["loss"][3] > 0 and m["loss"][4] > 0
     assert (m["loss"][2] > 0) == (damping != "none")

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scenes import box, make_scene, sample_of
 
-from dusttaichi.grains import inventory
+from dusttaichi.grains import engine, inventory
 from dusttaichi.grains.build import build
-from dusttaichi.grains.simulation import Simulation
 from dusttaichi.samples import Sample
 
 PAIR = sample_of([[0, 0, 0], [1.19e-6, 0, 0]])
@@ -90,12 +89,16 @@ SCENES = {
 @pytest.fixture
 def unstarted_taichi(monkeypatch):
     """Scenes are built, but nothing runs: only a run compiles."""
-    monkeypatch.setattr(Simulation, "_start", lambda self, sample: None)
+    monkeypatch.setattr(engine, "start", lambda *parts, **numbers: None)
 
 
 def place(scene, sample, **options):
     sim = build(scene, sample, **options)
-    return sim, set(sim.fields) | set(sim.scratch) | set(sim.sums), set(vars(sim.kernels))
+    return (
+        sim,
+        set(sim.fields) | set(sim.scratch) | set(sim.kernel_sums.tables),
+        set(vars(sim.kernels)),
+    )
 
 
 @pytest.mark.parametrize("name", SCENES)

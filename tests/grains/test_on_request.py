@@ -8,8 +8,6 @@ from dusttaichi import samples
 from dusttaichi.analysis import open_run, read_frame
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
-from dusttaichi.grains.contacts import contact_state
-from dusttaichi.grains.measure import grain_state
 from dusttaichi.physics.contact.constants import pair_constants
 from dusttaichi.physics.contact.parts import wall_parts
 from dusttaichi.running import execute
@@ -74,7 +72,7 @@ def test_a_spin_of_a_tenth_of_a_radian_a_step_is_followed_to_rounding():
     sim.advance(2000)
     angle, axis = 1e9 * 2000 * 1e-10, np.array([0.6, 0.0, 0.8])
     expected = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)])
-    orientation = sim.state["orientation"][sim.state.rank[2]]
+    orientation = sim.grain_state["orientation"][sim.grain_state.rank[2]]
     np.testing.assert_allclose(orientation, expected, atol=1e-11)
 
 
@@ -134,9 +132,9 @@ def test_the_load_of_a_contact_taken_apart(run):
     assert row.twisting_moment == pytest.approx(-k["k_t"] * float(row.twist), rel=1e-3)
     sim = build(scene, samples.make(scene))
     sim.advance(50)
-    contacts = contact_state(sim)
+    contacts = sim.contacts.measure_pairs()
     forces = contacts["normal_force"][:, None] * (
-        grain_state(sim)[0][:1] - grain_state(sim)[0][1:2]
+        sim.motion.measure()[0][:1] - sim.motion.measure()[0][1:2]
     )
     forces /= np.linalg.norm(forces, axis=1)[:, None] / np.abs(contacts["normal_force"])
     np.testing.assert_allclose(

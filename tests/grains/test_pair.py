@@ -5,8 +5,6 @@ import pytest
 import reference as ref
 from scenes import FAR, RADIUS, Probe, make_scene, sample_of
 
-from dusttaichi.grains.measure import energies
-
 PAIR = ref.numbers()
 MASS, INERTIA = ref.mass_and_inertia()
 E_C = PAIR.F_c * PAIR.delta0
@@ -137,11 +135,11 @@ def compare(probe, reference, tolerance, steps, every):
             assert np.abs(n1 - contact.n1).max() < tolerance
             off, unit = n2 - contact.n2, 1.0
             if key[1] < 0:  # a foot: ours is on the wall, along its normal no spring feels it
-                normal = probe.sim.box.normal[-1 - key[1]]
+                normal = probe.sim.domain.box.normal[-1 - key[1]]
                 off, unit = off - (off @ normal) * normal, RADIUS
             assert np.abs(off).max() < tolerance * unit
             assert phi == pytest.approx(contact.phi, abs=tolerance)
-        measured = energies(probe.sim)
+        measured = probe.sim.ledger.measure_energies()
         for name, energy in zip(("potential", "potential_wall"), reference.energies(), strict=True):
             np.testing.assert_allclose(
                 measured[name] * 1e-15, energy, atol=10 * tolerance * np.abs(energy).max(), rtol=0
@@ -156,7 +154,7 @@ def test_against_reference_elastic(damping):
     x, v, w = oblique(slipping=False)
     probe = run(x, v, w, dt="0.1 ns", damping=damping)
     compare(probe, ref.Reference(x, v, w, probe.dt, ref.numbers(damping=damping)), 1e-8, 300, 60)
-    assert energies(probe.sim)["loss"][3:5].sum() == 0
+    assert probe.sim.ledger.measure_energies()["loss"][3:5].sum() == 0
 
 
 @pytest.mark.parametrize("damping", ["viscoelastic", "none"])
@@ -166,7 +164,7 @@ def test_against_reference_slipping(damping):
     x, v, w = oblique(slipping=True)
     probe = run(x, v, w, dt="0.1 ns", damping=damping)
     compare(probe, ref.Reference(x, v, w, probe.dt, ref.numbers(damping=damping)), 1e-4, 300, 60)
-    assert np.all(energies(probe.sim)["loss"][3:5] > 0)
+    assert np.all(probe.sim.ledger.measure_energies()["loss"][3:5] > 0)
 
 
 # Limits.
@@ -200,7 +198,7 @@ def test_limits_are_hit_exactly(mode, rate, dt, precision):
         "twisting": PAIR.k_t * PAIR.phi_crit,
     }[mode]
     probe.advance(300)
-    loss_before = energies(probe.sim)["loss"][number]
+    loss_before = probe.sim.ledger.measure_energies()["loss"][number]
     assert loss_before > 0, "the limit must have been passed"
     way, steps = 0.0, 100
     for _ in range(steps):
@@ -222,7 +220,7 @@ def test_limits_are_hit_exactly(mode, rate, dt, precision):
             way += abs(np.dot(turn, nc))
         # (xi/r)^2 = 1e-5 is what three terms of alpha and the renormalised pointer leave
         assert size == pytest.approx(1.0, abs=1e-5)
-    lost = (energies(probe.sim)["loss"][number] - loss_before) * 1e-15
+    lost = (probe.sim.ledger.measure_energies()["loss"][number] - loss_before) * 1e-15
     # 1e-3: n_c and pointers differ by the displacement over the radius (2 nm / 600 nm)^2, and by
     # n_c at either end of a step
     assert lost == pytest.approx(force * way, rel=1e-3)
@@ -241,5 +239,5 @@ def test_what_rolling_changes_of_sliding_is_booked():
         energy_before = probe.energy()
         probe.advance(300 * n)
         losses.append((probe.energy() - energy_before)[:2].sum())
-    rolling = energies(probe.sim)["loss"][3] * 1e-15
+    rolling = probe.sim.ledger.measure_energies()["loss"][3] * 1e-15
     assert abs(4 * losses[1] - losses[0]) / 3 < 1e-6 * rolling

@@ -9,8 +9,6 @@ from scenes import RADIUS, Probe, box, make_scene, residual, sample_of
 from dusttaichi import units
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.build import build
-from dusttaichi.grains.load_sums import load_sums
-from dusttaichi.grains.measure import energies, grain_state
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact import jkr as normal
 from dusttaichi.samples import make
@@ -45,12 +43,12 @@ def test_lattice_has_the_stress_of_its_contacts(overlap):
     probe = Probe(
         make_scene(boundary=cell([4 * d] * 3), damping="viscoelastic"), sample_of(lattice(4, d))
     )
-    assert energies(probe.sim)["contacts"] == 3 * 64
-    flux_before = load_sums(probe.sim).momentum_flux()
+    assert probe.sim.ledger.measure_energies()["contacts"] == 3 * 64
+    flux_before = probe.sim.kernel_sums.read_loads().momentum_flux()
     probe.advance(10)
-    volume = np.prod(probe.sim.lengths())
+    volume = np.prod(probe.sim.environment.lengths())
     stress = (
-        -(load_sums(probe.sim).momentum_flux() - flux_before)
+        -(probe.sim.kernel_sums.read_loads().momentum_flux() - flux_before)
         / (volume * 10 * probe.sim.dt)
         * units.PRESSURE
     )
@@ -93,10 +91,10 @@ def test_chain_across_a_moving_face_stays_at_rest_in_its_own_frame(axis, pace):
     x[:, [k for k in range(3) if k != axis]] += 0.1 * edge
     x, v = np.concatenate([x, far]), np.concatenate([v, np.zeros((1, 3))])
     probe = Probe(scene, sample_of(x, v))
-    start = energies(probe.sim)
+    start = probe.sim.ledger.measure_energies()
     assert start["contacts"] == 5
     probe.advance(2000)
-    m = energies(probe.sim)
+    m = probe.sim.ledger.measure_energies()
     assert m["contacts"] == 5
     # contacts hold some 0.05 fJ each; what happens is rounding of edge x step
     assert m["loss"].sum() < 1e-12 and abs(residual(start, m)) < 1e-9
@@ -140,11 +138,18 @@ def cake(boundary=DRIVEN, threads=1, drift=0.0, shift=0.0):
 def course(**options):
     """(start, end, state, crossings, flux) of a cake after STEPS steps."""
     sim = cake(**options)
-    start = energies(sim)
+    start = sim.ledger.measure_energies()
     sim.advance(STEPS)
     sim.crossed = sim.fields["wraps"].to_numpy()
-    sim.raw = sim.fields["v"].to_numpy()[: sim.grains] * 1.0
-    return start, energies(sim), grain_state(sim), sim.crossed, load_sums(sim).momentum_flux(), sim
+    sim.raw = sim.fields["v"].to_numpy()[: sim.bodies.count] * 1.0
+    return (
+        start,
+        sim.ledger.measure_energies(),
+        sim.motion.measure(),
+        sim.crossed,
+        sim.kernel_sums.read_loads().momentum_flux(),
+        sim,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +164,7 @@ def test_contacts_of_a_periodic_deposit_are_found_across_its_sides():
     sim = build(scene, sample)
     np.testing.assert_allclose(sim.domain.cell.edges(0.0), 1e6 * np.array(sample.info["period"]))
     # each grain sticks to the one that it fell on, those on the floor to none
-    assert energies(sim)["contacts"] == len(sample) - sample.info["floor_grains"]
+    assert sim.ledger.measure_energies()["contacts"] == len(sample) - sample.info["floor_grains"]
 
 
 def test_ledger_closes_across_wraps(still):
@@ -180,8 +185,8 @@ def test_a_drifting_frame_changes_nothing(still):
     # positions of 10 um are rounded to 2e-15 um, forces to some 1e-9 nN, grown over 6000 steps
     np.testing.assert_allclose(end["loss"], m["loss"], rtol=1e-6, atol=1e-7)
     assert residual(begin, end) == pytest.approx(residual(start, m), abs=1e-5)
-    gained = sim.raw.sum(axis=0) - 5.0 * sim.grains
-    energy_given = -crossed.sum(axis=0) * sim.cell.speeds(sim.time)
+    gained = sim.raw.sum(axis=0) - 5.0 * sim.bodies.count
+    energy_given = -crossed.sum(axis=0) * sim.domain.cell.speeds(sim.time)
     np.testing.assert_allclose(
         gained, energy_given, atol=1e-8
     )  # rounding of 200 x 5 m/s in 6000 steps
@@ -198,17 +203,17 @@ def test_the_origin_may_be_anywhere(still):
 def test_a_change_of_drive_keeps_the_books():
     """Edges go on from where they are, and the ledger closes over the change."""
     sim = cake()
-    start = energies(sim)
+    start = sim.ledger.measure_energies()
     sim.advance(4000)
-    lengths_before = sim.lengths()
+    lengths_before = sim.environment.lengths()
     sim.drive(Drive(strain_rate=["4e4 s^-1", "0 s^-1", "-4e4 s^-1"]))
     # the anchor of the new law is the old edge to rounding
-    np.testing.assert_allclose(sim.lengths(), lengths_before, rtol=1e-14)
+    np.testing.assert_allclose(sim.environment.lengths(), lengths_before, rtol=1e-14)
     time = sim.time
     sim.advance(4000)
     grown = lengths_before * np.exp(np.array([4e-2, 0.0, -4e-2]) * (sim.time - time))
-    np.testing.assert_allclose(sim.lengths(), grown, rtol=1e-12)
-    m = energies(sim)
+    np.testing.assert_allclose(sim.environment.lengths(), grown, rtol=1e-12)
+    m = sim.ledger.measure_energies()
     assert abs(m["face_work"]) > 1.0
     assert abs(residual(start, m)) < 5e-3 * abs(m["face_work"])  # two starts with a jolt
 
@@ -216,11 +221,11 @@ def test_a_change_of_drive_keeps_the_books():
 def test_compression_rate_is_that_of_kataoka():
     """L = L_0 exp(-2 C_v t/t_c) with t_c of T19 (Kataoka et al. 2013)."""
     sim = cake("compression_rate: 1e-5")
-    lengths_before = sim.lengths()
+    lengths_before = sim.environment.lengths()
     sim.advance(1000)
     t_c = constants.characteristic_time(from_yaml(CAKE % (DRIVEN, 1)).material)
     shrunk = lengths_before * np.exp(-2e-5 * sim.time * units.TIME / t_c)
-    np.testing.assert_allclose(sim.lengths(), shrunk, rtol=1e-13)
+    np.testing.assert_allclose(sim.environment.lengths(), shrunk, rtol=1e-13)
 
 
 def test_refused_cells():
@@ -266,23 +271,27 @@ def test_energies_and_stress_are_those_of_the_images_of_a_snapshot():
     sim = Probe(scene, sample_of(x, v)).sim
     sim.search.fixed_skin = 0.5
     rate = 2.0 * np.array([-2.0, 3.0, 0.0])
-    flux_before = load_sums(sim).momentum_flux()
+    flux_before = sim.kernel_sums.read_loads().momentum_flux()
     worst = flux = outside = 0.0
     for _ in range(60):
         sim.advance(3)
-        at, velocities, _ = grain_state(sim)
-        outside += np.any(sim.cell.outside(sim.state.of_grains("x"), sim.time))
-        m = energies(sim)
+        at, velocities, _ = sim.motion.measure()
+        outside += np.any(sim.domain.cell.outside(sim.grain_state.of_grains("x"), sim.time))
+        m = sim.ledger.measure_energies()
         worst = max(
-            worst, abs(0.5 * sim.mass * np.sum(velocities**2) / m["kinetic_translation"] - 1.0)
+            worst,
+            abs(0.5 * sim.bodies.mass * np.sum(velocities**2) / m["kinetic_translation"] - 1.0),
         )
-        gentle = velocities - rate / sim.lengths() * (at - sim.cell.centre)
-        flux += sim.mass * np.einsum("na,nb->ab", gentle, gentle) * 3 * sim.dt
+        gentle = velocities - rate / sim.environment.lengths() * (at - sim.domain.cell.centre)
+        flux += sim.bodies.mass * np.einsum("na,nb->ab", gentle, gentle) * 3 * sim.dt
         assert m["contacts"] == 0
     assert outside > 2 and worst < 1e-12
     # a sum at every third step stands for all of them
     np.testing.assert_allclose(
-        load_sums(sim).momentum_flux() - flux_before, flux, rtol=3e-3, atol=3e-3 * flux.max()
+        sim.kernel_sums.read_loads().momentum_flux() - flux_before,
+        flux,
+        rtol=3e-3,
+        atol=3e-3 * flux.max(),
     )
 
 
@@ -303,9 +312,12 @@ def test_neighbours_across_faces_against_brute_force():
             x = np.concatenate([x, [point]])
     sim = build(scene, sample_of(x))
     sim.search.skin = 0.0
-    i, j = sim.state.pairs()
-    pairs = {tuple(sorted(pair)) for pair in zip(sim.order[i], sim.order[j], strict=True)}
-    reach = (2 * sim.radius + sim.search.skin + sim.pair.reach) * units.LENGTH
+    i, j = sim.grain_state.pairs()
+    pairs = {
+        tuple(sorted(pair))
+        for pair in zip(sim.grain_state.order[i], sim.grain_state.order[j], strict=True)
+    }
+    reach = (2 * sim.bodies.radius + sim.search.skin + sim.numbers.pair.reach) * units.LENGTH
     close = set()
     for a in range(60):
         for b in range(a):
@@ -324,11 +336,13 @@ def test_wall_contacts_go_with_grains_that_cross():
     found = []
     for drift in ([0.0, 0.0], [3.0, -2.0]):
         sim = cake(slab)
-        sim.box = replace(sim.box, strength=np.zeros(6))  # a wall at rest would brake the drift
+        # a wall at rest would brake the drift
+        walls = replace(sim.domain.box, strength=np.zeros(6))
+        sim.environment.place(replace(sim.domain, box=walls))
         sim.fields["v"].from_numpy(sim.fields["v"].to_numpy() + [*drift, 0.0])
-        start = energies(sim)
+        start = sim.ledger.measure_energies()
         sim.advance(5000)
-        m = energies(sim)
+        m = sim.ledger.measure_energies()
         found.append((residual(start, m), m["loss"].sum(), m["wall_work"]))
     assert found[0][2] > 5.0
     np.testing.assert_allclose(found[1], found[0], rtol=1e-5, atol=1e-5)
@@ -343,9 +357,9 @@ def test_sticking_walls_hold_what_crosses_a_face():
     x = [[0.5e-6, 2e-6, height], [3.0e-6, 0.5e-6, height + 3 * RADIUS]]
     v, w = 3.0, 3.0 / RADIUS
     probe = Probe(scene, sample_of(x, [[v, 0, 0], [0, 0, 0]], [[0, w, 0], [0, 0, 0]]))
-    start = energies(probe.sim)
+    start = probe.sim.ledger.measure_energies()
     probe.advance(15_000)  # 1.5 us: some 4 um, across a face
-    m = energies(probe.sim)
+    m = probe.sim.ledger.measure_energies()
     assert np.abs(probe.sim.fields["wraps"].to_numpy()[:, 0]).sum() > 0
     # rolling past its limit loses energy, sliding stays within its own
     lost = m["loss_wall"]
@@ -367,15 +381,19 @@ def test_wall_pressure_and_virial_agree():
     def moment():
         """sum m x v with the velocities that the next step moves by."""
         ahead = 2.0 * probe.v - probe._grains("v")
-        return sim.mass * (probe.x / units.LENGTH).T @ (ahead / units.SPEED)
+        return sim.bodies.mass * (probe.x / units.LENGTH).T @ (ahead / units.SPEED)
 
-    start, flux, impulse = moment(), load_sums(sim).momentum_flux(), load_sums(sim).impulses()
+    start, flux, impulse = (
+        moment(),
+        sim.kernel_sums.read_loads().momentum_flux(),
+        sim.kernel_sums.read_loads().impulses(),
+    )
     probe.advance(4000)
-    planes = sim.box.planes(0.0)
+    planes = sim.domain.box.planes(0.0)
     wall_virial = np.zeros((3, 3))
     for n in range(6):
-        wall_virial[n // 2] += planes[n] * (load_sums(sim).impulses() - impulse)[n]
-    cell_virial = load_sums(sim).momentum_flux() - flux
+        wall_virial[n // 2] += planes[n] * (sim.kernel_sums.read_loads().impulses() - impulse)[n]
+    cell_virial = sim.kernel_sums.read_loads().momentum_flux() - flux
     right = moment() - start - wall_virial
     # exact for the leapfrog; rounding of 4000 steps
     np.testing.assert_allclose(np.diag(cell_virial), np.diag(right), rtol=1e-9)

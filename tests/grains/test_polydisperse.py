@@ -17,7 +17,6 @@ from test_pair import compare
 
 from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
-from dusttaichi.grains.measure import energies, measurement
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.interface import MIXING
 from dusttaichi.physics.contact.registry import chosen_model
@@ -80,15 +79,17 @@ def test_lanes_hold_the_constants(damping):
     scene = two_materials(damping=damping, boundary=box("bottom"), dt="1 ps")
     probe = Probe(scene, polydisperse(x, radii, materials))
     model, first = chosen_model(scene.interaction), probe.sim.layout.constants
-    names, table = stored(model), probe.sim.state.lanes("contact")[:, first:]
-    i, j = probe.sim.state.pairs()
+    names, table = stored(model), probe.sim.grain_state.lanes("contact")[:, first:]
+    i, j = probe.sim.grain_state.pairs()
     seen = set()
 
     def holds(row, contact):
         expected = internal_numbers(contact, model)
         np.testing.assert_allclose(row, [getattr(expected, name) for name in names], rtol=1e-13)
 
-    for row, a, b in zip(table, probe.sim.order[i], probe.sim.order[j], strict=False):
+    for row, a, b in zip(
+        table, probe.sim.grain_state.order[i], probe.sim.grain_state.order[j], strict=False
+    ):
         one, second = (scene.all_materials[materials[n]] for n in (a, b))
         pair = constants.mixed_constants(one, radii[a], second, radii[b], scene.interaction)
         holds(row, pair)
@@ -100,7 +101,7 @@ def test_lanes_hold_the_constants(damping):
     on_floor = probe.sim.fields["wall_grain"].to_numpy().reshape(-1)[: blocks * width]
     for row, g in zip(table[first:], on_floor, strict=False):
         if g < 3:
-            n = probe.sim.order[g]
+            n = probe.sim.grain_state.order[g]
             material = scene.all_materials[materials[n]]
             holds(
                 row, constants.wall_constants(material, scene.interaction, radii[n], scene.material)
@@ -142,9 +143,9 @@ def test_ledger_closes():
     for dt, steps in (("0.03 ns", 700), ("0.01 ns", 2100)):
         scene = two_materials(dt=dt, damping="viscoelastic", boundary=box("bottom"))
         probe = Probe(scene, sample)
-        start = measurement(probe.sim)
+        start = probe.sim.ledger.measure()
         probe.advance(steps)
-        last = measurement(probe.sim)
+        last = probe.sim.ledger.measure()
         m = last.parts
         residuals.append(abs(ledger(last, start)[1]))
         assert np.all(m["loss"] > 0) and m["wall_contacts"] > 0
@@ -171,7 +172,7 @@ def test_against_reference(slipping):
         radii=radii,
     )
     compare(probe, reference, 3e-4 if slipping else 1e-8, 400, 100)
-    slips = energies(probe.sim)["loss"][3:5]
+    slips = probe.sim.ledger.measure_energies()["loss"][3:5]
     assert np.all(slips > 0) if slipping else slips.sum() == 0
 
 
@@ -249,7 +250,7 @@ def test_momenta(speed, spin):
     """To rounding, past the limits of rolling, sliding and twisting or not."""
     probe = Probe(two_materials(dt="0.02 ns", boundary=FAR), bump_lumps(speed, spin))
     probe.assert_momenta_stay(5, 200)
-    loss = energies(probe.sim)["loss"]
+    loss = probe.sim.ledger.measure_energies()["loss"]
     if speed > 0.1:
         assert np.all(loss[3:] > 0)  # past all three limits
 
@@ -274,9 +275,9 @@ def test_loads_are_minus_the_gradient():
         two_materials(boundary=box("bottom"), dt="0.02 ns"), polydisperse(x, radii, materials, v, w)
     )
     probe.advance(20)
-    measured = energies(probe.sim)
+    measured = probe.sim.ledger.measure_energies()
     assert np.all(measured["loss"][1:] == 0) and np.all(measured["loss_wall"][1:] == 0)
-    floor = probe.sim.box.offset[4] * 1e-6
+    floor = probe.sim.domain.box.offset[4] * 1e-6
 
     def potentials(x, turn):
         total = np.zeros((2, 4), complex)
@@ -322,12 +323,12 @@ def test_equal_grains_by_the_long_way():
     scene = two_materials(damping="viscoelastic", boundary=box())
     alike = Probe(make_scene(damping="viscoelastic", boundary=box()), Sample(x, v, w))
     alike.advance(300)
-    expected, m = (alike.x, alike.v, alike.w), energies(alike.sim)
+    expected, m = (alike.x, alike.v, alike.w), alike.sim.ledger.measure_energies()
     probe = Probe(scene, polydisperse(x, np.full(12, 0.6e-6), None, v, w))
     probe.advance(300)
     for value, expected_value in zip((probe.x, probe.v, probe.w), expected, strict=True):
         assert np.abs(value - expected_value).max() < 1e-8 * np.abs(expected_value).max()
-    ours = energies(probe.sim)
+    ours = probe.sim.ledger.measure_energies()
     assert ours["contacts"] == m["contacts"] and ours["wall_contacts"] == m["wall_contacts"] > 0
     for name in ("loss", "loss_wall", "potential", "potential_wall"):
         np.testing.assert_allclose(ours[name], m[name], rtol=1e-6, atol=1e-9)

@@ -9,7 +9,6 @@ from dusttaichi import analysis, samples
 from dusttaichi.errors import DustError
 from dusttaichi.grains import record
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.measure import energies
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics import geometry
 from dusttaichi.running import execute
@@ -53,7 +52,7 @@ def test_search_against_brute_force():
             # the weakest hold of all these materials lets go at 1 nm at the latest
             near = set(zip(*upper[:, gap >= -1e-9], strict=True))
             assert touching <= active <= near
-            assert energies(probe.sim)["contacts"] == len(active)
+            assert probe.sim.ledger.measure_energies()["contacts"] == len(active)
             formed = max(formed, len(active))
         assert formed > 20 and probe.sim.search.count > 3
         kept.append([probe._grains(name) for name in ("x", "v", "w")])

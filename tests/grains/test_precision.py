@@ -11,7 +11,6 @@ from scenes import FAR, Probe, box, make_scene, sample_of
 from dusttaichi.errors import DustError
 from dusttaichi.grains.build import build
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.measure import energies, measurement
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.running.ledger import ledger
 
@@ -47,7 +46,7 @@ def outcome(scene_kind, steps, **numerics):
     probe = Probe(
         make_scene(damping="viscoelastic", **SCENES[scene_kind], numerics=numerics), sample
     )
-    start = measurement(probe.sim)
+    start = probe.sim.ledger.measure()
     probe.advance(steps)
     return SimpleNamespace(
         x=probe.x,
@@ -55,7 +54,7 @@ def outcome(scene_kind, steps, **numerics):
         way=probe.x - x,
         force=probe.loads()[0],
         energy=probe.energy(),
-        open_by=abs(ledger(measurement(probe.sim), start)[1]),
+        open_by=abs(ledger(probe.sim.ledger.measure(), start)[1]),
         dtype=probe.sim.fields["x"].to_numpy().dtype,
     )
 
@@ -85,7 +84,7 @@ def test_mass_scaling_is_a_slower_clock():
         x, _, _ = cluster(np.random.default_rng(1))
         sim = build(scene, sample_of(x))
         sim.advance(2000)
-        return sim.fields["x"].to_numpy(), energies(sim)["kinetic_translation"]
+        return sim.fields["x"].to_numpy(), sim.ledger.measure_energies()["kinetic_translation"]
 
     light, heavy = pressed(0.5, 2e-10, 1.0), pressed(0.25, 4e-10, 4.0)
     assert np.array_equal(light[0], heavy[0])
@@ -100,7 +99,7 @@ def test_grains_that_fly_past_each_other_lose_nothing(precision):
     scene = make_scene(damping="viscoelastic", boundary=FAR, numerics={"precision": precision})
     probe = Probe(scene, sample_of(x, v))
     probe.advance(300)
-    assert measurement(probe.sim).lost == 0.0
+    assert probe.sim.ledger.measure().lost == 0.0
 
 
 @pytest.mark.long

@@ -11,7 +11,6 @@ from dusttaichi.domain.walls import make_box
 from dusttaichi.errors import GuardStop
 from dusttaichi.grains import build
 from dusttaichi.grains.kernels import store
-from dusttaichi.grains.measure import energies
 
 SPACING = 2.0 * RADIUS - 1e-10
 
@@ -73,8 +72,12 @@ def states():
 def settle_rows():
     probe = rows_of_grains(23)
     probe.advance(300)
-    arrays, contacts = probe.sim.arrays(), probe.contacts()
-    return arrays, energies(probe.sim) | {"searches": probe.sim.search.count}, contacts
+    arrays, contacts = probe.sim.grain_state.arrays(), probe.contacts()
+    return (
+        arrays,
+        probe.sim.ledger.measure_energies() | {"searches": probe.sim.search.count},
+        contacts,
+    )
 
 
 def test_the_room_does_not_show_in_the_results(states):
@@ -195,9 +198,9 @@ def test_a_smaller_scene_has_its_own_energies():
     """Sums over grains of a larger one that the same kernels have served are none of it."""
     rows_of_grains(600, moving=599).energy()
     probe = rows_of_grains(7)
-    found = energies(probe.sim)
+    found = probe.sim.ledger.measure_energies()
     # one of them moves, at 1, 2, 3 m/s; what forces add in half a step is below 1e-3 of it
-    moving = 0.5 * probe.sim.unit_mass * 14.0
+    moving = 0.5 * probe.sim.bodies.unit_mass * 14.0
     assert found["kinetic_translation"] == pytest.approx(moving, rel=1e-3)
     assert found["kinetic_rotation"] < 1e-3 * moving
 

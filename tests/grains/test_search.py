@@ -9,7 +9,6 @@ from scenes import FAR, RADIUS, Probe, box, make_scene, sample_of
 
 from dusttaichi import samples
 from dusttaichi.compute import backend, compiler
-from dusttaichi.grains.measure import energies
 from dusttaichi.grains.order import PART, grain_order
 
 GRAINS = 300
@@ -40,7 +39,7 @@ def test_contacts_against_brute_force():
         # rounding of positions: a pair within 1e-17 m of touching may be seen either way
         assert set(zip(*np.nonzero(np.triu(gap > 1e-17, 1)), strict=True)) <= active
         assert not any(gap[pair] < -0.1373e-9 for pair in active)
-        assert energies(probe.sim)["contacts"] == len(active)
+        assert probe.sim.ledger.measure_energies()["contacts"] == len(active)
         formed = max(formed, len(active))
     assert formed > 10 and probe.sim.search.count > 10
 
@@ -150,7 +149,7 @@ def test_wall_contacts_against_brute_force():
     rng = np.random.default_rng(35)
     v = 2.0 * rng.normal(size=sample.positions.shape)
     probe = Probe(scene, sample_of(sample.positions, v))
-    box_ = probe.sim.box
+    box_ = probe.sim.domain.box
     touched = 0
     for _ in range(40):
         probe.advance(50)
@@ -180,7 +179,7 @@ def press_cake(threads):
 
 
 def numbers(probe):
-    m = energies(probe.sim)
+    m = probe.sim.ledger.measure_energies()
     return np.concatenate([np.atleast_1d(m[name]).astype(float) for name in sorted(m)])
 
 

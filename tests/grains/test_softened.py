@@ -101,9 +101,9 @@ def test_contacts_of_unlike_grains_have_the_same_numbers():
     one, second = scaled_scene.all_materials
     pair = constants.mixed_constants(one, radii[0], second, radii[1], scene.interaction)
     expected = internal_numbers(pair, model)
-    row = probe.sim.state.lanes("contact")[0, first:]
+    row = probe.sim.grain_state.lanes("contact")[0, first:]
     np.testing.assert_allclose(row, [getattr(expected, name) for name in names], rtol=1e-12)
-    assert probe.sim.state["touch"][0, 0] == pytest.approx(expected.touch, rel=1e-15)
+    assert probe.sim.grain_state["touch"][0, 0] == pytest.approx(expected.touch, rel=1e-15)
     # at rest at the distance of hard grains, as far as that is known in double precision
     distance = 0.8e-6 - pair.rest_overlap
     probe = Probe(scene, polydisperse([[0, 0, 0], [distance, 0, 0]], radii, materials))

@@ -15,9 +15,7 @@ from scenes import FAR, RADIUS, make_scene, polydisperse, sample_of, two_materia
 from dusttaichi import analysis, plots, samples, units
 from dusttaichi.analysis import tabulate
 from dusttaichi.errors import DustError
-from dusttaichi.grains.build import build
-from dusttaichi.grains.measure import grain_state, loads, measurement
-from dusttaichi.grains.moving_grains import make
+from dusttaichi.grains.build import build, make
 from dusttaichi.method import Start
 from dusttaichi.physics.contact import constants
 from dusttaichi.running import execute
@@ -56,8 +54,8 @@ HIT = {"position": (0.7e-6, 0.3e-6, 8.0e-6), "velocity": (0.05, 0.0, -2.0), "spi
 
 def state(sim):
     """Positions, velocities and spins of grains, then of the sphere, now, internal units."""
-    x, v, w = grain_state(sim)
-    ball = sim.sphere.now()
+    x, v, w = sim.motion.measure()
+    ball = sim.sphere.measure_motion()
     return tuple(
         np.vstack([grain_values, sphere_value])
         for grain_values, sphere_value in zip((x, v, w), ball, strict=True)
@@ -66,15 +64,17 @@ def state(sim):
 
 def momenta(sim):
     x, v, w = state(sim)
-    m = np.append(np.full(sim.grains, sim.unit_mass), sim.sphere.mass)[:, None]
-    inertia = np.append(np.full(sim.grains, sim.unit_inertia), sim.sphere.inertia)[:, None]
+    m = np.append(np.full(sim.bodies.count, sim.bodies.unit_mass), sim.sphere.mass)[:, None]
+    inertia = np.append(np.full(sim.bodies.count, sim.bodies.unit_inertia), sim.sphere.inertia)[
+        :, None
+    ]
     linear, turning = m * v, np.cross(x, m * v) + inertia * w
     return linear.sum(0), turning.sum(0), np.abs(linear).sum(), np.abs(turning).sum()
 
 
 def measure_opening(sim, start):
     """By how much the ledger is open, as a share of what has gone through the system."""
-    return ledger(measurement(sim), start)[1]
+    return ledger(sim.ledger.measure(), start)[1]
 
 
 # Equal grains, open, a sphere, constant gravity.
@@ -84,11 +84,11 @@ def measure_opening(sim, start):
 def hit(precision="f64"):
     followed = FOLLOWED if precision == "f64" else {}
     scene = scene_with(**HIT, output=followed, numerics={"precision": precision})
-    sim = make(scene, sample_of(cluster())).sim
-    start = Start.from_measurement(measurement(sim))
+    sim = make(scene, sample_of(cluster()))
+    start = Start.from_measurement(sim.ledger.measure())
     first = momenta(sim)
     sim.advance(4000)
-    return state(sim), first, momenta(sim), measure_opening(sim, start), measurement(sim).parts
+    return state(sim), first, momenta(sim), measure_opening(sim, start), sim.ledger.measure().parts
 
 
 def test_free_fall_is_a_parabola():
@@ -96,16 +96,16 @@ def test_free_fall_is_a_parabola():
     g, v = np.array([1e5, 0.0, -2e5]), np.array([0.3, 0.2, 1.0])
     scene = scene_with((0, 0, 2e-5), v.tolist(), gravity={"acceleration": vector(g, "m/s^2")})
     sim = build(scene, sample_of([[0, 0, 0]], [v]))
-    start = Start.from_measurement(measurement(sim))
+    start = Start.from_measurement(sim.ledger.measure())
     sim.advance(1000)
     t = sim.time * units.TIME
     x, u, _ = state(sim)
     way = v * t + 0.5 * g * t**2
     np.testing.assert_allclose(x * units.LENGTH, [way, way + [0, 0, 2e-5]], rtol=1e-12, atol=1e-18)
     np.testing.assert_allclose(u * units.SPEED, [v + g * t] * 2, rtol=1e-12)
-    mass = sim.sphere.mass + sim.mass
+    mass = sim.sphere.mass + sim.bodies.mass
     work = mass * units.MASS * g @ way
-    assert measurement(sim).work * units.ENERGY == pytest.approx(work, rel=1e-9)
+    assert sim.ledger.measure().work * units.ENERGY == pytest.approx(work, rel=1e-9)
     assert abs(measure_opening(sim, start)) < 1e-9
 
 
@@ -123,8 +123,10 @@ def test_force_of_one_grain_is_that_of_the_reduced_radius(adhesion):
     s = max(np.roots([3, 0, 0, -2, -2.0]).real)  # 3 s^4 - 2 s = 2
     expected = 4 * F_c * (s**6 - s**3) * direction
     # positions are known to 1e-16 of a micrometre and the overlap to 1e-6 of itself
-    np.testing.assert_allclose(loads(sim)[0][0] * units.FORCE, expected, rtol=1e-5, atol=1e-14)
-    np.testing.assert_allclose(sim.sphere.load()[0], -loads(sim)[0][0], rtol=1e-14)
+    np.testing.assert_allclose(
+        sim.motion.sum_loads()[0][0] * units.FORCE, expected, rtol=1e-5, atol=1e-14
+    )
+    np.testing.assert_allclose(sim.sphere.load()[0], -sim.motion.sum_loads()[0][0], rtol=1e-14)
 
 
 def test_momentum_and_ledger_of_a_hit():
@@ -141,10 +143,10 @@ def test_a_restored_sphere_goes_on_with_the_same_bits():
     moving.advance(1500)
     kept = moving.state()
     moving.advance(500)
-    expected, m = state(moving.sim), moving.measure()
+    expected, m = state(moving), moving.measure()
     moving.restore(kept)
     moving.advance(500)
-    for first, second in zip(expected, state(moving.sim), strict=True):
+    for first, second in zip(expected, state(moving), strict=True):
         assert np.array_equal(first, second)
     assert moving.measure().parts["sphere_work"] == m.parts["sphere_work"]
 
@@ -152,17 +154,17 @@ def test_a_restored_sphere_goes_on_with_the_same_bits():
 def test_a_driven_sphere_keeps_its_way_and_its_work_closes_the_ledger():
     scene = scene_with((0, 0, 7.85e-6), speed=(0, 0, -0.5))
     sim = build(scene, sample_of(cluster()))
-    start = Start.from_measurement(measurement(sim))
+    start = Start.from_measurement(sim.ledger.measure())
     sim.advance(2500)
     way = 0.5 * sim.time
     sim.drive(Drive.model_validate({"sphere_speed": ["0 m/s", "0.2 m/s", "1 m/s"]}))
     time_before = sim.time
     sim.advance(2500)
-    x, v, w = sim.sphere.now()
+    x, v, w = sim.sphere.measure_motion()
     up = np.array([0.0, 0.2, 1.0]) * (sim.time - time_before)
     np.testing.assert_allclose(x, [0, 0, 7.85 - way] + up, rtol=1e-12)
     assert v.tolist() == [0.0, 0.2, 1.0] and w.tolist() == [0.0, 0.0, 0.0]
-    m = measurement(sim)
+    m = sim.ledger.measure()
     assert m.parts["sphere_work"] > 0 and m.work == m.parts["sphere_work"]
     assert abs(measure_opening(sim, start)) < 5e-3
 
@@ -183,7 +185,7 @@ def test_bodies_share_the_angular_momentum():
     first = moving.series(moving.measure(), None)
     moving.advance(1500)
     last = moving.series(moving.measure(), None)
-    mass = moving.sim.mass * np.array([[2.0], [1.0]])
+    mass = moving.bodies.mass * np.array([[2.0], [1.0]])
     turned = []
     for record in (first, last):
         linear = mass * record["body_velocity"]
@@ -291,7 +293,7 @@ def test_it_is_one_very_large_grain():
     sample = polydisperse(np.vstack([x, last]), radii, None, v, w)
     sim = build(two_materials(boundary=FAR), sample)
     sim.advance(4000)
-    sphere_state, expected = hit()[0], grain_state(sim)
+    sphere_state, expected = hit()[0], sim.motion.measure()
     for first, second in zip(sphere_state, expected, strict=True):
         np.testing.assert_allclose(first, second, rtol=0, atol=1e-6 * np.abs(second).max())
 
@@ -363,9 +365,9 @@ def test_central_gravity():
         central = {"acceleration": f"{g} m/s^2", "distance": "10 um", "exponent": exponent}
         scene = make_scene(gravity={"central": central}, dt=period / 4000)
         sim = build(scene, sample_of([[d, 0, 0]], [[0, speed, 0]]))
-        start = Start.from_measurement(measurement(sim))
+        start = Start.from_measurement(sim.ledger.measure())
         sim.advance(4000)
-        x, v, _ = grain_state(sim)
+        x, v, _ = sim.motion.measure()
         np.testing.assert_allclose(x[0], [10.0, 0, 0], atol=1e-4)
         np.testing.assert_allclose(v[0], [0, speed, 0], atol=1e-5)
         assert abs(measure_opening(sim, start)) < 1e-5

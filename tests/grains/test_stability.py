@@ -9,7 +9,6 @@ from dusttaichi.grains import network
 from dusttaichi.grains.build import build
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.grain_properties import grain_properties
-from dusttaichi.grains.measure import energies
 from dusttaichi.grains.preview import preview
 from dusttaichi.grains.time_step import fastest, short_loads, step_of_motion, time_step
 from dusttaichi.physics import encounter, stability
@@ -39,10 +38,10 @@ def growth(n, factor):
     rng = np.random.default_rng(41)
     w = 1e-6 * rng.normal(size=(n, 3))
     probe = Probe(make_scene(dt="0.01 ns", boundary=FAR), sample_of(cluster(n), None, w))
-    probe.sim.dt = factor * limit * 1e6
-    first = energies(probe.sim)["kinetic_rotation"]
+    probe.sim.environment.dt = factor * limit * 1e6
+    first = probe.sim.ledger.measure_energies()["kinetic_rotation"]
     probe.advance(150)
-    return energies(probe.sim)["kinetic_rotation"] / first
+    return probe.sim.ledger.measure_energies()["kinetic_rotation"] / first
 
 
 @pytest.mark.parametrize("n", [2, 3])
@@ -77,7 +76,7 @@ def energy_stays(scene, x, v, w, steps=400):
     given."""
     probe = Probe(scene, sample_of(x, v, w))
     start = probe.energy()
-    m = energies(probe.sim)
+    m = probe.sim.ledger.measure_energies()
     kinetic = (m["kinetic_translation"] + m["kinetic_rotation"]) * 1e-15
     probe.advance(steps)
     stored, lost, _ = probe.energy() - start
@@ -114,7 +113,7 @@ def test_contacts_as_they_are_give_the_period_of_the_cluster():
     that differ by rounding only)."""
     scene = make_scene(dt="auto", boundary=FAR)
     sim = build(scene, sample_of(cluster(13)))
-    period, limit = network.stable_step(sim)
+    period, limit = network.stable_step(sim.contacts, sim.contact_table, sim.motion)
     assert period == pytest.approx(step_of(make_scene(dt="auto"), 13).period, rel=1e-4)
     assert limit == pytest.approx(period / np.pi, rel=1e-4)
 
@@ -123,9 +122,11 @@ def test_sparse_and_dense_eigenvalues_agree(monkeypatch):
     """eigsh is asked for 1e-4."""
     scene = make_scene(dt="auto", boundary=FAR)
     sim = build(scene, sample_of(cluster(13)))
-    dense = network.stable_step(sim)[0]
+    dense = network.stable_step(sim.contacts, sim.contact_table, sim.motion)[0]
     monkeypatch.setattr(springs, "DENSE", 10)
-    assert network.stable_step(sim)[0] == pytest.approx(dense, rel=1e-4)
+    assert network.stable_step(sim.contacts, sim.contact_table, sim.motion)[0] == pytest.approx(
+        dense, rel=1e-4
+    )
 
 
 def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
@@ -141,7 +142,7 @@ def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
     x = np.array([[0, 0, height], [0, 0, height + apart[0]], [apart[1], 0, height]])
     still = np.zeros((3, 3))
     sim = build(scene, Sample(x, still, still.copy(), radii=r))
-    estimate = network.stable_step(sim)[1]
+    estimate = network.stable_step(sim.contacts, sim.contact_table, sim.motion)[1]
     assert measure_stable_step(sim, estimate) == pytest.approx(estimate, rel=0.05)
 
 
@@ -151,7 +152,7 @@ def test_limit_of_strong_damping_is_the_measured_one(time):
     damping = {"model": "viscoelastic", "time": time}
     scene = make_scene(dt="0.01 ns", boundary=FAR, damping=damping)
     sim = build(scene, sample_of(cluster(3)))
-    estimate = network.stable_step(sim)[1]
+    estimate = network.stable_step(sim.contacts, sim.contact_table, sim.motion)[1]
     assert measure_stable_step(sim, estimate) == pytest.approx(estimate, rel=0.02)
     damped_limit = stability.damped_limit(
         constants.grain_mass(scene.material),

@@ -6,8 +6,6 @@ import reference as ref
 from scenes import RADIUS, Probe, box, make_scene, sample_of
 from test_pair import BOTH, DAMPINGS, compare
 
-from dusttaichi.grains.measure import energies
-
 WALL = ref.numbers(wall=True)
 MASS, INERTIA = ref.mass_and_inertia()
 SPACING = 6 * RADIUS
@@ -26,7 +24,7 @@ def under_a_wall(gap, v, w=(0, 0, 0), wall_speed=0.0, **keys):
     size = (5 * SPACING + 4 * RADIUS, 4 * RADIUS, height)
     boundary = box("top", size=size, wall_speed=wall_speed)
     probe = Probe(make_scene(boundary=boundary, **keys), sample_of(x, v, w))
-    plane = probe.sim.box.offset[5] * 1e-6
+    plane = probe.sim.domain.box.offset[5] * 1e-6
     assert plane == pytest.approx(-(RADIUS + gap), rel=1e-12)
     wall = ref.Wall(DOWN, plane, wall_speed)
     v, w = (np.array(a, float) + np.zeros((6, 3)) for a in (v, w))
@@ -79,7 +77,7 @@ def test_against_reference(damping, slipping):
     probe, x, v, w, wall = under_a_wall(0.4713e-9, v, w, 0.02, dt="0.1 ns", damping=damping)
     reference = reference_of(probe, x, v, w, wall, damping)
     compare(probe, reference, 1e-4 if slipping else 1e-8, 300, 60)
-    assert (energies(probe.sim)["loss_wall"][3:5].sum() > 0) == slipping
+    assert (probe.sim.ledger.measure_energies()["loss_wall"][3:5].sum() > 0) == slipping
 
 
 @pytest.mark.parametrize("lid", [0.0, 0.02], ids=["along", "along and down"])
@@ -93,14 +91,14 @@ def test_a_layer_between_walls_that_are_driven(lid):
     scene = make_scene(boundary=boundary, dt="0.1 ns", damping="viscoelastic")
     w = 1e4 * np.random.default_rng(4).normal(size=(6, 3))
     probe = Probe(scene, sample_of(x, np.zeros((6, 3)), w))
-    floor, plane = probe.sim.box.offset[4:] * 1e-6
+    floor, plane = probe.sim.domain.box.offset[4:] * 1e-6
     lids = ref.Wall(-DOWN, floor), ref.Wall(DOWN, plane, lid, along=np.array([0.5, 0.0, 0.0]))
     far = [ref.Wall(-DOWN, -1.0)] * 4
     numbers = (ref.numbers(wall=wall, damping="viscoelastic") for wall in (False, True))
     reference = ref.Reference(x, np.zeros((6, 3)), w, probe.dt, *numbers, [*far, *lids])
     compare(probe, reference, 1e-4, 300, 60)
     assert len(probe.contacts()) == 12
-    assert energies(probe.sim)["loss_wall"][3:5].sum() > 0
+    assert probe.sim.ledger.measure_energies()["loss_wall"][3:5].sum() > 0
 
 
 def test_rolling_displacement_stays_at_its_limit():
@@ -131,10 +129,10 @@ def test_rolling_grain_gains_no_energy(damping):
     for _ in range(40):
         probe.advance(20)
         energy = probe.energy()
-        m = energies(probe.sim)
+        m = probe.sim.ledger.measure_energies()
         motion_energy = (m["kinetic_translation"] + m["kinetic_rotation"]) * 1e-15
         assert motion_energy < kinetic + well
         # 1e-3 of the kinetic energy: second order in a step of 1 % of the stiffest period
         assert abs((energy - start) @ [1, 1, -1]) < 1e-3 * kinetic
-    assert energies(probe.sim)["wall_contacts"] == 6
-    assert energies(probe.sim)["loss_wall"][3] > 0
+    assert probe.sim.ledger.measure_energies()["wall_contacts"] == 6
+    assert probe.sim.ledger.measure_energies()["loss_wall"][3] > 0

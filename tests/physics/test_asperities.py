@@ -20,7 +20,6 @@ from scenes import (
 )
 
 from dusttaichi.errors import DustError
-from dusttaichi.grains.measure import energies
 from dusttaichi.physics.contact import asperities, constants
 from dusttaichi.samples import Sample
 from dusttaichi.scene import load
@@ -96,7 +95,7 @@ def course(request):
     for _ in range(120):
         before = probe._grains("v")
         force, _ = probe.loads()
-        own = energies(probe.sim)
+        own = probe.sim.ledger.measure_energies()
         steps.append((before, probe.x, probe.v, probe.w, force, own))
         probe.advance(1)
     return probe, steps, pairs, walls
@@ -106,7 +105,7 @@ def test_energy_of_every_touch_is_that_of_the_paper_and_never_more_than_there_is
     """All touches together. 1e-3: the third grain behind the last oblique pair pulls within the
     step, and an oblique touch is found up to one step late, when n_c has turned by that much."""
     probe, steps, pairs, walls = course
-    m = energies(probe.sim)
+    m = probe.sim.ledger.measure_energies()
     pair, wall = eq_8_and_9(SPEEDS).sum() * 2, eq_8_and_9(SPEEDS, wall=True).sum()
     assert m["loss"][6] * 1e-15 == pytest.approx(pair, rel=1e-3)
     assert m["loss_wall"][6] * 1e-15 == pytest.approx(wall, rel=1e-3)
@@ -157,7 +156,7 @@ def test_booked_is_what_the_impulse_took():
             [[-speed / 2, 0, 0], [speed / 2, 0, 0]],
         ),
     )
-    while energies(probe.sim)["contacts"] == 0:
+    while probe.sim.ledger.measure_energies()["contacts"] == 0:
         u_before = np.subtract(*probe._grains("v"))[0]
         probe.advance(1)
     x = probe.x
@@ -166,7 +165,7 @@ def test_booked_is_what_the_impulse_took():
     p = ref.numbers()
     spring = ref.normal_force(ref.contact_radius(2 * RADIUS - (x[0, 0] - x[1, 0]), p), p)
     taken = 0.25 * MASS * (u_before**2 - u_after**2) + DT * spring * 0.5 * (u_before + u_after)
-    booked = energies(probe.sim)["loss"][6] * 1e-15
+    booked = probe.sim.ledger.measure_energies()["loss"][6] * 1e-15
     # the overlap is a difference of positions 1e4 times as long, and the spring's work a 2e-2
     assert booked == pytest.approx(taken, rel=1e-11)
     assert booked == pytest.approx(eq_8_and_9(speed), rel=1e-12)
@@ -177,7 +176,7 @@ def test_contacts_at_the_start_have_touched_before():
     x = [[RADIUS - 1e-11, 0, 0], [-RADIUS + 1e-11, 0, 0]]
     probe = Probe(scene(), sample_of(x, [[-0.1, 0, 0], [0.1, 0, 0]]))
     probe.advance(20)
-    assert energies(probe.sim)["loss"][6] == 0.0 and np.isfinite(probe.x).all()
+    assert probe.sim.ledger.measure_energies()["loss"][6] == 0.0 and np.isfinite(probe.x).all()
 
 
 def test_a_touch_that_loses_all_ends_at_rest():
@@ -188,20 +187,26 @@ def test_a_touch_that_loses_all_ends_at_rest():
     made = made.with_value("interaction.asperities", {"volume": "0.1 nm"})
     x = [[RADIUS + GAP / 10, 0, 0], [-RADIUS - GAP / 10, 0, 0]]
     probe = Probe(made, sample_of(x, [[-0.15, 0, 0], [0.15, 0, 0]]))
-    while energies(probe.sim)["contacts"] == 0:
+    while probe.sim.ledger.measure_energies()["contacts"] == 0:
         probe.advance(1)
     probe.advance(1)
     assert abs(np.subtract(*probe._grains("v"))[0]) < 1e-3
-    m = energies(probe.sim)
+    m = probe.sim.ledger.measure_energies()
     assert m["loss"][6] * 1e-15 == pytest.approx(0.25 * MASS * 0.3**2, rel=3e-3)
 
 
 def test_off_is_absent_and_on_needs_a_volume():
     """No slot of state, no channel; the written result has the six channels (test_results)."""
     on = Probe(scene(), sample_of([[0, 0, 0], [1.3e-6, 0, 0]]))
-    assert on.sim.layout.channels[6:] == ("asperities",) and len(energies(on.sim)["loss"]) == 7
+    assert (
+        on.sim.layout.channels[6:] == ("asperities",)
+        and len(on.sim.ledger.measure_energies()["loss"]) == 7
+    )
     probe = Probe(scene(on=False), sample_of([[0, 0, 0], [1.3e-6, 0, 0]]))
-    assert "touch_speed" not in probe.sim.layout.rows and len(energies(probe.sim)["loss"]) == 6
+    assert (
+        "touch_speed" not in probe.sim.layout.rows
+        and len(probe.sim.ledger.measure_energies()["loss"]) == 6
+    )
     assert on.sim.layout.state_rows == probe.sim.layout.state_rows + 2
     with pytest.raises(DustError, match=r"interaction\.asperities\.volume"):
         make_scene().with_value("interaction.asperities", "on")
@@ -258,7 +263,9 @@ def test_unlike_grains_lose_what_their_contact_says():
     energy = 0.5 * p.mass * 0.8**2
     expected = p.crush_energy * asperities.area(energy, p.crush_force)
     # the force of the contact in the step of the touch: first order in the step
-    assert energies(probe.sim)["loss"][6] * 1e-15 == pytest.approx(expected, rel=2e-3)
+    assert probe.sim.ledger.measure_energies()["loss"][6] * 1e-15 == pytest.approx(
+        expected, rel=2e-3
+    )
 
 
 def fitted(tmp_path, answer):

@@ -23,8 +23,6 @@ from scenes import (
 from dusttaichi.analysis import open_run
 from dusttaichi.errors import DustError
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.contacts import contact_state, wall_contact_state
-from dusttaichi.grains.measure import energies, measurement
 from dusttaichi.grains.preview import _contact
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants, register, registry
@@ -80,7 +78,7 @@ def meeting(speed, gap=1e-12, spin=0.0, side=0.0):
 
 def open_part(probe, start):
     """What the ledger leaves open, over the kinetic energy of the start."""
-    end_measurement = measurement(probe.sim)
+    end_measurement = probe.sim.ledger.measure()
     return ledger(end_measurement, start)[0] / start.kinetic, end_measurement
 
 
@@ -98,18 +96,18 @@ def test_normal_law(law, precision):
         scene = scene_of({"normal": {"law": law, **NORMAL[law]}}, precision, effects=())
         pair = constants.pair_constants(scene.material, scene.interaction)
         probe = Probe(scene, meeting(0.3))
-        start, tolerance = measurement(probe.sim), 1e-9 if precision == "f64" else 1e-5
+        start, tolerance = probe.sim.ledger.measure(), 1e-9 if precision == "f64" else 1e-5
         seen = 0
         for _ in range(60):
             probe.advance(20)
-            contacts = contact_state(probe.sim)
+            contacts = probe.sim.contacts.measure_pairs()
             if len(contacts["overlap"]):
                 force, energy, _ = pair.curve(contacts["overlap"][0] * 1e-6)
                 scale = abs(pair.curve(np.float64(1e-10))[0]) + pair.F_c
                 assert contacts["normal_force"][0] * 1e-9 == pytest.approx(
                     force, abs=tolerance * scale
                 )
-                stored = energies(probe.sim)["potential"][0] * 1e-15
+                stored = probe.sim.ledger.measure_energies()["potential"][0] * 1e-15
                 assert stored == pytest.approx(energy, abs=tolerance * scale * 1e-9)
                 seen += 1
         residual, end = open_part(probe, start)
@@ -144,7 +142,7 @@ def test_damping_law(law, precision):
         for name, keys in {law: DAMPING[law], **further}.items():
             scene = scene_of({"damping": {"model": name, **keys}}, precision, dt="0.02 ns")
             probe = Probe(scene, meeting(0.5))
-            start = measurement(probe.sim)
+            start = probe.sim.ledger.measure()
             probe.advance(1500)
             residual, end = open_part(probe, start)
             assert abs(residual) < 5e-3
@@ -202,12 +200,12 @@ def test_a_strong_neck_holds(precision):
         w = [[2e4, 1e4, -1e4], [-1e4, 2e4, 1e4]]
         sample = sample_of([[0, 0, 0], [d, 0, 0]], [[0, 0.002, 0], [0.001, -0.002, 0.001]], w)
         probe = make_necked("1 GPa", precision, sample)
-        start = measurement(probe.sim)
-        contacts_before = contact_state(probe.sim)
+        start = probe.sim.ledger.measure()
+        contacts_before = probe.sim.contacts.measure_pairs()
         assert contacts_before["neck"].tolist() == [1.0]
         probe.advance(2000)
         residual, end = open_part(probe, start)
-        assert contact_state(probe.sim)["neck"].tolist() == [1.0]
+        assert probe.sim.contacts.measure_pairs()["neck"].tolist() == [1.0]
         names = probe.sim.layout.channels
         assert names[-1] == "neck" and end.parts["loss"][-1] == 0.0
         assert probe.sim.layout.model.potentials[-1] == "neck"
@@ -221,10 +219,10 @@ def test_a_weak_neck_breaks_into_the_bare_contact():
         d = 2 * RADIUS - 0.16627e-9
         sample = sample_of([[0, 0, 0], [d, 0, 0]], None, [[0, 0, 3e5], [0, 0, -3e5]])
         probe = make_necked("1 MPa", "mixed", sample)
-        start = measurement(probe.sim)
+        start = probe.sim.ledger.measure()
         probe.advance(1000)
         residual, end = open_part(probe, start)
-        assert contact_state(probe.sim)["neck"].tolist() == [-1.0]
+        assert probe.sim.contacts.measure_pairs()["neck"].tolist() == [-1.0]
         assert end.parts["contacts"] == 1 and end.parts["loss"][-1] > 0.0
         assert abs(residual) < 5e-3
 
@@ -255,8 +253,8 @@ def test_a_sample_brings_its_necks_along(tmp_path):
         )
         with open_run(folder) as run:
             for group, contacts in (
-                ("contacts", contact_state(second_probe.sim)),
-                ("wall_contacts", wall_contact_state(second_probe.sim)),
+                ("contacts", second_probe.sim.contacts.measure_pairs()),
+                ("wall_contacts", second_probe.sim.contacts.measure_walls()),
             ):
                 stored_contacts = run.contacts(group=group)
                 assert set(stored_contacts.neck.values) == {-1.0, 1.0}, group
@@ -297,10 +295,10 @@ def test_necks_of_unequal_grains():
         scene, radii, pair = unequal()
         x = np.array([[0, 0, 0], [sum(radii) - pair.delta0, 0, 0]])
         probe = Probe(scene, polydisperse(x, radii, [0, 1], w=[[0, 0, 1e5], [0, 1e5, 0]]))
-        start = measurement(probe.sim)
+        start = probe.sim.ledger.measure()
         probe.advance(500)
         residual, _ = open_part(probe, start)
-        assert contact_state(probe.sim)["neck"].tolist() == [1.0] and abs(residual) < 1e-3
+        assert probe.sim.contacts.measure_pairs()["neck"].tolist() == [1.0] and abs(residual) < 1e-3
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -329,9 +327,9 @@ def spinning(scene, unequal=False):
 
 def roll_probe(probe, steps):
     """(ledger residual, rolling losses of pairs and walls, positions, spins)."""
-    start = measurement(probe.sim)
+    start = probe.sim.ledger.measure()
     probe.advance(steps)
-    last = measurement(probe.sim)
+    last = probe.sim.ledger.measure()
     m = last.parts
     return ledger(last, start)[1], (m["loss"][3], m["loss_wall"][3]), probe.x, probe.w
 

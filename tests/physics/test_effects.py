@@ -12,7 +12,6 @@ import pytest
 import reference as ref
 from scenes import FAR, RADIUS, Probe, box, law_of_the_docs, make_scene, sample_of
 
-from dusttaichi.grains.measure import energies
 from dusttaichi.physics.contact import constants, registry
 
 EFFECTS = {
@@ -86,8 +85,8 @@ def strained_probe(request):
     probe.wall = constants.wall_constants(scene.material, scene.interaction)
     probe.own, probe.rounding = law is not None, ROUNDING[precision]
     probe.advance(12)
-    assert np.all(energies(probe.sim)["loss"] == 0), "nothing may have slipped yet"
-    assert np.all(energies(probe.sim)["loss_wall"] == 0)
+    assert np.all(probe.sim.ledger.measure_energies()["loss"] == 0), "nothing may have slipped yet"
+    assert np.all(probe.sim.ledger.measure_energies()["loss_wall"] == 0)
     return effects, probe
 
 
@@ -121,7 +120,7 @@ def potentials(probe, effects, x=None, turn=None):
     """
     x = probe.x if x is None else x
     turn = np.zeros((3, 3)) if turn is None else turn
-    floor = probe.sim.box.offset[4] * 1e-6
+    floor = probe.sim.domain.box.offset[4] * 1e-6
     total = np.zeros((2, 4), complex)
     for (i, j), (n1, n2, phi) in probe.contacts().items():
         n1 = n1 + np.cross(turn[i], n1)
@@ -148,7 +147,7 @@ def potentials(probe, effects, x=None, turn=None):
 def test_energy_is_what_measure_reports(strained_probe):
     """1e-11: overlaps are differences of positions that are 4000 times as long."""
     effects, probe = strained_probe
-    measured = energies(probe.sim)
+    measured = probe.sim.ledger.measure_energies()
     expected = potentials(probe, effects).real / 1e-15
     assert measured["contacts"] == 3 and measured["wall_contacts"] == 3
     for name, expected_value in zip(("potential", "potential_wall"), expected, strict=True):
@@ -211,8 +210,10 @@ def test_free_cluster_keeps_its_momenta(collide, speed, spin, damping):
     x, v, w = cluster(speed, spin, np.random.default_rng(5))
     probe = collide(x, v, w, damping=damping)
     probe.assert_momenta_stay(10, 100)
-    assert energies(probe.sim)["loss"][0] > 0.0, "the groups must have met: contacts formed"
-    slipped = energies(probe.sim)["loss"][3:5].sum() > 0
+    assert probe.sim.ledger.measure_energies()["loss"][0] > 0.0, (
+        "the groups must have met: contacts formed"
+    )
+    slipped = probe.sim.ledger.measure_energies()["loss"][3:5].sum() > 0
     assert slipped == (speed > 0.1)
 
 
@@ -224,7 +225,7 @@ def rotation(rng):
 
 def end_of(probe):
     """Velocities, spins and contacts; Taichi keeps one simulation at a time."""
-    return probe.v, probe.w, energies(probe.sim)["contacts"]
+    return probe.v, probe.w, probe.sim.ledger.measure_energies()["contacts"]
 
 
 @pytest.mark.parametrize("way", ["turned", "moving"])
@@ -272,6 +273,8 @@ def test_losses_are_what_the_energy_lacks(precision):
     energy, lost, _ = probe.energy()
     probe.advance(1000)
     end_energy, dissipated, _ = probe.energy()
-    by_channel = dict(zip(probe.sim.layout.channels, energies(probe.sim)["loss"], strict=True))
+    by_channel = dict(
+        zip(probe.sim.layout.channels, probe.sim.ledger.measure_energies()["loss"], strict=True)
+    )
     assert by_channel["damping"] > 0.0 and by_channel["asperities"] > 0.0
     assert dissipated - lost == pytest.approx(energy - end_energy, rel=1e-2)

@@ -22,7 +22,7 @@ from dusttaichi.commands.app import app
 from dusttaichi.continuum.moving_dust import MovingDust
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.export import export
-from dusttaichi.grains.moving_grains import MovingGrains
+from dusttaichi.grains.engine import GrainEngine
 from dusttaichi.method import Measurement, SimpleSimulation, Start
 from dusttaichi.plots.registry import picture_of
 from dusttaichi.results.plain import from_plain, plain
@@ -95,7 +95,7 @@ def test_an_open_ledger_advises_the_key_that_shortens_the_step(key, lost):
     with pytest.raises(GuardStop, match=f"Try a smaller {key}"):
         ledger.check(sim, measurement, start)
     assert MovingDust.step_key == "numerics.cfl"
-    assert SimpleSimulation.step_key == MovingGrains.step_key == "numerics.time_step"
+    assert SimpleSimulation.step_key == GrainEngine.step_key == "numerics.time_step"
 
 
 def test_the_ledger_of_an_oscillation_is_measured_by_the_energy_exchanged():

@@ -13,9 +13,6 @@ import xarray as xr
 from dusttaichi import analysis, method, plots, samples
 from dusttaichi.domain.clock import NEVER, Clock
 from dusttaichi.grains.build import build
-from dusttaichi.grains.contacts import contact_state, wall_contact_state
-from dusttaichi.grains.load_sums import load_sums
-from dusttaichi.grains.measure import contact_loads
 from dusttaichi.running import execute, schedule
 from dusttaichi.running.activities import EndCheck
 from dusttaichi.running.schedule import next_record
@@ -219,19 +216,21 @@ def test_forces_add_up(pressed_run):
     scene = from_yaml(CYCLE)
     sim = build(scene, samples.make(scene))
     sim.advance(500)
-    pairs, walls = contact_state(sim), wall_contact_state(sim)
-    total = np.zeros((2, sim.grains, 3))
+    pairs, walls = sim.contacts.measure_pairs(), sim.contacts.measure_walls()
+    total = np.zeros((2, sim.bodies.count, 3))
     np.add.at(total[0], pairs["grain_i"], pairs["force"])
     np.add.at(total[0], pairs["grain_j"], -pairs["force"])
     np.add.at(total[0], walls["grain"], walls["force"])
     np.add.at(total[1], pairs["grain_i"], pairs["torque_i"])
     np.add.at(total[1], pairs["grain_j"], pairs["torque_j"])
     np.add.at(total[1], walls["grain"], walls["torque"])
-    moving = np.array(contact_loads(sim))[:, np.argsort(sim.order)]
+    moving = np.array(sim.motion.sum_contact_loads())[:, np.argsort(sim.grain_state.order)]
     np.testing.assert_allclose(total, moving, rtol=0, atol=1e-9)
     of_walls = np.zeros((6, 3))
     np.add.at(of_walls, walls["wall"], walls["force"])
-    np.testing.assert_allclose(of_walls, load_sums(sim).wall_force(), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        of_walls, sim.kernel_sums.read_loads().wall_force(), rtol=0, atol=1e-9
+    )
     assert np.abs(of_walls).max() > 1.0
 
 

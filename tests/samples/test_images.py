@@ -7,7 +7,6 @@ from scenes import make_scene
 
 from dusttaichi import samples
 from dusttaichi.grains.build import build, prepared
-from dusttaichi.grains.measure import energies
 from dusttaichi.grains.preview import preview
 from dusttaichi.physics.geometry import label_components, nearest_image
 from dusttaichi.physics.unwrap import crossings, unwrap_fragments
@@ -80,7 +79,7 @@ def test_check_counts_what_the_run_counts(name):
     boundary, sample, *_ = SCENES[name]
     scene = make_scene(sample=sample, boundary=boundary)
     sim = build(scene, samples.make(scene))
-    assert energies(sim)["contacts"] == sim.sample_info["network"]["contacts"]
+    assert sim.ledger.measure_energies()["contacts"] == sim.sample_info["network"]["contacts"]
 
 
 def test_a_chain_across_a_face_is_as_long_as_elsewhere():

@@ -296,7 +296,7 @@ def test_what_is_left_behind_is_said(pressed_result, tmp_path):
     sim = build(onward(pressed_result, snapshot=2, keep=["box"]), sample)
     with open_run(pressed_result) as run:
         room = read_frame(run, 2).cell.ravel() * 1e6
-    np.testing.assert_allclose(sim.box.planes(0.0), room, rtol=1e-12)
+    np.testing.assert_allclose(sim.domain.box.planes(0.0), room, rtol=1e-12)
     open_top = {"kind": "box", "omit": ["top"]}
     sample = make(onward(pressed_result, open_top, snapshot=2, keep=["walls"]))
     assert sample.info["remarks"][-1].endswith("contacts with top: no such walls here")

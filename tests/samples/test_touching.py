@@ -10,7 +10,6 @@ from test_formats import dump, read
 from dusttaichi import samples
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.build import build
-from dusttaichi.grains.measure import energies
 from dusttaichi.grains.method import METHOD
 from dusttaichi.method import Start
 from dusttaichi.physics.geometry import pairs_within
@@ -290,7 +289,7 @@ def test_an_aggregate_of_a_generator_holds_together():
     scene = load(FOLDER / "agg_touch_6digits" / "scene.yaml")
     sim = build(scene, samples.make(scene))
     sim.advance(300)
-    found = energies(sim)
+    found = sim.ledger.measure_energies()
     assert found["contacts"] == 199
     # distances are met within a thousandth of delta0, whose square is the energy that is left
     moved = found["kinetic_translation"] + found["kinetic_rotation"]

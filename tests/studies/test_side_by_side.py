@@ -7,8 +7,8 @@ from scenes import box, make_scene
 from dusttaichi import samples
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.build import build
+from dusttaichi.grains.engine import GrainEngine
 from dusttaichi.samples.side_by_side import join_members
-from dusttaichi.studies import collide_batch
 from dusttaichi.studies.collide import Collisions, side_by_side
 from dusttaichi.studies.collide_batch import make_collisions
 from dusttaichi.studies.collide_course import Collision
@@ -75,7 +75,7 @@ def test_fifty_pairs_have_the_bits_of_each_alone():
 def test_a_guard_ends_its_own_pair_alone(monkeypatch):
     """One that a look refuses, and one that stops a step of all: both halves begin again."""
     alone = made([collision_of(n) for n in range(6)], 1)
-    look, advance = Collision.validate, collide_batch.moving_grains.MovingGrains.advance
+    look, advance = Collision.validate, GrainEngine.advance
     bad = collision_of(3).sample.positions[0, 0]
 
     def refuse(self, measurement):
@@ -89,7 +89,7 @@ def test_a_guard_ends_its_own_pair_alone(monkeypatch):
         advance(self, steps)
 
     monkeypatch.setattr(Collision, "validate", refuse)
-    monkeypatch.setattr(collide_batch.moving_grains.MovingGrains, "advance", stop)
+    monkeypatch.setattr(GrainEngine, "advance", stop)
     together = made((collision_of(n) for n in range(6)), 6)
     assert [n for n, row in sorted(together.items()) if not isinstance(row, dict)] == [1, 3]
     assert str(together[1]) == "too deep" and str(together[3]) == "not a number"
@@ -104,19 +104,19 @@ def test_members_do_not_see_each_other():
         one.scene, join_members([one.sample] * 3, one.scene.material.radius), step=one.chosen
     )
     members, count = sim.members, len(one.sample)
-    sim.state["origin"] = np.zeros((sim.grains, 3))
+    sim.grain_state["origin"] = np.zeros((sim.size, 3))
     sim.search.ask()
     sim.advance(50)
     pairs = [members.pairs(k) for k in range(3)]
     assert len(pairs[0]) and all(np.array_equal(pairs[0], own) for own in pairs)
-    i, j = sim.state.pairs()
+    i, j = sim.grain_state.pairs()
     assert np.array_equal(i // count, j // count)
     members.rest(1)
     sim.advance(50)
     assert len(members.pairs(1)) == 0 and len(members.pairs(2))
-    assert not sim.state["v"][members.grains(1)].any()
+    assert not sim.grain_state["v"][members.grains(1)].any()
     # what the list of contacts says of a stranger is an error
-    sim.state["body"] = np.repeat([0, -1, 0], count)
+    sim.grain_state["body"] = np.repeat([0, -1, 0], count)
     sim.search.ask()
     sim.advance(1)
     with pytest.raises(RuntimeError, match="touch those of another"):

@@ -14,8 +14,6 @@ from scenes import RADIUS, box, make_scene
 from dusttaichi import method, plots
 from dusttaichi.analysis.ensemble import save_ensemble
 from dusttaichi.errors import DustError
-from dusttaichi.grains.contacts import contact_state
-from dusttaichi.grains.measure import grain_state
 from dusttaichi.scene import load
 from dusttaichi.studies import sticking_task as task
 from dusttaichi.studies.bodies import TwoBodies
@@ -232,12 +230,12 @@ def test_a_collision_is_the_run_of_its_scene_with_all_its_grains():
     collision = Collision(scene, 1e-2)
     answer = task.run(None, **collision.request(2.0).arguments)
     how = method.find_method(scene)
-    sim = how.build(scene, how.make_sample(scene)).sim
+    sim = how.build(scene, how.make_sample(scene))
     sim.advance(math.ceil(102.5e-9 / (sim.dt * 1e-6)))
     assert answer["time_step"] == sim.dt * 1e-6
-    assert answer["contacts"] == len(contact_state(sim)["grain_i"])
-    _, v, w = grain_state(sim)
-    energy = 0.5 * (sim.mass * np.sum(v**2) + sim.inertia * np.sum(w**2)) * 1e-15
+    assert answer["contacts"] == len(sim.contacts.measure_pairs()["grain_i"])
+    _, v, w = sim.motion.measure()
+    energy = 0.5 * (sim.bodies.mass * np.sum(v**2) + sim.bodies.inertia * np.sum(w**2)) * 1e-15
     assert answer["kinetic"] == pytest.approx(energy, rel=1e-12)  # sums in another order
     # their centres pass through each other
     broken = task.run(None, **collision.request(20.0).arguments)

@@ -1,0 +1,80 @@
+"""Sums over grains and contacts of the present state, which kernels compute. Internal units."""
+
+import numpy as np
+
+from dusttaichi.compute.scan import CHUNK
+from dusttaichi.grains.kernels.measure import Columns
+from dusttaichi.grains.kernels.store import ON_SPHERE
+from dusttaichi.grains.load_sums import DeviceLoadSums, LoadSums
+
+
+class KernelSums:
+    """Calls the kernels that measure, and reads their sums; the state does not change.
+
+    kernels: those of a Compiled, by name. tables: memory.Table of the sums, by name. state:
+    GrainState. bodies: GrainBodies. environment: Environment.
+    """
+
+    def __init__(self, kernels, tables, state, bodies, environment):
+        self._kernels, self.tables, self._state = kernels, tables, state
+        self._bodies, self._environment = bodies, environment
+        self.columns = Columns(state.layout)
+
+    def measure(self):
+        """Compute the sums over grains and over contacts between them."""
+        half, bodies, step = 0.5 * self._environment.dt, self._bodies, self._environment.step
+        mass, inertia = bodies.unit_mass, bodies.unit_inertia
+        self._kernels.measure_grains(mass, inertia, half / mass, half / inertia, step)
+        self._kernels.measure_pairs(*self._environment.moment)
+
+    def read_grains(self):
+        """Sums over chunks of grains of the last `measure`, (chunks, 5): see kernels.measure."""
+        # those of a larger scene, which the kernels have served before, may stand behind
+        return self.tables["grain_sum"].to_numpy(-(-self._bodies.count // CHUNK))
+
+    def read_pairs(self):
+        """Sums over tiles of contacts between grains of the last `measure`, (tiles, columns)."""
+        return self._read("pair_sum", self._state.pair_count)
+
+    def measure_walls(self):
+        """Sums over tiles of contacts with walls; (0, columns) without walls."""
+        if self._environment.box is None:
+            return np.zeros((0, self.columns.count))
+        self._kernels.measure_walls(*self._environment.moment)
+        return self._read("wall_sum", self._state.wall_blocks * self._state.layout.width)
+
+    def read_sphere(self):
+        """Sums over tiles of contacts with the sphere, which `sphere_load` has computed."""
+        if not self._state.layout.sphere:
+            return np.zeros((0, self.columns.count))
+        return self._read("sphere_sum", int(self._state["counts"][ON_SPHERE]))
+
+    def _read(self, name, contacts):
+        """Sums over the tiles of that many contacts."""
+        layout = self._state.layout
+        return self.tables[name].to_numpy(-(-contacts // (layout.width * layout.tile)))
+
+    def sphere_load(self):
+        """Force [nN] and torque [nN um] of the grains on the rigid sphere now, (3,) each."""
+        self._kernels.measure_sphere(*self._environment.moment)
+        load = self.tables["sphere_load"].to_numpy()
+        return load[:3], load[3:]
+
+    def read_loads(self):
+        """The LoadSums now."""
+        parts = self._state, self._environment.box is not None, self._bodies.unit_mass
+        if not hasattr(self._kernels, "load_sums"):
+            return LoadSums(*parts)
+        self._kernels.load_sums()
+        return DeviceLoadSums(*parts, sums=self.tables["load_sums"].to_numpy())
+
+    def grain_losses(self):
+        """Energy lost in the contacts of each grain since the start [fJ], (N, channels).
+
+        Grains are in the sample's order. Two grains share the loss; at a wall or the sphere it is
+        the grain's.
+        """
+        self._kernels.add_grain_losses()
+        out = np.empty((self._bodies.count, len(self._state.layout.channels)))
+        out[self._state.order] = self._state["grain_loss"]
+        return out
