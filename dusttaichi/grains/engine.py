@@ -104,12 +104,7 @@ class GrainEngine(SimpleSimulation):
             sphere=self.sphere,
             threads=prepared.threads,
         )
-        self.members = None
-        if bodies_of_members is not None:
-            self.members = Members(
-                *(self.kernels, self.kernel_sums, self.motion, self.search, self.ledger),
-                bodies=bodies_of_members,
-            )
+        self.members = self._make_members(bodies_of_members)
         self.stepper.move(scene.stage_plans[0].drive)
         ratio = self.sample_info.get("stiffness_scaling", 1.0)
         ratio /= prepared.scene.numerics.stiffness_scaling
@@ -127,6 +122,13 @@ class GrainEngine(SimpleSimulation):
         self.recorder = self._make_recorder()
         self.size, self.channels = self.bodies.count, self.layout.channels
         self._start_time = self.sample.info.get("start_time", 0.0) / units.TIME
+
+    def _make_members(self, bodies):
+        """Members with these numbers of grains in both bodies of each, (M, 2); None without."""
+        if bodies is None:
+            return None
+        parts = self.kernels, self.kernel_sums, self.motion, self.search, self.ledger
+        return Members(*parts, bodies=bodies)
 
     def _make_recorder(self):
         scene, radius = self.scene, self.bodies.radius
