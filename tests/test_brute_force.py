@@ -76,7 +76,7 @@ def test_pairs_of_grains(unequal, boundary):
     sim = build_grains(*gas(unequal, **boundary))
     for steps in (0, 300, 900):
         sim.advance(steps)
-        sim.search.now(sim.step)
+        sim.search.update(sim.step)
         pairs, expected = listed_grains(sim), near_grains(sim)
         assert len(expected[0]) > 50
         for ours, theirs in zip(pairs, expected, strict=True):
@@ -155,7 +155,7 @@ def test_neighbours_of_dust(make, loops, launches):
     sim = build_dust(*make(8, 1.0), loops=loops)
     dust.stir_particles(sim)
     arrays_before = {name: sim.of_particles(name) for name in sim.names}
-    sim.search.now()
+    sim.search.update()
     arrays = check_lists(sim)
     assert np.array_equal(np.sort(arrays["number"]), np.arange(sim.n))
     for name in sim.names:  # all variables of a particle stay together
@@ -178,11 +178,11 @@ def test_what_is_wrong_with_dust_is_said():
     x = sim.of_particles("x")
     sim.put("x", 1e-3 * x)
     with pytest.raises(GuardStop, match="have come together without limit"):
-        sim.search.now()
+        sim.search.update()
     x[[3, 5]] = np.nan
     sim.put("x", x)
     with pytest.raises(GuardStop, match="2 particles have a position that is not a number"):
-        sim.search.now()
+        sim.search.update()
 
 
 # -- cells -----------------------------------------------------------------------------------------

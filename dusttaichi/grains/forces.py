@@ -95,9 +95,9 @@ class ActingForces:
     """OutsideForces on the particles of a GrainState, as kernels evaluate them now.
 
     forces: OutsideForces. kernels: those of a Compiled, by name. tables: memory.Table of sums, by
-    name. state: GrainState. bodies: GrainBodies. environment: Environment. Of the methods, kicks:
-    `contact_kicks` of the sphere; present: velocities and spins in memory are those of the
-    positions, not half a step back.
+    name. state: GrainState. bodies: GrainBodies. environment: Environment. Arguments: kicks,
+    `contact_kicks` of the sphere; present, true where velocities and spins in memory are those of
+    the positions, not half a step back.
     """
 
     def __init__(self, forces, kernels, tables, state, bodies, environment):

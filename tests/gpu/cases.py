@@ -202,7 +202,7 @@ def count_calls(name):
         "changes": _changes(sim) - changes,
     }
     counts_before = counts()
-    sim.search.now(*([sim.step] if name in GRAINS else []))
+    sim.search.update(*([sim.step] if name in GRAINS else []))
     return counts_taken | {"search": _since(counts_before)}
 
 
