@@ -78,9 +78,7 @@ class GrainEngine(SimpleSimulation):
         self.environment = Environment(self.grain_state, prepared.domain)
         self.push = prepared.push
         common = self.grain_state, self.bodies, self.environment
-        self.outside = None
-        if prepared.forces is not None:
-            self.outside = ActingForces(prepared.forces, self.kernels, sum_tables, *common)
+        self.outside = self._make_outside(prepared.forces, sum_tables)
         self.motion = Motion(*common, self.push, self.outside)
         self.contacts = Contacts(*common)
         self.kernel_sums = KernelSums(self.kernels, sum_tables, *common)
@@ -122,6 +120,13 @@ class GrainEngine(SimpleSimulation):
         self.recorder = self._make_recorder()
         self.size, self.channels = self.bodies.count, self.layout.channels
         self._start_time = self.sample.info.get("start_time", 0.0) / units.TIME
+
+    def _make_outside(self, forces, tables):
+        """ActingForces of OutsideForces; None without."""
+        if forces is None:
+            return None
+        parts = {"state": self.grain_state, "bodies": self.bodies, "environment": self.environment}
+        return ActingForces(forces, self.kernels, tables, **parts)
 
     def _make_members(self, bodies):
         """Members with these numbers of grains in both bodies of each, (M, 2); None without."""

@@ -100,7 +100,7 @@ class ActingForces:
     the positions, not half a step back.
     """
 
-    def __init__(self, forces, kernels, tables, state, bodies, environment):
+    def __init__(self, forces, kernels, tables, *, state, bodies, environment):
         self.forces, self.model = forces, forces.model
         self._kernels, self._tables, self._state = kernels, tables, state
         self._bodies, self._environment = bodies, environment
