@@ -59,9 +59,9 @@ class Child:
                 if message is None or self._ended:
                     return
                 self._busy = True
-            self._write(self._do(message["request"]))
+            self._write(self._answer(message["request"]))
 
-    def _do(self, request):
+    def _answer(self, request):
         try:
             module, _, function = self._name.partition(":")
             task = getattr(importlib.import_module(module), function)

@@ -2,8 +2,8 @@
 
 A study names points: changed scenes (points.Point), or requests to a task (requests.Request). `run`
 makes those by the `execute` of `dust run` and sends these, in processes that stay or on a Dask
-cluster, and asks again with what was found until the study wants no more. A run with a result, and
-a row of an answer, is a point that is found: after an interruption the missing ones are left.
+cluster, and asks again with these results until the study wants no more. A run with a result, and
+a row of an answer, is a finished point: after an interruption the missing ones are left.
 """
 
 import threading
@@ -33,7 +33,7 @@ from dusttaichi.studies.workers import INTERRUPTED, LOST, Answer, idle_workers
 POLL = 0.2  # s between two checks of the signals
 
 
-class Wanted(Protocol):
+class StudyPoint(Protocol):
     """A point that a study wants: a run (points.Point) or a request (requests.Request).
 
     Attributes
@@ -47,19 +47,19 @@ class Wanted(Protocol):
     label: str
     inputs: Sequence[str]
 
-    def stored(self, shelf: "Shelf") -> Answer | None:
+    def find_answer(self, shelf: "Shelf") -> Answer | None:
         """Its Answer where it is finished; raises DustError where that must not be overwritten."""
 
     def store(self, answer: Answer, shelf: "Shelf") -> None:
         """Keep an Answer that came. Raises DustError."""
 
-    def shares(self, count: int, cores: int, *, remote: bool) -> tuple[int, Any]:
+    def choose_processes(self, count: int, cores: int, *, remote: bool) -> tuple[int, Any]:
         """(processes for `count` points like this on some cores, threads of each)."""
 
     def to_task(self, threads: Any, shelf: "Shelf", *, remote: bool, how: dict) -> Task:
         """The task for a worker process."""
 
-    def measured(self, study: "Study", answer: Answer) -> tuple[Any, float | None]:
+    def measure_answer(self, study: "Study", answer: Answer) -> tuple[Any, float | None]:
         """(numbers for the study, cost [s] if it is timed) of a finished one."""
 
 
@@ -84,7 +84,7 @@ class Shelf:
 
 
 @dataclass(frozen=True)
-class Found:
+class PointResult:
     """Result of a point.
 
     Attributes
@@ -100,7 +100,7 @@ class Found:
         Processor time of its steps [s], if the study is timed.
     """
 
-    point: Wanted
+    point: StudyPoint
     code: int = 0
     text: str = ""
     measured: Any = None
@@ -132,7 +132,7 @@ class Study(Protocol):
     file: Path | None
     timed: bool
 
-    def points(self, found: Mapping[str, Found]) -> list[Wanted]:
+    def points(self, results: Mapping[str, PointResult]) -> list[StudyPoint]:
         """Points that are wanted, given those found by their labels.
 
         The study ends where all of them are found.
@@ -141,7 +141,7 @@ class Study(Protocol):
     def measure(self, run: analysis.Run) -> Any:
         """Numbers of a finished run that `dataset` needs; of requests it is their answer."""
 
-    def dataset(self, found: Mapping[str, Found]) -> xr.Dataset:
+    def dataset(self, results: Mapping[str, PointResult]) -> xr.Dataset:
         """The dataset that is written at the end."""
 
 
@@ -149,7 +149,7 @@ class StagedStudy:
     """Study whose points come in stages, each made from the results of those before.
 
     `stages` is a generator: it yields the points of a stage, and continues once `results`, label ->
-    Found, has all of them; a stage without missing points runs nothing.
+    PointResult, has all of them; a stage without missing points runs nothing.
     """
 
     _stages, _stage = None, ()
@@ -158,12 +158,12 @@ class StagedStudy:
         """Generator of the lists of points."""
         raise NotImplementedError
 
-    def points(self, found):
+    def points(self, results):
         """Missing points of the present stage; none after the last one."""
-        self.results = found
+        self.results = results
         self._stages = self._stages or self.stages()
         while self._stage is not None:
-            if missing := [point for point in self._stage if point.label not in found]:
+            if missing := [point for point in self._stage if point.label not in results]:
                 return missing
             self._stage = next(self._stages, None)
         return []
@@ -184,20 +184,20 @@ class Progress:
     def __post_init__(self):
         self._lock, self._ended = threading.Lock(), set()
 
-    def more(self, total, done):
+    def add_runs(self, total, done):
         """Add further runs, of which some are finished."""
         with self._lock:
             self.total, self.done = self.total + total, self.done + done
             self.report(self)
 
-    def heard(self, label, share):
+    def set_share(self, label, share):
         """Set the share of a running job."""
         with self._lock:
             if label not in self._ended:  # a report of a cluster may come after the end of the run
                 self.running[label] = share
                 self.report(self)
 
-    def ended(self, label, count):
+    def finish_job(self, label, count):
         """Add the finished runs of a job that has ended."""
         with self._lock:
             self._ended.add(label)
@@ -218,7 +218,7 @@ def run(
     log=lambda text: None,
     **how,
 ):
-    """Run a Study; returns label -> Found of all of its points, also of those that fail.
+    """Run a Study; returns label -> PointResult of all of its points, also of those that fail.
 
     jobs: runs at a time on this machine, at most; None: as many as its cores allow. scheduler:
     address of a Dask cluster, whose workers need no access to this disk. part: (k, n), only every
@@ -232,51 +232,51 @@ def run(
         with open_bar() as bar:
             how |= {"force": force, "resume": resume, "scheduler": scheduler, "jobs": jobs}
             return run(study, part=part, report=show_study(bar), log=log, **how)
-    found, whole = {}, part == WHOLE
+    results, is_complete = {}, part == WHOLE
     shelf = Shelf(force=force, resume=resume, timed=study.timed, part=part)
     progress = Progress(0, 0, report)
     how = {"scheduler": scheduler, "jobs": jobs, "log": log, "how": how}
     # with parts, each run has its own lock
-    locked = whole and study.directory is not None
+    locked = is_complete and study.directory is not None
     with RunLock(study.directory) if locked else nullcontext(), idle_workers() as idle:
         if locked and not force and not resume and study.file.exists():
             raise make_exists_error(study.file, "with the missing runs")
-        while points := [p for p in study.points(found) if p.label not in found]:
+        while points := [p for p in study.points(results) if p.label not in results]:
             chosen = {p.label: p for p in points[part[0] - 1 :: part[1]]}
-            for label, answer in _round(chosen, progress, shelf, idle=idle, **how).items():
+            for label, answer in _run_round(chosen, progress, shelf, idle=idle, **how).items():
                 numbers = None, None
                 if answer.code == 0:
-                    numbers = chosen[label].measured(study, answer)
-                found[label] = Found(chosen[label], answer.code, answer.text, *numbers)
-            if not whole:
+                    numbers = chosen[label].measure_answer(study, answer)
+                results[label] = PointResult(chosen[label], answer.code, answer.text, *numbers)
+            if not is_complete:
                 break
-    return found
+    return results
 
 
-def _round(points, progress, shelf, *, log, **how):
+def _run_round(points, progress, shelf, *, log, **how):
     """label -> Answer of the points (by label), in their order."""
-    answers = {label: point.stored(shelf) for label, point in points.items()}
+    answers = {label: point.find_answer(shelf) for label, point in points.items()}
     missing = {label: points[label] for label, answer in answers.items() if answer is None}
     answers = {label: answer for label, answer in answers.items() if answer is not None}
-    progress.more(len(points), len(answers))
+    progress.add_runs(len(points), len(answers))
     if answers:
         log(f"{len(answers)} of {len(points)} are already finished")
-    answers |= _do(missing, progress, shelf, log=log, **how) if missing else {}
+    answers |= _run_points(missing, progress, shelf, log=log, **how) if missing else {}
     return {label: answers[label] for label in points}
 
 
-def _do(points, progress, shelf, *, scheduler, jobs, idle, log, how):
+def _run_points(points, progress, shelf, *, scheduler, jobs, idle, log, how):
     """label -> Answer of points (by label), in the order of their ends."""
     remote, answers, arrived = scheduler is not None, {}, SimpleQueue()
     reasons = []  # why runs could not start
-    workers, threads = next(iter(points.values())).shares(
+    workers, threads = next(iter(points.values())).choose_processes(
         len(points), usable_cores(), remote=remote
     )
     workers = min(workers, jobs or workers)
 
-    def heard(label, share, answer):
+    def receive(label, share, answer):
         if answer is None:
-            progress.heard(label, share)
+            progress.set_share(label, share)
         else:
             arrived.put((label, Answer(**answer)))
 
@@ -286,12 +286,12 @@ def _do(points, progress, shelf, *, scheduler, jobs, idle, log, how):
         answers[label] = answer
         if answer.startable:
             points[label].store(answer, shelf)
-            progress.ended(label, int(answer.code != INTERRUPTED))
+            progress.finish_job(label, int(answer.code != INTERRUPTED))
         else:
             reasons.append(answer.text)
             pool.stop()  # the next ones could not start either
 
-    with noted_signals() as signals, open_pool(scheduler, workers, heard, idle) as pool:
+    with noted_signals() as signals, open_pool(scheduler, workers, receive, idle) as pool:
         tasks = [point.to_task(threads, shelf, remote=remote, how=how) for point in points.values()]
         jobs = jobs_of(tasks, workers, remote=remote)
         futures = _submit(pool, jobs, points, remote)

@@ -13,7 +13,7 @@ import xarray as xr
 from dusttaichi import analysis
 from dusttaichi.errors import DustError
 from dusttaichi.scene import Scene, shipped
-from dusttaichi.studies.engine import Found, StagedStudy
+from dusttaichi.studies.engine import PointResult, StagedStudy
 from dusttaichi.studies.points import Point
 
 NAME = "Study"  # of the class in the file
@@ -33,7 +33,7 @@ class OwnStudy(StagedStudy):
     directory
         Directory of the results.
     timed
-        True where the points need a cost, the processor time of their steps (`Found.cost`).
+        True where the points need a cost, the processor time of their steps (`PointResult.cost`).
     """
 
     timed = False
@@ -57,7 +57,7 @@ class OwnStudy(StagedStudy):
         numbers = analysis.summarise(run).items()
         return {name: value for name, value in numbers if isinstance(value, (int, float))}
 
-    def dataset(self, found: Mapping[str, Found]) -> xr.Dataset:
+    def dataset(self, found: Mapping[str, PointResult]) -> xr.Dataset:
         """The numbers over `point`, NaN where a run failed, with labels and status."""
         all_found = list(found.values())
         names = dict.fromkeys(name for one in all_found for name in one.measured or ())

@@ -143,7 +143,7 @@ class Point:
         has_checkpoint = not shelf.timed and (self.directory / CHECKPOINT).exists()
         return "resume" if has_checkpoint else "force"
 
-    def stored(self, shelf) -> Answer | None:
+    def find_answer(self, shelf) -> Answer | None:
         """Its Answer where it is finished, or was stopped by a guard, as it would be again."""
         shelf.modes[self.label] = self.mode(shelf)
         if shelf.modes[self.label] is not None:
@@ -171,7 +171,7 @@ class Point:
             reason = files.explain(error, self.directory / RESULT)
             raise DustError(f"Cannot write {self.directory}: {reason}.") from error
 
-    def shares(self, count, cores, *, remote):
+    def choose_processes(self, count, cores, *, remote):
         """(simultaneous runs of `count` on some cores, threads of each or "auto").
 
         A GPU takes one run at a time.
@@ -189,7 +189,7 @@ class Point:
     def to_task(self, threads, shelf, *, remote, how) -> Task:
         """The Task of the run, on a cluster with the files that it needs.
 
-        The mode is that in which `stored` has found it. how: further arguments of `execute`.
+        The mode is that in which `find_answer` has found it. how: further arguments of `execute`.
         """
         mode, folder = shelf.modes[self.label], None
         scene = self.scene.with_value("numerics.threads", threads).to_yaml()
@@ -204,7 +204,7 @@ class Point:
             folder = {}
         return Task(self.label, RUN, arguments, folder=folder, alone=True)
 
-    def measured(self, study, answer):
+    def measure_answer(self, study, answer):
         """(numbers that a Study measures of the run, its cost if that is wanted)."""
         from dusttaichi.analysis import open_run  # which takes a second
 

@@ -62,7 +62,7 @@ class Request:
     expected: float | None = None
     together: dict[str, Any] | None = None
 
-    def stored(self, shelf):
+    def find_answer(self, shelf):
         """The Answer in its file, None without one."""
         row = shelf.rows(self.file).known.get(self.label)
         return None if row is None else Answer(found=row)
@@ -71,7 +71,7 @@ class Request:
         """Add the row of its Answer to its file. Raises DustError."""
         shelf.rows(self.file).add(self.label, answer)
 
-    def shares(self, count, cores, *, remote):
+    def choose_processes(self, count, cores, *, remote):
         """(processes for `count` of them on some cores, threads of each or None)."""
         most = max(1, cores // (self.cores or cores))
         if self.expected is not None:
@@ -82,7 +82,7 @@ class Request:
         """The Task."""
         return Task(self.label, self.task, self.arguments, self.seconds, together=self.together)
 
-    def measured(self, study, answer):
+    def measure_answer(self, study, answer):
         """(what it has found, None for its cost)."""
         return answer.found, None
 

@@ -24,7 +24,7 @@ from dusttaichi.physics.contact import asperities, constants
 from dusttaichi.samples import Sample
 from dusttaichi.scene import load
 from dusttaichi.studies import engine, own
-from dusttaichi.studies.engine import Found
+from dusttaichi.studies.engine import PointResult
 
 MASS, INERTIA = ref.mass_and_inertia()
 YIELD, VOLUME = 11e9, 0.01e-9
@@ -285,7 +285,7 @@ def test_the_fit_runs_until_the_speed_is_that_of_poppe(tmp_path):
         speeds = -np.array(point.scene.sample.velocities)[:-1, 2]
         speed = 0.99 * sticking_speed_of(point.scene)
         assert speeds[0] < speed < speeds[-1] and len(speeds) == 400
-        return Found(point, measured={"sticking_speed": speed})
+        return PointResult(point, measured={"sticking_speed": speed})
 
     results = fitted(tmp_path, answer)
     assert 3 <= len(results) <= 5
@@ -306,7 +306,7 @@ def test_the_fit_runs_until_the_speed_is_that_of_poppe(tmp_path):
 )
 def test_what_fails_or_does_not_converge_ends_the_fit(answer, text, tmp_path):
     with pytest.raises(DustError, match=text):
-        fitted(tmp_path, lambda point: Found(point, **answer))
+        fitted(tmp_path, lambda point: PointResult(point, **answer))
 
 
 @pytest.mark.long  # the energy of each touch stands above

@@ -21,7 +21,7 @@ from dusttaichi.scene import Scene, from_yaml, load
 from dusttaichi.studies import collide_task as task
 from dusttaichi.studies import engine, pool
 from dusttaichi.studies.collide import Collisions
-from dusttaichi.studies.engine import Found
+from dusttaichi.studies.engine import PointResult
 
 BODY = {"kind": "pca", "grains": 12}
 COLLISION = {
@@ -359,7 +359,7 @@ def test_speeds_are_added_where_growth_ends(tmp_path):
             for point in points:
                 speed = float(point.arguments["sample"]["speed"].removesuffix(" m/s"))
                 row = collision_row(growth_efficiency=np.log(21.0 / speed))
-                answers[point.label] = Found(point, measured=row)
+                answers[point.label] = PointResult(point, measured=row)
         return study, answers, rounds
 
     def scene_of(number):

@@ -17,7 +17,7 @@ from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.running import execute
 from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.studies import engine, pool
-from dusttaichi.studies.engine import Found
+from dusttaichi.studies.engine import PointResult
 from dusttaichi.studies.finish import build_failure_error
 from dusttaichi.studies.jobs import Job, Task
 from dusttaichi.studies.points import Point
@@ -179,17 +179,17 @@ def test_files_of_samples_keep_one_path(tmp_path, monkeypatch):
 
 
 def test_workers_never_exceed_the_cores(tmp_path):
-    def shares(scene, count, cores, remote=False):
-        return Point.of(scene, tmp_path, "one").shares(count, cores, remote=remote)
+    def choose_processes(scene, count, cores, remote=False):
+        return Point.of(scene, tmp_path, "one").choose_processes(count, cores, remote=remote)
 
     auto, two = cake(), cake().with_value("numerics.threads", 2)
-    assert shares(auto, 6, 4) == (4, 1)  # a thread each
-    assert shares(auto, 3, 8) == (3, 2)
-    assert shares(auto, 1, 8) == (1, "auto")
-    assert shares(auto, 6, 4, remote=True)[1] == 1
-    assert shares(two, 6, 8) == (4, 2)
-    assert shares(two, 6, 1) == (1, 2)
-    assert shares(cake().with_value("numerics.backend", "cuda"), 6, 8) == (1, "auto")
+    assert choose_processes(auto, 6, 4) == (4, 1)  # a thread each
+    assert choose_processes(auto, 3, 8) == (3, 2)
+    assert choose_processes(auto, 1, 8) == (1, "auto")
+    assert choose_processes(auto, 6, 4, remote=True)[1] == 1
+    assert choose_processes(two, 6, 8) == (4, 2)
+    assert choose_processes(two, 6, 1) == (1, 2)
+    assert choose_processes(cake().with_value("numerics.backend", "cuda"), 6, 8) == (1, "auto")
 
 
 # -- tasks ---------------------------------------------------------------------------------------
@@ -216,11 +216,11 @@ def test_a_task_that_comes_after_the_stop_does_not_begin(tmp_path):
 def test_failures_are_told_by_reason(tmp_path):
     plan = replicas(cake().with_value("replicas", 3), tmp_path)
     first, second, third = plan.members
-    same = [Found(first, 2, "too long a step"), Found(third, 2, "too long a step")]
+    same = [PointResult(first, 2, "too long a step"), PointResult(third, 2, "too long a step")]
     error = build_failure_error(same, 3)
     assert "2 of 3 runs failed" in str(error) and "replica_0, replica_2: too long" in str(error)
     assert error.exit_code == 2
-    assert isinstance(build_failure_error([*same, Found(second, 3, "runaway")], 3), GuardStop)
+    assert isinstance(build_failure_error([*same, PointResult(second, 3, "runaway")], 3), GuardStop)
 
 
 TINY = """

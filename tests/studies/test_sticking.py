@@ -17,7 +17,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.scene import load
 from dusttaichi.studies import sticking_task as task
 from dusttaichi.studies.bodies import TwoBodies
-from dusttaichi.studies.engine import Found
+from dusttaichi.studies.engine import PointResult
 from dusttaichi.studies.restitution import RestitutionMap, map_rows
 from dusttaichi.studies.settings import with_settings
 from dusttaichi.studies.sticking import Collision, Search, closed_form, rows
@@ -31,7 +31,7 @@ def answer_study(study):
     answers = {}
     while points := [point for point in study.points(answers) if point.label not in answers]:
         for point in points:
-            answers[point.label] = Found(point, measured=task.run(None, **point.arguments))
+            answers[point.label] = PointResult(point, measured=task.run(None, **point.arguments))
     return answers
 
 

@@ -19,7 +19,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.method.variants import KINDS, NUMERICAL, PHYSICAL, Variant
 from dusttaichi.scene import from_yaml
 from dusttaichi.studies import engine, points
-from dusttaichi.studies.engine import Found, Shelf
+from dusttaichi.studies.engine import PointResult, Shelf
 from dusttaichi.studies.trade import TradeStudy, measure_trade
 from dusttaichi.studies.trade_judge import (
     Judge,
@@ -50,7 +50,7 @@ class Counted:
                 value = ObservableValues({"restitution": 0.5 + fraction**3})
                 result = {"status": "finished: 40 ns", "steps": 100, "ledger": 1e-10}
                 result |= {"time_step": 1e-4, "measured": value}
-                values[point.label] = Found(point, measured=result, cost=2.0 / fraction)
+                values[point.label] = PointResult(point, measured=result, cost=2.0 / fraction)
         return values
 
 
@@ -195,7 +195,7 @@ def test_real_runs(tmp_path, monkeypatch):
         seen.extend(left)
         return {label: Answer(2) for label in left}
 
-    monkeypatch.setattr(engine, "_do", refused)
+    monkeypatch.setattr(engine, "_run_points", refused)
     repeated_answers = engine.run(study, jobs=1, resume=True)
     assert seen == ["wild"] and repeated_answers["default"].cost == default.cost
 

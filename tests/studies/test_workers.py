@@ -258,7 +258,7 @@ def test_points_are_found_in_the_order_in_which_they_were_asked_for(tmp_path, mo
     def backwards(points, *_, **__):
         return {label: workers.Answer(found={"name": label}) for label in reversed(points)}
 
-    monkeypatch.setattr(engine, "_do", backwards)
+    monkeypatch.setattr(engine, "_run_points", backwards)
     answers = engine.run(Asking(tmp_path, "no:task", a={}, b={}, c={}))
     assert list(answers) == ["a", "b", "c"] and answers["b"].measured == {"name": "b"}
 
@@ -339,7 +339,7 @@ def test_what_is_finished_is_not_computed_again(rebound, capsys, monkeypatch):
     def none(*_, **__):
         raise AssertionError("a run that is finished is computed again")
 
-    monkeypatch.setattr(engine, "_do", none)
+    monkeypatch.setattr(engine, "_run_points", none)
     study(folder, "--threads", 1, "--resume", "--json")
     output = json.loads(capsys.readouterr().out)
     with xr.open_dataset(folder / "study.nc") as data:
@@ -350,7 +350,7 @@ def test_an_interruption_says_how_to_go_on(tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(engine, "_do", interrupted)
+    monkeypatch.setattr(engine, "_run_points", interrupted)
     monkeypatch.setattr("sys.argv", ["dust", "study", "a.py", "b.yaml", "--force"])
     with pytest.raises(Interrupted, match="Continue with: dust study a.py b.yaml --resume"):
         study(tmp_path / "out", "--force")
