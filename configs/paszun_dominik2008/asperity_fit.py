@@ -9,7 +9,7 @@ grains.
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.studies.own import OwnStudy
+from dusttaichi.studies.user_study import UserStudy
 
 # sticking speed of silica on silica [m/s] by radius [m], with errors of 0.1 and 0.4 (Poppe 2000)
 POPPE = {0.6e-6: 1.2, 0.25e-6: 1.9}
@@ -32,7 +32,7 @@ SCENE = {
 }
 
 
-class Study(OwnStudy):
+class Study(UserStudy):
     """Runs until the volume gives SPEED; sticking speeds are in m/s, volumes and radii in m."""
 
     def stages(self):

@@ -1,14 +1,14 @@
 """Speed at which two grains rebound best: golden section on their restitution."""
 
 from dusttaichi.analysis import measure_restitution
-from dusttaichi.studies.own import OwnStudy
+from dusttaichi.studies.user_study import UserStudy
 
 GOLDEN = (5**0.5 - 1) / 2
 LOW, HIGH = 0.2, 20.0  # m/s
 WIDTH = 1.5  # ratio of the last two speeds
 
 
-class Study(OwnStudy):
+class Study(UserStudy):
     def points(self, found):
         low, high = LOW, HIGH
         while high > WIDTH * low:

@@ -184,11 +184,11 @@ def _cost(scene, preview, *, measure_it):
 
 def _seconds(scene, preview, *, measure_it):
     """(least, likely, most) seconds of a step."""
-    from dusttaichi.studies import trial
+    from dusttaichi.studies import step_times
 
     if measure_it:
-        return trial.measured(scene, preview.plan)
-    return trial.order(scene, preview.size * preview.cost)
+        return step_times.measure_step_time(scene, preview.plan)
+    return step_times.estimate_step_time(scene, preview.size * preview.cost)
 
 
 def _duration(seconds):

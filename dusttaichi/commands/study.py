@@ -22,14 +22,14 @@ def study(
 
     The file says which runs of a scene it wants, given those that it has.
     """
-    from dusttaichi.studies import own
+    from dusttaichi.studies import user_study
     from dusttaichi.studies.finish import finish_study
 
     scene = run.load_scene(file, settings)
-    mine = own.load(program, scene, run.find_folder(scene, program.stem))
+    study_of_file = user_study.load_study(program, scene, run.find_folder(scene, program.stem))
     with run.writing(file):
-        point_results = run.run(mine)
-        results = finish_study(mine, point_results)
+        point_results = run.run(study_of_file)
+        results = finish_study(study_of_file, point_results)
     data = results.data
 
     def show():

@@ -13,7 +13,7 @@ from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.scene import quantities
 from dusttaichi.studies.collide import Collisions
 from dusttaichi.studies.requests import cores_of
-from dusttaichi.studies.trial import order
+from dusttaichi.studies.step_times import estimate_step_time
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def plan_of(scene):
         # further speeds are between those of the study
         each = round(each * (1.0 + study.refine / len(speeds)))
         steps += each * others
-        seconds += np.multiply(order(sample_scene, len(sample)), each * others)
+        seconds += np.multiply(estimate_step_time(sample_scene, len(sample)), each * others)
     count, cores = len(study.requests()), cores_of(study.base)
     return Plan(
         {name: len(values) for name, values in study.axes.items()},

@@ -51,7 +51,7 @@ def run_study(study, bar, *, onward, noun="runs", log=None, **engine_options):
 
 
 def build_failure_error(failed, count):
-    """The error about failed runs (engine.PointResult), `count` in all, one line for each reason."""
+    """The error about failed runs (PointResults), `count` in all, one line for each reason."""
     reasons = {}
     for run in failed:
         reasons.setdefault(run.text, []).append(run.point.label)

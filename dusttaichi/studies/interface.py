@@ -19,12 +19,12 @@ from dusttaichi.running.interrupts import resumable
 from dusttaichi.running.progress import open_bar, show_run
 from dusttaichi.scene import Scene, as_scene
 from dusttaichi.scene.paths import user_path
-from dusttaichi.studies import finish, own
+from dusttaichi.studies import finish, user_study
 from dusttaichi.studies import sweep as sweeps
 from dusttaichi.studies.collide import Collisions
 from dusttaichi.studies.finish import run_study
-from dusttaichi.studies.own import OwnStudy
 from dusttaichi.studies.settings import with_common_settings
+from dusttaichi.studies.user_study import UserStudy
 
 SceneSource = Scene | str | Path | Mapping[str, Any]
 ONWARD = "resume=True"  # continues after an interruption
@@ -226,7 +226,7 @@ def collide(
 
 
 def study(
-    program: str | Path | type[OwnStudy],
+    program: str | Path | type[UserStudy],
     scene: SceneSource,
     directory: str | Path | None = None,
     *,
@@ -243,7 +243,7 @@ def study(
     ----------
     program : path or class
         A Python file with a class `Study`, or that class, a subclass of
-        `dusttaichi.studies.own.OwnStudy`.
+        `dusttaichi.studies.user_study.UserStudy`.
     scene : Scene, str, path or dict
         As in `run`.
     directory : path, optional
@@ -278,7 +278,7 @@ def study(
             mine = program(scene, _folder(scene, program.__name__.lower(), directory))
         else:
             path = user_path(program)
-            mine = own.load(path, scene, _folder(scene, path.stem, directory))
+            mine = user_study.load_study(path, scene, _folder(scene, path.stem, directory))
         engine_options = {"jobs": jobs, "scheduler": scheduler, "force": force, "resume": resume}
         results = finish.finish_study(mine, run_study(mine, bar, onward=ONWARD, **engine_options))
     _warn(results.undrawn, results.failure)

@@ -17,8 +17,8 @@ from dusttaichi.scene import Scene, quantities
 from dusttaichi.studies.points import core_of
 from dusttaichi.studies.requests import Request, cores_of, key_of
 from dusttaichi.studies.settings import data_of, one_thread, portable
+from dusttaichi.studies.step_times import estimate_step_time
 from dusttaichi.studies.sticking_task import LOOKS, moving_bodies
-from dusttaichi.studies.trial import order
 
 TOGETHER = 16  # speeds of a bundle
 ROUNDS = 12  # most bundles of a search
@@ -75,7 +75,7 @@ class Collision:
             time_step = min(time_step, LATEST * tolerance * overlap / self.closed)
             scene = scene.with_value("numerics.time_step", f"{time_step:.17g} s")
         data = one_thread(data_of(scene))
-        self._expected = order(scene, len(self.sample))[1] * self.time / time_step
+        self._expected = estimate_step_time(scene, len(self.sample))[1] * self.time / time_step
         self._inputs, self.scene = tuple(portable(data)), scene
         self._small = Scene.from_dict(data, title=f"the scene of {scene.name}")
         self._text = self._small.to_yaml()

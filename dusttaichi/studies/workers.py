@@ -75,7 +75,7 @@ class Worker(AbstractContextManager):
         self._ended = False
         self._errors = tempfile.TemporaryFile("w+", errors="replace")
         self._process = subprocess.Popen(
-            python_command("dusttaichi.studies.child", task, also=[task.partition(":")[0]]),
+            python_command("dusttaichi.studies.worker_main", task, also=[task.partition(":")[0]]),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,

@@ -15,7 +15,7 @@ from dusttaichi.commands.check import _duration
 from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import constants
 from dusttaichi.scene import Scene, load, quantities
-from dusttaichi.studies import trial
+from dusttaichi.studies import step_times
 
 
 def read_check(*words):
@@ -206,15 +206,15 @@ def test_without_a_measurement_the_run_time_is_an_order_of_magnitude(monkeypatch
     text = read_check("smoke")
     assert "steps/s, an order of magnitude; --time measures it" in text
     scene = load("smoke")
-    least, seconds, longest = trial.order(scene, 60)
+    least, seconds, longest = step_times.estimate_step_time(scene, 60)
     assert least < seconds < longest
     # on a GPU the launches of a step take a time that hardly depends on the number of grains
     device = scene.with_value("numerics.backend", "cuda")
-    few, many = (trial.order(device, size)[1] for size in (60, 100_000))
-    assert seconds < few < many < 2 * few < 0.1 * trial.order(scene, 100_000)[1]
+    few, many = (step_times.estimate_step_time(device, size)[1] for size in (60, 100_000))
+    assert seconds < few < many < 2 * few < 0.1 * step_times.estimate_step_time(scene, 100_000)[1]
     run_time = json.loads(read_check("smoke", "--json"))["run_time_s"]
     assert run_time == {"least": 4000 * least, "likely": 4000 * seconds, "most": 4000 * longest}
-    monkeypatch.setattr(trial, "measured", lambda scene, plan: (0.8e-5, 1e-5, 2e-2))
+    monkeypatch.setattr(step_times, "measure_step_time", lambda scene, plan: (0.8e-5, 1e-5, 2e-2))
     text = read_check("smoke", "--time")
     assert "100,000 steps/s, measured now" in text
     assert "run time at most                           1 s to 80 s, and the start" in text
@@ -244,13 +244,13 @@ def test_the_first_steps_of_a_scene_tell_its_speed(monkeypatch):
 
     clock, scene = [0.0], load("smoke")
     kind = method.find_method(scene)
-    monkeypatch.setattr(trial.real_time, "perf_counter", lambda: clock[0])
+    monkeypatch.setattr(step_times.real_time, "perf_counter", lambda: clock[0])
     fake = dataclasses.replace(kind, build=lambda *_: Sim(), make_sample=lambda scene: None)
-    monkeypatch.setattr(trial.method, "find_method", lambda scene: fake)
-    least, seconds, longest = trial.measured(scene, [("", 4000, "")])
+    monkeypatch.setattr(step_times.method, "find_method", lambda scene: fake)
+    least, seconds, longest = step_times.measure_step_time(scene, [("", 4000, "")])
     assert seconds == pytest.approx(1e-3) and least < seconds < longest
     with pytest.raises(DustError, match="ends after one step"):
-        trial.measured(scene, [("", 1, "")])
+        step_times.measure_step_time(scene, [("", 1, "")])
 
 
 def test_durations_are_said_as_people_do():

@@ -23,7 +23,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.physics.contact import asperities, constants
 from dusttaichi.samples import Sample
 from dusttaichi.scene import load
-from dusttaichi.studies import engine, own
+from dusttaichi.studies import engine, user_study
 from dusttaichi.studies.engine import PointResult
 
 MASS, INERTIA = ref.mass_and_inertia()
@@ -271,7 +271,7 @@ def test_unlike_grains_lose_what_their_contact_says():
 def fitted(tmp_path, answer):
     """Results of the bundled study of the fit, as the engine collects them, by answer(point)."""
     scene = load(WALL)
-    study = own.load(Path("paszun_dominik2008/asperity_fit.py"), scene, tmp_path)
+    study = user_study.load_study(Path("paszun_dominik2008/asperity_fit.py"), scene, tmp_path)
     results = {}
     while points := study.points(results):
         results |= {point.label: answer(point) for point in points}
@@ -313,7 +313,7 @@ def test_what_fails_or_does_not_converge_ends_the_fit(answer, text, tmp_path):
 def test_simulated_grains_stick_up_to_the_speed_of_the_balance(tmp_path):
     """2e-3: contacts are found up to a step late, which the balance does not know."""
     scene = load(WALL)
-    study = own.load(Path("paszun_dominik2008/asperity_fit.py"), scene, tmp_path)
+    study = user_study.load_study(Path("paszun_dominik2008/asperity_fit.py"), scene, tmp_path)
     (point,) = study.points({})
     study.points = lambda results: [point]
     (result,) = engine.run(study, jobs=1).values()

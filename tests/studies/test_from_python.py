@@ -18,7 +18,7 @@ import dusttaichi as dt
 from dusttaichi.errors import Interrupted, with_keywords
 from dusttaichi.scene import as_scene
 from dusttaichi.studies import engine
-from dusttaichi.studies.own import OwnStudy
+from dusttaichi.studies.user_study import UserStudy
 from dusttaichi.studies.sweep import sweep
 
 # A method that compiles nothing, in a file of the user.
@@ -166,7 +166,7 @@ def test_failed_runs_are_nan_with_a_warning(folder):
         dt.sweep("tiny.yaml", {"start": [11]}, "all")
 
 
-class Halving(OwnStudy):
+class Halving(UserStudy):
     def points(self, result):
         return [self.point(f"{start}", {"start": start}) for start in (1.0, 0.5)]
 

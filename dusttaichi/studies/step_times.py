@@ -12,7 +12,7 @@ LEAST = 1e-6  # s for a step of few particles on a CPU
 WARM = 20  # steps, the first of a measurement
 
 
-def order(scene, size):
+def estimate_step_time(scene, size):
     """(least, likely, most) seconds of a step of `size` particles: an order of magnitude."""
     how = method.find_method(scene)
     on_cpu = getattr(scene.numerics, "backend", "cpu") == "cpu"
@@ -21,7 +21,7 @@ def order(scene, size):
     return seconds / ORDER, seconds, seconds * ORDER
 
 
-def measured(scene, plan):
+def measure_step_time(scene, plan):
     """(least, likely, most) seconds of a step, from the first steps of a scene, for a second.
 
     plan: of its Preview. Compiles kernels that are not in the cache. Raises DustError where the

@@ -1,4 +1,4 @@
-"""A study of one's own, in a file: `dust study FILE.py SCENE.yaml`."""
+"""Study of the user, in a file: `dust study FILE.py SCENE.yaml`."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from dusttaichi.studies.points import Point
 NAME = "Study"  # of the class in the file
 
 
-class OwnStudy(StagedStudy):
+class UserStudy(StagedStudy):
     """Base class of a study in a file, whose class `Study` says which points it wants.
 
-    It has a method `points`, label -> result of those found -> list of all that are wanted so far,
+    It has a method `points`, (label -> result) -> list of all points that are wanted so far,
     which is called until all are found; or a generator `stages` (engine.StagedStudy), which yields
     the points of each stage and then reads their results in `self.results`.
 
@@ -57,23 +57,23 @@ class OwnStudy(StagedStudy):
         numbers = analysis.summarise(run).items()
         return {name: value for name, value in numbers if isinstance(value, (int, float))}
 
-    def dataset(self, found: Mapping[str, PointResult]) -> xr.Dataset:
+    def dataset(self, results: Mapping[str, PointResult]) -> xr.Dataset:
         """The numbers over `point`, NaN where a run failed, with labels and status."""
-        all_found = list(found.values())
-        names = dict.fromkeys(name for one in all_found for name in one.measured or ())
+        point_results = list(results.values())
+        names = dict.fromkeys(name for result in point_results for name in result.measured or ())
         columns = {
-            name: ("point", [(one.measured or {}).get(name, np.nan) for one in all_found])
+            name: ("point", [(result.measured or {}).get(name, np.nan) for result in point_results])
             for name in names
         }
         texts = {
-            "label": [one.point.label for one in all_found],
-            "status": [one.text or "finished" for one in all_found],
+            "label": [result.point.label for result in point_results],
+            "status": [result.text or "finished" for result in point_results],
         }
         columns |= {name: ("point", np.array(text, dtype=str)) for name, text in texts.items()}
         return xr.Dataset(columns)
 
 
-def load(path: Path, scene: Scene, directory: Path) -> OwnStudy:
+def load_study(path: Path, scene: Scene, directory: Path) -> UserStudy:
     """The study in a file, or a bundled one such as "paszun_dominik2008/asperity_fit.py".
 
     Raises
@@ -84,10 +84,10 @@ def load(path: Path, scene: Scene, directory: Path) -> OwnStudy:
     file = path if path.is_file() else shipped.find_extension(path)
     if file is None:
         raise DustError(f"{path}: there is no such file; a study is a Python file")
-    kind = runpy.run_path(str(file)).get(NAME)
-    if not (isinstance(kind, type) and issubclass(kind, OwnStudy)):
+    study_class = runpy.run_path(str(file)).get(NAME)
+    if not (isinstance(study_class, type) and issubclass(study_class, UserStudy)):
         raise DustError(
-            f"{path} has no class {NAME} that is a dusttaichi.studies.own.OwnStudy; "
+            f"{path} has no class {NAME} that is a dusttaichi.studies.user_study.UserStudy; "
             "docs/extending.md has an example"
         )
-    return kind(scene, directory)
+    return study_class(scene, directory)
