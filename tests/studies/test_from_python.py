@@ -18,8 +18,8 @@ import dusttaichi as dt
 from dusttaichi.errors import Interrupted, with_keywords
 from dusttaichi.scene import as_scene
 from dusttaichi.studies import engine
-from dusttaichi.studies.user_study import UserStudy
 from dusttaichi.studies.sweep import sweep
+from dusttaichi.studies.user_study import UserStudy
 
 # A method that compiles nothing, in a file of the user.
 TINY = """
