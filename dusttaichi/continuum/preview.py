@@ -30,7 +30,7 @@ def preview(scene):
     of_elastic = np.sqrt(stiff / sample.density[elastic])
     fastest = max(sound.max(initial=0.0), of_elastic.max(initial=0.0))
     speed = np.linalg.norm(sample.velocity, axis=1).max()
-    fastest = max(float(fastest) * _damped(scene.numerics.viscosity), float(speed))
+    fastest = max(float(fastest) * _find_signal_factor(scene.numerics.viscosity), float(speed))
     output_step = time_step.output_step(scene, fastest)
     sections = [
         ("Sample", _sample(scene, sample)),
@@ -59,7 +59,7 @@ def _time_steps(scene, fastest, output_step):
     return output_step * fastest / (scene.numerics.cfl * scene.numerics.smoothing_length) or 1.0
 
 
-def _damped(viscosity):
+def _find_signal_factor(viscosity):
     """Factor of a viscosity on the speed of signals."""
     return max(1.0, viscosity.contact, viscosity.bulk, DAMPED * viscosity.grid)
 

@@ -315,7 +315,8 @@ class GrainState:
             if name in OF_BLOCKS:
                 columns = (slice(LOADS),) if name == "load" else ()
                 blocks = [
-                    table.copy_rows(b.start, b.stop, *columns) for b in _within(used, table.rows)
+                    table.copy_rows(b.start, b.stop, *columns)
+                    for b in _select_blocks(used, table.rows)
                 ]
                 arrays[name] = np.concatenate(blocks)
             else:
@@ -332,7 +333,7 @@ class GrainState:
                 table.from_numpy(arrays[name])
                 continue
             first = 0
-            for blocks in _within(used, table.rows):
+            for blocks in _select_blocks(used, table.rows):
                 values = arrays[name][first : first + blocks.stop - blocks.start]
                 first += len(values)
                 if name == "load":
@@ -341,6 +342,6 @@ class GrainState:
                     table.from_numpy(values, blocks.start)
 
 
-def _within(slices, rows):
+def _select_blocks(slices, rows):
     """The slices of blocks that a field of `rows` rows has."""
     return [s for s in slices if s.stop <= rows]

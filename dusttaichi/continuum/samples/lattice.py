@@ -102,11 +102,11 @@ def glass(size, spacing: float, seed: int) -> np.ndarray:
         return points - size / 2
     for number in range(ROUNDS):
         tell(number, ROUNDS)
-        points = _pushed(points, size, reach, spacing * 0.5 * (1 - number / ROUNDS))
+        points = _push_apart(points, size, reach, spacing * 0.5 * (1 - number / ROUNDS))
     return points - size / 2
 
 
-def _pushed(points, size, reach, largest):
+def _push_apart(points, size, reach, largest):
     """The points after a push by their neighbours, none by more than `largest` [m]."""
     tree = scipy.spatial.cKDTree(points, boxsize=size)
     pairs = tree.query_pairs(reach, output_type="ndarray")

@@ -103,7 +103,7 @@ def drawn(data, draw, possible):
     for _ in range(100):
         moved = width * (axes @ random.standard_normal(len(names)))
         numbers = np.where(logs, values * np.exp(np.where(logs, moved, 0.0)), values + moved)
-        replaced = _replaced(data, dict(zip(names, numbers.tolist(), strict=True)))
+        replaced = _replace_numbers(data, dict(zip(names, numbers.tolist(), strict=True)))
         if possible(replaced):
             return replaced
     words = "a hundred materials were drawn and none of them is possible: the fit is too uncertain"
@@ -121,7 +121,7 @@ def _axes(covariance):
     return width, vectors * np.sqrt(np.maximum(values, 0.0))
 
 
-def _replaced(data, numbers):
+def _replace_numbers(data, numbers):
     """Plain data without its source, with fitted numbers by name."""
     out = {
         key: {**value} if isinstance(value, dict) else value
