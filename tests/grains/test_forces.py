@@ -231,7 +231,7 @@ def test_equipartition():
     assert losses["thermal"] == pytest.approx(-kinetic, rel=0.2)  # the noise has given it
     assert abs(residual) < 1e-12
     again, _ = in_warm_gas(2)
-    assert again.state.of_grains("v").tobytes() == v.tobytes()
+    assert again.grain_state.of_grains("v").tobytes() == v.tobytes()
 
 
 def test_a_spinning_pair_in_both_frames():

@@ -87,7 +87,7 @@ def usual():
     assert len(state_before[1]) > 1
     searches = probe.sim.search.count
     # the history survives a search
-    probe.sim.search.now(probe.sim.step)
+    probe.sim.search.update(probe.sim.step)
     same_bits(state_before, state(probe))
     return state_before, searches
 
@@ -129,7 +129,7 @@ def test_a_stretched_contact_survives_any_skin(skin):
         probe.advance(1)
         assert probe.sim.step < 1000
     assert set(probe.contacts()) == {(0, 1)}
-    probe.sim.search.now(probe.sim.step)
+    probe.sim.search.update(probe.sim.step)
     assert set(probe.contacts()) == {(0, 1)}
 
 
