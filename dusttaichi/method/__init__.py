@@ -135,14 +135,14 @@ class Method:
 
     name: str
     scene: type[Scene]
-    make_sample: Callable
-    build: Callable
+    make_sample: Callable[..., Any]
+    build: Callable[..., Simulation]
     variables: tuple[Variable, ...]
-    reopen: Callable = built_anew
+    reopen: Callable[..., Simulation] = built_anew
     code: Callable[[Scene], list[Path]] = lambda scene: []
     preview: Callable[[Scene], Preview] | None = None
-    internals: Callable[[Scene], list] = lambda scene: []
-    forces: Callable[[Scene], list] = lambda scene: []
+    internals: Callable[[Scene], list[Any]] = lambda scene: []
+    forces: Callable[[Scene], list[Any]] = lambda scene: []
     seconds: float = 1e-6
     device_seconds: tuple[float, float] = (1e-4, 1e-8)
     observables: tuple[Any, ...] = ()
@@ -153,11 +153,12 @@ class Method:
     trade_parameters: Any = None
 
     @property
-    def read(self) -> Callable:
+    def read(self) -> Callable[..., Any]:
         """The function `read_snapshot`."""
-        return attribute(self.read_snapshot)
+        function: Callable[..., Any] = attribute(self.read_snapshot)
+        return function
 
-    def writer(self, to: str) -> Callable:
+    def writer(self, to: str) -> Callable[..., Any]:
         """The writer of a format of `exports`.
 
         Raises
@@ -165,7 +166,8 @@ class Method:
         ModuleNotFoundError
             Its library is not installed.
         """
-        return attribute(self.exports[to])
+        function: Callable[..., Any] = attribute(self.exports[to])
+        return function
 
 
 def _methods_of_package() -> dict[str, str]:
@@ -197,7 +199,8 @@ def load_method(name: str) -> Method:
     KeyError
         There is none.
     """
-    return METHODS[name]
+    method: Method = METHODS[name]
+    return method
 
 
 def attribute(reference: Any) -> Any:
@@ -211,12 +214,12 @@ def attribute(reference: Any) -> Any:
 METHODS = Registry("method", _methods_of_package(), attribute)
 
 
-def defer_import(reference: str) -> Callable:
+def defer_import(reference: str) -> Callable[..., Any]:
     """Function that imports "module:attribute" when it is called, and calls that."""
     return lambda *arguments: attribute(reference)(*arguments)
 
 
-def rows(references: tuple[Any, ...]) -> list:
+def rows(references: tuple[Any, ...]) -> list[Any]:
     """`observables` or `figures` of a Method, those imported that are named."""
     objects = [attribute(reference) for reference in references]
     return [row for entry in objects for row in (entry if isinstance(entry, tuple) else (entry,))]
@@ -233,7 +236,7 @@ def of_result(scene: Mapping[str, Any]) -> Method:
     try:
         return load_method(name)
     except KeyError:
-        nothing = dict.fromkeys(("scene", "make_sample", "build"))
+        nothing: dict[str, Any] = dict.fromkeys(("scene", "make_sample", "build"))
         return Method(name=name, variables=(), **nothing)
 
 

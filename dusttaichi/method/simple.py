@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -48,14 +48,14 @@ class SimpleSimulation:
     def sums(self) -> dict[str, np.ndarray]:
         return {}
 
-    def series(self, measurement: Measurement, window: Window | None) -> dict:
+    def series(self, measurement: Measurement, window: Window | None) -> dict[str, Any]:
         return {}
 
-    def snapshot(self) -> dict:
+    def snapshot(self) -> dict[str, Any]:
         """The variables of "snapshots" now, beside its time and step."""
         return {}
 
-    def records(self, group: str) -> list[tuple[str, dict]]:
+    def records(self, group: str) -> list[tuple[str, dict[str, Any]]]:
         if group != "snapshots":
             return []
         record = {"snapshot_time": self.time, "step": self.step}
@@ -79,5 +79,5 @@ class SimpleSimulation:
     def constants(self) -> dict[str, np.ndarray]:
         return {}
 
-    def attributes(self) -> dict:
+    def attributes(self) -> dict[str, Any]:
         return {}

@@ -6,6 +6,7 @@ by the SI units that its variables declare.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -54,7 +55,7 @@ class Measurement:
     parts: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def from_energies(cls, kinetic, potential, losses, **further_fields) -> Measurement:
+    def from_energies(cls, kinetic: float, potential: Mapping[str, float], losses: Mapping[str, float], **further_fields: Any) -> Measurement:
         """Measurement whose `energy` and `lost` are the sums of these.
 
         Parameters
@@ -113,8 +114,8 @@ class Drive(Protocol):
 class Window(NamedTuple):
     """Sums at the ends of a span of time over which something is averaged."""
 
-    before: dict
-    after: dict
+    before: dict[str, Any]
+    after: dict[str, Any]
     span: float
 
     def mean(self, name: str) -> Any:
@@ -125,8 +126,8 @@ class Window(NamedTuple):
 class State(NamedTuple):
     """All that a simulation continues from: arrays by name; numbers for JSON, `dt` among them."""
 
-    arrays: dict
-    numbers: dict
+    arrays: dict[str, np.ndarray]
+    numbers: dict[str, Any]
 
 
 class Simulation(Protocol):
@@ -183,7 +184,7 @@ class Simulation(Protocol):
     def sums(self) -> dict[str, np.ndarray]:
         """Time integrals since the start; an average is a difference of two over its span."""
 
-    def series(self, measurement: Measurement, window: Window | None) -> dict:
+    def series(self, measurement: Measurement, window: Window | None) -> dict[str, Any]:
         """Variables that the method adds to a record of the time series, and what else it has.
 
         Parameters
@@ -198,7 +199,7 @@ class Simulation(Protocol):
             Name -> value.
         """
 
-    def records(self, group: str) -> list[tuple[str, dict]]:
+    def records(self, group: str) -> list[tuple[str, dict[str, Any]]]:
         """Records of "profiles" or "snapshots" now, and of the groups that belong to them."""
 
     def validate(self, measurement: Measurement) -> None:
@@ -222,5 +223,5 @@ class Simulation(Protocol):
     def constants(self) -> dict[str, np.ndarray]:
         """Values of the variables that do not grow, by key [SI]."""
 
-    def attributes(self) -> dict:
+    def attributes(self) -> dict[str, Any]:
         """Global attributes of the result."""

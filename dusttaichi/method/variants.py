@@ -2,6 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
+
+from dusttaichi.scene import Scene
 
 NUMERICAL, PHYSICAL, SAMPLE = "numerical", "physical", "sample"
 KINDS = (NUMERICAL, PHYSICAL, SAMPLE)
@@ -20,7 +23,7 @@ class Variant:
     text: str = ""
     value: float = float("nan")
     kind: str = NUMERICAL
-    changes: dict = field(default_factory=dict)
+    changes: dict[str, Any] = field(default_factory=dict)
     repeats: bool = False
 
 
@@ -35,21 +38,25 @@ class Parameter:
 
     name: str
     kind: str
-    changes: str | Callable
-    values: tuple
-    obstacle: Callable = lambda scene: ""
+    changes: str | Callable[[Scene, Any], dict[str, Any]]
+    values: tuple[Any, ...]
+    obstacle: Callable[[Scene], str] = lambda scene: ""
 
-    def list_levels(self, scene):
+    def list_levels(self, scene: Scene) -> list[tuple[str, dict[str, Any]]]:
         """(text, changes) of each level."""
-        is_key = isinstance(self.changes, str)
         levels = [
             (
                 f"{value:g}" if isinstance(value, float) else str(value),
-                {self.changes: value} if is_key else self.changes(scene, value),
+                self._list_changes(scene, value),
             )
             for value in self.values
         ]
         return [(text, changes) for text, changes in levels if changes]
+
+    def _list_changes(self, scene: Scene, value: Any) -> dict[str, Any]:
+        if isinstance(self.changes, str):
+            return {self.changes: value}
+        return self.changes(scene, value)
 
 
 @dataclass(frozen=True)
@@ -63,20 +70,20 @@ class Parameters:
     """
 
     parameters: tuple[Parameter, ...]
-    presets: Callable
-    check: Callable
-    step: Callable | None = None
-    fraction: Callable = lambda scene: None
-    kind: Callable = lambda scene: None
+    presets: Callable[[Scene], list[Variant]]
+    check: Callable[[Scene], Variant]
+    step: Callable[[Scene], float] | None = None
+    fraction: Callable[[Scene], float | None] = lambda scene: None
+    kind: Callable[[Scene], str | None] = lambda scene: None
 
 
-def change_scene(scene, changes):
+def change_scene(scene: Scene, changes: dict[str, Any]) -> Scene:
     """The scene with changes, made in their order. Raises DustError."""
     for path, value in changes.items():
         scene = scene.with_value(path, value)
     return scene
 
 
-def list_stage_paths(scene):
+def list_stage_paths(scene: Scene) -> list[str]:
     """Prefix of the path of each stage's stop: "" or "stages.0." ..."""
     return [f"stages.{n}." for n in range(len(scene.stages))] or [""]
