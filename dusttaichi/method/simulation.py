@@ -6,11 +6,11 @@ by the SI units that its variables declare.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
     from dusttaichi.domain.domain import Domain
@@ -55,7 +55,9 @@ class Measurement:
     parts: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def from_energies(cls, kinetic: float, potential: Mapping[str, float], losses: Mapping[str, float], **further_fields: Any) -> Measurement:
+    def from_energies(
+        cls, kinetic: float, potential: float, losses: ArrayLike, **further_fields: Any
+    ) -> Measurement:
         """Measurement whose `energy` and `lost` are the sums of these.
 
         Parameters

@@ -233,25 +233,35 @@ class Writer(AbstractContextManager):
     def begin_flush(self, background, *calls):
         """Begin to write everything by a Background, which `settle` and every `flush` wait for.
 
-        calls: further ones of the Background, after this one. Raises as `settle`.
+        Parameters
+        ----------
+        background : Background
+        *calls : tuple
+            Further calls of the Background, after this one.
+
+        Raises
+        ------
+        DustError
+            The file before cannot be written; its records are in memory again.
         """
         self.settle()
-        if self._changed:
-            batch = self._take()
+        batch = self._take() if self._changed else None
+        if batch is not None:
             try:
                 self._prepare(batch)
             except OSError as error:
                 raise self._put_back(batch, error) from error
             calls = (pieces.write_piece, *batch.arguments), *calls
-        else:
-            batch = None
         self._pending = batch, background
         background.start(*calls)
 
     def settle(self):
         """Wait for the file that a Background writes, if any; returns the seconds that it took.
 
-        Raises DustError where it cannot be written; its records are in memory again.
+        Raises
+        ------
+        DustError
+            It cannot be written; its records are in memory again.
         """
         if self._pending is None:
             return 0.0
@@ -294,10 +304,7 @@ class Writer(AbstractContextManager):
         return parts_folder(self.path) / f"{number:06}.nc" if number else self.path
 
     def _continue_from(self, number, starts, identity=None):
-        """Make the piece of that number, which is on disk, the current one.
-
-        identity: of the result, where it is known.
-        """
+        """Make the piece of that number on disk the current one; identity: of the result."""
         file = self._file(number)
         self._number, self._starts, self._size = number, dict(starts), file.stat().st_size
         self._identity = identity or pieces.identity_of(self.path)
@@ -305,10 +312,7 @@ class Writer(AbstractContextManager):
         self._written = read_records(file, self._layout, counting) if self._size < PIECE else {}
 
     def _take(self):
-        """The records in memory as a Batch, which is to be written; they are counted as written.
-
-        Checks the number of ragged rows.
-        """
+        """The records in memory as a Batch to be written; they are counted as written."""
         counts, blocks = self.counts(), self._waiting.take()
         number, starts, rows = self._number, self._starts, self._written
         if self._size >= PIECE:
@@ -317,8 +321,7 @@ class Writer(AbstractContextManager):
         own = pieces.place(self._identity, starts if number else None)
         attributes = self._attributes | {"date_modified": _format_time()} | own
         contents = dict(self._layout), dict(self._dimensions), self._static, rows
-        file = self._file(number)
-        arguments = file, contents, attributes, self.path
+        arguments = self._file(number), contents, attributes, self.path
         batch = Batch(number, starts, blocks, self._records, arguments)
         self._records, self._changed = counts, False
         return batch

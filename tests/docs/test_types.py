@@ -30,6 +30,7 @@ dt.scene.Sceen
 """
 SCENE, DATASET = "dusttaichi.scene.scene.Scene", "xarray.core.dataset.Dataset"
 RUN, SIMULATION = "dusttaichi.analysis.run.Run", "dusttaichi.running.interface.Simulation"
+STRICT = ["method"]  # subpackages with types for every function
 TYPES = [SCENE, SCENE, SCENE, RUN, DATASET, DATASET, DATASET, RUN, SIMULATION]
 
 
@@ -47,6 +48,14 @@ def test_a_script_has_types(tmp_path):
     assert len(wrong) == 3, output
     for line, name in zip(wrong, ("sweep", "lod", "Sceen"), strict=True):
         assert f'"{name}"' in line
+
+
+@pytest.mark.parametrize("folder", STRICT)
+def test_a_subpackage_is_strictly_typed(folder, tmp_path):
+    api = pytest.importorskip("mypy.api")
+    options = ["--strict", "--follow-imports=silent", "--cache-dir", str(tmp_path)]
+    output, errors, failed = api.run([*options, str(PACKAGE / folder)])
+    assert not failed, output + errors
 
 
 def test_the_package_says_that_it_is_typed():
