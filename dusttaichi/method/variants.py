@@ -1,10 +1,14 @@
 """Changes of the scenes of a method whose cost and error `dust trade` measures."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
+from __future__ import annotations
 
-from dusttaichi.scene import Scene
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from dusttaichi.scene.scene import Scene
 
 NUMERICAL, PHYSICAL, SAMPLE = "numerical", "physical", "sample"
 KINDS = (NUMERICAL, PHYSICAL, SAMPLE)
