@@ -107,6 +107,10 @@ class Scene(Protocol):
     """All that is known of a scene here."""
 
     method: str
+    stages: Any
+
+    def with_value(self, path: str, value: Any) -> Scene:
+        """A copy with another value of the key at this path."""
 
 
 class Drive(Protocol):
