@@ -80,6 +80,14 @@ def size(
 
 
 @app.command()
+def collisions(*, quick: Quick = False, output: Csv = None, force: Overwrite = False):
+    """Measure collisions a second against the number side by side, in one and two processes."""
+    from benchmarks import collisions
+
+    _show(collisions.main, output, force, quick=quick)
+
+
+@app.command()
 def counts():
     """Count instructions per pair and grain, where the system allows it."""
     from benchmarks import counts

@@ -88,6 +88,11 @@ class Collisions(Block):
         description="whether the energy dissipated in compression and in stretching is measured, "
         "which takes up to twice as long",
     )
+    files: bool = Field(
+        False,
+        description="whether each collision has a file of its own in `collisions`: energies and "
+        "losses over time, and its grains and fragments at start and end",
+    )
 
     @property
     def speeds(self) -> tuple[float, ...]:

@@ -112,7 +112,7 @@ class Collisions:
 
     def requests(self) -> list[Request]:
         """The collisions, in the order of the axes."""
-        scene, phases = self.base.to_yaml(), self._own.phases
+        scene, phases, files = self.base.to_yaml(), self._own.phases, self._own.files
         core = core_of(self.scene.to_yaml()) | {"collisions": None, "name": ""}
         requests = []
         for values in itertools.product(*self.axes.values()):
@@ -120,9 +120,9 @@ class Collisions:
             sample = _sample(self._templates[point["body"]], point)
             requests.append(
                 Request(
-                    label=key_of(core, sample, phases),
+                    label=key_of(core, sample, phases, *[True] * files),
                     task=TASK,
-                    arguments={"scene": scene, "sample": sample, "phases": phases},
+                    arguments={"scene": scene, "sample": sample, "phases": phases, "files": files},
                     file=self.rows_file,
                     inputs=self._inputs,
                     cores=cores_of(self.base),

@@ -32,17 +32,19 @@ class Collision(Encounter):
     """A collision, a member of a simulation (grains.members) while it is under way.
 
     label; scene, sample: Sample; phases: whether the losses of compression and of stretching are
-    measured, every SHORT steps. chosen: its TimeStep. masses [kg], radii [m]: of the grains (N,).
-    bodies: grains of each. now, first: Measurement now and of the start. due: own step of the next
-    look. ends: energy dissipated [J] from the first touch to the ends of compression and of
-    stretching, as far as they are over; lost, lost_before: from the start to the last look at them
-    and to the touch. Raises DustError for speeds that its contacts are not for.
+    measured, every SHORT steps; files: whether its row has its `course`. chosen: its TimeStep.
+    masses [kg], radii [m]: of the grains (N,). bodies: grains of each. now, first: Measurement now
+    and of the start. due: own step of the next look. ends: energy dissipated [J] from the first
+    touch to the ends of compression and of stretching, as far as they are over; lost, lost_before:
+    from the start to the last look at them and to the touch. Raises DustError for speeds that its
+    contacts are not for.
     """
 
     step_key = "numerics.time_step"
 
-    def __init__(self, label, scene, sample, phases=False):
+    def __init__(self, label, scene, sample, phases=False, files=False):
         self.label, self.scene, self.sample, self.phases = label, scene, sample, phases
+        self.files = files
         materials, count = Materials(scene), len(sample)
         self.masses = np.broadcast_to(materials.masses(sample), count)
         self.radii = np.broadcast_to(materials.radii_of(sample), count)
@@ -55,7 +57,7 @@ class Collision(Encounter):
         self.now, self.first, self.ends = first, first, []
         self.dt, self.channels = run.dt * run.units("s"), run.channels
         self.start()
-        self._course = self._follow()
+        self._course, self._records, self._positions = self._follow(), [], [self._position()]
 
     def move(self, run, member, step):
         """Continue in a GrainEngine; step: its own step where that is at its first one."""
@@ -68,10 +70,12 @@ class Collision(Encounter):
         Raises GuardStop.
         """
         self.now = now
+        if self.files:
+            self._record()
         try:
             self.due = next(self._course)
         except StopIteration as end:
-            return end.value
+            return end.value | ({"course": self._recorded()} if self.files else {})
         return None
 
     # -- as the guards see it --------------------------------------------------------------------
@@ -141,6 +145,28 @@ class Collision(Encounter):
             return row | {"outcome": "miss"}
         yield from self._fly()
         return row | self._found()
+
+    def _position(self):
+        """Positions of its grains [m], (n, 3)."""
+        return self.run.members.motion(self.member)[0] * self.units("m")
+
+    def _record(self):
+        """Note the energies [J] and the distance of the bodies [m] now."""
+        J, m = self.units("J"), self.now
+        distance = float(np.linalg.norm(self.relative()[0]))
+        losses = ((m.losses - self.first.losses) * J).tolist()
+        change = float((m.potential - self.first.potential) * J)
+        self._records.append((self.step * self.dt, distance, float(m.kinetic * J), change, losses))
+
+    def _recorded(self):
+        """Its `course`, values of JSON: the series, and its grains at start and end."""
+        *columns, losses = zip(*self._records, strict=True)
+        series = dict(zip(("time", "distance", "kinetic", "potential"), columns, strict=True))
+        series["loss"] = dict(zip(self.channels, zip(*losses, strict=True), strict=True))
+        body = np.repeat([0, 1], [len(grains) for grains in self.bodies])
+        grains = {"radius": self.radii, "body": body, "fragment": self.labels()}
+        grains["position"] = np.array([*self._positions, self._position()])
+        return {"series": series, "grains": {name: a.tolist() for name, a in grains.items()}}
 
     def _facts(self):
         """Columns known before the collision."""

@@ -13,7 +13,7 @@ def run(parent, *, calls, abreast, room):
     """Make collisions, at most `abreast` at a time and as many as have `room` grains together.
 
     calls: of each the `label`, `scene` (text of its YAML), block `sample` and whether `phases` are
-    measured. Each is answered as soon as it is over.
+    measured and `files` are wanted. Each is answered as soon as it is over.
     """
 
     def answer(label, row, error=None):
@@ -47,7 +47,8 @@ def _prepared(calls, answer):
     for call in calls:
         try:
             scene = _base(call["scene"]).with_value("sample", call["sample"])
-            collision = Collision(call["label"], scene, samples.make(scene), call["phases"])
+            how = {name: call.get(name, False) for name in ("phases", "files")}
+            collision = Collision(call["label"], scene, samples.make(scene), **how)
         except StartError:
             raise
         except DustError as error:

@@ -115,6 +115,7 @@ def finish_collisions(study, point_results, figures=True) -> Results:
     from dusttaichi.analysis.collisions import format_collision_table
     from dusttaichi.analysis.threshold_tables import format_threshold_csv
     from dusttaichi.analysis.thresholds import find_thresholds
+    from dusttaichi.studies.collide_files import write_collision_files
 
     failure = _unless_all_failed(error_of_collisions(point_results), point_results)
     data, file = study.dataset(point_results), study.file
@@ -129,6 +130,7 @@ def finish_collisions(study, point_results, figures=True) -> Results:
 
         for name, figure in plots.collision_figures(data).items():
             paths.append(plots.save(figure, file.with_name(f"{name}.png")))
+    paths += write_collision_files(study, point_results)
     return Results(data, [file, *tables, *paths], [], failure)
 
 

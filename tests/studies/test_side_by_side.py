@@ -1,5 +1,7 @@
 """Collisions side by side in one simulation: each has the bits that it has alone."""
 
+import json
+
 import numpy as np
 import pytest
 from scenes import box, make_scene
@@ -12,6 +14,7 @@ from dusttaichi.samples.side_by_side import join_members
 from dusttaichi.studies.collide import Collisions, side_by_side
 from dusttaichi.studies.collide_batch import make_collisions
 from dusttaichi.studies.collide_course import Collision
+from dusttaichi.studies.collide_files import build_course_dataset
 
 PAIRS = 50
 SPEEDS = ("0.1 m/s", "8 m/s", "0.5 m/s")  # of one time step, which the scene states
@@ -95,6 +98,22 @@ def test_a_guard_ends_its_own_pair_alone(monkeypatch):
     assert str(together[1]) == "too deep" and str(together[3]) == "not a number"
     for label in (0, 2, 4, 5):
         assert_same(together[label], alone[label])
+
+
+def test_each_has_a_file_on_request():
+    collision = collision_of(1)
+    collision.files = True
+    row = made([collision, collision_of(2)], 2)[1]
+    data = build_course_dataset(json.loads(json.dumps(row["course"])))
+    # its last record is that of the row, and its fragments are those of its grains
+    total = row["impact_energy"]
+    np.testing.assert_allclose(data.kinetic[-1], row["kinetic"])
+    for name, lost in row["loss"].items():
+        assert float(data.loss.sel(channel=name)[-1]) == pytest.approx(lost, abs=ROUNDING * total)
+    assert np.bincount(data.fragment).tolist() == row["fragments"]
+    assert data.position.dims == ("moment", "grain", "xyz") and data.position.attrs["units"] == "m"
+    np.testing.assert_allclose(data.position[0], collision.sample.positions, rtol=1e-12, atol=1e-18)
+    assert not np.allclose(data.position[1], data.position[0], rtol=1e-3)
 
 
 def test_members_do_not_see_each_other():

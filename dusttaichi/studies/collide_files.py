@@ -1,0 +1,50 @@
+"""Files of single collisions of a study, where `collisions.files` requests them."""
+
+import itertools
+
+import numpy as np
+import xarray as xr
+
+from dusttaichi.analysis.ensemble import save_ensemble
+from dusttaichi.results.provenance import of_study
+
+FOLDER = "collisions"
+LENGTH = 12  # characters of the key of a collision in the name of its file
+
+
+def write_collision_files(study, point_results):
+    """Write the file of each collision whose row has a `course`; returns their paths.
+
+    study: Collisions; point_results: label -> Found. Raises DustError.
+    """
+    paths, points = [], itertools.product(*study.axes.values())
+    for request, values in zip(study.requests(), points, strict=True):
+        row = point_results[request.label].measured or {}
+        if "course" in row:
+            path = study.directory / FOLDER / f"{request.label[:LENGTH]}.nc"
+            attrs = of_study(study.scene, outcome=row["outcome"])
+            attrs |= dict(zip(study.axes, values, strict=True))
+            path.parent.mkdir(parents=True, exist_ok=True)
+            save_ensemble(build_course_dataset(row["course"]).assign_attrs(attrs), path)
+            paths.append(path)
+    return paths
+
+
+def build_course_dataset(course):
+    """Dataset (SI) of the course of a collision (collide_course.Collision)."""
+    columns, units = course["series"], {"time": "s", "distance": "m"}
+    losses = columns["loss"]
+    data = xr.Dataset(
+        {n: ("time", v) for n, v in columns.items() if n not in ("time", "loss")},
+        coords={"time": columns["time"], "channel": list(losses)},
+    )
+    data["loss"] = (("time", "channel"), np.array(list(losses.values())).T)
+    for name, values in course["grains"].items():
+        dims = ("moment", "grain", "xyz")[3 - np.ndim(values) :] if np.ndim(values) > 1 else "grain"
+        data[name] = (dims, values)
+    units |= dict.fromkeys(("radius", "position"), "m")
+    for name in data.variables:
+        if name not in ("channel", "body", "fragment"):
+            data[name].attrs["units"] = units.get(name, "J")
+    data.attrs = {"moment": "start and end"}
+    return data
