@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi.analysis.ensemble import save_ensemble
-from dusttaichi.results.provenance import of_study
+from dusttaichi.results.provenance import describe_study
 
 FOLDER = "collisions"
 LENGTH = 12  # characters of the key of a collision in the name of its file
@@ -22,7 +22,7 @@ def write_collision_files(study, point_results):
         row = point_results[request.label].measured or {}
         if "course" in row:
             path = study.directory / FOLDER / f"{request.label[:LENGTH]}.nc"
-            attrs = of_study(study.scene, outcome=row["outcome"])
+            attrs = describe_study(study.scene, outcome=row["outcome"])
             attrs |= dict(zip(study.axes, values, strict=True))
             path.parent.mkdir(parents=True, exist_ok=True)
             save_ensemble(build_course_dataset(row["course"]).assign_attrs(attrs), path)
