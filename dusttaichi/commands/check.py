@@ -121,7 +121,7 @@ def _plan(scene):
 def _study_time(plan):
     """Rows of the run time of a study on this machine."""
     low, _, high = (_duration(seconds) for seconds in plan.wall_time)
-    jobs = f"{plan.processes} at a time on this machine" if plan.processes > 1 else "one by one"
+    jobs = f"in {plan.processes} processes" if plan.processes > 1 else "in a process"
     text = "a collision ends as soon as its fragments no longer change"
     return [("run time at most", f"{low} to {high}, {jobs}; {text}")]
 

@@ -22,8 +22,9 @@ class Plan:
 
     sizes: number along each axis. speeds [m/s]. grains: of both bodies, least and most. steps: of
     all collisions at most. seconds: (least, likely, most) processor time of these [s]. processes:
-    collisions at a time on this machine. impact: the hardest Impact, that of the highest speed.
-    refused: speeds [m/s] at which no collision starts, as grains would swallow each other.
+    of the study on this machine. abreast: collisions at most in the simulation of a process, with
+    `--batch auto`. impact: the hardest Impact, that of the highest speed. refused: speeds [m/s] at
+    which no collision starts, as grains would swallow each other.
     """
 
     sizes: dict[str, int]
@@ -34,6 +35,7 @@ class Plan:
     steps: int
     seconds: tuple[float, float, float]
     processes: int
+    abreast: int
     impact: Impact | None
     refused: tuple[float, ...]
 
@@ -79,6 +81,8 @@ class Plan:
             rows.append(
                 ("remark", f"none starts from {slowest} on: grains would swallow each other")
             )
+        abreast = f"at most {self.abreast:,} in a process (`dust collide --batch`)"
+        rows.append(("side by side", abreast))
         return [*rows, ("steps at most", f"{self.steps:,} of all collisions")]
 
 
@@ -108,7 +112,7 @@ def plan_of(scene):
         each = round(each * (1.0 + study.refine / len(speeds)))
         steps += each * others
         seconds += np.multiply(estimate_step_time(sample_scene, len(sample)), each * others)
-    count, cores = len(study.requests()), cores_of(study.base)
+    count, cores, batch = len(study.requests()), cores_of(study.base), study.side_by_side
     return Plan(
         {name: len(values) for name, values in study.axes.items()},
         study.refine,
@@ -118,6 +122,7 @@ def plan_of(scene):
         steps,
         tuple(seconds.tolist()),
         min(count, max(1, usable_cores() // (cores or usable_cores()))),
+        min(count, batch["abreast"], max(1, batch["room"] // min(grains))),
         max(impacts, key=lambda one: one.overlap),
         tuple(sorted(refused)),
     )

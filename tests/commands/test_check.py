@@ -63,6 +63,7 @@ def test_of_a_study_of_collisions_it_has_the_size_the_cost_and_the_limit_of_the_
     study = text.partition("\nStudy, by dust collide\n")[2]
     assert "150: 2 bodies x 3 speeds x 5 impact parameters x 5 pairs of seeds" in study
     assert re.search(r"grains of both bodies +40 to 60", study)
+    assert re.search(r"side by side +at most 50 in a process", study)  # 2000 grains
     assert "of 3 speeds, those from 100 m/s on are beyond the contact model" in study
     assert re.search(r"run time at most +.* (min|s) to .* (min|s|h), ", study)
     found = json.loads(read_check(*COLLIDING, "--json"))["study"]
