@@ -36,6 +36,7 @@ FEATURES = {
     "height": "with a height",
     "filling": "with a filling factor",
     "plates": "between plates",
+    "tube": "in a tube",
     "stress": "with `output.stress`",
     "stages": "with stages",
     "stiffness": "with stages of different `stiffness_scaling`",

@@ -222,6 +222,7 @@ class Contact:
     n2: np.ndarray  # the foot on a wall
     phi: float = 0.0
     before: float = None  # approach speed of the last half step
+    normal: np.ndarray = None  # of a tube, when the contact was looked at last
 
 
 @dataclass
@@ -231,6 +232,24 @@ class Wall:
     speed: float = 0.0
     strength: float = 1.0
     along: np.ndarray = field(default_factory=lambda: np.zeros(3))  # its velocity along itself
+
+    def facing(self, x, time):
+        """Unit normal at a point, and x.normal on the wall."""
+        return self.normal, self.offset + self.speed * time
+
+
+@dataclass
+class Tube:
+    """An upright cylinder about the z axis, of which contacts feel the tangent plane."""
+
+    radius: float
+    strength: float = 1.0
+    speed: float = 0.0
+    along: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    def facing(self, x, time):
+        away = np.array([x[0], x[1], 0.0])
+        return -unit(away), -self.radius
 
 
 class Reference:
@@ -278,15 +297,15 @@ class Reference:
                 p = self.pair(i, j)
                 out[0] += pair_energies(self.x[i], self.x[j], c.n1, c.n2, c.phi, p)
             else:
-                wall, offset = self._plane(j)
+                wall, normal, offset = self._plane(j, self.x[i])
                 out[1] += wall_energies(
-                    self.x[i], c.n1, c.n2, c.phi, wall.normal, offset, self.wall(i), wall.strength
+                    self.x[i], c.n1, c.n2, c.phi, normal, offset, self.wall(i), wall.strength
                 )
         return out
 
-    def _plane(self, j):
+    def _plane(self, j, x):
         wall = self.walls[-1 - j]
-        return wall, wall.offset + wall.speed * self.step * self.dt
+        return wall, *wall.facing(x, self.step * self.dt)
 
     def _loads(self, dt):
         out = np.zeros((2, len(self.x), 3))
@@ -353,21 +372,27 @@ class Reference:
         c.n2 = slip_pointer(slip_pointer(c.n2, roll / r2, e_roll), -slide / (r1 + r2), e_slide)
 
     def _wall(self, i, j, dt, force, torque):
-        p, (wall, offset) = self.wall(i), self._plane(j)
-        nw, x = wall.normal, self.x[i]
+        p, x = self.wall(i), self.x[i]
+        wall, nw, offset = self._plane(j, x)
         delta = p.r - (np.dot(x, nw) - offset)
         c = self._find_contact((i, j), delta, p, -nw, x - p.r * nw)
         if (i, j) not in self.contacts:
             return
-        F = self._normal((i, j), delta, np.dot(self.v[i], nw) - wall.speed, p) * nw
+        # the speed of half a step ago belongs to the normal of half a step ago
+        middle, _ = wall.facing(x - self.v[i] * dt / 2, 0.0)
+        F = self._normal((i, j), delta, np.dot(self.v[i], middle) - wall.speed, p) * nw
         M = np.zeros(3)
         if c is not None:
             c.n2 = c.n2 + wall.along * dt
+            if c.normal is not None:  # pointer and foot are carried along a curved wall
+                c.n1 = rotate(c.n1, np.cross(c.normal, nw))
+                c.n2 = c.n2 - p.r * (nw - c.normal)
             self._turn_wall(c, i, nw, dt)
             xi, zeta = xi_of(c.n1, nw, p), zeta_wall(x, c.n1, c.n2, nw, p)
             F = F - wall.strength * p.k_s * zeta
             M = -p.r * p.k_r * np.cross(c.n1, xi) - p.r * p.k_s * np.cross(c.n1, zeta)
             M = wall.strength * (M - p.k_t * c.phi * nw)
+        self.contacts[(i, j)].normal = nw if isinstance(wall, Tube) else None
         force[i] += F
         torque[i] += M
 

@@ -88,7 +88,7 @@ class Frame:
             grain, wall = (self.wall_contacts[k].values.astype(int) for k in ("grain", "wall"))
             load = [self.wall_contacts[k].values.astype(float) for k in ("force", "torque")]
             np.add.at(total, grain, load[0])
-            walls = wall_parts(INWARD[wall], load, self.radius[grain])
+            walls = wall_parts(self.wall_normals, load, self.radius[grain])
         return total, pairs, walls
 
     @property
@@ -102,9 +102,23 @@ class Frame:
     def wall_points(self):
         """Points on the walls of the wall contacts [m], (W, 3)."""
         grain, wall = (self.wall_contacts[k].values.astype(int) for k in ("grain", "wall"))
-        points = self.position[grain]
-        points[np.arange(len(wall)), wall // 2] = self.cell.ravel()[wall]
+        points, flat = self.position[grain], wall < len(INWARD)
+        rows = np.flatnonzero(flat)
+        points[rows, wall[rows] // 2] = self.cell.ravel()[wall[rows]]
+        distance = self.radius[grain] - self.wall_contacts.overlap.values
+        points[~flat] -= (distance[:, None] * self.wall_normals)[~flat]
         return points
+
+    @property
+    def wall_normals(self):
+        """Unit normals of the walls at the wall contacts, into the room, (W, 3)."""
+        grain, wall = (self.wall_contacts[k].values.astype(int) for k in ("grain", "wall"))
+        # that of a tube by the foot point, which is a thousandth of a radius from the nearest one
+        away = self.position[grain] - self.wall_contacts.foot.values
+        away[:, 2] = 0.0
+        curved = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-300)
+        flat = INWARD[np.minimum(wall, len(INWARD) - 1)]
+        return np.where((wall < len(INWARD))[:, None], flat, curved)
 
     @property
     def edges(self):

@@ -27,6 +27,8 @@ def lengths(box, cell, time):
     if box is not None:
         low, high = box.planes(time).reshape(3, 2).T
         out = np.where(box.present.reshape(3, 2).all(axis=1), high - low, out)
+        if box.is_round:
+            out[:2] = box.square
     if cell is not None:
         axes = list(cell.axes)
         out[axes] = cell.edges(time)[axes]
@@ -227,6 +229,8 @@ class Domain:
                     height = start[n] + rate[n] * self.dt * first
                     if height <= least[n] and n not in controlled:
                         least[n] = 0.0
+            if self.box.is_round:
+                start[:2], least[:2] = [self.box.square] * 2, [0.0] * 2
         if self.cell is not None:
             for n in self.cell.axes:
                 start[n], rate[n] = float(self.cell.start[n]), float(self.cell.rate[n])

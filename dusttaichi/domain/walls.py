@@ -1,13 +1,15 @@
 """Walls: up to six planes around the particles, of which the top one may be driven."""
 
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 
 import numpy as np
 
 from dusttaichi.physics.geometry import WALLS
+from dusttaichi.physics.surfaces import cylinder
 
 NORMALS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
-TOP = WALLS.index("top")
+TOP, TUBE = WALLS.index("top"), len(WALLS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,7 +17,8 @@ class Box:
     """Up to six walls; plane of wall n: x.normal = offset + speed t.
 
     A wall may also move along itself: its tangential displacement is slid + along t, (6, 3), and
-    its velocity is speed normal + along.
+    its velocity is speed normal + along. tube: radius of a tube around the grains, x and y of its
+    axis, factor on its springs; its radius is 0 where there is none. It is wall TUBE.
     """
 
     normal: np.ndarray
@@ -25,6 +28,38 @@ class Box:
     present: np.ndarray
     slid: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
     along: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+    tube: np.ndarray = field(default_factory=lambda: np.zeros(4))
+
+    @property
+    def is_round(self):
+        """True where there is a tube."""
+        return bool(self.tube[0] > 0.0)
+
+    @property
+    def square(self):
+        """Edge of a square with the area of the tube."""
+        return float(np.sqrt(np.pi) * self.tube[0])
+
+    @property
+    def _cylinder(self):
+        return SimpleNamespace(radius=self.tube[0], x=self.tube[1], y=self.tube[2])
+
+    def normals_at(self, wall, x):
+        """Unit normals of walls (n,) at points (n, 3), into the room."""
+        flat = np.append(self.normal, np.zeros((1, 3)), axis=0)[wall]
+        if not self.is_round:
+            return flat
+        curved = np.stack(cylinder.normal(np.transpose(x), self._cylinder), axis=1)
+        return np.where((wall == TUBE)[:, None], curved, flat)
+
+    def offsets_at(self, wall, x, time):
+        """x.normal of the points of walls (n,) that are nearest to points (n, 3) at a time."""
+        flat = np.append(self.offsets(time), 0.0)[wall]
+        if not self.is_round:
+            return flat
+        along = np.sum(x * self.normals_at(wall, x), axis=1)
+        curved = along - cylinder.distance(np.transpose(x), self._cylinder)
+        return np.where(wall == TUBE, curved, flat)
 
     @property
     def velocity(self):
@@ -61,9 +96,10 @@ def wall_strengths(boundary):
     """Factor on the springs of each wall, None for one left out; None for a scene without walls."""
     if not boundary.walls:
         return None
-    side = boundary.side_walls if boundary.kind == "box" else 1.0
-    factors = zip(WALLS, [side] * 4 + [1.0, 1.0], strict=True)
-    return tuple(factor if name in boundary.walls else None for name, factor in factors)
+    factors = zip(WALLS, [getattr(boundary, "side_walls", 1.0)] * 4 + [1.0, 1.0], strict=True)
+    # a tube stiffens the dust beside it as a wall there does
+    names = (*boundary.walls, "x_min") if boundary.kind == "tube" else boundary.walls
+    return tuple(factor if name in names else None for name, factor in factors)
 
 
 def make_box(boundary, low, high, size):

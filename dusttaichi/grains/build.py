@@ -175,6 +175,7 @@ def chosen_layout(scene, model, loops, push, *, polydisperse, members=False):
         stored=stored(model, scene.softened) if polydisperse else (),
         precision=scene.numerics.precision,
         sphere=scene.sphere is not None,
+        tube=scene.boundary.kind == "tube",
         forces=choose_model(scene),
         orientation=scene.output.requests("orientation"),
         contact_loss=scene.output.requests("loss"),
@@ -191,7 +192,7 @@ def has_few_wall_contacts(box, cell, grains, smallest):
     may be near it: grains of a buckled layer, overlapping ones, and those that a wall that moves
     outwards adds.
     """
-    if box is None or grains <= COARSE:
+    if box is None or box.is_round or grains <= COARSE:
         return False
     edges = lengths(box, cell, 0.0)
     # not a number along an open axis: how far the grains will spread is unknown

@@ -99,12 +99,13 @@ class Contacts:
         touch = touching(layout, history)
         grain, wall, history = grain[touch], wall[touch], history[touch]
         load = load[touch].astype(float)
-        x, normal, time = state["x"][grain], box.normal[wall], self._environment.time
+        x, time = state["x"][grain], self._environment.time
+        normal = box.normals_at(wall, x)
         radius = self._bodies.grain_radii[state.order[grain]]
         # foot points are those on the wall, wherever it has gone along itself
-        displacement = box.tangential_displacements(time)[wall]
+        displacement = np.pad(box.tangential_displacements(time), ((0, 1), (0, 0)))[wall]
         pointer, foot = wall_pointers(layout, history, (x - displacement, radius[:, None], normal))
-        offset = box.offsets(time)[wall]
+        offset = box.offsets_at(wall, x, time)
         # what follows from the history has the overlap in it: the foot is a point of the plane
         foot += (offset - np.sum(foot * normal, axis=1))[:, None] * normal
         distance = np.sum(x * normal, axis=1) - offset

@@ -201,7 +201,10 @@ class GrainEngine(SimpleSimulation):
     def sums(self):
         out = {"lengths": self.environment.lengths()}
         if self.domain.box is not None:
-            out["impulse"] = self.kernel_sums.read_loads().impulses()
+            loads = self.kernel_sums.read_loads()
+            out["impulse"] = loads.impulses()
+            if self.domain.box.is_round:
+                out["tube_impulse"] = loads.tube_impulse()
         if self.sphere is not None:
             out["sphere_impulse"] = self.sphere.impulses()
         if self.layout.stress:

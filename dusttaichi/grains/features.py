@@ -24,6 +24,7 @@ def list_features(scene, sample, layout, domain, push):
         "forces": scene.output.forces,
         "open": not domain.there,
         "walls": domain.box is not None,
+        "tube": layout.tube,
         "cell": domain.cell is not None,
         "height": not np.isnan(domain.lengths(0)[2]),
         "plates": scene.boundary.kind == "plates",

@@ -9,7 +9,7 @@ from dusttaichi import samples, units
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.grains.build import build
 from dusttaichi.physics.contact.registry import EFFECTS, law_name
-from dusttaichi.physics.geometry import AXES, WALLS
+from dusttaichi.physics.geometry import AXES, SURFACES, WALLS
 from dusttaichi.scene import quantities
 
 
@@ -28,7 +28,8 @@ def compiled_rows(scene, engine):
     walls, faces = "none", "none"
     box, cell = engine.domain.box, engine.domain.cell
     if box is not None:
-        walls = ", ".join(w for w, present in zip(WALLS, box.present, strict=True) if present)
+        present = [*box.present, layout.tube]
+        walls = ", ".join(w for w, is_present in zip(SURFACES, present, strict=True) if is_present)
     if cell is not None:
         faces = "across " + ", ".join(AXES[n] for n in cell.axes)
     sphere = "none"
@@ -182,11 +183,16 @@ def _grain_rows(force):
 
 def _wall_rows(engine):
     """The force of the grains on each wall, and on all of them together."""
-    on_walls, rows = -engine.kernel_sums.read_loads().wall_force(), []
-    for n in np.flatnonzero(engine.domain.box.present):
-        along = float(on_walls[n] @ engine.domain.box.normal[n])
+    loads, box = engine.kernel_sums.read_loads(), engine.domain.box
+    on_walls, rows = -loads.wall_force(), []
+    for n in np.flatnonzero(box.present):
+        along = float(on_walls[n] @ box.normal[n])
         text = "none" if along == 0.0 else f"{_force(abs(along))}, {_sense(along)}"
         rows.append((f"normal force on the wall {WALLS[n]}", text))
+    if box.is_round:
+        pressing = -float(loads.tube_force()[0])
+        text = "none" if pressing == 0.0 else f"{_force(abs(pressing))}, {_sense(pressing)}"
+        rows.append(("normal force on the tube, all around", text))
     return [*rows, ("total force on the walls", _vector(on_walls.sum(axis=0)))]
 
 

@@ -62,7 +62,7 @@ class KernelSums:
 
     def read_loads(self):
         """The LoadSums now."""
-        parts = self._state, self._environment.box is not None, self._bodies.unit_mass
+        parts = self._state, self._environment.box, self._bodies.unit_mass
         if not hasattr(self._kernels, "load_sums"):
             return LoadSums(*parts)
         self._kernels.load_sums()

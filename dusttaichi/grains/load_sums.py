@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dusttaichi.domain.walls import TUBE
 from dusttaichi.grains.kernels.load_sums import COLUMNS, ON_WALLS
 from dusttaichi.grains.kernels.store import FIRST_WALL
 
@@ -10,26 +11,49 @@ class LoadSums:
     """The sums of a GrainState as it is now, each computed where it is needed.
 
     They are added up here: sooner than by kernels. Of no use once something has moved.
-    has_walls: whether the scene has walls. unit_mass: of GrainBodies.
+    box: Box of the scene, or None. unit_mass: of GrainBodies.
     """
 
-    def __init__(self, state, has_walls, unit_mass):
+    def __init__(self, state, box, unit_mass):
         self.state, self.fields, self.layout = state, state.fields, state.layout
-        self.has_walls, self.unit_mass = has_walls, unit_mass
+        self.box, self.unit_mass = box, unit_mass
 
     def wall_force(self):
         """Force of each wall on the grains [nN], (6, 3), summed in the order of the lanes."""
-        if not self.has_walls:
+        if self.box is None:
             return np.zeros((6, 3))
-        lanes, first = self.state.wall_lanes(), int(self.state["counts"][FIRST_WALL])
-        load = self.fields["load"].copy_rows(first, first + self.state.wall_blocks, slice(0, 3))
-        along = (np.bincount(lanes.wall, load[:, n].ravel(), minlength=6) for n in range(3))
+        lanes, load = self._read_walls()
+        along = (np.bincount(lanes.wall, load[:, n].ravel(), minlength=6)[:6] for n in range(3))
         return np.stack(list(along), axis=1)
+
+    def tube_force(self):
+        """Force of the tube on the grains along its normal, around and along its axis [nN], (3,).
+
+        Positive around the axis as seen against z.
+        """
+        lanes, load = self._read_walls()
+        force = np.moveaxis(load, 1, 2).reshape(-1, 3).astype(float)
+        normal = self.box.normals_at(lanes.wall, self.state["x"][lanes.grain])
+        around = normal[:, 0] * force[:, 1] - normal[:, 1] * force[:, 0]
+        turned = np.stack([np.sum(force * normal, axis=1), around, force[:, 2]], axis=1)
+        return turned[lanes.wall == TUBE].sum(axis=0)
+
+    def _read_walls(self):
+        """The lanes of the contacts with walls, and the forces in their blocks."""
+        first = int(self.state["counts"][FIRST_WALL])
+        blocks = first, first + self.state.wall_blocks
+        return self.state.wall_lanes(), self.fields["load"].copy_rows(*blocks, slice(0, 3))
 
     def impulses(self):
         """Time integral of the wall forces since the start [nN us], (6, 3)."""
-        if not self.has_walls:
-            return np.zeros((6, 3))
+        return np.zeros((6, 3)) if self.box is None else self._sum_impulses()[:6]
+
+    def tube_impulse(self):
+        """Time integral of `tube_force` since the start [nN us], (3,)."""
+        return self._sum_impulses()[TUBE]
+
+    def _sum_impulses(self):
+        """Time integrals of all walls, the tube among them."""
         total, blocks = self.state["impulse_total"], self.state.wall_blocks
         wall_of_block = self.fields["wall_of"].to_numpy(blocks)
         np.add.at(total, wall_of_block, self.fields["impulse"].to_numpy(blocks))
@@ -69,12 +93,12 @@ class DeviceLoadSums(LoadSums):
 
     def __init__(self, *parts, sums):
         super().__init__(*parts)
-        self.sums, self.on_walls = sums, sums[ON_WALLS].reshape(6, 6)
+        self.sums, self.on_walls = sums, sums[ON_WALLS].reshape(-1, 6)
 
     def wall_force(self):
-        return self.on_walls[:, :3]
+        return self.on_walls[:6, :3]
 
-    def impulses(self):
+    def _sum_impulses(self):
         return self.on_walls[:, 3:]
 
     def across_faces(self):

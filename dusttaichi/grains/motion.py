@@ -126,9 +126,11 @@ class Motion:
         The grain is that of the sample; distances are negative beyond the wall.
         """
         box, x = self.environment.box, self.state.of_grains("x")
-        offsets, nearest = box.offsets(self.environment.time), (np.inf, -1, -1)
-        for wall in np.flatnonzero(box.present):
-            distance = x @ box.normal[wall] - offsets[wall]
+        nearest, time = (np.inf, -1, -1), self.environment.time
+        for wall in np.flatnonzero([*box.present, box.is_round]):
+            walls = np.full(len(x), wall)
+            normal = box.normals_at(walls, x)
+            distance = np.sum(x * normal, axis=1) - box.offsets_at(walls, x, time)
             grain = int(np.argmin(distance))
             number = int(self.state.order[grain])
             nearest = min(nearest, (float(distance[grain]), number, int(wall)))

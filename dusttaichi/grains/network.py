@@ -34,8 +34,9 @@ def make_network(contacts, table, motion):
         grain, wall = walls["grain"], walls["wall"]
         springs += [constants_of(g, None) for g in grain.tolist()]
         i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), -1)])
-        normal = np.concatenate([normal, box.normal[wall]])
-        strength = np.concatenate([strength, box.strength[wall]])
+        x = motion.state["x"][motion.state.rank[grain]]
+        normal = np.concatenate([normal, box.normals_at(wall, x)])
+        strength = np.concatenate([strength, np.append(box.strength, box.tube[3])[wall]])
         overlap = np.concatenate([overlap, walls["overlap"]])
     overlap = np.array(overlap, float) * units.LENGTH
     springs_of_sides = {name: _column(springs, name) for name in ("r", "R", "k_s", "k_r", "k_t")}

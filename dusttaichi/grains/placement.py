@@ -1,5 +1,7 @@
 """Walls and cell around the grains of a scene, by its boundary. Internal units."""
 
+from dataclasses import replace
+
 import numpy as np
 import scipy
 
@@ -45,6 +47,8 @@ def place_environment(table, sample):
         low, high, size = room_low, room_high, room_high - room_low
     _put_planes(boundary, room_low, room_high, size)
     box = make_box(boundary, room_low, room_high, size) if boundary.walls else None
+    if boundary.kind == "tube":
+        box = replace(box, tube=_place_tube(boundary, positions, radius - overlap))
     if not axes:
         return box, None
     _check_edges(size[list(axes)], axes, np.max(radius))
@@ -60,6 +64,27 @@ def place_environment(table, sample):
     if not tilt:  # a sheared cell is reused unchanged
         _check_images(positions, cell, radius)
     return box, cell
+
+
+def _place_tube(boundary, positions, reach):
+    """Radius, x and y of the axis [um] and strength of a tube around grains.
+
+    The axis is in the middle of the sample. reach: of the grains, one number or (N,). Raises
+    DustError for a tube that is too narrow.
+    """
+    centre = 0.5 * (positions[:, :2].min(axis=0) + positions[:, :2].max(axis=0))
+    if boundary.axis is not None:
+        centre = np.array(boundary.axis) / units.LENGTH
+    needed = float(np.max(np.linalg.norm(positions[:, :2] - centre, axis=1) + np.ravel(reach)))
+    if boundary.radius == "fit":
+        return np.array([needed, *centre, boundary.side_walls])
+    radius = boundary.radius / units.LENGTH
+    if radius < needed * (1.0 - 1e-9):
+        raise DustError(
+            f"boundary.radius: the sample does not fit: it needs {needed:.4g} µm, there are "
+            f"{radius:.4g} µm; enlarge it or use radius: fit"
+        )
+    return np.array([radius, *centre, boundary.side_walls])
 
 
 def is_tilted(scene, sample):
@@ -117,7 +142,7 @@ def _kept(room, low, high, axes):
 
 def _wanted(boundary):
     """Prescribed lengths [um], NaN where there is none; None if there are none at all."""
-    if boundary.kind == "plates":
+    if boundary.kind in ("plates", "tube"):
         gap = boundary.gap
         return None if gap == "fit" else np.array([np.nan, np.nan, gap / units.LENGTH])
     if boundary.kind == "open" or isinstance(boundary.size, str):
@@ -142,7 +167,7 @@ def _check_size(boundary, size, need, axes):
     short = [n for n in walled if size[n] < need[n] * (1.0 - 1e-9)]
     if short:
         n = short[int(np.argmax(need[short] / size[short]))]
-        key = "gap" if boundary.kind == "plates" else "size"
+        key = "gap" if boundary.kind in ("plates", "tube") else "size"
         raise DustError(
             f"boundary.{key}: the sample does not fit: it needs {need[n]:.4g} µm along "
             f"{AXES[n]}, there are {size[n]:.4g} µm; enlarge it or use {key}: fit"

@@ -130,7 +130,19 @@ class GrainRecorder:
             force = self._ledger.sums.wall_force if window is None else window.mean("impulse")
             areas = self._environment.domain.wall_areas(self._environment.step)
             record |= {"pressure": self._pressure(force, areas), "wall_force": force}
+            if self._environment.box.is_round:
+                record |= self._average_tube(window)
         return record
+
+    def _average_tube(self, window):
+        """Pressure on the tube, and the force along its axis over its area (both means)."""
+        if window is None:
+            force = self._kernel_sums.read_loads().tube_force()
+        else:
+            force = window.mean("tube_impulse")
+        height = self._environment.lengths()[2]
+        area = 2.0 * np.pi * self._environment.box.tube[0] * height
+        return {"tube_pressure": force[0] / area, "tube_friction": force[2] / area}
 
     def _pressure(self, mean_force, areas):
         """Pressure on each wall, (6,); not a number where there is none."""

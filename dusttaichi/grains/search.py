@@ -107,10 +107,11 @@ class Search:
         near = reach**2 if bodies.are_equal else reach - 2.0 * bodies.radius
         radius = bodies.radius if bodies.are_equal else 0.0
         grid = self._lay_grid(low, extent, edges, reach, tilt)
-        wall_reaches, sphere_reach = [NOWHERE] * 6, 0.0
+        wall_reaches, sphere_reach = [NOWHERE] * 7, 0.0
         if environment.box is not None:
             wall_reach = self.skin + numbers.wall.far + radius
-            wall_reaches = np.where(environment.box.present, wall_reach, NOWHERE)
+            present = [*environment.box.present, environment.box.is_round]
+            wall_reaches = np.where(present, wall_reach, NOWHERE)
         if self._sphere is not None:
             sphere_reach = self._sphere.radius + self.skin + numbers.sphere.far + radius
         reaches = near, time, sphere_reach, 3.0, *wall_reaches

@@ -60,6 +60,6 @@ def restore_contacts(sample, motion, contacts, stiffness_ratio):
         distances = contacts.distances(np.arange(len(i)), i, j)
         state.take_contacts(sample.contacts, distances, radii)
     if sample.wall_contacts is not None:
-        normals = motion.environment.box.normal
+        normals = motion.environment.box.normals_at
         state.take_wall_contacts(sample.wall_contacts, radii, normals)
     state.stiffen(stiffness_ratio)

@@ -249,7 +249,8 @@ class GrainState:
     def take_wall_contacts(self, contacts, radii, normals):
         """Pointers, foot points and twist of contacts with walls that a sample brings along.
 
-        radii [um]: of all grains, (N,), in the sample's order; normals: of the walls, (6, 3).
+        radii [um]: of all grains, (N,), in the sample's order; normals(wall, x): of walls (n,) at
+        points (n, 3) [um].
         """
         lanes = self.wall_lanes()
         key = lanes.wall.astype(np.int64) * (self.grains + 1) + lanes.grain
@@ -261,7 +262,8 @@ class GrainState:
         is_stored = key[slots] == keys
         rows = slots[is_stored] + lanes.blocks.start * self.layout.width
         grain, wall = contacts["grain"][is_stored], contacts["wall"][is_stored]
-        wall_geometry = self["x"][self.rank[grain]], radii[grain, None], normals[wall]
+        x = self["x"][self.rank[grain]]
+        wall_geometry = x, radii[grain, None], normals(wall, x)
         pointer, foot = contacts["pointer"][is_stored], contacts["foot"][is_stored] / LENGTH
         brought = {name: values[is_stored] for name, values in contacts.items()}
         self._put_springs(rows, brought, wall_displacements(pointer, foot, wall_geometry))

@@ -13,7 +13,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DUE, Steps
 from dusttaichi.compute.scan import CHUNK, count_blocks, first_item
 from dusttaichi.grains.kernels.contacts import ContactPass
-from dusttaichi.grains.kernels.gather import PairGatherer, WallGatherer, Walls
+from dusttaichi.grains.kernels.gather import PairGatherer, TubeGatherer, WallGatherer, Walls
 from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
 from dusttaichi.grains.kernels.numbers import ON_BALL, PAIR
 from dusttaichi.grains.kernels.polydisperse import make_numbers
@@ -56,6 +56,7 @@ def walls_argument(box):
         speed=box.speed.tolist(),
         strength=box.strength.tolist(),
         along=box.along[:, 0].tolist(),
+        tube=box.tube.tolist(),
     )
 
 
@@ -89,7 +90,7 @@ class Phases:
 
         self.pairs = of(PairGatherer, PAIR)
         self.on_sphere = of(PairGatherer, ON_BALL) if layout.sphere else None
-        self.walls = of(WallGatherer) if walls else None
+        self.walls = of(TubeGatherer if layout.tube else WallGatherer) if walls else None
         every = self.pairs, self.on_sphere, self.walls
         self.contacts = [contacts for contacts in every if contacts is not None]
         self.has_sphere, self.sphere = layout.sphere, make_sphere(fields, layout)

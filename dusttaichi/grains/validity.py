@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
-from dusttaichi.physics.geometry import WALLS
+from dusttaichi.physics.geometry import SURFACES
 
 LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 
@@ -66,6 +66,6 @@ def _check_inside(when, motion, sphere):
     distance, grain, wall = motion.find_nearest_to_walls()
     if distance < 0.0:
         raise GuardStop(
-            f"{when} the centre of grain {grain} has gone through the wall {WALLS[wall]}. "
+            f"{when} the centre of grain {grain} has gone through the wall {SURFACES[wall]}. "
             "Try a lower speed or a smaller numerics.time_step."
         )

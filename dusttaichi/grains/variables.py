@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from dusttaichi.physics.geometry import WALLS
+from dusttaichi.physics.geometry import SURFACES
 from dusttaichi.results.variables import declare, declare_variables
 
 _TYPES = {
@@ -39,11 +39,11 @@ def _loads(row, line="line of centres", grain="grain"):
 
 
 # Features: "walls" (any wall), "cell" (periodic axes), "room" (either of them), "height" (a finite
-# one), "filling" (a filling factor), "plates", "stress", "stages", "push" (forces, carried grains),
-# "gravity", "outside" (forces from outside beside it), "sphere" (a rigid one), "pair" (two bodies
-# that fly at each other), "shear" (in some stage), "tilt" (of the cell), "open" (nothing around),
-# "polydisperse" (grains of different radius or material), "profiles", "snapshots", "contacts" (with
-# the snapshots), "forces" (of these), "requested" (optional outputs).
+# one), "filling" (a filling factor), "plates", "tube", "stress", "stages", "push" (forces, carried
+# grains), "gravity", "outside" (forces from outside beside it), "sphere" (a rigid one), "pair" (two
+# bodies that fly at each other), "shear" (in some stage), "tilt" (of the cell), "open" (nothing
+# around), "polydisperse" (grains of different radius or material), "profiles", "snapshots",
+# "contacts" (with the snapshots), "forces" (of these), "requested" (optional outputs).
 _TABLE = {
     "series": [
         "time",
@@ -63,6 +63,10 @@ _TABLE = {
          "T19 eq 23", "stress"),
         "pressure",
         "wall_force",
+        ("tube_pressure", "time", "Pa", "pressure on the tube, positive in compression, average as "
+         "for pressure", "", "tube"),
+        ("tube_friction", "time", "Pa", "force of the tube on the grains along z over its area, "
+         "average as for pressure", "", "tube"),
         ("coordination_number", "time", "1", "mean number of grains that a grain touches", "", ""),
         ("contact_count", "time", "1", "contacts between grains", "", ""),
         ("wall_contact_count", "time", "1", "contacts of grains with walls", "", "walls"),
@@ -183,7 +187,7 @@ _TABLE = {
     ],
     "wall_contacts": [
         ("grain", "wall_contact", "1", "grain", "", "walls snapshots contacts"),
-        ("wall", "wall_contact", "1", "number of the wall, from 0: " + ", ".join(WALLS), "",
+        ("wall", "wall_contact", "1", "number of the wall, from 0: " + ", ".join(SURFACES), "",
          "walls snapshots contacts"),
         ("pointer", "wall_contact xyz", "1", "contact pointer fixed in the grain", _PHYS,
          "walls snapshots contacts"),

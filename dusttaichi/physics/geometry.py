@@ -8,6 +8,7 @@ import scipy
 
 AXES = ("x", "y", "z")
 WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
+SURFACES = (*WALLS, "tube")  # what wall contacts number
 LYING = "lying cylinder"  # shape of a sample between two plates
 
 

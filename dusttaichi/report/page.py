@@ -56,6 +56,7 @@ def _describe_run(run):
     boundary_texts = {
         "box": "in a box",
         "plates": "between plates",
+        "tube": "in a tube",
         "periodic": "in a periodic cell",
     }
     count_text = f"{int(count):,} {word}" if count else ""

@@ -142,7 +142,7 @@ class ExplicitSample(SampleBlock):
         # positions of walls and faces from the file replace a size
         if {"walls", "box"} & set(self.keep):
             boundary = scene.boundary
-            key = "gap" if boundary.kind == "plates" else "size"
+            key = "gap" if boundary.kind in ("plates", "tube") else "size"
             if boundary.kind == "open":
                 yield "keep", "there are no walls and faces in this scene (boundary: open)"
             elif getattr(boundary, key) != "fit":

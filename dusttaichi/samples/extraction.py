@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.physics.geometry import WALLS, heaviest_first, label_components
+from dusttaichi.physics.geometry import SURFACES, heaviest_first, label_components
 from dusttaichi.physics.unwrap import unwrap_fragments
 from dusttaichi.samples.files import remarks_on_reading, unread_of
 from dusttaichi.samples.sample import Sample
@@ -157,11 +157,12 @@ def drop_missing_walls(scene, sample: Sample) -> Sample:
     """Drop contacts with walls that the scene does not have, with a remark."""
     if sample.wall_contacts is None:
         return sample
-    names = np.array(WALLS)[sample.wall_contacts["wall"]]
-    is_present = np.isin(names, scene.boundary.walls)
+    names = np.array(SURFACES)[sample.wall_contacts["wall"]]
+    walls = (*scene.boundary.walls, *["tube"] * (scene.boundary.kind == "tube"))
+    is_present = np.isin(names, walls)
     if is_present.all():
         return sample
-    gone = ", ".join(wall for wall in WALLS if wall in names[~is_present])
+    gone = ", ".join(wall for wall in SURFACES if wall in names[~is_present])
     text = f"sample: its {np.count_nonzero(~is_present)} contacts with {gone}: no such walls here"
     rows = {name: values[is_present] for name, values in sample.wall_contacts.items()}
     info = sample.info | {"remarks": [*sample.info.get("remarks", ()), text]}
@@ -209,8 +210,8 @@ def check_wall_contacts(contacts, positions, origin):
         lambda k: f"names grain {grain[k]}",
         f"0 to {n - 1}",
     )
-    outside = (wall < 0) | (wall >= len(WALLS))
-    _refuse(outside, origin, lambda k: f"names wall {wall[k]}", f"0 to {len(WALLS) - 1}")
+    outside = (wall < 0) | (wall >= len(SURFACES))
+    _refuse(outside, origin, lambda k: f"names wall {wall[k]}", f"0 to {len(SURFACES) - 1}")
     _check_springs(contacts, ("pointer",), origin)
 
 

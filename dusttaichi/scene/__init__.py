@@ -13,6 +13,7 @@ if TYPE_CHECKING:  # for editors and type checkers; imported on first use, by __
         OpenBoundary,
         PeriodicBoundary,
         PlatesBoundary,
+        TubeBoundary,
         bounded_axes,
         filling_direction,
         get_drive,
@@ -44,8 +45,8 @@ if TYPE_CHECKING:  # for editors and type checkers; imported on first use, by __
     from dusttaichi.scene.stop import Stop
 
 _HOMES = {
-    "boundary": "BoxBoundary Drive OpenBoundary PeriodicBoundary PlatesBoundary bounded_axes "
-    "filling_direction get_drive has_strain",
+    "boundary": "BoxBoundary Drive OpenBoundary PeriodicBoundary PlatesBoundary "
+    "TubeBoundary bounded_axes filling_direction get_drive has_strain",
     "interaction": "Asperities Effect Interaction NoDamping Scaled Viscoelastic Viscous",
     "loading": "as_scene from_yaml json_schema load load_extensions schema_text",
     "material": "NAMED Material",
@@ -73,6 +74,7 @@ __all__ = [
     "Output",
     "PeriodicBoundary",
     "PlatesBoundary",
+    "TubeBoundary",
     "Push",
     "Scaled",
     "Scene",

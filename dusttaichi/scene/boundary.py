@@ -135,6 +135,34 @@ class PlatesBoundary(BoundaryBlock):
         return ("bottom", "top")
 
 
+class TubeBoundary(BoundaryBlock):
+    """An upright tube with a bottom and a top, in which dust is pressed; the top may move."""
+
+    kind: Literal["tube"]
+    radius: Annotated[float | Literal["fit"], Quantity("length", gt=0, word="fit")] = Field(
+        "fit", description="inner radius of the tube, or fit: as wide as the sample"
+    )
+    axis: Annotated[tuple[float, float], Quantity("length", count=2, example="0 um")] | None = (
+        Field(None, description="x and y of its axis; default: the middle of the sample")
+    )
+    gap: Annotated[float | Literal["fit"], Quantity("length", gt=0, word="fit")] = Field(
+        "fit", description="height between bottom and top, or fit: as high as the sample"
+    )
+    wall_speed: Annotated[float, Quantity("speed", ge=0)] = TOP_SPEED
+    side_walls: Annotated[float, Number(ge=0)] = Field(
+        1.0, description="factor on rolling, sliding and twisting at the tube"
+    )
+    pressure: Pressed | None = Drive.model_fields["pressure"]
+    gain: Gain | None = Drive.model_fields["gain"]
+
+    def faults(self) -> Faults:
+        yield from find_conflicts(self)
+
+    @property
+    def walls(self) -> tuple[str, ...]:
+        return ("bottom", "top")
+
+
 class PeriodicBoundary(BoundaryBlock):
     """A cell that is periodic along some axes; the others are open, or have walls."""
 
@@ -179,7 +207,9 @@ def get_drive(boundary: Block) -> Drive:
 
 
 def bounded_axes(boundary: Block) -> tuple[str, ...]:
-    """Axes along which the box is finite: periodic, or with both walls."""
+    """Axes along which the box is finite: periodic, or with both walls or a tube."""
+    if boundary.kind == "tube":
+        return AXES
     return tuple(
         axis
         for n, axis in enumerate(AXES)
@@ -235,5 +265,6 @@ def filling_direction(boundary: Block, drive: Drive) -> int:
 
 
 Boundary = Annotated[
-    OpenBoundary | BoxBoundary | PlatesBoundary | PeriodicBoundary, Field(discriminator="kind")
+    OpenBoundary | BoxBoundary | PlatesBoundary | TubeBoundary | PeriodicBoundary,
+    Field(discriminator="kind"),
 ]

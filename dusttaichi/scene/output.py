@@ -45,7 +45,7 @@ def default_intervals(boundary: Block, drive: Drive, steps: int = 1000) -> dict[
     known once the run is built (run.schedule).
     """
     still = {"profiles": "off", "snapshots": "auto"}
-    if boundary.kind == "box" and filling_direction(boundary, drive) > 0:
+    if boundary.kind in ("box", "tube") and filling_direction(boundary, drive) > 0:
         return still | {"series": {"filling_factor": 0.002}, "profiles": {"filling_factor": 0.05}}
     return still | {
         "series": {"strain": 0.005} if has_strain(boundary, drive) else {"steps": steps}

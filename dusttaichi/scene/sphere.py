@@ -100,6 +100,8 @@ def check(scene) -> Faults:
     if scene.numerics.precision == "f32":
         text = "single precision does not resolve contacts with a sphere; allowed: f64, mixed"
         yield "numerics.precision", text
+    if scene.boundary.kind == "tube":
+        yield "sphere", "its contacts with a tube are not computed; use another boundary"
     if isinstance(scene.boundary, PeriodicBoundary):
         drives = [plan.drive for plan in scene.stage_plans]
         top = "top" in scene.boundary.walls

@@ -117,6 +117,7 @@ class ContactPass:
         self.rows, self.mechanics, self.gatherer = Rows(fields, layout), mechanics, gatherer
         prefix = "wall_" if gatherer.flat else ""  # beginning of the names of its sums by tile
         self.numbers, self.kind, self.flat = gatherer.numbers, gatherer.kind, gatherer.flat
+        self.round = gatherer.flat and layout.tube
         self.width, self.mask, self.real = layout.width, layout.mask, layout.law
         self.counts, (self.number, self.begin) = fields["counts"], PLACES[gatherer.kind]
         self.per_tile, self.per_block = layout.tile, 1 if gatherer.flat else layout.width
@@ -203,7 +204,23 @@ class ContactPass:
         self.add_sums(totals, virial, tile)
         if ti.static(self.flat):
             for block in range(first, last):
-                self.add_impulse(block, dt_wide)
+                if ti.static(self.round):
+                    self.add_turned_impulse(
+                        block, dt_wide, self.gatherer.place(block, outside, time)
+                    )
+                else:
+                    self.add_impulse(block, dt_wide)
+
+    @ti.func
+    def add_turned_impulse(self, block, dt, place):
+        """`add_impulse` where there is a tube, of whose forces the components there are summed."""
+        b, c = block & self.mask, self.gatherer.wall_block(block)
+        total = ti.Vector.zero(ti.f64, 3)
+        for lane in range(self.width):
+            force = ti.cast(self.rows.force(b, lane), ti.f64)
+            total += self.gatherer.in_frame(b, lane, force, place)
+        for a in ti.static(range(3)):
+            self.impulse[c, a] = self.impulse[c, a] + dt * total[a]
 
     @ti.func
     def add_impulse(self, block, dt):

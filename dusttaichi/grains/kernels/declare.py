@@ -137,10 +137,12 @@ def _walls(n, layout):
         ("wall_grain", "grain of a wall contact", "1", ("i32", 0), (n.walls, n.width)),
         ("wall_gap", "0, or far away in an empty lane", "um", ("f64", 0), (n.walls, n.width)),
         ("wall_of", "wall of a block", "1", ("i32", 0), (n.walls,)),
-        ("wall_slot", "lane of a grain on a wall, or -1", "1", ("i32", 6), (n.grains,)),
+        ("wall_slot", "lane of a grain on a wall, or -1", "1", ("i32", layout.surfaces),
+         (n.grains,)),
         ("wall_loss", "wall losses by tile", "fJ", ("f64", 0), (tiles, len(layout.channels))),
         ("impulse", "time integral of the wall force by block", "nN us", ("f64", 0), (n.walls, 3)),
-        ("impulse_total", "the same before the last search", "nN us", ("f64", 3), (6,)),
+        ("impulse_total", "the same before the last search", "nN us", ("f64", 3),
+         (layout.surfaces,)),
     ]
 
 

@@ -54,7 +54,9 @@ class ContactThreads(ContactPass):
             books[self.WORK] = ti.cast(totals[self.FACES], ti.f64)
         if totals[self.CHANGES] > 0.0:
             self.change_block(block, books, dt, p, boundary)
-        if ti.static(self.flat):
+        if ti.static(self.round):
+            self.add_turned_impulse(block, dt_wide, boundary)
+        elif ti.static(self.flat):
             self.add_impulse(block, dt_wide)
 
     @ti.func
@@ -158,6 +160,7 @@ def by_threads(phases, layout, step_phases):
     prepared = bool(layout.periodic) or layout.stress
     # Walls in fields of their own: a thread would have a copy of all of them in its own memory
     own_numbers = {n: ti.field(ti.f64, shape=6) for n in ("offset", "speed", "strength", "along")}
+    own_numbers["tube"] = ti.field(ti.f64, shape=4)
     planes = SimpleNamespace(normal=ti.field(ti.f64, shape=(6, 3)), **own_numbers)
     # of the cell: its frame, and its rates, at each step between two looks
     frames = ti.field(ti.f64, shape=(LOOK, 3, 4)) if prepared else None
@@ -170,6 +173,8 @@ def by_threads(phases, layout, step_phases):
                 planes.normal[k, a] = box.normal[k, a]
             planes.offset[k], planes.speed[k] = box.offset[k], box.speed[k]
             planes.strength[k], planes.along[k] = box.strength[k], box.along[k]
+        for k in ti.static(range(4)):
+            planes.tube[k] = box.tube[k]
 
     arguments = Arguments(step_phases, note)
     threads = Threads(phases, layout, frames, rates, planes)

@@ -6,10 +6,12 @@ vectors. What cancels (distances, overlaps) is formed in the precision of positi
 """
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.domain.walls import TUBE
 from dusttaichi.grains.kernels.cell import make_cell
 from dusttaichi.grains.kernels.numbers import WALL
 from dusttaichi.grains.kernels.store import FIRST_WALL
-from dusttaichi.physics.contact.kinematics import pair_motion, wall_motion
+from dusttaichi.physics.contact.kinematics import pair_motion, surface_motion, wall_motion
+from dusttaichi.physics.surfaces import cylinder, plane
 
 Walls = ti.types.struct(
     normal=ti.types.matrix(6, 3, ti.f64),  # unit normals, into the sample
@@ -17,6 +19,7 @@ Walls = ti.types.struct(
     speed=ti.types.vector(6, ti.f64),  # along the normal
     strength=ti.types.vector(6, ti.f64),  # of rolling, sliding, twisting
     along=ti.types.vector(6, ti.f64),  # speed along x
+    tube=ti.types.vector(4, ti.f64),  # radius, x and y of the axis, strength
 )
 
 
@@ -157,7 +160,7 @@ class WallGatherer(Gatherer):
     def gather(self, g: ti.template(), b, lane, boundary):
         c = self.wall_block(b)
         i = self.grain[c, lane]
-        distance = self.x[i].dot(boundary.normal) - boundary.offset + self.gap[c, lane]
+        distance = plane.distance(self.x[i], boundary) + self.gap[c, lane]
         touch = self.numbers.touch_of(self.kind, b, lane)
         g[lane] = ti.cast(touch - distance, self.real)
         self.put(g, 1, lane, self.v[i] - boundary.velocity)
@@ -177,3 +180,62 @@ class WallGatherer(Gatherer):
     @ti.func
     def strength(self, boundary):
         return boundary.strength
+
+
+@ti.data_oriented
+class TubeGatherer(WallGatherer):
+    """Relative motion of a grain and a wall, of which the one behind the planes is a tube."""
+
+    columns = 11
+
+    @ti.func
+    def place(self, block, box: ti.template(), time):
+        """Wall of a block: a plane as WallGatherer has it, the numbers of the tube, which it is."""
+        wall = self.of[self.wall_block(block)]
+        k, tube = ti.min(wall, TUBE - 1), wall == TUBE
+        normal = self.place3(box.normal[k, 0], box.normal[k, 1], box.normal[k, 2])
+        velocity = normal * ti.cast(box.speed[k], self.geometry)
+        velocity[0] += ti.cast(box.along[k], self.geometry)
+        return ti.Struct(
+            normal=normal, offset=box.offset[k] + box.speed[k] * time,
+            velocity=ti.select(tube, 0.0 * velocity, velocity),
+            strength=ti.cast(ti.select(tube, box.tube[3], box.strength[k]), self.real),
+            radius=box.tube[0], x=box.tube[1], y=box.tube[2],
+            is_tube=ti.select(tube, 1.0, 0.0),
+        )  # fmt: skip
+
+    @ti.func
+    def normal_at(self, x, boundary):
+        """Unit normal of the wall at a point."""
+        n0, n1, n2 = cylinder.normal(x, boundary)
+        curved = boundary.is_tube
+        return curved * self.place3(n0, n1, n2) + (1.0 - curved) * boundary.normal
+
+    @ti.func
+    def gather(self, g: ti.template(), b, lane, boundary):
+        c = self.wall_block(b)
+        i = self.grain[c, lane]
+        x, curved = self.x[i], boundary.is_tube
+        flat = plane.distance(x, boundary)
+        distance = ti.select(curved > 0.5, cylinder.distance(x, boundary), flat) + self.gap[c, lane]
+        touch = self.numbers.touch_of(self.kind, b, lane)
+        g[lane] = ti.cast(touch - distance, self.real)
+        self.put(g, 1, lane, self.v[i] - boundary.velocity)
+        self.put(g, 4, lane, self.w[i])
+        self.put(g, 7, lane, self.normal_at(x, boundary))
+        g[10 * self.width + lane] = ti.cast(curved * cylinder.bend(x, boundary), self.real)
+
+    @ti.func
+    def motion(self, g: ti.template(), lane, dt, p, boundary):
+        dv, w1, normal = self.get(g, 1, lane), self.get(g, 4, lane), self.get(g, 7, lane)
+        across = self.vec3(dv[0], dv[1], 0.0)
+        bend = g[10 * self.width + lane]
+        return surface_motion(self.Motion, g[lane], normal, dv, across, bend, w1, dt)
+
+    @ti.func
+    def in_frame(self, b, lane, force, boundary):
+        """Force of a wall on a grain: of the tube along its normal, around and along its axis."""
+        normal = self.normal_at(self.x[self.grain[self.wall_block(b), lane]], boundary)
+        around = normal[0] * force[1] - normal[1] * force[0]
+        turned = ti.Vector([force.dot(normal), around, force[2]])
+        return ti.select(boundary.is_tube > 0.5, turned, force)

@@ -6,10 +6,10 @@ from dusttaichi.compute.taichi_internals.launching import Launch
 from dusttaichi.grains.kernels.store import PAIRS, capacity
 from dusttaichi.grains.kernels.wall_search import WallSums
 
-# slices of the field `load_sums`: of the columns of tables, and of walls, (6, 6): force, impulse
+# slices of the field `load_sums`: of the columns of tables, and of walls, (7, 6): force, impulse
 COLUMNS = {"flux": slice(0, 6), "virial": slice(6, 15), "wall_virial": slice(15, 24)}
 COLUMNS["across"] = slice(24, 33)
-ON_WALLS = slice(33, 69)
+ON_WALLS = slice(33, 75)
 FACES = 9  # sums over pairs: force along x, y, z, each times the edges between along x, y, z
 
 
@@ -78,7 +78,7 @@ def make_load_sums(fields, sums, layout, walls):
                     out[t // THREADS] = of_all
         if ti.static(walls):
             ti.loop_config(block_dim=THREADS)
-            for t in range(6 * THREADS):
+            for t in range(ti.static(impulse_total.shape[0]) * THREADS):
                 wall, thread = t // THREADS, t % THREADS
                 total = wall_sums.of_wall(wall, thread)
                 for a in ti.static(range(3)):

@@ -24,12 +24,12 @@ CELLS_PER_GRAIN, FURTHER_CELLS = 4, 252
 FARTHEST = 1e12  # um; beyond, the place of a grain does not count as a number
 # numbers of a search in the field `grid`, behind those of the cells: a kernel reads them from
 # there, for Python passes them more slowly than it searches. REACH: of two centres, squared, where
-# grains have radii of their own the margin between their surfaces; TIME, WALL_REACH (of six walls):
-# see WallLists.body; SPHERE_REACH: see SphereLists.body. AROUND: cells along x and y around one. If
-# LLVM knew their number, it would write their loops out nine times, as it writes out a loop with a
-# single end eight times
+# grains have radii of their own the margin between their surfaces; TIME, WALL_REACH (of six walls
+# and the tube): see WallLists.body; SPHERE_REACH: see SphereLists.body. AROUND: cells along x and y
+# around one. If LLVM knew their number, it would write their loops out nine times, as it writes out
+# a loop with a single end eight times
 REACH, TIME, SPHERE_REACH, AROUND, WALL_REACH = range(grid_length(3), grid_length(3) + 5)
-OWN_NUMBERS = 10
+OWN_NUMBERS = 11
 
 
 def place_search(grains, layout, walls):
@@ -39,7 +39,7 @@ def place_search(grains, layout, walls):
     near = 2 * pair_blocks * layout.width if layout.polydisperse else grains * NEIGHBOURS
     fields = {"near_start": ti.field(ti.i32, shape=grains + 1)} if layout.polydisperse else {}
     if walls:
-        fields["wall_chunk"] = ti.field(ti.i32, shape=6 * -(-grains // CHUNK) + 1)
+        fields["wall_chunk"] = ti.field(ti.i32, shape=layout.surfaces * -(-grains // CHUNK) + 1)
     if layout.sphere:
         fields["sphere_chunk"] = ti.field(ti.i32, shape=-(-grains // CHUNK) + 1)
     if layout.members:

@@ -43,6 +43,7 @@ class Layout:
     forced: bool = False  # a force from outside acts on some grains
     carried: bool = False  # some grains move at a speed of their own
     sphere: bool = False  # there is a rigid sphere among the grains
+    tube: bool = False  # there is a tube around the grains, the wall behind the six planes
     forces: ForceModel = ForceModel()  # from outside
     stored: tuple = ()  # numbers of each contact, where grains have their own radius and material
     precision: str = "f64"
@@ -57,6 +58,11 @@ class Layout:
     def polydisperse(self):
         """True if grains have their own radius and material (kernels.polydisperse)."""
         return bool(self.stored)
+
+    @property
+    def surfaces(self):
+        """Number of walls that kernels have places for."""
+        return 6 + self.tube
 
     @property
     def geometry(self):
@@ -156,7 +162,7 @@ def capacity(grains, layout, walls):
     per_tile = layout.width * layout.tile
     pairs = PAIRS_PER_GRAIN * grains + 64
     contacts = wall_contacts(grains, layout.few_wall_contacts)
-    lanes = contacts + 6 * layout.width * wall_sections(grains)
+    lanes = contacts + layout.surfaces * layout.width * wall_sections(grains)
     pair_blocks = -(-pairs // per_tile) * layout.tile
     return pair_blocks, -(-lanes // per_tile) * layout.tile if walls else 0
 

@@ -3,6 +3,7 @@
 from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, count_blocks, first_item
+from dusttaichi.domain.walls import TUBE
 from dusttaichi.grains.kernels.relist import HistoryRows
 from dusttaichi.grains.kernels.search import TIME, WALL_REACH
 from dusttaichi.grains.kernels.store import (
@@ -13,6 +14,7 @@ from dusttaichi.grains.kernels.store import (
     WALL_ROOM,
     WALL_SECTIONS,
 )
+from dusttaichi.physics.surfaces import cylinder, plane
 
 FAR = 1e9  # distance that keeps an empty lane out of touch [um]
 
@@ -24,9 +26,10 @@ class WallLists:
     write_constants: `make_write_constants` of kernels.polydisperse, or None of equal grains.
     """
 
-    bodies, begin = 6, FIRST_WALL
+    begin = FIRST_WALL
 
     def __init__(self, fields, scratch, layout, write_constants):
+        self.bodies, self.round = layout.surfaces, layout.tube
         self.width, self.history = layout.width, HistoryRows(fields, layout)
         self.polydisperse, self.numbers = layout.polydisperse, scratch["grid"]
         for name in ("x", "counts", "impulse", "wall_grain", "wall_gap", "wall_of", "wall_slot"):
@@ -50,13 +53,22 @@ class WallLists:
         That is a distance of centre and wall, of polydisperse grains of their surfaces; far below
         zero where there is no wall.
         """
-        normal = ti.Vector([box.normal[n, 0], box.normal[n, 1], box.normal[n, 2]])
-        height = box.offset[n] + box.speed[n] * self.numbers[TIME]
-        return ti.Struct(normal=normal, place=height, reach=self.numbers[WALL_REACH + n])
+        k = n
+        if ti.static(self.round):
+            k = ti.min(n, TUBE - 1)
+        normal = ti.Vector([box.normal[k, 0], box.normal[k, 1], box.normal[k, 2]])
+        offset = box.offset[k] + box.speed[k] * self.numbers[TIME]
+        return ti.Struct(
+            normal=normal, offset=offset, reach=self.numbers[WALL_REACH + n], number=n,
+            radius=box.tube[0], x=box.tube[1], y=box.tube[2],
+        )  # fmt: skip
 
     @ti.func
     def is_near(self, g, wall):
-        distance = self.x[g].dot(wall.normal) - wall.place
+        distance = plane.distance(self.x[g], wall)
+        if ti.static(self.round):
+            if wall.number == TUBE:
+                distance = cylinder.distance(self.x[g], wall)
         if ti.static(self.polydisperse):
             distance -= self.radius[g]
         return distance < wall.reach
@@ -77,7 +89,7 @@ class WallLists:
         """
         if ti.static(on_device()):
             # a block is a lane, so that those of a wall need not begin with a whole block
-            entries = ti.static(6 * self.chunk_room)
+            entries = ti.static(self.bodies * self.chunk_room)
             self.scan.exclusive(self.chunk_first, self.chunk_first, ti.static(entries + 1))
             for _ in range(1):
                 if self.counts[OVERFLOW] == 0:
@@ -101,7 +113,7 @@ class WallLists:
         for section in range(sections):
             first = first_item(section, sections, chunks)
             end = first_item(section + 1, sections, chunks)
-            for n in range(6):
+            for n in range(self.bodies):
                 lanes = 0
                 for chunk in range(first, end):
                     here = self.chunk_first[n * self.chunk_room + chunk]
@@ -184,7 +196,7 @@ def make_fold(fields):
     def fold():
         if ti.static(on_device()):
             ti.loop_config(block_dim=THREADS)
-            for t in range(6 * THREADS):
+            for t in range(ti.static(impulse_total.shape[0]) * THREADS):
                 total = sums.of_wall(t // THREADS, t % THREADS)
                 for a in ti.static(range(3)):
                     if t % THREADS == 3 + a:

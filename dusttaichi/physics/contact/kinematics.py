@@ -135,6 +135,33 @@ def wall_motion(Motion: ti.template(), overlap, normal, dv, w1, dt):
 
 
 @ti.func
+def surface_motion(Motion: ti.template(), overlap, normal, dv, across, bend, w1, dt):
+    """Motion of a grain against a curved wall whose normal turns by `bend` times the way.
+
+    across: dv without the directions in which the wall is straight. With bend = 0 it is that
+    against a plane. `speed` is the rate of the distance as in pair_motion, of a distance from the
+    axis of 1/bend less the way.
+    """
+    slope = dv.dot(normal) + 0.5 * dt * bend * across.dot(across)
+    speed = slope * (1.0 - 0.5 * dt * slope * bend)
+    farther = -speed * dt * bend
+    turned = (normal * speed - across) * (dt * bend * (1.0 + farther * (1.0 + farther)))
+    return Motion(
+        overlap=overlap,
+        normal=normal,
+        turned=turned,
+        middle=normal - 0.5 * turned,
+        speed=speed,
+        speed_now=dv.dot(normal),
+        speed_before=dv.dot(normal - turned),
+        velocity=dv,
+        spin_1=w1,
+        rotation_1=w1 * dt,
+        slip=dv * dt,
+    )
+
+
+@ti.func
 def rotation(n, angle):
     """Change of n under the rotation by the vector `angle`, to second order."""
     return angle.cross(n + 0.5 * angle.cross(n))
