@@ -30,6 +30,7 @@ NAMES = {
     "impact_parameter": r"impact parameter / $(R_1 + R_2)$",
     "mass_ratio": "mass of target / projectile",
 }
+MOST_HORIZONTAL = 8  # labels of a horizontal axis that do not overlap
 
 
 def collision_figures(data):
@@ -103,6 +104,8 @@ def _label_axis(axes, data, name, which):
     values = data[name].values
     axis = getattr(axes, f"{which}axis")
     axis.set_ticks(np.arange(len(values)), [f"{value:.3g}" for value in values])
+    if which == "x" and len(values) > MOST_HORIZONTAL:
+        axis.set_tick_params(rotation=90)
     getattr(axes, f"set_{which}lim")(-0.55, len(values) - 0.45)
     getattr(axes, f"set_{which}label")(NAMES[name])
     axes.tick_params(which="both", length=0)
