@@ -109,12 +109,13 @@ class GasDrag(Force):
     density: Annotated[float, Quantity("density", gt=0, example="1e-3 kg/m^3")] | None = Field(
         None, description="density of the gas, for Epstein's law"
     )
-    temperature: Annotated[float, Quantity("temperature", gt=0)] = Field(
-        "280 K", description="with density: temperature of the gas"
+    temperature: Annotated[float, Quantity("temperature", gt=0)] | None = Field(
+        None, description="with density: temperature of the gas, 280 K by default"
     )
-    molecular_mass: Annotated[float, Plain(gt=0)] = Field(
-        2.34, description="with density: mean mass of its molecules in atomic mass units"
-    )
+    molecular_mass: Annotated[float, Plain(gt=0)] | None = Field(
+        None, description="with density: mean mass of its molecules in atomic mass units, 2.34 by "
+        "default, of hydrogen and helium"
+    )  # fmt: skip
     velocity: Annotated[Vector, Quantity("speed", count=3)] = Field(
         ("0 m/s", "0 m/s", "0 m/s"), description="velocity of the gas"
     )
@@ -125,8 +126,9 @@ class GasDrag(Force):
         if (self.stopping_time is None) == (self.density is None):
             yield "", "exactly one of stopping_time and density is needed"
         elif self.density is None:
-            for key in self.model_fields_set.intersection(self.SET_BY_DENSITY):
-                yield key, "it belongs to a density"
+            for key in self.SET_BY_DENSITY:
+                if getattr(self, key) is not None:
+                    yield key, "it belongs to a density"
 
     def conflicts(self, scene) -> Faults:
         if scene.method != "grains" and self.density is not None:
@@ -160,15 +162,15 @@ class ElectricField(Force):
     frequency: Annotated[float, Quantity("rate", gt=0)] | None = Field(
         None, description="cycles of the electric field in a time; without it, it is steady"
     )
-    phase: Annotated[float, Quantity("angle")] = Field(
-        "0 deg", description="with frequency: phase at the start, 0 of the largest field"
+    phase: Annotated[float, Quantity("angle")] | None = Field(
+        None, description="with frequency: phase at the start, by default 0, of the largest field"
     )
     magnetic_field: Annotated[Vector, Quantity("magnetic field", count=3)] = Field(
         ("0 T", "0 T", "0 T"), description="magnetic field"
     )
 
     def faults(self) -> Faults:
-        if self.frequency is None and "phase" in self.model_fields_set:
+        if self.frequency is None and self.phase is not None:
             yield "phase", "it belongs to a frequency"
         if not any((*self.field, *self.magnetic_field)):
             yield "", "a field or a magnetic_field is needed"

@@ -16,7 +16,9 @@ OTHER = ("AMD EPYC 9755", frozenset({"sse2", "avx", "avx512f"}))
 def home(tmp_path, monkeypatch):
     """A cache of its own; returns a function that makes this another processor."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    return lambda described: monkeypatch.setattr(processor, "_described", lambda: described)
+    return lambda described: monkeypatch.setattr(
+        processor, "_describe_processor", lambda: described
+    )
 
 
 def test_processors_and_compilers_share_no_folder(home, monkeypatch):

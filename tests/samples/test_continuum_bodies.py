@@ -32,7 +32,7 @@ BEAD = {"kind": "rigid", "diameter": "1.1 mm", "density": "2540 kg/m^3"}
 
 
 def make_body(dimension, **block):
-    return continuum.make_sample(SPEC.validate_python(block), MATTER[dimension])
+    return continuum.make_particles(SPEC.validate_python(block), MATTER[dimension])
 
 
 def scene(sample, **blocks):
@@ -131,7 +131,7 @@ def test_the_bead_of_the_paper():
     matter = Matter(2, 26.8e-6, 2000.0, 0.15)
     bed = {"kind": "block", "size": ["8 mm", "5 mm"]}
     impact = {"kind": "impact", "target": bed, "projectile": BEAD, "speed": "0.65 m/s"}
-    sample = continuum.make_sample(SPEC.validate_python(impact), matter)
+    sample = continuum.make_particles(SPEC.validate_python(impact), matter)
     bead = sample.role == RIGID
     assert sample.mass[bead].sum() == pytest.approx(2.414e-3, rel=1e-3)
     assert (~bead).sum() == pytest.approx(64421, rel=0.01)

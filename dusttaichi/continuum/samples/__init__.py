@@ -19,14 +19,14 @@ from dusttaichi.continuum.samples.registry import (
     AnyParticles,
     BodyBlock,
     Matter,
-    made,
+    make_particles,
     reads_particles,
     register,
 )
 
 __all__ = [
     "COMPONENTS", "AnyParticles", "Body",
-    "BodyBlock", "Matter", "Particles", "at_rest_under_gravity", "made", "make", "matter_of",
+    "BodyBlock", "Matter", "Particles", "at_rest_under_gravity", "make", "make_particles", "matter_of",
     "numbers_of", "reads_particles", "register", "with_faces",
 ]  # fmt: skip
 
@@ -64,7 +64,7 @@ def make(scene) -> Particles:
     A block of dust on a bottom starts with the stress of its weight. Raises DustError for bodies
     that do not fit or overlap, or too many particles for the memory.
     """
-    particles = made(scene.sample, matter_of(scene))
+    particles = make_particles(scene.sample, matter_of(scene))
     weight = scene.gravity.straight_down if scene.gravity else 0.0
     if weight and rests(scene):
         particles = at_rest_under_gravity(particles, weight, numbers_of(scene, particles))

@@ -47,7 +47,10 @@ def make(spec: ImpactSample, matter: registry.Matter) -> Particles:
 
     Raises DustError where both overlap nevertheless (an offset into the target).
     """
-    target, projectile = registry.made(spec.target, matter), registry.made(spec.projectile, matter)
+    target, projectile = (
+        registry.make_particles(spec.target, matter),
+        registry.make_particles(spec.projectile, matter),
+    )
     gap = matter.spacing if spec.gap is None else spec.gap
     top, bottom = target.room[2, 1], lower_end(projectile)
     shift = np.array([0.0, 0.0, top + gap - bottom]) + registry.in_space(spec.offset)

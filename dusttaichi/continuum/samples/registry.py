@@ -204,7 +204,7 @@ AnyParticles = Annotated[BodyBlock, AnyOf(CONTINUUM)]
 AnySingleBody = Annotated[BodyBlock, AnyOf(CONTINUUM, bodies=True)]
 
 
-def made(spec: BodyBlock, matter: Matter) -> Particles:
+def make_particles(spec: BodyBlock, matter: Matter) -> Particles:
     """The particles of a block, with kind and number as info."""
     particles = CONTINUUM[spec.kind].make(spec, matter)
     particles.info.setdefault("kind", spec.kind)

@@ -37,7 +37,7 @@ def make(spec: SeveralBodies, matter: registry.Matter) -> Particles:
 
     Raises DustError where two of them overlap.
     """
-    bodies = [registry.made(body, matter) for body in spec.bodies]
+    bodies = [registry.make_particles(body, matter) for body in spec.bodies]
     check_free(bodies, "sample.bodies")
     together = joined(bodies)
     half = matter.spacing / 2

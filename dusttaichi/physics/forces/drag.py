@@ -18,6 +18,7 @@ NUMBERS = {
     "gas_velocity": Number("m/s", 3),
 }
 CHANNEL = "drag"
+TEMPERATURE, MOLECULAR_MASS = 280.0, 2.34  # [K, atomic units], of hydrogen and helium at 1 au
 BOLTZMANN, ATOMIC_MASS = 1.380649e-23, 1.66053906660e-27  # SI, CODATA 2018
 
 
@@ -32,7 +33,8 @@ def numbers(block):
     if block.stopping_time is not None:
         rate = 1.0 / block.stopping_time
     else:
-        speed = thermal_speed(block.temperature, block.molecular_mass)
+        mass = block.molecular_mass or MOLECULAR_MASS
+        speed = thermal_speed(block.temperature or TEMPERATURE, mass)
         friction = 4.0 / 3.0 * pi * block.density * speed
     return {"rate": rate, "friction": friction, "gas_velocity": block.velocity}
 

@@ -25,7 +25,7 @@ def numbers(block):
         "field": block.field,
         "magnetic": block.magnetic_field,
         "frequency": 2.0 * pi * (block.frequency or 0.0),
-        "phase": block.phase,
+        "phase": block.phase or 0.0,
     }
 
 
