@@ -102,4 +102,4 @@ def test_an_extent_that_is_not_a_number_has_no_grid():
     search = flying(1.0, 1e-4).sim.search
     for extent in (np.nan, np.inf):
         with pytest.raises(GuardStop, match="not a number any more"):
-            search._grid(np.zeros(3), np.array([1.0, extent, 1.0]), np.zeros(3), 1.0, 0.0)
+            search._lay_grid(np.zeros(3), np.array([1.0, extent, 1.0]), np.zeros(3), 1.0, 0.0)

@@ -26,8 +26,8 @@ from dusttaichi.continuum.samples.registry import (
 
 __all__ = [
     "COMPONENTS", "AnyParticles", "Body",
-    "BodyBlock", "Matter", "Particles", "at_rest_under_gravity", "make", "make_particles", "matter_of",
-    "numbers_of", "reads_particles", "register", "with_faces",
+    "BodyBlock", "Matter", "Particles", "at_rest_under_gravity", "make", "make_particles",
+    "matter_of", "numbers_of", "reads_particles", "register", "with_faces",
 ]  # fmt: skip
 
 
