@@ -32,7 +32,7 @@ def read(tmp_path, content, dimension=2, name="p.csv", **keys):
     path = tmp_path / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     block = {"kind": "explicit", "file": str(path), **keys}
-    return samples.make_sample(SPEC.validate_python(block), MATTER[dimension])
+    return samples.make_particles(SPEC.validate_python(block), MATTER[dimension])
 
 
 PLAIN = lines("x,z,mass", "{i}e-4,{k}e-4,3e-6")
@@ -140,7 +140,7 @@ def test_what_is_not_read_is_listed(tmp_path):
     read(tmp_path, text)
     body = {"kind": "explicit", "file": str(tmp_path / "p.csv")}
     two = {"kind": "several", "bodies": [body, body | {"position": ["1 mm", "0 mm"]}]}
-    together = samples.make_sample(SPEC.validate_python(two), MATTER[2])
+    together = samples.make_particles(SPEC.validate_python(two), MATTER[2])
     assert together.info["remarks"] == [plane, zeros, unread] * 2
     assert not any("remarks" in info for info in together.info["bodies"])
 
@@ -258,7 +258,7 @@ def test_the_dust_of_a_run(tmp_path):
     file = {"kind": "explicit", "file": str(tmp_path / "result.nc")}
     role = np.where(np.arange(20) < 5, 1, 0)
     snapshots(tmp_path / "result.nc", role, density=1200.0, damage=True)
-    sample = samples.make_sample(SPEC.validate_python(file), MATTER[2])
+    sample = samples.make_particles(SPEC.validate_python(file), MATTER[2])
     assert len(sample) == 15 and sample.position[0].tolist() == [0.0, 0.0, 1e-4]
     assert sample.reference.tolist() == [1080.0] * 15
     assert sample.deviator.tolist() == [[1, 1, -2, 3, 4, 5]] * 15
@@ -266,7 +266,7 @@ def test_the_dust_of_a_run(tmp_path):
     assert remark.endswith("result.nc: damage")
     snapshots(tmp_path / "result.nc", np.ones(20, int))
     with pytest.raises(DustError, match="none of its particles are dust"):
-        samples.make_sample(SPEC.validate_python(file), MATTER[2])
+        samples.make_particles(SPEC.validate_python(file), MATTER[2])
     snapshots(tmp_path / "result.nc", role, density=2100.0)
     with pytest.raises(DustError, match="a filling factor of 1.05; .* above 0 and below 1"):
-        samples.make_sample(SPEC.validate_python(file), MATTER[2])
+        samples.make_particles(SPEC.validate_python(file), MATTER[2])
