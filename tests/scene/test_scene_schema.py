@@ -207,5 +207,5 @@ def test_what_is_allowed_of_which_kinds():
     assert keys["push.grains"].allowed == "a list, for each entry a whole number of at least 0"
     assert "silicate_s12" in keys["material"].allowed
     allowed = {key.kinds: key for key in ROWS if key.path == "boundary.wall_speed"}
-    assert set(allowed) == {("box",), ("plates", "periodic")}
-    assert allowed["box",].allowed == "a speed of at least 0"
+    assert set(allowed) == {("box", "tube"), ("plates", "periodic")}
+    assert allowed["box", "tube"].allowed == "a speed of at least 0"
