@@ -376,7 +376,7 @@ def test_keys_of_another_run_need_one(tmp_path, pressed_result):
     with netCDF4.Dataset(file, "a") as data:
         data.delncattr(DIGEST)
         data["wall_contacts"]["wall"][-1] = 7
-    with pytest.raises(DustError, match="names wall 7; allowed: 0 to 5"):
+    with pytest.raises(DustError, match="names wall 7; allowed: 0 to 6"):
         make(onward(file, keep=["walls"]))
 
 
