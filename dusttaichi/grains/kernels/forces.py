@@ -33,9 +33,10 @@ def make_forces(fields, layout):
     """Functions for the forces on grains and sphere; None in a scene without any.
 
     `of_grain(g, step)`: struct of a grain with its velocity and spin in memory, `of_sphere(step)`;
-    `weight_of(g)`: 1, or 0 of a grain that is carried, `weight_of_sphere()`; `solve(at, weight,
-    kick, turn, half)`: accelerations (physics.forces.model) times the weight; `sum_up(g, at, mean,
-    turning, dt)`: add the work in a time dt, weight included, at a mean velocity and spin.
+    `weight_of(g)`: 1, or 0 of a grain that is carried, `weight_of_sphere()`;
+    `solve(at, weight, kick, turn, half)`: accelerations (physics.forces.model) times the weight;
+    `sum_up(g, at, mean, turning, dt)`: add the work in a time dt, weight included, at a mean
+    velocity and spin.
     """
     model = layout.forces
     if not model:
