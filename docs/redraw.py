@@ -306,7 +306,10 @@ DRAWN = {
 def main(*names):
     """Entry point: draw these figures, or all."""
     for name in names or DRAWN:
-        plots.save(DRAWN[name](), FIGURES / f"{name}.png")
+        path = FIGURES / f"{name}.png"
+        figure = DRAWN[name]()
+        path.unlink(missing_ok=True)  # one of an earlier version is not replaced
+        plots.save(figure, path)
 
 
 if __name__ == "__main__":
