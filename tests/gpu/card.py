@@ -88,7 +88,7 @@ def time_steps(scene_kind, number, detail, backend, threads):
         motion = _continuum(int(detail), number, backend, threads)
     steps = _count_made(motion, 1)
     first = time.perf_counter() - began
-    searches_before = motion.sim.search.count
+    searches_before = cases.engine_of(motion).search.count
     span, steps_made, calls = 0.0, 0, 1
     while span < SPAN:
         began = time.perf_counter()
@@ -96,7 +96,7 @@ def time_steps(scene_kind, number, detail, backend, threads):
         duration = time.perf_counter() - began
         # the first calls compile what a search needs
         span, steps_made = (span + duration, steps_made + steps) if calls > 1 else (0.0, 0)
-        searches_before = searches_before if calls > 1 else motion.sim.search.count
+        searches_before = searches_before if calls > 1 else cases.engine_of(motion).search.count
         calls = max(2, round(calls * min(10.0, 0.25 * SPAN / duration)))
     phases = motion.measure().parts
     return {
@@ -108,15 +108,15 @@ def time_steps(scene_kind, number, detail, backend, threads):
         "contacts": phases.get("contacts"),
         "first": first,
         "step": span / steps_made,
-        "searches": (motion.sim.search.count - searches_before) / steps_made,
+        "searches": (cases.engine_of(motion).search.count - searches_before) / steps_made,
     }
 
 
 def _count_made(motion, calls):
     """Steps that some calls have made."""
-    steps_before = cases._steps(motion.sim)
+    steps_before = cases._steps(cases.engine_of(motion))
     motion.advance(calls)
-    return cases._steps(motion.sim) - steps_before
+    return cases._steps(cases.engine_of(motion)) - steps_before
 
 
 # -- here ------------------------------------------------------------------------------------------

@@ -102,6 +102,11 @@ def precision(name):
     return getattr(scene_of(name, "cpu").numerics, "precision", "f64")
 
 
+def engine_of(motion):
+    """The engine with state and search: that of grains is the motion."""
+    return getattr(motion, "sim", motion)
+
+
 def run(name, backend, steps=None, precision=None):
     """(Motion of a case after its steps, number of searches in them); precision: if not its own."""
     scene = scene_of(name, backend)
@@ -109,14 +114,14 @@ def run(name, backend, steps=None, precision=None):
         scene = scene.with_value("numerics.precision", precision)
     usual = STEPS if name in GRAINS else CONTINUUM[name][1]
     motion = method.find_method(scene).build(scene, method.make_sample(scene))
-    searches_before = motion.sim.search.count
+    searches_before = engine_of(motion).search.count
     motion.advance(usual if steps is None else steps)
-    return motion, motion.sim.search.count - searches_before
+    return motion, engine_of(motion).search.count - searches_before
 
 
 def numbers(motion):
     """Name -> array of all numbers that are compared."""
-    sim = motion.sim
+    sim = engine_of(motion)
     values = {f"state {name}": a for name, a in _state(sim).items()}
     measured = vars(motion.measure())
     values |= {f"measured {name}": np.asarray(a) for name, a in measured.items() if _is_number(a)}
@@ -158,7 +163,7 @@ def _is_number(a):
 
 
 def _state(sim):
-    if hasattr(sim, "grains"):
+    if hasattr(sim, "grain_state"):
         x, v, w = sim.motion.measure()
         force, torque = sim.forces()
         arrays = {"x": x, "v": v, "w": w, "force": force, "torque": torque}
@@ -191,7 +196,7 @@ def count_calls(name):
     if name in GRAINS:
         scene = scene.with_value("numerics.skin", 0.4)
     motion = method.find_method(scene).build(scene, method.make_sample(scene))
-    sim = motion.sim
+    sim = engine_of(motion)
     if name in CONTINUUM:  # launches follow the number of steps of the previous output step
         motion.advance(1)
     first, searches, changes, counts_before = _steps(sim), sim.search.count, _changes(sim), counts()

@@ -89,7 +89,7 @@ def move_scene(scene):
 def state(motion):
     """Positions [m], velocities [m/s] and spins [rad/s] of the grains, (3, N, 3)."""
     scales = np.array([units.LENGTH, units.SPEED, units.SPIN])
-    return np.array(motion.sim.motion.measure()) * scales[:, None, None]
+    return np.array(motion.motion.measure()) * scales[:, None, None]
 
 
 def read_stored():

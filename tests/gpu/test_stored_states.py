@@ -20,7 +20,7 @@ def test_states_are_those_stored(name):
     state = stored_states.state(motion)
     assert np.isfinite(expected).all() and (np.abs(expected).max(axis=(1, 2)) > 0.0).all()
     assert stored_states.difference(state, expected) <= stored_states.tolerance(name)
-    assert motion.sim.search.count > 1
+    assert motion.search.count > 1
     residual, through = turnover(motion.measure(), method.Start.from_measurement(start))
     assert abs(residual / through) <= 0.01  # numerics.ledger_tolerance
 
