@@ -39,8 +39,10 @@ class Charge(Block):
     def faults(self) -> Faults:
         if sum(getattr(self, key) is not None for key in self.WAYS) != 1:
             yield "", f"exactly one of {', '.join(self.WAYS)} is needed, for example 1e-17 C"
-        elif self.mean is None and self.deviation:
-            yield "deviation", "it belongs to a mean"
+        elif self.mean is None:
+            for key, default in (("deviation", 0.0), ("seed", 1)):  # as resolved scenes have them
+                if getattr(self, key) != default:
+                    yield key, "it belongs to a mean"
 
     def draw(self, mass: np.ndarray, radius: np.ndarray) -> np.ndarray:
         """Charges [C] of particles of a mass [kg] and a radius [m], (N,) both."""

@@ -11,6 +11,7 @@ from dusttaichi.grains.build import build
 from dusttaichi.method import Start
 from dusttaichi.physics.forces import drag
 from dusttaichi.running.ledger import ledger
+from dusttaichi.scene import from_yaml
 
 FALL = {"kind": "gravity", "acceleration": ["0 m/s^2", "0 m/s^2", "-10 m/s^2"]}
 WIND = {"kind": "gas_drag", "stopping_time": "1 us", "velocity": ["0.2 m/s", "0 m/s", "0 m/s"]}
@@ -105,6 +106,18 @@ def test_the_time_step_knows_the_forces():
 def test_what_a_force_cannot_be(force, said):
     with pytest.raises(DustError, match=said):
         make_scene(forces=[force])
+
+
+@pytest.mark.parametrize("key, value", [("deviation", "1e-18 C"), ("seed", 3)])
+def test_a_charge_by_mass_has_no_scatter(key, value):
+    with pytest.raises(DustError, match=f"charge.{key} = .*it belongs to a mean"):
+        make_scene(charge={"per_mass": "1 C/kg", key: value})
+
+
+def test_a_resolved_scene_with_forces_loads_again():
+    """With every default, also of keys that belong to others."""
+    scene = make_scene(charge={"per_mass": "1 C/kg"}, forces=[FALL, REST])
+    assert from_yaml(scene.to_yaml()) == scene
 
 
 def test_periodic_faces_and_gravity():
