@@ -336,10 +336,10 @@ class Simulation(ScriptControl):
         if self._lock is None:
             return
         try:
-            if self._temporary is None and self._before_end is None:
-                self._run.writer.set_status("interrupted")
-                self.save()
-            self._run.files.close()
+            with self._run.files:
+                if self._temporary is None and self._before_end is None:
+                    self._run.writer.set_status("interrupted")
+                    self.save()
         finally:
             self._lock.release()
             self._lock = None

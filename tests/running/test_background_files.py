@@ -13,6 +13,7 @@ from dusttaichi.compute.background import Background
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.results import files
 from dusttaichi.running import execute, persistence
+from dusttaichi.running.interface import simulate
 from dusttaichi.scene import from_yaml
 
 
@@ -80,3 +81,21 @@ def test_a_full_disk_ends_the_run_with_the_message_of_a_flush(tmp_path, aside):
         execute(scene, tmp_path / "run", report=block)
     Path(tmp_path, "run", ".result.nc.tmp").rmdir()
     execute(scene, tmp_path / "run", resume=True)
+
+
+def test_the_process_ends_where_the_last_save_fails(tmp_path, toys, monkeypatch):
+    """Else it would have the lock of the directory after the run has released it."""
+    toy.prepare()
+    closed = []
+    close = Background.close
+    monkeypatch.setattr(Background, "close", lambda *a: closed.append(a) or close(*a))
+    simulation = simulate(from_yaml(toy.SCENES["staged"]), directory=tmp_path / "run")
+    simulation.advance(5)
+
+    def refuse(*_, **__):
+        raise DustError("no space left")
+
+    monkeypatch.setattr(persistence.checkpoint, "save", refuse)
+    with pytest.raises(DustError, match="no space left"):
+        simulation.close()
+    assert len(closed) == 1
