@@ -53,10 +53,9 @@ class GrainEngine(SimpleSimulation):
     """The protocol dusttaichi.method.Simulation for a scene of grains.
 
     grain_state: GrainState. bodies: GrainBodies. environment: Environment. push: Push. outside:
-    ActingForces, or None. motion:
-    Motion. contacts: Contacts. kernel_sums: KernelSums. sphere: MovingSphere, or None. search:
-    Search. ledger: Ledger. stepper: Stepper. members: Members, or None. recorder: GrainRecorder.
-    numbers: ContactNumbers. No part has the engine.
+    ActingForces, or None. motion: Motion. contacts: Contacts. kernel_sums: KernelSums. sphere:
+    MovingSphere, or None. search: Search. ledger: Ledger. stepper: Stepper. members: Members, or
+    None. recorder: GrainRecorder. numbers: ContactNumbers. No part has the engine.
     """
 
     units = GRAINS

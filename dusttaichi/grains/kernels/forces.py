@@ -35,14 +35,15 @@ def make_forces(fields, layout):
     `of_grain(g, step)`: struct of a grain with its velocity and spin in memory, `of_sphere(step)`;
     `weight_of(g)`: 1, or 0 of a grain that is carried, `weight_of_sphere()`;
     `solve(at, weight, kick, turn, half)`: accelerations (physics.forces.model) times the weight;
-    `sum_up(g, at, mean, turning, dt)`: add the work in a time dt, weight included, at a mean
-    velocity and spin.
+    `accelerate(g, at, weight, velocity, spin, kick, turn, dt)`: velocity and spin after a step, of
+    those that all other loads lead to by twice kick and turn; the work is added to its sums.
     """
     model = layout.forces
     if not model:
         return None
     table, sums = fields["forces"], fields.get("force_work")
     x, v, w, counts = fields["x"], fields["v"], fields["w"], fields["counts"]
+    dtype = layout.geometry
     masses, inertias, radii = (fields.get(name) for name in ("mass", "inertia", "radius"))
     charges, scripted = fields.get("charge"), fields.get("script_force")
     free, body, forces = fields.get("free"), fields.get("sphere_body"), Forces(model, table, LAWS)
@@ -102,10 +103,16 @@ def make_forces(fields, layout):
         return linear, angular
 
     @ti.func
-    def sum_up(g, at, mean, turning, dt):
-        for k in ti.static(range(len(model.powers))):
-            sums[g, k] = sums[g, k] + dt * forces.power(k, at, mean, turning)
+    def accelerate(g, at: ti.template(), weight, velocity, spin, kick, turn, dt):
+        linear, angular = solve(at, weight, kick, turn, 0.5 * dt)
+        faster = velocity + ti.cast(dt, dtype) * ti.cast(linear, dtype)
+        turned = spin + ti.cast(dt, dtype) * ti.cast(angular, dtype)
+        if ti.static(bool(model.powers)):
+            mean, turning, span = 0.5 * (v[g] + faster), 0.5 * (w[g] + turned), weight * dt
+            for k in ti.static(range(len(model.powers))):
+                sums[g, k] = sums[g, k] + span * forces.power(k, at, mean, turning)
+        return faster, turned
 
     weights = {"weight_of": weight_of, "weight_of_sphere": weight_of_sphere}
     particles = {"of_grain": of_grain, "of_sphere": of_sphere}
-    return SimpleNamespace(laws=forces, solve=solve, sum_up=sum_up, **particles, **weights)
+    return SimpleNamespace(laws=forces, solve=solve, accelerate=accelerate, **particles, **weights)

@@ -139,12 +139,9 @@ def make_grain_pass(fields, layout):
             at, weight = forces.of_grain(g, step), forces.weight_of(g)
             half_kick = ti.cast(0.5 * own_kick * force, ti.f64)
             half_turn = ti.cast(0.5 * own_turn * torque, ti.f64)
-            linear, angular = forces.solve(at, weight, half_kick, half_turn, 0.5 * dt)
-            velocity += ti.cast(dt, dtype) * ti.cast(linear, dtype)
-            spin += ti.cast(dt, dtype) * ti.cast(angular, dtype)
-            if ti.static(bool(layout.forces.powers)):
-                mean, turning = 0.5 * (v[g] + velocity), 0.5 * (w[g] + spin)
-                forces.sum_up(g, at, mean, turning, weight * dt)
+            velocity, spin = forces.accelerate(
+                g, at, weight, velocity, spin, half_kick, half_turn, dt
+            )
         position = x[g] + ti.cast(dt, dtype) * velocity
         v[g], w[g] = velocity, spin
         if ti.static(layout.orientation):

@@ -94,12 +94,7 @@ def make_sphere(fields, layout):
         if ti.static(bool(layout.forces)):
             at, weight, half = forces.of_sphere(step), forces.weight_of_sphere(), 0.5 * dt
             kick, turn = half * body[0] * force, half * body[1] * torque
-            linear, angular = forces.solve(at, weight, kick, turn, half)
-            velocity += ti.cast(dt, dtype) * ti.cast(linear, dtype)
-            spin += ti.cast(dt, dtype) * ti.cast(angular, dtype)
-            if ti.static(bool(layout.forces.powers)):
-                mean, turning = 0.5 * (v[s] + velocity), 0.5 * (w[s] + spin)
-                forces.sum_up(s, at, mean, turning, weight * dt)
+            velocity, spin = forces.accelerate(s, at, weight, velocity, spin, kick, turn, dt)
         position = x[s] + ti.cast(dt, dtype) * velocity
         v[s], x[s], w[s] = velocity, position, spin
         way = position - x_search[s]
