@@ -106,8 +106,7 @@ class Run:
         """Advance to the step `due`, with pauses for guards and the user."""
         sim = self.sim
         while sim.step < last_step:
-            if self.interrupts.requested:
-                self._stop_early()
+            self.stop_if_interrupted()
             # at most a second of slow steps, for Ctrl-C in large scenes
             burst = max(int(self.rate * BURST_SECONDS), min(BURST_STEPS, int(self.rate)), 1)
             began, first = real_time.perf_counter(), sim.step
@@ -144,10 +143,12 @@ class Run:
             self.writer.append(group, entry)
         return records
 
-    def _stop_early(self):
-        self.writer.set_status("interrupted")
-        self.files.save(self)
-        raise Interrupted(f"interrupted; everything up to here is in {self.files.directory}")
+    def stop_if_interrupted(self):
+        """After a signal, write result and checkpoint and raise Interrupted."""
+        if self.interrupts.requested:
+            self.writer.set_status("interrupted")
+            self.files.save(self)
+            raise Interrupted(f"interrupted; everything up to here is in {self.files.directory}")
 
     # -- stages ----------------------------------------------------------------------------------
 

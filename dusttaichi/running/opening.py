@@ -49,6 +49,8 @@ class Opening:
         remarks = getattr(sample, "info", {}).get("remarks", ())
         for text in [*remarks, *getattr(sim, "remarks", ())]:
             self.callbacks["log"](text)
+        # a signal during the first records ends the run with its status and checkpoint
+        self.callbacks["interrupts"].collect()
         checkpoint.discard(self.directory / CHECKPOINT)
         write_scene(scene, self.directory)
         writer = Writer.create(
@@ -62,6 +64,7 @@ class Opening:
         )
         run = self._run(sim, RunState(Start.from_measurement(sim.measure())), writer)
         run.begin()
+        run.stop_if_interrupted()
         return run
 
     def resume(self):

@@ -15,6 +15,7 @@ import toy
 import xarray as xr
 from bits import assert_same_bits
 
+import dusttaichi as dt
 from dusttaichi import method
 from dusttaichi.errors import DustError, Interrupted
 from dusttaichi.results.files import CHECKPOINT, RESULT
@@ -154,6 +155,27 @@ def test_an_interrupt_that_python_loses_during_the_build_ends_the_run(tmp_path):
     with pytest.raises(Interrupted) as stop:
         execute(from_yaml(PLAIN), tmp_path / "run")
     assert stop.value.resumable
+
+
+@pytest.mark.parametrize("start", [execute, dt.simulate])
+def test_an_interrupt_during_the_first_records_leaves_a_result_that_says_so(
+    tmp_path, monkeypatch, start
+):
+    def begin(run):
+        os.kill(os.getpid(), signal.SIGTERM)
+        begin_undisturbed(run)
+
+    begin_undisturbed = loop.Run.begin
+    monkeypatch.setattr(loop.Run, "begin", begin)
+    with pytest.raises(Interrupted) as stop:
+        start(from_yaml(PLAIN), directory=tmp_path / "run")
+    assert stop.value.resumable
+    with xr.open_dataset(tmp_path / "run" / RESULT) as series:
+        assert series.attrs["status"] == "interrupted"
+    monkeypatch.setattr(loop.Run, "begin", begin_undisturbed)
+    resumed = execute(from_yaml(PLAIN), tmp_path / "run", resume=True)
+    uninterrupted = execute(from_yaml(PLAIN), tmp_path / "whole")
+    assert_same_bits(uninterrupted / RESULT, resumed / RESULT)
 
 
 # -- two at once ---------------------------------------------------------------------------------
