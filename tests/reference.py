@@ -12,6 +12,7 @@ without the cancellation of a difference quotient.
 from dataclasses import dataclass, field
 
 import numpy as np
+import reference_forces
 
 SILICATE = dict(r=0.6e-6, rho=2650.0, gamma=0.02, E=54e9, nu=0.17, xi_crit=2e-9)  # S12 Table 1
 PULL_OFF = (9 / 16) ** (1 / 3)  # delta_c / delta0
@@ -256,38 +257,64 @@ class Reference:
     """Grains, open or with walls. x, v, w: (N, 3), SI.
 
     pair, wall: Numbers, or functions of the grain(s) for grains that are not alike; masses (N,)
-    [kg] and radii (N,) [m] of such grains.
+    [kg] and radii (N,) [m] of such grains. outside: forces of reference_forces.
     """
 
     def __init__(
-        self, x, v, w, dt, pair, wall=None, walls=(), material=None, masses=None, radii=None
+        self,
+        x,
+        v,
+        w,
+        dt,
+        pair,
+        wall=None,
+        walls=(),
+        material=None,
+        masses=None,
+        radii=None,
+        outside=(),
     ):
         self.x, self.v, self.w = np.array(x, float), np.array(v, float), np.array(w, float)
         self.dt, self.walls = dt, list(walls)
         self.pair = pair if callable(pair) else lambda i, j: pair
         self.wall = wall if callable(wall) else lambda i: wall
         self.mass, self.inertia = mass_and_inertia(material)
+        self.radius = {**SILICATE, **(material or {})}["r"]
         if masses is not None:
             self.mass, self.inertia = masses[:, None], (0.4 * masses * radii**2)[:, None]
-        self.contacts, self.step = {}, 0
+            self.radius = radii[:, None]
+        self.contacts, self.step, self.outside = {}, 0, outside
         self.force, self.torque = self._loads(0.0)
+        self.linear, self.angular = self._accelerations(0.0)
         # velocities at n - 1/2 between steps
-        self.v -= dt / 2 * self.force / self.mass
-        self.w -= dt / 2 * self.torque / self.inertia
+        self.v -= dt / 2 * self.linear
+        self.w -= dt / 2 * self.angular
 
     def advance(self, steps):
         for _ in range(steps):
-            self.v += self.dt * self.force / self.mass
-            self.w += self.dt * self.torque / self.inertia
+            self.v += self.dt * self.linear
+            self.w += self.dt * self.angular
             self.x += self.dt * self.v
             self.step += 1
             self.force, self.torque = self._loads(self.dt)
+            self.linear, self.angular = self._accelerations(self.dt / 2)
 
     def velocities(self):
-        return self.v + self.dt / 2 * self.force / self.mass
+        return self.v + self.dt / 2 * self.linear
 
     def spins(self):
-        return self.w + self.dt / 2 * self.torque / self.inertia
+        return self.w + self.dt / 2 * self.angular
+
+    def _accelerations(self, half):
+        """Of all loads; half: by how much velocities and spins are behind the positions."""
+        linear, angular = self.force / self.mass, self.torque / self.inertia
+        if not self.outside:
+            return linear, angular
+        time = self.step * self.dt
+        body = reference_forces.Body(self.x, self.v, self.w, self.mass, self.radius, time)
+        kicks = half * linear, half * angular
+        added, turning = reference_forces.solve(self.outside, body, *kicks, half)
+        return linear + added, angular + turning
 
     def energies(self):
         """Potential of the four springs, pairs and walls, (2, 4) [J]."""

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
-from scenes import EXAMPLES, import_bundled, make_scene, sample_of
+import reference as ref
+import reference_forces
+from scenes import EXAMPLES, RADIUS, Probe, import_bundled, make_scene, sample_of
+from test_pair import compare
 
 import dusttaichi
 from dusttaichi import units
@@ -267,3 +270,51 @@ def test_a_spinning_pair_in_both_frames():
     (inertial, lost), (turned, lost_in_frame) = found
     assert turned == pytest.approx(inertial, abs=1e-14)
     assert lost_in_frame == pytest.approx(lost, rel=1e-3)
+
+
+FIELD, MAGNETIC = np.array([3e3, 0.0, -2e3]), np.array([0.0, 4e5, 1e5])
+GAS, TURNING = np.array([0.3, -0.2, 0.1]), np.array([4e5, 0.0, 1e6])
+CENTRE = np.array([2e-6, 1e-6, -3e-6])
+DOWN = np.array([1e5, 0.0, -2e6])
+ORACLES = {
+    "gravity": (
+        [{"kind": "gravity", "acceleration": vector(DOWN, "m/s^2")},
+         {"kind": "gravity", "central": {"centre": vector(CENTRE, "m"), "mass": "1e5 kg"}}],
+        [reference_forces.uniform(DOWN), reference_forces.attraction(1e5, CENTRE)],
+    ),
+    "gas_drag": (
+        [{"kind": "gas_drag", "density": "0.2 kg/m^3", "temperature": "300 K",
+          "molecular_mass": 28.0, "velocity": vector(GAS, "m/s")}],
+        [reference_forces.epstein(0.2, 300.0, 28.0, GAS)],
+    ),
+    "rotating_frame": (
+        [{"kind": "rotating_frame", "angular_velocity": vector(TURNING, "rad/s"),
+          "centre": vector(CENTRE, "m")}],
+        [reference_forces.rotating(TURNING, CENTRE)],
+    ),
+    "electric_field": (
+        [{"kind": "electric_field", "field": vector(FIELD, "V/m"), "frequency": "2e6 /s",
+          "phase": "0.4 rad", "magnetic_field": vector(MAGNETIC, "T")}],
+        [reference_forces.electric(2e-15, FIELD, MAGNETIC, 2e6, 0.4)],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ORACLES)
+def test_like_the_reference(kind):
+    """Two grains that hit obliquely and stick, and a third one alone, under each force: like the
+    NumPy reference within what rounding leaves (test_pair); without the force they would be
+    further apart by more than a thousand times that."""
+    blocks, outside = ORACLES[kind]
+    x = np.array([[-RADIUS, 0, 0], [RADIUS + 1e-11, 0, 0], [4e-6, 5e-6, 3e-6]])
+    v = np.array([[0.03, 0.004, 0.0], [-0.03, -0.002, 0.003], [0.2, -0.1, 0.3]])
+    w = 2e4 * np.array([[1.0, -2.0, 0.5], [0.3, 1.0, -1.0], [-1.0, 0.2, 2.0]])
+    charge = {"charge": "2e-15 C"} if kind == "electric_field" else {}
+    scene = make_scene(forces=blocks, damping="viscoelastic", dt="0.1 ns", **charge)
+    probe = Probe(scene, sample_of(x, v, w))
+    numbers = ref.numbers(damping="viscoelastic")
+    plain = ref.Reference(x, v, w, probe.dt, numbers)
+    plain.advance(600)
+    compare(probe, ref.Reference(x, v, w, probe.dt, numbers, outside=outside), 1e-8, 600, 150)
+    assert np.abs(probe.v - plain.velocities()).max() > 1e-5 * np.abs(probe.v).max()
+    assert len(plain.contacts) == 1
