@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
+from cake import draw_cake
 from outcomes import figure as of_settings
 from outcomes import outcomes
 from sample_size import figure as sample_size
@@ -290,6 +291,7 @@ DRAWN = {
     **{f"trade_{scene}": partial(trade, scene) for scene in TRADES},
     "softening": softening,
     "extremes": extremes,
+    "cake": draw_cake,
     "tensile_strength": tensile_strength,
     "compression_law": compression_law,
     "fragmentation": fragmentation,
