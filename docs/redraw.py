@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 from cake import draw_cake
+from contact import draw_contact
 from outcomes import figure as of_settings
 from outcomes import outcomes
 from sample_size import figure as sample_size
@@ -292,6 +293,7 @@ DRAWN = {
     "softening": softening,
     "extremes": extremes,
     "cake": draw_cake,
+    "contact": draw_contact,
     "tensile_strength": tensile_strength,
     "compression_law": compression_law,
     "fragmentation": fragmentation,
