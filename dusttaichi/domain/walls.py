@@ -1,12 +1,10 @@
 """Walls: up to six planes around the particles, of which the top one may be driven."""
 
 from dataclasses import dataclass, field, replace
-from types import SimpleNamespace
 
 import numpy as np
 
 from dusttaichi.physics.geometry import WALLS
-from dusttaichi.physics.surfaces import cylinder
 
 NORMALS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
 TOP, TUBE = WALLS.index("top"), len(WALLS)
@@ -39,27 +37,6 @@ class Box:
     def square(self):
         """Edge of a square with the area of the tube."""
         return float(np.sqrt(np.pi) * self.tube[0])
-
-    @property
-    def _cylinder(self):
-        return SimpleNamespace(radius=self.tube[0], x=self.tube[1], y=self.tube[2])
-
-    def normals_at(self, wall, x):
-        """Unit normals of walls (n,) at points (n, 3), into the room."""
-        flat = np.append(self.normal, np.zeros((1, 3)), axis=0)[wall]
-        if not self.is_round:
-            return flat
-        curved = np.stack(cylinder.normal(np.transpose(x), self._cylinder), axis=1)
-        return np.where((wall == TUBE)[:, None], curved, flat)
-
-    def offsets_at(self, wall, x, time):
-        """x.normal of the points of walls (n,) that are nearest to points (n, 3) at a time."""
-        flat = np.append(self.offsets(time), 0.0)[wall]
-        if not self.is_round:
-            return flat
-        along = np.sum(x * self.normals_at(wall, x), axis=1)
-        curved = along - cylinder.distance(np.transpose(x), self._cylinder)
-        return np.where(wall == TUBE, curved, flat)
 
     @property
     def velocity(self):

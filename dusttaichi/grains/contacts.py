@@ -3,6 +3,7 @@
 import numpy as np
 
 from dusttaichi.grains.pointers import pair_pointers, touching, wall_pointers
+from dusttaichi.grains.wall_geometry import normals_at, offsets_at
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 
 
@@ -100,12 +101,12 @@ class Contacts:
         grain, wall, history = grain[touch], wall[touch], history[touch]
         load = load[touch].astype(float)
         x, time = state["x"][grain], self._environment.time
-        normal = box.normals_at(wall, x)
+        normal = normals_at(box, wall, x)
         radius = self._bodies.grain_radii[state.order[grain]]
         # foot points are those on the wall, wherever it has gone along itself
         displacement = np.pad(box.tangential_displacements(time), ((0, 1), (0, 0)))[wall]
         pointer, foot = wall_pointers(layout, history, (x - displacement, radius[:, None], normal))
-        offset = box.offsets_at(wall, x, time)
+        offset = offsets_at(box, wall, x, time)
         # what follows from the history has the overlap in it: the foot is a point of the plane
         foot += (offset - np.sum(foot * normal, axis=1))[:, None] * normal
         distance = np.sum(x * normal, axis=1) - offset

@@ -5,6 +5,7 @@ import numpy as np
 from dusttaichi.domain.walls import TUBE
 from dusttaichi.grains.kernels.load_sums import COLUMNS, ON_WALLS
 from dusttaichi.grains.kernels.store import FIRST_WALL
+from dusttaichi.grains.wall_geometry import normals_at
 
 
 class LoadSums:
@@ -33,7 +34,7 @@ class LoadSums:
         """
         lanes, load = self._read_walls()
         force = np.moveaxis(load, 1, 2).reshape(-1, 3).astype(float)
-        normal = self.box.normals_at(lanes.wall, self.state["x"][lanes.grain])
+        normal = normals_at(self.box, lanes.wall, self.state["x"][lanes.grain])
         around = normal[:, 0] * force[:, 1] - normal[:, 1] * force[:, 0]
         turned = np.stack([np.sum(force * normal, axis=1), around, force[:, 2]], axis=1)
         return turned[lanes.wall == TUBE].sum(axis=0)

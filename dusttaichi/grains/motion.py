@@ -6,6 +6,8 @@ order unless said otherwise.
 
 import numpy as np
 
+from dusttaichi.grains.wall_geometry import normals_at, offsets_at
+
 
 class Motion:
     """Motion of the grains of a GrainState under contacts, forces from outside and pushes.
@@ -129,8 +131,8 @@ class Motion:
         nearest, time = (np.inf, -1, -1), self.environment.time
         for wall in np.flatnonzero([*box.present, box.is_round]):
             walls = np.full(len(x), wall)
-            normal = box.normals_at(walls, x)
-            distance = np.sum(x * normal, axis=1) - box.offsets_at(walls, x, time)
+            normal = normals_at(box, walls, x)
+            distance = np.sum(x * normal, axis=1) - offsets_at(box, walls, x, time)
             grain = int(np.argmin(distance))
             number = int(self.state.order[grain])
             nearest = min(nearest, (float(distance[grain]), number, int(wall)))

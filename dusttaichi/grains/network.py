@@ -3,6 +3,7 @@
 import numpy as np
 
 from dusttaichi import units
+from dusttaichi.grains.wall_geometry import normals_at
 from dusttaichi.physics.network import Contacts, limit
 
 
@@ -35,7 +36,7 @@ def make_network(contacts, table, motion):
         springs += [constants_of(g, None) for g in grain.tolist()]
         i, j = np.concatenate([i, grain]), np.concatenate([j, np.full(len(grain), -1)])
         x = motion.state["x"][motion.state.rank[grain]]
-        normal = np.concatenate([normal, box.normals_at(wall, x)])
+        normal = np.concatenate([normal, normals_at(box, wall, x)])
         strength = np.concatenate([strength, np.append(box.strength, box.tube[3])[wall]])
         overlap = np.concatenate([overlap, walls["overlap"]])
     overlap = np.array(overlap, float) * units.LENGTH

@@ -1,8 +1,11 @@
 """The start of a scene: grains into their fields, contacts found, loads of time 0."""
 
+from functools import partial
+
 import numpy as np
 
 from dusttaichi import units
+from dusttaichi.grains.wall_geometry import normals_at
 
 
 def start(
@@ -60,6 +63,6 @@ def restore_contacts(sample, motion, contacts, stiffness_ratio):
         distances = contacts.distances(np.arange(len(i)), i, j)
         state.take_contacts(sample.contacts, distances, radii)
     if sample.wall_contacts is not None:
-        normals = motion.environment.box.normals_at
+        normals = partial(normals_at, motion.environment.box)
         state.take_wall_contacts(sample.wall_contacts, radii, normals)
     state.stiffen(stiffness_ratio)
