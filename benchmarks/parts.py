@@ -16,8 +16,8 @@ from benchmarks import sample as bench_sample
 from benchmarks.table import Column, Table, check_file
 from dusttaichi import method
 from dusttaichi.errors import DustError
-from dusttaichi.grains.scene import GrainsScene
-from dusttaichi.physics.contact import registry
+from dusttaichi.grains.grain_scene import GrainsScene
+from dusttaichi.physics.contact import effect_registry
 from dusttaichi.scene.drive import SPEEDS
 from dusttaichi.scene.numerics import PRESETS
 from dusttaichi.studies.bench import Timed, machine
@@ -85,7 +85,7 @@ PARTS = (
 )
 
 
-EFFECTS = tuple(effect for effect in registry.EFFECTS if effect not in ("normal", "damping"))
+EFFECTS = tuple(effect for effect in effect_registry.EFFECTS if effect not in ("normal", "damping"))
 # the measured steps contain no stage and no end
 PLAIN = {
     "stages": [],

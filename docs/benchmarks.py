@@ -17,7 +17,7 @@ from dusttaichi import analysis, plots
 from dusttaichi.analysis.ledger import compute_ledger
 from dusttaichi.continuum.analysis import read_particles
 from dusttaichi.continuum.physics import strength
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
 from dusttaichi.continuum.physics.point import MaterialPoint
 from dusttaichi.continuum.scene.material import ContinuumMaterial
 from dusttaichi.plots import style

@@ -10,7 +10,7 @@ from tables import main, read
 from dusttaichi import analysis
 from dusttaichi.physics.laws import UNIDIRECTIONAL
 from dusttaichi.plots import style
-from dusttaichi.plots.compression import draw_laboratory_laws
+from dusttaichi.plots.compression_curves import draw_laboratory_laws
 
 RECORDS = 10
 ONSET, FILLING_FACTORS = 0.5, (0.146, 0.35)

@@ -18,7 +18,7 @@ from tables import main
 
 from dusttaichi import analysis
 from dusttaichi.physics import laws
-from dusttaichi.physics.contact.numbers import CHANNELS
+from dusttaichi.physics.contact.effect_numbers import CHANNELS
 from dusttaichi.scene import extensions
 
 TATSUUMA_2023 = extensions.import_extension("tatsuuma2023/compressive_strength.py")

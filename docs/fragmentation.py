@@ -31,7 +31,7 @@ from dusttaichi.analysis.collisions import (
 from dusttaichi.analysis.thresholds import find_thresholds
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.physics.contact import jkr
-from dusttaichi.physics.contact.numbers import CHANNELS
+from dusttaichi.physics.contact.effect_numbers import CHANNELS
 from dusttaichi.scene import from_yaml
 
 TANGENTIAL = ["rolling", "sliding", "twisting"]

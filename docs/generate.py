@@ -17,9 +17,9 @@ import verdicts
 from tables import VALIDATION, markdown, read
 
 from dusttaichi.analysis.numbers import Family, families
-from dusttaichi.continuum.variables import VARIABLES as OF_CONTINUUM
-from dusttaichi.grains.variables import VARIABLES
-from dusttaichi.physics.contact.registry import table_of_numbers
+from dusttaichi.continuum.continuum_variables import VARIABLES as OF_CONTINUUM
+from dusttaichi.grains.grain_variables import VARIABLES
+from dusttaichi.physics.contact.effect_registry import table_of_numbers
 from dusttaichi.results.shown import NUMBERS
 from dusttaichi.scene import NAMED, extensions, shipped
 from dusttaichi.scene.keys import list_keys

@@ -19,8 +19,8 @@ from tables import read
 
 from dusttaichi import plots
 from dusttaichi.continuum.analysis.observations import Curve
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
-from dusttaichi.continuum.plots.fit import continuum_fit, pressing_speeds
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
+from dusttaichi.continuum.plots.fitted_material import continuum_fit, pressing_speeds
 from dusttaichi.continuum.scene.material import ContinuumMaterial
 from dusttaichi.physics import laws
 from dusttaichi.plots import style

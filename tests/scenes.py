@@ -11,7 +11,7 @@ import reference as ref
 from dusttaichi import units
 from dusttaichi.compute.processor import kernel_folder
 from dusttaichi.grains.build import build
-from dusttaichi.physics.contact import registry
+from dusttaichi.physics.contact import effect_registry
 from dusttaichi.physics.registry import copy_added, restore_added
 from dusttaichi.samples import Sample
 from dusttaichi.scene import Scene, extensions, from_yaml
@@ -175,7 +175,7 @@ def law_of_the_docs():
 @contextmanager
 def forget_registered():
     """What is registered within is forgotten."""
-    tables = [(laws, dict(laws.added)) for laws in (registry.LAWS, registry.BLOCKS)]
+    tables = [(laws, dict(laws.added)) for laws in (effect_registry.LAWS, effect_registry.BLOCKS)]
     try:
         yield
     finally:

@@ -3,7 +3,7 @@
 import numpy as np
 import synthetic
 
-from dusttaichi.grains.variables import VARIABLES
+from dusttaichi.grains.grain_variables import VARIABLES
 from dusttaichi.results import Writer, provenance, select_variables
 
 DENSITY = 2650.0

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from dusttaichi.analysis import Run
-from dusttaichi.grains.variables import VARIABLES
+from dusttaichi.grains.grain_variables import VARIABLES
 from dusttaichi.physics import laws
 from dusttaichi.physics.laws import S12_STATIC, UNIDIRECTIONAL
 from dusttaichi.results import Writer, provenance, select_variables

@@ -28,7 +28,7 @@ IMPORTS = {
     "commands": "studies export report continuum plots analysis running method scene results "
     "__init__ compute errors",
     "studies": "plots grains running analysis samples method scene results physics compute errors",
-    "export": "plots.grains analysis samples.formats results units errors",
+    "export": "plots.grain_picture analysis samples.formats results units errors",
     "report": "plots analysis results __init__ errors",
     "continuum": "plots analysis samples method domain scene results physics particles compute "
     "errors",
@@ -377,19 +377,19 @@ def test_imports_within_a_method_go_down(tenant):
 THEIR_OWN = {
     "asperities": {
         "physics/contact/asperities.py": "the effect",
-        "physics/contact/registry.py": "the list of effects",
-        "physics/contact/numbers.py": "its channel",
+        "physics/contact/effect_registry.py": "the list of effects",
+        "physics/contact/effect_numbers.py": "its channel",
         "scene/interaction.py": "its block in the YAML",
         "scene/material.py": "its property of a material",
         "grains/checks.py": "what a scene with it needs",
         "plots/style.py": "the colour of its channel",
         "grains/grain_variants.py": "a switch of the trade study",
-        "plots/trade.py": "the colour of that switch",
+        "plots/pareto_front.py": "the colour of that switch",
     },
     "jkr": {
         "physics/contact/jkr.py": "the law",
         "analysis/frame.py": "normal forces of results that were written without forces",
-        "physics/contact/registry.py": "the list of laws",
+        "physics/contact/effect_registry.py": "the list of laws",
         "scene/interaction.py": "the default of its key",
     },
 }

@@ -11,7 +11,7 @@ import numpy as np
 
 from dusttaichi import plots
 from dusttaichi.analysis import numbers
-from dusttaichi.analysis.numbers.registry import (
+from dusttaichi.analysis.numbers.number_registry import (
     Family,
     Observable,
     quiet,

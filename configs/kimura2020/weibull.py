@@ -15,7 +15,7 @@ import scipy
 
 from dusttaichi.analysis import numbers
 from dusttaichi.analysis.ensemble_tables import axes_of, point_labels
-from dusttaichi.analysis.numbers.registry import Statistics
+from dusttaichi.analysis.numbers.number_registry import Statistics
 from dusttaichi.analysis.texts import format_quantity
 from dusttaichi.analysis.thresholds import CONFIDENCE
 from dusttaichi.plots import style

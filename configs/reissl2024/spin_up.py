@@ -10,7 +10,7 @@ import numpy as np
 from dusttaichi import plots
 from dusttaichi.analysis import count_frames, numbers, read_frame, read_grain_masses
 from dusttaichi.analysis.fragments import find_frame_fragments
-from dusttaichi.analysis.numbers.registry import Family, Observable, quiet, strength_by_law
+from dusttaichi.analysis.numbers.number_registry import Family, Observable, quiet, strength_by_law
 from dusttaichi.analysis.tensile import compute_strength_law
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style

@@ -12,7 +12,7 @@ from dusttaichi.analysis import measure_isotropic_compression, numbers
 from dusttaichi.analysis.isotropic import register
 from dusttaichi.analysis.ledger import sum_losses_by_channel
 from dusttaichi.analysis.numbers.compression import build_ratio_text, list_ratio_numbers
-from dusttaichi.analysis.numbers.registry import Family, Observable, quiet
+from dusttaichi.analysis.numbers.number_registry import Family, Observable, quiet
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import rolling_energy
 from dusttaichi.plots import style

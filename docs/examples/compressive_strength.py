@@ -9,7 +9,7 @@ from pydantic import Field
 
 from dusttaichi.continuum.physics import register
 from dusttaichi.continuum.scene import DustLaw
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 from dusttaichi.physics.laws import rolling_energy
 from dusttaichi.scene.quantities import Quantity
 

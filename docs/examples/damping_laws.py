@@ -22,7 +22,7 @@ from pydantic import Field
 from dusttaichi import ti
 from dusttaichi.physics.contact import register
 from dusttaichi.physics.contact.damping import viscoelastic
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 from dusttaichi.scene.interaction import Damping
 from dusttaichi.scene.quantities import Quantity
 

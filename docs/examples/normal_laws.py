@@ -17,7 +17,7 @@ from pydantic import Field
 
 from dusttaichi import ti
 from dusttaichi.physics.contact import register
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 from dusttaichi.scene.interaction import NormalLaw
 from dusttaichi.scene.quantities import Quantity
 

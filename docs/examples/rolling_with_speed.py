@@ -17,8 +17,8 @@ from pydantic import Field
 
 from dusttaichi import ti
 from dusttaichi.physics.contact import register, rolling
+from dusttaichi.physics.contact.effect_numbers import Constant
 from dusttaichi.physics.contact.limit import limit_displacement
-from dusttaichi.physics.contact.numbers import Constant
 from dusttaichi.scene.interaction import Effect
 from dusttaichi.scene.quantities import Quantity
 

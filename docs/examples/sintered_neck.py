@@ -19,8 +19,8 @@ from pydantic import Field
 
 from dusttaichi import ti
 from dusttaichi.physics.contact import register
+from dusttaichi.physics.contact.effect_numbers import Constant, History, Property
 from dusttaichi.physics.contact.kinematics import across
-from dusttaichi.physics.contact.numbers import Constant, History, Property
 from dusttaichi.scene.fields import Block, Number
 
 

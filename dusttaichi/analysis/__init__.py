@@ -40,6 +40,7 @@ from dusttaichi.analysis.loads import (
     measure_triaxial_tests,
 )
 from dusttaichi.analysis.observables import find_pareto_front
+from dusttaichi.analysis.penetration import Column, Penetration, measure_column, measure_penetration
 from dusttaichi.analysis.pores import Pores, measure_pores
 from dusttaichi.analysis.profile import read_profiles
 from dusttaichi.analysis.restitution import (
@@ -49,7 +50,6 @@ from dusttaichi.analysis.restitution import (
     measure_wall_restitution,
 )
 from dusttaichi.analysis.run import Run, open_run
-from dusttaichi.analysis.sphere import Column, Penetration, measure_column, measure_penetration
 from dusttaichi.analysis.stored import (
     is_collisions,
     is_ensemble,

@@ -10,7 +10,7 @@ import xarray as xr
 from dusttaichi.analysis.compression import BIN_WIDTH
 from dusttaichi.analysis.ensemble import add_statistics
 from dusttaichi.analysis.numbers import index_observables, reason, statistics
-from dusttaichi.analysis.numbers.registry import ENSEMBLES, TABLES
+from dusttaichi.analysis.numbers.number_registry import ENSEMBLES, TABLES
 from dusttaichi.analysis.summary import PROBLEMS
 from dusttaichi.analysis.symbols import label_key
 from dusttaichi.analysis.texts import (

@@ -8,9 +8,9 @@ import xarray as xr
 from dusttaichi.errors import DustError
 from dusttaichi.physics import geometry
 from dusttaichi.physics.contact import constants
+from dusttaichi.physics.contact.effect_registry import DEFAULT
 from dusttaichi.physics.contact.jkr_curve import scaled_radius
 from dusttaichi.physics.contact.parts import pair_parts, wall_parts
-from dusttaichi.physics.contact.registry import DEFAULT
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene import quantities
 

@@ -8,7 +8,7 @@ from dusttaichi.analysis.compression import measure_compression_curve
 from dusttaichi.analysis.ledger import sum_losses_by_channel
 from dusttaichi.analysis.numbers import Observable, index_observables
 from dusttaichi.analysis.summary import summarise
-from dusttaichi.physics.contact.numbers import CHANNELS, EXTRA_CHANNELS
+from dusttaichi.physics.contact.effect_numbers import CHANNELS, EXTRA_CHANNELS
 
 CURVE = "phi_rms"
 GRID = 201  # pressures at which two curves are compared

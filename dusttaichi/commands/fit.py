@@ -67,7 +67,7 @@ def write(fit, path):
     """
     from dusttaichi.continuum.analysis import fit_tables as tables
     from dusttaichi.continuum.analysis.observations import curves
-    from dusttaichi.continuum.plots.fit import continuum_fit, pressing_speeds
+    from dusttaichi.continuum.plots.fitted_material import continuum_fit, pressing_speeds
     from dusttaichi.plots import save
     from dusttaichi.results import outputs
 

@@ -191,7 +191,7 @@ def render(
     The grains, or the dust, of one snapshot; --animate makes a film of all.
     """
     from dusttaichi import analysis, plots
-    from dusttaichi.plots.registry import picture_of
+    from dusttaichi.plots.figure_registry import picture_of
 
     with options.writing(force=force, inputs=[run]), analysis.open_run(run) as result:
         picture = picture_of(result)

@@ -6,7 +6,7 @@ from dusttaichi.compute.backend import loops_of, threads_of
 from dusttaichi.compute.compiled import STRUCTURES
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.continuum import time_step
-from dusttaichi.continuum.compiled import compiled_for
+from dusttaichi.continuum.compiled_dust import compiled_for
 from dusttaichi.continuum.kernels import smoothing
 from dusttaichi.continuum.kernels.separation import CLOSED
 from dusttaichi.continuum.kernels.store import (
@@ -21,11 +21,11 @@ from dusttaichi.continuum.kernels.store import (
     Layout,
 )
 from dusttaichi.continuum.outside import put_forces, shortest_timescale
+from dusttaichi.continuum.particle_search import SKIN, SUPPORT, Search
+from dusttaichi.continuum.physics.dust_laws import laws_of
 from dusttaichi.continuum.physics.elasticity import bulk_modulus
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
-from dusttaichi.continuum.physics.registry import laws_of
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
 from dusttaichi.continuum.samples.flaws import flaws_of
-from dusttaichi.continuum.search import SKIN, SUPPORT, Search
 from dusttaichi.continuum.simulation import Simulation, body_row
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.domain import Domain

@@ -4,7 +4,7 @@ A thread for each particle, a block of them for each surface. Lengths of loops a
 are compiled: else a launch of their own would find them first.
 """
 
-from dusttaichi.compute.blocks import THREADS, BlockSums, largest_of_block, pad_to_blocks
+from dusttaichi.compute.device_blocks import THREADS, BlockSums, largest_of_block, pad_to_blocks
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DONE, DUE, HALT, STOP, Arguments, Launches, conclude
 from dusttaichi.continuum.kernels.store import BODIES, FACES, PARTS

@@ -6,7 +6,7 @@ from dusttaichi.continuum.kernels.store import FACES, OLD
 from dusttaichi.continuum.outside import evaluate
 from dusttaichi.continuum.physics.elasticity import path_energy
 from dusttaichi.method import Measurement
-from dusttaichi.physics.forces.ledger import split_work
+from dusttaichi.physics.forces.outside_work import split_work
 from dusttaichi.results.roles import DUST, ELASTIC
 
 

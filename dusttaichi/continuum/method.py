@@ -1,7 +1,7 @@
 """The method `continuum` as a scene names it; Taichi is imported where something is built."""
 
-from dusttaichi.continuum.scene.scene import ContinuumScene
-from dusttaichi.continuum.variables import VARIABLES
+from dusttaichi.continuum.continuum_variables import VARIABLES
+from dusttaichi.continuum.scene.continuum_scene import ContinuumScene
 from dusttaichi.method import Method, defer_import
 
 METHOD = Method(
@@ -14,7 +14,7 @@ METHOD = Method(
     preview=defer_import("dusttaichi.continuum.preview:preview"),
     seconds=1.5e-6,  # of a time step in two dimensions; steps of a run have several
     device_seconds=(2e-3, 1e-8),
-    observables=("dusttaichi.continuum.analysis.numbers:FAMILIES",),
+    observables=("dusttaichi.continuum.analysis.continuum_numbers:FAMILIES",),
     figures=("dusttaichi.continuum.plots:FIGURES",),
     read_snapshot="dusttaichi.continuum.analysis:read_particles",
     trade_parameters="dusttaichi.continuum.dust_variants:PARAMETERS",

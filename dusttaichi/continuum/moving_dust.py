@@ -8,10 +8,10 @@ from dusttaichi.compute.worker_choice import WorkerChoice
 from dusttaichi.continuum import measure, record, validity
 from dusttaichi.continuum.advice import advice
 from dusttaichi.continuum.build import build, domain_of
+from dusttaichi.continuum.continuum_variables import VARIABLES
 from dusttaichi.continuum.kernels.store import CHANNELS
 from dusttaichi.continuum.pairing import Pairing
-from dusttaichi.continuum.samples.particles import ARRAYS, COMPONENTS, Body, Particles
-from dusttaichi.continuum.variables import VARIABLES
+from dusttaichi.continuum.samples.particle_arrays import ARRAYS, COMPONENTS, Body, Particles
 from dusttaichi.domain.walls import Box
 from dusttaichi.method import SimpleSimulation, State
 from dusttaichi.physics.geometry import AXES, WALLS

@@ -10,7 +10,7 @@ from dusttaichi.continuum.advice import advice
 from dusttaichi.continuum.build import domain_of, layout_of, stiff_faces
 from dusttaichi.continuum.kernels.rates import DAMPED
 from dusttaichi.continuum.kernels.store import declare
-from dusttaichi.continuum.physics import elasticity, registry, strength
+from dusttaichi.continuum.physics import dust_laws, elasticity, strength
 from dusttaichi.continuum.samples import make, numbers_of
 from dusttaichi.method import Preview
 from dusttaichi.results.roles import ELASTIC, ROLES
@@ -108,8 +108,8 @@ def _laws(scene):
     chosen = dict.fromkeys(
         f"{kind} {name}"
         for material in scene.all_materials
-        for kind, default in registry.DEFAULT.items()
-        if (name := registry.law_name(material, kind)) != default
+        for kind, default in dust_laws.DEFAULT.items()
+        if (name := dust_laws.law_name(material, kind)) != default
     )
     return [("laws", ", ".join(chosen))] if chosen else []
 

@@ -29,7 +29,7 @@ class Simulation:
     """State and kernels of one scene. `step` counts output steps of length `output_step` [s].
 
     compiled: Compiled. n: particles; dimension: 2 or 3; axes: those of the kernels among x, y, z.
-    numbers: arguments of the kernels (kernels.numbers) that are constant. materials:
+    numbers: arguments of the kernels (kernels.run_arguments) that are constant. materials:
     MaterialNumbers of all materials; material: of the first. tables, lists: memory.Table by name.
     bodies: rigid bodies.
     """

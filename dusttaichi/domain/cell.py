@@ -29,7 +29,7 @@ class Cell:
 
     @property
     def rows(self):
-        """Rows of the field `cell` (kernels.cell)."""
+        """Rows of the field `cell` (kernels.cell_kinematics)."""
         tilt = [self.tilt, self.tilt_rate, 0.0]
         return np.array([self.start, self.rate, self.growth, self.centre, tilt])
 

@@ -13,7 +13,7 @@ from ase import units as ase_units
 from ase.io import write as ase_write
 
 from dusttaichi.analysis.frame import read_grain_masses
-from dusttaichi.plots.grains import choose_appearance, colour_grains, number_bodies
+from dusttaichi.plots.grain_picture import choose_appearance, colour_grains, number_bodies
 from dusttaichi.results.outputs import check
 
 FILE = "grains.extxyz"

@@ -10,24 +10,24 @@ from dusttaichi.compute.compiled import STRUCTURES
 from dusttaichi.compute.memory import COARSE, capacity_for
 from dusttaichi.domain.domain import Domain, lengths
 from dusttaichi.errors import DustError
-from dusttaichi.grains.compiled import compiled_for, interfaces
+from dusttaichi.grains.compiled_grains import compiled_for, interfaces
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.engine import DIFFERING, PREFIX, SAMPLE, GrainEngine
-from dusttaichi.grains.forces import choose_model, make_forces
+from dusttaichi.grains.grain_engine import DIFFERING, PREFIX, SAMPLE, GrainEngine
+from dusttaichi.grains.grain_ledger import ContactNumbers
 from dusttaichi.grains.grain_properties import equal_properties, scaled
 from dusttaichi.grains.kernels import store
+from dusttaichi.grains.kernels.contact_numbers import internal_numbers
 from dusttaichi.grains.kernels.declare import declare
-from dusttaichi.grains.kernels.numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
-from dusttaichi.grains.ledger import ContactNumbers
 from dusttaichi.grains.order import order_by_members
+from dusttaichi.grains.outside_forces import choose_model, make_forces
 from dusttaichi.grains.placement import is_tilted, place_environment
 from dusttaichi.grains.pushes import make_push
+from dusttaichi.grains.rigid_sphere import placed_sphere
 from dusttaichi.grains.setup import Prepared
-from dusttaichi.grains.sphere import placed_sphere
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.registry import chosen_model
+from dusttaichi.physics.contact.effect_registry import chosen_model
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.push import list_stage_pushes
 

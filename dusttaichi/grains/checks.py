@@ -3,7 +3,7 @@
 import math
 
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.registry import DEFAULT, law_name, properties_of
+from dusttaichi.physics.contact.effect_registry import DEFAULT, law_name, properties_of
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.values import TOO_NARROW
 from dusttaichi.scene import forces, gravity, push, sphere

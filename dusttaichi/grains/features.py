@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi import units
-from dusttaichi.grains.variables import VARIABLES, variables_of
+from dusttaichi.grains.grain_variables import VARIABLES, variables_of
 from dusttaichi.results.variables import select_variables
 
 
@@ -15,7 +15,7 @@ def choose_variables(scene, sample, layout, domain, push):
 
 
 def list_features(scene, sample, layout, domain, push):
-    """Names of the features that variables of the result need (grains/variables.py)."""
+    """Names of the features that variables of the result need (grains/grain_variables.py)."""
     bounded, stages = domain.bounded, scene.stage_plans
     features = {
         "snapshots": True,

@@ -8,7 +8,7 @@ import numpy as np
 from dusttaichi import samples, units
 from dusttaichi.compute.memory import capacity_for
 from dusttaichi.grains.build import build
-from dusttaichi.physics.contact.registry import EFFECTS, law_name
+from dusttaichi.physics.contact.effect_registry import EFFECTS, law_name
 from dusttaichi.physics.geometry import AXES, SURFACES, WALLS
 from dusttaichi.scene import quantities
 

@@ -3,8 +3,8 @@
 import inspect
 from pathlib import Path
 
-from dusttaichi.grains.scene import GrainsScene
-from dusttaichi.grains.variables import VARIABLES
+from dusttaichi.grains.grain_scene import GrainsScene
+from dusttaichi.grains.grain_variables import VARIABLES
 from dusttaichi.method import Method, defer_import
 
 PACKAGE = Path(__file__).parents[1]
@@ -12,8 +12,8 @@ PACKAGE = Path(__file__).parents[1]
 
 def _code(scene):
     """Files of laws and of a kind of sample that are not of this package."""
-    from dusttaichi.physics.contact.registry import EFFECTS, law_name, law_of
-    from dusttaichi.samples.registry import GRAINS
+    from dusttaichi.physics.contact.effect_registry import EFFECTS, law_name, law_of
+    from dusttaichi.samples.sample_registry import GRAINS
 
     laws = [(effect, law_name(scene.interaction, effect)) for effect in EFFECTS]
     laws += [("effects", name) for name in scene.interaction.effects]
@@ -50,7 +50,7 @@ METHOD = Method(
     observables=("dusttaichi.analysis.settings:OF_GRAINS",),
     read_snapshot="dusttaichi.analysis.frame:read_frame",
     trade_parameters="dusttaichi.grains.grain_variants:PARAMETERS",
-    picture="dusttaichi.plots.grains:PICTURE",
+    picture="dusttaichi.plots.grain_picture:PICTURE",
     exports={
         "vtk": "dusttaichi.export.vtk:write",
         "extxyz": "dusttaichi.export.extxyz:write",

@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi import samples
 from dusttaichi.compute.memory import TYPES, capacity_for
-from dusttaichi.grains import network
+from dusttaichi.grains import contact_network
 from dusttaichi.grains.advice import advice
 from dusttaichi.grains.build import build, prepared
 from dusttaichi.grains.impacts import softened_remarks, softened_rows
@@ -13,7 +13,7 @@ from dusttaichi.grains.kernels.declare import declare
 from dusttaichi.grains.time_step import short_loads
 from dusttaichi.method import Preview
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.registry import chosen_model
+from dusttaichi.physics.contact.effect_registry import chosen_model
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene import quantities
 from dusttaichi.scene.forces import find_law, list_forces
@@ -84,7 +84,9 @@ def _median_contacts(table):
 def internals(scene):
     """More sections, of the scene built: what is compiled in, fields, contacts at the start."""
     engine = build(scene, samples.make(scene))
-    stability = network.tabulate_stability(engine.contacts, engine.contact_table, engine.motion)
+    stability = contact_network.tabulate_stability(
+        engine.contacts, engine.contact_table, engine.motion
+    )
     return [
         ("Contacts at the start", stability),
         ("Accuracy", preset_rows(scene)),

@@ -8,10 +8,10 @@ import numpy as np
 from dusttaichi.compute.backend import Loops
 from dusttaichi.domain.domain import Domain
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.forces import OutsideForces
 from dusttaichi.grains.kernels.store import Layout
+from dusttaichi.grains.outside_forces import OutsideForces
 from dusttaichi.grains.pushes import Push
-from dusttaichi.grains.sphere import RigidSphere
+from dusttaichi.grains.rigid_sphere import RigidSphere
 from dusttaichi.grains.state import GrainProperties
 from dusttaichi.grains.time_step import TimeStep
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dusttaichi.grains.kernels.contact_numbers import declared
 from dusttaichi.grains.kernels.declare import SUMS
-from dusttaichi.grains.kernels.numbers import declared
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
     FIRST_WALL,
@@ -130,7 +130,7 @@ class GrainState:
     def listed_contacts(self):
         """Grain, number of the contact, 1 where the grain is its second body, of all entries.
 
-        Those of a grain in the order in which its loads are summed (kernels.grains).
+        Those of a grain in the order in which its loads are summed (kernels.grain_pass).
         """
         start, first = self["entry_start"], np.diff(self["pair_start"])
         entry = self["entry"][: start[-1]]
@@ -211,7 +211,7 @@ class GrainState:
         return ("contact", slice(self.layout.state_rows)) if history else ("load", slice(LOADS))
 
     def put_numbers(self, pair, wall, on_sphere):
-        """Numbers of the kinds of contacts (kernels.numbers); on_sphere: or None."""
+        """Numbers of the kinds of contacts (kernels.contact_numbers); on_sphere: or None."""
         contact_types, names = (pair, wall, on_sphere or pair), declared(self.layout.model)
         self["numbers"] = np.array(
             [[getattr(constants, name) for name in names] for constants in contact_types]

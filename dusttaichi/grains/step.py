@@ -12,12 +12,12 @@ from functools import lru_cache
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DUE, Steps
 from dusttaichi.compute.scan import CHUNK, count_blocks, first_item
-from dusttaichi.grains.kernels.contacts import ContactPass
+from dusttaichi.grains.kernels.contact_numbers import ON_BALL, PAIR
+from dusttaichi.grains.kernels.contact_pass import ContactPass
 from dusttaichi.grains.kernels.gather import PairGatherer, TubeGatherer, WallGatherer, Walls
-from dusttaichi.grains.kernels.grains import make_flux, make_grain_pass
-from dusttaichi.grains.kernels.numbers import ON_BALL, PAIR
+from dusttaichi.grains.kernels.grain_pass import make_flux, make_grain_pass
 from dusttaichi.grains.kernels.polydisperse import make_numbers
-from dusttaichi.grains.kernels.sphere import make_sphere
+from dusttaichi.grains.kernels.sphere_motion import make_sphere
 from dusttaichi.grains.kernels.store import GRAINS
 from dusttaichi.physics.contact.model import Mechanics
 

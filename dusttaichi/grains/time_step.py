@@ -9,8 +9,8 @@ from math import inf, pi
 import numpy as np
 
 from dusttaichi.errors import DustError
-from dusttaichi.grains.forces import shortest_timescale
 from dusttaichi.grains.impacts import Impact, check, hardest_impact
+from dusttaichi.grains.outside_forces import shortest_timescale
 from dusttaichi.physics import encounter, stability
 from dusttaichi.physics.contact import constants
 from dusttaichi.scene import quantities

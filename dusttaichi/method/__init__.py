@@ -122,7 +122,7 @@ class Method:
     read_snapshot
         read_snapshot(run, number): one snapshot of a Run.
     picture
-        Draws snapshots (plots.registry.Picture).
+        Draws snapshots (plots.figure_registry.Picture).
     exports
         Format -> write(run, frames, folder), which returns the paths of the files.
     trade_parameters

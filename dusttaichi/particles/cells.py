@@ -8,7 +8,7 @@ in which layout, is a matter of the method. Cells must be no narrower than the r
 
 from math import floor, prod
 
-from dusttaichi.compute.blocks import is_idle, loop_length
+from dusttaichi.compute.device_blocks import is_idle, loop_length
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Largest, Scan, count_blocks, is_short, scan_capacity
 

@@ -1,6 +1,6 @@
 """Lists of all particles, one after another."""
 
-from dusttaichi.compute.blocks import is_idle, loop_length
+from dusttaichi.compute.device_blocks import is_idle, loop_length
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import Scan, is_short
 

@@ -13,7 +13,7 @@ from math import inf, pi, sqrt
 import numpy as np
 import scipy
 
-from dusttaichi.physics.contact.registry import law_of
+from dusttaichi.physics.contact.effect_registry import law_of
 
 
 @cache

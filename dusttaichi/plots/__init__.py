@@ -1,7 +1,7 @@
 """Figures of results, for screen and paper. They compute nothing: see dusttaichi.analysis.
 
 Each function returns a new matplotlib Figure, without pyplot and without a display. Those with a
-row in the registry (`dusttaichi.plots.registry`) are imported by the names of their figures.
+row in the registry (`dusttaichi.plots.figure_registry`) are imported by the names of their figures.
 """
 
 from pathlib import Path
@@ -13,22 +13,10 @@ from dusttaichi.analysis.ensemble_tables import axes_of
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style as style
 from dusttaichi.plots.animation import animation
-from dusttaichi.plots.collision import restitution, restitution_map
-from dusttaichi.plots.collisions import (
-    collision_figures,
-    fragment_spectrum,
-    growth,
-    outcome_map,
-    phases,
-    threshold_speeds,
-)
-from dusttaichi.plots.ensemble import ensemble, points
-from dusttaichi.plots.extremes import extremes
-from dusttaichi.plots.fragments import mass_spectrum
-from dusttaichi.plots.grains import grains
-from dusttaichi.plots.notebook import ShownFigures
-from dusttaichi.plots.numbers import numbers
-from dusttaichi.plots.registry import (
+from dusttaichi.plots.collision_figures import restitution, restitution_map
+from dusttaichi.plots.ensemble_bands import ensemble, points
+from dusttaichi.plots.extremes_map import extremes
+from dusttaichi.plots.figure_registry import (
     Figure,
     draw_run,
     draw_runs,
@@ -38,20 +26,32 @@ from dusttaichi.plots.registry import (
     list_figures,
     register,
 )
+from dusttaichi.plots.fragments import mass_spectrum
+from dusttaichi.plots.grain_picture import grains
+from dusttaichi.plots.notebook import ShownFigures
+from dusttaichi.plots.outcomes import (
+    collision_figures,
+    fragment_spectrum,
+    growth,
+    outcome_map,
+    phases,
+    threshold_speeds,
+)
+from dusttaichi.plots.pareto_front import trade
 from dusttaichi.plots.style import apply_style, draw_bands, save
-from dusttaichi.plots.trade import trade
+from dusttaichi.plots.swept_numbers import numbers
 
 if TYPE_CHECKING:  # for editors and type checkers; found by the registry below
-    from dusttaichi.plots.collision import bodies, collision
-    from dusttaichi.plots.compression import compression, coordination, isotropic
+    from dusttaichi.plots.collision_figures import bodies, collision
+    from dusttaichi.plots.compression_curves import compression, coordination, isotropic
     from dusttaichi.plots.cycles import cycles
     from dusttaichi.plots.dynamic_speeds import dynamic_speeds
+    from dusttaichi.plots.energy_figures import kinetic, ledger, losses
     from dusttaichi.plots.fragments import fragment_dimension, fragments
-    from dusttaichi.plots.ledger import kinetic, ledger, losses
+    from dusttaichi.plots.penetration_figures import sphere, sphere_column
     from dusttaichi.plots.profile import profile
     from dusttaichi.plots.shear import loads, shear, triaxial
     from dusttaichi.plots.sound_speed import sound_speed
-    from dusttaichi.plots.sphere import sphere, sphere_column
     from dusttaichi.plots.stress import stress
     from dusttaichi.plots.structure import fractal, pores, structure
     from dusttaichi.plots.tensile import strength, tensile

@@ -9,7 +9,7 @@ from PIL import Image
 
 from dusttaichi.analysis.frame import count_frames
 from dusttaichi.errors import DustError
-from dusttaichi.plots.registry import picture_of
+from dusttaichi.plots.figure_registry import picture_of
 from dusttaichi.results.outputs import MARK, check
 
 DPI = 110

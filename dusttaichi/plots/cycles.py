@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.analysis.cycles import compute_pressure, measure_unloadings
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure
+from dusttaichi.plots.figure_registry import figure
 
 LEAST = 1e-4  # lower end of the axis, over the largest pressure
 LINEAR = 1e-2  # with tension the axis is linear below the decade of this share of the pressure

@@ -6,7 +6,7 @@ from dusttaichi.analysis.dynamic import measure_dynamic_compression
 from dusttaichi.analysis.kind import is_dynamic
 from dusttaichi.physics.laws import delta_dynamic, p_m_fast
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure, select_in_common
+from dusttaichi.plots.figure_registry import figure, select_in_common
 
 FITS = {
     ("plateau", "bins"): ("fit up to 0.4", "v"),

@@ -6,7 +6,7 @@ from dusttaichi.analysis import compute_mass_spectrum as spectrum_of
 from dusttaichi.analysis import find_fragments as fragments_of
 from dusttaichi.analysis.fragments import fit_fragment_dimension as dimension_of
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure
+from dusttaichi.plots.figure_registry import figure
 from dusttaichi.plots.structure import has_structure
 
 

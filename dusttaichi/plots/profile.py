@@ -3,7 +3,7 @@
 from dusttaichi.analysis import read_profiles as profile_of
 from dusttaichi.analysis.profile import join_cut_bins
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure
+from dusttaichi.plots.figure_registry import figure
 
 
 @figure("Filling factor over the height", 150, applies=lambda run: run.profiles is not None)

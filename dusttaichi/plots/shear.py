@@ -13,7 +13,7 @@ from dusttaichi.analysis.loads import (
 )
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure
+from dusttaichi.plots.figure_registry import figure
 
 
 @figure("Shear stress and strength", 90, applies=lambda run: run.sheared, optional=True)

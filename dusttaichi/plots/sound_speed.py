@@ -3,7 +3,7 @@
 from dusttaichi.analysis import fit_sound_speed as fit_speed
 from dusttaichi.analysis import measure_arrival
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure
+from dusttaichi.plots.figure_registry import figure
 
 
 @figure(

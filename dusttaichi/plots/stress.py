@@ -4,7 +4,7 @@ import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure
+from dusttaichi.plots.figure_registry import figure
 
 
 @figure("Stress", 120, applies=lambda run: len(run.series.time) > 1 and "stress" in run.series)

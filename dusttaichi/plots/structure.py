@@ -7,7 +7,7 @@ from dusttaichi.analysis import measure_fractal
 from dusttaichi.analysis.pores import measure_pores
 from dusttaichi.analysis.structure import CENTRES, measure_structure
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure
+from dusttaichi.plots.figure_registry import figure
 
 FEW = 10  # least number of grains
 

@@ -7,7 +7,7 @@ from dusttaichi.analysis import measure_tensile_strength as tensile_of
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure, select_in_common
+from dusttaichi.plots.figure_registry import figure, select_in_common
 
 
 @figure("Stress while it is stretched", 110, applies=lambda run: run.stretches, together=True)

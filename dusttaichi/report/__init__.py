@@ -1,7 +1,7 @@
 """Interactive report of runs: a self-contained HTML file, also updated while a run proceeds."""
 
-from dusttaichi.report.collisions import collect_collisions_data
-from dusttaichi.report.ensemble import collect_ensemble_data
+from dusttaichi.report.collision_report import collect_collisions_data
+from dusttaichi.report.ensemble_report import collect_ensemble_data
 from dusttaichi.report.notebook import render_run, view_particles
 from dusttaichi.report.page import check_output, collect_report_data, render_page, write
 

@@ -7,7 +7,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.plots import draw_figures
 from dusttaichi.report.interactive import render_picture
 from dusttaichi.report.page import render_page
-from dusttaichi.report.particles import collect_particles
+from dusttaichi.report.viewer_particles import collect_particles
 
 # main figures in the order of their priority
 MAIN = ("compression", "tensile", "isotropic", "collision", "impact", "dust", "sound_speed")

@@ -11,7 +11,7 @@ from dusttaichi.analysis.names import name_runs
 from dusttaichi.analysis.numbers import reason
 from dusttaichi.analysis.plain import convert_value
 from dusttaichi.report.interactive import make_interactive
-from dusttaichi.report.particles import collect_particles
+from dusttaichi.report.viewer_particles import collect_particles
 from dusttaichi.results import outputs
 
 MARK = '<meta name="generator" content="dusttaichi'

@@ -1,6 +1,6 @@
 """Variables of the result file, and those that all methods share.
 
-Each method declares further ones (for the grains: grains/variables.py); writer and layout follow
+Each method declares further ones (grains: grains/grain_variables.py); writer and layout follow
 from the declarations.
 """
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dusttaichi.physics.contact.numbers import CHANNELS, SPRINGS
+from dusttaichi.physics.contact.effect_numbers import CHANNELS, SPRINGS
 from dusttaichi.physics.geometry import AXES, WALLS
 
 REQUESTED = "requested"  # feature of optional outputs

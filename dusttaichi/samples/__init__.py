@@ -28,7 +28,6 @@ from dusttaichi.samples.extraction import drop_missing_walls
 from dusttaichi.samples.images import Cell, find_cell
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.push import apply_pushes, find_pushed_grains
-from dusttaichi.samples.registry import AnySample, SampleBlock, make_sample, reads_samples, register
 from dusttaichi.samples.sample import (
     ROUNDING,
     Sample,
@@ -38,6 +37,13 @@ from dusttaichi.samples.sample import (
     radius_of_gyration,
     smallest_gap,
     touching_pairs,
+)
+from dusttaichi.samples.sample_registry import (
+    AnySample,
+    SampleBlock,
+    make_sample,
+    reads_samples,
+    register,
 )
 from dusttaichi.samples.touching import AT_REST
 from dusttaichi.scene import quantities

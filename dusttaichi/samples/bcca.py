@@ -19,8 +19,8 @@ from dusttaichi.samples import ballistic
 from dusttaichi.samples.ballistic import first_touch, random_in_disc, random_rotations
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import MixtureBlock, draw_grains, is_mixture, place_grains
-from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, check_grains
+from dusttaichi.samples.sample_registry import register
 from dusttaichi.scene.fields import Count, Number
 from dusttaichi.scene.making import tell
 

@@ -8,8 +8,8 @@ from pydantic import Field
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import MixtureBlock, draw_grains, is_mixture, place_grains
-from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, check_grains
+from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import Seed
 from dusttaichi.scene.boundary import AxisName
 from dusttaichi.scene.fields import Count

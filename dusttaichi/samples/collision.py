@@ -12,8 +12,14 @@ from pydantic import Field
 
 from dusttaichi.samples.ballistic import first_touch, random_rotations
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.registry import AnyBody, SampleBlock, make_sample, reads_samples, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.sample_registry import (
+    AnyBody,
+    SampleBlock,
+    make_sample,
+    reads_samples,
+    register,
+)
 from dusttaichi.samples.side_by_side import join_contacts, join_grains
 from dusttaichi.samples.values import ImpactParameter, Seed
 from dusttaichi.scene.fields import Faults

@@ -24,8 +24,14 @@ from dusttaichi.physics.geometry import (
 from dusttaichi.samples import extraction
 from dusttaichi.samples.extraction import FARTHEST
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.registry import AnyBody, SampleBlock, make_sample, reads_samples, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.sample_registry import (
+    AnyBody,
+    SampleBlock,
+    make_sample,
+    reads_samples,
+    register,
+)
 from dusttaichi.samples.values import Seed, exactly_one
 from dusttaichi.scene.fields import Count, Faults
 from dusttaichi.scene.quantities import Quantity

@@ -21,8 +21,8 @@ from dusttaichi.samples.formats.styles import STYLES
 from dusttaichi.samples.formats.text import Source
 from dusttaichi.samples.images import Cell
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.sample_registry import SampleBlock, register
 from dusttaichi.samples.touching import MOST, contacts_by_distance, put_in_contact
 from dusttaichi.samples.values import (
     MaterialName,

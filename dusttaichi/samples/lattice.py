@@ -13,8 +13,8 @@ from pydantic import Field, field_validator
 from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample, check_grains
+from dusttaichi.samples.sample_registry import SampleBlock, register
 from dusttaichi.samples.values import BoxSize, Seed, exactly_one
 from dusttaichi.scene.fields import Count, Faults, Number, build_value_error
 

@@ -12,10 +12,10 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from dusttaichi.physics.contact.interface import interface
+from dusttaichi.physics.contact.material_interface import interface
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.registry import SampleBlock
 from dusttaichi.samples.sample import ROUNDING, Sample, touching_pairs
+from dusttaichi.samples.sample_registry import SampleBlock
 from dusttaichi.samples.values import Radius, Seed
 from dusttaichi.scene.fields import Block, Faults, Number
 

@@ -15,8 +15,8 @@ from pydantic import Field
 from dusttaichi.errors import DustError
 from dusttaichi.samples.explicit import check_apart
 from dusttaichi.samples.materials import Materials
-from dusttaichi.samples.registry import SampleBlock, register
 from dusttaichi.samples.sample import Sample
+from dusttaichi.samples.sample_registry import SampleBlock, register
 from dusttaichi.samples.values import ImpactParameter, MaterialName, Radius, Spin, unknown_materials
 from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import Quantity

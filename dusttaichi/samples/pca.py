@@ -26,8 +26,8 @@ from dusttaichi.samples.ballistic import (
 )
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import Crowd, MixtureBlock, draw_grains, is_mixture, place_grains
-from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import Sample, check_grains
+from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import CutGrains, CutSize, shape_of
 from dusttaichi.scene.fields import Count, Faults, Number
 from dusttaichi.scene.making import Cost, tell

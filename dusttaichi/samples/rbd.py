@@ -30,8 +30,8 @@ from dusttaichi.physics.near import near, near_pairs
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, is_mixture, place_grains
-from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, check_grains
+from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
 from dusttaichi.scene.fields import Faults, Number
 from dusttaichi.scene.making import tell

@@ -18,8 +18,8 @@ from dusttaichi.errors import DustError
 from dusttaichi.samples import cut
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.mixture import MixtureBlock, draw_grains, place_grains
-from dusttaichi.samples.registry import register
 from dusttaichi.samples.sample import ROUNDING, Sample, check_grains
+from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import BoxSize, exactly_one
 from dusttaichi.scene.fields import Count, Faults, Number
 from dusttaichi.scene.making import Cost, tell

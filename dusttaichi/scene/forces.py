@@ -30,7 +30,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from dusttaichi.physics.forces.numbers import Number as Number
+from dusttaichi.physics.forces.force_numbers import Number as Number
 from dusttaichi.scene.fields import Block, Faults
 from dusttaichi.scene.fields import Number as Plain
 from dusttaichi.scene.gravity import GravityField, refuse_periodic

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, SerializeAsAny, field_validator
 
-from dusttaichi.physics.contact import registry
+from dusttaichi.physics.contact import effect_registry
 from dusttaichi.scene.fields import Block, Number, Switch, build_faults_error, build_value_error
 from dusttaichi.scene.named_laws import RegisteredLaws, validate_law
 from dusttaichi.scene.quantities import Quantity
@@ -101,8 +101,8 @@ class _DampingWord:
 def _validate_damping(value: Any) -> Block | None:
     """Block of a registered law of the damping; pydantic lists the allowed names of others."""
     name = value.get("model") if isinstance(value, dict) else getattr(value, "model", None)
-    known = isinstance(name, str) and name in registry.names("damping")
-    return validate_law(registry, "damping", value, "model") if known else None
+    known = isinstance(name, str) and name in effect_registry.names("damping")
+    return validate_law(effect_registry, "damping", value, "model") if known else None
 
 
 class _Effects:
@@ -110,7 +110,10 @@ class _Effects:
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema, handler):
-        blocks = {name: registry.block_of("effects", name) for name in registry.names("effects")}
+        blocks = {
+            name: effect_registry.block_of("effects", name)
+            for name in effect_registry.names("effects")
+        }
         schemas = {name: block.model_json_schema() for name, block in blocks.items()}
         return {"type": "object", "properties": schemas, "additionalProperties": False}
 
@@ -127,17 +130,17 @@ class Interaction(Block):
         description="surface energy of a contact between different materials: root of the product, "
         "mean, or gamma1 + gamma2 - 2/(1/gamma1 + 1/gamma2)",
     )
-    normal: Annotated[SerializeAsAny[NormalLaw], RegisteredLaws(registry, "normal", "law")] = Field(
-        {}, description="force along the normal: law jkr, or one that is registered"
-    )
+    normal: Annotated[
+        SerializeAsAny[NormalLaw], RegisteredLaws(effect_registry, "normal", "law")
+    ] = Field({}, description="force along the normal: law jkr, or one that is registered")
     rolling: Annotated[
-        SerializeAsAny[Effect] | None, _SWITCH, RegisteredLaws(registry, "rolling", "law")
+        SerializeAsAny[Effect] | None, _SWITCH, RegisteredLaws(effect_registry, "rolling", "law")
     ] = Field({}, description="resistance to rolling")
     sliding: Annotated[
-        SerializeAsAny[Effect] | None, _SWITCH, RegisteredLaws(registry, "sliding", "law")
+        SerializeAsAny[Effect] | None, _SWITCH, RegisteredLaws(effect_registry, "sliding", "law")
     ] = Field({}, description="resistance to sliding")
     twisting: Annotated[
-        SerializeAsAny[Effect] | None, _SWITCH, RegisteredLaws(registry, "twisting", "law")
+        SerializeAsAny[Effect] | None, _SWITCH, RegisteredLaws(effect_registry, "twisting", "law")
     ] = Field({}, description="resistance to twisting")
     asperities: Annotated[Asperities | None, _ASPERITIES] = Field(
         None, description="energy lost on flattening asperities at first touch"
@@ -147,7 +150,7 @@ class Interaction(Block):
             BuiltInDamping,
             Field(discriminator="model"),
             _DampingWord(),
-            RegisteredLaws(registry, "damping", "model"),
+            RegisteredLaws(effect_registry, "damping", "model"),
         ]
     ] = Field({"model": "viscous"}, description="damping of the normal motion of a contact")
 
@@ -172,9 +175,9 @@ class Interaction(Block):
             raise build_value_error("effects by name are needed, for example {sintered_neck: {}}")
         out = {}
         for name, block in value.items():
-            effect_block = registry.block_of("effects", name)
+            effect_block = effect_registry.block_of("effects", name)
             if effect_block is None:
-                names = ", ".join(registry.names("effects")) or "none is registered here"
+                names = ", ".join(effect_registry.names("effects")) or "none is registered here"
                 raise build_faults_error(
                     [(str(name), f"the name of a registered effect is needed: {names}")]
                 )
@@ -184,7 +187,7 @@ class Interaction(Block):
     @field_validator("normal", "rolling", "sliding", "twisting", mode="wrap")
     @classmethod
     def _validate_registered_law(cls, value: Any, handler: Any, info: Any) -> Any:
-        return validate_law(registry, info.field_name, value) or handler(value)
+        return validate_law(effect_registry, info.field_name, value) or handler(value)
 
     @field_validator("damping", mode="wrap")
     @classmethod

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
-from dusttaichi.physics.contact import registry
+from dusttaichi.physics.contact import effect_registry
 from dusttaichi.scene import quantities
 from dusttaichi.scene.fields import (
     Block,
@@ -71,9 +71,9 @@ class _Properties(Mark):
 
     @staticmethod
     def _find_property(name: str):
-        declared_property = registry.properties().get(name)
+        declared_property = effect_registry.properties().get(name)
         if declared_property is None:
-            names = ", ".join(registry.properties()) or "none is registered here"
+            names = ", ".join(effect_registry.properties()) or "none is registered here"
             raise build_faults_error(
                 [(name, f"a property that a registered law declares is needed: {names}")]
             )
@@ -103,7 +103,7 @@ class _Properties(Mark):
     def __get_pydantic_json_schema__(self, schema, handler):
         property_schemas = {
             name: {"type": "string", "description": p.meaning}
-            for name, p in registry.properties().items()
+            for name, p in effect_registry.properties().items()
         }
         return {"type": "object", "properties": property_schemas, "additionalProperties": False}
 

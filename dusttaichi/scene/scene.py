@@ -11,7 +11,7 @@ from pydantic import Field, PrivateAttr, ValidationError, ValidationInfo, field_
 
 from dusttaichi import method
 from dusttaichi.physics.geometry import AXES
-from dusttaichi.scene import checks, extensions, plain, problems
+from dusttaichi.scene import checks, extensions, plain_values, problems
 from dusttaichi.scene.boundary import Boundary, bounded_axes, get_drive
 from dusttaichi.scene.extensions import Extension
 from dusttaichi.scene.fields import Block, Count, Faults, build_value_error, name_like
@@ -223,7 +223,7 @@ class Scene(Block):
 
         data, values = self.input_data, {path: without_numpy(v) for path, v in values.items()}
         for path, value in values.items():
-            plain.set_value(data, path.split("."), value, path)
+            plain_values.set_value(data, path.split("."), value, path)
         changes = ", ".join(f"{path} = {value!r}" for path, value in values.items())
         return self.with_data(data, title=f"the scene with {changes}")
 
@@ -253,7 +253,7 @@ class Scene(Block):
     @property
     def plain(self) -> dict[str, Any]:
         """Plain data of the YAML with every default."""
-        return plain.without_none(self.model_dump(mode="json"))
+        return plain_values.without_none(self.model_dump(mode="json"))
 
     def to_yaml(self, absolute: bool = False) -> str:
         """YAML of the scene with every default; loads again to an equal scene.
@@ -264,7 +264,9 @@ class Scene(Block):
             Write absolute paths of its files, so that they are found from any folder.
         """
         data = _absolute(self.plain) if absolute else self.plain
-        return yaml.dump(data, Dumper=plain.Dumper, sort_keys=False, allow_unicode=True, width=1000)
+        return yaml.dump(
+            data, Dumper=plain_values.Dumper, sort_keys=False, allow_unicode=True, width=1000
+        )
 
     def _repr_html_(self) -> str:
         """HTML for a notebook: a summary of the blocks, and the whole scene to unfold."""

@@ -17,7 +17,7 @@ from dusttaichi.analysis.collisions import build_collisions_dataset
 from dusttaichi.analysis.threshold_tables import build_threshold_variables
 from dusttaichi.analysis.thresholds import find_growth_bracket, find_thresholds
 from dusttaichi.errors import DustError
-from dusttaichi.grains.collisions import MOST
+from dusttaichi.grains.collision_parameters import MOST
 from dusttaichi.results.plain import plain
 from dusttaichi.results.provenance import describe_study
 from dusttaichi.scene import Scene, quantities

@@ -9,9 +9,9 @@ import numpy as np
 
 from dusttaichi import method, samples
 from dusttaichi.errors import GuardStop
-from dusttaichi.grains import network
+from dusttaichi.grains import contact_network
 from dusttaichi.grains.build import build
-from dusttaichi.grains.scene import GrainsScene
+from dusttaichi.grains.grain_scene import GrainsScene
 from dusttaichi.grains.time_step import TimeStep
 from dusttaichi.running import ledger
 from dusttaichi.scene import Scene
@@ -72,7 +72,7 @@ def _build_grains(cell, scene, numbers):
 
 def _find_limit(sim):
     """(shortest period, largest stable step) [s] of the present contacts of a GrainEngine."""
-    return network.stable_step(sim.contacts, sim.contact_table, sim.motion)
+    return contact_network.stable_step(sim.contacts, sim.contact_table, sim.motion)
 
 
 def _advance(sim, scene, steps, read_state, numbers):

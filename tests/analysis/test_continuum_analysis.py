@@ -9,9 +9,9 @@ from dusttaichi.analysis import open_run, summarise, tabulate
 from dusttaichi.analysis.ledger import Ledger, compute_ledger
 from dusttaichi.continuum import analysis as of
 from dusttaichi.continuum.analysis import laboratory
+from dusttaichi.continuum.analysis.continuum_numbers import numerical_dissipation
+from dusttaichi.continuum.analysis.dust_fragments import pieces_of
 from dusttaichi.continuum.analysis.filling import denser_than
-from dusttaichi.continuum.analysis.numbers import numerical_dissipation
-from dusttaichi.continuum.analysis.pieces import pieces_of
 from dusttaichi.errors import DustError
 from dusttaichi.export import export
 from dusttaichi.plots import animation, save_figures

@@ -11,8 +11,8 @@ import synthetic
 from dusttaichi.analysis.plain import convert_value
 from dusttaichi.commands.fit import write
 from dusttaichi.continuum.analysis import fit_tables as tables
-from dusttaichi.continuum.analysis.fit import PARAMETERS, fit, numbers_of, stresses
 from dusttaichi.continuum.analysis.grain_tests import GrainTest, Segment, grain_test
+from dusttaichi.continuum.analysis.material_fit import PARAMETERS, fit, numbers_of, stresses
 from dusttaichi.continuum.scene import ContinuumMaterial
 from dusttaichi.errors import DustError
 

@@ -17,7 +17,7 @@ from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.analysis.plain import convert_ensemble, convert_runs
 from dusttaichi.analysis.summary import format_columns
 from dusttaichi.commands import options
-from dusttaichi.plots.registry import mark_draft
+from dusttaichi.plots.figure_registry import mark_draft
 from dusttaichi.report import page
 from dusttaichi.results import shown
 from dusttaichi.scene import from_yaml

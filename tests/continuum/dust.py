@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi import method
-from dusttaichi.continuum.samples.particles import Particles
+from dusttaichi.continuum.samples.particle_arrays import Particles
 from dusttaichi.scene import Scene
 
 SPACING = 1e-4

@@ -12,7 +12,7 @@ import pytest
 from continuum.test_shock import jump
 
 from dusttaichi.continuum.physics import elasticity, strength
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
 from dusttaichi.continuum.physics.point import MaterialPoint
 from dusttaichi.continuum.scene.material import ContinuumMaterial
 

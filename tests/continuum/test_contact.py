@@ -9,7 +9,7 @@ from scipy.special import j1, jn, y1, yn
 
 from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.continuum.physics import strength
-from dusttaichi.continuum.samples.particles import Body, Particles, joined
+from dusttaichi.continuum.samples.particle_arrays import Body, Particles, joined
 from dusttaichi.results.roles import RIGID
 
 ROW, K, MU = dust.ROW, dust.K, dust.MU

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from dusttaichi import analysis, method
 from dusttaichi.continuum.kernels.store import OLD
 from dusttaichi.continuum.physics import damage, strength
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
 from dusttaichi.continuum.samples.flaws import flaws_of
 from dusttaichi.errors import DustError
 from dusttaichi.running import execute

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from dusttaichi import method
 from dusttaichi.continuum.physics import elasticity, strength
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
 from dusttaichi.scene import load
 
 CONFIG = Path(__file__).parents[2] / "configs/continuum/shock.yaml"

@@ -12,9 +12,9 @@ from continuum import dust
 from dusttaichi.compute.backend import start_taichi
 from dusttaichi.compute.engine import settings, ti
 from dusttaichi.continuum.build import layout_of
-from dusttaichi.continuum.compiled import passes
+from dusttaichi.continuum.compiled_dust import passes
 from dusttaichi.continuum.kernels import store
-from dusttaichi.continuum.kernels.numbers import numbers_type
+from dusttaichi.continuum.kernels.run_arguments import numbers_type
 from dusttaichi.continuum.physics.kernels import MATERIAL
 from dusttaichi.studies.bench import compiled_bits
 

@@ -15,7 +15,7 @@ from dusttaichi.analysis import outcome
 from dusttaichi.analysis.collisions import FAILED, MISS
 from dusttaichi.analysis.thresholds import FRAGMENT, STICK
 from dusttaichi.commands.app import app
-from dusttaichi.grains.variables import VARIABLES
+from dusttaichi.grains.grain_variables import VARIABLES
 from dusttaichi.scene import NAMED, Scene, shipped
 from dusttaichi.scene.keys import list_keys
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes import box, make_scene, sample_of
 
-from dusttaichi.grains import engine, inventory
+from dusttaichi.grains import grain_engine, inventory
 from dusttaichi.grains.build import build
 from dusttaichi.samples import Sample
 
@@ -89,7 +89,7 @@ SCENES = {
 @pytest.fixture
 def unstarted_taichi(monkeypatch):
     """Scenes are built, but nothing runs: only a run compiles."""
-    monkeypatch.setattr(engine, "start", lambda *parts, **numbers: None)
+    monkeypatch.setattr(grain_engine, "start", lambda *parts, **numbers: None)
 
 
 def place(scene, sample, **options):

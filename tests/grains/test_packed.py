@@ -13,12 +13,12 @@ from scenes import box, make_scene
 from dusttaichi.compute.backend import loops_of, start_taichi
 from dusttaichi.compute.engine import settings, ti
 from dusttaichi.grains.build import chosen_layout
-from dusttaichi.grains.kernels.contacts import ContactPass
+from dusttaichi.grains.kernels.contact_pass import ContactPass
 from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.gather import Walls
 from dusttaichi.grains.pushes import make_push
 from dusttaichi.grains.step import Phases
-from dusttaichi.physics.contact.registry import chosen_model
+from dusttaichi.physics.contact.effect_registry import chosen_model
 from dusttaichi.studies.bench import compiled_bits
 
 ARITHMETIC = re.compile(

@@ -15,11 +15,11 @@ from scenes import (
 )
 from test_pair import compare
 
-from dusttaichi.grains.kernels.numbers import internal_numbers
+from dusttaichi.grains.kernels.contact_numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.interface import MIXING
-from dusttaichi.physics.contact.registry import chosen_model
+from dusttaichi.physics.contact.effect_registry import chosen_model
+from dusttaichi.physics.contact.material_interface import MIXING
 from dusttaichi.running.ledger import ledger
 from dusttaichi.samples import Sample
 

@@ -8,12 +8,12 @@ from scenes import CONFIGS, FAR, Probe, box, make_scene, polydisperse, sample_of
 from dusttaichi.errors import DustError
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.grain_properties import scaled
-from dusttaichi.grains.kernels.numbers import internal_numbers
+from dusttaichi.grains.kernels.contact_numbers import internal_numbers
 from dusttaichi.grains.kernels.polydisperse import stored
 from dusttaichi.grains.preview import preview
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.registry import chosen_model
+from dusttaichi.physics.contact.effect_registry import chosen_model
 from dusttaichi.running import execute
 from dusttaichi.scene import from_yaml, load
 

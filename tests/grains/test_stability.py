@@ -5,7 +5,7 @@ import pytest
 from scenes import CONFIGS, FAR, RADIUS, Probe, box, make_scene, sample_of, two_materials
 
 from dusttaichi.errors import DustError
-from dusttaichi.grains import network
+from dusttaichi.grains import contact_network
 from dusttaichi.grains.build import build
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.grain_properties import grain_properties
@@ -113,7 +113,7 @@ def test_contacts_as_they_are_give_the_period_of_the_cluster():
     that differ by rounding only)."""
     scene = make_scene(dt="auto", boundary=FAR)
     sim = build(scene, sample_of(cluster(13)))
-    period, limit = network.stable_step(sim.contacts, sim.contact_table, sim.motion)
+    period, limit = contact_network.stable_step(sim.contacts, sim.contact_table, sim.motion)
     assert period == pytest.approx(step_of(make_scene(dt="auto"), 13).period, rel=1e-4)
     assert limit == pytest.approx(period / np.pi, rel=1e-4)
 
@@ -122,11 +122,11 @@ def test_sparse_and_dense_eigenvalues_agree(monkeypatch):
     """eigsh is asked for 1e-4."""
     scene = make_scene(dt="auto", boundary=FAR)
     sim = build(scene, sample_of(cluster(13)))
-    dense = network.stable_step(sim.contacts, sim.contact_table, sim.motion)[0]
+    dense = contact_network.stable_step(sim.contacts, sim.contact_table, sim.motion)[0]
     monkeypatch.setattr(springs, "DENSE", 10)
-    assert network.stable_step(sim.contacts, sim.contact_table, sim.motion)[0] == pytest.approx(
-        dense, rel=1e-4
-    )
+    assert contact_network.stable_step(sim.contacts, sim.contact_table, sim.motion)[
+        0
+    ] == pytest.approx(dense, rel=1e-4)
 
 
 def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
@@ -142,7 +142,7 @@ def test_limit_of_unlike_grains_and_a_wall_is_the_measured_one():
     x = np.array([[0, 0, height], [0, 0, height + apart[0]], [apart[1], 0, height]])
     still = np.zeros((3, 3))
     sim = build(scene, Sample(x, still, still.copy(), radii=r))
-    estimate = network.stable_step(sim.contacts, sim.contact_table, sim.motion)[1]
+    estimate = contact_network.stable_step(sim.contacts, sim.contact_table, sim.motion)[1]
     assert measure_stable_step(sim, estimate) == pytest.approx(estimate, rel=0.05)
 
 
@@ -152,7 +152,7 @@ def test_limit_of_strong_damping_is_the_measured_one(time):
     damping = {"model": "viscoelastic", "time": time}
     scene = make_scene(dt="0.01 ns", boundary=FAR, damping=damping)
     sim = build(scene, sample_of(cluster(3)))
-    estimate = network.stable_step(sim.contacts, sim.contact_table, sim.motion)[1]
+    estimate = contact_network.stable_step(sim.contacts, sim.contact_table, sim.motion)[1]
     assert measure_stable_step(sim, estimate) == pytest.approx(estimate, rel=0.02)
     damped_limit = stability.damped_limit(
         constants.grain_mass(scene.material),

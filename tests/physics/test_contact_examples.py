@@ -25,7 +25,7 @@ from dusttaichi.errors import DustError
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.preview import _contact
 from dusttaichi.grains.time_step import time_step
-from dusttaichi.physics.contact import constants, register, registry
+from dusttaichi.physics.contact import constants, effect_registry, register
 from dusttaichi.running import execute
 from dusttaichi.running.ledger import ledger
 from dusttaichi.samples import make
@@ -370,7 +370,7 @@ def test_its_numbers_are_told_and_its_keys_are_checked(law):
     rows = dict(_contact(pair, made))
     assert any("slowness" in title and value == "50 s/m" for title, value in rows.items())
     assert ("rolling", "speed_dependent", "slowness") in {
-        row[:3] for row in registry.table_of_numbers()
+        row[:3] for row in effect_registry.table_of_numbers()
     }
     with pytest.raises(DustError, match=r"rolling\.speed = 2: it has no unit"):
         scene(2)

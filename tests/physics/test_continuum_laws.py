@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.physics import deviator, elasticity, path, strength
-from dusttaichi.continuum.physics.numbers import MaterialNumbers, largest_share
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers, largest_share
 from dusttaichi.continuum.physics.point import MaterialPoint, restitution
 from dusttaichi.continuum.scene import ContinuumMaterial
 from dusttaichi.physics import laws

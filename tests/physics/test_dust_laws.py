@@ -13,11 +13,11 @@ from scenes import EXAMPLES, extensions_forgotten
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.continuum.physics import elasticity, path, register, strength
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
 from dusttaichi.continuum.physics.point import MaterialPoint
 from dusttaichi.continuum.scene import ContinuumMaterial, DustLaw
 from dusttaichi.errors import DustError
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 from dusttaichi.physics.laws import rolling_energy
 from dusttaichi.scene import from_yaml, json_schema
 

@@ -12,7 +12,7 @@ import pytest
 import reference as ref
 from scenes import FAR, RADIUS, Probe, box, law_of_the_docs, make_scene, sample_of
 
-from dusttaichi.physics.contact import constants, registry
+from dusttaichi.physics.contact import constants, effect_registry
 
 EFFECTS = {
     "normal": (),
@@ -28,12 +28,12 @@ with law_of_the_docs():
     LAWS = {
         f"{effect}, {law}": (effect, law)
         for effect in SPRINGS
-        for law in registry.names(effect)
-        if law != registry.DEFAULT[effect]
+        for law in effect_registry.names(effect)
+        if law != effect_registry.DEFAULT[effect]
     }
     DAMPING = [
         "none",
-        *(law for law in registry.names("damping") if law not in ("viscous", "scaled")),
+        *(law for law in effect_registry.names("damping") if law not in ("viscous", "scaled")),
     ]
 SHORT = {(name, "f64") for name in (*LAWS, "all")} | {("all", "mixed")}
 NUMBER = {"normal": 0, "rolling": 1, "sliding": 2, "twisting": 3}
@@ -80,7 +80,7 @@ def strained_probe(request):
     if law is not None:
         scene = scene.with_value(f"interaction.{effect}.law", law)
     probe = Probe(scene, sample_of(triangle(), V, W))
-    probe.laws = dict(registry.chosen_model(scene.interaction).effects)
+    probe.laws = dict(effect_registry.chosen_model(scene.interaction).effects)
     probe.pair = constants.pair_constants(scene.material, scene.interaction)
     probe.wall = constants.wall_constants(scene.material, scene.interaction)
     probe.own, probe.rounding = law is not None, ROUNDING[precision]

@@ -17,7 +17,7 @@ from dusttaichi.plots.frame_of_picture import find_cell_edges, round_length
 from dusttaichi.plots.spheres import Camera, Lines, compute_camera_axes, render_spheres
 
 # functions of these names stand before the modules
-drawing = import_module("dusttaichi.plots.grains")
+drawing = import_module("dusttaichi.plots.grain_picture")
 film = import_module("dusttaichi.plots.animation")
 
 RED, BLUE = (0.9, 0.1, 0.1), (0.1, 0.1, 0.9)

@@ -23,16 +23,16 @@ from dusttaichi import method, plots, report
 from dusttaichi.analysis import is_ensemble, open_ensemble, open_run
 from dusttaichi.analysis.run import Run
 from dusttaichi.errors import DustError
-from dusttaichi.report import contacts, page
+from dusttaichi.report import page, viewer_contacts
 from dusttaichi.report.interactive import convert_label, make_interactive
 from dusttaichi.report.packing import pack_array, quantise
-from dusttaichi.report.particles import (
+from dusttaichi.report.selection import select_particles
+from dusttaichi.report.viewer_particles import (
     choose_colour,
     choose_snapshots,
     collect_particles,
     list_dissipation,
 )
-from dusttaichi.report.selection import select_particles
 from dusttaichi.scene import load
 
 ROOT = Path(__file__).parents[2]
@@ -196,7 +196,7 @@ def test_a_figure_that_fails_is_named_and_the_others_are_drawn(tmp_path, monkeyp
 
     own, grains = plots.coordination.row, method.load_method("grains")
     rows = [replace(row, draw=broken) if row is own else row for row in plots.list_figures(grains)]
-    monkeypatch.setattr(plots.registry, "list_figures", lambda of_method=None: rows)
+    monkeypatch.setattr(plots.figure_registry, "list_figures", lambda of_method=None: rows)
     synthetic.compression_run(tmp_path / "result.nc")
     with open_run(tmp_path) as run:
         (run_data,) = report.collect_report_data([run])["runs"]
@@ -346,8 +346,8 @@ def test_what_was_asked_for_colours_at_first(data):
         radius=np.ones(3), contacts=lost, wall_contacts=None, pairs=np.array([[0, 1], [1, 2]])
     )
     run = SimpleNamespace(tree=SimpleNamespace(children=()))
-    assert contacts.sum_dissipation(run, frame).tolist() == [1.0, 3.0, 2.0]
-    labels = ["coordination number", contacts.BODY, contacts.DISSIPATED]
+    assert viewer_contacts.sum_dissipation(run, frame).tolist() == [1.0, 3.0, 2.0]
+    labels = ["coordination number", viewer_contacts.BODY, viewer_contacts.DISSIPATED]
     of_grains = xr.DataArray(
         [[[1.0, 0.0, 2.0]] * 3], {"channel": ["rolling", "sliding", "damping"]},
         ("snapshot", "grain", "channel"),

@@ -16,8 +16,8 @@ import xarray as xr
 from records import GRAINS, check, fill
 
 from dusttaichi.errors import DustError
-from dusttaichi.grains.variables import VARIABLES
-from dusttaichi.physics.contact.numbers import CHANNELS
+from dusttaichi.grains.grain_variables import VARIABLES
+from dusttaichi.physics.contact.effect_numbers import CHANNELS
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results import Writer, files, pieces, provenance, select_variables
 from dusttaichi.results import writer as writing

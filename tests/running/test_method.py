@@ -22,9 +22,9 @@ from dusttaichi.commands.app import app
 from dusttaichi.continuum.moving_dust import MovingDust
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.export import export
-from dusttaichi.grains.engine import GrainEngine
+from dusttaichi.grains.grain_engine import GrainEngine
 from dusttaichi.method import Measurement, SimpleSimulation, Start
-from dusttaichi.plots.registry import picture_of
+from dusttaichi.plots.figure_registry import picture_of
 from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.running import execute, ledger, loop
 from dusttaichi.running.state import RunState

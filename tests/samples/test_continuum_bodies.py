@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from dusttaichi.continuum import samples as continuum
 from dusttaichi.continuum.physics import elasticity
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
 from dusttaichi.continuum.samples import AnyParticles, Matter, lattice
 from dusttaichi.continuum.scene.boundary import ContinuumBoundary
 from dusttaichi.continuum.scene.material import ContinuumMaterial

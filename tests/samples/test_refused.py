@@ -10,7 +10,7 @@ from pydantic import Field
 from scenes import EXAMPLES
 
 from dusttaichi.errors import DustError
-from dusttaichi.samples import Sample, SampleBlock, register, registry
+from dusttaichi.samples import Sample, SampleBlock, register, sample_registry
 from dusttaichi.scene import from_yaml, json_schema
 from dusttaichi.scene.fields import Count, Number
 from dusttaichi.scene.keys import list_keys
@@ -152,7 +152,7 @@ EXAMPLE = EXAMPLES / "hollow_sphere.py"
 @pytest.fixture(autouse=True)
 def leave_no_kind_behind():
     yield
-    registry.GRAINS.restore({})
+    sample_registry.GRAINS.restore({})
 
 
 class RingSample(SampleBlock):

@@ -5,7 +5,7 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
 from dusttaichi.continuum.samples.elastic import ElasticSample
 from dusttaichi.continuum.scene import ContinuumMaterial
 

@@ -15,11 +15,11 @@ from scenes import BASE, CONFIGS, EXAMPLES, extensions_forgotten, write_spring
 from dusttaichi import method
 from dusttaichi.commands import options
 from dusttaichi.errors import DustError
-from dusttaichi.physics.contact import registry as laws
+from dusttaichi.physics.contact import effect_registry
 from dusttaichi.results import shown
 from dusttaichi.running import execute
 from dusttaichi.running.identity import code_hash
-from dusttaichi.samples import registry as kinds
+from dusttaichi.samples import sample_registry
 from dusttaichi.scene import extensions, from_yaml, json_schema, load, load_extensions
 from dusttaichi.scene.yaml_text import read
 from dusttaichi.studies.engine import Shelf
@@ -130,7 +130,7 @@ def test_what_files_have_registered_is_taken_back_where_one_fails(folder):
     (folder / "late.py").write_text(RING + "\n1 / 0\n")
     with pytest.raises(DustError, match="ZeroDivisionError"):
         from_yaml(BASE + "extensions: [late.py]\n", folder)
-    assert "ring" not in kinds.GRAINS
+    assert "ring" not in sample_registry.GRAINS
     with pytest.raises(DustError, match=r"sample.*ring"):
         from_yaml(BASE.replace("kind: rbd", "kind: ring"))
     with pytest.raises(DustError) as error:
@@ -142,11 +142,11 @@ def test_two_files_for_one_name_are_refused(folder):
     text = (folder / "rolling_with_speed.py").read_text()
     (folder / "other.py").write_text(text.replace("1.0 +", "2.0 +"))
     scene = from_yaml(LAW, folder)
-    law = laws.law_of("rolling", "speed_dependent")
+    law = effect_registry.law_of("rolling", "speed_dependent")
     refused = r"registers the law rolling.speed_dependent, as .*rolling_with_speed.py does, which"
     with pytest.raises(DustError, match=r"extensions\[1\] = .*" + refused):
         from_yaml(LAW.replace("speed.py]", "speed.py, other.py]"), folder)
-    assert laws.law_of("rolling", "speed_dependent") is law
+    assert effect_registry.law_of("rolling", "speed_dependent") is law
     assert scene.with_value("interaction.rolling.speed", "2 cm/s").interaction.rolling.speed == 0.02
 
 
@@ -165,12 +165,12 @@ def test_law_kind_and_method_are_known(folder):
 def test_twice_is_harmless(folder):
     """A file once more, a link to it, a copy of it."""
     first = from_yaml(LAW, folder)
-    law = laws.law_of("rolling", "speed_dependent")
+    law = effect_registry.law_of("rolling", "speed_dependent")
     (folder / "link.py").symlink_to(folder / "rolling_with_speed.py")
     shutil.copy(folder / "rolling_with_speed.py", folder / "copy.py")
     for names in ("rolling_with_speed.py", "link.py", "copy.py", "copy.py, link.py"):
         repeated_scene = from_yaml(LAW.replace("rolling_with_speed.py", names), folder)
-        assert laws.law_of("rolling", "speed_dependent") is law
+        assert effect_registry.law_of("rolling", "speed_dependent") is law
         assert type(repeated_scene.interaction.rolling) is type(first.interaction.rolling)
         assert code_hash(repeated_scene) == code_hash(first)
 

@@ -15,7 +15,7 @@ from dusttaichi import analysis
 from dusttaichi.analysis.collisions import AXES
 from dusttaichi.analysis.thresholds import find_thresholds
 from dusttaichi.errors import DustError
-from dusttaichi.grains.collisions import Rings
+from dusttaichi.grains.collision_parameters import Rings
 from dusttaichi.running import execute
 from dusttaichi.scene import Scene, from_yaml, load
 from dusttaichi.studies import collide_task as task

@@ -9,7 +9,7 @@ from scenes import box, make_scene
 from dusttaichi import samples
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.build import build
-from dusttaichi.grains.engine import GrainEngine
+from dusttaichi.grains.grain_engine import GrainEngine
 from dusttaichi.samples.side_by_side import join_members
 from dusttaichi.studies.collide import Collisions, side_by_side
 from dusttaichi.studies.collide_batch import make_collisions

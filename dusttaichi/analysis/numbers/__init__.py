@@ -11,7 +11,7 @@ from functools import cache
 from importlib import import_module
 
 from dusttaichi import method
-from dusttaichi.analysis.numbers.registry import (
+from dusttaichi.analysis.numbers.number_registry import (
     AUTO,
     GENERAL,
     Family,

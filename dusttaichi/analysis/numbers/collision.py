@@ -7,7 +7,7 @@ from dusttaichi.analysis.fragments import (
     measure_compaction,
     measure_growth_efficiency,
 )
-from dusttaichi.analysis.numbers.registry import FILE, Family, Observable, quiet
+from dusttaichi.analysis.numbers.number_registry import FILE, Family, Observable, quiet
 from dusttaichi.analysis.outcome import NOT_MET, PAGE, PASSED, determine_outcome, has_settled
 from dusttaichi.analysis.restitution import measure_restitution
 from dusttaichi.errors import DustError

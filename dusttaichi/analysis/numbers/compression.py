@@ -13,7 +13,7 @@ from dusttaichi.analysis.cycles import measure_unloadings
 from dusttaichi.analysis.dynamic import PLATEAU, measure_dynamic_compression
 from dusttaichi.analysis.isotropic import measure_isotropic_compression
 from dusttaichi.analysis.kind import is_dynamic
-from dusttaichi.analysis.numbers.registry import (
+from dusttaichi.analysis.numbers.number_registry import (
     AUTO,
     ENSEMBLES,
     FILE,

@@ -13,7 +13,7 @@ from dusttaichi.analysis.loads import (
     measure_shear_tests,
     measure_triaxial_tests,
 )
-from dusttaichi.analysis.numbers.registry import (
+from dusttaichi.analysis.numbers.number_registry import (
     AUTO,
     ENSEMBLES,
     FILE,

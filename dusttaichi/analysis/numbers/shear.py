@@ -6,7 +6,7 @@ from dusttaichi.analysis.loads import (
     measure_shear_tests,
     measure_triaxial_tests,
 )
-from dusttaichi.analysis.numbers.registry import AUTO, Family, Observable, quiet, uncertainty
+from dusttaichi.analysis.numbers.number_registry import AUTO, Family, Observable, quiet, uncertainty
 from dusttaichi.analysis.texts import format_quantity
 
 

@@ -1,6 +1,6 @@
 """Strength of a stretched sample."""
 
-from dusttaichi.analysis.numbers.registry import (
+from dusttaichi.analysis.numbers.number_registry import (
     Family,
     Observable,
     quiet,

@@ -1,6 +1,14 @@
 """Analysis of continuum runs: intrusion, filling factors, fragments, beside the laboratory."""
 
 from dusttaichi.continuum.analysis import laboratory
+from dusttaichi.continuum.analysis.dust_fragments import (
+    Bounce,
+    Pieces,
+    Rebound,
+    bounce,
+    collide,
+    pieces,
+)
 from dusttaichi.continuum.analysis.filling import (
     AxisProfile,
     CumulatedVolume,
@@ -17,8 +25,7 @@ from dusttaichi.continuum.analysis.intrusion import (
     intrusion,
     momentum_per_area,
 )
-from dusttaichi.continuum.analysis.particles import ParticleFrame, has_dust, read_particles
-from dusttaichi.continuum.analysis.pieces import Bounce, Pieces, Rebound, bounce, collide, pieces
+from dusttaichi.continuum.analysis.particle_snapshot import ParticleFrame, has_dust, read_particles
 
 __all__ = [
     "AxisProfile", "Bounce", "CumulatedVolume", "Intrusion", "Map", "ParticleFrame", "Pieces",

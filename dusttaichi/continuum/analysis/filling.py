@@ -7,7 +7,7 @@ import scipy
 
 from dusttaichi.analysis.frame import find_surface
 from dusttaichi.continuum.analysis.intrusion import projectile_of
-from dusttaichi.continuum.analysis.particles import read_particles
+from dusttaichi.continuum.analysis.particle_snapshot import read_particles
 
 NEAR = 0.3e-3  # depth [m] below the bead over which the prototype's median was taken
 POINTS, BIN = 400, 0.005  # of a cumulated volume; width of the bins of a histogram

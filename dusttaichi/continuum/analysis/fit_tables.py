@@ -9,9 +9,9 @@ import yaml
 from pydantic import ValidationError
 
 from dusttaichi.analysis.run import open_run
-from dusttaichi.continuum.analysis import fit as continuum_fit
-from dusttaichi.continuum.analysis.fit import PARAMETERS, quantities
+from dusttaichi.continuum.analysis import material_fit
 from dusttaichi.continuum.analysis.grain_tests import grain_test
+from dusttaichi.continuum.analysis.material_fit import PARAMETERS, quantities
 from dusttaichi.continuum.analysis.observations import QUANTITIES, curves, speeds
 from dusttaichi.continuum.scene.material import ContinuumMaterial
 from dusttaichi.errors import DustError
@@ -45,20 +45,20 @@ def result_files(paths):
 
 
 def fit_runs(paths, phi_2=0.58, rate=None):
-    """The Fit (`continuum_fit.fit`) of a material to run directories.
+    """The Fit (`material_fit.fit`) of a material to run directories.
 
     Raises DustError where observations are missing, or where the result is not a valid material.
     """
     tests = [grain_test(open_run(path)) for path in result_files(paths)]
-    material_fit = continuum_fit.fit(tests, phi_2, rate)
+    fit = material_fit.fit(tests, phi_2, rate)
     try:
-        ContinuumMaterial.model_validate(block(material_fit, "dust"))
+        ContinuumMaterial.model_validate(block(fit, "dust"))
     except ValidationError as error:
         first = error.errors()[0]
         raise DustError(
             f"The fit gives no valid material: {'.'.join(map(str, first['loc']))} {first['msg']}"
         ) from None
-    return material_fit
+    return fit
 
 
 def block(fit, name):

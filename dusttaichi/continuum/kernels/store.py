@@ -12,8 +12,8 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import SYNC
 from dusttaichi.compute.scan import scan_capacity
 from dusttaichi.compute.state_variable import ELEMENTS, StateVariable
-from dusttaichi.continuum.physics.numbers import numbers_class
-from dusttaichi.continuum.physics.registry import DustLaws
+from dusttaichi.continuum.physics.dust_laws import DustLaws
+from dusttaichi.continuum.physics.material_numbers import numbers_class
 from dusttaichi.physics.forces.model import ForceModel
 
 FACES = 6  # groups 0-5 move as a face does, those from 6 on are rigid bodies

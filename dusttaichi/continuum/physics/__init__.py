@@ -4,6 +4,6 @@ The formulas stand once, in files that import no Taichi: scenes, samples and ana
 floats or NumPy arrays. `kernels` makes Taichi functions of the very same source.
 """
 
-from dusttaichi.continuum.physics.registry import register
+from dusttaichi.continuum.physics.dust_laws import register
 
 __all__ = ["register"]

@@ -22,8 +22,8 @@ from dusttaichi.continuum.physics import (
     path,
     strength,
 )
-from dusttaichi.continuum.physics.numbers import MaterialNumbers, numbers_class
-from dusttaichi.continuum.physics.registry import FUNCTIONS
+from dusttaichi.continuum.physics.dust_laws import FUNCTIONS
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers, numbers_class
 
 
 @cache

@@ -10,7 +10,7 @@ import numpy as np
 
 from dusttaichi.continuum.physics import elasticity, path, strength
 from dusttaichi.continuum.physics.deviator import radial
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
 
 
 @dataclass(frozen=True)

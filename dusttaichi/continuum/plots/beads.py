@@ -12,7 +12,7 @@ from dusttaichi.continuum.analysis import (
 )
 from dusttaichi.continuum.plots.dust import COLOURS, EVERYDAY, extent_of, intrudes, limits_of, paint
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import figure, select_in_common
+from dusttaichi.plots.figure_registry import figure, select_in_common
 
 
 def draw_profile(axes, runs, labels):

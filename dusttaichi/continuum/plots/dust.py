@@ -8,7 +8,7 @@ from dusttaichi.analysis.frame import count_frames
 from dusttaichi.continuum.analysis import has_dust, histogram, read_particles, section
 from dusttaichi.errors import DustError
 from dusttaichi.plots import style
-from dusttaichi.plots.registry import Picture, figure
+from dusttaichi.plots.figure_registry import Picture, figure
 from dusttaichi.results.roles import WALL
 from dusttaichi.results.variables import LABELS
 

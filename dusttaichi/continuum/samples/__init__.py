@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from dusttaichi.continuum.physics.numbers import MaterialNumbers
+from dusttaichi.continuum.physics.material_numbers import MaterialNumbers
 from dusttaichi.continuum.samples import (  # noqa: F401, each registers its kind
     block,
     elastic,
@@ -12,10 +12,7 @@ from dusttaichi.continuum.samples import (  # noqa: F401, each registers its kin
     several,
     sphere,
 )
-from dusttaichi.continuum.samples.faces import with_faces
-from dusttaichi.continuum.samples.gravity import at_rest_under_gravity
-from dusttaichi.continuum.samples.particles import COMPONENTS, Body, Particles
-from dusttaichi.continuum.samples.registry import (
+from dusttaichi.continuum.samples.body_registry import (
     AnyParticles,
     BodyBlock,
     Matter,
@@ -23,6 +20,9 @@ from dusttaichi.continuum.samples.registry import (
     reads_particles,
     register,
 )
+from dusttaichi.continuum.samples.faces import with_faces
+from dusttaichi.continuum.samples.initial_stress import at_rest_under_gravity
+from dusttaichi.continuum.samples.particle_arrays import COMPONENTS, Body, Particles
 
 __all__ = [
     "COMPONENTS", "AnyParticles", "Body",
@@ -31,7 +31,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-REACH = 2.6  # cutoff of the neighbour lists in smoothing lengths (continuum.search)
+REACH = 2.6  # cutoff of the neighbour lists in smoothing lengths (continuum.particle_search)
 
 
 def matter_of(scene) -> Matter:

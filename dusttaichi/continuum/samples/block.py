@@ -5,25 +5,27 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from dusttaichi.continuum.samples import lattice, registry
+from dusttaichi.continuum.samples import body_registry, lattice
 from dusttaichi.continuum.samples.dust import cost_of_scatter, dust
-from dusttaichi.continuum.samples.particles import Particles
+from dusttaichi.continuum.samples.particle_arrays import Particles
 from dusttaichi.samples.values import Seed
 from dusttaichi.scene.making import Cost
 
 
-class BlockSample(registry.DustBody):
+class BlockSample(body_registry.DustBody):
     """A block of dust; its upper surface is at z = 0 and its middle at x = y = 0."""
 
     kind: Literal["block"]
-    size: registry.Edges = Field(description="[width, height], in three dimensions [Lx, Ly, Lz]")
-    lattice: registry.Lattice = Field(
+    size: body_registry.Edges = Field(
+        description="[width, height], in three dimensions [Lx, Ly, Lz]"
+    )
+    lattice: body_registry.Lattice = Field(
         "auto",
         description="positions of the particles: triangular (2D), hexagonal (3D), glass; auto: the "
         "lattice of the dimension",
     )
     seed: Seed = Field(1, description="seed of the glass")
-    filling_factor: registry.Filling | None = Field(
+    filling_factor: body_registry.Filling | None = Field(
         None, description="filling factor, or a block with layers and scatter; default: material's"
     )
 
@@ -31,8 +33,8 @@ class BlockSample(registry.DustBody):
         return cost_of_scatter(self.filling_factor, float(np.prod(self.size)), scene)
 
 
-@registry.register(BlockSample)
-def make(spec: BlockSample, matter: registry.Matter) -> Particles:
+@body_registry.register(BlockSample)
+def make(spec: BlockSample, matter: body_registry.Matter) -> Particles:
     """The block of spec, which fills its `room`.
 
     Its mass is exact: every particle has the same volume. Raises DustError for too many particles

@@ -4,8 +4,8 @@ import numpy as np
 import scipy
 
 from dusttaichi.continuum.samples import lattice
-from dusttaichi.continuum.samples.particles import Body, Particles
-from dusttaichi.continuum.samples.registry import Matter, Variation, lifted
+from dusttaichi.continuum.samples.body_registry import Matter, Variation, lifted
+from dusttaichi.continuum.samples.particle_arrays import Body, Particles
 from dusttaichi.errors import DustError
 from dusttaichi.scene.making import Cost
 

@@ -7,9 +7,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dusttaichi.continuum.samples import lattice
+from dusttaichi.continuum.samples.body_registry import Edges, FreeBody, Matter, lifted, register
 from dusttaichi.continuum.samples.dust import whole
-from dusttaichi.continuum.samples.particles import Particles
-from dusttaichi.continuum.samples.registry import Edges, FreeBody, Matter, lifted, register
+from dusttaichi.continuum.samples.particle_arrays import Particles
 from dusttaichi.results.roles import ELASTIC
 from dusttaichi.scene import moduli
 from dusttaichi.scene.fields import Faults, Number

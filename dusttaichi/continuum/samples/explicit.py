@@ -5,11 +5,11 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from dusttaichi.continuum.samples.body_registry import DustBody, Edges, Matter, register
 from dusttaichi.continuum.samples.contents import CONTENTS
 from dusttaichi.continuum.samples.dust import whole
+from dusttaichi.continuum.samples.particle_arrays import Particles
 from dusttaichi.continuum.samples.particle_checks import check_particles, remarks_on_volumes
-from dusttaichi.continuum.samples.particles import Particles
-from dusttaichi.continuum.samples.registry import DustBody, Edges, Matter, register
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.results.roles import DUST, FIXED

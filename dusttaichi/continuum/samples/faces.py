@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dusttaichi.continuum.samples.particles import Particles
+from dusttaichi.continuum.samples.particle_arrays import Particles
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.results.roles import DUST, FIXED

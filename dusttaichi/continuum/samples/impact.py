@@ -5,31 +5,33 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from dusttaichi.continuum.samples import registry
-from dusttaichi.continuum.samples.particles import Particles, joined, moved
+from dusttaichi.continuum.samples import body_registry
+from dusttaichi.continuum.samples.particle_arrays import Particles, joined, moved
 from dusttaichi.errors import DustError
 from dusttaichi.scene.quantities import Quantity
 
 
-@registry.reads_particles
-class ImpactSample(registry.BodyBlock):
+@body_registry.reads_particles
+class ImpactSample(body_registry.BodyBlock):
     """A projectile that falls on a target; the target does not move, its particles come first."""
 
     is_body: ClassVar[bool] = False
 
     kind: Literal["impact"]
-    target: registry.AnySingleBody = Field(
+    target: body_registry.AnySingleBody = Field(
         description="the body that is hit: a block, a sphere ..."
     )
-    projectile: registry.AnySingleBody = Field(
+    projectile: body_registry.AnySingleBody = Field(
         description="the body that hits: rigid, or dust; from above, its middle at x = y = 0"
     )
     speed: Annotated[float, Quantity("speed", ge=0, example="0.65 m/s")] = Field(
         "0 m/s",
         description="speed downwards at first contact; a fall from the height h gives sqrt(2 g h)",
     )
-    velocity: registry.Motion | None = Field(None, description="further velocity of the projectile")
-    offset: registry.Place | None = Field(
+    velocity: body_registry.Motion | None = Field(
+        None, description="further velocity of the projectile"
+    )
+    offset: body_registry.Place | None = Field(
         None, description="displacement of the projectile from there, such as [0.2 mm, 0 mm]"
     )
     gap: Annotated[float, Quantity("length", ge=0, example="0.1 mm")] | None = Field(
@@ -37,24 +39,24 @@ class ImpactSample(registry.BodyBlock):
     )
 
     @property
-    def body_blocks(self) -> dict[str, registry.BodyBlock]:
+    def body_blocks(self) -> dict[str, body_registry.BodyBlock]:
         return {"target": self.target, "projectile": self.projectile}
 
 
-@registry.register(ImpactSample)
-def make(spec: ImpactSample, matter: registry.Matter) -> Particles:
+@body_registry.register(ImpactSample)
+def make(spec: ImpactSample, matter: body_registry.Matter) -> Particles:
     """Target and projectile, with a gap between their upper and lower ends.
 
     Raises DustError where both overlap nevertheless (an offset into the target).
     """
     target, projectile = (
-        registry.make_particles(spec.target, matter),
-        registry.make_particles(spec.projectile, matter),
+        body_registry.make_particles(spec.target, matter),
+        body_registry.make_particles(spec.projectile, matter),
     )
     gap = matter.spacing if spec.gap is None else spec.gap
     top, bottom = target.room[2, 1], lower_end(projectile)
-    shift = np.array([0.0, 0.0, top + gap - bottom]) + registry.in_space(spec.offset)
-    velocity = registry.in_space(spec.velocity) - [0.0, 0.0, spec.speed]
+    shift = np.array([0.0, 0.0, top + gap - bottom]) + body_registry.in_space(spec.offset)
+    velocity = body_registry.in_space(spec.velocity) - [0.0, 0.0, spec.speed]
     projectile = moved(projectile, shift, velocity)
     check_free([target, projectile], "sample.offset")
     together = joined([target, projectile])

@@ -4,7 +4,7 @@ import numpy as np
 import scipy
 
 from dusttaichi.continuum.samples import lattice
-from dusttaichi.continuum.samples.registry import Matter
+from dusttaichi.continuum.samples.body_registry import Matter
 from dusttaichi.errors import DustError
 from dusttaichi.scene import quantities
 

@@ -6,8 +6,8 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.continuum.samples import lattice
-from dusttaichi.continuum.samples.particles import Body, Particles
-from dusttaichi.continuum.samples.registry import FreeBody, Matter, lifted, register
+from dusttaichi.continuum.samples.body_registry import FreeBody, Matter, lifted, register
+from dusttaichi.continuum.samples.particle_arrays import Body, Particles
 from dusttaichi.results.roles import RIGID
 from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.quantities import Density, Quantity

@@ -5,20 +5,20 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from dusttaichi.continuum.samples import registry
+from dusttaichi.continuum.samples import body_registry
 from dusttaichi.continuum.samples.impact import check_free
-from dusttaichi.continuum.samples.particles import Particles, joined
+from dusttaichi.continuum.samples.particle_arrays import Particles, joined
 from dusttaichi.scene.fields import Faults
 
 
-@registry.reads_particles
-class SeveralBodies(registry.BodyBlock):
+@body_registry.reads_particles
+class SeveralBodies(body_registry.BodyBlock):
     """Bodies with positions, velocities and spins."""
 
     is_body: ClassVar[bool] = False
 
     kind: Literal["several"]
-    bodies: tuple[registry.AnySingleBody, ...] = Field(
+    bodies: tuple[body_registry.AnySingleBody, ...] = Field(
         description="the bodies, each a block of its kind"
     )
 
@@ -27,17 +27,17 @@ class SeveralBodies(registry.BodyBlock):
             yield "bodies", "at least one body is needed"
 
     @property
-    def body_blocks(self) -> dict[str, registry.BodyBlock]:
+    def body_blocks(self) -> dict[str, body_registry.BodyBlock]:
         return {f"bodies.{n}": body for n, body in enumerate(self.bodies)}
 
 
-@registry.register(SeveralBodies)
-def make(spec: SeveralBodies, matter: registry.Matter) -> Particles:
+@body_registry.register(SeveralBodies)
+def make(spec: SeveralBodies, matter: body_registry.Matter) -> Particles:
     """The bodies one after another; the room encloses all of them.
 
     Raises DustError where two of them overlap.
     """
-    bodies = [registry.make_particles(body, matter) for body in spec.bodies]
+    bodies = [body_registry.make_particles(body, matter) for body in spec.bodies]
     check_free(bodies, "sample.bodies")
     together = joined(bodies)
     half = matter.spacing / 2

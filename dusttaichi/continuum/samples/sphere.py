@@ -6,9 +6,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from dusttaichi.continuum.samples import lattice, registry
+from dusttaichi.continuum.samples import body_registry, lattice
 from dusttaichi.continuum.samples.dust import cost_of_scatter, dust, whole
-from dusttaichi.continuum.samples.particles import Particles, joined
+from dusttaichi.continuum.samples.particle_arrays import Particles, joined
 from dusttaichi.errors import DustError
 from dusttaichi.samples.values import Seed
 from dusttaichi.scene.fields import Block, Faults
@@ -22,24 +22,24 @@ class Core(Block):
     diameter: Annotated[float, Quantity("length", gt=0, example="0.5 mm")] = Field(
         description="diameter of the core"
     )
-    material: str | None = Field(None, description=registry.MATERIAL)
-    filling_factor: registry.Filling | None = Field(
+    material: str | None = Field(None, description=body_registry.MATERIAL)
+    filling_factor: body_registry.Filling | None = Field(
         None, description="filling factor, as in a block; default: material's"
     )
 
 
-class SphereSample(registry.DustBody):
+class SphereSample(body_registry.DustBody):
     """A sphere of dust about the origin, in two dimensions a disc."""
 
     kind: Literal["sphere"]
     diameter: Annotated[float, Quantity("length", gt=0, example="1 mm")] = Field(
         description="diameter of the sphere"
     )
-    lattice: registry.Lattice = Field(
+    lattice: body_registry.Lattice = Field(
         "auto", description="positions of the particles, as in a block"
     )
     seed: Seed = Field(1, description="seed of the glass")
-    filling_factor: registry.Filling | None = Field(
+    filling_factor: body_registry.Filling | None = Field(
         None, description="filling factor, or a block with layers and scatter; default: material's"
     )
     hole: Annotated[float, Quantity("length", ge=0, example="0.8 mm")] = Field(
@@ -74,8 +74,8 @@ class SphereSample(registry.DustBody):
         return super().named_materials + ([("core.material", self.core.material)] if named else [])
 
 
-@registry.register(SphereSample)
-def make(spec: SphereSample, matter: registry.Matter) -> Particles:
+@body_registry.register(SphereSample)
+def make(spec: SphereSample, matter: body_registry.Matter) -> Particles:
     """The sphere of spec: lattice points inside, whose volumes are scaled to be exact.
 
     Raises DustError for too many particles for the memory, or a sphere smaller than one.
@@ -91,7 +91,7 @@ def make(spec: SphereSample, matter: registry.Matter) -> Particles:
     return spec.placed(particles)
 
 
-def _dust(spec: SphereSample, points, volume: float, matter: registry.Matter) -> Particles:
+def _dust(spec: SphereSample, points, volume: float, matter: body_registry.Matter) -> Particles:
     """Dust on the points of a sphere of that volume with its core; masses of both are exact.
 
     Raises DustError for a core without a particle.

@@ -12,9 +12,9 @@ from pydantic import (
     model_validator,
 )
 
-from dusttaichi.continuum.physics import conditions, registry
+from dusttaichi.continuum.physics import conditions, dust_laws
 from dusttaichi.continuum.physics.laws.shear_product import WORDS as SHEAR
-from dusttaichi.continuum.physics.numbers import CommonNumbers, MaterialNumbers
+from dusttaichi.continuum.physics.material_numbers import CommonNumbers, MaterialNumbers
 from dusttaichi.continuum.scene import dusts as continuum_dusts
 from dusttaichi.scene import moduli
 from dusttaichi.scene.fields import (
@@ -153,16 +153,16 @@ class ContinuumMaterial(Block):
     shear_ratio: Annotated[float, Number(gt=0, le=1.5)] = Field(
         description="shear modulus over bulk modulus; poisson_ratio may be given in its place"
     )
-    elasticity: Annotated[SerializeAsAny[ElasticityLaw], RegisteredLaws(registry, "elasticity")] = (
-        Field({}, description="law of the bulk modulus")
-    )
+    elasticity: Annotated[
+        SerializeAsAny[ElasticityLaw], RegisteredLaws(dust_laws, "elasticity")
+    ] = Field({}, description="law of the bulk modulus")
     compressive: Annotated[
-        SerializeAsAny[CompressiveLaw], RegisteredLaws(registry, "compressive")
+        SerializeAsAny[CompressiveLaw], RegisteredLaws(dust_laws, "compressive")
     ] = Field(description="compressive strength Sigma")
-    tensile: Annotated[SerializeAsAny[TensileLaw], RegisteredLaws(registry, "tensile")] = Field(
+    tensile: Annotated[SerializeAsAny[TensileLaw], RegisteredLaws(dust_laws, "tensile")] = Field(
         description="tensile strength T"
     )
-    shear: Annotated[SerializeAsAny[ShearLaw], RegisteredLaws(registry, "shear")] = Field(
+    shear: Annotated[SerializeAsAny[ShearLaw], RegisteredLaws(dust_laws, "shear")] = Field(
         "sqrt", description="shear strength Y"
     )
     damage: Damage | None = Field(
@@ -209,13 +209,13 @@ class ContinuumMaterial(Block):
         """Plain data of a key with changes; another law keeps none of the former numbers."""
         if not (isinstance(value, dict) and isinstance(former, dict)):
             return value
-        law = former.get("law", registry.DEFAULT.get(key))
+        law = former.get("law", dust_laws.DEFAULT.get(key))
         return {**former, **value} if value.get("law", law) == law else value
 
     @field_validator("compressive", "tensile", "shear", "elasticity", mode="wrap")
     @classmethod
     def _validate_registered_law(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:
-        return validate_law(registry, info.field_name, value) or handler(value)
+        return validate_law(dust_laws, info.field_name, value) or handler(value)
 
     @staticmethod
     def _known(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
@@ -233,7 +233,7 @@ class ContinuumMaterial(Block):
         return True
 
     def faults(self) -> Faults:
-        conflict = registry.describe_conflict(registry.laws_of([self]), CommonNumbers.names())
+        conflict = dust_laws.describe_conflict(dust_laws.laws_of([self]), CommonNumbers.names())
         if conflict is not None:
             return [("", conflict)]
         return conditions.impossible(MaterialNumbers.of(self))
@@ -274,6 +274,6 @@ def _changed_schema(key: str, built_in: type[DustLaw]) -> dict[str, Any]:
     """Schema of a strength where the material has a base: some of its numbers, or another law."""
     properties = built_in.model_json_schema()["properties"]
     numbers = {"type": "object", "properties": properties, "additionalProperties": False}
-    laws = RegisteredLaws(registry, key).build_schemas()
+    laws = RegisteredLaws(dust_laws, key).build_schemas()
     text = f"changed numbers of the {key} strength, or another law"
     return {"description": text, **({"anyOf": [numbers, *laws]} if laws else numbers)}

@@ -7,8 +7,8 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import SYNC
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.compute.state_variable import StateVariable
-from dusttaichi.grains.kernels.forces import LAWS
-from dusttaichi.grains.kernels.numbers import declared
+from dusttaichi.grains.kernels.contact_numbers import declared
+from dusttaichi.grains.kernels.outside_kick import LAWS
 from dusttaichi.grains.kernels.store import COUNTS, SPHERE, capacity, sphere_capacity
 
 GATHERED = ("x", "v", "w")  # gathered together by contacts: they stand side by side in memory
@@ -152,7 +152,7 @@ def _cell(n, layout):
         ("shift", "edges between a pair, along each periodic axis", "1", ("f64", 0),
          (n.pairs, axes, n.width)),
         ("wraps", "how often a grain has crossed a face", "1", ("i32", 3), (n.grains,)),
-        ("cell", "how the edges go: rows of kernels.cell", "um, um/us, 1/us", ("f64", 0), (5, 3)),
+        ("cell", "edges: kernels.cell_kinematics", "um, um/us, 1/us", ("f64", 0), (5, 3)),
         ("face_work", "work of the faces by tile", "fJ", ("f64", 0), (tiles,)),
         ("wrap_work", "energy given to grains that crossed, by chunk", "fJ", ("f64", 0),
          (n.chunks,)),
@@ -171,8 +171,8 @@ def _pushes(n, layout):
 
 def _forces(n, layout):
     model, moving = layout.forces, (n.moving,)
-    rows = [("forces", "masses and numbers of the laws: kernels.forces", "um, us, pg", ("f64", 0),
-             (LAWS + model.width,))]
+    rows = [("forces", "masses and numbers of the laws: kernels.outside_kick", "um, us, pg",
+             ("f64", 0), (LAWS + model.width,))]
     powers = [("force_work", "work of the forces by the powers that are summed", "fJ", ("f64", 0),
                (n.moving, max(1, len(model.powers))))]
     charge = [("charge", "charge of a particle", "C", ("f64", 0), moving)]

@@ -3,17 +3,17 @@
 Two launches, none of which waits for the host (compute.loops): a launch finds out itself which step
 it makes, and writes nothing that it reads. Blocks of threads are as long as tiles
 (backend.loops_of), so that each row of a table of sums belongs to one block: what its threads sum
-is added up in a fixed order (compute.blocks).
+is added up in a fixed order (compute.device_blocks).
 """
 
 from types import SimpleNamespace
 
-from dusttaichi.compute.blocks import THREADS, BlockSums, pad_to_blocks
+from dusttaichi.compute.device_blocks import THREADS, BlockSums, pad_to_blocks
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import BEGUN, DONE, DUE, HALT, STOP, Arguments, Launches, conclude
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.compute.taichi_internals.launching import LOOK
-from dusttaichi.grains.kernels.contacts import ContactPass
+from dusttaichi.grains.kernels.contact_pass import ContactPass
 from dusttaichi.grains.kernels.store import GRAINS
 
 
@@ -115,7 +115,7 @@ class Threads:
 
     @ti.func
     def frame(self, row):
-        """The frame of the cell at the step of that row of `frames`, as kernels.cell has it."""
+        """The frame of the cell (kernels.cell_kinematics) at the step of that row of `frames`."""
         out = ti.Matrix.zero(ti.f64, 3, 3 + self.tilted)
         if ti.static(len(self.periodic) > 0):
             for m in ti.static(range(3)):

@@ -7,8 +7,8 @@ vectors. What cancels (distances, overlaps) is formed in the precision of positi
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.domain.walls import TUBE
-from dusttaichi.grains.kernels.cell import make_cell
-from dusttaichi.grains.kernels.numbers import WALL
+from dusttaichi.grains.kernels.cell_kinematics import make_cell
+from dusttaichi.grains.kernels.contact_numbers import WALL
 from dusttaichi.grains.kernels.store import FIRST_WALL
 from dusttaichi.physics.contact.kinematics import pair_motion, surface_motion, wall_motion
 from dusttaichi.physics.surfaces import cylinder, plane
@@ -50,7 +50,7 @@ class Gatherer:
 class PairGatherer(Gatherer):
     """Gatherer of two grains, or of a grain and the sphere.
 
-    place: the frame of a periodic cell (kernels.cell); anything in a scene without.
+    place: the frame of a periodic cell (kernels.cell_kinematics); anything in a scene without.
     """
 
     def __init__(self, fields, layout, mechanics, numbers, kind):

@@ -29,7 +29,7 @@ def make_add_grain_losses(fields, layout):
 
     @ti.kernel
     def add_grain_losses():
-        for g in range(counts[GRAINS]):  # in the order of kernels.grains.make_gather
+        for g in range(counts[GRAINS]):  # in the order of kernels.grain_pass.make_gather
             for e in range(entry_start[g], entry_start[g + 1]):
                 if entry[e] >= 0 and entry[e] < counts[FIRST_SPHERE] * W:
                     add(g, entry[e], 0.5)

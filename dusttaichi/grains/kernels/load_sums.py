@@ -1,6 +1,6 @@
 """Sums that the loads on walls and faces are measured by, formed on a device in one launch."""
 
-from dusttaichi.compute.blocks import THREADS, BlockSums
+from dusttaichi.compute.device_blocks import THREADS, BlockSums
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.taichi_internals.launching import Launch
 from dusttaichi.grains.kernels.store import PAIRS, capacity

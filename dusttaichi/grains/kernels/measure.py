@@ -4,18 +4,18 @@ Partial sums by tile and chunk, added up by NumPy in their order, so that the re
 on the threads.
 """
 
-from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
+from dusttaichi.compute.device_blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, count_blocks
-from dusttaichi.grains.kernels.forces import (
+from dusttaichi.grains.kernels.gather import Walls
+from dusttaichi.grains.kernels.grain_pass import make_gather, make_push
+from dusttaichi.grains.kernels.outside_kick import (
     ACCELERATION,
     ENERGIES,
     TURNING,
     make_forces,
     place_forces,
 )
-from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.grains import make_gather, make_push
 from dusttaichi.grains.kernels.store import GRAINS, SPHERE, capacity, sphere_capacity
 
 # columns of a grain sum; kinetic energies of v, w at the time of the positions; what they exceed

@@ -7,7 +7,7 @@ they have alone; only the cells of the search stand apart.
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import count_blocks
 from dusttaichi.grains.kernels.gather import Walls
-from dusttaichi.grains.kernels.grains import make_gather
+from dusttaichi.grains.kernels.grain_pass import make_gather
 from dusttaichi.grains.kernels.measure import (
     ANGULAR,
     FASTEST,

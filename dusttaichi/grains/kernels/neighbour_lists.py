@@ -2,9 +2,9 @@
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.grains.kernels.gather import Walls
+from dusttaichi.grains.kernels.grain_cells import make_find
 from dusttaichi.grains.kernels.relist import make_body_relist, make_relist
-from dusttaichi.grains.kernels.search import make_find
-from dusttaichi.grains.kernels.sphere import SphereLists
+from dusttaichi.grains.kernels.sphere_motion import SphereLists
 from dusttaichi.grains.kernels.wall_search import WallLists, make_fold
 from dusttaichi.particles.cells import Cells
 

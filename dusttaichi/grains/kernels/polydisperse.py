@@ -16,9 +16,9 @@ import numpy as np
 
 from dusttaichi import units
 from dusttaichi.compute.engine import ti
-from dusttaichi.grains.kernels.numbers import WALL, EqualNumbers
+from dusttaichi.grains.kernels.contact_numbers import WALL, EqualNumbers
 from dusttaichi.physics.contact import constants
-from dusttaichi.physics.contact.registry import block_in, properties_of
+from dusttaichi.physics.contact.effect_registry import block_in, properties_of
 from dusttaichi.scene.quantities import DIMENSIONS
 
 contact_radius = ti.func(constants.equilibrium_contact_radius)

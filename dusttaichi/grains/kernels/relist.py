@@ -3,7 +3,7 @@
 Pairs with their history, carried over exactly, and the contacts of every grain.
 """
 
-from dusttaichi.compute.blocks import is_idle, loop_length, on_device
+from dusttaichi.compute.device_blocks import is_idle, loop_length, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, count_blocks, is_short
 from dusttaichi.grains.kernels.store import GRAINS, NEIGHBOURS, OVERFLOW, PAIRS
@@ -15,7 +15,7 @@ class HistoryRows:
     """History of the contacts, carried from the lists of the last search to the new ones.
 
     Loads are computed again after that: their rows contain the old history meanwhile. Blocks are
-    masked as in kernels.contacts: loops over lanes become vectors, and their code is half as long.
+    masked as in kernels.contact_pass: loops over lanes become vectors, their code is half as long.
     """
 
     def __init__(self, fields, layout):

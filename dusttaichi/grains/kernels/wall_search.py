@@ -1,11 +1,11 @@
 """Grains near each wall, in order, with the history of their contacts."""
 
-from dusttaichi.compute.blocks import THREADS, BlockSums, on_device
+from dusttaichi.compute.device_blocks import THREADS, BlockSums, on_device
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import CHUNK, Scan, count_blocks, first_item
 from dusttaichi.domain.walls import TUBE
+from dusttaichi.grains.kernels.grain_cells import TIME, WALL_REACH
 from dusttaichi.grains.kernels.relist import HistoryRows
-from dusttaichi.grains.kernels.search import TIME, WALL_REACH
 from dusttaichi.grains.kernels.store import (
     FIRST_WALL,
     GRAINS,

@@ -17,7 +17,7 @@ the step that finds the touch.
 from math import pi
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.numbers import Constant, History
+from dusttaichi.physics.contact.effect_numbers import Constant, History
 
 NUMBERS = {
     "crush_force": Constant("J^-0.6", "F_eq/F_c of asperities for a unit of kinetic energy"),

@@ -12,8 +12,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from dusttaichi.physics.contact.interface import Interface, interface, reduced_modulus
-from dusttaichi.physics.contact.interface import reduced_shear_modulus as reduced_shear_modulus
+from dusttaichi.physics.contact.material_interface import Interface, interface, reduced_modulus
+from dusttaichi.physics.contact.material_interface import (
+    reduced_shear_modulus as reduced_shear_modulus,
+)
 
 PULL_OFF = (9.0 / 16.0) ** (1.0 / 3.0)  # delta_c / delta0
 CLOSEST = 0.9  # diameters: at 10 % overlap JKR is far outside what it was derived for
@@ -126,7 +128,7 @@ class ContactConstants(Interface):
 
     @cached_property
     def _law(self):
-        from dusttaichi.physics.contact.registry import normal_law
+        from dusttaichi.physics.contact.effect_registry import normal_law
 
         return normal_law(self.interaction)
 
@@ -190,13 +192,13 @@ class ContactConstants(Interface):
     @cached_property
     def numbers(self):
         """Numbers of the laws that the interaction has, by name, SI (physics.contact.registry)."""
-        from dusttaichi.physics.contact.registry import chosen_model, numbers_of
+        from dusttaichi.physics.contact.effect_registry import chosen_model, numbers_of
 
         return numbers_of(chosen_model(self.interaction), self)
 
     def kappa_at(self, overlap, speed=0.0):
         """Damping constant [kg/s] at overlaps [m] (any shape) and a rate of the distance [m/s]."""
-        from dusttaichi.physics.contact.registry import law_name, law_of
+        from dusttaichi.physics.contact.effect_registry import law_name, law_of
 
         name = law_name(self.interaction, "damping")
         if name is None:

@@ -13,7 +13,7 @@ from functools import cache
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact import constants, jkr_curve
 from dusttaichi.physics.contact.constants import PULL_OFF, S_PULL_OFF
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 
 NUMBERS = {
     "inv_delta0": Constant("m^-1", "one over the overlap at equilibrium"),

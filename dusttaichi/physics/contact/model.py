@@ -10,7 +10,7 @@ from functools import cached_property
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact import kinematics
-from dusttaichi.physics.contact.numbers import CHANNELS, SPRINGS, History
+from dusttaichi.physics.contact.effect_numbers import CHANNELS, SPRINGS, History
 
 COMMON = {
     "xi": History("m", "rolling displacement (S12 eq 8)", 3),

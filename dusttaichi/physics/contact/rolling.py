@@ -5,8 +5,8 @@ dU/dn_i = R k_r xi, which turns grain i by the torque R k_r xi x n_i.
 """
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.physics.contact.effect_numbers import Constant
 from dusttaichi.physics.contact.limit import limit_displacement
-from dusttaichi.physics.contact.numbers import Constant
 
 NUMBERS = {
     "k_r": Constant("N/m", "rolling stiffness"),

@@ -9,8 +9,8 @@ force k_s zeta (r1 n1 - r2 n2).n_c/d (S12 eq 13), on a wall -k_s zeta.
 from math import pi
 
 from dusttaichi.compute.engine import ti
+from dusttaichi.physics.contact.effect_numbers import Constant
 from dusttaichi.physics.contact.limit import limit_displacement
-from dusttaichi.physics.contact.numbers import Constant
 
 NUMBERS = {
     "k_s": Constant("N/m", "sliding stiffness"),

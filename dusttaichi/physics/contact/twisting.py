@@ -6,7 +6,7 @@ Clamped to +-phi_crit. On a wall w2 = 0 (S12 eqs 26, 27).
 from math import pi
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.numbers import Constant, History
+from dusttaichi.physics.contact.effect_numbers import Constant, History
 
 NUMBERS = {
     "k_t": Constant("N m", "twisting stiffness"),

@@ -1,7 +1,7 @@
 """Attraction towards a point: (d/scale)^n times a strength, at the distance d from it."""
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.forces.numbers import Number
+from dusttaichi.physics.forces.force_numbers import Number
 
 NUMBERS = {
     "centre": Number("m", 3),

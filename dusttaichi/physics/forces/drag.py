@@ -10,7 +10,7 @@ from math import pi, sqrt
 import numpy as np
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.forces.numbers import Number
+from dusttaichi.physics.forces.force_numbers import Number
 
 NUMBERS = {
     "rate": Number("s^-1"),  # one over a stopping time common to all particles

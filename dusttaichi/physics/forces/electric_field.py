@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.forces.numbers import Number
+from dusttaichi.physics.forces.force_numbers import Number
 
 NUMBERS = {
     "field": Number("V/m", 3),

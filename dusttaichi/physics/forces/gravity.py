@@ -1,7 +1,7 @@
 """Gravity: the same acceleration everywhere, and k d^n towards a point at the distance d."""
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.forces.numbers import Number
+from dusttaichi.physics.forces.force_numbers import Number
 
 NUMBERS = {"g": Number("m/s^2", 3)}
 USES_VELOCITY = False

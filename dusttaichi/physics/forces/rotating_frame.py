@@ -8,7 +8,7 @@ that dw/dt = -W x w. The energy in the frame, with -m |W x (r - c)|^2 / 2, is co
 import numpy as np
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.forces.numbers import Number
+from dusttaichi.physics.forces.force_numbers import Number
 
 NUMBERS = {"rotation": Number("rad/s", 3), "centre": Number("m", 3)}
 

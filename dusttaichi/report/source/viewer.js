@@ -26,7 +26,7 @@ const PAPER = { light: 0xffffff, dark: 0x171b21 }, LINES = { light: 0x777777, da
 const RIM = { light: 0, dark: 0.2 }; // light added at the edge of a sphere
 
 export class Viewer {
-  // host: an element; data: see dusttaichi/report/particles.py
+  // host: an element; data: see dusttaichi/report/viewer_particles.py
   static async open(host, data) {
     const arrays = { position: await unpack(data.position), radius: await unpack(data.radius) };
     arrays.quantities = await Promise.all(data.quantities.map((q) => unpack(q.data)));

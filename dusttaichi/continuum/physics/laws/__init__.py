@@ -1,1 +1,1 @@
-"""The built-in laws of dust, one a file; `physics.registry` says what a law has."""
+"""The built-in laws of dust, one a file; `physics.dust_laws` says what a law has."""

@@ -7,7 +7,7 @@ from math import log as ln
 
 from numpy import exp, log
 
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 
 NUMBERS = {
     "p_m": Constant("Pa", "compressive strength half way between phi_1 and phi_2"),

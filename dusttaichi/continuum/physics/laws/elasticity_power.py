@@ -2,7 +2,7 @@
 
 from numpy import exp, log
 
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 
 NUMBERS = {
     "K_0": Constant("Pa", "bulk modulus at rho_i"),

@@ -2,7 +2,7 @@
 
 from numpy import exp, log
 
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 
 WORDS = {"sqrt": (1.0, 0.5), "compressive": (1.0, 1.0), "tensile": (1.0, 0.0)}
 """C and a by the words of the YAML."""

@@ -4,7 +4,7 @@ from math import log as ln
 
 from numpy import exp
 
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 
 NUMBERS = {
     "T_0": Constant("Pa", "tensile strength at filling factor 0"),

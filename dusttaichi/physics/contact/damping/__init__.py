@@ -8,7 +8,7 @@ work are the same for all laws.
 from functools import cache
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.numbers import History
+from dusttaichi.physics.contact.effect_numbers import History
 
 HISTORY = {
     "speed": History("m/s", "rate of the distance half a step ago", result="approach", sign=-1),

@@ -1,7 +1,7 @@
 """Viscoelastic damping: kappa in proportion to the contact radius (Brilliantov et al. 2007)."""
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 
 NUMBERS = {"kappa": Constant("kg/s", "damping constant of the normal motion where a = a0")}
 

@@ -1,7 +1,7 @@
 """Viscous damping: one kappa for all contacts, at any overlap (S12 eq 7)."""
 
 from dusttaichi.compute.engine import ti
-from dusttaichi.physics.contact.numbers import Constant
+from dusttaichi.physics.contact.effect_numbers import Constant
 
 NUMBERS = {"kappa": Constant("kg/s", "damping constant of the normal motion")}
 

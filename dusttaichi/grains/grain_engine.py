@@ -1,0 +1,298 @@
+"""The engine of grains: a built scene in motion, made of named parts. Internal units."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from dusttaichi import samples, units
+from dusttaichi.compute.worker_choice import WorkerChoice
+from dusttaichi.domain.cell import Cell
+from dusttaichi.domain.servo import Servo
+from dusttaichi.domain.walls import Box
+from dusttaichi.grains import script_access
+from dusttaichi.grains.advice import advice
+from dusttaichi.grains.bodies import make_bodies
+from dusttaichi.grains.environment import Environment
+from dusttaichi.grains.features import (
+    choose_variables,
+    count_first_body,
+    grain_constants,
+    has_profiles,
+    profile_constants,
+)
+from dusttaichi.grains.grain_ledger import Ledger
+from dusttaichi.grains.impacts import softened_remarks
+from dusttaichi.grains.kernel_sums import KernelSums
+from dusttaichi.grains.ledger_sums import LedgerSums
+from dusttaichi.grains.members import Members
+from dusttaichi.grains.motion import Motion
+from dusttaichi.grains.outside_forces import ActingForces
+from dusttaichi.grains.present_contacts import Contacts
+from dusttaichi.grains.record import GrainRecorder, bin_edges, plates_of
+from dusttaichi.grains.rigid_sphere import MovingSphere
+from dusttaichi.grains.search_schedule import Search
+from dusttaichi.grains.start import start
+from dusttaichi.grains.state import GrainState
+from dusttaichi.grains.stepper import Stepper
+from dusttaichi.grains.time_step import short_loads
+from dusttaichi.grains.validity import validate
+from dusttaichi.method import SimpleSimulation, State
+from dusttaichi.results.plain import from_plain, plain
+from dusttaichi.results.provenance import yaml_text
+from dusttaichi.samples.touching import deep_overlaps
+from dusttaichi.scene.material import DEFAULT
+from dusttaichi.units import GRAINS
+
+SAMPLE = ("positions", "velocities", "spins")
+DIFFERING = ("radii", "materials")  # None where all grains are equal
+BODIES = ("target", "projectile")
+PREFIX = "sample_"  # of the names of these arrays in a State
+
+
+class GrainEngine(SimpleSimulation):
+    """The protocol dusttaichi.method.Simulation for a scene of grains.
+
+    grain_state: GrainState. bodies: GrainBodies. environment: Environment. push: Push. outside:
+    ActingForces, or None. motion: Motion. contacts: Contacts. kernel_sums: KernelSums. sphere:
+    MovingSphere, or None. search: Search. ledger: Ledger. stepper: Stepper. members: Members, or
+    None. recorder: GrainRecorder. numbers: ContactNumbers. No part has the engine.
+    """
+
+    units = GRAINS
+
+    def __init__(self, scene, prepared, compiled, tables, numbers):
+        """scene: as it was read. prepared: Prepared. compiled: Compiled.
+
+        tables: fields, scratch and sums of the Compiled as this scene uses them, by name. numbers:
+        ContactNumbers.
+        """
+        self.scene, self.sample = scene, prepared.pushed_sample
+        self.kernels, self.layout = compiled.kernels, compiled.layout
+        self.contact_table, self.chosen_step = prepared.contact_table, prepared.step
+        self.sample_info, self.numbers = prepared.sample.info, numbers
+        self.fields, self.scratch, sum_tables = tables
+
+        self.grain_state = GrainState(self.fields, self.layout, prepared.order)
+        self.bodies = make_bodies(prepared.properties, prepared.order, prepared.domain.volume)
+        self.environment = Environment(self.grain_state, prepared.domain)
+        self.push = prepared.push
+        common = self.grain_state, self.bodies, self.environment
+        self.outside = self._make_outside(prepared.forces, sum_tables)
+        self.motion = Motion(*common, self.push, self.outside)
+        self.contacts = Contacts(*common)
+        self.kernel_sums = KernelSums(self.kernels, sum_tables, *common)
+        self.sphere = None
+        if prepared.sphere is not None:
+            self.sphere = MovingSphere(
+                *(prepared.sphere, self.grain_state, self.environment),
+                *(self.kernel_sums, self.outside),
+            )
+        bodies_of_members = self.sample_info["members"] if self.layout.members else None
+        self.search = Search(
+            *(self.kernels, self.scratch, *common),
+            numbers=numbers,
+            sphere=self.sphere,
+            members=len(bodies_of_members or [0]),
+            fixed_skin=prepared.skin,
+        )
+        self.ledger = Ledger(self.kernel_sums, self.motion, self.sphere, numbers)
+        self.stepper = Stepper(
+            *(self.kernels, self.motion, self.search, self.kernel_sums, self.ledger),
+            sphere=self.sphere,
+            threads=prepared.threads,
+        )
+        self.members = self._make_members(bodies_of_members)
+        self.stepper.move(scene.stage_plans[0].drive)
+        ratio = self.sample_info.get("stiffness_scaling", 1.0)
+        ratio /= prepared.scene.numerics.stiffness_scaling
+        start(
+            *(prepared.sample, self.motion, self.contacts, self.search, self.stepper),
+            ledger=self.ledger,
+            sphere=self.sphere,
+            members=self.members,
+            numbers=numbers,
+            stiffness_ratio=ratio,
+        )
+
+        self.workers = WorkerChoice(self.stepper, fixed=scene.numerics.threads != "auto")
+        self.variables = choose_variables(scene, self.sample, self.layout, self.domain, self.push)
+        self.recorder = self._make_recorder()
+        self.size, self.channels = self.bodies.count, self.layout.channels
+        self._start_time = self.sample.info.get("start_time", 0.0) / units.TIME
+
+    def _make_outside(self, forces, tables):
+        """ActingForces of OutsideForces; None without."""
+        if forces is None:
+            return None
+        parts = {"state": self.grain_state, "bodies": self.bodies, "environment": self.environment}
+        return ActingForces(forces, self.kernels, tables, **parts)
+
+    def _make_members(self, bodies):
+        """Members with these numbers of grains in both bodies of each, (M, 2); None without."""
+        if bodies is None:
+            return None
+        parts = self.kernels, self.kernel_sums, self.motion, self.search, self.ledger
+        return Members(*parts, bodies=bodies)
+
+    def _make_recorder(self):
+        scene, radius = self.scene, self.bodies.radius
+        has_bins = has_profiles(scene, self.domain)
+        return GrainRecorder(
+            *(self.motion, self.contacts, self.sphere, self.kernel_sums, self.ledger),
+            plates=plates_of(scene.boundary, self.sample, radius),
+            edges=bin_edges(self.domain.clock(), radius) if has_bins else None,
+            first=count_first_body(scene, self.sample),
+        )
+
+    # -- the run ---------------------------------------------------------------------------------
+
+    @property
+    def step(self):
+        return self.environment.step
+
+    @property
+    def dt(self):
+        return self.environment.dt
+
+    @property
+    def time(self):
+        return self._start_time + self.environment.time
+
+    @property
+    def domain(self):
+        return self.environment.domain
+
+    @property
+    def remarks(self):
+        """Sentences for the user about the start."""
+        step = self.chosen_step
+        impact_remarks = [] if step.impact is None else step.impact.remarks()
+        softened = softened_remarks(self.scene, step.impact)
+        return [*impact_remarks, *softened, *short_loads(self.scene, step.dt)]
+
+    @property
+    def suspect(self):
+        """Sentence on contacts of the sample that push its grains apart, or ""."""
+        return deep_overlaps(self.sample, samples.Materials(self.scene))
+
+    def set_forces(self, forces):
+        """Set the forces of a script [N], (N, 3)."""
+        script_access.set_forces(self.motion, self.ledger, forces)
+
+    def set_velocities(self, velocities, spins):
+        """Set velocities [m/s] and spins [rad/s], (N, 3) each, None to leave them."""
+        script_access.set_velocities(self.motion, self.ledger, velocities, spins)
+
+    def advance(self, steps):
+        self.workers.advance(steps)
+
+    def drive(self, drive):
+        self.stepper.drive(drive)
+
+    # -- measuring -------------------------------------------------------------------------------
+
+    def measure(self):
+        return self.ledger.measure()
+
+    def validate(self, measurement):
+        validate(measurement, self, self.motion, self.contacts, self.sphere)
+
+    def sums(self):
+        out = {"lengths": self.environment.lengths()}
+        if self.domain.box is not None:
+            loads = self.kernel_sums.read_loads()
+            out["impulse"] = loads.impulses()
+            if self.domain.box.is_round:
+                out["tube_impulse"] = loads.tube_impulse()
+        if self.sphere is not None:
+            out["sphere_impulse"] = self.sphere.impulses()
+        if self.layout.stress:
+            out["flux"] = self.kernel_sums.read_loads().momentum_flux()
+        return out
+
+    def series(self, measurement, window):
+        return self.recorder.make_series(measurement.parts, window)
+
+    def mean_loads(self, window):
+        """Variables of `series` that a stop condition may name, sooner than all of them."""
+        if self.recorder.plates is not None:  # whose pressure is over the shadow of the grains
+            return self.series(self.measure(), window)
+        return self.recorder.average_loads(window)
+
+    def records(self, group):
+        if group == "profiles":
+            return [(group, self.recorder.make_profile(self.domain.clock(self.step), self.time))]
+        return self.recorder.make_snapshot(self.scene.output.contacts, self.time)
+
+    def forces(self):
+        """Force [N] and torque [N m] of the contacts on every grain now, (N, 3) each."""
+        force, torque = self.stepper.evaluate()
+        return force * units.FORCE, torque * units.TORQUE
+
+    # -- checkpoint ------------------------------------------------------------------------------
+
+    def state(self):
+        names = (*SAMPLE, *DIFFERING)
+        arrays = {PREFIX + name: getattr(self.sample, name) for name in names}
+        arrays = {name: values for name, values in arrays.items() if values is not None}
+        return State(self.grain_state.arrays() | arrays, self._numbers())
+
+    def _numbers(self):
+        """The plain numbers of a State."""
+        domain, sphere = self.domain, self.sphere
+        return {
+            "step": self.step,
+            "search": self.search.numbers(),
+            "sphere": None if sphere is None else plain(sphere.speed),
+            "push": self.push.numbers() if self.push.kinds else None,
+            "ledger_sums": plain(self.ledger.sums),
+            "box": plain(domain.box),
+            "cell": plain(domain.cell),
+            "servo": plain(domain.servo),
+            "dt": self.dt,
+            "sample_info": self.sample.info,
+        }
+
+    def restore(self, state):
+        arrays, numbers = state
+        self.grain_state.restore(arrays)
+        self.environment.step = numbers["step"]
+        self.search.restore(numbers["search"])
+        self.ledger.sums = from_plain(LedgerSums, numbers["ledger_sums"])
+        moving = {"box": Box, "cell": Cell, "servo": Servo}
+        moving = {name: from_plain(kind, numbers[name]) for name, kind in moving.items()}
+        self.environment.domain = replace(self.domain, **moving)
+        if self.sphere is not None:
+            self.sphere.speed = from_plain(np.ndarray, numbers["sphere"])
+        if numbers["push"] is not None:
+            self.push.restore(numbers["push"])
+
+    # -- result ----------------------------------------------------------------------------------
+
+    def sizes(self):
+        sizes = {"grain": self.size, "channel": self.channels, "body": BODIES}
+        sizes["spring"] = self.layout.model.potentials
+        edges = self.recorder.edges
+        return sizes if edges is None else sizes | {"bin": len(edges) - 1}
+
+    def constants(self):
+        constants = grain_constants(self.bodies, self.scene.material.radius)
+        return constants | profile_constants(self.recorder.edges)
+
+    def attributes(self):
+        scene, softening = self.scene, self.contact_table.scene.numerics.stiffness_scaling
+        materials = None if self.bodies.are_equal else " ".join([DEFAULT, *scene.materials])
+        return {
+            "seed": getattr(scene.sample, "seed", None),
+            "advice": "\n".join(advice(scene, self.sample)) or None,
+            "backend": scene.numerics.backend,
+            "precision": scene.numerics.precision,
+            "threads": self.stepper.threads,
+            "periodic_axes": " ".join(scene.boundary.periodic_axes),
+            "materials": materials,
+            "sample": yaml_text(self.sample_info),
+            "grains": self.size,
+            "sphere_radius": self.sphere and self.sphere.sphere.radius,
+            "stiffness_scaling": None if softening == 1.0 else softening,
+            "sphere_mass": self.sphere and self.sphere.sphere.mass,
+        }

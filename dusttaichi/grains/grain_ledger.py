@@ -1,0 +1,233 @@
+"""Energies of the grains, and the ledger of what enters and leaves them. Internal units."""
+
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dusttaichi.grains.kernels.measure import ANGULAR, FASTEST, FASTEST_SPIN, KICK, LINEAR
+from dusttaichi.grains.kernels.store import FIRST_SPHERE
+from dusttaichi.grains.ledger_sums import LedgerSums
+from dusttaichi.method import Measurement
+
+
+class ContactNumbers(NamedTuple):
+    """Numbers of a contact of two grains, with a wall, with the sphere or None.
+
+    Structs of kernels.contact_numbers. Where grains differ, those of the contact that reaches
+    farthest.
+    """
+
+    pair: Any
+    wall: Any
+    sphere: Any
+
+
+class Ledger:
+    """Measures energies, losses by channel and work since the start.
+
+    kernel_sums: KernelSums. motion: Motion. sphere: MovingSphere, or None. numbers: ContactNumbers.
+    sums: LedgerSums. outside_at_start: energies of forces from outside.
+    """
+
+    def __init__(self, kernel_sums, motion, sphere, numbers):
+        self._kernel_sums, self._motion, self._sphere = kernel_sums, motion, sphere
+        self._state, self._environment = motion.state, motion.environment
+        self._numbers, self.sums, self.outside_at_start = numbers, LedgerSums(), None
+
+    # -- measuring -------------------------------------------------------------------------------
+
+    def measure(self):
+        """The Measurement now; its parts are `measure_energies`."""
+        m = self.measure_energies()
+        kinetic = m["kinetic_translation"] + m["kinetic_rotation"] + m["sphere_kinetic"]
+        # added up in this order everywhere: the ledger is a small difference of large numbers
+        on_sphere = m["potential_sphere"].sum()
+        energy = kinetic + m["potential"].sum() + m["potential_wall"].sum() + on_sphere
+        work = m["wall_work"] + m["face_work"] + m["push_work"] + m["gravity_work"]
+        return Measurement(
+            kinetic=kinetic,
+            potential=m["potential"].sum() + m["potential_wall"].sum() + on_sphere,
+            energy=energy,
+            losses=m["loss"] + m["loss_wall"] + m["loss_sphere"],
+            lost=m["loss"].sum() + m["loss_wall"].sum() + m["loss_sphere"].sum(),
+            work=work + m["sphere_work"] + m["force_work"],
+            kick=m["kinetic_kick"],
+            bound=self._binding_energy(m),
+            parts=m,
+        )
+
+    def measure_energies(self):
+        """Energies [fJ], counts and extremes of the present moment, as a dict of numbers."""
+        kernel_sums, columns = self._kernel_sums, self._kernel_sums.columns
+        kernel_sums.measure()
+        grains, pairs = kernel_sums.read_grains(), kernel_sums.read_pairs()
+        out = {
+            "kinetic_translation": grains[:, LINEAR].sum(),
+            "kinetic_rotation": grains[:, ANGULAR].sum(),
+            "kinetic_kick": grains[:, KICK].sum(),
+            "largest_speed": grains[:, FASTEST].max(),
+            "largest_spin": grains[:, FASTEST_SPIN].max(),
+            "wall_work": 0.0,
+            "face_work": 0.0,
+            "push_work": self._push_work(),
+            "gravity_work": 0.0,
+            "force_work": 0.0,
+        }
+        if self._environment.cell is not None:
+            moved = self._motion.kinetic_energy_of_images()
+            out["kinetic_translation"] += moved
+            out["face_work"] = self._face_work(pairs[:, columns.faces].sum(), moved)
+        out |= self._measure_sphere()
+        out["kinetic_kick"] += out["sphere_kick"]
+        walls = kernel_sums.measure_walls()
+        if self._environment.box is not None:
+            loads = kernel_sums.read_loads()
+            out["wall_work"] = self.wall_work(loads.wall_force(), loads.impulses())
+        on_sphere = kernel_sums.read_sphere()
+        kinds = (("", "", pairs), ("wall_", "_wall", walls), ("sphere_", "_sphere", on_sphere))
+        for number, (prefix, suffix, sums) in enumerate(kinds):
+            out[f"{prefix}contacts"] = int(round(sums[:, columns.contacts].sum()))
+            out[f"potential{suffix}"] = sums[:, columns.potential].sum(axis=0)
+            out[f"loss{suffix}"] = self._losses(number, sums[:, columns.pending])
+        if self._motion.outside is not None:
+            self._add_outside(out)
+        tiles = np.concatenate([pairs, walls, on_sphere])
+        out["largest_overlap"] = tiles[:, columns.deepest].max(initial=0.0)
+        out["largest_strain"] = tiles[:, columns.strain].max(initial=0.0)
+        return out
+
+    def _add_outside(self, out):
+        """Add work and losses of the forces from outside."""
+        outside, channels = self._motion.outside, self._state.layout.channels
+        kicks = self._kicks_of_sphere()
+        gravity, force, losses = outside.energies_since(self.outside_at_start, *kicks)
+        out["gravity_work"] = gravity
+        out["force_work"] = force + self.sums.script_work
+        for channel, lost in losses.items():
+            out["loss"][channels.index(channel)] += lost
+
+    def _kicks_of_sphere(self):
+        """Its `contact_kicks`, in a tuple of arguments; none without it."""
+        return () if self._sphere is None else (self._sphere.contact_kicks(),)
+
+    def _losses(self, kind, pending):
+        """Losses by channel up to now in contacts of a kind: 0 pairs, 1 walls, 2 the sphere.
+
+        pending: those of this step that belong to the time before it, (tiles, channels).
+        """
+        state, sphere, layout = self._state, self._sphere, self._state.layout
+        if kind == 1:
+            table = state["wall_loss"] if self._environment.box else None
+        else:
+            table = state["loss"]
+        if table is None or (kind == 2 and sphere is None):
+            return np.zeros(len(layout.channels))
+        if kind != 1 and sphere is not None:
+            first = int(state["counts"][FIRST_SPHERE]) // layout.tile
+            table = table[first:] if kind == 2 else table[:first]
+        return table.sum(axis=0) + pending.sum(axis=0) - np.array(self.sums.pending[kind])
+
+    def _binding_energy(self, m):
+        """Binding energy of the current contacts [fJ]: at rest (JKR), or current if they differ."""
+        if not self._motion.bodies.are_equal:
+            return -(m["potential"][0] + m["potential_wall"][0] + m["potential_sphere"][0])
+        pair, wall, sphere = self._numbers
+        bound = pair.bound * m["contacts"] + wall.bound * m["wall_contacts"]
+        if sphere is not None:
+            bound += sphere.bound * m["sphere_contacts"]
+        return bound
+
+    def binding_energy(self, contacts, potential):
+        """Binding energy of that many contacts between grains [fJ]; potential: of their law."""
+        equal = self._motion.bodies.are_equal
+        return self._numbers.pair.bound * contacts if equal else -potential
+
+    # -- work ------------------------------------------------------------------------------------
+
+    def wall_work(self, force, impulse):
+        """Work of the walls since the start, with their current force and impulse."""
+        box, sums = self._environment.box, self.sums
+        if box is None:
+            return 0.0
+        # the force of a step acts half before and half after it
+        ends = 0.5 * self._environment.dt * (sums.wall_force - force)
+        return sums.wall_work + float(np.sum(box.velocity * (impulse - sums.impulse + ends)))
+
+    def face_power(self):
+        """Power of the moving faces now [fJ/us]."""
+        cell = self._environment.cell
+        if cell is None:
+            return 0.0
+        return cell.power(self._kernel_sums.read_loads().across_faces(), self._environment.time)
+
+    def _face_work(self, power, moved):
+        """Work of the faces since the start [fJ].
+
+        power: of the faces now [fJ/us]; moved: kinetic energy of images over that of the grains.
+        """
+        state, half = self._state, 0.5 * self._environment.dt
+        ends = self.sums.face_power - power
+        work = state["face_work"].sum() + half * ends + self.sums.face_jumps
+        return float(work + state["wrap_work"].sum() + moved)
+
+    def _push_work(self):
+        """Work of the pushes since the start."""
+        motion, push = self._motion, self._motion.push
+        if not push.works:
+            return 0.0
+        x, impulse = self._state["x"], self._state.carried_impulse()
+        force, (step, dt, _) = motion.sum_contact_loads()[0], self._environment.moment
+        return self.sums.push_work + push.work(x, impulse, force, step, dt)
+
+    def _measure_sphere(self):
+        """Energies of the sphere itself; zeros without one."""
+        if self._sphere is None:
+            return dict.fromkeys(("sphere_kinetic", "sphere_kick", "sphere_work"), 0.0)
+        load = self._sphere.load()
+        kinetic, kick = self._sphere.energies(load)
+        return {
+            "sphere_load": load,
+            "sphere_kinetic": kinetic,
+            "sphere_kick": kick,
+            "sphere_work": self._sphere.work(load[0], self._sphere.impulses()[:3], self.sums),
+        }
+
+    # -- ends of the sums ------------------------------------------------------------------------
+
+    def begin(self):
+        """Forces, potentials and pending losses at the start; velocities are half a step back."""
+        sums, outside = self.sums, self._motion.outside
+        if outside is not None:
+            self.outside_at_start = outside.sum_energies(*self._kicks_of_sphere())
+        sums.wall_force = self._kernel_sums.read_loads().wall_force()
+        if self._sphere is not None:
+            sums.sphere_force = self._sphere.load()[0]
+        sums.pending = [[0.0] * len(self._state.layout.channels)] * 3
+        start = self.measure_energies()
+        names = ("loss", "loss_wall", "loss_sphere")
+        sums.pending = [start[name].tolist() for name in names]
+        sums.face_power = self.face_power()
+
+    def close_sphere(self):
+        """Book the work of the sphere, whose drive changes."""
+        force, impulse = self._sphere.load()[0], self._sphere.impulses()[:3]
+        self.sums.sphere_work = self._sphere.work(force, impulse, self.sums)
+        self.sums.sphere_force, self.sums.sphere_impulse = force, impulse
+
+    @contextmanager
+    def change_speeds(self, loads):
+        """Context in which walls and faces get other speeds; the ledger continues.
+
+        loads: LoadSums now.
+        """
+        environment, sums = self._environment, self.sums
+        cell, time = environment.cell, environment.time
+        force, impulse = loads.wall_force(), loads.impulses()
+        across = None if cell is None else loads.across_faces()
+        work = self.wall_work(force, impulse)
+        sums.wall_work, sums.wall_force, sums.impulse = work, force, impulse
+        yield
+        if cell is not None:
+            power = environment.cell.power(across, time) - cell.power(across, time)
+            sums.face_jumps += 0.5 * environment.dt * power

@@ -1,0 +1,445 @@
+"""The pass over contacts, a tile of blocks at a time.
+
+Their motion is gathered, their history updated, their loads computed, their losses summed. One pass
+for pairs, walls and the sphere.
+
+Conditions under which LLVM turns the loop over the lanes of a block into vectors: gathers are in a
+loop of their own (kernels.gather); results are stored straight into rows of the two fields of
+contacts; the numbers of a contact are values, not arguments in memory; the number of a block is
+masked, as Taichi's integers may overflow; sums are in a local array for each column, as LLVM
+examines a hundred uses of an array at most before it takes it for one that others may know, and the
+nine of the stress are values; there is no branch.
+"""
+
+from dusttaichi.compute.engine import ti
+from dusttaichi.compute.scan import count_blocks, first_item
+from dusttaichi.grains.kernels.contact_numbers import ON_BALL, PAIR, WALL
+from dusttaichi.grains.kernels.store import (
+    FIRST_SPHERE,
+    FIRST_WALL,
+    ON_SPHERE,
+    PAIRS,
+    WALL_BLOCKS,
+)
+from dusttaichi.physics.contact.kinematics import point_as_kept
+
+FORMING, BREAKING = range(2)  # channels of the ledger that no effect has to itself
+# places in `counts` of how many contacts of a kind there are (of walls: blocks), and of their first
+# block
+PLACES = {PAIR: (PAIRS, None), ON_BALL: (ON_SPHERE, FIRST_SPHERE), WALL: (WALL_BLOCKS, FIRST_WALL)}
+
+
+def _masks(law):
+    """True if a law masks its history of contacts that did not touch before."""
+    return getattr(law, "MASKED", False)
+
+
+@ti.data_oriented
+class Rows:
+    """Rows of the fields of contacts: history and loads."""
+
+    def __init__(self, fields, layout):
+        self.table, self.load, self.real = fields["contact"], fields["load"], layout.law
+        self.vec3 = ti.types.vector(3, layout.law)
+        named = [(name, *layout.rows[name]) for name in layout.model.history]
+        self.scalars = tuple((name, first) for name, first, width in named if width == 1)
+        self.vectors = tuple((name, first) for name, first, width in named if width == 3)
+        masked = [*layout.model.radial, *(n for n in layout.model.springs if _masks(n))]
+        names = {name for law in masked for name in law.HISTORY}
+        self.own = (*names, "touched")  # not masked: their effects do that
+        members = dict.fromkeys((name for name, _ in self.scalars), self.real)
+        members |= dict.fromkeys((name for name, _ in self.vectors), self.vec3)
+        self.History = ti.types.struct(**members)
+        self.touched = layout.rows["touched"][0]
+        self.history_rows = layout.history_rows
+        self.lost = layout.rows.get("lost", (-1, 0))[0]
+        self.recent = layout.rows.get("recent", (-1, 0))[0]
+
+    @ti.func
+    def vector(self, b, first: ti.template(), lane):
+        t = ti.static(self.table)
+        return self.vec3(t[b, first, lane], t[b, first + 1, lane], t[b, first + 2, lane])
+
+    @ti.func
+    def put_vector(self, b, first: ti.template(), lane, a):
+        for c in ti.static(range(3)):
+            self.table[b, first + c, lane] = a[c]
+
+    @ti.func
+    def add(self, b, row: ti.template(), lane, value):
+        self.table[b, row, lane] = self.table[b, row, lane] + value
+
+    @ti.func
+    def history(self, b, lane):
+        """History of a contact."""
+        return self.History(
+            *[self.table[b, first, lane] for _, first in self.scalars],
+            *[self.vector(b, first, lane) for _, first in self.vectors],
+        )
+
+    @ti.func
+    def write(self, b, lane, h: ti.template(), touched_before):
+        """Write the history, that of springs times `touched_before`, 1 or 0."""
+        for name, first in ti.static(self.scalars):
+            value = h.__getitem__(name)
+            if ti.static(name not in self.own):
+                value = value * touched_before
+            self.table[b, first, lane] = value
+        for name, first in ti.static(self.vectors):
+            vector = h.__getitem__(name)
+            if ti.static(name not in self.own):
+                vector = vector * touched_before
+            self.put_vector(b, first, lane, vector)
+
+    @ti.func
+    def force(self, b, lane):
+        """Force on the first body of a contact."""
+        t = ti.static(self.load)
+        return self.vec3(t[b, 0, lane], t[b, 1, lane], t[b, 2, lane])
+
+    @ti.func
+    def put_loads(self, b, lane, load: ti.template()):
+        """Force and torque on the first body, torque on the second: the force on it is opposite."""
+        for c in ti.static(range(3)):
+            self.load[b, c, lane] = load.force[c]
+            self.load[b, 3 + c, lane] = load.torque_1[c]
+            self.load[b, 6 + c, lane] = load.torque_2[c]
+
+
+@ti.data_oriented
+class ContactPass:
+    """The contacts of one gatherer: how many there are, and what a step does with them.
+
+    Empty lanes are computed as well: their grains are far away.
+    """
+
+    def __init__(self, fields, layout, mechanics, gatherer):
+        self.rows, self.mechanics, self.gatherer = Rows(fields, layout), mechanics, gatherer
+        prefix = "wall_" if gatherer.flat else ""  # beginning of the names of its sums by tile
+        self.numbers, self.kind, self.flat = gatherer.numbers, gatherer.kind, gatherer.flat
+        self.round = gatherer.flat and layout.tube
+        self.width, self.mask, self.real = layout.width, layout.mask, layout.law
+        self.counts, (self.number, self.begin) = fields["counts"], PLACES[gatherer.kind]
+        self.per_tile, self.per_block = layout.tile, 1 if gatherer.flat else layout.width
+        self.ledger, self.stress = layout.ledger, layout.stress
+        self.faces = bool(layout.periodic) and not gatherer.flat
+        self.loss, self.virial = fields[prefix + "loss"], fields.get(prefix + "virial")
+        self.face_work, self.impulse = fields.get("face_work"), fields.get("impulse")
+        channels = layout.channels
+        laws = layout.model.laws
+        self.channels = tuple(enumerate(channels.index(law.CHANNEL) for law in laws))
+        self.forming = mechanics.forming
+        self.radial = len(layout.model.radial)
+        # columns of the local sums: losses by law, work of the faces, changes
+        self.FACES = len(laws)
+        self.CHANGES = self.FACES + self.faces
+        rows = self.rows
+        # first rows of the losses that each contact keeps
+        self.followed = tuple(row for row in (rows.lost, rows.recent) if row >= 0)
+
+    # -- how much there is -----------------------------------------------------------------------
+
+    @ti.func
+    def first(self):
+        """The first block; pairs begin with block 0."""
+        out = 0
+        if ti.static(self.kind != PAIR):
+            out = self.counts[self.begin]
+        return out
+
+    @ti.func
+    def blocks(self):
+        """Number of blocks."""
+        out = self.counts[self.number]
+        if ti.static(not self.flat):
+            out = count_blocks(out, self.width)
+        return out
+
+    @ti.func
+    def tiles(self):
+        """Number of tiles."""
+        return count_blocks(self.counts[self.number], ti.static(self.per_block * self.per_tile))
+
+    @ti.func
+    def span(self, tile):
+        """First block of a tile and the one behind its last."""
+        first, end = tile * self.per_tile, ti.min((tile + 1) * self.per_tile, self.blocks())
+        if ti.static(self.kind != PAIR):
+            first, end = self.first() + first, self.first() + end
+        return first, end
+
+    @ti.func
+    def row(self, tile):
+        """Row of a tile in the tables of sums, of which pairs and the sphere have the same."""
+        out = tile
+        if ti.static(self.kind == ON_BALL):
+            out += self.first() // self.per_tile
+        return out
+
+    # -- a tile of contacts ----------------------------------------------------------------------
+
+    @ti.func
+    def run(self, me, workers, step, numbers, box: ti.template()):
+        """The contacts of a share: current history, loads, losses."""
+        n, dt = self.tiles(), numbers.dt
+        outside = self.gatherer.outside(step, dt, box)
+        for tile in range(first_item(me, workers, n), first_item(me + 1, workers, n)):
+            self.tile(tile, dt, outside, dt * step)
+
+    @ti.func
+    def tile(self, number, dt_wide, outside: ti.template(), time):
+        """Update the contacts of a tile and compute their loads; outside: see the gatherers."""
+        first, last = self.span(number)
+        tile = self.row(number)
+        sums = [ti.Vector.zero(self.real, self.width) for _ in ti.static(range(self.CHANGES + 1))]
+        virial = ti.Vector.zero(self.real, 9)
+        p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
+        for block in range(first, last):
+            self.block(sums, virial, block, dt, p, self.gatherer.place(block, outside, time))
+        totals = self.totals(sums)
+        if totals[self.CHANGES] > 0.0:
+            for block in range(first, last):
+                boundary = self.gatherer.place(block, outside, time)
+                self.change_block(block, tile, dt, p, boundary)
+        self.add_sums(totals, virial, tile)
+        if ti.static(self.flat):
+            for block in range(first, last):
+                if ti.static(self.round):
+                    self.add_turned_impulse(
+                        block, dt_wide, self.gatherer.place(block, outside, time)
+                    )
+                else:
+                    self.add_impulse(block, dt_wide)
+
+    @ti.func
+    def add_turned_impulse(self, block, dt, place):
+        """`add_impulse` where there is a tube, of whose forces the components there are summed."""
+        b, c = block & self.mask, self.gatherer.wall_block(block)
+        total = ti.Vector.zero(ti.f64, 3)
+        for lane in range(self.width):
+            force = ti.cast(self.rows.force(b, lane), ti.f64)
+            total += self.gatherer.in_frame(b, lane, force, place)
+        for a in ti.static(range(3)):
+            self.impulse[c, a] = self.impulse[c, a] + dt * total[a]
+
+    @ti.func
+    def add_impulse(self, block, dt):
+        """Sum the force of a wall on a block of contacts over time."""
+        b, c = block & self.mask, self.gatherer.wall_block(block)
+        for a in ti.static(range(3)):
+            force = ti.cast(0.0, ti.f64)
+            for lane in range(self.width):
+                force += ti.cast(self.rows.load[b, a, lane], ti.f64)
+            self.impulse[c, a] = self.impulse[c, a] + dt * force
+
+    @ti.func
+    def block(self, sums: ti.template(), virial: ti.template(), block, dt, p, boundary):
+        """Gather and compute a block of contacts."""
+        b = block & self.mask
+        g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
+        for lane in range(self.width):
+            self.gatherer.gather(g, b, lane, boundary)
+        for lane in range(self.width):
+            self.contact(sums, virial, g, b, lane, dt, p, boundary)
+
+    @ti.func
+    def contact(
+        self,
+        sums: ti.template(),
+        virial: ti.template(),
+        g: ti.template(),
+        b,
+        lane,
+        dt,
+        numbers,
+        boundary,
+    ):
+        p = self.numbers.of_contact(self.kind, b, lane, numbers)
+        k = self.gatherer.motion(g, lane, dt, p, boundary)
+        h = self.rows.history(b, lane)
+        strength = self.gatherer.strength(boundary)
+        self.mechanics.touch(k, h, p)
+        lost = self.mechanics.update(k, h, p, dt, self.flat)
+        load, _ = self.mechanics.evaluate(k, h, p, strength)
+        # 2 where it has formed, -1 where it has broken: see `change`
+        stays = k.now * k.was
+        formed, broken = k.now - stays, k.was - stays
+        h.touched = k.now + formed - broken
+        h.zeta = h.zeta + k.normal * k.zeta_along
+        # pointers begin on the line of centres; those of a contact that breaks are needed still
+        self.rows.write(b, lane, h, k.was)
+        self.rows.put_loads(b, lane, load)
+        self.book(sums, b, lane, lost, strength)
+        if ti.static(self.stress):
+            # from the second body to the first; what was gathered is not read again after a store
+            branch = k.normal * ((p.touch - k.overlap) * dt)
+            self.add_virial(virial, branch, load.force)
+        if ti.static(self.faces):
+            work = dt * self.gatherer.power_of_faces(g, lane, load.force, boundary)
+            self.add(sums, self.FACES, lane, work)
+        self.add(sums, self.CHANGES, lane, formed + broken)
+
+    @ti.func
+    def book(self, sums: ti.template(), b, lane, lost, strength):
+        """Add the losses of a contact to the sums, and to its own where they are followed."""
+        for n, channel in ti.static(self.channels):
+            value = lost[n]
+            if ti.static(n >= self.radial):
+                value = value * strength
+            if ti.static(self.ledger):
+                self.add(sums, n, lane, value)
+            self.follow(b, lane, channel, value)
+
+    @ti.func
+    def follow(self, b, lane, channel: ti.template(), value):
+        for first in ti.static(self.followed):
+            self.rows.add(b, first + channel, lane, value)
+
+    @ti.func
+    def add(self, sums: ti.template(), column: ti.template(), lane, value):
+        sums[column][lane] = sums[column][lane] + value
+
+    @ti.func
+    def add_virial(self, virial: ti.template(), branch, force):
+        """Sum branch x force (T19 eq 23)."""
+        for m in ti.static(range(3)):
+            for n in ti.static(range(3)):
+                virial[3 * m + n] += branch[m] * force[n]
+
+    @ti.func
+    def totals(self, sums: ti.template()):
+        """Sums over the lanes, by column."""
+        out = ti.Vector.zero(self.real, ti.static(self.CHANGES + 1))
+        for lane in range(self.width):
+            for n in ti.static(range(self.CHANGES + 1)):
+                out[n] += sums[n][lane]
+        return out
+
+    @ti.func
+    def add_sums(self, totals, virial, tile):
+        """Add the sums of a tile and step, in the precision of the laws, to those of all steps.
+
+        `+=` on a field is atomic in Taichi, and slow.
+        """
+        if ti.static(self.ledger):
+            for n, channel in ti.static(self.channels):
+                self.add_loss(tile, channel, totals[n])
+        if ti.static(self.stress):
+            for n in ti.static(range(9)):
+                value = ti.cast(virial[n], ti.f64)
+                self.virial[tile, n] = self.virial[tile, n] + value
+        if ti.static(self.faces):
+            work = ti.cast(totals[self.FACES], ti.f64)
+            self.face_work[tile] = self.face_work[tile] + work
+
+    @ti.func
+    def add_loss(self, tile: ti.template(), channel: ti.template(), value):
+        self.loss[tile, channel] = self.loss[tile, channel] + ti.cast(value, ti.f64)
+
+    # -- forming and breaking --------------------------------------------------------------------
+
+    @ti.func
+    def change_block(self, block, tile: ti.template(), dt, p, boundary):
+        """Change the contacts of a block that have formed or broken.
+
+        Few steps have any: so this is no part of the loop over all contacts, and gathers everything
+        again.
+        """
+        b = block & self.mask
+        g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
+        for lane in range(self.width):
+            state = self.rows.table[b, self.rows.touched, lane]
+            if state > 1.5 or state < -0.5:
+                self.gatherer.gather(g, b, lane, boundary)
+                self.change(g, b, lane, tile, dt, p, boundary, state)
+
+    @ti.func
+    def change(
+        self, g: ti.template(), b, lane, tile: ti.template(), dt, kind_numbers, boundary, state
+    ):
+        """Losses of a contact that has formed (state 2) or broken (-1).
+
+        Its potential, less the work of the half kick of the step. A breaking contact is evaluated
+        at its position of the previous step, and its history is cleared.
+        """
+        p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
+        k = self.gatherer.motion(g, lane, dt, p, boundary)
+        h = self.rows.history(b, lane)
+        k.was, k.now = ti.cast(0.0, self.real), ti.cast(1.0, self.real)
+        if state < 0.0:
+            k.overlap += k.speed * dt
+            k.was, k.now = 1.0, 0.0
+        elastic = self.mechanics.respond(k, p)
+        half_kick = 0.5 * dt * k.speed * elastic.force
+        if state > 0.0:
+            self.lose(tile, b, lane, FORMING, -(elastic.energy + half_kick))
+            if dt > 0.0:  # contacts that a start has have touched before
+                self.form(b, lane, k, h, p, dt)
+            self.rows.table[b, self.rows.touched, lane] = 1.0
+        else:
+            self.lose(tile, b, lane, BREAKING, elastic.energy - half_kick)
+            self.release(tile, b, lane, k, h, p, dt, boundary)
+            for row in ti.static(range(self.rows.history_rows)):
+                self.rows.table[b, row, lane] = 0.0
+
+    @ti.func
+    def form(self, b, lane, k: ti.template(), h: ti.template(), p, dt):
+        """Impulses of a first touch: forces along n_c during this step."""
+        for law in ti.static(self.forming):
+            force_before = self.rows.force(b, lane)
+            force = force_before + k.normal * law.form(k, h, p, dt, force_before.dot(k.normal))
+            for c in ti.static(range(3)):
+                self.rows.load[b, c, lane] = force[c]
+            self.rows.write(b, lane, h, 0.0)
+
+    @ti.func
+    def release(
+        self, tile: ti.template(), b, lane, k: ti.template(), h: ti.template(), p, dt, boundary
+    ):
+        """Energy stored in the springs of a breaking contact.
+
+        A spring that breaks has worked for half a step less than its displacement says.
+        """
+        strength = self.gatherer.strength(boundary)
+        point_as_kept(k, h, p, self.flat)
+        load, stored = self.mechanics.springs_of(k, h, p, strength)
+        spun = load.torque_1.dot(k.rotation_1) + load.torque_2.dot(k.rotation_2)
+        work = dt * load.force.dot(k.velocity) + spun
+        self.lose(tile, b, lane, BREAKING, stored.sum() + 0.5 * work)
+
+    @ti.func
+    def lose(self, tile: ti.template(), b, lane, channel: ti.template(), value):
+        if ti.static(self.ledger):
+            self.add_loss(tile, channel, value)
+        self.follow(b, lane, channel, value)
+
+    # -- without a step --------------------------------------------------------------------------
+
+    @ti.func
+    def configured(self, g: ti.template(), b, lane, kind_numbers, boundary):
+        """(Motion, history, numbers) of a contact as it is, without a step; g: gathered."""
+        p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
+        k = self.gatherer.motion(g, lane, ti.cast(0.0, self.real), p, boundary)
+        h = self.rows.history(b, lane)
+        self.mechanics.touch(k, h, p)
+        self.mechanics.press(k, p)
+        point_as_kept(k, h, p, self.flat)
+        return k, h, p
+
+    @ti.func
+    def gathered(self, b, boundary):
+        """The motion of a block of contacts."""
+        g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
+        for lane in range(self.width):
+            self.gatherer.gather(g, b, lane, boundary)
+        return g
+
+    @ti.func
+    def evaluate(self, block, boundary):
+        """Loads of a block of contacts in the present configuration; their history stays."""
+        b, kind_numbers = block & self.mask, self.numbers.of_kind(self.kind)
+        g = self.gathered(b, boundary)
+        for lane in range(self.width):
+            k, h, p = self.configured(g, b, lane, kind_numbers, boundary)
+            load, _ = self.mechanics.evaluate(k, h, p, self.gatherer.strength(boundary))
+            self.rows.put_loads(b, lane, load)

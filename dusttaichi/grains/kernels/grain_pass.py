@@ -1,0 +1,230 @@
+"""One pass over the grains: gather the loads of the own contacts in a fixed order, kick, drift."""
+
+from math import factorial
+from types import SimpleNamespace
+
+from dusttaichi.compute.engine import ti
+from dusttaichi.compute.scan import CHUNK
+from dusttaichi.grains.kernels.cell_kinematics import CENTRE, GROWTH, RATE, START, TILT
+from dusttaichi.grains.kernels.outside_kick import make_forces
+from dusttaichi.grains.kernels.store import GRAINS
+
+# of the series of cos(h) and sin(h)/h in h^2
+COS = [(-1) ** n / factorial(2 * n) for n in range(1, 5)]
+SIN = [(-1) ** n / factorial(2 * n + 1) for n in range(1, 5)]
+
+
+@ti.data_oriented
+class Orientations:
+    """Rotations of the grains since the start, as unit quaternions w, x, y, z."""
+
+    def __init__(self, fields, layout):
+        self.q, self.real = fields["orientation"], layout.geometry
+
+    @ti.func
+    def carry_on(self, g, spin, dt):
+        """Turn grain g about its spin of the half step for a step.
+
+        A steady spin is exact to rounding, up to a tenth of a radian a step. Sine and cosine of
+        half the angle are summed up: those of a library would take as long as all else that a step
+        does with a grain.
+        """
+        half = (0.5 * ti.cast(dt, self.real)) * spin
+        h2 = half.dot(half)
+        a = 1.0 + h2 * (COS[0] + h2 * (COS[1] + h2 * (COS[2] + h2 * COS[3])))
+        b = half * (1.0 + h2 * (SIN[0] + h2 * (SIN[1] + h2 * (SIN[2] + h2 * SIN[3]))))
+        previous = self.q[g]
+        c, d = previous[0], ti.Vector([previous[1], previous[2], previous[3]])
+        turned = a * d + c * b + b.cross(d)
+        current = ti.Vector([a * c - b.dot(d), turned[0], turned[1], turned[2]])
+        # of a length that rounding alone takes from 1
+        self.q[g] = current * (1.5 - 0.5 * current.dot(current))
+
+
+def make_gather(fields, layout):
+    """Returns `total(g)`: force and torque on grain g, summed in a fixed order.
+
+    First come the contacts whose second body it is, from its list, then its own pairs, which are
+    side by side, then contacts with walls and sphere, from the second part of its list. Each loop
+    ends by what it reads: a grain has a contact or two of a kind, and what LLVM makes of a loop
+    over a known number of them, unrolled and vectorised, takes a third longer. All six sums of a
+    loop are of one sign, so that they are vectors.
+    """
+    W = layout.width  # a power of two
+    shift = W.bit_length() - 1
+    entry_start, entry = fields["entry_start"], fields["entry"]
+    pair_start, pair_i = fields["pair_start"], fields["pair_i"]
+    load, outside = fields["load"], "wall_slot" in fields or layout.sphere
+
+    @ti.func
+    def add(sums: ti.template(), c, torque: ti.template()):
+        b, k = (c >> shift) & layout.mask, c & (W - 1)
+        for m in ti.static(range(3)):
+            sums[m] += ti.cast(load[b, m, k], layout.geometry)
+            sums[3 + m] += ti.cast(load[b, torque + m, k], layout.geometry)
+
+    @ti.func
+    def total(g):
+        sums = ti.Vector.zero(layout.geometry, 6)
+        e = entry_start[g]
+        c = entry[e]
+        while c >= 0:
+            add(sums, c, 6)
+            e += 1
+            c = entry[e]
+        for m in ti.static(range(3)):
+            sums[m] = -sums[m]
+        c = pair_start[g]
+        while pair_i[c >> shift, c & (W - 1)] == g:
+            add(sums, c, 3)
+            c += 1
+        if ti.static(outside):
+            e += 1
+            c = entry[e]
+            while c >= 0:
+                add(sums, c, 3)
+                e += 1
+                c = entry[e]
+        return ti.Vector([sums[0], sums[1], sums[2]]), ti.Vector([sums[3], sums[4], sums[5]])
+
+    return total
+
+
+def make_push(fields, layout):
+    """Returns `pushed(g, force, torque)`: with the push from outside; none on a carried grain."""
+    push_force, free = fields.get("push_force"), fields.get("free")
+
+    @ti.func
+    def pushed(g, force, torque):
+        f, t = force, torque
+        if ti.static(layout.forced):
+            f += push_force[g]
+        if ti.static(layout.carried):
+            f, t = free[g] * f, free[g] * t
+        return f, t
+
+    return pushed
+
+
+def make_grain_pass(fields, layout):
+    """Returns `move(g, dt/m, dt/I, dt, reach2, step)`: kick and drift from that step to the next.
+
+    It returns (1 if a new search is due, position, velocity). Who needs these takes them from here:
+    to read what has just been written, in another width, makes a core wait, a third of a step.
+    Where grains have masses of their own (layout.polydisperse) m and I are units of them.
+
+    A search is due once a grain has gone further than half the skin from where it was at the last
+    one (reach2 its square), or is no longer a number.
+    """
+    x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
+    total, pushed = make_gather(fields, layout), make_push(fields, layout)
+    free, impulse = fields.get("free"), fields.get("carried_impulse")
+    mass, inertia = fields.get("mass"), fields.get("inertia")
+    dtype, forces = layout.geometry, make_forces(fields, layout)
+    turned = Orientations(fields, layout) if layout.orientation else None
+
+    @ti.func
+    def move(g, kick, turn, dt, reach2, step):
+        force, torque = total(g)
+        if ti.static(layout.carried):
+            impulse[g] = impulse[g] + (dt * (1.0 - free[g])) * force
+        force, torque = pushed(g, force, torque)
+        own_kick, own_turn = ti.cast(kick, dtype), ti.cast(turn, dtype)
+        if ti.static(layout.polydisperse):
+            own_kick = ti.cast(kick / mass[g], dtype)
+            own_turn = ti.cast(turn / inertia[g], dtype)
+        # no += on fields: it is atomic in Taichi, and slow
+        velocity, spin = v[g] + own_kick * force, w[g] + own_turn * torque
+        if ti.static(bool(layout.forces)):
+            at, weight = forces.of_grain(g, step), forces.weight_of(g)
+            half_kick = ti.cast(0.5 * own_kick * force, ti.f64)
+            half_turn = ti.cast(0.5 * own_turn * torque, ti.f64)
+            velocity, spin = forces.accelerate(
+                g, at, weight, velocity, spin, half_kick, half_turn, dt
+            )
+        position = x[g] + ti.cast(dt, dtype) * velocity
+        v[g], w[g] = velocity, spin
+        if ti.static(layout.orientation):
+            turned.carry_on(g, spin, dt)
+        x[g] = position
+        way = position - x_search[g]
+        return ti.select(way.dot(way) <= reach2, 0, 1), position, velocity
+
+    return move
+
+
+def make_rates(fields, layout):
+    """Returns `rates(step, dt)`: L'/L along each axis of the cell and the rate of its shear.
+
+    They are rates in the middle of the step.
+    """
+    cell = fields.get("cell")
+
+    @ti.func
+    def flow(step, dt):
+        """L'/L along each axis, in the middle of the step."""
+        out = ti.Vector.zero(ti.f64, 3)
+        time = dt * (ti.cast(step, ti.f64) - 0.5)
+        for a in ti.static(layout.periodic):
+            grown = cell[START, a] * ti.exp(cell[GROWTH, a] * time)
+            change = cell[GROWTH, a] * grown + cell[RATE, a]
+            out[a] = change / (grown + cell[RATE, a] * time)
+        return out
+
+    @ti.func
+    def shear(step, dt, rate):
+        """Rate of the shear of a tilted cell, in the middle of the step."""
+        time = dt * (ti.cast(step, ti.f64) - 0.5)
+        height = cell[START, 2] * ti.exp(cell[GROWTH, 2] * time) + cell[RATE, 2] * time
+        return (cell[TILT, 1] - rate[0] * (cell[TILT, 0] + cell[TILT, 1] * time)) / height
+
+    @ti.func
+    def rates(step, dt):
+        rate, sheared = flow(step, dt), 0.0
+        if ti.static(layout.tilted):
+            sheared = shear(step, dt, rate)
+        return ti.Vector([rate[0], rate[1], rate[2], sheared], ti.f64)
+
+    return rates
+
+
+def make_flux(fields, layout):
+    """Functions for the kinetic part of the stress: `add`, `of_grain` and `rates`.
+
+    `add(chunk, move, step, numbers)` moves the grains of a chunk and sums v v dt, 1 if a search is
+    due; `of_grain(g, place, velocity, dt, rate)` is v v of a grain whose step ends at `place`; for
+    `rates` see make_rates.
+
+    Velocities are those of the half step. Where grains have masses of their own
+    (layout.polydisperse) it is m v v dt. In a periodic cell v is measured from the even flow of its
+    edges, L'/L (x - centre) along each periodic axis, and of a shear of the cell: that is the same
+    for all images of a grain.
+    """
+    flux, mass, rates = fields["flux"], fields.get("mass"), make_rates(fields, layout)
+    counts, cell = fields["counts"], fields.get("cell")
+
+    @ti.func
+    def of_grain(g, position, velocity, dt, rate):
+        u, middle = velocity, position - 0.5 * dt * velocity
+        for a in ti.static(layout.periodic):
+            u[a] -= ti.cast(rate[a] * (middle[a] - cell[CENTRE, a]), layout.geometry)
+            if ti.static(layout.tilted and a == 2):
+                u[0] -= ti.cast(rate[3] * (middle[2] - cell[CENTRE, 2]), layout.geometry)
+        if ti.static(layout.polydisperse):
+            u *= ti.sqrt(mass[g])
+        return ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])
+
+    @ti.func
+    def add(chunk, move: ti.template(), step, numbers):
+        is_due, rate = 0, rates(step, numbers.dt)
+        sums = ti.Vector.zero(ti.f64, 6)
+        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
+            n = numbers
+            far, position, u = move(g, n.kick, n.turn, n.dt, n.reach2, step - 1)
+            is_due = ti.max(is_due, far)
+            sums += of_grain(g, position, u, numbers.dt, rate)
+        for k in ti.static(range(6)):
+            flux[chunk, k] = flux[chunk, k] + numbers.dt * sums[k]
+        return is_due
+
+    return SimpleNamespace(add=add, rates=rates, of_grain=of_grain)
