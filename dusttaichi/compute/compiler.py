@@ -14,7 +14,7 @@ PREFIX = {"taichi": "TI_", "quadrants": "QD_"}  # of the variables that a compil
 KERNEL_FOLDER = "OFFLINE_CACHE_FILE_PATH"  # its variable for the folder of kernels, without PREFIX
 
 
-def name():
+def name() -> str:
     """Name of its package. Raises DustError for an unknown one."""
     text = os.environ.get(VARIABLE, "")
     compiler = text.strip().lower() or "taichi"
@@ -23,7 +23,7 @@ def name():
     return compiler
 
 
-def version():
+def version() -> str:
     """Version of its package. Raises DustError where it is not installed."""
     try:
         return metadata.version(name())
@@ -34,11 +34,11 @@ def version():
         ) from None
 
 
-def label():
+def label() -> str:
     """Name and version for people."""
     return f"{name().capitalize()} {version()}"
 
 
-def variable(of):
+def variable(of: str) -> str:
     """The environment variable of the compiler itself for a setting, such as OFFLINE_CACHE."""
     return PREFIX[name()] + of

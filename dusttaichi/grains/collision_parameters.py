@@ -3,10 +3,10 @@
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, Tag
 
 from dusttaichi.samples.sample_registry import AnyBody, reads_samples
-from dusttaichi.scene.fields import Block, Count, Faults, Number, plain_or_block
+from dusttaichi.scene.fields import PLAIN_OR_BLOCK, Block, Count, Faults, Number
 from dusttaichi.scene.quantities import Quantity
 
 MOST = 100_000  # collisions of a study
@@ -45,8 +45,13 @@ class Rings(Block):
         return tuple((self.largest * np.sqrt(fractions)).tolist())
 
 
-Speeds = plain_or_block(tuple[ImpactSpeed, ...], SpeedRange)
-Impacts = plain_or_block(tuple[Impact, ...], Rings)
+Speeds = Annotated[
+    Annotated[tuple[ImpactSpeed, ...], Tag("plain")] | Annotated[SpeedRange, Tag("block")],
+    PLAIN_OR_BLOCK,
+]
+Impacts = Annotated[
+    Annotated[tuple[Impact, ...], Tag("plain")] | Annotated[Rings, Tag("block")], PLAIN_OR_BLOCK
+]
 
 
 @reads_samples

@@ -14,7 +14,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dusttaichi.method.simple import SimpleSimulation
-from dusttaichi.method.simulation import Measurement, Scene, Simulation, Start, State, Window
+from dusttaichi.method.simulation import (
+    HasMethod,
+    Measurement,
+    Scene,
+    Simulation,
+    Start,
+    State,
+    Window,
+)
 from dusttaichi.physics.registry import Registry
 
 if TYPE_CHECKING:
@@ -225,7 +233,7 @@ def rows(references: tuple[Any, ...]) -> list[Any]:
     return [row for entry in objects for row in (entry if isinstance(entry, tuple) else (entry,))]
 
 
-def find_method(scene: Scene) -> Method:
+def find_method(scene: HasMethod) -> Method:
     """The Method of a scene."""
     return load_method(scene.method)
 

@@ -103,10 +103,17 @@ class Start:
         return replace(self, exchanged=self.exchanged_by(m))
 
 
-class Scene(Protocol):
+class HasMethod(Protocol):
+    """What names its method."""
+
+    @property
+    def method(self) -> str:
+        """Name of the method."""
+
+
+class Scene(HasMethod, Protocol):
     """All that is known of a scene here."""
 
-    method: str
     stages: Any
 
     def with_value(self, path: str, value: Any) -> Scene:

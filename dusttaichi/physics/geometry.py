@@ -3,11 +3,15 @@
 Lengths are in any common unit. Positions are (N, 3), in the order x, y, z.
 """
 
+from typing import Literal, get_args
+
 import numpy as np
 import scipy
 
-AXES = ("x", "y", "z")
-WALLS = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
+AxisName = Literal["x", "y", "z"]
+WallName = Literal["x_min", "x_max", "y_min", "y_max", "bottom", "top"]
+AXES: tuple[AxisName, ...] = get_args(AxisName)
+WALLS: tuple[WallName, ...] = get_args(WallName)
 SURFACES = (*WALLS, "tube")  # what wall contacts number
 LYING = "lying cylinder"  # shape of a sample between two plates
 

@@ -3,12 +3,12 @@
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import UnionType
-from typing import get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 
-def plain(value):
+def plain(value: Any) -> Any:
     """A value for YAML and JSON: without NumPy types, paths as texts, dataclasses as dicts."""
     if is_dataclass(value):
         return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
@@ -21,7 +21,7 @@ def plain(value):
     return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value
 
 
-def from_plain(value_type, value):
+def from_plain(value_type: Any, value: Any) -> Any:
     """Value of a type from what `plain` has made of it.
 
     The type is that of an array, a tuple, a dict of such values, or a dataclass with them.
@@ -37,6 +37,7 @@ def from_plain(value_type, value):
         )
     if get_origin(value_type) is dict:
         return {name: from_plain(get_args(value_type)[1], item) for name, item in value.items()}
-    if value_type in (np.ndarray, tuple):
-        return np.array(value) if value_type is np.ndarray else tuple(value)
+    container = get_origin(value_type) or value_type
+    if container in (np.ndarray, tuple):
+        return np.array(value) if container is np.ndarray else tuple(value)
     return value

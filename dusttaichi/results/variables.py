@@ -4,7 +4,9 @@ Each method declares further ones (grains: grains/grain_variables.py); writer an
 from the declarations.
 """
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +38,7 @@ _RECORDS = {  # group -> the dimension that grows
 }
 
 
-def record_dimension(group):
+def record_dimension(group: str) -> str:
     """The dimension along which a group grows; `record` for a group of the user."""
     return _RECORDS.get(group, "record")
 
@@ -47,28 +49,33 @@ class Variable:
 
     group: str  #: Group of the file, such as "series" or "snapshots".
     name: str  #: Name in that group.
-    dims: tuple  #: Dimensions, the record first if it grows.
+    dims: tuple[str, ...]  #: Dimensions, the record first if it grows.
     units: str  #: SI unit.
     long_name: str  #: Meaning.
     source: str = ""  #: Equation or section of a paper.
     dtype: str = "f8"  #: Type in the file.
-    needs: frozenset = frozenset()  #: Features that a scene must have.
+    needs: frozenset[str] = frozenset()  #: Features that a scene must have.
     counts: str = ""  #: Dimension of a ragged group whose rows of each record it counts.
     #: Part of the contact history, which a sample that is read from the result includes.
     history: bool = False
 
     @property
-    def key(self):
+    def key(self) -> str:
         """Name as used with the Writer: `pressure`, `snapshots/position`."""
         return self.name if self.group == "series" else f"{self.group}/{self.name}"
 
     @property
-    def grows(self):
+    def grows(self) -> bool:
         """True for one entry per record, False for a static variable."""
         return record_dimension(self.group) in self.dims
 
 
-def declare(group, rows, integers=(), counts=()) -> list[Variable]:
+def declare(
+    group: str,
+    rows: Iterable[Sequence[str]],
+    integers: Mapping[str, str] | None = None,
+    counts: Mapping[str, str] | None = None,
+) -> tuple[Variable, ...]:
     """Variables of a group from the rows of a table.
 
     Parameters
@@ -82,7 +89,7 @@ def declare(group, rows, integers=(), counts=()) -> list[Variable]:
     counts : dict
         Name -> dimension that the variable counts.
     """
-    integers, counts = dict(integers), dict(counts)
+    integers, counts = integers or {}, counts or {}
     return tuple(
         Variable(
             group,
@@ -99,7 +106,12 @@ def declare(group, rows, integers=(), counts=()) -> list[Variable]:
     )
 
 
-def select_variables(variables, features, selection=(), precision="f64") -> list[Variable]:
+def select_variables(
+    variables: Iterable[Variable],
+    features: Iterable[str],
+    selection: Sequence[str] = (),
+    precision: str = "f64",
+) -> tuple[Variable, ...]:
     """Variables whose needs are among the features, in order.
 
     Parameters
@@ -113,28 +125,28 @@ def select_variables(variables, features, selection=(), precision="f64") -> list
     precision : str
         "f32": variables of every grain, particle or contact are in single precision.
     """
-    features = {*features, REQUESTED}
-    selected = [v for v in variables if v.needs <= features and _select_requested(v, selection)]
+    present = {*features, REQUESTED}
+    selected = [v for v in variables if v.needs <= present and _select_requested(v, selection)]
     if precision == "f64":
         return tuple(selected)
     large = {v.key for v in selected if v.dtype == "f8" and v.grows and EACH & set(v.dims)}
     return tuple(replace(v, dtype="f4") if v.key in large else v for v in selected)
 
 
-def _select_requested(variable, selection):
+def _select_requested(variable: Variable, selection: Sequence[str]) -> bool:
     if any(name[1:] in (variable.key, variable.name) for name in selection if name[:1] == "-"):
         return not optional(variable)
     requested = {variable.key, variable.name} & set(selection)
     return REQUESTED not in variable.needs or bool(requested)
 
 
-def optional(variable):
+def optional(variable: Variable) -> bool:
     """True for a variable that a result may lack, or has on request."""
     is_required = variable.name in NEEDED or variable.counts or not variable.grows
     return variable.group in CHOSEN and not is_required
 
 
-def reference_energy(work, kinetic_start, potential_start, losses):
+def reference_energy(work: Any, kinetic_start: Any, potential_start: Any, losses: Any) -> Any:
     """Energy that has gone through the system [J]: |work| + K(0) + |U(0)| + losses.
 
     It is the reference of the residual of a ledger; arrays over time or numbers.
@@ -205,19 +217,23 @@ COMMON = {variable.key: variable for variable in (*_SERIES, *_SNAPSHOTS)}
 _SHARED = COMMON | {variable.key: variable for variable in _OF_WALLS}
 
 
-def common(*features):
+def common(*features: str) -> tuple[Variable, ...]:
     """Variables that all methods share, of a scene with these features (see above)."""
     return select_variables(COMMON.values(), features)
 
 
-def declare_variables(table, integers, counts=()):
+def declare_variables(
+    table: Mapping[str, Iterable[str | Sequence[str]]],
+    integers: Mapping[str, str],
+    counts: Mapping[str, str] | None = None,
+) -> tuple[Variable, ...]:
     """Variables of a method, a tuple, from its table {group: rows of `declare`}.
 
     A row that is a mere name is a variable that methods share. counts: of the snapshots.
     """
-    out = []
+    out: list[Variable] = []
     for group, rows in table.items():
-        of_group = counts if group == "snapshots" else ()
+        of_group = counts if group == "snapshots" else None
         for row in rows:
             if isinstance(row, str):
                 out.append(_SHARED[row if group == "series" else f"{group}/{row}"])

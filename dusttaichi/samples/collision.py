@@ -22,7 +22,7 @@ from dusttaichi.samples.sample_registry import (
 )
 from dusttaichi.samples.side_by_side import join_contacts, join_grains
 from dusttaichi.samples.values import ImpactParameter, Seed
-from dusttaichi.scene.fields import Faults
+from dusttaichi.scene.fields import AnyScene, Faults
 from dusttaichi.scene.quantities import Quantity
 
 # Coordinates in which the projectile flies along -z: x, y, z there are y, z, x here.
@@ -59,7 +59,7 @@ class CollisionSample(SampleBlock):
     def body_blocks(self) -> dict[str, SampleBlock]:
         return {"target": self.target, "projectile": self.projectile}
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         yield from super().conflicts(scene)
         for name, body in self.body_blocks.items():
             if getattr(body, "keep", ()):

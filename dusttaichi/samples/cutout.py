@@ -33,7 +33,7 @@ from dusttaichi.samples.sample_registry import (
     register,
 )
 from dusttaichi.samples.values import Seed, exactly_one
-from dusttaichi.scene.fields import Count, Faults
+from dusttaichi.scene.fields import AnyScene, Count, Faults
 from dusttaichi.scene.quantities import Quantity
 
 FILLED = 0.01  # share of an edge of the cut that may be missing in the sample
@@ -85,7 +85,7 @@ class CutoutSample(SampleBlock):
     def body_blocks(self) -> dict[str, SampleBlock]:
         return {"of": self.of}
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         yield from super().conflicts(scene)
         if getattr(self.of, "keep", ()):
             yield "of.keep", "the walls and the time of a sample that is cut are not reused"

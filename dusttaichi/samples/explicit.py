@@ -32,7 +32,7 @@ from dusttaichi.samples.values import (
     Velocity,
     unknown_materials,
 )
-from dusttaichi.scene.fields import Faults, Number
+from dusttaichi.scene.fields import AnyScene, Faults, Number
 from dusttaichi.scene.quantities import Quantity
 
 Which = Annotated[int | Literal["largest"], Number(whole=True, ge=0, word="largest")]
@@ -137,7 +137,7 @@ class ExplicitSample(SampleBlock):
         if self.style is not None and self.columns is not None:
             yield "style", "columns name the columns; one of both is needed"
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         yield from unknown_materials(self.materials, scene)
         # positions of walls and faces from the file replace a size
         if {"walls", "box"} & set(self.keep):

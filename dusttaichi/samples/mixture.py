@@ -17,7 +17,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import ROUNDING, Sample, touching_pairs
 from dusttaichi.samples.sample_registry import SampleBlock
 from dusttaichi.samples.values import Radius, Seed
-from dusttaichi.scene.fields import Block, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Block, Faults, Number
 
 Share = Annotated[float, Number(gt=0)]
 SmallestField = Annotated[Radius, Field(description="smallest radius; there are none below it")]
@@ -157,7 +157,7 @@ class MixtureBlock(SampleBlock):
     )
     seed: Seed = Field(1, description="seed of the random numbers")
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         for name in self.shares or ():
             if name not in scene.material_names:
                 text = f"the scene does not have it; allowed: {', '.join(scene.material_names)}"

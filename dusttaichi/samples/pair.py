@@ -18,7 +18,7 @@ from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.sample import Sample
 from dusttaichi.samples.sample_registry import SampleBlock, register
 from dusttaichi.samples.values import ImpactParameter, MaterialName, Radius, Spin, unknown_materials
-from dusttaichi.scene.fields import Faults
+from dusttaichi.scene.fields import AnyScene, Faults
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -65,7 +65,7 @@ class PairSample(SampleBlock):
             if values is not None and len(values) != 2:
                 yield name, f"2 are needed, one for each grain, and not {len(values)}"
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         return unknown_materials(self.materials, scene)
 
 

@@ -29,7 +29,7 @@ from dusttaichi.samples.mixture import Crowd, MixtureBlock, draw_grains, is_mixt
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import CutGrains, CutSize, shape_of
-from dusttaichi.scene.fields import Count, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Count, Faults, Number
 from dusttaichi.scene.making import Cost, tell
 
 BULK = 0.15  # filling factor of the bulk; only to estimate the size of the aggregate to cut from
@@ -70,7 +70,7 @@ class PcaSample(MixtureBlock):
             return {"shape": shape_of(data["size"]), **data}
         return data
 
-    def cost(self, scene) -> Cost:
+    def cost(self, scene: AnyScene) -> Cost:
         radius, grains = scene.material.radius, self.grains
         if self.shape != "aggregate":
             grains = _guessed_grains(self, radius, cut.proportions(self, radius))

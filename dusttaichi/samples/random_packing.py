@@ -22,7 +22,7 @@ from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, place_grains
 from dusttaichi.samples.sample import Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import BoxSize, exactly_one
-from dusttaichi.scene.fields import Count, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Count, Faults, Number
 from dusttaichi.scene.making import Cost, tell
 
 MOST_GRAINS = 2e5  # minutes
@@ -47,7 +47,7 @@ class RandomPackingSample(MixtureBlock):
         0.6, description="grain volume over the volume of the cell"
     )
 
-    def cost(self, scene) -> Cost:
+    def cost(self, scene: AnyScene) -> Cost:
         grains = self.grains
         if grains is None:
             sphere = 4 / 3 * math.pi * scene.material.radius**3

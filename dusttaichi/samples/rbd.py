@@ -33,7 +33,7 @@ from dusttaichi.samples.mixture import Crowd, Grains, MixtureBlock, is_mixture, 
 from dusttaichi.samples.sample import ROUNDING, Sample, bulk_filling_factor, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import TOO_NARROW, CutGrains, CutSize, edges_of
-from dusttaichi.scene.fields import Faults, Number
+from dusttaichi.scene.fields import AnyScene, Faults, Number
 from dusttaichi.scene.making import tell
 from dusttaichi.scene.quantities import Quantity
 
@@ -68,7 +68,7 @@ class RbdSample(MixtureBlock):
         if self.periodic and self.shape != "box":
             yield "periodic", f'a {self.shape} is not periodic; it is allowed with shape "box"'
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         yield from super().conflicts(scene)
         if not is_mixture(self) and self.size is not None:
             if min(edges_of(self.size)) < 2 * scene.material.radius:

@@ -21,7 +21,7 @@ from dusttaichi.samples.mixture import MixtureBlock, draw_grains, place_grains
 from dusttaichi.samples.sample import ROUNDING, Sample, check_grains
 from dusttaichi.samples.sample_registry import register
 from dusttaichi.samples.values import BoxSize, exactly_one
-from dusttaichi.scene.fields import Count, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Count, Faults, Number
 from dusttaichi.scene.making import Cost, tell
 
 MOST_GRAINS = 30_000  # two minutes
@@ -45,7 +45,7 @@ class SpaceFillingSample(MixtureBlock):
         0.15, description="grain volume over the volume of the box"
     )
 
-    def cost(self, scene) -> Cost:
+    def cost(self, scene: AnyScene) -> Cost:
         grains = self.grains
         if grains is None:
             grain = _compute_volume(scene.material.radius)

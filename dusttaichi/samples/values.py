@@ -5,7 +5,17 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError
 
-from dusttaichi.scene.fields import Block, Count, Faults, Mark, Number, build_value_error
+from dusttaichi.scene.fields import (
+    Block,
+    CoreSchema,
+    Count,
+    Faults,
+    JsonHandler,
+    JsonSchema,
+    Mark,
+    Number,
+    build_value_error,
+)
 from dusttaichi.scene.fields import Seed as Seed
 from dusttaichi.scene.quantities import Quantity, Vector, format
 
@@ -106,7 +116,7 @@ class _ImpactMark(Mark):
     def _serialize(self, value: Impact) -> Any:
         return value.value if value.fraction else format(value.value, "length")
 
-    def __get_pydantic_json_schema__(self, schema, handler):
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         return {"anyOf": [_FRACTION.json_schema(), _LENGTH.json_schema()]}
 
 

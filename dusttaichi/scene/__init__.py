@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # for editors and type checkers; imported on first use, by __getattr__
     from dusttaichi.scene.boundary import (
         BoxBoundary,
-        Drive,
         OpenBoundary,
         PeriodicBoundary,
         PlatesBoundary,
@@ -19,6 +18,7 @@ if TYPE_CHECKING:  # for editors and type checkers; imported on first use, by __
         get_drive,
         has_strain,
     )
+    from dusttaichi.scene.drive import Drive
     from dusttaichi.scene.interaction import (
         Asperities,
         Effect,
@@ -45,8 +45,9 @@ if TYPE_CHECKING:  # for editors and type checkers; imported on first use, by __
     from dusttaichi.scene.stop import Stop
 
 _HOMES = {
-    "boundary": "BoxBoundary Drive OpenBoundary PeriodicBoundary PlatesBoundary "
+    "boundary": "BoxBoundary OpenBoundary PeriodicBoundary PlatesBoundary "
     "TubeBoundary bounded_axes filling_direction get_drive has_strain",
+    "drive": "Drive",
     "interaction": "Asperities Effect Interaction NoDamping Scaled Viscoelastic Viscous",
     "loading": "as_scene from_yaml json_schema load load_extensions schema_text",
     "material": "NAMED Material",

@@ -2,13 +2,34 @@
 
 import typing
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 Path = tuple[str | int, ...]
 TAGS = ("kind", "model")  # keys that select one of several blocks
+
+
+class Keys(BaseModel):
+    """Model of a block, with the order of its keys and those that it has beside its fields."""
+
+    # Keys that the YAML may hold and that are resolved into fields.
+    extra_keys: ClassVar[tuple[str, ...]] = ()
+    # Keys that only other blocks have, and what to write instead.
+    refused: ClassVar[dict[str, str]] = {}
+    # Words in place of a whole block.
+    shorthands: ClassVar[tuple[str, ...]] = ()
+    # Order of the keys, separated by spaces; without one, inherited keys come first.
+    order: ClassVar[str] = ""
+    # Inherited keys that come last in every block.
+    last: ClassVar[tuple[str, ...]] = ()
+
+    @classmethod
+    def fields_in_order(cls) -> dict[str, FieldInfo]:
+        """Its fields by name, in the order of the keys."""
+        first = (name for name in cls.model_fields if name not in cls.last)
+        return {name: cls.model_fields[name] for name in cls.order.split() or [*first, *cls.last]}
 
 
 def format_path(path: Path) -> str:
@@ -44,24 +65,24 @@ def strip_union_members(loc: Path, data: Any, missing: bool = False) -> Path:
     return tuple(path)
 
 
-def list_blocks(item: FieldInfo) -> list[type[BaseModel]]:
+def list_blocks(item: FieldInfo) -> list[type[Keys]]:
     """All blocks that are allowed at a key."""
     for mark in item.metadata:
         if hasattr(mark, "blocks"):
-            return mark.blocks
+            return list(mark.blocks)
     return _list_members(item.annotation)
 
 
-def _list_members(annotation: Any) -> list[type[BaseModel]]:
+def _list_members(annotation: Any) -> list[type[Keys]]:
     for mark in getattr(annotation, "__metadata__", ()):  # of an entry of a list
         if hasattr(mark, "blocks"):
-            return mark.blocks
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            return list(mark.blocks)
+    if isinstance(annotation, type) and issubclass(annotation, Keys):
         return [annotation]
     return [block for argument in typing.get_args(annotation) for block in _list_members(argument)]
 
 
-def find_blocks(root: type[BaseModel], loc: Path, data: Any) -> list[type[BaseModel]]:
+def find_blocks(root: type[Keys], loc: Path, data: Any) -> list[type[Keys]]:
     """The blocks that are allowed at a location of the data.
 
     A union member's name in it, or the name of a registered law in the data, selects one.
@@ -84,27 +105,27 @@ def find_blocks(root: type[BaseModel], loc: Path, data: Any) -> list[type[BaseMo
     return blocks
 
 
-def _select_blocks(item: FieldInfo, value: Any) -> list[type[BaseModel]]:
-    """Block of the registered law that a value names, or all allowed blocks."""
+def _select_blocks(item: FieldInfo, value: Any) -> list[type[Keys]]:
+    """Keys of the registered law that a value names, or all allowed blocks."""
     law_blocks = (mark.block_of(value) for mark in item.metadata if hasattr(mark, "block_of"))
     named_blocks = [block for block in law_blocks if block is not None]
     return named_blocks or list_blocks(item)
 
 
-def list_tags(block: type[BaseModel]) -> set[str]:
+def list_tags(block: type[Keys]) -> set[str]:
     """Names of a block among several: values of its `kind` or `model`."""
     fields = [block.model_fields[name] for name in TAGS if name in block.model_fields]
     return {tag for item in fields for tag in typing.get_args(item.annotation)}
 
 
-def find_paths(root: type[BaseModel], key: str, data: Any) -> list[str]:
+def find_paths(root: type[Keys], key: str, data: Any) -> list[str]:
     """Paths of all keys of that name below a scene, the least deep first.
 
     The data select one of several blocks at a path, where they have it. A block within itself is
     omitted.
     """
     paths: list[Path] = []
-    queue: list[tuple] = [(root, data, (), (root,))]
+    queue: list[tuple[type[Keys], Any, Path, tuple[type[Keys], ...]]] = [(root, data, (), (root,))]
     while queue:
         block, block_data, path, ancestors = queue.pop(0)
         for name, item in block.model_fields.items():
@@ -119,7 +140,7 @@ def find_paths(root: type[BaseModel], key: str, data: Any) -> list[str]:
     return list(dict.fromkeys(map(format_path, paths)))
 
 
-def _filter_by_tag(blocks: list[type[BaseModel]], value: Any) -> list[type[BaseModel]]:
+def _filter_by_tag(blocks: list[type[Keys]], value: Any) -> list[type[Keys]]:
     """The block that the tag in a value selects, or all blocks."""
     selected = (
         {str(value[tag]) for tag in TAGS if tag in value} if isinstance(value, dict) else set()

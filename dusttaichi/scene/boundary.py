@@ -1,10 +1,8 @@
 """Boundaries of the grains, and their motion."""
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field
-
-from dusttaichi.physics.geometry import AXES, WALLS
+from dusttaichi.physics.geometry import AXES, WALLS, AxisName, WallName
 from dusttaichi.scene.drive import (
     MOVES,
     TOP_SPEED,
@@ -19,14 +17,27 @@ from dusttaichi.scene.drive import (
     Stresses,
     find_conflicts,
 )
-from dusttaichi.scene.fields import Block, Faults, Number, some_of
+from dusttaichi.scene.fields import Block, Faults, Field, Number, in_order_of
 from dusttaichi.scene.quantities import Quantity, Vector
 
-AxisName, Axes, Walls = Literal[AXES], some_of(AXES), some_of(WALLS)
+Axes = Annotated[tuple[AxisName, ...], in_order_of(AXES)]
+Walls = Annotated[tuple[WallName, ...], in_order_of(WALLS)]
+
+
+def _share_key(name: str) -> Any:
+    """The Field of a key of the drive, which some boundaries have too."""
+    return Drive.model_fields[name]
 
 
 class BoundaryBlock(Block):
     """Block of a kind of boundary; its `walls` are the names of its walls."""
+
+    if TYPE_CHECKING:
+        kind: str
+
+        @property
+        def walls(self) -> tuple[str, ...]:
+            """Names of its walls; in some kinds a key of the YAML."""
 
     @property
     def periodic_axes(self) -> tuple[str, ...]:
@@ -94,15 +105,15 @@ class BoxBoundary(BoundaryBlock):
     side_walls: Annotated[float, Number(ge=0)] = Field(
         1e-3, description="factor on rolling, sliding and twisting at the four side walls"
     )
-    pressure: Pressed | None = Drive.model_fields["pressure"]
-    gain: Gain | None = Drive.model_fields["gain"]
-    shear_speed: Speed | None = Drive.model_fields["shear_speed"]
+    pressure: Pressed | None = _share_key("pressure")
+    gain: Gain | None = _share_key("gain")
+    shear_speed: Speed | None = _share_key("shear_speed")
 
     def faults(self) -> Faults:
         if self.omit == WALLS:
             yield "omit", "at least one wall must remain; without walls write kind: open"
         yield from find_conflicts(self)
-        sizes = ("fit",) * 3 if self.size == "fit" else self.size
+        sizes = ("fit", "fit", "fit") if self.size == "fit" else self.size
         for axis, size in zip(AXES, sizes, strict=True):
             if self.at is not None and getattr(self.at, axis) is not None and size != "fit":
                 yield f"at.{axis}", f"size gives a length along {axis}; write fit there"
@@ -128,7 +139,7 @@ class PlatesBoundary(BoundaryBlock):
         description="radius of PD08's inner cylinder, in which a filling factor is measured too; "
         "auto: the sample's less one grain radius",
     )
-    shear_speed: Speed | None = Drive.model_fields["shear_speed"]
+    shear_speed: Speed | None = _share_key("shear_speed")
 
     @property
     def walls(self) -> tuple[str, ...]:
@@ -152,8 +163,8 @@ class TubeBoundary(BoundaryBlock):
     side_walls: Annotated[float, Number(ge=0)] = Field(
         1.0, description="factor on rolling, sliding and twisting at the tube"
     )
-    pressure: Pressed | None = Drive.model_fields["pressure"]
-    gain: Gain | None = Drive.model_fields["gain"]
+    pressure: Pressed | None = _share_key("pressure")
+    gain: Gain | None = _share_key("gain")
 
     def faults(self) -> Faults:
         yield from find_conflicts(self)
@@ -178,14 +189,14 @@ class PeriodicBoundary(BoundaryBlock):
     )
     walls: Walls = Field((), description="walls on axes that are not periodic")
     wall_speed: Speed = TOP_SPEED
-    compression_rate: CompressionRate | None = Drive.model_fields["compression_rate"]
-    strain_rate: Rates | None = Drive.model_fields["strain_rate"]
-    face_speed: Speeds | None = Drive.model_fields["face_speed"]
-    pressure: Pressed | None = Drive.model_fields["pressure"]
-    stress: Stresses | None = Drive.model_fields["stress"]
-    gain: Gain | None = Drive.model_fields["gain"]
-    shear_speed: Speed | None = Drive.model_fields["shear_speed"]
-    shear_rate: Rate | None = Drive.model_fields["shear_rate"]
+    compression_rate: CompressionRate | None = _share_key("compression_rate")
+    strain_rate: Rates | None = _share_key("strain_rate")
+    face_speed: Speeds | None = _share_key("face_speed")
+    pressure: Pressed | None = _share_key("pressure")
+    stress: Stresses | None = _share_key("stress")
+    gain: Gain | None = _share_key("gain")
+    shear_speed: Speed | None = _share_key("shear_speed")
+    shear_rate: Rate | None = _share_key("shear_rate")
 
     def faults(self) -> Faults:
         if not self.axes:
@@ -200,13 +211,13 @@ class PeriodicBoundary(BoundaryBlock):
         return self.axes
 
 
-def get_drive(boundary: Block) -> Drive:
+def get_drive(boundary: BoundaryBlock) -> Drive:
     """The Drive with the keys of a boundary, for a scene without stages."""
     values = {name: getattr(boundary, name, None) for name in Drive.model_fields}
     return Drive.model_construct(**values | {"push": ()})
 
 
-def bounded_axes(boundary: Block) -> tuple[str, ...]:
+def bounded_axes(boundary: BoundaryBlock) -> tuple[str, ...]:
     """Axes along which the box is finite: periodic, or with both walls or a tube."""
     if boundary.kind == "tube":
         return AXES
@@ -217,7 +228,7 @@ def bounded_axes(boundary: Block) -> tuple[str, ...]:
     )
 
 
-def has_strain(boundary: Block, drive: Drive) -> bool:
+def has_strain(boundary: BoundaryBlock, drive: Drive) -> bool:
     """True where the height, an edge or a shear changes at a prescribed rate.
 
     Parameters
@@ -236,7 +247,7 @@ def has_strain(boundary: Block, drive: Drive) -> bool:
     return height or drive.moving_faces
 
 
-def filling_direction(boundary: Block, drive: Drive) -> int:
+def filling_direction(boundary: BoundaryBlock, drive: Drive) -> int:
     """Sign of the change of the filling factor of a bounded box.
 
     Parameters

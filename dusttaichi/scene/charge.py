@@ -3,9 +3,10 @@
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from numpy.typing import NDArray
+from pydantic import model_validator
 
-from dusttaichi.scene.fields import Block, Faults, Seed
+from dusttaichi.scene.fields import Block, CoreSchema, Faults, Field, JsonHandler, JsonSchema, Seed
 from dusttaichi.scene.quantities import Quantity
 
 EACH = Quantity("charge", example="1e-17 C")
@@ -44,7 +45,7 @@ class Charge(Block):
                 if getattr(self, key) != default:
                     yield key, "it belongs to a mean"
 
-    def draw(self, mass: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    def draw(self, mass: NDArray[np.float64], radius: NDArray[np.float64]) -> NDArray[np.float64]:
         """Charges [C] of particles of a mass [kg] and a radius [m], (N,) both."""
         expected = self._expect(mass, radius)
         if not self.deviation:
@@ -52,18 +53,21 @@ class Charge(Block):
         normal = np.random.Generator(np.random.PCG64(int(self.seed))).standard_normal(len(mass))
         return expected + self.deviation * normal
 
-    def bound(self, mass: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    def bound(self, mass: NDArray[np.float64], radius: NDArray[np.float64]) -> NDArray[np.float64]:
         """Size of the charges [C] that hardly any of such particles exceeds."""
         return np.abs(self._expect(mass, radius)) + FAR * self.deviation
 
-    def _expect(self, mass: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    def _expect(
+        self, mass: NDArray[np.float64], radius: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
         if self.mean is not None:
             return np.full(len(mass), self.mean)
         if self.per_mass is not None:
             return self.per_mass * mass
+        assert self.surface_density is not None  # by `faults`
         return 4.0 * np.pi * self.surface_density * radius**2
 
     @classmethod
-    def __get_pydantic_json_schema__(cls, schema, handler):
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         block = handler.resolve_ref_schema(handler(schema))
         return {"anyOf": [EACH.__get_pydantic_json_schema__(schema, handler), block]}

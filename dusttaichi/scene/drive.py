@@ -1,22 +1,23 @@
 """Motion of walls and faces: at prescribed speeds, or under a controlled pressure or stress."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
-
-from dusttaichi.scene.fields import Block, Faults, Number
+from dusttaichi.scene.fields import Block, Faults, Field, Number
 from dusttaichi.scene.push import Push
 from dusttaichi.scene.quantities import Quantity, Vector
 
-Speed, Rate = Annotated[float, Quantity("speed")], Annotated[float, Quantity("rate")]
+Speed = Annotated[float, Quantity("speed")]
+Rate = Annotated[float, Quantity("rate")]
 Pressed = Annotated[float, Quantity("pressure", gt=0, example="5 kPa")]
 Gain = Annotated[float, Number(gt=0, le=0.5)]
 CompressionRate = Annotated[float, Number(gt=0)]
 Rates = Annotated[Vector, Quantity("rate", count=3, spread=True)]
 Speeds = Annotated[Vector, Quantity("speed", count=3, spread=True)]
+Level = float | Literal["free"]
 Stresses = Annotated[
-    tuple, Quantity("pressure", count=3, spread=True, word="free", mixed=True, example="-5 kPa")
+    tuple[Level, Level, Level],
+    Quantity("pressure", count=3, spread=True, word="free", mixed=True, example="-5 kPa"),
 ]
 WALL_SPEED, STRAIN_RATE = 0.05, 1000.0
 """Default limits of the speed [m/s] and of the rate [1/s] of the servo."""
@@ -159,8 +160,8 @@ SPEEDS, LOADS, SHEARS = (
 FACE_LAWS = tuple(key for key in SPEEDS if "faces" in MOVES[key].targets)
 
 
-def find_conflicts(block: Block) -> Faults:
-    """Conflicts between the keys of a drive; block: a Drive, or a boundary."""
+def find_conflicts(block: Any) -> Faults:
+    """Conflicts between the keys of a drive; block: a Drive, or a boundary with some of these."""
     present_keys = [name for name in Drive.model_fields if getattr(block, name, None) is not None]
     laws = [name for name in FACE_LAWS if name in present_keys]
     if len(laws) > 1:
@@ -178,7 +179,7 @@ def find_conflicts(block: Block) -> Faults:
             yield "shear_rate", text
 
 
-def _find_stress_conflicts(block, present_keys) -> Faults:
+def _find_stress_conflicts(block: Any, present_keys: list[str]) -> Faults:
     levels = block.stress
     controlled = [n for n in range(3) if levels[n] != "free"]
     for conflicting in ("pressure", "compression_rate", "face_speed"):

@@ -23,6 +23,7 @@ from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
 from dusttaichi.physics.registry import Registry, copy_added, restore_added
 from dusttaichi.scene import problems, shipped
+from dusttaichi.scene.blocks import Path as KeyPath
 from dusttaichi.scene.fields import refuse_unreadable
 from dusttaichi.scene.paths import path_in
 
@@ -91,7 +92,7 @@ def load(
     data: Mapping[str, Any],
     folder: str | Path | None,
     *,
-    lines: Mapping[problems.Path, int],
+    lines: Mapping[KeyPath, int],
     title: str,
     unchanged: bool = False,
 ) -> tuple[Extension, ...]:
@@ -250,7 +251,7 @@ def _describe_exception(error: BaseException, path: str) -> str:
 # -- registrations ------------------------------------------------------------------------------
 
 
-def _record_owners(extension: Extension, former_values: dict[str, dict]) -> None:
+def _record_owners(extension: Extension, former_values: dict[str, dict[Any, Any]]) -> None:
     """Record the registrations of this file. Refuses names that another file has registered."""
     new_owners = {}
     for registry in Registry.registries:

@@ -6,53 +6,48 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias
 
 from pydantic import (
     AfterValidator,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Discriminator,
-    Tag,
-    WithJsonSchema,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
     model_validator,
 )
-from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError, core_schema
 
 from dusttaichi.errors import DustError
+from dusttaichi.scene.blocks import Keys
 from dusttaichi.scene.paths import user_path
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    def Field(default: Any = ..., **options: Any) -> Any:
+        """Field of pydantic, with a default as in the YAML: a text where the value is a number."""
+else:
+    from pydantic import Field as Field
+
 Faults = Iterable[tuple[str, str]]  #: Faults of an input, as (dotted path of the key, text).
+AnyScene: TypeAlias = Any  #: Scene of any method, whose classes import the blocks.
+JsonSchema = dict[str, Any]
+CoreSchema = core_schema.CoreSchema
+CoreHandler = GetCoreSchemaHandler
+JsonHandler = GetJsonSchemaHandler
 
 
-class Block(BaseModel):
+class Block(Keys):
     """A frozen block of the YAML file; unknown keys are refused, and all of its `faults`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, defer_build=True)
 
-    # Keys that the YAML may hold and that are resolved into fields.
-    extra_keys: ClassVar[tuple[str, ...]] = ()
-    # Keys that only other blocks have, and what to write instead.
-    refused: ClassVar[dict[str, str]] = {}
-    # Words in place of a whole block.
-    shorthands: ClassVar[tuple[str, ...]] = ()
-    # Order of the keys, separated by spaces; without one, inherited keys come first.
-    order: ClassVar[str] = ""
-    # Inherited keys that come last in every block.
-    last: ClassVar[tuple[str, ...]] = ()
-
     @classmethod
-    def fields_in_order(cls) -> dict[str, FieldInfo]:
-        """Its fields by name, in the order of the keys."""
-        first = (name for name in cls.model_fields if name not in cls.last)
-        return {name: cls.model_fields[name] for name in cls.order.split() or [*first, *cls.last]}
-
-    @classmethod
-    def __get_pydantic_core_schema__(cls, source, handler):
+    def __get_pydantic_core_schema__(cls, source: Any, handler: CoreHandler) -> CoreSchema:
         schema = handler(source)
-        inner = handler.resolve_ref_schema(schema)
+        inner: Any = handler.resolve_ref_schema(schema)
         while inner["type"] != "model-fields":  # within validators of the block
             inner = inner["schema"]
         inner["fields"] = {name: inner["fields"][name] for name in cls.fields_in_order()}
@@ -63,7 +58,7 @@ class Block(BaseModel):
         return ()
 
     @model_validator(mode="after")
-    def _refuse_faults(self):
+    def _refuse_faults(self) -> "Self":
         type(self).model_rebuild()  # pydantic < 2.14 builds serializers of nested blocks never
         if faults := list(self.faults()):
             raise build_faults_error(faults)
@@ -100,44 +95,55 @@ class NamedBlock(Block):
         return cls.WORDS[data]
 
     @classmethod
-    def __get_pydantic_json_schema__(cls, schema, handler):
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         block = handler.resolve_ref_schema(handler(schema))
         return {"description": cls.__doc__, "anyOf": [{"enum": list(cls.WORDS)}, block]}
 
 
-def plain_or_block(plain: Any, block: type[Block]) -> Any:
-    """Type of a key that is written as a plain value, or as a block."""
-    return Annotated[
-        Annotated[plain, Tag("plain")] | Annotated[block, Tag("block")],
-        Discriminator(lambda value: "block" if isinstance(value, (dict, Block)) else "plain"),
-    ]
+# Marks a key with two forms: a value with Tag("plain"), and a block with Tag("block").
+PLAIN_OR_BLOCK = Discriminator(
+    lambda value: "block" if isinstance(value, (dict, Block)) else "plain"
+)
 
 
-def name_like(pattern: str, text: str) -> Any:
-    """Type of a name that matches a pattern; text: of the error for other values."""
+@dataclass(frozen=True)
+class NameLike:
+    """Marks a name that matches a pattern; text: of the error for other values."""
 
-    def check(value: Any) -> Any:
+    pattern: str
+    text: str
+
+    def _check(self, value: Any) -> str:
         if not isinstance(value, str):
-            raise PydanticCustomError("text_needed", "{text}", {"text": text})
-        if not re.fullmatch(pattern, value):
-            raise build_value_error(text)
+            raise PydanticCustomError("text_needed", "{text}", {"text": self.text})
+        if not re.fullmatch(self.pattern, value):
+            raise build_value_error(self.text)
         return value
 
-    return Annotated[
-        str, BeforeValidator(check), WithJsonSchema({"type": "string", "pattern": pattern})
-    ]
+    def __get_pydantic_core_schema__(self, source: Any, handler: CoreHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self._check, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
+        return {"type": "string", "pattern": self.pattern}
 
 
-def some_of(names: tuple[str, ...]) -> Any:
-    """Type of a list of some of these names, which is stored in their order."""
-    ordered = AfterValidator(lambda value: tuple(name for name in names if name in value))
-    return Annotated[tuple[Literal[names], ...], ordered]
+def in_order_of(names: tuple[str, ...]) -> AfterValidator:
+    """Mark of a list of some of these names, which is stored in their order."""
+    return AfterValidator(lambda value: tuple(name for name in names if name in value))
 
 
 class Mark:
     """Mark of a field that `_validate` reads from the YAML and `_serialize` writes for it."""
 
-    def __get_pydantic_core_schema__(self, source, handler):
+    if TYPE_CHECKING:
+
+        def _validate(self, value: Any) -> Any:
+            """The value in SI."""
+
+        def _serialize(self, value: Any) -> Any:
+            """The value as the YAML has it."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: CoreHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(
             self._validate,
             serialization=core_schema.plain_serializer_function_ser_schema(
@@ -200,8 +206,9 @@ class Number:
             return int(value)
         return value
 
-    def __get_pydantic_core_schema__(self, source, handler):
+    def __get_pydantic_core_schema__(self, source: Any, handler: CoreHandler) -> CoreSchema:
         bounds = {key: getattr(self, key) for key in BOUNDS if getattr(self, key) is not None}
+        schema: CoreSchema
         if self.whole:
             schema = core_schema.int_schema(strict=True, **bounds)
         else:
@@ -255,7 +262,7 @@ class Switch:
             return value
         raise build_value_error(self.requirement)
 
-    def __get_pydantic_core_schema__(self, source, handler):
+    def __get_pydantic_core_schema__(self, source: Any, handler: CoreHandler) -> CoreSchema:
         inner = handler(source)
         words = {None: "off", "auto": "auto"}
         block = core_schema.no_info_before_validator_function(self._read, inner)
@@ -271,9 +278,9 @@ class Switch:
             ),
         )
 
-    def __get_pydantic_json_schema__(self, schema, handler):
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         block = handler(schema)
-        words = ["on", True, "off", False] if self.on else ["off", False]
+        words: list[str | bool] = ["on", True, "off", False] if self.on else ["off", False]
         words += ["auto"] if self.auto else []
         return {"anyOf": [*block.get("anyOf", [block]), {"enum": words}]}
 

@@ -28,10 +28,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
-
 from dusttaichi.physics.forces.force_numbers import Number as Number
-from dusttaichi.scene.fields import Block, Faults
+from dusttaichi.scene.fields import AnyScene, Block, Faults, Field
 from dusttaichi.scene.fields import Number as Plain
 from dusttaichi.scene.gravity import GravityField, refuse_periodic
 from dusttaichi.scene.kinds import AnyOf, KindBlock, Kinds
@@ -94,7 +92,7 @@ class GravityForce(GravityField, Force):
 
     kind: Literal["gravity"]
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         return refuse_periodic(self, scene.boundary.periodic_axes)
 
 
@@ -130,7 +128,7 @@ class GasDrag(Force):
                 if getattr(self, key) is not None:
                     yield key, "it belongs to a density"
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         if scene.method != "grains" and self.density is not None:
             text = "particles of a continuum are no grains; stopping_time is allowed with them"
             yield "density", text
@@ -147,7 +145,7 @@ class RotatingFrame(Force):
         ("0 m", "0 m", "0 m"), description="a point of its axis"
     )
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         if scene.boundary.periodic_axes:
             yield "kind", "a cell is repeated, and an axis is not; use boundary.kind: open or box"
 
@@ -175,7 +173,7 @@ class ElectricField(Force):
         if not any((*self.field, *self.magnetic_field)):
             yield "", "a field or a magnetic_field is needed"
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         if scene.charge is None:
             text = "the particles have no charge; give the key charge, for example charge: 1e-17 C"
             yield "kind", text
@@ -186,7 +184,7 @@ class ScriptForce(Force):
 
     kind: Literal["script"]
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         if scene.method != "grains":
             yield "kind", "allowed with method: grains"
 

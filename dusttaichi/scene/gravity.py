@@ -2,11 +2,22 @@
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES
-from dusttaichi.scene.fields import Block, Faults, Number, Switch, build_value_error
+from dusttaichi.scene.fields import (
+    AnyScene,
+    Block,
+    CoreSchema,
+    Faults,
+    Field,
+    JsonHandler,
+    JsonSchema,
+    Number,
+    Switch,
+    build_value_error,
+)
 from dusttaichi.scene.quantities import Quantity, Vector, parse
 
 G = 6.6743e-11  # m^3 kg^-1 s^-2, CODATA 2018
@@ -45,7 +56,8 @@ class Central(Block):
         """k of g(d) = k d^exponent, SI."""
         if self.mass is not None:
             return G * self.mass
-        return self.acceleration / self.distance**self.exponent
+        assert self.acceleration is not None and self.distance is not None  # by `faults`
+        return float(self.acceleration / self.distance**self.exponent)
 
 
 DOWNWARDS = Quantity("acceleration", ge=0, example="9.81 m/s^2")
@@ -100,7 +112,7 @@ class Gravity(GravityField):
         return {"acceleration": ("0 m/s^2", "0 m/s^2", f"-{str(data).strip().lstrip('+-')}")}
 
     @classmethod
-    def __get_pydantic_json_schema__(cls, schema, handler):
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         block = handler.resolve_ref_schema(handler(schema))
         alternatives = block["properties"]["acceleration"]["anyOf"]
         vector = next(alternative for alternative in alternatives if alternative["type"] == "array")
@@ -109,14 +121,14 @@ class Gravity(GravityField):
         return {"anyOf": [size, vector, block]}
 
 
-def check(scene) -> Faults:
+def check(scene: AnyScene) -> Faults:
     """Faults of the gravity of a scene with its boundary."""
     if scene.gravity is not None:
         for path, text in refuse_periodic(scene.gravity, scene.boundary.periodic_axes):
             yield f"gravity.{path}", text
 
 
-def refuse_periodic(gravity: GravityField, axes) -> Faults:
+def refuse_periodic(gravity: GravityField, axes: tuple[str, ...]) -> Faults:
     """Faults of gravity in a cell that is periodic along some axes."""
     if not axes:
         return

@@ -2,10 +2,20 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, SerializeAsAny, field_validator
+from pydantic import SerializeAsAny, field_validator
 
 from dusttaichi.physics.contact import effect_registry
-from dusttaichi.scene.fields import Block, Number, Switch, build_faults_error, build_value_error
+from dusttaichi.scene.fields import (
+    Block,
+    CoreSchema,
+    Field,
+    JsonHandler,
+    JsonSchema,
+    Number,
+    Switch,
+    build_faults_error,
+    build_value_error,
+)
 from dusttaichi.scene.named_laws import RegisteredLaws, validate_law
 from dusttaichi.scene.quantities import Quantity
 
@@ -94,7 +104,7 @@ class _DampingWord:
     )
 
     @classmethod
-    def __get_pydantic_json_schema__(cls, schema, handler):
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         return {"anyOf": [{"enum": [*_MODELS, None]}, handler(schema)]}
 
 
@@ -109,12 +119,12 @@ class _Effects:
     """Adds the registered effects to the JSON Schema of `effects`."""
 
     @classmethod
-    def __get_pydantic_json_schema__(cls, schema, handler):
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         blocks = {
             name: effect_registry.block_of("effects", name)
             for name in effect_registry.names("effects")
         }
-        schemas = {name: block.model_json_schema() for name, block in blocks.items()}
+        schemas = {name: block.model_json_schema() for name, block in blocks.items() if block}
         return {"type": "object", "properties": schemas, "additionalProperties": False}
 
 

@@ -10,11 +10,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from dusttaichi import method
-from dusttaichi.scene.blocks import TAGS, list_blocks
+from dusttaichi.scene.blocks import TAGS, Keys, list_blocks
 
 _WORDS = {bool: "true or false", str: "a text", Path: "a path", float: "a number"}
 
@@ -39,6 +38,11 @@ class Key:
     meaning: str
 
 
+def find_scene_class(method_name: str) -> type[Keys]:
+    """Class of the scenes of a method. Raises KeyError where there is none of that name."""
+    return typing.cast(type[Keys], method.load_method(method_name).scene)
+
+
 def list_keys(method_name: str = method.DEFAULT) -> list[Key]:
     """The keys of a scene of a method, in the order of the blocks.
 
@@ -46,14 +50,14 @@ def list_keys(method_name: str = method.DEFAULT) -> list[Key]:
     of a block that is allowed at several paths (`stop` and `stages.stop`) are listed at the least
     deep one.
     """
-    scene = method.load_method(method_name).scene
+    scene = find_scene_class(method_name)
     return _list_below(scene, "", _find_homes(scene))
 
 
-def _find_homes(scene: type[BaseModel]) -> dict[type[BaseModel], str]:
+def _find_homes(scene: type[Keys]) -> dict[type[Keys], str]:
     """Least deep path of every block, the first of several."""
-    homes: dict[type[BaseModel], str] = {}
-    queue: list[tuple[type[BaseModel], str]] = [(scene, "")]
+    homes: dict[type[Keys], str] = {}
+    queue: list[tuple[type[Keys], str]] = [(scene, "")]
     while queue:
         block, prefix = queue.pop(0)
         for name, item in block.fields_in_order().items():
@@ -63,20 +67,20 @@ def _find_homes(scene: type[BaseModel]) -> dict[type[BaseModel], str]:
     return homes
 
 
-def find_key_path(block: type[BaseModel], name: str) -> str:
+def find_key_path(block: type[Keys], name: str) -> str:
     """Path of a key of a block of any method for `Scene.with_value`, such as stages.0.name.
 
     It is the least deep path of the block; entries of a list are represented by the first.
     """
     for method_name in method.METHODS:
-        scene = method.load_method(method_name).scene
+        scene = find_scene_class(method_name)
         homes = _find_homes(scene)
         if block is scene or block in homes:
             return ".".join([*_split_path(scene, homes.get(block, "")), name])
     return name
 
 
-def _split_path(scene: type[BaseModel], path: str) -> list[str]:
+def _split_path(scene: type[Keys], path: str) -> list[str]:
     """Keys of the path to a block, with a 0 for each list."""
     steps, blocks = [], [scene]
     for key in path.split(".") if path else ():
@@ -89,7 +93,7 @@ def _split_path(scene: type[BaseModel], path: str) -> list[str]:
     return steps
 
 
-def _list_below(block: type[BaseModel], prefix: str, homes: dict) -> list[Key]:
+def _list_below(block: type[Keys], prefix: str, homes: dict[type[Keys], str]) -> list[Key]:
     keys: list[Key] = []
     for name, item in block.fields_in_order().items():
         if name in TAGS:
@@ -108,7 +112,9 @@ def _list_below(block: type[BaseModel], prefix: str, homes: dict) -> list[Key]:
     return keys
 
 
-def _merge_kinds(members: list, path: str, tag: str, homes: dict) -> list[Key]:
+def _merge_kinds(
+    members: list[type[Keys]], path: str, tag: str, homes: dict[type[Keys], str]
+) -> list[Key]:
     """Keys of the blocks of a union; keys that several of them share are listed once."""
     kinds_by_key: dict[Key, tuple[str, ...]] = {}
     for member in members:
@@ -120,8 +126,8 @@ def _merge_kinds(members: list, path: str, tag: str, homes: dict) -> list[Key]:
     return sorted(merged, key=lambda key: order[key.path])
 
 
-def _read_tag(block: type[BaseModel], tag: str) -> str:
-    return typing.get_args(block.model_fields[tag].annotation)[0]
+def _read_tag(block: type[Keys], tag: str) -> str:
+    return str(typing.get_args(block.model_fields[tag].annotation)[0])
 
 
 def _build_key(path: str, item: FieldInfo) -> Key:
@@ -183,18 +189,17 @@ def collect_annotations(item: FieldInfo) -> list[Any]:
 
 def _write_default(item: FieldInfo) -> str:
     """Default as in the YAML."""
-    documented_default = (item.json_schema_extra or {}).get("default")
-    if documented_default is not None:
-        return documented_default
+    extra = item.json_schema_extra
+    if isinstance(extra, dict) and "default" in extra:
+        return str(extra["default"])
     if item.is_required() or item.default_factory is not None:
         return ""
     value = item.default
-    if any(hasattr(mark, "write_default") for mark in item.metadata):
-        return next(
-            mark.write_default(value) for mark in item.metadata if hasattr(mark, "write_default")
-        )
+    for mark in item.metadata:
+        if hasattr(mark, "write_default"):
+            return str(mark.write_default(value))
     if isinstance(value, dict) and value:
-        return next(iter(value.values()))  # a word in place of a block
+        return str(next(iter(value.values())))  # a word in place of a block
     return "" if value is None or value == {} else _write_value(value)
 
 

@@ -1,19 +1,25 @@
 """Kinds of samples, selected by the key `kind`: a YAML block and a generator each."""
 
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Union
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, Union
 
 from pydantic import BaseModel, Field
 
 from dusttaichi.physics.registry import Registry
-from dusttaichi.scene.fields import Block, Faults
+from dusttaichi.scene.fields import AnyScene, Block, CoreHandler, CoreSchema, Faults
 from dusttaichi.scene.making import Cost
+
+Maker = TypeVar("Maker", bound=Callable[..., Any])
+Reader = TypeVar("Reader", bound=type[BaseModel])
 
 
 class KindBlock(Block):
     """The YAML block of a kind; its field `kind` is a Literal with the kind's name."""
+
+    if TYPE_CHECKING:
+        kind: str
 
     is_body: ClassVar[bool] = True
     """False where it cannot be a body of another block, such as the target of a collision."""
@@ -23,11 +29,11 @@ class KindBlock(Block):
         """Blocks of the bodies that it is made of, by their paths; none of a single body."""
         return {}
 
-    def cost(self, scene) -> Cost | None:
+    def cost(self, scene: AnyScene) -> Cost | None:
         """Cost of its sample alone; None where it grows no faster than N log N."""
         return None
 
-    def costs(self, scene, path: str = "sample") -> dict[str, Cost]:
+    def costs(self, scene: AnyScene, path: str = "sample") -> dict[str, Cost]:
         """Costs of its sample and of its bodies, by their paths."""
         cost, costs_by_path = self.cost(scene), {}
         if cost is not None:
@@ -36,7 +42,7 @@ class KindBlock(Block):
             costs_by_path |= body.costs(scene, f"{path}.{name}")
         return costs_by_path
 
-    def conflicts(self, scene) -> Faults:
+    def conflicts(self, scene: AnyScene) -> Faults:
         """Conflicts with the scene's other blocks; the paths are relative to this block."""
         for name, body in self.body_blocks.items():
             for path, text in body.conflicts(scene):
@@ -47,22 +53,22 @@ class KindBlock(Block):
 class Kind:
     """A kind: its YAML block, and the function that makes a sample from it."""
 
-    block: type
-    make: Callable
+    block: type[KindBlock]
+    make: Callable[..., Any]
 
 
-class Kinds(Registry):
+class Kinds(Registry[str, Kind]):
     """The Registry of kinds, and the blocks that have a field for any of them.
 
     package: of the built-in kinds, one per file of the same name, or their module.
     """
 
-    def __init__(self, package: str, word: str):
+    def __init__(self, package: str, word: str) -> None:
         super().__init__(word)
         self.package = package
         self._readers: list[type[BaseModel]] = []
 
-    def register(self, block: type) -> Callable:
+    def register(self, block: type[KindBlock]) -> Callable[[Maker], Maker]:
         """Decorator: the function below makes the samples of this block, under its `kind`.
 
         A kind that is registered again, as in a notebook, replaces the former one. Raises
@@ -79,14 +85,14 @@ class Kinds(Registry):
         if name in self.built_in and not is_built_in:
             raise ValueError(f"{name} is a kind of this package; another name is needed")
 
-        def register_kind(make: Callable) -> Callable:
+        def register_kind(make: Maker) -> Maker:
             (self.built_in if is_built_in else self.added)[name] = Kind(block, make)
             self.rebuild_readers()
             return make
 
         return register_kind
 
-    def restore(self, added) -> None:
+    def restore(self, added: Mapping[str, Kind]) -> None:
         super().restore(added)
         self.rebuild_readers()
 
@@ -96,7 +102,7 @@ class Kinds(Registry):
             if reader.__pydantic_complete__:
                 reader.model_rebuild(force=True)
 
-    def add_reader(self, model: type[BaseModel]) -> type[BaseModel]:
+    def add_reader(self, model: Reader) -> Reader:
         """Let `rebuild_readers` update a block that has a field for any kind (decorator)."""
         self._readers.append(model)
         return model
@@ -113,11 +119,11 @@ class AnyOf:
     bodies: bool = False
 
     @property
-    def blocks(self) -> list[type]:
+    def blocks(self) -> list[type[KindBlock]]:
         """The blocks in the order of their kinds."""
         blocks = [self.kinds[name].block for name in sorted(self.kinds)]
         return [block for block in blocks if block.is_body or not self.bodies]
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any):
-        union = Union[tuple(self.blocks)]  # noqa: UP007
+    def __get_pydantic_core_schema__(self, source: Any, handler: CoreHandler) -> CoreSchema:
+        union: Any = Union[tuple(self.blocks)]  # noqa: UP007
         return handler.generate_schema(Annotated[union, Field(discriminator="kind")])

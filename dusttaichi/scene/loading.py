@@ -11,6 +11,7 @@ from dusttaichi import method
 from dusttaichi.errors import DustError
 from dusttaichi.scene import extensions, problems, shipped, yaml_text
 from dusttaichi.scene.fields import refuse_unreadable
+from dusttaichi.scene.keys import find_scene_class
 from dusttaichi.scene.paths import user_path
 from dusttaichi.scene.readable_schema import make_readable, select_by_key
 from dusttaichi.scene.scene import Scene
@@ -184,8 +185,7 @@ def json_schema() -> dict[str, Any]:
     It includes everything that is registered in this process.
     """
     schemas = [
-        _without_titles(method.load_method(name).scene.model_json_schema())
-        for name in method.METHODS
+        _without_titles(find_scene_class(name).model_json_schema()) for name in method.METHODS
     ]
     head = {"$schema": DRAFT, "title": "dusttaichi scene", "description": "One run of dusttaichi."}
     blocks = {name: block for schema in schemas for name, block in schema.pop("$defs").items()}

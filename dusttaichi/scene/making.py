@@ -1,11 +1,12 @@
 """Cost and progress of the sample of a scene, for those who wait for it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
-_listener: ContextVar[Callable | None] = ContextVar("listener", default=None)
+Listener = Callable[[float, float | None], None]
+_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class Cost:
 
 
 @contextmanager
-def listening(listener: Callable[[float, float | None], None]):
+def listening(listener: Listener) -> Iterator[None]:
     """Context in which `listener` is called with the progress of samples: done, total.
 
     total: None where it is not known.
@@ -33,6 +34,6 @@ def listening(listener: Callable[[float, float | None], None]):
 
 
 def tell(finished: float, total: float | None = None) -> None:
-    """Tell the listener, if there is one, that `done` of `total` of a sample is made."""
+    """Tell the listener, if there is one, that `finished` of `total` of a sample is made."""
     if (listener := _listener.get()) is not None:
         listener(finished, total)

@@ -1,15 +1,20 @@
 """Materials of the grains."""
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, cast
 
-from pydantic import Field, PrivateAttr, model_validator
+from pydantic import PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from dusttaichi.physics.contact import effect_registry
+from dusttaichi.physics.contact.effect_numbers import Property
 from dusttaichi.scene import quantities
 from dusttaichi.scene.fields import (
     Block,
+    CoreSchema,
     Faults,
+    Field,
+    JsonHandler,
+    JsonSchema,
     Mark,
     Number,
     build_faults_error,
@@ -70,7 +75,7 @@ class _Properties(Mark):
     """
 
     @staticmethod
-    def _find_property(name: str):
+    def _find_property(name: str) -> Property:
         declared_property = effect_registry.properties().get(name)
         if declared_property is None:
             names = ", ".join(effect_registry.properties()) or "none is registered here"
@@ -87,11 +92,11 @@ class _Properties(Mark):
             raise build_value_error(
                 "properties by name are needed, for example {neck_strength: 5 MPa}"
             )
-        out = {}
+        out: dict[str, float] = {}
         for name, value_text in value.items():
             quantity = Quantity(cls._find_property(str(name)).dimension)
             try:
-                out[str(name)] = quantity._validate(value_text)
+                out[str(name)] = cast(float, quantity._validate(value_text))
             except PydanticCustomError as error:
                 raise build_faults_error([(str(name), error.message())]) from None
         return tuple(sorted(out.items()))
@@ -100,7 +105,7 @@ class _Properties(Mark):
     def _serialize(cls, value: Any) -> Any:
         return {n: quantities.format(v, cls._find_property(n).dimension) for n, v in value}
 
-    def __get_pydantic_json_schema__(self, schema, handler):
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         property_schemas = {
             name: {"type": "string", "description": p.meaning}
             for name, p in effect_registry.properties().items()
@@ -199,7 +204,7 @@ class Material(Block):
         return self.young_modulus / self.unscaled.young_modulus
 
     @classmethod
-    def __get_pydantic_json_schema__(cls, schema, handler):
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         block = handler.resolve_ref_schema(handler(schema))
         numbers = block["properties"]
         base = {"enum": list(NAMED), "description": "the named material to start from"}

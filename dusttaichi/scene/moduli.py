@@ -1,6 +1,6 @@
 """Elastic moduli from Young's modulus and Poisson's ratio, in place of K and mu/K."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -15,7 +15,7 @@ SCHEMA = {
 }
 
 
-def with_moduli(data: dict) -> dict:
+def with_moduli(data: dict[str, Any]) -> dict[str, Any]:
     """Plain data with bulk_modulus and shear_ratio where it has KEYS.
 
     mu/K = 3 (1 - 2 nu)/(2 (1 + nu)) and K = E (3 + mu/K)/(9 mu/K). Raises a validation error for

@@ -3,16 +3,19 @@
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from dusttaichi.scene.fields import Block, build_faults_error
+from dusttaichi.scene.fields import Block, CoreSchema, JsonHandler, JsonSchema, build_faults_error
 
 
 class NamedLaws(Protocol):
     """Module of the laws of a subject, by kind and name."""
 
-    names: Callable[[str], tuple[str, ...]]
-    """Names of the laws of a kind."""
-    block_of: Callable[[str, str], type[Block] | None]
-    """Block of a registered law; None of a built-in one."""
+    @property
+    def names(self) -> Callable[[str], tuple[str, ...]]:
+        """Names of the laws of a kind."""
+
+    @property
+    def block_of(self) -> Callable[[str, str], type[Any] | None]:
+        """Block of a registered law; None of a built-in one."""
 
 
 def validate_law(registry: NamedLaws, kind: str, value: Any, key: str = "law") -> Block | None:
@@ -29,7 +32,8 @@ def validate_law(registry: NamedLaws, kind: str, value: Any, key: str = "law") -
             [(key, f"{names} is needed, or the name of a law that is registered")]
         )
     block = registry.block_of(kind, name)
-    return None if block is None else block.model_validate(value)
+    law_block: Block | None = None if block is None else block.model_validate(value)
+    return law_block
 
 
 class RegisteredLaws:
@@ -38,7 +42,7 @@ class RegisteredLaws:
     def __init__(self, registry: NamedLaws, kind: str, key: str = "law"):
         self.registry, self.kind, self.key = registry, kind, key
 
-    def __get_pydantic_json_schema__(self, schema, handler):
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         built_in_schema, blocks = handler(schema), self.build_schemas()
         return (
             {"anyOf": [*built_in_schema.get("anyOf", [built_in_schema]), *blocks]}
@@ -46,19 +50,21 @@ class RegisteredLaws:
             else built_in_schema
         )
 
-    def build_schemas(self) -> list[dict]:
+    def build_schemas(self) -> list[JsonSchema]:
         """JSON Schemas of the blocks of the registered laws."""
-        names = [n for n in self.registry.names(self.kind) if self.registry.block_of(self.kind, n)]
-        return [self._build_schema(name) for name in names]
+        names = self.registry.names(self.kind)
+        blocks = [(name, self.registry.block_of(self.kind, name)) for name in names]
+        return [self._build_schema(name, block) for name, block in blocks if block is not None]
 
     def block_of(self, value: Any) -> type[Block] | None:
         """Block of the registered law that a value of the YAML names; None for others."""
         name = value.get(self.key) if isinstance(value, dict) else None
-        is_registered = isinstance(name, str) and name in self.registry.names(self.kind)
-        return self.registry.block_of(self.kind, name) if is_registered else None
+        if not isinstance(name, str) or name not in self.registry.names(self.kind):
+            return None
+        return self.registry.block_of(self.kind, name)
 
-    def _build_schema(self, name: str) -> dict:
-        schema = self.registry.block_of(self.kind, name).model_json_schema()
+    def _build_schema(self, name: str, block: type[Block]) -> JsonSchema:
+        schema = block.model_json_schema()
         if "$defs" in schema:  # a resource of its own, to which its references are relative
             schema["$id"] = f"urn:dusttaichi:{self.kind}:{name}"
         name_schema = {"const": name, "type": "string", "description": "name of the law"}

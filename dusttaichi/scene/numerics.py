@@ -2,9 +2,9 @@
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from dusttaichi.scene.fields import Block, Number
+from dusttaichi.scene.fields import Block, Field, Number
 from dusttaichi.scene.quantities import Quantity
 
 DRAFT = "draft"

@@ -3,10 +3,9 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
-
-from dusttaichi.scene.boundary import Drive, filling_direction, has_strain
-from dusttaichi.scene.fields import Block, Count, Faults, Number, Switch, UserPath
+from dusttaichi.scene.boundary import BoundaryBlock, filling_direction, has_strain
+from dusttaichi.scene.drive import Drive
+from dusttaichi.scene.fields import Block, Count, Faults, Field, Number, Switch, UserPath
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -38,7 +37,7 @@ _SWITCH = Switch(
 OptionalInterval = Annotated[Interval | None, _SWITCH]
 
 
-def default_intervals(boundary: Block, drive: Drive, steps: int = 1000) -> dict[str, Any]:
+def default_intervals(boundary: BoundaryBlock, drive: Drive, steps: int = 1000) -> dict[str, Any]:
     """Default intervals of the outputs, for one drive.
 
     steps: of the time series where nothing is strained. Snapshots stay auto: their interval is
@@ -52,7 +51,7 @@ def default_intervals(boundary: Block, drive: Drive, steps: int = 1000) -> dict[
     }
 
 
-def becomes_due(interval: Interval | None, boundary: Block, drive: Drive) -> bool:
+def becomes_due(interval: Interval | None, boundary: BoundaryBlock, drive: Drive) -> bool:
     """True where outputs of an interval (None: off) become due under a drive."""
     if interval is None or (interval.strain is interval.filling_factor is None):
         return True

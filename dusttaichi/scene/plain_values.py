@@ -6,11 +6,13 @@ import yaml
 
 from dusttaichi.errors import DustError
 
+_Base: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # of libyaml, where there is one
 
-class Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
+
+class Dumper(_Base):
     """Dumper with one line for a list of plain values, and one for each key otherwise."""
 
-    def represent_list(self, data: list) -> yaml.Node:
+    def represent_list(self, data: list[Any]) -> yaml.Node:
         flow = not any(isinstance(item, (list, dict)) for item in data)
         return self.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=flow)
 
@@ -19,6 +21,12 @@ class Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
 
 
 Dumper.add_representer(list, Dumper.represent_list)
+
+
+def write_text(data: Any) -> str:
+    """YAML of plain data, with the keys in their order."""
+    options = {"sort_keys": False, "allow_unicode": True, "width": 1000}
+    return str(yaml.dump(data, Dumper=Dumper, **options))
 
 
 def without_none(data: Any) -> Any:
@@ -37,6 +45,7 @@ _BLOCK_KEY = {"material": "base", "damping": "model"}
 def set_value(data: dict[str, Any], keys: list[str], value: Any, path: str) -> None:
     """Set one value of plain data; words of shorthands become blocks on the way."""
     container: Any = data
+    key: str | int
     for depth, key in enumerate(keys):
         last = depth == len(keys) - 1
         if isinstance(container, list):

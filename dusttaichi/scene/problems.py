@@ -2,14 +2,15 @@
 
 import json
 import typing
-from collections.abc import Mapping
+from collections.abc import Mapping, Sized
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene.blocks import (
     TAGS,
+    Keys,
     Path,
     find_blocks,
     format_path,
@@ -24,6 +25,7 @@ from dusttaichi.scene.suggestions import (
     suggest_value,
 )
 
+Error = Mapping[str, Any]  # an error of pydantic
 MOST_LINES, LONGEST = 30, 1000  # lines of a message, characters of one
 _FORM = {
     "tuple_type": "a list is needed",
@@ -55,7 +57,7 @@ def _shorten(line: str) -> str:
 
 
 def describe(
-    root: type[BaseModel], error: ValidationError, data: Any, lines: Mapping[Path, int]
+    root: type[Keys], error: ValidationError, data: Any, lines: Mapping[Path, int]
 ) -> list[str]:
     """One line for each fault, in the order of the file; of many the first ones and a count."""
     faults_by_path = []
@@ -78,7 +80,7 @@ def describe(
 
 
 def _describe_fault(
-    root: type[BaseModel], fault: str | dict, path: Path, data: Any, lines: Mapping[Path, int]
+    root: type[Keys], fault: str | Error, path: Path, data: Any, lines: Mapping[Path, int]
 ) -> str:
     """Text about a fault: an error of pydantic (a dict), or the text of a block about a key."""
     if isinstance(fault, str):
@@ -92,7 +94,7 @@ def _describe_fault(
     return suggest_method(root, path, data) + text if fault["type"] == "needed" else text
 
 
-def _count_more(problem_lines: list) -> str:
+def _count_more(problem_lines: Sized) -> str:
     return f"and {len(problem_lines) - MOST_LINES} more"
 
 
@@ -128,10 +130,11 @@ def _write_value(path: Path, data: Any, lines: Mapping[Path, int]) -> str:
     if not path or isinstance(data, Mapping):
         return ""
     as_read = json.dumps(data, ensure_ascii=False, default=str)
-    return getattr(lines, "texts", {}).get(path, as_read)
+    texts: Mapping[Path, str] = getattr(lines, "texts", {})
+    return texts.get(path, as_read)
 
 
-def _describe_error(root: type[BaseModel], item: dict, data: Any) -> str:
+def _describe_error(root: type[Keys], item: Error, data: Any) -> str:
     error_type, ctx = item["type"], item.get("ctx", {})
     if error_type == "missing":
         return f"it is missing{_hint_at_value(root, item['loc'], data)}"
@@ -151,10 +154,10 @@ def _describe_error(root: type[BaseModel], item: dict, data: Any) -> str:
         return f"{key} is missing, {join_alternatives(', '.join(tags))} is needed"
     if error_type in ("model_type", "model_attributes_type"):
         return _advise_block(find_blocks(root, item["loc"], data), item["input"])
-    return _FORM.get(error_type, item["msg"])
+    return _FORM.get(error_type, str(item["msg"]))
 
 
-def _advise_block(blocks: list[type[BaseModel]], value: Any) -> str:
+def _advise_block(blocks: list[type[Keys]], value: Any) -> str:
     """Advice where a block is needed; `value` may be the kind of one of them."""
     for key in TAGS:
         for block in blocks:
@@ -165,7 +168,7 @@ def _advise_block(blocks: list[type[BaseModel]], value: Any) -> str:
     return f"a block is needed, with keys from {', '.join(dict.fromkeys(keys))}"
 
 
-def _hint_at_value(root: type[BaseModel], loc: Path, data: Any) -> str:
+def _hint_at_value(root: type[Keys], loc: Path, data: Any) -> str:
     """Hint at the value of a missing key."""
     for block in find_blocks(root, loc[:-1], data):
         item = block.model_fields.get(str(loc[-1]))

@@ -2,13 +2,12 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Tag
 
-from dusttaichi.physics.geometry import WALLS
-from dusttaichi.scene.fields import Block, Faults, Number, build_value_error
+from dusttaichi.physics.geometry import WallName
+from dusttaichi.scene.fields import AnyScene, Block, Faults, Field, Number, build_value_error
 from dusttaichi.scene.quantities import Quantity, Vector
 
-WallName = Literal[WALLS]
 Grain = Annotated[int, Number(whole=True, ge=0)]
 Plain = Annotated[float, Number()]
 
@@ -86,7 +85,7 @@ class Push(Block):
         return present_kinds[0] if len(present_kinds) == 1 else None
 
 
-def check(scene) -> Faults:
+def check(scene: AnyScene) -> Faults:
     """Faults of the pushes of a scene with its other blocks."""
     pushes = [(f"push.{n}", push) for n, push in enumerate(scene.push)]
     for number, stage in enumerate(scene.stages):
@@ -109,6 +108,6 @@ def check(scene) -> Faults:
                 yield f"{path}.{push.kind}", text
 
 
-def list_stage_pushes(scene) -> tuple[Push, ...]:
+def list_stage_pushes(scene: AnyScene) -> tuple[Push, ...]:
     """All pushes of stages."""
     return tuple(push for stage in scene.stages for push in stage.drive.push)

@@ -8,12 +8,20 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal, DecimalException
 from functools import lru_cache
-from typing import Annotated, Any
-
-from pydantic_core import PydanticCustomError
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 from dusttaichi.errors import DustError
-from dusttaichi.scene.fields import BOUNDS, Mark
+from dusttaichi.scene.fields import (
+    BOUNDS,
+    CoreSchema,
+    JsonHandler,
+    JsonSchema,
+    Mark,
+    build_value_error,
+)
+
+if TYPE_CHECKING:
+    import pint
 
 
 @dataclass(frozen=True)
@@ -84,7 +92,7 @@ _QUANTITY = re.compile(
 
 
 @lru_cache(maxsize=1)
-def _registry():
+def _registry() -> "pint.UnitRegistry[Decimal]":
     # pint takes half a second to import and set up; only units that are not listed need it
     import pint
 
@@ -92,7 +100,7 @@ def _registry():
 
 
 @lru_cache(maxsize=1024)
-def _parse_unit(unit: str):
+def _parse_unit(unit: str) -> "pint.Unit":
     """pint's unit of a text. Raises ValueError if `unit` is not a unit, and nothing besides."""
     fault = f'"{unit}" is not a unit'
     if foreign := _UNIT_TOKENS.sub(" ", unit).split():  # pint drops some of them in silence
@@ -116,7 +124,7 @@ def _parse_unit(unit: str):
 def _find_root_units(unit: str) -> tuple[Decimal, str]:
     """Factor to pint's root units, and these. Raises ValueError if `unit` is not a unit."""
     factor, root = _registry().get_root_units(_parse_unit(unit))
-    return Decimal(factor), str(root)
+    return cast(Decimal, factor), str(root)
 
 
 def _find_zero(unit: str) -> Decimal:
@@ -142,7 +150,7 @@ def _find_scale(unit: str, dimension: str) -> tuple[Decimal, Decimal]:
 def split_quantity(text: str) -> tuple[str, str | None] | None:
     """("0.6", "um") of "0.6 um", ("0.6", None) of a number without a unit, None of other texts."""
     match = _QUANTITY.fullmatch(text.strip())
-    return match and match.groups()
+    return match and (match[1], match[2])
 
 
 def _convert(value: Any, dimension: str) -> float:
@@ -171,11 +179,6 @@ def _convert(value: Any, dimension: str) -> float:
     return si
 
 
-def _describe_requirement(dimension: str) -> str:
-    definition = DIMENSIONS[dimension]
-    return f'{definition.name} is needed, for example "{definition.example}"'
-
-
 def parse(value: Any, dimension: str, label: str = "value") -> float:
     """SI float of a text such as '0.6 um'.
 
@@ -185,10 +188,9 @@ def parse(value: Any, dimension: str, label: str = "value") -> float:
     try:
         return _convert(value, dimension)
     except ValueError as error:
-        reason = f"{error}; " if str(error) else ""
-        raise DustError(
-            f"{label} = {value!r}: {reason}{_describe_requirement(dimension)}"
-        ) from None
+        reason, definition = f"{error}; " if str(error) else "", DIMENSIONS[dimension]
+        needed = f'{definition.name} is needed, for example "{definition.example}"'
+        raise DustError(f"{label} = {value!r}: {reason}{needed}") from None
 
 
 def _format_mantissa(number: Decimal) -> str:
@@ -227,7 +229,7 @@ def format(value: float, dimension: str, digits: int | None = None) -> str:
     return text if digits is None else text.replace(" u", " µ").replace("/u", "/µ")
 
 
-def format_rate(value):
+def format_rate(value: float) -> str:
     """ "8,299", "12.3", "0.41": steps a second, with three digits at least."""
     return f"{value:,.0f}" if value >= 100.0 else f"{value:.3g}"
 
@@ -303,7 +305,7 @@ class Quantity(Mark):
             return value
         try:
             if self.spread and isinstance(value, str):
-                return (self._read_number(value),) * self.count
+                return (self._read_number(value),) * (self.count or 1)
             if self.count is None:
                 return self._read_number(value)
             if not isinstance(value, (list, tuple)) or len(value) != self.count:
@@ -312,9 +314,7 @@ class Quantity(Mark):
             return tuple(item if item in words else self._read_number(item) for item in value)
         except ValueError as error:
             reason = f"{error}; " if str(error) else ""
-            raise PydanticCustomError(
-                "needed", "{text}", {"text": reason + self.requirement}
-            ) from None
+            raise build_value_error(reason + self.requirement) from None
 
     def _serialize(self, value: Any) -> Any:
         if isinstance(value, str):
@@ -323,11 +323,11 @@ class Quantity(Mark):
             return [self._serialize(item) for item in value]
         return format(value, self.dimension)
 
-    def __get_pydantic_json_schema__(self, schema, handler):
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> JsonSchema:
         definition = DIMENSIONS[self.dimension]
         number = f"({_NUMBER})?" if self.bare_unit else _NUMBER
         per = r"(?:1?\s*/\s*)?" if self.dimension == "rate" else ""
-        value_schema = {
+        value_schema: JsonSchema = {
             "type": "string",
             "pattern": rf"^\s*{number}\s*{per}{_UNIT}$",
             "examples": [self.example or definition.example],
@@ -341,7 +341,7 @@ class Quantity(Mark):
                 "maxItems": self.count,
                 "examples": [value_schema["examples"] * self.count],
             }
-        alternatives = [{"const": word} for word in self.words]
+        alternatives: list[Any] = [{"const": word} for word in self.words]
         alternatives += [value_schema["items"]] if self.spread else []
         return {"anyOf": [*alternatives, value_schema]} if alternatives else value_schema
 

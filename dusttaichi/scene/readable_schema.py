@@ -47,15 +47,16 @@ def select_by_key(key: str, options: dict[str, Any], default: str | None = None)
     return {**out, "allOf": [*conditions, default_condition]}
 
 
-def _match_key(key, values):
+def _match_key(key: str, values: list[str]) -> dict[str, Any]:
     return {"properties": {key: {"enum": values}}, "required": [key]}
 
 
-def _select_by_type(word, alternatives, blocks):
+def _select_by_type(word: str, alternatives: list[Any], blocks: dict[str, Any]) -> dict[str, Any]:
     """Alternatives of which one or two are blocks, selected by the type of the value."""
     block_schemas = [schema for schema in alternatives if _is_block(schema, blocks)]
     value_schemas = [schema for schema in alternatives if schema not in block_schemas]
     with_base = [schema for schema in block_schemas if "base" in schema.get("required", ())]
+    block: dict[str, Any]
     if len(block_schemas) == 1:
         block = block_schemas[0]
     elif len(block_schemas) == 2 and len(with_base) == 1:
@@ -76,7 +77,7 @@ def _select_by_type(word, alternatives, blocks):
     return {"if": {"type": "object"}, "then": block, "else": remaining}
 
 
-def _is_block(schema, blocks):
+def _is_block(schema: dict[str, Any], blocks: dict[str, Any]) -> bool:
     if "$ref" in schema:
         schema = blocks.get(schema["$ref"].rsplit("/", 1)[-1], {})
-    return schema.get("type") == "object"
+    return bool(schema.get("type") == "object")

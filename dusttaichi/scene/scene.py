@@ -3,30 +3,36 @@
 import copy
 import html
 import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, cast
 
 import yaml
-from pydantic import Field, PrivateAttr, ValidationError, ValidationInfo, field_validator
+from pydantic import PrivateAttr, ValidationError, ValidationInfo, field_validator
 
 from dusttaichi import method
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene import checks, extensions, plain_values, problems
+from dusttaichi.scene.blocks import Path as KeyPath
 from dusttaichi.scene.boundary import Boundary, bounded_axes, get_drive
+from dusttaichi.scene.drive import Drive
 from dusttaichi.scene.extensions import Extension
-from dusttaichi.scene.fields import Block, Count, Faults, build_value_error, name_like
+from dusttaichi.scene.fields import Block, Count, Faults, Field, NameLike, build_value_error
 from dusttaichi.scene.material import DEFAULT
 from dusttaichi.scene.numerics import CommonNumerics
 from dusttaichi.scene.output import Interval, Output, becomes_due, default_intervals
-from dusttaichi.scene.stage import Stage, StagePlan
+from dusttaichi.scene.stage import Stage, StageOutput, StagePlan
 from dusttaichi.scene.stop import Stop
 
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$"
-RunName = name_like(
-    NAME,
-    "a text of at most 100 letters, digits, '.', '_' and '-' is needed, for example "
-    '"omni_static"',
-)
+RunName = Annotated[
+    str,
+    NameLike(
+        NAME,
+        "a text of at most 100 letters, digits, '.', '_' and '-' is needed, for example "
+        '"omni_static"',
+    ),
+]
 
 
 class Scene(Block):
@@ -105,13 +111,16 @@ class Scene(Block):
     def stage_plans(self) -> tuple[StagePlan, ...]:
         """The stages with everything resolved; one without a name where there are none."""
         if not self.stages:
-            return (self._stage_plan("", get_drive(self.boundary), self.stop, None),)
+            stop = cast(Stop, self.stop)  # the checks refuse a scene without
+            return (self._stage_plan("", get_drive(self.boundary), stop, None),)
         return tuple(self._stage_plan(s.name, s.drive, s.stop, s.output) for s in self.stages)
 
-    def _stage_plan(self, name, drive, stop, stage_output) -> StagePlan:
+    def _stage_plan(
+        self, name: str, drive: Drive, stop: Stop, stage_output: StageOutput | None
+    ) -> StagePlan:
         defaults = default_intervals(self.boundary, drive, self.SERIES_STEPS)
 
-        def interval(key):
+        def interval(key: str) -> Any:
             if stage_output is not None and getattr(stage_output, key) != "auto":
                 return getattr(stage_output, key)
             common = getattr(self.output, key)
@@ -160,7 +169,7 @@ class Scene(Block):
         data: dict[str, Any],
         folder: str | Path | None = None,
         *,
-        lines: dict | None = None,
+        lines: Mapping[KeyPath, int] | None = None,
         title: str = "the scene",
         check_files: bool = False,
     ) -> "Scene":
@@ -253,7 +262,8 @@ class Scene(Block):
     @property
     def plain(self) -> dict[str, Any]:
         """Plain data of the YAML with every default."""
-        return plain_values.without_none(self.model_dump(mode="json"))
+        data: dict[str, Any] = plain_values.without_none(self.model_dump(mode="json"))
+        return data
 
     def to_yaml(self, absolute: bool = False) -> str:
         """YAML of the scene with every default; loads again to an equal scene.
@@ -264,9 +274,7 @@ class Scene(Block):
             Write absolute paths of its files, so that they are found from any folder.
         """
         data = _absolute(self.plain) if absolute else self.plain
-        return yaml.dump(
-            data, Dumper=plain_values.Dumper, sort_keys=False, allow_unicode=True, width=1000
-        )
+        return plain_values.write_text(data)
 
     def _repr_html_(self) -> str:
         """HTML for a notebook: a summary of the blocks, and the whole scene to unfold."""
@@ -296,7 +304,8 @@ def _brief(value: Any) -> str:
 
 def _absolute(data: Any) -> Any:
     if isinstance(data, dict):
-        absolute_paths = {"file": str(Path(data["file"]).absolute())} if data.get("file") else {}
+        file = data.get("file")
+        absolute_paths: dict[str, Any] = {"file": str(Path(file).absolute())} if file else {}
         if extensions.KEY in data:
             absolute_paths[extensions.KEY] = [str(Path(p).absolute()) for p in data[extensions.KEY]]
         return {key: _absolute(value) for key, value in data.items()} | absolute_paths
@@ -331,11 +340,11 @@ class MaterialsScene(Scene):
         return (DEFAULT, *self.materials)
 
 
-def _scene_class(data: dict[str, Any], lines: dict, title: str) -> type[Scene]:
+def _scene_class(data: dict[str, Any], lines: Mapping[KeyPath, int], title: str) -> type[Scene]:
     """Scene class of the method in the data; `grains` where they name none."""
     name = data.get("method", method.DEFAULT)
     if name not in method.METHODS:
         text = f"{' or '.join(method.METHODS)} is needed, or a file among `extensions` that has it"
         problem_line = problems.format_line(("method",), text, data, lines)
         raise problems.build_refusal(title, [problem_line])
-    return method.load_method(name).scene
+    return cast(type[Scene], method.load_method(name).scene)

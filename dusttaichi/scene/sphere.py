@@ -3,10 +3,8 @@
 import math
 from typing import Annotated
 
-from pydantic import Field
-
 from dusttaichi.scene.boundary import PeriodicBoundary
-from dusttaichi.scene.fields import Block, Faults, Number
+from dusttaichi.scene.fields import AnyScene, Block, Faults, Field, Number
 from dusttaichi.scene.material import DEFAULT, Material
 from dusttaichi.scene.quantities import Quantity, Vector
 
@@ -81,7 +79,7 @@ class Sphere(Block):
         return material.model_copy(update={"density": density})
 
 
-def check(scene) -> Faults:
+def check(scene: AnyScene) -> Faults:
     """Faults of the sphere of a scene with its other blocks."""
     sphere = scene.sphere
     if sphere is None or not sphere.driven:

@@ -1,19 +1,20 @@
 """Stages: one simulation whose walls and faces move differently in each of them."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field
-
-from dusttaichi.scene.boundary import Drive
-from dusttaichi.scene.fields import Block, name_like
+from dusttaichi.scene.drive import Drive
+from dusttaichi.scene.fields import Block, Field, NameLike
 from dusttaichi.scene.output import Interval, OptionalInterval
 from dusttaichi.scene.stop import Stop
 
-StageName = name_like(
-    r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$",
-    "a word of at most 40 letters, digits, '_' and '-' is needed, for example \"relax\"",
-)
+StageName = Annotated[
+    str,
+    NameLike(
+        r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$",
+        "a word of at most 40 letters, digits, '_' and '-' is needed, for example \"relax\"",
+    ),
+]
 
 
 class StageOutput(Block):

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Tag
 
-from dusttaichi.scene.fields import Block, Count, Faults, Number, plain_or_block
+from dusttaichi.scene.fields import PLAIN_OR_BLOCK, Block, Count, Faults, Field, Number
 from dusttaichi.scene.quantities import Quantity, format
 
 Stress = Annotated[float, Quantity("pressure", example="-5 kPa")]
@@ -57,7 +57,11 @@ class StressBounds(Block):
         return {name: bounds for name in COMPONENTS if (bounds := getattr(self, name)) is not None}
 
 
-Pressure = plain_or_block(Annotated[float, Quantity("pressure", gt=0, example="120 kPa")], Bounds)
+Pressure = Annotated[
+    Annotated[float, Quantity("pressure", gt=0, example="120 kPa"), Tag("plain")]
+    | Annotated[Bounds, Tag("block")],
+    PLAIN_OR_BLOCK,
+]
 
 
 class Stop(Block):
@@ -126,8 +130,8 @@ class Stop(Block):
 
     @property
     def time_text(self) -> str:
-        """Its time, for people."""
-        return format(self.time, "time", 6)
+        """Its time, for people; "" without one."""
+        return "" if self.time is None else format(self.time, "time", 6)
 
     @property
     def falling(self) -> bool:

@@ -5,10 +5,9 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
-from pydantic import BaseModel
-
 from dusttaichi import method
 from dusttaichi.scene.blocks import (
+    Keys,
     Path,
     find_blocks,
     find_paths,
@@ -16,6 +15,7 @@ from dusttaichi.scene.blocks import (
     list_tags,
     strip_union_members,
 )
+from dusttaichi.scene.keys import find_scene_class
 
 ALIKE, SOMEWHAT_ALIKE = 0.8, 0.6  # of difflib: a misspelt word; a word that resembles it
 
@@ -76,7 +76,7 @@ def suggest_value(value: Any, expected: str) -> str:
     return f"did you mean {number[1]}, a plain number? "
 
 
-def suggest_kind(root: type[BaseModel], loc: Path, kind: Any, expected: str, data: Any) -> str:
+def suggest_kind(root: type[Keys], loc: Path, kind: Any, expected: str, data: Any) -> str:
     """As `suggest_value`; for a kind of another method that method, and equivalent kinds."""
     names = [name for name in EQUIVALENT.get(str(kind), ()) if name in split_words(expected)]
     quoted = " or ".join(f'"{name}"' for name in names)
@@ -91,7 +91,7 @@ def suggest_kind(root: type[BaseModel], loc: Path, kind: Any, expected: str, dat
     return f'"{kind}" belongs to method: {" or ".join(owners)}; {use}'
 
 
-def suggest_method(root: type[BaseModel], path: Path, data: Any) -> str:
+def suggest_method(root: type[Keys], path: Path, data: Any) -> str:
     """Methods with a block that may be written as this name, if this method has none; or ""."""
     for key in path:
         _, data = get_item(data, key)
@@ -105,13 +105,13 @@ def suggest_method(root: type[BaseModel], path: Path, data: Any) -> str:
     return f'"{data}" belongs to method: {" or ".join(owners)}; ' if owners else ""
 
 
-def _list_other_scenes(root: type[BaseModel]) -> list[tuple[str, type[BaseModel]]]:
+def _list_other_scenes(root: type[Keys]) -> list[tuple[str, type[Keys]]]:
     """(name, scene) of the other methods."""
-    scenes = [(name, method.load_method(name).scene) for name in method.METHODS]
+    scenes = [(name, find_scene_class(name)) for name in method.METHODS]
     return [(name, scene) for name, scene in scenes if scene is not root]
 
 
-def describe_unknown_key(root: type[BaseModel], loc: Path, data: Any) -> str:
+def describe_unknown_key(root: type[Keys], loc: Path, data: Any) -> str:
     """Text about a key that the block at its location does not have."""
     key, blocks = str(loc[-1]), find_blocks(root, loc[:-1], data)
     for block in blocks:
@@ -122,7 +122,7 @@ def describe_unknown_key(root: type[BaseModel], loc: Path, data: Any) -> str:
     return f"unknown key; {advice}allowed: {', '.join(dict.fromkeys(allowed))}"
 
 
-def _advise_key(root: type[BaseModel], loc: Path, data: Any, allowed: list[str]) -> str:
+def _advise_key(root: type[Keys], loc: Path, data: Any, allowed: list[str]) -> str:
     """The key that was meant, or the kinds, methods or blocks that have this one."""
     key = str(loc[-1])
     counterpart, size = RATIO.get(key, ("", ""))
@@ -158,7 +158,7 @@ def _advise_key(root: type[BaseModel], loc: Path, data: Any, allowed: list[str])
     return f'did you mean "{close}"? ' if close else ""
 
 
-def _list_kinds_with(root: type[BaseModel], loc: Path, data: Any) -> list[str]:
+def _list_kinds_with(root: type[Keys], loc: Path, data: Any) -> list[str]:
     """Other kinds of the block at a location that have its last key."""
     if len(loc) < 2 or loc[-2] in strip_union_members(loc, data):
         return []

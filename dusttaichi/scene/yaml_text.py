@@ -6,8 +6,9 @@ Scalars are those of YAML 1.2; merge keys (`<<: *anchor`) are those of YAML 1.1.
 import json
 import re
 import unicodedata
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import IO, Any
 
 import yaml
 
@@ -41,7 +42,7 @@ class _Composer(yaml.composer.Composer):
 
     depth = 0
 
-    def compose_node(self, parent, index):
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """The next node; too deep nesting is refused before it exhausts the stack of Python."""
         if self.depth > MOST_NESTED:
             raise _build_depth_error(self.peek_event().start_mark)
@@ -54,30 +55,32 @@ class _Composer(yaml.composer.Composer):
 class _Loader(_Composer, yaml.SafeLoader):
     """Loader of nodes with the tags of YAML 1.2; this module converts their values."""
 
-    yaml_implicit_resolvers: dict = {}
+    yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}
 
 
 for _name, (_pattern, _first) in _SCALARS.items():
     _Loader.add_implicit_resolver(_TAG + _name, re.compile(_pattern), _first)
 
-_QuickLoader: type = _Loader
+_quick_loader: type[_Composer] = _Loader
 if yaml.__with_libyaml__:
 
-    class _QuickLoader(_Composer, yaml.cyaml.CParser, yaml.resolver.Resolver):  # noqa: F811
+    class _QuickLoader(_Composer, yaml.cyaml.CParser, yaml.resolver.Resolver):
         """_Loader on the events of libyaml, which is four to ten times faster."""
 
         yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers
 
-        def __init__(self, stream):
+        def __init__(self, stream: str | IO[str]) -> None:
             yaml.cyaml.CParser.__init__(self, stream)
             _Composer.__init__(self)
             yaml.resolver.Resolver.__init__(self)
 
-        def dispose(self):
+        def dispose(self) -> None:
             """Do nothing: no file is open."""
 
+    _quick_loader = _QuickLoader
 
-_CONVERT = {
+
+_CONVERT: dict[str, Callable[[str], Any]] = {
     "null": lambda text: None,
     "bool": lambda text: text.lower() == "true",
     "int": int,
@@ -91,7 +94,7 @@ class Lines(dict[Path, int]):
     texts: path -> value as written, of a number or a word that Python writes otherwise (1.10).
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__()
         self.texts: dict[Path, str] = {}
 
@@ -140,7 +143,7 @@ def read(text: str) -> Document:
 def _compose(text: str) -> yaml.Node | None:
     """The root node of a text. Python's own scanner explains what libyaml refuses."""
     try:
-        return yaml.compose(text, _QuickLoader)
+        return yaml.compose(text, _quick_loader)
     except yaml.YAMLError:
         if len(text) >= LARGE:
             raise
@@ -150,7 +153,7 @@ def _compose(text: str) -> yaml.Node | None:
 class _Reader:
     """Builder of a document from YAML nodes."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.document = Document()
         self.seen: set[int] = set()
         self.repeated = 0
@@ -178,18 +181,19 @@ class _Reader:
         return value
 
     def _build_mapping(
-        self, node: yaml.MappingNode, path: Path, ancestors: tuple
+        self, node: yaml.MappingNode, path: Path, ancestors: tuple[yaml.Node, ...]
     ) -> dict[str, Any]:
         data: dict[str, Any] = {}
         lines = self.document.lines
-        last_entry = None
+        last_entry: tuple[str, yaml.Node] | None = None
         for key_node, value_node in _merge_pairs(node, ancestors):
             if not isinstance(key_node, yaml.ScalarNode):
                 raise _build_error("a key must be a word", key_node)
             key, line = _read_key(key_node), key_node.start_mark.line + 1
             key_path = (*path, key)
-            if (text := _find_decimal_comma(last_entry, key, value_node)) is not None:
-                self.document.problems.append((key_path[:-1] + (last_entry[0],), text))
+            comma = _find_decimal_comma(last_entry, key, value_node)
+            if last_entry is not None and comma is not None:
+                self.document.problems.append(((*path, last_entry[0]), comma))
                 continue
             last_entry = key, value_node
             if key in data:
@@ -201,11 +205,13 @@ class _Reader:
         return data
 
 
-def _merge_pairs(node: yaml.MappingNode, ancestors: tuple) -> list[tuple[yaml.Node, yaml.Node]]:
+def _merge_pairs(
+    node: yaml.MappingNode, ancestors: tuple[yaml.Node, ...]
+) -> list[tuple[yaml.Node, yaml.Node]]:
     """Pairs (key, value) of a mapping; those of merge keys are last, without keys that it has."""
     pairs = [pair for pair in node.value if not _is_merge(pair[0])]
     if len(pairs) == len(node.value):
-        return node.value
+        return pairs
     used_keys = {key.value for key, _ in pairs}
     for _, value in (pair for pair in node.value if _is_merge(pair[0])):
         for source in value.value if isinstance(value, yaml.SequenceNode) else [value]:
@@ -229,7 +235,9 @@ def _is_empty(node: yaml.Node) -> bool:
     return isinstance(node, yaml.ScalarNode) and node.value == "" and not node.style
 
 
-def _find_decimal_comma(last_entry: tuple | None, key: str, value: yaml.Node) -> str | None:
+def _find_decimal_comma(
+    last_entry: tuple[str, yaml.Node] | None, key: str, value: yaml.Node
+) -> str | None:
     """Fault of {time: 1,5 ns}, which YAML reads as time: 1 and a key `5 ns` without a value."""
     if last_entry is None or not _is_empty(value) or not re.fullmatch(_FRACTION, key):
         return None
@@ -261,7 +269,7 @@ def _read_text(node: yaml.ScalarNode) -> str:
     match = _CONTROL.search(node.value)
     if match:
         raise _build_error(f"the character U+{ord(match[0]):04X} is not allowed", node)
-    return node.value
+    return str(node.value)
 
 
 def _read_key(node: yaml.ScalarNode) -> str:

@@ -30,7 +30,7 @@ dt.scene.Sceen
 """
 SCENE, DATASET = "dusttaichi.scene.scene.Scene", "xarray.core.dataset.Dataset"
 RUN, SIMULATION = "dusttaichi.analysis.run.Run", "dusttaichi.running.interface.Simulation"
-STRICT = ["method"]  # subpackages with types for every function
+STRICT = ["method", "scene"]  # subpackages with types for every function
 TYPES = [SCENE, SCENE, SCENE, RUN, DATASET, DATASET, DATASET, RUN, SIMULATION]
 
 
@@ -50,11 +50,12 @@ def test_a_script_has_types(tmp_path):
         assert f'"{name}"' in line
 
 
-@pytest.mark.parametrize("folder", STRICT)
-def test_a_subpackage_is_strictly_typed(folder, tmp_path):
+def test_subpackages_are_strictly_typed(tmp_path):
+    """Libraries without types (yaml, scipy, netCDF4, taichi) may be called and derived from."""
     api = pytest.importorskip("mypy.api")
     options = ["--strict", "--follow-imports=silent", "--cache-dir", str(tmp_path)]
-    output, errors, failed = api.run([*options, str(PACKAGE / folder)])
+    options += ["--disable-error-code=import-untyped", "--allow-subclassing-any"]
+    output, errors, failed = api.run([*options, *(str(PACKAGE / folder) for folder in STRICT)])
     assert not failed, output + errors
 
 

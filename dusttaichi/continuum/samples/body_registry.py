@@ -20,7 +20,7 @@ from pydantic import Discriminator, Field, Tag
 
 from dusttaichi.continuum.samples.particle_arrays import Particles, moved
 from dusttaichi.samples.values import Position, Seed, Spin, Velocity
-from dusttaichi.scene.fields import Block, Faults, Number, plain_or_block
+from dusttaichi.scene.fields import PLAIN_OR_BLOCK, Block, Faults, Number
 from dusttaichi.scene.kinds import AnyOf, KindBlock, Kinds
 from dusttaichi.scene.quantities import Quantity
 
@@ -199,7 +199,10 @@ class Variation(Block):
     seed: Seed = Field(1, description="seed of the scatter")
 
 
-Filling = plain_or_block(Annotated[float, Number(gt=0, lt=1)], Variation)
+Filling = Annotated[
+    Annotated[float, Number(gt=0, lt=1), Tag("plain")] | Annotated[Variation, Tag("block")],
+    PLAIN_OR_BLOCK,
+]
 AnyParticles = Annotated[BodyBlock, AnyOf(CONTINUUM)]
 AnySingleBody = Annotated[BodyBlock, AnyOf(CONTINUUM, bodies=True)]
 

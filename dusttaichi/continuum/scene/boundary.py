@@ -2,12 +2,12 @@
 
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, Tag
 
 from dusttaichi.physics.geometry import AXES, WALLS
 from dusttaichi.scene.boundary import Axes, BoundaryBlock, OpenBoundary
 from dusttaichi.scene.drive import TOP_SPEED, Speed
-from dusttaichi.scene.fields import Block, Faults, plain_or_block
+from dusttaichi.scene.fields import PLAIN_OR_BLOCK, Block, Faults
 from dusttaichi.scene.quantities import Quantity
 
 
@@ -19,7 +19,11 @@ class LayerFace(Block):
     )
 
 
-Face = plain_or_block(Literal["open", "mirror", "rigid"], LayerFace)
+Face = Annotated[
+    Annotated[Literal["open", "mirror", "rigid"], Tag("plain")]
+    | Annotated[LayerFace, Tag("block")],
+    PLAIN_OR_BLOCK,
+]
 
 
 class FacesBoundary(BoundaryBlock):

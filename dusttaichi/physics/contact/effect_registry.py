@@ -26,10 +26,15 @@ contact that has just formed, ``pending`` and ``push``, see physics.contact.aspe
 This module imports no Taichi: a law is imported on first use.
 """
 
+from collections.abc import Iterable
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
+from dusttaichi.physics.contact.effect_numbers import Property
 from dusttaichi.physics.registry import Registry
 
+if TYPE_CHECKING:
+    from dusttaichi.physics.contact.model import ContactModel
 _EFFECT = ("HISTORY", "CHANNEL", "update", "evaluate")
 NEEDED = {
     "normal": ("response", "rest", "curve"),
@@ -62,11 +67,13 @@ _BUILT_IN = {
     ("damping", "viscoelastic"): f"{_HERE}.damping.viscoelastic",
     ("asperities", "pd08"): f"{_HERE}.asperities",
 }
-LAWS = Registry("law", _BUILT_IN, lambda law: import_module(law) if isinstance(law, str) else law)
-BLOCKS = Registry("block of the law")
+LAWS: Registry[tuple[str, str], Any] = Registry(
+    "law", _BUILT_IN, lambda law: import_module(law) if isinstance(law, str) else law
+)
+BLOCKS: Registry[tuple[str, str], type[Any] | None] = Registry("block of the law")
 
 
-def register(effect, name, law, block=None):
+def register(effect: str, name: str, law: Any, block: type[Any] | None = None) -> None:
     """Add a law under a name that the YAML may give: `interaction: {rolling: {law: NAME}}`.
 
     law: module or other object as described above. block: a class derived from the effect's block
@@ -91,22 +98,22 @@ def register(effect, name, law, block=None):
     BLOCKS.replace((effect, name), block)
 
 
-def names(effect):
+def names(effect: str) -> tuple[str, ...]:
     """Names of the laws of an effect."""
     return tuple(name for owner, name in LAWS if owner == effect)
 
 
-def block_of(effect, name):
+def block_of(effect: str, name: str) -> type[Any] | None:
     """Class of the YAML block of a registered law; None for a built-in one."""
     return BLOCKS.get((effect, name))
 
 
-def law_of(effect, name):
+def law_of(effect: str, name: str) -> Any:
     """The law; KeyError where there is none of that name."""
     return LAWS[effect, name]
 
 
-def chosen_model(interaction, newton_steps=2):
+def chosen_model(interaction: Any, newton_steps: int = 2) -> "ContactModel":
     """ContactModel of a scene's interaction."""
     from dusttaichi.physics.contact.damping import damping_of
     from dusttaichi.physics.contact.model import ContactModel
@@ -121,34 +128,34 @@ def chosen_model(interaction, newton_steps=2):
     return ContactModel(tuple(effects), newton_steps)
 
 
-def properties():
+def properties() -> dict[str, Property]:
     """Name -> Property of the material that the registered laws bring in."""
     return _material_properties(LAWS.added.values())
 
 
-def _material_properties(laws):
+def _material_properties(laws: Iterable[Any]) -> dict[str, Property]:
     """Name -> Property of registered laws; built-in ones have none."""
     return {name: p for law in laws for name, p in getattr(law, "MATERIAL", {}).items()}
 
 
-def properties_of(interaction):
+def properties_of(interaction: Any) -> dict[str, Property]:
     """Name -> Property of the material that the laws of an interaction bring in."""
     laws_by_effect = [(effect, law_name(interaction, effect)) for effect in EFFECTS]
     laws_by_effect += [("effects", name) for name in interaction.effects]
     return _material_properties(LAWS.added[key] for key in laws_by_effect if key in LAWS.added)
 
 
-def block_in(interaction, effect):
+def block_in(interaction: Any, effect: str) -> Any:
     """The block of an effect in the YAML: of a built-in kind, or of a registered effect by name."""
     return getattr(interaction, effect) if effect in EFFECTS else interaction.effects[effect]
 
 
-def normal_law(interaction):
+def normal_law(interaction: Any) -> Any:
     """The normal law of an interaction."""
     return law_of("normal", law_name(interaction, "normal"))
 
 
-def law_name(interaction, effect):
+def law_name(interaction: Any, effect: str) -> str | None:
     """Name of the law of an effect that the interaction has; None where it is off."""
     block = getattr(interaction, effect)
     if effect == "damping":
@@ -156,7 +163,7 @@ def law_name(interaction, effect):
     return None if block is None else getattr(block, "law", DEFAULT[effect])
 
 
-def numbers_of(model, contact):
+def numbers_of(model: "ContactModel", contact: Any) -> dict[str, float]:
     """Values of all numbers of a contact by name, SI; contact: ContactConstants."""
     out = {}
     for effect, law in model.effects:
@@ -164,7 +171,7 @@ def numbers_of(model, contact):
     return out
 
 
-def table_of_numbers():
+def table_of_numbers() -> list[tuple[str, str, str, str, str]]:
     """Rows (effect, law, name, SI unit, meaning) of the numbers of all laws that there are."""
     return [
         (effect, name, number, declared.unit, declared.meaning)

@@ -4,11 +4,13 @@ from dusttaichi import method
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.boundary import bounded_axes
 from dusttaichi.scene.checks import drive, stop
+from dusttaichi.scene.checks.protocol import Scene
 from dusttaichi.scene.fields import Faults
 from dusttaichi.scene.output import becomes_due
+from dusttaichi.scene.stage import StagePlan
 
 
-def check(scene) -> Faults:
+def check(scene: Scene) -> Faults:
     """Faults of the blocks that all methods share."""
     faults = [*drive.check_ends(scene), *drive.check_stage_drives(scene)]
     if not faults:
@@ -19,7 +21,7 @@ def check(scene) -> Faults:
     return [*faults, *_check_stress(scene), *_check_variables(scene)]
 
 
-def _check_intervals(scene, path, plan) -> Faults:
+def _check_intervals(scene: Scene, path: str, plan: StagePlan) -> Faults:
     """Check that outputs of every interval become due under the drive of the stage."""
     for name in ("series", "profiles", "snapshots"):
         interval = getattr(plan, name)
@@ -40,7 +42,7 @@ def _check_intervals(scene, path, plan) -> Faults:
             yield f"{key_path}.time", "it is shorter than numerics.time_step"
 
 
-def _check_variables(scene) -> Faults:
+def _check_variables(scene: Scene) -> Faults:
     """Check the names of optional outputs."""
     from dusttaichi.results.variables import optional  # with libraries that names do not wait for
 
@@ -53,7 +55,7 @@ def _check_variables(scene) -> Faults:
             yield f"output.variables.{number}", text
 
 
-def _check_stress(scene) -> Faults:
+def _check_stress(scene: Scene) -> Faults:
     """Check that a stress has a volume."""
     if scene.output.stress and bounded_axes(scene.boundary) != AXES:
         text = (

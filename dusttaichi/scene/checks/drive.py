@@ -2,8 +2,10 @@
 
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.boundary import BoxBoundary, PeriodicBoundary, PlatesBoundary, get_drive
-from dusttaichi.scene.drive import FACE_LAWS, LOADS, SHEARS, SPEEDS
+from dusttaichi.scene.checks.protocol import Scene
+from dusttaichi.scene.drive import FACE_LAWS, LOADS, SHEARS, SPEEDS, Drive
 from dusttaichi.scene.fields import Faults
+from dusttaichi.scene.stage import StagePlan
 
 NEEDED = {
     "pressure": "nothing that it could move; allowed with kind: box with its top wall, or "
@@ -15,7 +17,7 @@ NEEDED = {
 }
 
 
-def check_ends(scene) -> Faults:
+def check_ends(scene: Scene) -> Faults:
     """Check that the run, or each stage, has an end, and each stage a name of its own."""
     if scene.stop is None and not scene.stages:
         yield "stop", "it is missing (when the run ends); give stop, or stages with one each"
@@ -31,7 +33,7 @@ def check_ends(scene) -> Faults:
             )
 
 
-def check_stage_drives(scene) -> Faults:
+def check_stage_drives(scene: Scene) -> Faults:
     """Check that with stages the boundary itself has no drive."""
     drive = get_drive(scene.boundary)
     if scene.stages and drive.moves:
@@ -40,7 +42,7 @@ def check_stage_drives(scene) -> Faults:
                 yield f"boundary.{key}", "with stages it belongs to the drive of each stage"
 
 
-def check_drive(scene, path, plan) -> Faults:
+def check_drive(scene: Scene, path: str, plan: StagePlan) -> Faults:
     """Check that every key of the drive has something to move."""
     boundary = scene.boundary
     key_path = f"{path}drive" if path else "boundary"
@@ -70,7 +72,7 @@ def check_drive(scene, path, plan) -> Faults:
     yield from _check_loads(scene, key_path, plan.drive)
 
 
-def _check_loads(scene, key_path, drive) -> Faults:
+def _check_loads(scene: Scene, key_path: str, drive: Drive) -> Faults:
     """Check that a load has something to move, and a shear something to shear."""
     boundary = scene.boundary
     idle = [k for k in (*LOADS, *SHEARS) if getattr(drive, k) and k not in boundary.drives]

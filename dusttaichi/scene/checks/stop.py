@@ -2,16 +2,20 @@
 
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.scene.boundary import (
+    BoundaryBlock,
     PeriodicBoundary,
     PlatesBoundary,
     bounded_axes,
     filling_direction,
     has_strain,
 )
+from dusttaichi.scene.checks.protocol import Scene
+from dusttaichi.scene.drive import Drive
 from dusttaichi.scene.fields import Faults
+from dusttaichi.scene.stage import StagePlan
 
 
-def check_stop(scene, path, plan) -> Faults:
+def check_stop(scene: Scene, path: str, plan: StagePlan) -> Faults:
     """Check that the drive of a stage can meet every stop condition."""
     stop, boundary, drive = plan.stop, scene.boundary, plan.drive
     bounded = bounded_axes(boundary) == AXES
@@ -40,18 +44,18 @@ def check_stop(scene, path, plan) -> Faults:
             text = "strains follow the load here; stop by time, steps, creep or a filling factor"
         yield f"{key_path}.strain", text
     if stop.past_maximum is not None:
-        text = None
+        fault = None
         if not moving:
-            text = "nothing is pulled: no wall or face moves"
+            fault = "nothing is pulled: no wall or face moves"
         elif not (isinstance(boundary, PlatesBoundary) or scene.output.stress):
-            text = "no tension is measured; use kind: plates or periodic, or output.stress: true"
+            fault = "no tension is measured; use kind: plates or periodic, or output.stress: true"
         elif not ends_anyway:
-            text = "the tension may have no maximum; add strain, time or steps as the latest end"
-        if text is not None:
-            yield f"{key_path}.past_maximum", text
+            fault = "the tension may have no maximum; add strain, time or steps as the latest end"
+        if fault is not None:
+            yield f"{key_path}.past_maximum", fault
 
 
-def _check_filling_factor(boundary, drive, key_path) -> Faults:
+def _check_filling_factor(boundary: BoundaryBlock, drive: Drive, key_path: str) -> Faults:
     if isinstance(boundary, PlatesBoundary):
         if drive.wall_speed:
             return
@@ -77,7 +81,7 @@ def _check_filling_factor(boundary, drive, key_path) -> Faults:
     yield key_path, text
 
 
-def _check_pressure(scene, plan, ends_anyway, key_path) -> Faults:
+def _check_pressure(scene: Scene, plan: StagePlan, ends_anyway: bool, key_path: str) -> Faults:
     boundary, drive = scene.boundary, plan.drive
     speed, text = drive.wall_speed or 0.0, None
     if scene.output.stress and bounded_axes(boundary) == AXES and boundary.periodic_axes:
