@@ -104,7 +104,7 @@ class Start:
 
 
 class HasMethod(Protocol):
-    """What names its method."""
+    """Anything with the name of its method."""
 
     @property
     def method(self) -> str:
