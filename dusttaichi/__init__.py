@@ -5,6 +5,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from dusttaichi.compute.cache import provide_home
+from dusttaichi.compute.version import __version__
 
 if TYPE_CHECKING:  # for editors and type checkers; imported on first use, by __getattr__
     from dusttaichi import analysis, export, plots, samples, scene
@@ -16,8 +17,6 @@ if TYPE_CHECKING:  # for editors and type checkers; imported on first use, by __
     from dusttaichi.samples import Sample
     from dusttaichi.scene import Scene, from_yaml, load
     from dusttaichi.studies.interface import collide, run, study, sweep
-
-__version__ = "1.0.0"
 
 # Taichi and Quadrants print a header on import; the output of a run is for the user
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")

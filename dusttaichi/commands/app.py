@@ -35,7 +35,6 @@ try:
 
     import typer
 
-    from dusttaichi import __version__
     from dusttaichi.commands.bench import bench
     from dusttaichi.commands.check import check, schema
     from dusttaichi.commands.collide import collide
@@ -53,6 +52,7 @@ try:
     from dusttaichi.commands.sweep import sweep
     from dusttaichi.commands.trade import trade
     from dusttaichi.compute.collector import collect_seldom
+    from dusttaichi.compute.version import __version__
     from dusttaichi.errors import DustError, Interrupted
 
     app = typer.Typer(

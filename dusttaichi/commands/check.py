@@ -10,14 +10,15 @@ from typing import Annotated
 
 import typer
 
-from dusttaichi import __version__
 from dusttaichi.commands import options
 from dusttaichi.commands.console import console, remark, say, say_json
 from dusttaichi.commands.progress import progress_bar, show_sample
+from dusttaichi.compute.version import __version__
 from dusttaichi.errors import DustError
 
 FORMAT = "dusttaichi check 1"  # of the JSON
 STUDY = "dust collide"  # command of a scene with a block `collisions`
+ORDER = ("least", "likely", "most")  # of a run time
 SLOW = 5.0  # s of a sample, from which on its cost is stated before it is made
 LABEL = 42  # smallest width of the names of numbers
 _NOT_KNOWN = [("not available", "the method of this scene has no forces without a step")]
@@ -38,34 +39,31 @@ def check(
 
     Sample, contacts, time step, and an order of magnitude of the run time.
     """
-    from dusttaichi import method
+    from dusttaichi.studies.forecast import Forecast
 
     def read():
         scene = options.load_scene(file, settings=settings, extensions=extensions)
-        if scene.replicas is not None:
-            from dusttaichi.studies.sweep import taken
-
-            scene = scene.with_values(taken(scene, 0))
-        scene_method = method.find_method(scene)
-        # the preview may still refuse the scene, and the plan its study
-        preview = _preview(scene, scene_method, quiet=as_json)
-        return scene, scene_method, preview, _plan(scene)
+        forecast = Forecast(scene)
+        _tell_costs(forecast.scene)
+        with progress_bar(as_json) as bar, show_sample(bar):
+            forecast.make()
+        return forecast
 
     if as_json:
         try:
-            scene, _, preview, plan = read()
+            forecast = read()
         except DustError as error:
             say_json(_json_of_refusal(error))
             raise
-        numbers = _json_of_scene(scene, preview, measure_it=time)
-        return say_json(numbers | ({} if plan is None else {"study": _json_of_plan(plan)}))
-    scene, scene_method, preview, plan = read()
+        return say_json(_json_of_scene(forecast, measure_it=time))
+    forecast = read()
+    scene, plan = forecast.scene, forecast.plan
     say(f"{scene.name} is a valid scene of the method {scene.method}.")
     if plan is not None:
         say(f"{STUDY} runs the {plan.count:,} collisions of its last section; the other sections")
         say("describe the one collision of `sample`, which dust run simulates.")
-    if preview is not None:
-        _show([*_sections(scene, preview), ("Cost", _cost(scene, preview, measure_it=time))])
+    if forecast.preview is not None:
+        _show([*forecast.sections(), ("Cost", _cost(forecast, measure_it=time))])
     if plan is not None:
         _show([(f"Study, by {STUDY}", [*plan.rows(), *_study_time(plan)])])
     if resolved:
@@ -76,9 +74,9 @@ def check(
         from dusttaichi.compute.taichi_internals import source_reading
 
         compiler = [("processor", processor.model()), *source_reading.rows(scene.numerics.debug)]
-        _show([("Processor and compiler", compiler), *scene_method.internals(scene)])
+        _show([("Processor and compiler", compiler), *forecast.method.internals(scene)])
     if forces:
-        _show(scene_method.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
+        _show(forecast.method.forces(scene) or [("Forces at the start", _NOT_KNOWN)])
     sections_by_option = {
         "--time": time,
         "--scene": resolved,
@@ -87,15 +85,6 @@ def check(
     }
     further = (option for option, is_shown in sections_by_option.items() if not is_shown)
     say(f"\nmore: {', '.join(further)}")
-
-
-def _preview(scene, scene_method, *, quiet):
-    """The Preview of a scene, or None; what its sample costs and its progress before."""
-    if scene_method.preview is None:
-        return None
-    _tell_costs(scene)
-    with progress_bar(quiet) as bar, show_sample(bar):
-        return scene_method.preview(scene)
 
 
 def _tell_costs(scene):
@@ -109,15 +98,6 @@ def _tell_costs(scene):
             )
 
 
-def _plan(scene):
-    """Plan of the study of a scene with a block `collisions`, or None."""
-    if getattr(scene, "collisions", None) is None:
-        return None
-    from dusttaichi.studies.collide_plan import plan_of
-
-    return plan_of(scene)
-
-
 def _study_time(plan):
     """Rows of the run time of a study on this machine."""
     low, _, high = (_duration(seconds) for seconds in plan.wall_time)
@@ -127,25 +107,13 @@ def _study_time(plan):
 
 
 def _json_of_plan(plan):
-    names = ("least", "likely", "most")
     return {
         "command": STUDY,
         "runs": plan.count,
         "most_steps": plan.steps,
-        "run_time_s": dict(zip(names, plan.wall_time, strict=True)),
+        "run_time_s": dict(zip(ORDER, plan.wall_time, strict=True)),
         "text": dict(plan.rows()),
     }
-
-
-def _sections(scene, preview):
-    """Sections of a preview, and the errors of a draft."""
-    from dusttaichi.scene.numerics import DRAFT
-
-    if getattr(scene.numerics, "accuracy", None) != DRAFT:
-        return preview.sections
-    from dusttaichi.studies.suggest import draft_rows  # with the analysis of results
-
-    return [*preview.sections, ("Draft, as measured by dust trade", draft_rows(scene))]
 
 
 def _show(sections):
@@ -156,11 +124,11 @@ def _show(sections):
             say(f"  {label:<{width}} {value}")
 
 
-def _cost(scene, preview, *, measure_it):
+def _cost(forecast, *, measure_it):
     """Rows of the number of steps and of the run time on this machine."""
     from dusttaichi.scene import quantities
 
-    rows, total = [], 0
+    preview, rows, total = forecast.preview, [], 0
     for name, steps, reason in preview.plan:
         label = f"steps at most, stage {name}" if name else "steps at most"
         if steps == inf:
@@ -170,7 +138,7 @@ def _cost(scene, preview, *, measure_it):
         total += steps
         time = quantities.format(steps * preview.dt, "time", 5)
         rows.append((label, f"{steps:,} ({time}; {reason})"))
-    shortest, seconds, longest = _seconds(scene, preview, measure_it=measure_it)
+    shortest, seconds, longest = forecast.step_time(measure_it=measure_it)
     rate = 1.0 / seconds if measure_it else float(f"{1.0 / seconds:.1g}")
     speed = f"{quantities.format_rate(rate)} steps/s"
     source = "measured now" if measure_it else "an order of magnitude; --time measures it"
@@ -182,15 +150,6 @@ def _cost(scene, preview, *, measure_it):
     return rows
 
 
-def _seconds(scene, preview, *, measure_it):
-    """(least, likely, most) seconds of a step."""
-    from dusttaichi.studies import step_times
-
-    if measure_it:
-        return step_times.measure_step_time(scene, preview.plan)
-    return step_times.estimate_step_time(scene, preview.size * preview.cost)
-
-
 def _duration(seconds):
     """Text of a time in s, min, h or days."""
     for size, unit in ((1.0, "s"), (60.0, "min"), (3600.0, "h"), (86400.0, "days")):
@@ -198,18 +157,22 @@ def _duration(seconds):
             return f"{max(seconds / size, 1.0 if unit == 's' else 0.0):.2g} {unit}"
 
 
-def _json_of_scene(scene, preview, *, measure_it):
+def _json_of_scene(forecast, *, measure_it):
     """Size, time step, stages, run time on this machine, and rows of text of a valid scene."""
+    scene, preview = forecast.scene, forecast.preview
     numbers = {"format": FORMAT, "version": __version__, "valid": True, "problems": []}
     numbers |= {"name": scene.name, "method": scene.method}
     if preview is not None:
+        run_time = forecast.run_time(measure_it=measure_it)
         numbers |= {
             "particles": preview.size,
             "time_step_s": preview.dt,
             "stages": [_stage(*stage, preview.dt) for stage in preview.plan],
-            "run_time_s": _run_time(scene, preview, measure_it=measure_it),
-            "text": {title: dict(rows) for title, rows in _sections(scene, preview)},
+            "run_time_s": run_time and dict(zip(ORDER, run_time, strict=True)),
+            "text": {title: dict(rows) for title, rows in forecast.sections()},
         }
+    if forecast.plan is not None:
+        numbers["study"] = _json_of_plan(forecast.plan)
     return numbers
 
 
@@ -227,17 +190,6 @@ def _stage(name, steps, reason, dt):
         "most_steps": int(steps) if is_limited else None,
         "most_time_s": steps * dt if is_limited else None,
         "ends": reason if is_limited else None,
-    }
-
-
-def _run_time(scene, preview, *, measure_it):
-    """Seconds of the steps of a run, {least, likely, most}, or None."""
-    steps = sum(plan[1] for plan in preview.plan)
-    if steps == inf:
-        return None
-    step_seconds = _seconds(scene, preview, measure_it=measure_it)
-    return {
-        name: steps * s for name, s in zip(("least", "likely", "most"), step_seconds, strict=True)
     }
 
 

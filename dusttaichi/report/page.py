@@ -5,7 +5,7 @@ from functools import cache
 from html import escape
 from importlib import resources
 
-from dusttaichi import __version__, plots
+from dusttaichi import plots
 from dusttaichi.analysis import summarise, tabulate
 from dusttaichi.analysis.names import name_runs
 from dusttaichi.analysis.numbers import reason
@@ -13,6 +13,7 @@ from dusttaichi.analysis.plain import convert_value
 from dusttaichi.report.interactive import make_interactive
 from dusttaichi.report.viewer_particles import collect_particles
 from dusttaichi.results import outputs
+from dusttaichi.results.provenance import __version__
 
 MARK = '<meta name="generator" content="dusttaichi'
 NOT_DRAWN = "figure not drawn"

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import yaml
 
-from dusttaichi import __version__
 from dusttaichi.compute import compiler, processor
+from dusttaichi.compute.version import __version__
 from dusttaichi.results.plain import plain
 
 

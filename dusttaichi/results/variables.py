@@ -69,6 +69,12 @@ class Variable:
         """True for one entry per record, False for a static variable."""
         return record_dimension(self.group) in self.dims
 
+    @property
+    def is_optional(self) -> bool:
+        """True for one that a result may lack, or has on request."""
+        is_required = self.name in NEEDED or self.counts or not self.grows
+        return self.group in CHOSEN and not is_required
+
 
 def declare(
     group: str,
@@ -135,15 +141,9 @@ def select_variables(
 
 def _select_requested(variable: Variable, selection: Sequence[str]) -> bool:
     if any(name[1:] in (variable.key, variable.name) for name in selection if name[:1] == "-"):
-        return not optional(variable)
+        return not variable.is_optional
     requested = {variable.key, variable.name} & set(selection)
     return REQUESTED not in variable.needs or bool(requested)
-
-
-def optional(variable: Variable) -> bool:
-    """True for a variable that a result may lack, or has on request."""
-    is_required = variable.name in NEEDED or variable.counts or not variable.grows
-    return variable.group in CHOSEN and not is_required
 
 
 def reference_energy(work: Any, kinetic_start: Any, potential_start: Any, losses: Any) -> Any:

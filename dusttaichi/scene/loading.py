@@ -9,7 +9,7 @@ import yaml
 
 from dusttaichi import method
 from dusttaichi.errors import DustError
-from dusttaichi.scene import extensions, problems, shipped, yaml_text
+from dusttaichi.scene import extensions, plain_values, problems, shipped, yaml_text
 from dusttaichi.scene.fields import refuse_unreadable
 from dusttaichi.scene.keys import find_scene_class
 from dusttaichi.scene.paths import user_path
@@ -90,9 +90,7 @@ def as_scene(source: Scene | str | Path | Mapping[str, Any]) -> Scene:
     if isinstance(source, Scene):
         return source
     if isinstance(source, Mapping):
-        from dusttaichi.results.plain import plain  # with libraries that names do not wait for
-
-        return Scene.from_dict(plain(dict(source)))
+        return Scene.from_dict(plain_values.without_numpy(dict(source)))
     if isinstance(source, str) and ("\n" in source or source.lstrip().startswith("{")):
         return from_yaml(source)
     if isinstance(source, (str, Path)):

@@ -3,6 +3,7 @@
 from typing import Any
 
 import yaml
+from pydantic_core import to_jsonable_python
 
 from dusttaichi.errors import DustError
 
@@ -27,6 +28,13 @@ def write_text(data: Any) -> str:
     """YAML of plain data, with the keys in their order."""
     options = {"sort_keys": False, "allow_unicode": True, "width": 1000}
     return str(yaml.dump(data, Dumper=Dumper, **options))
+
+
+def without_numpy(value: Any) -> Any:
+    """A value of Python as plain data: of arrays lists, of NumPy's numbers those of Python."""
+    return to_jsonable_python(
+        value, fallback=lambda other: other.tolist() if hasattr(other, "tolist") else repr(other)
+    )
 
 
 def without_none(data: Any) -> Any:

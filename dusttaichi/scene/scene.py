@@ -228,9 +228,10 @@ class Scene(Block):
 
     def with_values(self, values: dict[str, Any]) -> "Scene":
         """New scene with several values changed at once (path -> value), as by `with_value`."""
-        from dusttaichi.results.plain import plain as without_numpy  # names do not wait for it
-
-        data, values = self.input_data, {path: without_numpy(v) for path, v in values.items()}
+        data, values = (
+            self.input_data,
+            {path: plain_values.without_numpy(v) for path, v in values.items()},
+        )
         for path, value in values.items():
             plain_values.set_value(data, path.split("."), value, path)
         changes = ", ".join(f"{path} = {value!r}" for path, value in values.items())

@@ -44,9 +44,7 @@ def _check_intervals(scene: Scene, path: str, plan: StagePlan) -> Faults:
 
 def _check_variables(scene: Scene) -> Faults:
     """Check the names of optional outputs."""
-    from dusttaichi.results.variables import optional  # with libraries that names do not wait for
-
-    optional_variables = [v for v in method.find_method(scene).variables if optional(v)]
+    optional_variables = [v for v in method.find_method(scene).variables if v.is_optional]
     names = {name for v in optional_variables for name in (v.key, v.name)}
     allowed = ", ".join(dict.fromkeys(v.name for v in optional_variables))
     for number, name in enumerate(scene.output.variables):
