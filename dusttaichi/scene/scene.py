@@ -228,10 +228,8 @@ class Scene(Block):
 
     def with_values(self, values: dict[str, Any]) -> "Scene":
         """New scene with several values changed at once (path -> value), as by `with_value`."""
-        data, values = (
-            self.input_data,
-            {path: plain_values.without_numpy(v) for path, v in values.items()},
-        )
+        data = self.input_data
+        values = {path: plain_values.without_numpy(v) for path, v in values.items()}
         for path, value in values.items():
             plain_values.set_value(data, path.split("."), value, path)
         changes = ", ".join(f"{path} = {value!r}" for path, value in values.items())

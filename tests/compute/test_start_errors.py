@@ -7,6 +7,7 @@ import pytest
 from program import python
 
 from dusttaichi.compute import backend
+from dusttaichi.compute.engine import is_tested
 from dusttaichi.compute.taichi_internals.programs import ProcessError
 from dusttaichi.errors import DustError, StartError
 
@@ -34,6 +35,7 @@ with multiprocessing.get_context("fork").Pool(2) as pool:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no fork")
+@pytest.mark.skipif(not is_tested(), reason="refused without internals of Taichi")
 def test_runs_in_forked_processes_after_a_run():
     process = python("-c", FORKED, timeout=300)
     assert process.stdout.splitlines()[-1:] == ["[0.1054, 0.2753]"], process.stderr
