@@ -167,7 +167,8 @@ def side_by_side(scene, batch: int | str) -> dict[str, int]:
         batch = None if batch is None else int(batch)
     if not (batch is None or isinstance(batch, int) and batch >= 1):
         raise DustError(f"batch = {batch}: allowed: auto, off, or a number of at least 1")
-    if scene.boundary.kind != "open" or scene.push or scene.sphere or scene.gravity:
+    around = scene.push, scene.sphere, scene.gravity, scene.forces
+    if scene.boundary.kind != "open" or any(around):
         return {"abreast": 1, "room": 0}
     if batch is None:
         return {"abreast": MOST, "room": ROOM[scene.numerics.backend == "cpu"]}

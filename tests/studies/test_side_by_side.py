@@ -150,6 +150,8 @@ def test_how_many_are_side_by_side(tmp_path):
     # walls, gravity and a sphere act on what is there: one at a time
     boxed = make_scene(boundary=box(size=(1e-4, 1e-4, 1e-4)))
     assert side_by_side(boxed, 7)["abreast"] == 1
+    in_gas = scene.with_value("forces", [{"kind": "gas_drag", "stopping_time": "1 us"}])
+    assert side_by_side(in_gas, 7)["abreast"] == 1
     for wrong in ("many", 0, "-1"):
         with pytest.raises(DustError, match="allowed: auto, off, or a number of at least 1"):
             side_by_side(scene, wrong)
