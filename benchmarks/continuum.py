@@ -117,20 +117,20 @@ def _measure(dimension, particles, rounds) -> dict:
 _state = {}
 
 
-def _count_neighbours(sim):
+def _count_neighbours(engine):
     """Count the neighbours within reach of the kernel: their mean over the particles that move by
     themselves, with images."""
-    x, lanes = sim.tables["x"].to_numpy(), sim.layout.lanes
-    yields, blocks = sim.of_particles("group") < 0, -(-sim.n // lanes)
-    first = sim.lists["first"].to_numpy(blocks + 1)
-    entry = sim.lists["entry"].to_numpy()[: first[-1]]
+    x, lanes = engine.dust_state["x"], engine.layout.lanes
+    yields, blocks = engine.dust_state.of_particles("group") < 0, -(-engine.size // lanes)
+    first = engine.scratch["first"].to_numpy(blocks + 1)
+    entry = engine.scratch["entry"].to_numpy()[: first[-1]]
     # a block has one list: each of its particles with all of that
     block, neighbour_count = np.repeat(np.arange(blocks), np.diff(first)), 0
     for lane in range(lanes):
-        i = np.minimum(lanes * block + lane, sim.n - 1)
+        i = np.minimum(lanes * block + lane, engine.size - 1)
         apart = np.linalg.norm(x[i] - x[entry], axis=1)
-        near = (apart < 2.0 * sim.numbers["h"]) & (i != entry) & yields[i]
-        neighbour_count += np.count_nonzero(near & (lanes * block + lane < sim.n))
+        near = (apart < 2.0 * engine.numbers.values["h"]) & (i != entry) & yields[i]
+        neighbour_count += np.count_nonzero(near & (lanes * block + lane < engine.size))
     return neighbour_count / max(1, np.count_nonzero(yields))
 
 
@@ -140,27 +140,27 @@ def _build(scene):
     from dusttaichi.scene import from_yaml
 
     scene = from_yaml(scene)
-    motion = method.find_method(scene).build(scene, method.make_sample(scene))
-    motion.advance(1)
+    engine = method.find_method(scene).build(scene, method.make_sample(scene))
+    engine.advance(1)
     began = time.process_time()
-    motion.sim.search.update()
+    engine.search.update()
     search = time.process_time() - began
-    _state["motion"] = motion
-    measures = {"particles": motion.size, "neighbours": _count_neighbours(motion.sim)}
+    _state["engine"] = engine
+    measures = {"particles": engine.size, "neighbours": _count_neighbours(engine)}
     return measures | {"search": search}
 
 
 def _time_steps(steps):
     """Measure wall and processor time [s] of a step of the method, over whole steps of the run."""
-    motion = _state["motion"]
+    engine = _state["engine"]
     began, wall_start, processor_start = (
-        motion.sim.substeps,
+        engine.dust_state.substeps,
         time.perf_counter(),
         time.process_time(),
     )
-    while motion.sim.substeps - began < steps:
-        motion.advance(1)
-    steps_done = motion.sim.substeps - began
+    while engine.dust_state.substeps - began < steps:
+        engine.advance(1)
+    steps_done = engine.dust_state.substeps - began
     return {
         "real": (time.perf_counter() - wall_start) / steps_done,
         "used": (time.process_time() - processor_start) / steps_done,

@@ -90,47 +90,48 @@ def in_the_open(count, _speed):
     return dust.scene(), dust.particles(*dust.rows(9, count))
 
 
-def images(sim, x):
+def images(engine, x):
     """Places of all images within reach of the space of the originals, by brute force."""
-    search, out = sim.search, []
+    search, out = engine.search, []
     for signs, shifts in search.images():
         image, near = x * signs + shifts, np.ones(len(x), bool)
-        for axis, low, high in search.edges:
+        for axis, low, high in search.surfaces.edges:
             near &= (image[:, axis] > low - search.reach) & (image[:, axis] < high + search.reach)
-        for axis, side, plane in search.mirrors:
+        for axis, side, plane in search.surfaces.mirrors:
             near &= (image[:, axis] - plane) * (1.0 if side else -1.0) < search.reach
         out.append(image[near])
     return np.concatenate(out or [x[:0]])
 
 
-def lists(sim):
+def lists(engine):
     """All that a search leaves: particles in order, their lists, images and surfaces."""
-    n, arrays = sim.n, {name: sim.of_particles(name) for name in sim.names}
-    blocks = -(-n // sim.layout.lanes)
+    n, state = engine.size, engine.dust_state
+    arrays = {name: state.of_particles(name) for name in state.names}
+    blocks = -(-n // engine.layout.lanes)
     for name, end, columns in (
         ("first", blocks, ["entry"]),
         ("touch_first", n, ["touch_row"]),
         ("ghost_first", n, ["ghost_sign", "ghost_shift"]),
     ):
-        if name in sim.lists:
-            arrays[name] = sim.lists[name].copy_rows(0, end + 1)
+        if name in engine.scratch:
+            arrays[name] = engine.scratch[name].copy_rows(0, end + 1)
             for column in columns:
-                arrays[column] = sim.lists[column].copy_rows(0, arrays[name][end])
+                arrays[column] = engine.scratch[column].copy_rows(0, arrays[name][end])
     return arrays
 
 
-def check_lists(sim):
+def check_lists(engine):
     """Lists against brute force; returns them."""
-    n, lanes, arrays = sim.n, sim.layout.lanes, lists(sim)
-    x, ghosts = sim.of_particles("x"), arrays.get("ghost_first", [0])[-1]
-    seen = sim.tables["x"].copy_rows(0, n + ghosts)
-    expected = images(sim, x)
+    n, lanes, arrays = engine.size, engine.layout.lanes, lists(engine)
+    x, ghosts = engine.dust_state.of_particles("x"), arrays.get("ghost_first", [0])[-1]
+    seen = engine.fields["x"].copy_rows(0, n + ghosts)
+    expected = images(engine, x)
     assert np.array_equal(seen[:n], x) and len(expected) == ghosts
     if ghosts:
         # rounding of places of a millimetre: 1e-19 m
         far = np.linalg.norm(seen[n:, None] - expected, axis=2)
         assert far.min(axis=0).max() < 1e-18 and far.min(axis=1).max() < 1e-18
-    apart = np.linalg.norm(x[:, None] - seen, axis=2) < sim.search.reach
+    apart = np.linalg.norm(x[:, None] - seen, axis=2) < engine.search.reach
     for block, (begin, end) in enumerate(zip(arrays["first"], arrays["first"][1:], strict=False)):
         near = apart[lanes * block : lanes * (block + 1)].any(axis=0)
         entries = arrays["entry"][begin:end]
@@ -152,37 +153,38 @@ def check_lists(sim):
 )
 def test_neighbours_of_dust(make, loops, launches):
     """By a search, and the very same lists again from a checkpoint."""
-    sim = build_dust(*make(8, 1.0), loops=loops)
-    dust.stir_particles(sim)
-    arrays_before = {name: sim.of_particles(name) for name in sim.names}
-    sim.search.update()
-    arrays = check_lists(sim)
-    assert np.array_equal(np.sort(arrays["number"]), np.arange(sim.n))
-    for name in sim.names:  # all variables of a particle stay together
+    engine = build_dust(*make(8, 1.0), loops=loops)
+    dust.stir_particles(engine)
+    state = engine.dust_state
+    arrays_before = {name: state.of_particles(name) for name in state.names}
+    engine.search.update()
+    arrays = check_lists(engine)
+    assert np.array_equal(np.sort(arrays["number"]), np.arange(engine.size))
+    for name in state.names:  # all variables of a particle stay together
         ours = arrays_before[name][np.argsort(arrays_before["number"])][arrays["number"]]
         assert np.array_equal(arrays[name], ours) or name in ("x", "x_search"), name
-    if sim.layout.rigid:
+    if engine.layout.rigid:
         assert len(arrays["touch_row"]) > 6
-    sim.put("x", sim.of_particles("x") + 0.01 * dust.SPACING)
-    moved = sim.of_particles("x")
-    sim.search.again()
-    assert np.array_equal(sim.of_particles("x"), moved)
-    second_arrays = lists(sim)
+    state["x"] = state.of_particles("x") + 0.01 * dust.SPACING
+    moved = state.of_particles("x")
+    engine.search.again()
+    assert np.array_equal(state.of_particles("x"), moved)
+    second_arrays = lists(engine)
     for name in arrays.keys() - {"x"}:
         assert np.array_equal(second_arrays[name], arrays[name]), name
 
 
 def test_what_is_wrong_with_dust_is_said():
     """Particles that are nowhere, and more neighbours than the capacity."""
-    sim = build_dust(*dust.press_column(300, 1.0))
-    x = sim.of_particles("x")
-    sim.put("x", 1e-3 * x)
+    engine = build_dust(*dust.press_column(300, 1.0))
+    x = engine.dust_state.of_particles("x")
+    engine.dust_state["x"] = 1e-3 * x
     with pytest.raises(GuardStop, match="have come together without limit"):
-        sim.search.update()
+        engine.search.update()
     x[[3, 5]] = np.nan
-    sim.put("x", x)
+    engine.dust_state["x"] = x
     with pytest.raises(GuardStop, match="2 particles have a position that is not a number"):
-        sim.search.update()
+        engine.search.update()
 
 
 # -- cells -----------------------------------------------------------------------------------------

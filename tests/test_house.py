@@ -262,7 +262,7 @@ NEUTRAL = {
     "report",
     "export",
 }
-OWN_CLASSES = {"GrainsScene", "ContinuumScene", "GrainEngine", "MovingDust"}
+OWN_CLASSES = {"GrainsScene", "ContinuumScene", "GrainEngine", "DustEngine"}
 
 
 def _of_methods(tree):

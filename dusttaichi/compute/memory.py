@@ -112,3 +112,23 @@ class Table:
             self.memory[...] = value
         else:
             self.field.fill(value)
+
+
+class FieldState:
+    """The state of a scene in its fields.
+
+    fields: Table by name. layout: the options that are compiled in.
+    """
+
+    def __init__(self, fields, layout):
+        self.fields, self.layout = fields, layout
+
+    def __contains__(self, name):
+        return name in self.fields
+
+    def __getitem__(self, name):
+        """A copy of the used rows of a field."""
+        return self.fields[name].to_numpy()
+
+    def __setitem__(self, name, values):
+        self.fields[name].from_numpy(values)

@@ -5,7 +5,7 @@ The numbers are those of the table in docs/numerics.md (docs/defaults.py).
 
 import numpy as np
 
-from dusttaichi.continuum.build import stiff_faces
+from dusttaichi.continuum.dust_placement import stiff_faces
 from dusttaichi.scene import quantities
 
 FAST = 1.0

@@ -26,29 +26,30 @@ APART = 1.1
 
 
 class Pairing:
-    """Watch over the bodies of a Simulation, from its step 0.
+    """Watch over the bodies of a DustState, from its step 0.
 
-    sim: Simulation. sample: its Particles. looked: step of the last look.
+    state: DustState. environment: Environment. sample: its Particles. looked: step of the last
+    look.
     """
 
-    def __init__(self, sim, sample):
-        self.sim, self.looked = sim, 0
+    def __init__(self, state, environment, sample):
+        self._state, self._environment, self.looked = state, environment, 0
         self.names = [body.name for body in sample.bodies] or ["the dust"]
         gives = np.isin(sample.role, (DUST, ELASTIC))
         self.bodies = [np.flatnonzero(gives & (sample.body == k)) for k in range(len(self.names))]
         self.elastic, self.volume = sample.role == ELASTIC, sample.mass / sample.density
-        self.reference = sim.in_order(sim.of_particles("reference"))
+        self.reference = state.in_order(state.of_particles("reference"))
         self.apart = np.full(len(sample), np.inf)
         for own in self.bodies:
             self.apart[own] = _nearest(sample.position[own])
 
     def check(self):
         """Raise GuardStop if a body has broken by pairing; looks now and then."""
-        step = self.sim.step
+        step = self._environment.step
         if step < APART * self.looked or step == self.looked:
             return
         self.looked = step
-        cracked = self.sim.in_order(undamaged(self.sim)) < 1.0
+        cracked = self._state.in_order(undamaged(self._state)) < 1.0
         for name, body in zip(self.names, self.bodies, strict=True):
             if cracked[body].any():
                 continue  # its material has broken it, and parts of it meet again
@@ -62,34 +63,34 @@ class Pairing:
 
         Over that at the start, scaled with the volumes. body: numbers of particles of a body.
         """
-        sim = self.sim
+        state = self._state
         body = body[self._whole()[body]]
-        x = sim.in_order(sim.of_particles("x"))[body]
-        volume = sim.in_order(sim.of_particles("mass") / sim.of_particles("density"))[body]
-        grown = (volume / self.volume[body]) ** (1.0 / sim.dimension)
+        x = state.in_order(state.of_particles("x"))[body]
+        volume = state.in_order(state.of_particles("mass") / state.of_particles("density"))[body]
+        grown = (volume / self.volume[body]) ** (1.0 / state.dimension)
         return _nearest(x) / (self.apart[body] * grown)
 
     def _whole(self):
         """True for particles that have not yielded, (N,) bool, in the order of the sample."""
         if self.elastic.all():
             return self.elastic
-        sim = self.sim
-        volume = sim.of_particles("mass") / sim.of_particles("density")
-        elastic = elastic_of_particles(sim, np.ones(sim.n, bool))[:, 2]
-        lost = sim.of_particles("work")[:, 2] - elastic
-        m = sim.material_of()
-        limit = strength.shear(sim.of_particles("density") / m.rho_s, m) * volume
+        state = self._state
+        volume = state.of_particles("mass") / state.of_particles("density")
+        elastic = elastic_of_particles(state)[:, 2]
+        lost = state.of_particles("work")[:, 2] - elastic
+        m = state.material_of()
+        limit = strength.shear(state.of_particles("density") / m.rho_s, m) * volume
         solid = lost < YIELDED * limit
-        moved = np.abs(sim.in_order(sim.of_particles("reference")) / self.reference - 1.0)
-        return self.elastic | (sim.in_order(solid) & (moved < YIELDED))
+        moved = np.abs(state.in_order(state.of_particles("reference")) / self.reference - 1.0)
+        return self.elastic | (state.in_order(solid) & (moved < YIELDED))
 
     def _text(self, name, body, near, fraction):
         elastic = self.elastic[body[0]]
         state_text = "has no strength" if elastic else "has not yielded there"
         cure = "numerics.hourglass: 1" if elastic else "numerics.artificial_stress: on"
         return (
-            f"{moment(self.sim)} {name} has broken by the method, not by its material (numerical "
-            f"fracture): {fraction:.0%} of its particles have paired, the nearest at "
+            f"{moment(self._environment)} {name} has broken by the method, not by its material "
+            f"(numerical fracture): {fraction:.0%} of its particles have paired, the nearest at "
             f"{near.min():.2g} of their spacing, and it {state_text}. Try {cure}, a smaller "
             "numerics.spacing, or a lower speed."
         )

@@ -42,57 +42,68 @@ EXCEEDED = {
 }
 
 
-class Search:
-    """The neighbour lists of a Simulation.
+def skin_of(dimension, h):
+    """Extra reach of the lists [m]."""
+    return SKIN[dimension] * h
 
-    mirrors: (axis, side, plane [m]) of each mirror; edges: (axis, low, high) of each periodic axis,
-    with the axes of the kernels. rigid: rows with a rigid surface. count: searches so far.
+
+def way2_of(dimension, h):
+    """Square of the displacement after which a search is due [m^2]."""
+    return (0.5 * skin_of(dimension, h)) ** 2
+
+
+class DustSearch:
+    """The neighbour lists of a DustState.
+
+    kernels: those of the search. scratch: memory.Table of the lists, by name. state: DustState.
+    environment: Environment. h: smoothing length [m]. surfaces: Surfaces. count: searches so far.
     """
 
-    def __init__(self, sim, h, mirrors, edges, rigid):
-        self.sim, self.mirrors, self.edges = sim, mirrors, edges
-        self.skin, self.launches = SKIN[sim.dimension] * h, sim.kernels.search
+    def __init__(self, kernels, scratch, state, environment, *, h, surfaces):
+        self._kernels, self._scratch = kernels, scratch
+        self.state, self._environment, self.surfaces = state, environment, surfaces
+        self.skin = skin_of(state.dimension, h)
         self.reach, self.count = SUPPORT * h + self.skin, 0
-        images, axes = self.images(), np.zeros((sim.dimension, 5))
+        self._write_surroundings(h)
+
+    def _write_surroundings(self, h):
+        """Write axes, reaches, images and surfaces, which stay, into fields."""
+        scratch, axes = self._scratch, np.zeros((self.state.dimension, 5))
         axes[:, PLANES:] = -NOWHERE, NOWHERE
-        for axis, low, high in edges:
+        for axis, low, high in self.surfaces.edges:
             axes[axis] = low, high - low, 1.0 / (high - low), low, high
-        for axis, side, plane in mirrors:
+        for axis, side, plane in self.surfaces.mirrors:
             axes[axis, PLANES + side] = plane
-        sim.lists["axes"].from_numpy(axes)
-        sim.lists["known"].from_numpy([sim.n])
+        scratch["axes"].from_numpy(axes)
+        scratch["known"].from_numpy([self.state.count])
         # particle and surface may each move by half of the skin, and the lists may be outdated by
         # as much
-        sim.lists["reaches"].from_numpy([self.reach, self.reach + self.skin, h])
-        for name, rows in (("images", images), ("surfaces", [(1, row) for row in rigid])):
-            ends = np.zeros((len(rows) + 1, sim.lists[name].field.shape[1]))
+        scratch["reaches"].from_numpy([self.reach, self.reach + self.skin, h])
+        rigid = [(1, row) for row in self.surfaces.rigid]
+        for name, rows in (("images", self.images()), ("surfaces", rigid)):
+            ends = np.zeros((len(rows) + 1, scratch[name].field.shape[1]))
             ends[:-1] = np.reshape(rows, ends[:-1].shape)
-            sim.lists[name].from_numpy(ends)
-
-    @property
-    def way2(self):
-        """Square of the displacement after which a search is due [m^2]."""
-        return (0.5 * self.skin) ** 2
+            scratch[name].from_numpy(ends)
 
     def update(self):
         """Write new lists for the present positions; particles are sorted by place."""
         self._find_bounds()
-        if self.sim.layout.lanes > 1:
+        if self.state.layout.lanes > 1:
             self._reorder()
         else:
             self._lay_grid(ORDER)
-            self.launches.sort()
-            self.launches.reorder()
+            self._kernels.sort()
+            self._kernels.reorder()
         self._write_lists()
         self.count += 1
 
     def again(self):
         """Rebuild the lists of the last search after a checkpoint is restored."""
-        positions = self.sim.of_particles("x")
-        self.sim.put("x", self.sim.of_particles("x_search"))
+        positions = self.state.of_particles("x")
+        self.state["x"] = self.state.of_particles("x_search")
         self._find_bounds()
         self._write_lists()
-        self.sim.put("x", positions)  # the next step moves the images
+        self.state["x"] = positions  # the next step moves the images
 
     # -- its parts -------------------------------------------------------------------------------
 
@@ -101,39 +112,39 @@ class Search:
 
         Raises GuardStop where positions are not numbers.
         """
-        self.launches.find_bounds()
-        self.low, self.high, any_lost, _ = Bounds.read(self.sim.lists["bounds"])
+        self._kernels.find_bounds()
+        self.low, self.high, any_lost, _ = Bounds.read(self._scratch["bounds"])
         if any_lost:
-            lost = ~(np.abs(self.sim.of_particles("x")) < FARTHEST).all(axis=1)
+            lost = ~(np.abs(self.state.of_particles("x")) < FARTHEST).all(axis=1)
             raise GuardStop(
-                f"{moment(self.sim)} {lost.sum()} particles have a position that is not a number: "
-                "the time step is too long. Try a smaller numerics.cfl or a lower speed."
+                f"{moment(self._environment)} {lost.sum()} particles have a position that is not a "
+                "number: the time step is too long. Try a smaller numerics.cfl or a lower speed."
             )
 
     def _lay_grid(self, phase):
         """Lay the grid around particles and their images; phase: of the search."""
-        n, d = self.sim.n, self.sim.dimension
-        margin = self.reach if self.sim.layout.ghosts else 0.0
+        n, d = self.state.count, self.state.dimension
+        margin = self.reach if self.state.layout.ghosts else 0.0
         low, none = self.low - margin, [0.0] * d
         extent, room = (self.high + margin - low).tolist(), MOST_CELLS * n + FURTHER_CELLS
         grid = lay_grid(low, extent, [self.reach] * d, room, edges=none, growth=WIDER)
-        self.sim.lists["grid"].from_numpy([*grid, phase])
+        self._scratch["grid"].from_numpy([*grid, phase])
 
     def _reorder(self):
         """Put the particles in the order of blocks, and note the places of this search."""
-        self.sim.reorder(self._in_blocks())
-        self.sim.put("x_search", self.sim.of_particles("x"))
-        rows = self.sim.tables["rigid"].to_numpy()
+        self.state.reorder(self._in_blocks())
+        self.state["x_search"] = self.state.of_particles("x")
+        rows = self.state["rigid"]
         rows[:, COLUMN["searched"]] = rows[:, COLUMN["centre"]]
-        self.sim.tables["rigid"].from_numpy(rows)
+        self.state["rigid"] = rows
 
     def _in_blocks(self):
         """The order in which blocks of particles (kernels.particle_blocks) are about square.
 
         Columns as wide as a block, one beside the other, up and down in turn.
         """
-        lanes, d = self.sim.layout.lanes, self.sim.dimension
-        x, volume = self.sim.of_particles("x"), self.sim.of_particles("volume")
+        lanes, d = self.state.layout.lanes, self.state.dimension
+        x, volume = self.state.of_particles("x"), self.state.of_particles("volume")
         width = (lanes * np.median(volume[volume > 0.0])) ** (1.0 / d)
         cells = np.floor((x[:, :-1] - self.low[:-1]) / width).astype(np.int64)
         turn = cells.sum(axis=1) % 2 == 1
@@ -144,33 +155,35 @@ class Search:
 
     def _write_lists(self):
         """Write images and lists. Raises GuardStop where they are too long."""
-        sim, n, layout = self.sim, self.sim.n, self.sim.layout
+        scratch, n, layout = self._scratch, self.state.count, self.state.layout
         if layout.lanes > 1:
             self._lay_grid(COUNT)
         if layout.ghosts or layout.rigid:
-            self.launches.look_around()
-        self.launches.sort()
-        if self.launches.visit():
+            self._kernels.look_around()
+        self._kernels.sort()
+        if self._kernels.visit():
             blocks = -(-n // layout.lanes)
             if layout.ghosts:
-                self._check_capacity("ghost_sign", sim.lists["ghost_first"].copy_rows(n, n + 1))
-            self._check_capacity("entry", sim.lists["first"].copy_rows(blocks, blocks + 1))
+                self._check_capacity("ghost_sign", scratch["ghost_first"].copy_rows(n, n + 1))
+            self._check_capacity("entry", scratch["first"].copy_rows(blocks, blocks + 1))
             if layout.rigid:
-                self._check_capacity("touch_row", sim.lists["touch_first"].copy_rows(n, n + 1))
-        self.launches.visit()
+                self._check_capacity("touch_row", scratch["touch_first"].copy_rows(n, n + 1))
+        self._kernels.visit()
 
     def images(self):
         """(signs, shifts [m]) along all axes of the images of a particle, without itself."""
-        along = [[(1.0, 0.0)] for _ in range(self.sim.dimension)]
-        for axis, low, high in self.edges:
+        along = [[(1.0, 0.0)] for _ in range(self.state.dimension)]
+        for axis, low, high in self.surfaces.edges:
             along[axis] += [(1.0, high - low), (1.0, low - high)]
-        for axis, _, plane in self.mirrors:
+        for axis, _, plane in self.surfaces.mirrors:
             along[axis].append((-1.0, 2.0 * plane))
         return [tuple(np.array(combination).T) for combination in product(*along)][1:]
 
     def _check_capacity(self, name, end):
         """Raises GuardStop where entries, up to `end` (1,), exceed the capacity of EXCEEDED."""
-        capacity, count = self.sim.lists[name].field.shape[0], int(end[0])
+        capacity, count = self._scratch[name].field.shape[0], int(end[0])
         if count > capacity:
-            text = EXCEEDED[name].format(count=count, capacity=capacity, each=count / self.sim.n)
-            raise GuardStop(f"{moment(self.sim)} {text}")
+            text = EXCEEDED[name].format(
+                count=count, capacity=capacity, each=count / self.state.count
+            )
+            raise GuardStop(f"{moment(self._environment)} {text}")

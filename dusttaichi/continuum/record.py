@@ -5,6 +5,7 @@ import numpy as np
 from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.continuum.measure import undamaged
 from dusttaichi.continuum.physics.damage import carried_pressure
+from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.roles import DUST
 
 IN_SPACE = [0, 4, 8, 1, 2, 5]  # xx yy zz xy xz yz of nine rows
@@ -20,59 +21,103 @@ def components(S, dimension):
     return out
 
 
-def series(sim, parts, window, areas, elastic):
-    """Variables of the continuum in a record.
+class DustRecorder:
+    """Makes the records of a series and of snapshots.
 
-    areas: of the walls [m^2], (6,); elastic: result of measure.elastic_bodies.
+    motion: DustMotion. environment: Environment. elastic_bodies: ElasticBodies. heat: DustHeat, or
+    None. pressed: names of the walls whose force is summed.
     """
-    role = sim.of_particles("role")
-    dust = role == DUST
-    mass, density = sim.of_particles("mass")[dust], sim.of_particles("density")[dust]
-    undamaged_fraction = undamaged(sim)[dust]
-    p = carried_pressure(sim.of_particles("pressure")[dust], undamaged_fraction)
-    volume = mass / density
-    volume_fraction = volume / volume.sum() if len(volume) else volume
-    S = volume_fraction @ components(
-        undamaged_fraction[:, None] * sim.of_particles("deviator")[dust], sim.dimension
-    )
-    pressure = float(volume_fraction @ p)
-    solid = sim.material_of(dust).rho_s
-    force = np.zeros((FACES + sim.bodies + len(elastic[0]), 3))
-    if window is not None:
-        force = window.mean("impulse")
-    speed, spin = sim.body_speeds()
-    wall = -force[:FACES]
-    inward = np.array([1, -1, 1, -1, 1, -1]) * wall[np.arange(6), np.arange(6) // 2]
-    return parts | {
-        "substeps": sim.substeps,
-        "body_position": np.concatenate([sim.rigid("centre")[FACES:], elastic[0]]),
-        "body_velocity": np.concatenate([speed[FACES:], elastic[1]]),
-        "body_spin": np.concatenate([spin[FACES:], elastic[2]]),
-        "body_force": force[FACES:],
-        "wall_force": wall,
-        "pressure": np.divide(inward, areas, out=np.full(6, np.nan), where=areas > 0.0),
-        "pressure_mean": pressure,
-        "stress_mean": S - pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
-        "filling_factor_mean": float(mass @ (density / solid) / mass.sum()) if len(mass) else 0.0,
-        "largest_filling_factor": max(phi for _, phi, _ in parts["largest"]),
-        "damage_mean": float(mass @ (1.0 - undamaged_fraction) / mass.sum()) if len(mass) else 0.0,
-        "largest_speed": parts["speed"],
-    }
 
+    def __init__(self, motion, environment, elastic_bodies, heat, *, pressed):
+        self._motion, self._state, self._environment = motion, motion.state, environment
+        self._elastic_bodies, self._heat = elastic_bodies, heat
+        self._is_summed = np.array([wall in pressed for wall in WALLS])
 
-def snapshot(sim):
-    """The present particles, in the order of the sample."""
-    undamaged_fraction = undamaged(sim)
-    current = {
-        "position": sim.raised(sim.of_particles("x")),
-        "velocity": sim.velocities(),
-        "density": sim.of_particles("density"),
-        "reference_density": sim.of_particles("reference"),
-        "pressure": carried_pressure(sim.of_particles("pressure"), undamaged_fraction),
-        "deviator": components(
-            undamaged_fraction[:, None] * sim.of_particles("deviator"), sim.dimension
-        ),
-    }
-    if sim.layout.damage:
-        current["damage"] = 1.0 - undamaged_fraction
-    return {name: sim.in_order(values) for name, values in current.items()}
+    def sums(self):
+        """Time integrals of the forces on faces and bodies since the start, by name.
+
+        The force on an elastic body is the change of its momentum.
+        """
+        momenta = self._elastic_bodies.momenta()
+        return {"impulse": np.concatenate([self._motion.impulses(), momenta])}
+
+    def make_series(self, m, window):
+        """Variables that the continuum adds to a record of the time series.
+
+        m: result of DustLedger.measure. window: Window of `sums`, None at step 0.
+        """
+        state, elastic = self._state, self._elastic_bodies.measure()
+        force = np.zeros((FACES + state.bodies + len(elastic[0]), 3))
+        if window is not None:
+            force = window.mean("impulse")
+        speed, spin = self._motion.body_speeds()
+        record = m | {
+            "substeps": state.substeps,
+            "body_position": np.concatenate([state.of_bodies("centre")[FACES:], elastic[0]]),
+            "body_velocity": np.concatenate([speed[FACES:], elastic[1]]),
+            "body_spin": np.concatenate([spin[FACES:], elastic[2]]),
+            "body_force": force[FACES:],
+            "wall_force": -force[:FACES],
+            "pressure": self._pressures(-force[:FACES]),
+            "largest_filling_factor": max(phi for _, phi, _ in m["largest"]),
+            "largest_speed": m["speed"],
+        }
+        record |= self._average_dust()
+        return record | (self._heat.make_series() if self._heat else {})
+
+    def _pressures(self, wall_force):
+        """Pressures on the faces [Pa], (6,), of forces (6, 3); not a number of open ones."""
+        areas = self._areas()
+        inward = np.array([1, -1, 1, -1, 1, -1]) * wall_force[np.arange(6), np.arange(6) // 2]
+        return np.divide(inward, areas, out=np.full(6, np.nan), where=areas > 0.0)
+
+    def _areas(self):
+        """Areas of the walls whose force is known [m^2], (6,).
+
+        0 of the others: open faces, and mirrors, whose force is not summed.
+        """
+        if self._environment.box is None:
+            return np.zeros(6)
+        areas = self._environment.domain.wall_areas(self._environment.step)
+        areas[~self._is_summed] = 0.0
+        return areas
+
+    def _average_dust(self):
+        """Means over the dust: pressure and stress over the volume, the others over the mass."""
+        state = self._state
+        dust = state.of_particles("role") == DUST
+        mass, density = state.of_particles("mass")[dust], state.of_particles("density")[dust]
+        undamaged_fraction = undamaged(state)[dust]
+        p = carried_pressure(state.of_particles("pressure")[dust], undamaged_fraction)
+        volume = mass / density
+        volume_fraction = volume / volume.sum() if len(volume) else volume
+        S = volume_fraction @ components(
+            undamaged_fraction[:, None] * state.of_particles("deviator")[dust], state.dimension
+        )
+        pressure = float(volume_fraction @ p)
+        solid, total = state.material_of(dust).rho_s, mass.sum() if len(mass) else 1.0
+        return {
+            "pressure_mean": pressure,
+            "stress_mean": S - pressure * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
+            "filling_factor_mean": float(mass @ (density / solid) / total),
+            "damage_mean": float(mass @ (1.0 - undamaged_fraction) / total),
+        }
+
+    def make_snapshot(self):
+        """The present particles, in the order of the sample."""
+        state = self._state
+        undamaged_fraction = undamaged(state)
+        current = {
+            "position": state.raised(state.of_particles("x")),
+            "velocity": self._motion.velocities(),
+            "density": state.of_particles("density"),
+            "reference_density": state.of_particles("reference"),
+            "pressure": carried_pressure(state.of_particles("pressure"), undamaged_fraction),
+            "deviator": components(
+                undamaged_fraction[:, None] * state.of_particles("deviator"), state.dimension
+            ),
+        }
+        if state.layout.damage:
+            current["damage"] = 1.0 - undamaged_fraction
+        snapshot = {name: state.in_order(values) for name, values in current.items()}
+        return snapshot | (self._heat.make_snapshot() if self._heat else {})

@@ -14,10 +14,10 @@ ROUNDING = 1e-9
 """Distance [m] of the centre of a body beyond a face that counts as round-off."""
 
 
-def validate(sim, measurement):
-    """Raise GuardStop if the Measurement of a Simulation cannot be trusted."""
+def validate(measurement, environment):
+    """Raise GuardStop if the Measurement in an Environment cannot be trusted."""
     m = measurement.parts
-    when = moment(sim)
+    when = moment(environment)
     if not np.isfinite(measurement.energy) or not np.isfinite(m["loss"]).all():
         raise GuardStop(
             f"{when} the energy is not a number: the step is too long for what happens. Try a "
@@ -34,22 +34,23 @@ def validate(sim, measurement):
         )
 
 
-def check_inside(sim, box, names):
+def check_inside(state, environment, names):
     """Raise GuardStop if the centre of a rigid body is beyond a face that is not open.
 
-    box: domain.walls.Box of the moment, None where all is open. names: of the rigid bodies by their
-    number, without those that are faces.
+    state: DustState. environment: Environment. names: of the rigid bodies by their number, without
+    those that are faces.
     """
+    box = environment.box
     if box is None or not names:
         return
-    centres = sim.rigid("centre")[FACES:][list(names)]
-    beyond = box.offsets(sim.time) - centres @ box.normal.T  # (bodies, 6) [m]
+    centres = state.of_bodies("centre")[FACES:][list(names)]
+    beyond = box.offsets(environment.time) - centres @ box.normal.T  # (bodies, 6) [m]
     beyond[:, box.present == 0] = -np.inf
     body, wall = np.unravel_index(np.argmax(beyond), beyond.shape)
     if beyond[body, wall] > ROUNDING:
         name, far = list(names.values())[body], 1e3 * beyond[body, wall]
         raise GuardStop(
-            f"{moment(sim)} {name} has passed through the {WALLS[wall]}: its centre is {far:.3g} "
-            "mm outside. It has gone through all the dust that there was, and stops in none. Try a "
-            "deeper sample, a lower speed, or an earlier stop."
+            f"{moment(environment)} {name} has passed through the {WALLS[wall]}: its centre is "
+            f"{far:.3g} mm outside. It has gone through all the dust that there was, and stops in "
+            "none. Try a deeper sample, a lower speed, or an earlier stop."
         )

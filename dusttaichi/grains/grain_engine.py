@@ -12,7 +12,6 @@ from dusttaichi.domain.walls import Box
 from dusttaichi.grains import script_access
 from dusttaichi.grains.advice import advice
 from dusttaichi.grains.bodies import make_bodies
-from dusttaichi.grains.environment import Environment
 from dusttaichi.grains.features import (
     choose_variables,
     count_first_body,
@@ -20,6 +19,7 @@ from dusttaichi.grains.features import (
     has_profiles,
     profile_constants,
 )
+from dusttaichi.grains.grain_environment import GrainEnvironment
 from dusttaichi.grains.grain_ledger import Ledger
 from dusttaichi.grains.impacts import softened_remarks
 from dusttaichi.grains.kernel_sums import KernelSums
@@ -36,7 +36,7 @@ from dusttaichi.grains.state import GrainState
 from dusttaichi.grains.stepper import Stepper
 from dusttaichi.grains.time_step import short_loads
 from dusttaichi.grains.validity import validate
-from dusttaichi.method import SimpleSimulation, State
+from dusttaichi.method import SimpleEngine, State
 from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.results.provenance import yaml_text
 from dusttaichi.samples.touching import deep_overlaps
@@ -49,13 +49,13 @@ BODIES = ("target", "projectile")
 PREFIX = "sample_"  # of the names of these arrays in a State
 
 
-class GrainEngine(SimpleSimulation):
-    """The protocol dusttaichi.method.Simulation for a scene of grains.
+class GrainEngine(SimpleEngine):
+    """The protocol dusttaichi.method.Engine for a scene of grains.
 
-    grain_state: GrainState. bodies: GrainBodies. environment: Environment. push: Push. outside:
-    ActingForces, or None. motion: Motion. contacts: Contacts. kernel_sums: KernelSums. sphere:
-    MovingSphere, or None. search: Search. ledger: Ledger. stepper: Stepper. members: Members, or
-    None. recorder: GrainRecorder. numbers: ContactNumbers. No part has the engine.
+    grain_state: GrainState. bodies: GrainBodies. environment: GrainEnvironment. push: Push.
+    outside: ActingForces, or None. motion: Motion. contacts: Contacts. kernel_sums: KernelSums.
+    sphere: MovingSphere, or None. search: Search. ledger: Ledger. stepper: Stepper. members:
+    Members, or None. recorder: GrainRecorder. numbers: ContactNumbers. No part has the engine.
     """
 
     units = GRAINS
@@ -74,7 +74,7 @@ class GrainEngine(SimpleSimulation):
 
         self.grain_state = GrainState(self.fields, self.layout, prepared.order)
         self.bodies = make_bodies(prepared.properties, prepared.order, prepared.domain.volume)
-        self.environment = Environment(self.grain_state, prepared.domain)
+        self.environment = GrainEnvironment(self.grain_state, prepared.domain)
         self.push = prepared.push
         common = self.grain_state, self.bodies, self.environment
         self.outside = self._make_outside(prepared.forces, sum_tables)

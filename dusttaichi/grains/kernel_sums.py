@@ -12,7 +12,7 @@ class KernelSums:
     """Calls the kernels that measure, and reads their sums; the state does not change.
 
     kernels: those of a Compiled, by name. tables: memory.Table of the sums, by name. state:
-    GrainState. bodies: GrainBodies. environment: Environment.
+    GrainState. bodies: GrainBodies. environment: GrainEnvironment.
     """
 
     def __init__(self, kernels, tables, state, bodies, environment):

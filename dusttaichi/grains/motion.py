@@ -12,7 +12,7 @@ from dusttaichi.grains.wall_geometry import normals_at, offsets_at
 class Motion:
     """Motion of the grains of a GrainState under contacts, forces from outside and pushes.
 
-    state: GrainState. bodies: GrainBodies. environment: Environment. push: Push.
+    state: GrainState. bodies: GrainBodies. environment: GrainEnvironment. push: Push.
     outside: ActingForces, or None.
     """
 

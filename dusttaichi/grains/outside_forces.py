@@ -4,7 +4,6 @@ The laws are in physics.forces, each evaluated by kernels.outside_kick.
 """
 
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from dusttaichi.grains.kernels.outside_kick import (
 from dusttaichi.grains.kernels.store import SPHERE
 from dusttaichi.physics.forces.model import ForceModel
 from dusttaichi.physics.forces.outside_work import split_work
-from dusttaichi.scene.forces import find_law, list_forces
+from dusttaichi.scene.forces import find_law, find_shortest_timescale, list_forces
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,13 +82,7 @@ def shortest_timescale(scene, radius, mass):
     radius [m], mass [kg]: of the particles, arrays.
     """
     charge = np.zeros(len(mass)) if scene.charge is None else scene.charge.bound(mass, radius)
-    particles = SimpleNamespace(radius=radius, mass=mass, charge=charge)
-    scales = [
-        law.timescale(block, particles)
-        for block, law in ((block, find_law(block)) for block in list_forces(scene))
-        if hasattr(law, "timescale")
-    ]
-    return min(scales, default=np.inf)
+    return find_shortest_timescale(list_forces(scene), radius=radius, mass=mass, charge=charge)
 
 
 # -- in a simulation ------------------------------------------------------------------------------
@@ -102,7 +95,7 @@ class ActingForces:
     """OutsideForces on the particles of a GrainState, as kernels evaluate them now.
 
     forces: OutsideForces. kernels: those of a Compiled, by name. tables: memory.Table of sums, by
-    name. state: GrainState. bodies: GrainBodies. environment: Environment. Arguments: kicks,
+    name. state: GrainState. bodies: GrainBodies. environment: GrainEnvironment. Arguments: kicks,
     `contact_kicks` of the sphere; present, true where velocities and spins in memory are those of
     the positions, not half a step back.
     """

@@ -10,7 +10,7 @@ from dusttaichi.physics.contact.parts import pair_parts, wall_parts
 class Contacts:
     """Contacts of the grains of a GrainState with each other, with walls and with the sphere.
 
-    state: GrainState. bodies: GrainBodies. environment: Environment.
+    state: GrainState. bodies: GrainBodies. environment: GrainEnvironment.
     """
 
     def __init__(self, state, bodies, environment):

@@ -116,7 +116,7 @@ class MovingSphere:
     """The sphere of a scene in motion: it moves in the kernels, and is read here.
 
     sphere: RigidSphere. state: GrainState, in whose fields it has the row behind those of the
-    grains. environment: Environment. kernel_sums: KernelSums. outside: ActingForces, or None.
+    grains. environment: GrainEnvironment. kernel_sums: KernelSums. outside: ActingForces, or None.
     radius, mass, inertia: internal units, as all below. speed: at which it is driven now, None
     where it moves by forces.
     """

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dusttaichi.compute.memory import FieldState
 from dusttaichi.grains.kernels.contact_numbers import declared
 from dusttaichi.grains.kernels.declare import SUMS
 from dusttaichi.grains.kernels.store import (
@@ -54,7 +55,7 @@ class WallLanes(NamedTuple):
     wall: np.ndarray
 
 
-class GrainState:
+class GrainState(FieldState):
     """The state of a scene of `grains` grains, in internal units and order.
 
     fields: memory.Table by name, see kernels.declare. order: the sample's number of each
@@ -62,18 +63,9 @@ class GrainState:
     """
 
     def __init__(self, fields, layout, order):
-        self.fields, self.layout, self.order = fields, layout, order
+        super().__init__(fields, layout)
+        self.order = order
         self.grains, self.rank = len(order), rank_of(order)
-
-    def __contains__(self, name):
-        return name in self.fields
-
-    def __getitem__(self, name):
-        """A copy of the used rows of a field."""
-        return self.fields[name].to_numpy()
-
-    def __setitem__(self, name, values):
-        self.fields[name].from_numpy(values)
 
     def of_grains(self, name):
         """A copy of a field without the two grains that fill empty lanes, (N, ...)."""

@@ -12,7 +12,7 @@ LARGEST_OVERLAP = 0.1  # of the radius: JKR is a law for small strains
 def validate(measurement, run, motion, contacts, sphere, *, grains=slice(None)):
     """Raise GuardStop if the Measurement of grains cannot be trusted.
 
-    run: the method.Simulation, for the message. motion: Motion. contacts: Contacts. sphere:
+    run: the method.Engine, for the message. motion: Motion. contacts: Contacts. sphere:
     MovingSphere, or None. grains: those of the Measurement, by the sample's numbers, of which the
     message counts from the first on.
     """

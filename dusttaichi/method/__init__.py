@@ -1,7 +1,7 @@
 """Protocol of a method for the run: how it is built, moved, measured and restored; no more.
 
 A method computes the motion of something: grains, or a continuum. Its scene is a class of its own,
-its simulation has the members of `Simulation`, and a `Method` names both. The run loop, the result
+its engine has the members of `Engine`, and a `Method` names both. The run loop, the result
 file, checkpoints and stages know nothing else of it.
 """
 
@@ -13,27 +13,28 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dusttaichi.method.simple import SimpleSimulation
-from dusttaichi.method.simulation import (
+from dusttaichi.method.engine_protocol import (
+    Engine,
     HasMethod,
     Measurement,
+    Moment,
     Scene,
-    Simulation,
     Start,
     State,
     Window,
 )
+from dusttaichi.method.simple import SimpleEngine
 from dusttaichi.physics.registry import Registry
 
 if TYPE_CHECKING:
     from dusttaichi.results.variables import Variable
 
 __all__ = [
+    "Engine",
     "Measurement",
     "Method",
     "Preview",
-    "SimpleSimulation",
-    "Simulation",
+    "SimpleEngine",
     "Start",
     "State",
     "Window",
@@ -48,8 +49,8 @@ __all__ = [
 DEFAULT = "grains"
 
 
-def built_anew(scene: Scene, state: State) -> Simulation:
-    """Simulation in a State of a simulation of that scene, built from the scene's own sample.
+def built_anew(scene: Scene, state: State) -> Engine:
+    """Engine in a State of an engine of that scene, built from the scene's own sample.
 
     It is the `reopen` of a Method whose samples take no time to make.
 
@@ -60,11 +61,11 @@ def built_anew(scene: Scene, state: State) -> Simulation:
 
     Returns
     -------
-    Simulation
+    Engine
     """
-    simulation = find_method(scene).build(scene, make_sample(scene))
-    simulation.restore(state)
-    return simulation
+    engine = find_method(scene).build(scene, make_sample(scene))
+    engine.restore(state)
+    return engine
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ class Preview:
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """A method: the class of its scene, and functions that make a Simulation of one.
+    """A method: the class of its scene, and functions that make an Engine of one.
 
     Attributes
     ----------
@@ -106,11 +107,11 @@ class Method:
     make_sample
         make_sample(scene): the initial state.
     build
-        build(scene, sample): the Simulation at step 0.
+        build(scene, sample): the Engine at step 0.
     variables
         All variables that its results may contain.
     reopen
-        reopen(scene, state): a Simulation in a State of a simulation of that scene.
+        reopen(scene, state): an Engine in a State of an engine of that scene.
     code
         code(scene): source files outside of this package that decide the numbers of a scene.
     preview
@@ -144,9 +145,9 @@ class Method:
     name: str
     scene: type[Scene]
     make_sample: Callable[..., Any]
-    build: Callable[..., Simulation]
+    build: Callable[..., Engine]
     variables: tuple[Variable, ...]
-    reopen: Callable[..., Simulation] = built_anew
+    reopen: Callable[..., Engine] = built_anew
     code: Callable[[Scene], list[Path]] = lambda scene: []
     preview: Callable[[Scene], Preview] | None = None
     internals: Callable[[Scene], list[Any]] = lambda scene: []
@@ -248,10 +249,10 @@ def of_result(scene: Mapping[str, Any]) -> Method:
         return Method(name=name, variables=(), **nothing)
 
 
-def moment(simulation: Simulation) -> str:
+def moment(at: Moment) -> str:
     """Time and step of a run, as the guards state them."""
-    time = simulation.time * simulation.units("s") * 1e6
-    return f"At {time:.6g} µs (step {simulation.step})"
+    time = at.time * at.units("s") * 1e6
+    return f"At {time:.6g} µs (step {at.step})"
 
 
 def make_sample(scene: Scene) -> Any:

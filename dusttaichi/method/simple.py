@@ -1,4 +1,4 @@
-"""Defaults that most simulations share, for a method to inherit."""
+"""Defaults that most engines share, for a method to inherit."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dusttaichi.method.simulation import Drive, Measurement, State, Window
+from dusttaichi.method.engine_protocol import Drive, Measurement, State, Window
 from dusttaichi.units import SI, Units
 
 if TYPE_CHECKING:
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from dusttaichi.results.variables import Variable
 
 
-class SimpleSimulation:
-    """Defaults that most simulations share: a method inherits them and adds only its own.
+class SimpleEngine:
+    """Defaults that most engines share: a method inherits them and adds only its own.
 
     A method has to define `dt`, `variables`, `advance` and `measure`, and `stored`: the names of
     the attributes, arrays or numbers, that a checkpoint stores beside `step` and `dt`. By default

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from dusttaichi.method.simulation import Scene
+    from dusttaichi.method.engine_protocol import Scene
 
 NUMERICAL, PHYSICAL, SAMPLE = "numerical", "physical", "sample"
 KINDS = (NUMERICAL, PHYSICAL, SAMPLE)

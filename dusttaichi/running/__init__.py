@@ -70,9 +70,9 @@ def execute(
     log : function
         Called with messages for the user.
     sampled : function
-        Called with the sample of a new run, before the Simulation is built.
+        Called with the sample of a new run, before the Engine is built.
     ready : function
-        Called with the compiled Simulation (dusttaichi.method) before its first step.
+        Called with the compiled Engine (dusttaichi.method) before its first step.
     advancing : context manager, optional
         Entered around every segment of steps, to time them.
 

@@ -20,7 +20,7 @@ BURST_STEPS = 20  # least number of steps between checks of the guards
 class Run:
     """A run in progress: its simulation, state, files and activities.
 
-    sim: a Simulation (dusttaichi.method). state: RunState. files: RunFiles. interrupts: Interrupts.
+    sim: an Engine (dusttaichi.method). state: RunState. files: RunFiles. interrupts: Interrupts.
     report: called regularly with a Report; log: called with messages for the user. advancing: a
     context manager that is entered around every segment of steps.
     """

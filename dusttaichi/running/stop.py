@@ -135,7 +135,7 @@ class End:
         limit = self.plan.stop.rest
         if limit is None:
             return ""
-        binds = getattr(sim, "binds", True)  # see method.Simulation
+        binds = getattr(sim, "binds", True)  # see method.Engine
         scale = m.bound if binds else turnover(m, self.state.start)[1]
         of = "the binding energy" if binds else "the energy that has gone through"
         at_rest = m.kinetic < limit * scale

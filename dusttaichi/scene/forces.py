@@ -24,8 +24,10 @@ The position does not jump where a particle crosses a periodic face; `conflicts`
 refuses scenes that a force cannot be for.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib import import_module
+from math import inf
+from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, Literal
 
 from dusttaichi.physics.forces.force_numbers import Number as Number
@@ -78,6 +80,17 @@ def list_forces(scene: Any) -> tuple[Block, ...]:
     """All blocks of forces from outside, with `gravity` first."""
     gravity = getattr(scene, "gravity", None)
     return (*((gravity,) if gravity is not None else ()), *scene.forces)
+
+
+def find_shortest_timescale(blocks: Iterable[Block], **of_particles: Any) -> float:
+    """Shortest time [s] in which a force changes a motion; infinite without one.
+
+    of_particles: arrays mass [kg], radius [m], charge [C].
+    """
+    particles = SimpleNamespace(**of_particles)
+    laws = ((block, find_law(block)) for block in blocks)
+    scales = [law.timescale(block, particles) for block, law in laws if hasattr(law, "timescale")]
+    return min(scales, default=inf)
 
 
 def check(scene: Any) -> Faults:

@@ -37,7 +37,7 @@ class Encounter:
 class TwoBodies(Encounter):
     """Two bodies in motion, or one and the nearest wall; SI.
 
-    scene, sample: its Sample, grains of the first body first. sim: its method.Simulation; dt [s]:
+    scene, sample: its Sample, grains of the first body first. sim: its method.Engine; dt [s]:
     of its step. masses [kg], radii [m]: of the grains (N,). bodies: grains of each. Raises
     DustError for one body without a wall, and as a build does.
     """

@@ -76,7 +76,7 @@ def _find_limit(sim):
 
 
 def _advance(sim, scene, steps, read_state, numbers):
-    """Advance a method.Simulation with the guards and records of a run; returns what is wrong.
+    """Advance a method.Engine with the guards and records of a run; returns what is wrong.
 
     read_state(): name -> current array, whose numbers must be finite. Raises GuardStop.
     """

@@ -92,16 +92,16 @@ def moving(scene, sample=None):
     return method.find_method(scene).build(scene, own)
 
 
-def period(motion, mode, until, every=1):
+def period(engine, mode, until, every=1):
     """Period [s] of a mode, a function of the simulation: twice the time between two zeros.
 
     until [s]; it is looked at every so many steps, and between two looks it is a line.
     """
-    sim, times, values = motion.sim, [], []
-    while sim.step * sim.output_step < until:
-        motion.advance(every)
-        times.append(sim.step * sim.output_step)
-        values.append(mode(sim))
+    times, values = [], []
+    while engine.step * engine.dt < until:
+        engine.advance(every)
+        times.append(engine.step * engine.dt)
+        values.append(mode(engine))
     values = np.array(values)
     at = np.flatnonzero(np.sign(values[1:]) != np.sign(values[:-1]))[:2]
     zeros = [
@@ -110,28 +110,26 @@ def period(motion, mode, until, every=1):
     return 2.0 * (zeros[1] - zeros[0])
 
 
-def stir_particles(sim):
+def stir_particles(engine):
     """Particles in a random order, near where they were, some beyond the periodic faces."""
     rng = np.random.default_rng(5)
-    order = rng.permutation(sim.n)
-    for name in sim.names:
-        sim.put(name, sim.of_particles(name)[order])
-    x = sim.of_particles("x")
+    order = rng.permutation(engine.size)
+    engine.dust_state.reorder(order)
+    x = engine.dust_state.of_particles("x")
     x += rng.uniform(-0.2, 0.2, x.shape) * SPACING
-    for axis, low, high in sim.search.edges:
+    for axis, low, high in engine.search.surfaces.edges:
         x[:, axis] += 0.4 * (high - low)
-    sim.put("x", x)
+    engine.dust_state["x"] = x
 
 
-def momenta(motion):
+def momenta(engine):
     """Momentum (3,) and angular momentum about y of all dust."""
-    sim = motion.sim
-    x, v = sim.raised(sim.of_particles("x")), sim.velocities()
-    m = sim.of_particles("mass")
+    state, v = engine.dust_state, engine.motion.velocities()
+    x, m = state.raised(state.of_particles("x")), state.of_particles("mass")
     return m @ v, float(m @ np.cross(x, v)[:, 1])
 
 
-def ledger(motion, start, scale):
+def ledger(engine, start, scale):
     """Residual of the ledger since the Measurement `start` over an energy [J]."""
-    m = motion.measure()
+    m = engine.measure()
     return (m.energy - start.energy - m.work + m.lost - start.lost) / scale

@@ -34,28 +34,28 @@ def test_the_force_on_a_plate_follows_from_its_height(face):
     row of dust is lost between them. Within 2 % at 20 spacings; here 12 have 0.3 %."""
     size = ["0.4 mm", "1.2 mm" if face == "rigid" else "1.8 mm"]
     boundary = dust.WALLS | {"bottom": face, "top": face, "wall_speed": "0.1 m/s"}
-    motion = dust.moving(dust.scene(boundary=boundary, sample={"kind": "block", "size": size}))
-    sim, start, speed = motion.sim, motion.measure(), 0.1
-    high = np.ptp(motion.sample.room[2])
+    engine = dust.moving(dust.scene(boundary=boundary, sample={"kind": "block", "size": size}))
+    start, speed = engine.measure(), 0.1
+    high = np.ptp(engine.sample.room[2])
     for phi in (0.18, 0.3, 0.4):
         # over some periods of the sound between the plates
         first, last = (high * (1.0 - 0.15 / p) / speed for p in (phi - 0.008, phi + 0.008))
-        motion.advance(int(first / sim.output_step) - sim.step)
-        begin, impulses_before = sim.step, sim.impulses()[4:6, 2]
-        motion.advance(int(last / sim.output_step) - sim.step)
+        engine.advance(int(first / engine.dt) - engine.step)
+        begin, impulses_before = engine.step, engine.motion.impulses()[4:6, 2]
+        engine.advance(int(last / engine.dt) - engine.step)
         force = (
-            np.abs(sim.impulses()[4:6, 2] - impulses_before)
-            / ((sim.step - begin) * sim.output_step)
+            np.abs(engine.motion.impulses()[4:6, 2] - impulses_before)
+            / ((engine.step - begin) * engine.dt)
             / 0.4e-3
         )
-        heights = high - speed * sim.output_step * np.arange(begin, sim.step + 1)
-        expected = strength.confined(0.15 * high / heights, sim.material).mean()
+        heights = high - speed * engine.dt * np.arange(begin, engine.step + 1)
+        expected = strength.confined(0.15 * high / heights, engine.dust_state.material).mean()
         # the dust's momentum sloshes between the plates: what one feels more the other feels less
         assert force.mean() == pytest.approx(expected, rel=0.02)
-        filling_factor = motion.series(motion.measure(), None)["filling_factor_mean"]
+        filling_factor = engine.series(engine.measure(), None)["filling_factor_mean"]
         assert filling_factor == pytest.approx(0.15 * high / heights[-1], rel=0.002)
-    end = motion.measure()
-    assert abs(dust.ledger(motion, start, end.work)) < 1e-4
+    end = engine.measure()
+    assert abs(dust.ledger(engine, start, end.work)) < 1e-4
 
 
 def standing(count, axis):
@@ -67,14 +67,14 @@ def standing(count, axis):
         v[:, axis] = 1e-3 * np.sin(np.pi * x[:, 1] / high)
         return v
 
-    motion = dust.moving(*dust.column(8, count, velocity, time_step="1 us", **QUIET))
+    engine = dust.moving(*dust.column(8, count, velocity, time_step="1 us", **QUIET))
     exact = 2.0 * high / (LONGITUDINAL if axis else TRANSVERSE)
 
-    def mode(sim):
-        z = sim.of_particles("x")[:, 1]
-        return np.sum(sim.velocities()[:, 2 * axis] * np.sin(np.pi * z / high))
+    def mode(engine):
+        z = engine.dust_state.of_particles("x")[:, 1]
+        return np.sum(engine.motion.velocities()[:, 2 * axis] * np.sin(np.pi * z / high))
 
-    return dust.period(motion, mode, 0.85 * exact, 4) / exact - 1.0
+    return dust.period(engine, mode, 0.85 * exact, 4) / exact - 1.0
 
 
 @pytest.mark.parametrize("axis", [0, 1], ids=["along the wall", "across it"])
@@ -104,11 +104,15 @@ def test_a_mass_swings_on_a_layer_of_dust():
     both = joined([layer, alone(body)])
     both.room = layer.room
     scene = scene.with_value("sample", BEAD)
-    motion = dust.moving(scene, both)
+    engine = dust.moving(scene, both)
     kh = brentq(lambda a: a * np.tan(a) - ratio, 1e-6, 1.5)
     exact = 2.0 * np.pi / (kh / high * LONGITUDINAL)
     height = centre[2]
-    period = dust.period(motion, lambda sim: sim.rigid("centre")[FACES, 2] - height, 1.2 * exact, 4)
+
+    def rise(engine):
+        return engine.dust_state.of_bodies("centre")[FACES, 2] - height
+
+    period = dust.period(engine, rise, 1.2 * exact, 4)
     # from its first return to where it began to the next, half a period
     assert period == pytest.approx(exact, rel=0.02)
 
@@ -159,14 +163,13 @@ def test_a_face_acts_as_the_flat_end_of_a_body(option):
         material["heat_capacity"] = "800 J/(kg K)"
     found = []
     for face, row in ((True, 4), (False, FACES)):
-        motion = on_a_plane(face, material, OPTIONS[option])
-        motion.advance(40)
-        sim = motion.sim
-        order = np.argsort(sim.of_particles("number"))[:48]
+        engine = on_a_plane(face, material, OPTIONS[option])
+        engine.advance(40)
+        order = np.argsort(engine.dust_state.of_particles("number"))[:48]
         names = ("x", "v", "force", "loss", "grid_force", "viscous", "density")
         names += ("warmed",) * ("heat" in option)
-        found.append([sim.of_particles(name)[order] for name in names])
-        found[-1].append(sim.impulses()[row])
+        found.append([engine.dust_state.of_particles(name)[order] for name in names])
+        found[-1].append(engine.motion.impulses()[row])
     for name, first, second in zip((*names, "impulse"), *found, strict=True):
         # sums in another order, grown along the way
         assert second == pytest.approx(first, abs=1e-9 * np.abs(first).max()), name
@@ -201,10 +204,12 @@ def twist(spacing_ratio):
     )  # fmt: skip
     ring.bodies = (Body("ring", False, ring.mass.sum(), still, still, still, np.eye(3), 2 * outer),)
     scene = dust.scene(time_step="1 us", **QUIET).with_value("sample", BEAD)
-    motion = dust.moving(scene, joined([ring, alone(body)]))
+    engine = dust.moving(scene, joined([ring, alone(body)]))
     exact = 2.0 * np.pi / (k * TRANSVERSE)
-    _, momentum_before = dust.momenta(motion)
-    period = dust.period(motion, lambda sim: sim.body_speeds()[1][FACES, 1], 0.85 * exact, 4)
+    _, momentum_before = dust.momenta(engine)
+    period = dust.period(
+        engine, lambda engine: engine.motion.body_speeds()[1][FACES, 1], 0.85 * exact, 4
+    )
     return period / exact - 1.0
 
 
@@ -225,12 +230,12 @@ def test_half_a_disc_at_a_mirror_moves_as_the_whole():
         sample = {"kind": "impact", "target": target, "projectile": bead, "speed": "0.5 m/s"}
         faces = {"kind": "faces", "bottom": "rigid", "x_max": "rigid"}
         faces["x_min"] = "mirror" if mirror else "rigid"
-        motion = dust.moving(dust.scene(boundary=faces, sample=sample))
-        start, until = motion.measure(), int(0.4e-3 / motion.sim.output_step)
-        motion.advance(until)
-        end = motion.measure()
-        assert abs(dust.ledger(motion, start, start.kinetic)) < 1e-3
-        ends.append((end.kinetic, motion.sim.body_speeds()[0][FACES, 2]))
+        engine = dust.moving(dust.scene(boundary=faces, sample=sample))
+        start, until = engine.measure(), int(0.4e-3 / engine.dt)
+        engine.advance(until)
+        end = engine.measure()
+        assert abs(dust.ledger(engine, start, start.kinetic)) < 1e-3
+        ends.append((end.kinetic, engine.motion.body_speeds()[0][FACES, 2]))
     full, half = np.array(ends)
     assert -0.45 < full[1] < 0.0
     # rows of a triangular lattice are not alike on both sides of the middle
@@ -246,7 +251,7 @@ def test_the_limiter_leaves_sheared_dust_alone():
         viscosity = {"grid": 0.0, "bulk": 1.0, "quadratic": 2.0, "limiter": limiter}
         v = np.stack([100.0 * x[:, 1], np.zeros(len(x))], axis=1)
         scene = dust.scene(viscosity=viscosity, time_step="1 us")
-        motion = dust.moving(scene, dust.particles(x, area, v))
-        motion.advance(3)
-        lost[limiter] = motion.measure().losses[3]
+        engine = dust.moving(scene, dust.particles(x, area, v))
+        engine.advance(3)
+        lost[limiter] = engine.measure().losses[3]
     assert 0.0 <= lost["balsara"] < 0.05 * lost["none"]

@@ -4,7 +4,7 @@ import dust
 import numpy as np
 import pytest
 
-from dusttaichi.continuum.moving_dust import MovingDust
+from dusttaichi.continuum.dust_engine import DustEngine
 from dusttaichi.errors import DustError
 from dusttaichi.method import Start, find_method, make_sample
 from dusttaichi.running.ledger import ledger
@@ -19,17 +19,17 @@ def test_a_block_drifts_in_gas_and_field():
     scene = dust.scene(**BLOCK).with_values(
         {"forces": [DRAG, FIELD], "charge": {"per_mass": "10 C/kg"}}
     )
-    moving: MovingDust = find_method(scene).build(scene, make_sample(scene))
-    start = Start.from_measurement(moving.measure())
-    while moving.step * moving.dt < 40e-6:
-        moving.advance(10)
-    time, mass = moving.step * moving.dt, moving.sample.mass.sum()
+    engine: DustEngine = find_method(scene).build(scene, make_sample(scene))
+    start = Start.from_measurement(engine.measure())
+    while engine.step * engine.dt < 40e-6:
+        engine.advance(10)
+    time, mass = engine.step * engine.dt, engine.sample.mass.sum()
     decay = np.exp(-time / 20e-6)
-    v = moving.sim.velocities()
+    v = engine.motion.velocities()
     np.testing.assert_allclose(v[:, 0], 0.4 * (1 - decay), rtol=1e-3)
     np.testing.assert_allclose(v[:, 2], 0.1 * (1 - decay), rtol=1e-3)
-    m = moving.measure()
-    losses = dict(zip(moving.channels, m.losses, strict=True))
+    m = engine.measure()
+    losses = dict(zip(engine.channels, m.losses, strict=True))
     # the power of the field, q E v, and that of the wind, m u (u - v)/tau, over the time
     way = 0.4 * (time - 20e-6 * (1 - decay))
     work = mass * (10.0 * 2e3 * way + 0.1 * 0.1 * (1 - decay))

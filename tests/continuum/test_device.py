@@ -18,14 +18,15 @@ def test_a_kernel_a_phase_gives_the_same_motion(launches):
     ends, speeds = [], np.zeros((6, 3))
     speeds[5, 2] = -1.0
     for loops in (Loops(1, 1, "workers"), LAUNCHES):
-        sim = build(scene, sample, loops=loops)
-        sim.move_faces(speeds)
-        sim.advance(5)
-        assert sim.search.count > 1
+        engine = build(scene, sample, loops=loops)
+        engine.stepper.move_faces(speeds)
+        engine.advance(5)
+        assert engine.search.count > 1
         # in the order of the sample: blocks of particles are sorted in another one
-        arrays, order = sim.arrays(), np.argsort(sim.of_particles("number"))
-        arrays |= {name: arrays[name][order] for name in sim.names}
-        ends.append((arrays, sim.tables["rigid"].to_numpy()[:, : COLUMN.drags]))
+        state = engine.dust_state
+        arrays, order = state.arrays(), np.argsort(state.of_particles("number"))
+        arrays |= {name: arrays[name][order] for name in state.names}
+        ends.append((arrays, state["rigid"][:, : COLUMN.drags]))
     for name, values in ends[0][0].items():
         # compilers may fuse a multiply and an add here and not there: rounding, grown over steps
         scale = np.abs(values).max(initial=0.0)

@@ -18,8 +18,8 @@ RING = {
 SPEED, SPACING = 1.866, 0.25e-3  # 0.059 of the speed of sound, as everybody has them
 
 
-def bodies(motion):
-    return motion.series(motion.measure(), None)
+def bodies(engine):
+    return engine.series(engine.measure(), None)
 
 
 # restitution at the finest spacing of docs/continuum.md; a coarse ring is within 5 % of it
@@ -49,13 +49,13 @@ def test_rubber_rings_bounce_in_one_piece(shape):
     """By default, and with artificial stress, where finer rings lose more: 0.695 is that of
     0.167 mm. None counts as broken on the way, or even nearly."""
     numerics, restitution = RINGS[shape]
-    motion = rings(**numerics)
-    start, body_velocity_before = motion.measure(), bodies(motion)["body_velocity"][:, 0]
+    engine = rings(**numerics)
+    start, body_velocity_before = engine.measure(), bodies(engine)["body_velocity"][:, 0]
     for _ in range(10):
-        motion.advance(int(5e-4 / motion.sim.output_step))
-        bodies(motion)
-        assert min(motion._pairing.distances(body).min() for body in motion._pairing.bodies) > 0.7
-    end, end_bodies = motion.measure(), bodies(motion)
+        engine.advance(int(5e-4 / engine.dt))
+        bodies(engine)
+        assert min(engine.pairing.distances(body).min() for body in engine.pairing.bodies) > 0.7
+    end, end_bodies = engine.measure(), bodies(engine)
     open_by = end.energy - start.energy + end.lost - start.lost
     assert abs(open_by) < 0.01 * start.kinetic
     velocity_after = end_bodies["body_velocity"][:, 0]
@@ -64,8 +64,8 @@ def test_rubber_rings_bounce_in_one_piece(shape):
     assert abs(end.losses[5]) < 0.05 * start.kinetic
     np.testing.assert_allclose(velocity_after.sum(), 0.0, atol=1e-9 * SPEED)
     # apart from each other; no particle has left its ring, and none have met
-    x = motion.sim.in_order(motion.sim.of_particles("x"))
-    first, second = x[motion.sample.body == 0], x[motion.sample.body == 1]
+    x = engine.dust_state.in_order(engine.dust_state.of_particles("x"))
+    first, second = x[engine.sample.body == 0], x[engine.sample.body == 1]
     assert second[:, 0].min() - first[:, 0].max() > 2.0 * SPACING
     nearest = cKDTree(first).query(first, k=2)[0][:, 1]
     assert 0.5 * SPACING < nearest.min() and nearest.max() < 1.5 * SPACING
@@ -73,12 +73,12 @@ def test_rubber_rings_bounce_in_one_piece(shape):
 
 def test_rings_whose_particles_pair_are_stopped():
     """Without stiffness against hourglass modes they break within a millisecond or two."""
-    motion = rings(hourglass=0.0)
+    engine = rings(hourglass=0.0)
     with pytest.raises(GuardStop, match=r"ring has broken by the method.*of its particles have pa"):
         for _ in range(40):
-            motion.advance(int(5e-5 / motion.sim.output_step))
-            bodies(motion)
-    assert motion.sim.time < 2e3
+            engine.advance(int(5e-5 / engine.dt))
+            bodies(engine)
+    assert engine.time < 2e3
 
 
 def spin(x, v):
@@ -91,22 +91,22 @@ def zigzag(stiffness):
     block = {key: RING[key] for key in ("kind", "density", "bulk_modulus", "shear_ratio")}
     block["size"] = ["2 mm", "2 mm"]
     scene = dust.scene(sample=block, hourglass=stiffness, viscosity={"grid": 0.0})
-    motion = dust.moving(scene)
-    sim = motion.sim
-    x, m = sim.of_particles("x"), sim.of_particles("mass")
+    engine = dust.moving(scene)
+    x, m = engine.dust_state.of_particles("x"), engine.dust_state.of_particles("mass")
     v = np.zeros_like(x)
     v[:, 0] = 0.1 * np.where(np.round(x[:, 1] / (0.05e-3 * np.sqrt(3.0)) - 0.5) % 2, 1.0, -1.0)
     v -= m @ v / m.sum()
-    sim.put("v", v)
-    start, number = motion.measure(), sim.of_particles("number")
-    motion.advance(int(80e-6 / sim.output_step))  # the sound passes 20 smoothing lengths
-    back = np.argsort(number)[sim.of_particles("number")]  # a search may have sorted them again
-    moved = sim.of_particles("x") - x[back]
+    engine.dust_state["v"] = v
+    start, number = engine.measure(), engine.dust_state.of_particles("number")
+    engine.advance(int(80e-6 / engine.dt))  # the sound passes 20 smoothing lengths
+    # a search may have sorted them again
+    back = np.argsort(number)[engine.dust_state.of_particles("number")]
+    moved = engine.dust_state.of_particles("x") - x[back]
     inside = np.abs(x[back] - x.mean(axis=0)).max(axis=1) < 0.6e-3
-    velocities, scale = sim.velocities()[:, [0, 2]], 0.1 * m.sum()
-    turning = m @ (spin(sim.of_particles("x"), velocities) - spin(x[back], v[back]))
+    velocities, scale = engine.motion.velocities()[:, [0, 2]], 0.1 * m.sum()
+    turning = m @ (spin(engine.dust_state.of_particles("x"), velocities) - spin(x[back], v[back]))
     momenta = np.abs(m @ velocities).max() / scale, abs(turning) / (scale * 1e-3)
-    end = motion.measure()
+    end = engine.measure()
     open_by = (end.energy - start.energy + end.lost - start.lost) / start.kinetic
     return np.abs(moved[inside]).max() / 0.1e-3, open_by, *momenta
 
@@ -129,11 +129,11 @@ def depth(projectile, spacing):
     sample = {"kind": "impact", "target": target, "projectile": bead | projectile}
     sample["speed"] = "0.4 m/s"
     floor = {"kind": "faces", "bottom": {"layer": "0.3 mm"}}
-    motion = dust.moving(dust.scene(boundary=floor, sample=sample, spacing=f"{spacing} mm"))
-    start, bodies_before = motion.measure(), bodies(motion)
+    engine = dust.moving(dust.scene(boundary=floor, sample=sample, spacing=f"{spacing} mm"))
+    start, bodies_before = engine.measure(), bodies(engine)
     assert bodies_before["body_velocity"][0, 2] == pytest.approx(-0.4)
-    motion.advance(int(0.8e-3 / motion.sim.output_step))
-    end, bodies_after = motion.measure(), bodies(motion)
+    engine.advance(int(0.8e-3 / engine.dt))
+    end, bodies_after = engine.measure(), bodies(engine)
     assert abs(end.energy - start.energy + end.lost - start.lost) < 0.01 * start.kinetic
     assert bodies_after["body_velocity"][0, 2] > -0.3  # the dust has braked it
     return bodies_before["body_position"][0, 2] - bodies_after["body_position"][0, 2]

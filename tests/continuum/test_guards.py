@@ -15,21 +15,21 @@ from dusttaichi.units import SI
 
 def test_guards_stop_what_has_no_meaning():
     x, area = dust.disc(3 * dust.SPACING)
-    motion = dust.moving(dust.scene(viscosity={"grid": 0.005}), dust.particles(x, area))
-    motion.validate(motion.measure())
-    density = motion.sim.of_particles("density")
-    motion.sim.put("density", density * 6.6)  # 0.99, elastic
-    motion.validate(motion.measure())
-    motion.sim.put("density", density * 6.7)
+    engine = dust.moving(dust.scene(viscosity={"grid": 0.005}), dust.particles(x, area))
+    engine.validate(engine.measure())
+    density = engine.dust_state.of_particles("density")
+    engine.dust_state["density"] = density * 6.6  # 0.99, elastic
+    engine.validate(engine.measure())
+    engine.dust_state["density"] = density * 6.7
     with pytest.raises(GuardStop, match="filling factor 1.005, more than its solid"):
-        motion.validate(motion.measure())
-    motion.sim.put("density", density)
-    motion.sim.put("v", np.full((len(x), 2), np.nan))
+        engine.validate(engine.measure())
+    engine.dust_state["density"] = density
+    engine.dust_state["v"] = np.full((len(x), 2), np.nan)
     with pytest.raises(GuardStop, match="not a number"):
-        motion.validate(motion.measure())
+        engine.validate(engine.measure())
     with pytest.raises(GuardStop, match="not a number"):
-        motion.sim.put("x", np.full((len(x), 2), np.nan))
-        motion.sim.search.update()
+        engine.dust_state["x"] = np.full((len(x), 2), np.nan)
+        engine.search.update()
 
 
 def test_a_body_that_passes_through_a_face_is_named():
@@ -37,13 +37,14 @@ def test_a_body_that_passes_through_a_face_is_named():
     offset = np.array([0.0, 0.0, 0.0, 0.0, -3e-3, 0.0])  # a bottom at -3 mm
     box = Box(NORMALS, offset, np.zeros(6), present.astype(float), present)
     centres = np.zeros((FACES + 2, 3))
-    sim = SimpleNamespace(time=5e-6, step=3, units=SI, rigid=lambda column: centres)
+    environment = SimpleNamespace(time=5e-6, step=3, units=SI, box=box)
+    state = SimpleNamespace(of_bodies=lambda column: centres)
     centres[FACES:] = [[0.0, 0.0, -3.2e-3], [9.0, 0.0, -2.9e-3]]  # the face itself, the bead
-    validity.check_inside(sim, box, {1: "bead"})
-    validity.check_inside(sim, None, {1: "bead"})
+    validity.check_inside(state, environment, {1: "bead"})
+    validity.check_inside(state, SimpleNamespace(box=None), {1: "bead"})
     centres[FACES + 1, 2] = -3.25e-3
     with pytest.raises(GuardStop, match=r"bead has passed through the bottom.* 0.25 mm outside"):
-        validity.check_inside(sim, box, {1: "bead"})
+        validity.check_inside(state, environment, {1: "bead"})
 
 
 def test_what_is_too_fast_is_stopped():
@@ -53,58 +54,57 @@ def test_what_is_too_fast_is_stopped():
     x[:, 1] += 3.0 * dust.SPACING - x[:, 1].min()
     room = np.array([[np.nan] * 2, [np.nan] * 2, [0.0, np.nan]])
     sample = dust.particles(x, area, [0.0, -1000.0], room=room)
-    motion = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
+    engine = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
     with pytest.raises(GuardStop, match="filling factor"):
         for _ in range(20):
-            motion.advance(1)
-            motion.validate(motion.measure())
-    motion = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
+            engine.advance(1)
+            engine.validate(engine.measure())
+    engine = dust.moving(dust.scene(boundary={"kind": "faces", "bottom": "rigid"}), sample)
     speeds = np.zeros((6, 3))
     speeds[4, 2] = 1e7
-    motion.sim.move_faces(speeds)
+    engine.stepper.move_faces(speeds)
     with pytest.raises(GuardStop, match="steps of the method"):
-        motion.advance(20)
+        engine.advance(20)
 
 
 @pytest.fixture
 def disc():
     """A disc of dust, and its places with every sixth particle next to a neighbour."""
     x, area = dust.disc(5 * dust.SPACING)
-    motion = dust.moving(dust.scene(viscosity={"grid": 0.005}), dust.particles(x, area))
-    at = motion.sim.of_particles("x")
+    engine = dust.moving(dust.scene(viscosity={"grid": 0.005}), dust.particles(x, area))
+    at = engine.dust_state.of_particles("x")
     paired = at.copy()
     paired[::6] += 0.8 * (at[np.argsort(np.linalg.norm(at[:, None] - at, axis=2), axis=1)[::6, 1]] -
                           at[::6])  # fmt: skip
-    motion.sim.step = 1
-    return motion, paired
+    engine.environment.step = 1
+    return engine, paired
 
 
 def test_dust_that_has_not_yielded_and_pairs_is_named(disc):
-    motion, paired = disc
-    motion._pairing.check()
-    motion.sim.put("x", paired)
-    motion._pairing.check()  # looks at a step once
-    motion.sim.step = 2
+    engine, paired = disc
+    engine.pairing.check()
+    engine.dust_state["x"] = paired
+    engine.pairing.check()  # looks at a step once
+    engine.environment.step = 2
     with pytest.raises(GuardStop, match=r"step 2\).*the dust has broken by the method.* yielded"):
-        motion._pairing.check()
-    assert motion.state().numbers["looked"] == 2
+        engine.pairing.check()
+    assert engine.state().numbers["looked"] == 2
 
 
 @pytest.mark.parametrize("how", ["compacted", "sheared", "denser"])
 def test_dust_that_has_yielded_or_is_compressed_is_not(disc, how):
     """Compaction and flow bring particles together, and evenly compressed dust is as near as its
     density says."""
-    motion, paired = disc
-    sim = motion.sim
+    engine, paired = disc
     if how == "denser":
-        sim.put("x", 0.4 * sim.of_particles("x"))
-        sim.put("density", sim.of_particles("density") / 0.16)
+        engine.dust_state["x"] = 0.4 * engine.dust_state.of_particles("x")
+        engine.dust_state["density"] = engine.dust_state.of_particles("density") / 0.16
     else:
-        sim.put("x", paired)
+        engine.dust_state["x"] = paired
     if how == "compacted":
-        sim.put("reference", 1.2 * sim.of_particles("reference"))
+        engine.dust_state["reference"] = 1.2 * engine.dust_state.of_particles("reference")
     if how == "sheared":
-        work = sim.of_particles("work")
+        work = engine.dust_state.of_particles("work")
         work[:, 2] = 1.0  # J of shear that is not stored
-        sim.put("work", work)
-    motion._pairing.check()
+        engine.dust_state["work"] = work
+    engine.pairing.check()

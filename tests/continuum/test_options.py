@@ -34,27 +34,27 @@ def test_two_balls_fall_towards_each_other():
     constant = 3e5
     scene = dust.scene(dimension=3, sample={"kind": "several", "bodies": bodies})
     scene = scene.with_value("gravity", {"self_gravity": {"constant": constant}})
-    motion = dust.moving(scene)
-    mass = motion.sim.of_particles("mass").sum()
-    first = motion.measure()
+    engine = dust.moving(scene)
+    mass = engine.dust_state.of_particles("mass").sum()
+    first = engine.measure()
 
     def fallen(x):
         return np.arccos(np.sqrt(x)) + np.sqrt(x - x * x)
 
     scale = np.sqrt(far**3 / (2.0 * constant * mass))
     when = fallen(end) * scale
-    motion.advance(round(when / motion.sim.output_step))
-    t = motion.sim.step * motion.sim.output_step  # in whole steps of the run
+    engine.advance(round(when / engine.dt))
+    t = engine.step * engine.dt  # in whole steps of the run
     exact = brentq(lambda x: fallen(x) * scale - t, 0.1, 0.99)
-    at = motion.series(motion.measure(), None)["body_position"]
+    at = engine.series(engine.measure(), None)["body_position"]
     assert (at[1, 0] - at[0, 0]) / far == pytest.approx(exact, rel=2e-3)
-    last = motion.measure()
-    momentum, _ = dust.momenta(motion)
+    last = engine.measure()
+    momentum, _ = dust.momenta(engine)
     assert np.abs(momentum).max() < 1e-12 * mass * far / when
     gained = last.kinetic - first.kinetic
     # 2.3e-3 of it: an error of the time step in the ringing that the sudden load starts, of which
     # hourglass modes are the fastest (after 56 us 1.3e-2 of the energy, at cfl 0.1 0.5e-2)
-    assert gained > 0.0 and abs(dust.ledger(motion, first, gained)) < 4e-3
+    assert gained > 0.0 and abs(dust.ledger(engine, first, gained)) < 4e-3
 
 
 def test_a_disc_carries_its_own_weight():
@@ -83,16 +83,18 @@ def test_a_disc_carries_its_own_weight():
     sample.density = dust.DENSITY / (1.0 + volume)
     scene = dust.scene(viscosity={"grid": 0.005})
     scene = scene.with_value("gravity", {"self_gravity": {"constant": constant}})
-    motion = dust.moving(scene, sample)
-    sim, inner = motion.sim, r2 < (3.0 * dust.SPACING) ** 2
+    engine = dust.moving(scene, sample)
+    inner = r2 < (3.0 * dust.SPACING) ** 2
     # before it moves: all forces, per mass, over the attraction at the surface
     expected = 2.0 * np.pi * constant * dust.DENSITY * radius
-    acceleration = sim.in_order(sim.of_particles("force"))[inner] / sample.mass[inner][:, None]
+    state = engine.dust_state
+    force = state.in_order(state.of_particles("force"))[inner]
+    acceleration = force / sample.mass[inner][:, None]
     assert np.abs(acceleration).max() < 0.03 * expected
     found = []
-    while sim.step * sim.output_step < 3.0 * radius / np.sqrt(LONGITUDINAL / dust.DENSITY):
-        motion.advance(1)
-        found.append(sim.in_order(sim.of_particles("pressure"))[inner].mean())
+    while engine.step * engine.dt < 3.0 * radius / np.sqrt(LONGITUDINAL / dust.DENSITY):
+        engine.advance(1)
+        found.append(state.in_order(state.of_particles("pressure"))[inner].mean())
     middle = pressure * (1.0 - (lame + MU) / (2.0 * lame + 3.0 * MU) * 2.0
                          * r2[inner].mean() / radius**2)  # fmt: skip
     assert np.mean(found) == pytest.approx(middle, rel=0.03)
@@ -145,21 +147,21 @@ def test_pressed_dust_is_as_warm_as_the_work_makes_it():
     """Adiabatic compaction: heat is the work of Sigma + 2 Y/3 less what stays elastic, and all
     that the ledger has lost."""
     scene, sample = column(12, 0.15, viscosity="front")
-    motion = dust.moving(scene, sample)
-    sim, start = motion.sim, motion.measure()
+    engine = dust.moving(scene, sample)
+    start = engine.measure()
     end = 12 * ROW * (1.0 - 0.15 / 0.25) / 0.15
-    motion.advance(int(end / sim.output_step))
-    measurement, mass = motion.measure(), sample.mass.sum()
-    record = motion.series(measurement, None)
+    engine.advance(int(end / engine.dt))
+    measurement, mass = engine.measure(), sample.mass.sum()
+    record = engine.series(measurement, None)
     lost = (measurement.losses - start.losses).sum()
     assert record["heat"] == pytest.approx(lost, rel=0.005)
-    T = motion.snapshot()["temperature"]
+    T = engine.snapshot()["temperature"]
     assert record["temperature_mean"] == pytest.approx(280.0 + lost / mass / CAPACITY, rel=1e-4)
     assert record["temperature_mean"] == pytest.approx(T.mean(), rel=1e-9)
     assert T.max() == record["largest_temperature"]
     # by the closed form, of the filling factor that the height says
-    m = sim.material
-    phi = np.linspace(0.15, 0.15 * 12 * ROW / (12 * ROW - 0.15 * sim.step * sim.output_step), 2000)
+    m = engine.dust_state.material
+    phi = np.linspace(0.15, 0.15 * 12 * ROW / (12 * ROW - 0.15 * engine.step * engine.dt), 2000)
     pressing = strength.confined(phi, m) / (m.rho_s * phi**2)
     work = float(np.sum(0.5 * (pressing[1:] + pressing[:-1]) * np.diff(phi)))
     stored = record["elastic_energy"] / mass
@@ -181,33 +183,32 @@ def test_one_flaw_ends_the_strength_of_what_is_pulled():
     rate, weakest = 100.0, 5e-4
     count = 12
     scene, sample = column(count, -rate * count * ROW, changes=BRITTLE, cfl=0.01)
-    motion = dust.moving(scene, sample)
-    sim = motion.sim
-    flaws = sim.of_particles("flaws")
+    engine = dust.moving(scene, sample)
+    flaws = engine.dust_state.of_particles("flaws")
     radius = (3.0 * sample.volume[0] * dust.SPACING / (4.0 * np.pi)) ** (1.0 / 3.0)
     np.testing.assert_allclose(1.0 / flaws[:, 3], radius, rtol=1e-12)
     flaws[:, :3] = weakest, 1.0, 1.0
-    sim.put("flaws", flaws)
+    engine.dust_state["flaws"] = flaws
     young = 9.0 * K * MU / (3.0 * K + MU)
     speed = 0.4 * np.sqrt(LONGITUDINAL / dust.DENSITY)
     begin = weakest * young / LONGITUDINAL / rate
-    start, rows = motion.measure(), []
-    while sim.step * sim.output_step < begin + 0.95 * radius / speed:
-        motion.advance(1)
-        record = motion.series(motion.measure(), None)
-        t = sim.step * sim.output_step
+    start, rows = engine.measure(), []
+    while engine.step * engine.dt < begin + 0.95 * radius / speed:
+        engine.advance(1)
+        record = engine.series(engine.measure(), None)
+        t = engine.step * engine.dt
         cracked = min(1.0, max(0.0, t - begin) * speed / radius) ** 3
         rows.append([record["stress_mean"][2], (1.0 - cracked) * LONGITUDINAL * rate * t,
                      record["damage_mean"], cracked])  # fmt: skip
     stress, expected, D, exact = np.array(rows).T
     assert stress.max() == pytest.approx(expected.max(), rel=0.02)
     # a crack begins up to a step early, and D ends with the slope 3 c_g/R
-    near = 4.0 * speed / radius * sim.clock[OLD]
+    near = 4.0 * speed / radius * engine.dust_state.clock[OLD]
     assert near < 0.04
     np.testing.assert_allclose(D, exact, atol=near)
     np.testing.assert_allclose(stress, expected, atol=near * expected.max())
-    end = motion.measure()
-    assert abs(dust.ledger(motion, start, abs(end.work))) < 0.01
+    end = engine.measure()
+    assert abs(dust.ledger(engine, start, abs(end.work))) < 0.01
     assert (end.losses - start.losses)[1:3].sum() > 0.0  # by tension and shear
 
 
@@ -258,20 +259,20 @@ def test_two_dusts_carry_the_same_stress():
     scene, sample = column(16, 0.1)
     lower = sample.position[:, 2] < 8 * ROW
     sample.material = lower.astype(np.int8)
-    motion = dust.moving(scene, sample)
-    sim, start = motion.sim, motion.measure()
+    engine = dust.moving(scene, sample)
+    start = engine.measure()
     soft, hard = (MaterialNumbers.of(material) for material in scene.all_materials)
     end, stresses = 16 * ROW * (1.0 - 0.15 / 0.2) / 0.1, []
     for near in np.linspace(0.98, 1.02, 9):  # sound runs up and down between the plates
-        motion.advance(int(near * end / sim.output_step) - sim.step)
-        phi = sim.in_order(sim.of_particles("density")) / 2000.0
-        axial = -motion.series(motion.measure(), None)["stress_mean"][2]
+        engine.advance(int(near * end / engine.dt) - engine.step)
+        phi = engine.dust_state.in_order(engine.dust_state.of_particles("density")) / 2000.0
+        axial = -engine.series(engine.measure(), None)["stress_mean"][2]
         stresses.append([strength.confined(phi[~lower].mean(), soft) / axial,
                       strength.confined(phi[lower].mean(), hard) / axial])  # fmt: skip
     np.testing.assert_allclose(np.mean(stresses, axis=0), 1.0, atol=0.03)
     assert phi[~lower].mean() > phi[lower].mean() + 0.02
-    assert abs(dust.ledger(motion, start, motion.measure().work)) < 1e-3
-    shown = motion.constants()
+    assert abs(dust.ledger(engine, start, engine.measure().work)) < 1e-3
+    shown = engine.constants()
     np.testing.assert_array_equal(shown["snapshots/material"], lower)
 
 

@@ -42,18 +42,18 @@ def jump(speed, m):
 def front(scene, speed, rho):
     """(speed of the front [m/s], pressure on the piston [Pa], density behind it [kg/m^3]) of dust
     that is pressed from above at a speed; rho: density to expect there."""
-    motion = method.find_method(scene).build(scene, method.make_sample(scene))
-    sim, high = motion.sim, np.ptp(motion.sample.room[2])
-    width, spacing = np.ptp(motion.sample.room[0]), scene.numerics.spacing
+    engine = method.find_method(scene).build(scene, method.make_sample(scene))
+    high = np.ptp(engine.sample.room[2])
+    width, spacing = np.ptp(engine.sample.room[0]), scene.numerics.spacing
     end, edges = 0.7 * high / speed, np.arange(0.0, high, 2.0 * spacing)
-    middle = 0.5 * (sim.material.rho_i + rho)
+    middle = 0.5 * (engine.dust_state.material.rho_i + rho)
     times, positions, impulses = [], [], []
-    while sim.step * sim.output_step < end:
-        motion.advance(max(1, int(end / 60 / sim.output_step)))
-        times.append(sim.step * sim.output_step)
-        impulses.append(sim.impulses()[5, 2])
-        z = sim.of_particles("x")[:, 1] - motion.sample.room[2, 0]
-        density = sim.of_particles("density")
+    while engine.step * engine.dt < end:
+        engine.advance(max(1, int(end / 60 / engine.dt)))
+        times.append(engine.step * engine.dt)
+        impulses.append(engine.motion.impulses()[5, 2])
+        z = engine.dust_state.of_particles("x")[:, 1] - engine.sample.room[2, 0]
+        density = engine.dust_state.of_particles("density")
         layer = np.digitize(z, edges) - 1
         mean = np.bincount(layer, density) / np.maximum(np.bincount(layer), 1)
         k = int(np.argmax(mean > middle))
@@ -62,7 +62,7 @@ def front(scene, speed, rho):
     late = np.array(times) > 0.4 * end
     moved = -np.polyfit(np.array(times)[late], np.array(positions)[late], 1)[0]
     force = np.polyfit(np.array(times)[late], np.array(impulses)[late], 1)[0]
-    piston = motion.domain.lengths(sim.step)[2]
+    piston = engine.domain.lengths(engine.step)[2]
     behind = (z > positions[-1] + 10 * spacing) & (z < piston - 4 * spacing)
     return moved, force / width, 1.0 / np.mean(1.0 / density[behind])
 

@@ -122,7 +122,7 @@ def test_the_walks_name_the_code_that_the_data_pass(page, passed):
     names = sorted(set(re.findall(r"`(dusttaichi(?:\.\w+)+)`", text)))
     assert not [name for name in names if not is_passed(found(name), *passed)]
     # the trace tells what is passed from what is not
-    for name in ("continuum.particle_search.Search", "analysis.thresholds.find_thresholds"):
+    for name in ("continuum.particle_search.DustSearch", "analysis.thresholds.find_thresholds"):
         assert not is_passed(found(f"dusttaichi.{name}"), *passed), name
 
 

@@ -57,9 +57,9 @@ def result(name):
 
 def compare_stored(name):
     """How a stored state differs."""
-    motion, _ = stored_states.move_scene(stored_states.scene(name, "cuda"))
+    engine, _ = stored_states.move_scene(stored_states.scene(name, "cuda"))
     difference = stored_states.difference(
-        stored_states.state(motion), stored_states.read_stored()[name]
+        stored_states.state(engine), stored_states.read_stored()[name]
     )
     allowed = stored_states.tolerance(name)
     return {"name": f"stored: {name}", "share": difference / allowed, "worst": "state"}
@@ -83,40 +83,40 @@ def time_steps(scene_kind, number, detail, backend, threads):
     number, threads = int(number), int(threads)
     began = time.perf_counter()
     if scene_kind == "grains":
-        motion = _grains(number, detail, backend, threads)
+        engine = _grains(number, detail, backend, threads)
     else:
-        motion = _continuum(int(detail), number, backend, threads)
-    steps = _count_made(motion, 1)
+        engine = _continuum(int(detail), number, backend, threads)
+    steps = _count_made(engine, 1)
     first = time.perf_counter() - began
-    searches_before = cases.engine_of(motion).search.count
+    searches_before = engine.search.count
     span, steps_made, calls = 0.0, 0, 1
     while span < SPAN:
         began = time.perf_counter()
-        steps = _count_made(motion, calls)
+        steps = _count_made(engine, calls)
         duration = time.perf_counter() - began
         # the first calls compile what a search needs
         span, steps_made = (span + duration, steps_made + steps) if calls > 1 else (0.0, 0)
-        searches_before = searches_before if calls > 1 else cases.engine_of(motion).search.count
+        searches_before = searches_before if calls > 1 else engine.search.count
         calls = max(2, round(calls * min(10.0, 0.25 * SPAN / duration)))
-    phases = motion.measure().parts
+    phases = engine.measure().parts
     return {
         "kind": scene_kind,
-        "size": motion.size,
+        "size": engine.size,
         "detail": detail,
         "backend": backend,
         "threads": threads,
         "contacts": phases.get("contacts"),
         "first": first,
         "step": span / steps_made,
-        "searches": (cases.engine_of(motion).search.count - searches_before) / steps_made,
+        "searches": (engine.search.count - searches_before) / steps_made,
     }
 
 
-def _count_made(motion, calls):
+def _count_made(engine, calls):
     """Steps that some calls have made."""
-    steps_before = cases._steps(cases.engine_of(motion))
-    motion.advance(calls)
-    return cases._steps(cases.engine_of(motion)) - steps_before
+    steps_before = cases._steps(engine)
+    engine.advance(calls)
+    return cases._steps(engine) - steps_before
 
 
 # -- here ------------------------------------------------------------------------------------------

@@ -102,28 +102,22 @@ def precision(name):
     return getattr(scene_of(name, "cpu").numerics, "precision", "f64")
 
 
-def engine_of(motion):
-    """The engine with state and search: that of grains is the motion."""
-    return getattr(motion, "sim", motion)
-
-
 def run(name, backend, steps=None, precision=None):
-    """(Motion of a case after its steps, number of searches in them); precision: if not its own."""
+    """(Engine of a case after its steps, number of searches in them); precision: if not its own."""
     scene = scene_of(name, backend)
     if precision is not None:
         scene = scene.with_value("numerics.precision", precision)
     usual = STEPS if name in GRAINS else CONTINUUM[name][1]
-    motion = method.find_method(scene).build(scene, method.make_sample(scene))
-    searches_before = engine_of(motion).search.count
-    motion.advance(usual if steps is None else steps)
-    return motion, engine_of(motion).search.count - searches_before
+    engine = method.find_method(scene).build(scene, method.make_sample(scene))
+    searches_before = engine.search.count
+    engine.advance(usual if steps is None else steps)
+    return engine, engine.search.count - searches_before
 
 
-def numbers(motion):
+def numbers(engine):
     """Name -> array of all numbers that are compared."""
-    sim = engine_of(motion)
-    values = {f"state {name}": a for name, a in _state(sim).items()}
-    measured = vars(motion.measure())
+    values = {f"state {name}": a for name, a in _state(engine).items()}
+    measured = vars(engine.measure())
     values |= {f"measured {name}": np.asarray(a) for name, a in measured.items() if _is_number(a)}
     return {name: a for name, a in values.items() if np.issubdtype(a.dtype, np.number)}
 
@@ -140,8 +134,8 @@ def compute_expected(name):
     sums: the largest deviation of any of them counts for all. An overlap is the difference of two
     positions, whose deviations add up.
     """
-    motion, searches = run(name, "cpu")
-    own = numbers(motion)
+    engine, searches = run(name, "cpu")
+    own = numbers(engine)
     if precision(name) == "f64":
         return own, {key: DOUBLE * _largest(a) for key, a in own.items()}, searches
     exact = numbers(run(name, "cpu", precision="f64")[0])
@@ -162,23 +156,23 @@ def _is_number(a):
     return isinstance(a, (int, float, np.ndarray, np.number))
 
 
-def _state(sim):
-    if hasattr(sim, "grain_state"):
-        x, v, w = sim.motion.measure()
-        force, torque = sim.forces()
+def _state(engine):
+    if hasattr(engine, "grain_state"):
+        x, v, w = engine.motion.measure()
+        force, torque = engine.forces()
         arrays = {"x": x, "v": v, "w": w, "force": force, "torque": torque}
-        for name, a in sim.ledger.measure_energies().items():
+        for name, a in engine.ledger.measure_energies().items():
             arrays[f"sum {name}"] = np.asarray(a)
-        contacts = sim.contacts.measure_pairs()
+        contacts = engine.contacts.measure_pairs()
         order = np.lexsort((contacts["grain_j"], contacts["grain_i"]))
         arrays |= {f"contact {name}": a[order] for name, a in contacts.items()}
-        if sim.layout.stress:
-            arrays["flux"] = sim.kernel_sums.read_loads().momentum_flux()
+        if engine.layout.stress:
+            arrays["flux"] = engine.kernel_sums.read_loads().momentum_flux()
         return arrays
     names = ("x", "v", "density", "pressure", "deviator", "force", "loss", "work")
-    arrays = {name: sim.in_order(sim.of_particles(name)) for name in names}
-    rigid = sim.tables["rigid"].to_numpy()[:, : COLUMN.drags]
-    return arrays | {"rigid": rigid, "clock": sim.clock[:4]}
+    state = engine.dust_state
+    arrays = {name: state.in_order(state.of_particles(name)) for name in names}
+    return arrays | {"rigid": state["rigid"][:, : COLUMN.drags], "clock": state.clock[:4]}
 
 
 def counts():
@@ -195,24 +189,28 @@ def count_calls(name):
     scene = scene_of(name, "cuda")
     if name in GRAINS:
         scene = scene.with_value("numerics.skin", 0.4)
-    motion = method.find_method(scene).build(scene, method.make_sample(scene))
-    sim = engine_of(motion)
+    engine = method.find_method(scene).build(scene, method.make_sample(scene))
     if name in CONTINUUM:  # launches follow the number of steps of the previous output step
-        motion.advance(1)
-    first, searches, changes, counts_before = _steps(sim), sim.search.count, _changes(sim), counts()
-    motion.advance(2 * 16 if name in GRAINS else 1)
+        engine.advance(1)
+    first, searches, changes, counts_before = (
+        _steps(engine),
+        engine.search.count,
+        _changes(engine),
+        counts(),
+    )
+    engine.advance(2 * 16 if name in GRAINS else 1)
     counts_taken = _since(counts_before) | {
-        "steps": _steps(sim) - first,
-        "searches": sim.search.count - searches,
-        "changes": _changes(sim) - changes,
+        "steps": _steps(engine) - first,
+        "searches": engine.search.count - searches,
+        "changes": _changes(engine) - changes,
     }
     counts_before = counts()
-    sim.search.update(*([sim.step] if name in GRAINS else []))
+    engine.search.update(*([engine.step] if name in GRAINS else []))
     return counts_taken | {"search": _since(counts_before)}
 
 
-def _changes(sim):
-    servo = getattr(sim, "servo", None)
+def _changes(engine):
+    servo = engine.environment.servo
     return 0 if servo is None else servo.next_change // servo.every
 
 
@@ -220,14 +218,14 @@ def _since(counts_before):
     return {key: n - counts_before[key] for key, n in counts().items()}
 
 
-def _steps(sim):
-    return sim.substeps if hasattr(sim, "substeps") else sim.step
+def _steps(engine):
+    return engine.dust_state.substeps if hasattr(engine, "dust_state") else engine.step
 
 
 def main(path, name):
     """Run a case on the device; write its numbers and counts."""
-    motion, searches = run(name, "cuda")
-    out = numbers(motion)
+    engine, searches = run(name, "cuda")
+    out = numbers(engine)
     report = {"searches": searches, "counted": count_calls(name)}
     np.savez(path, report=np.array(json.dumps(report)), **out)
 

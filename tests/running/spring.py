@@ -9,7 +9,7 @@ from pydantic import Field
 
 from dusttaichi.analysis.numbers import Family, Observable
 from dusttaichi.errors import GuardStop
-from dusttaichi.method import Measurement, Method, SimpleSimulation
+from dusttaichi.method import Measurement, Method, SimpleEngine
 from dusttaichi.plots import figure, style
 from dusttaichi.results import common, declare
 from dusttaichi.scene.fields import Number
@@ -34,7 +34,7 @@ class SpringScene(Scene):
     start: Annotated[float, Number()] = Field(1.0, description="first displacement [um]")
 
 
-class Spring(SimpleSimulation):
+class Spring(SimpleEngine):
     """The particle in motion: place at a step, speed half a step back, what the drag has taken."""
 
     variables, channels, stored = VARIABLES, ("drag",), ("x", "v", "lost", "way")

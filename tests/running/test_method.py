@@ -19,11 +19,11 @@ from dusttaichi import analysis, method, plots, report
 from dusttaichi.analysis.plain import convert_ensemble, convert_runs
 from dusttaichi.analysis.summary import format_columns
 from dusttaichi.commands.app import app
-from dusttaichi.continuum.moving_dust import MovingDust
+from dusttaichi.continuum.dust_engine import DustEngine
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.export import export
 from dusttaichi.grains.grain_engine import GrainEngine
-from dusttaichi.method import Measurement, SimpleSimulation, Start
+from dusttaichi.method import Measurement, SimpleEngine, Start
 from dusttaichi.plots.figure_registry import picture_of
 from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.running import execute, ledger, loop
@@ -94,8 +94,8 @@ def test_an_open_ledger_advises_the_key_that_shortens_the_step(key, lost):
     sim.validate, sim.step_key = lambda m: None, key
     with pytest.raises(GuardStop, match=f"Try a smaller {key}"):
         ledger.check(sim, measurement, start)
-    assert MovingDust.step_key == "numerics.cfl"
-    assert SimpleSimulation.step_key == GrainEngine.step_key == "numerics.time_step"
+    assert DustEngine.step_key == "numerics.cfl"
+    assert SimpleEngine.step_key == GrainEngine.step_key == "numerics.time_step"
 
 
 def test_the_ledger_of_an_oscillation_is_measured_by_the_energy_exchanged():

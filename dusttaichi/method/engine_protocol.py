@@ -1,6 +1,6 @@
-"""Protocol of a simulation, a scene in motion, for the run.
+"""Protocol of an engine, a scene in motion, for the run.
 
-Numbers are in the units of the simulation unless said otherwise; the run converts what it records,
+Numbers are in the units of the engine unless said otherwise; the run converts what it records,
 by the SI units that its variables declare.
 """
 
@@ -121,7 +121,7 @@ class Scene(HasMethod, Protocol):
 
 
 class Drive(Protocol):
-    """Motion of walls and faces during a stage; the Domain of the simulation follows it."""
+    """Motion of walls and faces during a stage; the Domain of the engine follows it."""
 
 
 class Window(NamedTuple):
@@ -137,13 +137,26 @@ class Window(NamedTuple):
 
 
 class State(NamedTuple):
-    """All that a simulation continues from: arrays by name; numbers for JSON, `dt` among them."""
+    """All that an engine continues from: arrays by name; numbers for JSON, `dt` among them."""
 
     arrays: dict[str, np.ndarray]
     numbers: dict[str, Any]
 
 
-class Simulation(Protocol):
+class Moment(Protocol):
+    """Time and step of an Engine, or of the part of it that counts its steps."""
+
+    @property
+    def units(self) -> Units: ...
+
+    @property
+    def step(self) -> int: ...
+
+    @property
+    def time(self) -> float: ...
+
+
+class Engine(Protocol):
     """A built scene in motion.
 
     Attributes
@@ -228,7 +241,7 @@ class Simulation(Protocol):
         """State for a checkpoint, sample included."""
 
     def restore(self, state: State) -> None:
-        """Go back to a state of the same simulation, its time step included."""
+        """Go back to a state of the same scene, its time step included."""
 
     def sizes(self) -> dict[str, int | tuple[str, ...]]:
         """Dimensions of its variables: their lengths, or the names of their entries."""

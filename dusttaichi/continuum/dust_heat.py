@@ -1,0 +1,51 @@
+"""Heat and temperature of the dust of a continuum. SI inside."""
+
+import numpy as np
+
+from dusttaichi.continuum.measure import elastic_of_particles
+from dusttaichi.results.roles import DUST
+
+
+class DustHeat:
+    """Heat of the particles of a DustState, counted from its step 0.
+
+    state: DustState. materials: those of the scene. sample: its Particles.
+    """
+
+    def __init__(self, state, materials, sample):
+        self._state = state
+        self._stored = state.in_order(elastic_of_particles(state).sum(axis=1))
+        capacity, start = (
+            np.array([getattr(material, name) for material in materials])
+            for name in ("heat_capacity", "temperature")
+        )
+        self._dust = sample.role == DUST
+        self._capacity = sample.mass * capacity[sample.material]
+        self._start = start[sample.material]
+
+    def measure(self):
+        """Heat of each particle [J], (N,), in the order of the sample.
+
+        Work of its stresses that is not stored, and energy dissipated by both viscosities, with the
+        half step up to the present.
+        """
+        state = self._state
+        out = state.of_particles("work").sum(axis=1) - elastic_of_particles(state).sum(axis=1)
+        out += self._stored[state.of_particles("number")] + state.of_particles("warmed")
+        return state.in_order(out + state.half_step * state.of_particles("heating"))
+
+    def make_snapshot(self):
+        """Temperatures [K] in the order of the sample; not a number of what is not dust."""
+        rise = self.measure() / self._capacity
+        return {"temperature": np.where(self._dust, self._start + rise, np.nan)}
+
+    def make_series(self):
+        """Heat of the dust [J], its temperature [K]: mean over the heat capacity, largest."""
+        dust, capacity = self._dust, self._capacity[self._dust]
+        energy = self.measure()[dust]
+        temperature = self._start[dust] + energy / capacity
+        return {
+            "heat": float(energy.sum()),
+            "temperature_mean": float(np.average(temperature, weights=capacity)),
+            "largest_temperature": float(temperature.max()),
+        }

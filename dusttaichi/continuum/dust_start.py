@@ -1,0 +1,144 @@
+"""The start of a continuum: particles and bodies into their fields, stresses and forces."""
+
+import numpy as np
+
+from dusttaichi.continuum import time_step
+from dusttaichi.continuum.dust_placement import faces_of
+from dusttaichi.continuum.kernels.separation import CLOSED
+from dusttaichi.continuum.kernels.store import COLUMN, DT, FACES, LEFT, WANT
+from dusttaichi.continuum.physics.elasticity import bulk_modulus
+from dusttaichi.continuum.samples.flaws import flaws_of
+from dusttaichi.errors import DustError
+from dusttaichi.results.roles import DUST, ELASTIC, RIGID
+
+
+def start(scene, sample, motion, search, stepper, *, environment, scratch):
+    """Put the Particles of a scene into the fields of a DustMotion, at step 0.
+
+    search: DustSearch. stepper: DustStepper. environment: Environment, which gets the output step.
+    scratch: memory.Table of the lists, by name.
+    """
+    state = motion.state
+    for name in ("sync", "most"):
+        scratch[name].fill(0)
+    if state.layout.materials:
+        scratch["materials"].from_numpy(np.stack(state.materials.values(), axis=1))
+        state["material"] = sample.material.astype(np.int32)
+    put_particles(sample, state, put_bodies(scene, sample, state))
+    if state.layout.damage:
+        state["flaws"] = flaws_of(sample, scene.all_materials)
+    if motion.outside is not None:
+        motion.outside.place(scene, sample)
+    search.update()
+    stepper.load_particles()
+    fastest = float(scratch["most"].to_numpy().max())
+    environment.dt = time_step.output_step(scene, fastest)
+    state["clock"] = first_clock(scene, fastest, environment.dt)
+
+
+def put_bodies(scene, sample, state):
+    """Put faces and rigid bodies into fields; returns their rows of `rigid`."""
+    moving = [body for body in sample.bodies if body.rigid]
+    mirrors = faces_of(scene.boundary, "mirrors")
+    rows = np.zeros((FACES + len(moving), COLUMN.count))
+    rows[:FACES, COLUMN.turn] = 1.0
+    planes = sample.room.ravel()
+    for face in np.flatnonzero(np.isfinite(planes)):
+        rows[face, COLUMN.centre + face // 2] = planes[face]
+        rows[face, COLUMN.layer] = np.any(sample.face == face)
+    rows[:, COLUMN["freedom"]] = 1.0
+    for k, body in enumerate(moving):
+        rows[FACES + k] = body_row(body, cut_by_mirrors(body, sample, mirrors))
+    state["rigid"] = rows
+    return rows
+
+
+def put_particles(sample, state, rows):
+    """Put particles into fields; rows: of the faces and rigid bodies.
+
+    Raises DustError where none of them gives way.
+    """
+    axes, count = state.axes, len(sample)
+    role = sample.role.astype(np.int32)
+    rank = np.cumsum([body.rigid for body in sample.bodies]) - 1
+    group = sample.face.astype(np.int32)
+    rigid = role == RIGID
+    group[rigid] = FACES + rank[sample.body[rigid]]
+    group[role == DUST] = -1
+    elastic = role == ELASTIC
+    moves = elastic | (role == DUST)
+    centre = rows[:, COLUMN["centre"]][group]
+    S = sample.deviator
+    full = S[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]] if state.dimension == 3 else S[:, [0, 4, 4, 2]]
+    volume = sample.mass / sample.density
+    dust = state.material
+    if state.layout.materials:
+        dust = state.materials.taken(sample.material)
+    values = {
+        "x": sample.position[:, axes],
+        "v": sample.velocity[:, axes],
+        "mass": sample.mass,
+        "density": sample.density,
+        "reference": sample.reference,
+        "modulus": np.where(elastic, sample.modulus, bulk_modulus(sample.reference, dust)),
+        "shear_ratio": np.where(elastic, sample.shear_ratio, dust.mu_over_K),
+        "volume": np.where(moves, volume, 0.0),
+        "deviator": np.where(rigid[:, None], 0.0, full),
+        "arm": np.where(rigid[:, None], (sample.position - centre)[:, axes], 0.0),
+        "group": group,
+        "role": role,
+        "number": np.arange(count, dtype=np.int32),
+    }
+    if "side" in state:
+        values["side"] = np.where(elastic, 2 + sample.body, np.where(rigid, 1, 0))
+    if state.layout.separate:
+        values["gap"] = np.full(count, CLOSED)
+    for name, value in values.items():
+        state[name] = value
+    if not moves.any():
+        raise DustError(
+            "sample: there is nothing that gives way; dust or what is elastic is needed"
+        )
+
+
+def cut_by_mirrors(body, sample, mirrors):
+    """Axes of the mirrors that go through the centre of a rigid body: of it a half is there."""
+    planes, near = sample.room.ravel(), 1e-3 * sample.spacing
+    return [k // 2 for k in mirrors if abs(body.centre[k // 2] - planes[k]) < near]
+
+
+def body_row(body, mirrors=()):
+    """The row of `rigid` of a body at the start (samples.continuum.particles.Body) [SI].
+
+    mirrors: axes of the mirrors through its centre. Each leaves half of its mass, no force across
+    the mirror, and no torque but the one about its normal.
+    """
+    out, mirror_fraction = np.zeros(COLUMN.count), 0.5 ** len(mirrors)
+    forces, torques = np.ones(3), np.ones(3)
+    for axis in mirrors:
+        forces[axis] = 0.0
+        torques *= np.arange(3) == axis
+    values = {
+        "centre": body.centre,
+        "speed": body.velocity,
+        "turn": [1.0, 0.0, 0.0, 0.0],
+        "spin": body.spin,
+        "momentum": mirror_fraction * body.inertia @ body.spin,
+        "mass": mirror_fraction * body.mass,
+        "inertia": np.linalg.pinv(mirror_fraction * body.inertia).ravel(),
+        "radius": body.radius,
+        "half_height": body.half_height,
+        "freedom": [*forces, *torques],
+    }
+    for name, value in values.items():
+        out[COLUMN[name]] = value
+    return out
+
+
+def first_clock(scene, fastest, output_step):
+    """The `clock` of step 0; fastest: the initial speeds of signals [m/s]."""
+    step = scene.numerics.cfl * scene.numerics.smoothing_length / fastest
+    clock = np.zeros(8)
+    clock[LEFT], clock[WANT] = output_step, step
+    clock[DT] = output_step / np.ceil(output_step / step * (1.0 - 1e-12))
+    return clock

@@ -1,0 +1,83 @@
+"""State of a continuum: the used part of its fields, and the order of its particles. SI inside."""
+
+import numpy as np
+
+from dusttaichi.compute.memory import FieldState
+from dusttaichi.continuum.kernels.store import COLUMN, FACES, OLD, SUBSTEPS, WHOLE, declare
+
+
+class DustState(FieldState):
+    """The state of a scene of `count` particles, in internal order.
+
+    fields: memory.Table by name, see kernels.store. bodies: number of rigid bodies. materials:
+    MaterialNumbers of all materials; material: of the first. dimension: 2 or 3; axes: those of the
+    kernels among x, y, z. names: of the variables of a particle.
+    """
+
+    def __init__(self, fields, layout, *, count, bodies, materials):
+        super().__init__(fields, layout)
+        self.count, self.bodies = count, bodies
+        self.materials, self.material = materials, materials.taken(0)
+        self.dimension = layout.dimension
+        self.axes = [0, 2] if self.dimension == 2 else [0, 1, 2]
+        self.names = [variable.name for variable in declare(layout)]
+
+    def of_particles(self, name):
+        """A copy of a variable of all particles."""
+        return self.fields[name].to_numpy(self.count)
+
+    def material_of(self, which=slice(None)):
+        """MaterialNumbers of particles in internal order, of one where there is one alone."""
+        if not self.layout.materials:
+            return self.material
+        return self.materials.taken(self.of_particles("material")[which])
+
+    def of_bodies(self, name):
+        """A Column of the faces and rigid bodies by its name, (FACES + bodies, width)."""
+        return self.fields["rigid"].to_numpy(FACES + self.bodies, COLUMN[name])
+
+    @property
+    def clock(self):
+        """Lengths of the time steps of the method, see kernels.store."""
+        return self["clock"]
+
+    @property
+    def half_step(self):
+        """Half of the last time step [s]: velocities in memory are as far behind positions."""
+        return 0.5 * self.clock[OLD]
+
+    @property
+    def substeps(self):
+        """Time steps so far."""
+        return int(self.clock[SUBSTEPS])
+
+    # -- orders and axes -------------------------------------------------------------------------
+
+    def reorder(self, order):
+        """Put the particles in another order."""
+        for name in self.names:
+            self[name] = self.of_particles(name)[order]
+
+    def in_order(self, values):
+        """Rows of all particles in the order of the sample, of those in internal order."""
+        out = np.empty_like(values)
+        out[self.of_particles("number")] = values
+        return out
+
+    def raised(self, values):
+        """Vectors of the kernels (n, dimension) as (n, 3)."""
+        out = np.zeros((len(values), 3))
+        out[:, self.axes] = values
+        return out
+
+    # -- checkpoint ------------------------------------------------------------------------------
+
+    def arrays(self):
+        """All state, for a checkpoint."""
+        arrays = {name: self[name] for name in WHOLE}
+        return {name: self.of_particles(name) for name in self.names} | arrays
+
+    def restore(self, arrays):
+        """Go back to the arrays of a checkpoint of the same scene and sample."""
+        for name in (*self.names, *WHOLE):
+            self[name] = arrays[name]

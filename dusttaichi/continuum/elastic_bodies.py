@@ -1,0 +1,47 @@
+"""Momenta and motion of the elastic bodies of a continuum, from their particles. SI inside."""
+
+import numpy as np
+
+
+class ElasticBodies:
+    """The elastic bodies of a sample in a DustMotion.
+
+    motion: DustMotion. sample: Particles.
+    """
+
+    def __init__(self, motion, sample):
+        self._state, self._motion = motion.state, motion
+        self._numbers = [k for k, body in enumerate(sample.bodies) if body.elastic]
+        self._body = sample.body
+
+    def _list_members(self):
+        """Numbers of the particles of each body, in internal order: a list."""
+        if not self._numbers:
+            return []
+        label = self._body[self._state.of_particles("number")]
+        return [np.flatnonzero(label == k) for k in self._numbers]
+
+    def momenta(self):
+        """Present momenta [kg m/s], (bodies, 3)."""
+        members = self._list_members()
+        if not members:
+            return np.zeros((0, 3))
+        mass, v = self._state.of_particles("mass"), self._motion.velocities()
+        return np.array([mass[body] @ v[body] for body in members])
+
+    def measure(self):
+        """Present centre [m], velocity [m/s] and spin [rad/s], (bodies, 3) each, as a tuple."""
+        state, members = self._state, self._list_members()
+        values = np.zeros((3, len(members), 3))
+        if not members:
+            return tuple(values)
+        x, v = state.raised(state.of_particles("x")), self._motion.velocities()
+        mass = state.of_particles("mass")
+        for row, number in enumerate(members):
+            m = mass[number]
+            centre, velocity = m @ x[number] / m.sum(), m @ v[number] / m.sum()
+            r = x[number] - centre
+            inertia = m @ np.sum(r * r, axis=1) * np.eye(3) - r.T @ (m[:, None] * r)
+            turning = m @ np.cross(r, v[number] - velocity)
+            values[:, row] = centre, velocity, np.linalg.pinv(inertia) @ turning
+        return tuple(values)
