@@ -14,6 +14,7 @@ from dusttaichi.analysis.kind import is_dynamic, measure_wall_speed
 from dusttaichi.analysis.profile import average_inner_filling_factor
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
+from dusttaichi.results.datasets import read_at
 
 BIN_WIDTH = 0.01
 """Width in filling factor of the bins of a curve; a fifth of it is the default output interval."""
@@ -94,7 +95,9 @@ def _select_loading_stages(run):
         new_records = stage.beyond(largest_phi) if loading else stage
         if len(new_records.series.time):
             loading.append(new_records)
-            largest_phi = max(largest_phi, float(np.nanmax(new_records.series.filling_factor)))
+            largest_phi = max(
+                largest_phi, float(np.nanmax(new_records.series.filling_factor.values))
+            )
     return loading
 
 
@@ -106,7 +109,7 @@ def _read_points(stage, quantity):
     elif quantity == INNER and stage.profiles is not None:
         profile_steps, inner_phi = (
             stage.profiles.step.values,
-            average_inner_filling_factor(stage.profiles).values,
+            average_inner_filling_factor(stage.profiles),
         )
         phi = np.interp(series.step.values, profile_steps, inner_phi, left=np.nan, right=np.nan)
     if phi is None or "pressure" not in series:
@@ -114,7 +117,7 @@ def _read_points(stage, quantity):
             f"{stage.path} has no compression curve: it has no {quantity.replace('_', ' ')}, or no "
             "pressure on the top wall."
         )
-    pressure = series.pressure.sel(wall="top").values
+    pressure = read_at(series.pressure, wall="top")
     is_finite = np.isfinite(phi) & np.isfinite(pressure)
     return np.array([phi[is_finite], pressure[is_finite]])
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.results.datasets import read_at
 
 SHARE = 0.5  #: Share of the initial pressure of a stage over whose fall the slope is fitted.
 FEWEST = 4  #: Least number of records for a slope.
@@ -71,7 +72,7 @@ def _measure_unloading(stage):
 
 def compute_pressure(series):
     """Pressure [Pa] of a series, (times,), or of one record: on the top wall, else of the cell."""
-    top = series.pressure.sel(wall="top").values if "pressure" in series else np.nan
+    top = read_at(series.pressure, wall="top") if "pressure" in series else np.nan
     if "stress" not in series:
         return top
     return np.where(np.isfinite(top), top, compute_cell_pressure(series))

@@ -15,6 +15,7 @@ from dusttaichi.analysis.compression_fit import fit_compression
 from dusttaichi.analysis.kind import SLOWEST, is_dynamic, measure_wall_speed
 from dusttaichi.errors import DustError
 from dusttaichi.physics.laws import S12_STATIC
+from dusttaichi.results.datasets import read_at
 
 PLATEAU = (0.2, 0.4)
 """Filling factors of the box between which the layer has formed and not reached the bottom."""
@@ -69,7 +70,7 @@ def measure_dynamic_compression(run, fits=FITS):
 def _measure_plateau(run):
     """Mean pressure on the top wall over the plateau [Pa], and its standard error; nan without."""
     phi = run.series.filling_factor.values
-    pressure = run.series.pressure.sel(wall="top").values
+    pressure = read_at(run.series.pressure, wall="top")
     plateau = pressure[(phi >= PLATEAU[0]) & (phi <= PLATEAU[1]) & np.isfinite(pressure)]
     if len(plateau) < 3 or not plateau.any():  # nothing has reached the wall
         return np.nan, np.nan
@@ -104,7 +105,7 @@ def fit_compaction_front(run):
     lower, upper = profiles.bin_lower.values, profiles.bin_upper.values
     heights, times, layers = [], [], []
     for number in np.flatnonzero((box >= PLATEAU[0]) & (box <= PLATEAU[1])):
-        top = float(profiles.height[number])
+        top = float(profiles.height.values[number])
         z = _find_front(phi[number] - start, middle, upper <= top)
         if z is None:
             continue
@@ -114,7 +115,7 @@ def fit_compaction_front(run):
             mass = np.nan_to_num(phi[number]) * thick
             fraction_above = np.divide(above, thick, out=np.zeros_like(thick), where=thick > 0.0)
             heights.append(z)
-            times.append(float(profiles.profile_time[number]))
+            times.append(float(profiles.profile_time.values[number]))
             layers.append(float((mass * fraction_above).sum() / above.sum()))
     if len(heights) < 3:
         return np.nan, np.nan, np.nan

@@ -4,6 +4,7 @@ import numpy as np
 
 from dusttaichi.analysis.tension import find_start_of_tension, is_tensile_test, read_tension
 from dusttaichi.physics.geometry import LYING
+from dusttaichi.results.datasets import read_at
 from dusttaichi.scene.numerics import DRAFT
 
 LEAST_CHANGE = 1e-3
@@ -64,7 +65,7 @@ class RunKind:
         if self.tree is None or "normal_force" not in self.tree.get("contacts", {}):
             return False
         frames = self.snapshots
-        return frames is not None and int(frames.contact_count[-1]) > 0
+        return frames is not None and int(frames.contact_count.values[-1]) > 0
 
     @property
     def collides(self):
@@ -74,8 +75,7 @@ class RunKind:
             return False
         if not self.sample.get("speed") or "contacts" not in getattr(self.tree, "children", ()):
             return False
-        frames = self.snapshots
-        return frames is not None and frames.sizes["snapshot"] > 1
+        return self.snapshot_count > 1
 
     @property
     def has_sphere(self):
@@ -118,7 +118,7 @@ class RunKind:
         if "filling_factor" not in self.series or not len(self.series.time):
             return 0.0
         phi = self.series.filling_factor.values
-        first = phi[0] if self._record_before is None else self._record_before.filling_factor.values
+        first = phi[0] if self._record_before is None else self.start.filling_factor.values
         growth = float(phi[-1] / first) - 1.0
         return growth if np.isfinite(growth) else 0.0
 
@@ -126,13 +126,13 @@ class RunKind:
     def has_top_pressure(self):
         """True where the pressure on a top wall is recorded."""
         is_recorded = "pressure" in self.series
-        return is_recorded and bool(np.isfinite(self.series.pressure.sel(wall="top").values).any())
+        return is_recorded and bool(np.isfinite(read_at(self.series.pressure, wall="top")).any())
 
     @property
     def _evenly(self):
         if not {"box_length", "stress"} <= set(self.series):
             return False
-        ratio = (self.series.box_length[-1] / self.start.box_length).values
+        ratio = self.series.box_length.values[-1] / self.start.box_length.values
         return bool(np.all(np.abs(ratio / ratio[0] - 1.0) < 0.01))  # not for nan either
 
 

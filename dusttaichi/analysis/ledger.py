@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.results.datasets import read_at
 from dusttaichi.results.variables import reference_energy
 
 KINETIC = ("kinetic_translation", "kinetic_rotation", "sphere_kinetic", "kinetic")
@@ -41,8 +42,11 @@ def sum_losses_by_channel(series):
     """Channel -> energy lost since the start [J], (times,), in contacts of grains and walls."""
     if "loss" not in series:
         return {}
-    loss = sum(series[name] for name in LOSSES if name in series)
-    return {str(c): loss.sel(channel=c).values for c in series.channel.values}
+    names = [name for name in LOSSES if name in series]
+    return {
+        str(channel): sum(read_at(series[name], channel=channel) for name in names)
+        for channel in series.channel.values
+    }
 
 
 def compute_ledger(run):
@@ -51,7 +55,9 @@ def compute_ledger(run):
     zero = np.zeros(len(series.time))
 
     def total(name, over):
-        return series[name].sum(over).values if name in series else zero
+        if name not in series:
+            return zero
+        return np.nansum(series[name].values, axis=series[name].dims.index(over))
 
     losses = sum_losses_by_channel(series)
     lost = sum(losses.values(), zero)

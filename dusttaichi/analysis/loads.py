@@ -10,6 +10,7 @@ import numpy as np
 from dusttaichi.analysis.cycles import compute_pressure
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import AXES
+from dusttaichi.results.datasets import read_at
 from dusttaichi.scene.quantities import parse
 
 LAST = 10  #: Records at the end of a stage over which a load is averaged.
@@ -84,7 +85,7 @@ def _measure_controlled_load(stage, prescribed):
         overshoot=float(mean.max() / prescribed - 1.0),
         filling_factor=float(phi[-1]),
         creep=float(np.log(phi[-1] / phi[-LAST]) / (time[-1] - time[-LAST])),
-        time=float(time[-1] - stage.start.time),
+        time=float(time[-1]) - float(stage.start.time),
     )
 
 
@@ -286,9 +287,9 @@ def average_flow(strain, stress, load, density):
 def _read_stresses(series):
     """Shear and normal stress [Pa], (n,) each: of the cell, or on the top wall."""
     if "wall_force" in series:
-        force = series.wall_force.sel(wall="top")
-        pressure = series.pressure.sel(wall="top").values
-        return force.sel(xyz="x").values / -force.sel(xyz="z").values * pressure, pressure
+        across, along = (read_at(series.wall_force, wall="top", xyz=axis) for axis in "xz")
+        pressure = read_at(series.pressure, wall="top")
+        return across / -along * pressure, pressure
     stress = series.stress.values
     return 0.5 * (stress[:, 0, 2] + stress[:, 2, 0]), -stress[:, 2, 2]
 

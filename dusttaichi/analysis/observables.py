@@ -17,7 +17,7 @@ GRID = 201  # pressures at which two curves are compared
 def _sum_last_record(*names):
     """Sum of variables of the series in the last record."""
     return lambda run: float(
-        sum(run.series[name][-1].sum() for name in names if name in run.series)
+        sum(np.nansum(run.series[name].values[-1]) for name in names if name in run.series)
     )
 
 

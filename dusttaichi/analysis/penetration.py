@@ -10,6 +10,7 @@ import numpy as np
 from dusttaichi.analysis.frame import find_surface
 from dusttaichi.analysis.stopping import Stop, find_first_stop
 from dusttaichi.errors import DustError
+from dusttaichi.results.datasets import read_at
 
 WIDTH, SLICE = 0.7, 0.25  #: Radius and height of a slice below a sphere, over its radius.
 
@@ -77,11 +78,12 @@ def _read_motion(run):
     bead = run.sample.get("projectile", {})
     if "body_position" not in series or bead.get("shape") != "sphere":
         raise DustError(f"{run.path} has no rigid sphere.")
-    body = series.sel(rigid=bead["name"])
-    velocity = body.body_velocity.values
+    position, velocity = (
+        read_at(series[name], rigid=bead["name"]) for name in ("body_position", "body_velocity")
+    )
     force = bead["mass"] * np.gradient(velocity, time, axis=0)
     size = 0.5 * bead["diameter"], bead["mass"]
-    return time, body.body_position.values, velocity, force, size
+    return time, position, velocity, force, size
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ def measure_column(run, snapshot=-1) -> Column:
     else:
         series, name = run.whole.series, run.sample["projectile"]["name"]
         record = int(np.argmin(np.abs(series.time.values - float(frames.snapshot_time))))
-        position = series.body_position.sel(rigid=name).values[record]
+        position = read_at(series.body_position, rigid=name)[record]
     lowest, reach = position[2] - motion.radius, WIDTH * motion.radius
     count = int((lowest - run.method.read(run, 0).floor) / (SLICE * motion.radius) + 1e-6)
     edges = lowest - SLICE * motion.radius * np.arange(count + 1)

@@ -64,13 +64,18 @@ def join_cut_bins(profiles):
     return profiles.assign(filling_factor=(dims, phi), middle=(dims, middle))
 
 
-def average_inner_filling_factor(profiles) -> xr.DataArray:
-    """Filling factor between EDGE grain diameters above the bottom and below the top, (profile,).
+def average_inner_filling_factor(profiles) -> np.ndarray:
+    """Filling factor between EDGE grain diameters above the bottom and below the top, (profiles,).
 
     profiles: of a Run; a bin is one grain diameter high, and counts with its part in between. Not a
     number where nothing is in between.
     """
-    edge = EDGE * float(profiles.bin_upper[0] - profiles.bin_lower[0])
-    upper = np.minimum(profiles.bin_upper, profiles.height - edge)
-    inside = (upper - profiles.bin_lower.clip(min=edge)).clip(min=0.0)
-    return profiles.filling_factor.weighted(inside).mean("bin")
+    lower, upper = profiles.bin_lower.values[:, None], profiles.bin_upper.values[:, None]
+    edge = EDGE * float(upper[0, 0] - lower[0, 0])
+    highest = np.minimum(upper, profiles.height.values - edge)
+    inside = np.clip(highest - np.maximum(lower, edge), 0.0, None)  # (bin, profile)
+    phi = profiles.filling_factor.transpose("profile", "bin").values
+    is_number = ~np.isnan(phi)
+    total = np.einsum("pb,bp->p", np.where(is_number, phi, 0.0), inside)
+    weight = np.einsum("pb,bp->p", is_number, inside)
+    return np.divide(total, weight, out=np.full(len(weight), np.nan), where=weight > 0.0)

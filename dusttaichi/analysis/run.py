@@ -14,7 +14,8 @@ from dusttaichi.analysis.names import format_run_name
 from dusttaichi.analysis.stored import explain_missing_result
 from dusttaichi.errors import DustError
 from dusttaichi.physics.geometry import WALLS
-from dusttaichi.results.reading import load_groups, open_tree
+from dusttaichi.results.datasets import take_record, take_records
+from dusttaichi.results.reading import load_groups, load_variable, open_tree
 from dusttaichi.scene import extensions, quantities
 from dusttaichi.scene.material import Material
 from dusttaichi.scene.paths import user_path
@@ -46,7 +47,7 @@ class Run(RunKind, AbstractContextManager):
         self.attrs = foreign.check_attributes(series.attrs, path)
         self.whole = self
         self._file, self._tree = file, None
-        self._record_before = None  # the last record before a stage
+        self._record_before = None  # number of the last record before a stage
         self.stage_name = ""
 
     def __repr__(self):
@@ -144,17 +145,18 @@ class Run(RunKind, AbstractContextManager):
             raise DustError(f"{self.path}: stage {names[number]} has not begun.")
         view = copy.copy(self.whole)
         view.stage_name = names[number]
-        view._record_before = series.isel(time=records[0] - 1) if records[0] else None
-        view.series = series.isel(time=records)
+        view._record_before = records[0] - 1 if records[0] else None
+        view.series = take_records(series, "time", records)
         if view.profiles is not None:
-            is_inside = view._holds(view.profiles.step.values)
-            view.profiles = view.profiles.isel(profile=is_inside) if is_inside.any() else None
+            inside = np.flatnonzero(view._holds(view.profiles.step.values))
+            view.profiles = take_records(view.profiles, "profile", inside) if len(inside) else None
         return view
 
     def beyond(self, filling_factor):
         """This run with the records of a larger filling factor only."""
         view = copy.copy(self)
-        view.series = self.series.isel(time=self.series.filling_factor.values > filling_factor)
+        records = np.flatnonzero(self.series.filling_factor.values > filling_factor)
+        view.series = take_records(self.series, "time", records)
         return view
 
     @property
@@ -172,13 +174,15 @@ class Run(RunKind, AbstractContextManager):
     @property
     def start(self):
         """The initial record: the last of the stage before, or the first."""
-        return self.series.isel(time=0) if self._record_before is None else self._record_before
+        if self._record_before is None:
+            return take_record(self.series, "time", 0)
+        return take_record(self.whole.series, "time", self._record_before)
 
     def _holds(self, steps):
         """True for `steps` between the start and the last record, both included."""
         if not len(self.series.time):
             return np.zeros(len(steps), dtype=bool)
-        return (steps >= int(self.start.step)) & (steps <= int(self.series.step[-1]))
+        return (steps >= int(self.start.step)) & (steps <= int(self.series.step.values[-1]))
 
     # Snapshots.
 
@@ -193,11 +197,22 @@ class Run(RunKind, AbstractContextManager):
             return None
         return self.tree["snapshots"].to_dataset().isel(snapshot=numbers)
 
+    @property
+    def snapshot_count(self):
+        """Number of the snapshots that `snapshots` has, 0 without any."""
+        return len(self._snapshot_numbers())
+
     def _snapshot_numbers(self):
-        if self.tree is None or "snapshots" not in self.tree.children:
-            return np.zeros(0, dtype=int)
-        steps = self.tree["snapshots"].step.values
+        steps = self._read_snapshot_steps()
         return np.arange(len(steps)) if self.whole is self else np.flatnonzero(self._holds(steps))
+
+    def _read_snapshot_steps(self):
+        root = self.whole
+        if root._file is not None and root._tree is None:  # opens no tree, which takes longer
+            return load_variable(root._file, "snapshots", "step")
+        if root._tree is None or "snapshots" not in root._tree.children:
+            return np.zeros(0, dtype=int)
+        return root._tree["snapshots"].step.values
 
     def period(self, snapshot=-1):
         """Edges of the cell in a snapshot [m], (3,), nan along an axis that is not periodic."""

@@ -13,6 +13,7 @@ from dusttaichi.analysis.tension import find_longest_axis, find_start_of_tension
 from dusttaichi.errors import DustError
 from dusttaichi.physics import laws
 from dusttaichi.physics.geometry import AXES
+from dusttaichi.results.datasets import read_at
 
 WIDEST = 0.1
 """Largest share by which the filling factor may change within a window (T19 section 3.1)."""
@@ -139,7 +140,7 @@ def compute_strength_law(run, phi) -> float:
 def _read_edge(records, axis):
     """Length of the cell along `axis` [m], or None if unknown."""
     if "box_length" in records:
-        return records.box_length.sel(xyz=axis).values
+        return read_at(records.box_length, xyz=axis)
     return records["height"].values if "height" in records and axis == "z" else None
 
 
@@ -151,11 +152,11 @@ def _read_records(stage, axis):
     """
     series, start = stage.series, stage.start
     if "stress" in series:
-        stress = series.stress.sel(xyz=axis, axis=axis).values
+        stress = read_at(series.stress, xyz=axis, axis=axis)
     elif axis != "z":
         raise DustError(f"{stage.path} has no stress along {axis}: only that on the top wall, z.")
     else:
-        stress = -series.pressure.sel(wall="top").values
+        stress = -read_at(series.pressure, wall="top")
     edge = _read_edge(series, axis)
 
     def halfway(values, first):

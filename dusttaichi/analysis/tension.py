@@ -3,6 +3,7 @@
 import numpy as np
 
 from dusttaichi.analysis.loads import find_drive, find_stage_block
+from dusttaichi.results.datasets import read_at
 
 RECORDS = 10
 """Successive records whose mean distinguishes tension from fluctuations, see stop.past_maximum."""
@@ -15,7 +16,7 @@ def read_tension(stage):
     """
     series = stage.series
     if "stress" not in series or (stage.has_top_pressure and "box_length" not in series):
-        return -series.pressure.sel(wall="top").values
+        return -read_at(series.pressure, wall="top")
     normal = np.diagonal(series.stress.values, axis1=1, axis2=2)
     if "box_length" not in series:
         return normal[:, np.argmax(np.nanmean(normal, axis=0))]
@@ -24,7 +25,7 @@ def read_tension(stage):
 
 def find_longest_axis(stage):
     """Number of the axis along which the cell of a stage, which has `box_length`, grows most."""
-    return int(np.nanargmax((stage.series.box_length[-1] / stage.start.box_length).values))
+    return int(np.nanargmax(stage.series.box_length.values[-1] / stage.start.box_length.values))
 
 
 def _is_load_controlled(stage):

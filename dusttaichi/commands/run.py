@@ -125,14 +125,14 @@ def _show_result(directory, draw, as_json, phases):
 
             figures = plots.save_figures(result, directory, failed=failed)
             phases.end(f"{len(figures)} figures")
-        frames = result.snapshots
+        frame_count = result.snapshot_count
     if as_json:
         say_json(numbers)
     else:
         _say_table(numbers["name"], rows)
     say_written([directory / "result.nc", *figures], remark if as_json else say)
     say_not_drawn(failed)
-    return 0 if frames is None else frames.sizes["snapshot"]
+    return frame_count
 
 
 def _say_table(name, rows):

@@ -9,7 +9,7 @@ import xarray as xr
 from xarray.backends import BackendArray, NetCDF4DataStore
 from xarray.core import indexing
 
-from dusttaichi.results import locks
+from dusttaichi.results import datasets, locks
 from dusttaichi.results.integrity import open_result, refusal
 from dusttaichi.results.layout import folder_of
 from dusttaichi.results.pieces import OWN, pieces_of
@@ -35,6 +35,14 @@ def load_groups(path, *names):
     return _retry_reading(_load, path, names)
 
 
+def load_variable(path, group, name):
+    """Values of a variable of a group that grows, of all its records; empty without the group.
+
+    Raises as `open_tree`.
+    """
+    return _retry_reading(_load_variable, path, group, name)
+
+
 def _retry_reading(read, path, *arguments):
     """Read a result by a function, also where its parts are just being joined."""
     for _ in range(ATTEMPTS):
@@ -51,14 +59,28 @@ def _load(path, names):
     with open_result(path) as file:
         if len(pieces_of(path)) == 1:
             folders = {"series": file, **file.groups}
-            return {
-                name: xr.open_dataset(NetCDF4DataStore(folders[name])).load()
-                for name in names
-                if name in folders
-            }
+            return {name: _load_group(folders[name]) for name in names if name in folders}
     with _open(path) as tree:
         nodes = {"series": tree, **tree.children}
         return {n: nodes[n].to_dataset(inherit=False).load() for n in names if n in nodes}
+
+
+def _load_variable(path, group, name):
+    blocks = [np.zeros(0)]
+    for piece in pieces_of(path):
+        count = piece.ends.get(group, 0) - piece.starts.get(group, 0)
+        if count > 0:
+            with open_result(piece.path) as file:
+                file.set_auto_maskandscale(False)
+                blocks.append(folder_of(file, group)[name][:count])
+    return np.concatenate(blocks[1:] or blocks)
+
+
+def _load_group(folder):
+    """The Dataset of an open group, in memory."""
+    if datasets.is_plain(folder):
+        return datasets.read_group(folder)
+    return xr.open_dataset(NetCDF4DataStore(folder)).load()  # of another program
 
 
 def _open(path):

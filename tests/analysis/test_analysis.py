@@ -193,7 +193,7 @@ def test_curve_of_the_inner_part(tmp_path):
     with analysis.open_run(path) as run:
         curve = analysis.measure_compression_curve(run, quantity="inner_filling_factor")
         numbers = analysis.summarise(run)
-    ends = average_inner_filling_factor(run.profiles).values[[0, -1]]
+    ends = average_inner_filling_factor(run.profiles)[[0, -1]]
     np.testing.assert_allclose(curve.raw_filling_factor[[0, -1]], ends, rtol=1e-12)
     assert len(curve.raw_pressure) == run.series.sizes["time"]
     assert numbers["inner_filling_factor"] == pytest.approx(ends[-1])

@@ -24,12 +24,13 @@ from dusttaichi.analysis.numbers.number_registry import (
 )
 from dusttaichi.analysis.texts import format_quantity
 from dusttaichi.errors import DustError
+from dusttaichi.results.datasets import read_at
 
 PEAKS = 10  #: Successive records whose largest force PD08 (section 3.1.2) took.
 AT = (0.2, 0.3, 0.4, 0.45)  #: Filling factors at which comparisons list pressure and contacts.
 HALF_WIDTH = 0.006  #: Half of the interval of filling factor for averages.
 QUANTITIES = (
-    ("pressure_kpa", "pressure", "kPa", lambda s, grains: s.pressure.sel(wall="top").values / 1e3),
+    ("pressure_kpa", "pressure", "kPa", lambda s, grains: read_at(s.pressure, wall="top") / 1e3),
     ("contacts_per_grain", "contacts per grain", "1",
      lambda s, grains: s.contact_count.values / grains),
     ("kinetic_fj_per_grain", "kinetic energy per grain", "fJ",

@@ -24,6 +24,7 @@ from dusttaichi.analysis.numbers.number_registry import (
 )
 from dusttaichi.analysis.texts import format_quantity
 from dusttaichi.errors import DustError
+from dusttaichi.results.datasets import read_at
 from dusttaichi.scene import quantities
 
 
@@ -32,10 +33,10 @@ class _FinalState:
 
     def __init__(self, run):
         self.run, self.grains = run, run.grains
-        self.last = run.series.isel(time=-1) if len(run.series.time) else {}
+        self.series = run.series if len(run.series.time) else {}
 
     def __call__(self, name, convert=float):
-        return convert(self.last[name]) if name in self.last else None
+        return convert(self.series[name].values[-1]) if name in self.series else None
 
     @cached_property
     def ledger(self):
@@ -44,7 +45,9 @@ class _FinalState:
     @property
     def pressure(self):
         """Pressure on the top wall [Pa], or None."""
-        value = float(self.last["pressure"].sel(wall="top")) if "pressure" in self.last else np.nan
+        if "pressure" not in self.series:
+            return None
+        value = float(read_at(self.series["pressure"], wall="top")[-1])
         return value if np.isfinite(value) else None
 
     @property

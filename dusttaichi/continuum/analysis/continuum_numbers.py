@@ -34,9 +34,9 @@ def _measure(run):
         compute_ledger(run)
     )
     if len(run.series.time) and "substeps" in run.series:
-        numbers["time_steps"] = int(run.series.substeps[-1])
+        numbers["time_steps"] = int(run.series.substeps.values[-1])
     if len(run.series.time) and "largest_filling_factor" in run.series:
-        largest = float(run.series.largest_filling_factor.max())
+        largest = float(np.fmax.reduce(run.series.largest_filling_factor.values))
         numbers["largest_filling_factor"] = largest or None  # 0 without dust
     if run.snapshots is None:
         return numbers

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dusttaichi.errors import DustError
+from dusttaichi.results.datasets import take_record
 
 LEAST_PRESSED = 0.01  #: Growth of ln(filling factor) from which a stage presses.
 
@@ -93,15 +94,15 @@ def grain_test(run):
         seed=int(sample.get("seed", 0)),
         grains=run.grains,
         solid_density=float(run.material.density),
-        phi=float(series.filling_factor[0]),
+        phi=float(series.filling_factor.values[0]),
         segments=segments,
     )
 
 
 def _segment(run, stage):
     """The Segment of a stage, or of a run without stages; None where it has no records."""
-    first = run.series.isel(time=0)
-    includes_start = stage.start.step >= stage.series.step[0]
+    first = take_record(run.series, "time", 0)
+    includes_start = int(stage.start.step) >= stage.series.step.values[0]
     series = stage.series.isel(time=slice(int(includes_start), None))
     if not len(series.time):
         return None
@@ -118,10 +119,10 @@ def _segment(run, stage):
     if abs(grown) < 1e-6:
         segment_kind = "rest"
     middle = 0.5 * (strain[1:] + strain[:-1]).sum(axis=1)
-    span = float(series.time[-1] - stage.start.time)
+    span = float(series.time.values[-1]) - float(stage.start.time)
     return Segment(
         kind=segment_kind,
-        name=run.whole.stages[int(series.stage[-1])] if run.whole.stages else "",
+        name=run.whole.stages[int(series.stage.values[-1])] if run.whole.stages else "",
         strain=strain,
         stress=stress,
         phi=float(first.filling_factor) * np.exp(-middle),

@@ -7,6 +7,7 @@ import numpy as np
 from dusttaichi.analysis.restitution import UNTOUCHED
 from dusttaichi.analysis.stopping import Stop, find_first_stop
 from dusttaichi.errors import DustError
+from dusttaichi.results.datasets import read_at
 
 
 @dataclass(frozen=True)
@@ -72,10 +73,11 @@ def intrusion(run):
     Raises DustError where there is none, or it has not met the dust.
     """
     bead, series = projectile_of(run), run.whole.series
-    way = series.sel(rigid=bead["name"])
     time = series.time.values
-    height = way.body_position.sel(xyz="z").values
-    velocity = way.body_velocity.sel(xyz="z").values
+    height, velocity = (
+        read_at(series[name], rigid=bead["name"], xyz="z")
+        for name in ("body_position", "body_velocity")
+    )
     spacing, gravity = float(run.attrs["spacing"]), float(run.attrs.get("gravity", 0.0))
     free_fall = velocity[0] - gravity * (time - time[0])
     if not np.any(np.abs(velocity - free_fall) > UNTOUCHED * np.abs(free_fall)):
