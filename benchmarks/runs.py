@@ -71,7 +71,7 @@ def answer(parent, *, do, grains, threads, steps, scene=SCENE):
     with simulate(scene, log=lambda text: None) as run:
         run.advance(10)  # loads the kernels
         search = run._run.sim.search
-        search.around, first = Stopwatch(), search.count
+        search.stopwatch, first = Stopwatch(), search.count
         began, used = time.perf_counter(), time.process_time()
         if steps is None:
             run.run()
@@ -81,6 +81,6 @@ def answer(parent, *, do, grains, threads, steps, scene=SCENE):
             "steps": run.step - 10,
             "seconds": time.perf_counter() - began,
             "processor": time.process_time() - used,
-            "search": search.around.seconds,
+            "search": search.stopwatch.seconds,
             "searches": search.count - first,
         }

@@ -64,7 +64,7 @@ class Benchmark:
             sample = replace(sample, radii=np.full(len(sample), scene.material.radius))
         self.sim = build(scene, sample, ledger=ledger)
         self.sim.stepper.advance(1)
-        self.searching = self.sim.search.around = Stopwatch()
+        self.searching = self.sim.search.stopwatch = Stopwatch()
         return {"box": (self.sim.environment.lengths() * units.LENGTH).tolist()}
 
     def time(self, steps):

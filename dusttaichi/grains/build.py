@@ -14,16 +14,16 @@ from dusttaichi.grains.compiled_grains import compiled_for, interfaces
 from dusttaichi.grains.contact_table import ContactTable
 from dusttaichi.grains.grain_engine import DIFFERING, PREFIX, SAMPLE, GrainEngine
 from dusttaichi.grains.grain_ledger import ContactNumbers
-from dusttaichi.grains.grain_properties import equal_properties, scaled
+from dusttaichi.grains.grain_properties import equal_properties, scale_materials
 from dusttaichi.grains.kernels import store
 from dusttaichi.grains.kernels.contact_numbers import internal_numbers
 from dusttaichi.grains.kernels.declare import declare
-from dusttaichi.grains.kernels.polydisperse import stored
+from dusttaichi.grains.kernels.polydisperse import list_stored_numbers
 from dusttaichi.grains.order import order_by_members
 from dusttaichi.grains.outside_forces import choose_model, make_forces
 from dusttaichi.grains.placement import is_tilted, place_environment
 from dusttaichi.grains.pushes import make_push
-from dusttaichi.grains.rigid_sphere import placed_sphere
+from dusttaichi.grains.rigid_sphere import place_sphere
 from dusttaichi.grains.setup import Prepared
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
@@ -43,16 +43,22 @@ def build(scene, sample, *, loops=None, ledger=True, step=None):
     The engine built before is of no more use: its fields and kernels may serve again.
     Raises DustError for a sample that does not fit, or a step that cannot be stable.
     """
-    parts = prepared(scene, sample, loops=loops, ledger=ledger, step=step)
-    layout, grains, walls = parts.layout, len(parts.order), parts.domain.box is not None
-    compiled = chosen_kernels(parts.scene, layout, (parts.loops.execution, grains, parts.threads))
+    preparation = prepare(scene, sample, loops=loops, ledger=ledger, step=step)
+    layout, grains, walls = (
+        preparation.layout,
+        len(preparation.order),
+        preparation.domain.box is not None,
+    )
+    compiled = choose_kernels(
+        preparation.scene, layout, (preparation.loops.execution, grains, preparation.threads)
+    )
     rows = {var.name: var.shape[0] for var in declare(grains, layout, walls)}
     tables = STRUCTURES.tables(compiled, rows)
     tables[0]["counts"].from_numpy(np.array(store.sizes(grains, layout, walls)))
-    numbers, rows = chosen_numbers(parts.contact_table, layout.model)
+    numbers, rows = choose_numbers(preparation.contact_table, layout.model)
     if rows is not None:
         tables[1]["interfaces"].from_numpy(rows)
-    return GrainEngine(scene, parts, compiled, tables, numbers)
+    return GrainEngine(scene, preparation, compiled, tables, numbers)
 
 
 def make(scene, sample, step=None):
@@ -75,15 +81,15 @@ def reopen(scene, state):
     return engine
 
 
-def prepared(scene, sample, *, loops=None, ledger=True, step=None):
+def prepare(scene, sample, *, loops=None, ledger=True, step=None):
     """Prepared of a scene with a sample; nothing is compiled. Arguments, errors as of `build`."""
-    sample, scene = samples.apply_pushes(scene, sample), scaled(scene)
+    sample, scene = samples.apply_pushes(scene, sample), scale_materials(scene)
     pushed_sample = sample
     table = ContactTable.for_sample(scene, sample)
-    own = table.properties
+    grain_properties = table.properties
     check_precision(scene, sample, ContactTable(scene).farthest_pair.rest_overlap)
     step = step or chosen_step(table, sample)
-    properties = equal_properties(scene.material) if own is None else own
+    properties = equal_properties(scene.material) if grain_properties is None else grain_properties
     radii, dt = properties.radius / units.LENGTH, step.dt / units.TIME
     smallest, largest = float(np.min(radii)), float(np.max(radii))
     order = order_by_members(sample.positions / units.LENGTH, radii, sample.info.get("members"))
@@ -91,20 +97,20 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
         scene.push, sample.info, order, dt, {push.kind for push in list_stage_pushes(scene)}
     )
     box, cell = place_environment(table, sample)
-    sample = with_images(scene, sample, cell)
+    sample = describe_images(scene, sample, cell)
     volume = len(order) * 4.0 / 3.0 * np.pi * radii**3
-    if own is not None:
+    if grain_properties is not None:
         volume = float(np.sum(4.0 / 3.0 * np.pi * radii**3))
     t_c = constants.characteristic_time(scene.material.unscaled) / units.TIME
     loops = loops or loops_of(scene.numerics)
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     layout = replace(
-        chosen_layout(
+        choose_layout(
             scene,
             model,
             loops,
             push,
-            polydisperse=own is not None,
+            polydisperse=grain_properties is not None,
             members="members" in sample.info,
         ),
         ledger=ledger,
@@ -120,7 +126,7 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
         order,
         step,
         domain=Domain(dt, volume, largest, box, cell, t_c, units=units.GRAINS),
-        sphere=placed_sphere(scene, sample, own, box),
+        sphere=place_sphere(scene, sample, grain_properties, box),
         forces=make_forces(scene, layout.forces, sample, properties),
         push=push,
         contact_table=table,
@@ -131,25 +137,25 @@ def prepared(scene, sample, *, loops=None, ledger=True, step=None):
     )
 
 
-def with_images(scene, sample, cell):
+def describe_images(scene, sample, cell):
     """The Sample with the measures that it has in a domain.Cell, None without one.
 
-    scene: `scaled`. A sample that has been described in this cell is returned as it is.
+    scene: `scale_materials`. A sample that has been described in this cell is returned as it is.
     """
     if cell is None:
         return sample
     periodic = np.isin(np.arange(3), cell.axes)
     period = np.where(periodic, cell.edges(0.0) * units.LENGTH, np.inf)
-    around = samples.Cell(period, cell.offset(0.0) * units.LENGTH)
+    scene_cell = samples.Cell(period, cell.offset(0.0) * units.LENGTH)
     materials = samples.Materials(scene)
-    before = samples.find_cell(sample.info, materials)
-    same = np.allclose(before.period, period) and np.isclose(before.tilt, around.tilt)
+    sample_cell = samples.find_cell(sample.info, materials)
+    same = np.allclose(sample_cell.period, period) and np.isclose(sample_cell.tilt, scene_cell.tilt)
     if same and "network" in sample.info:
         return sample
-    return samples.describe_in_cell(sample, materials.radii_of(sample), around)
+    return samples.describe_in_cell(sample, materials.radii_of(sample), scene_cell)
 
 
-def chosen_numbers(table, model):
+def choose_numbers(table, model):
     """Internal numbers of a contact of two grains, with a wall and with the sphere (None without).
 
     Each is that of a ContactTable which reaches farthest; also the rows of interfaces (None of
@@ -162,7 +168,7 @@ def chosen_numbers(table, model):
     return ContactNumbers(pair, wall, on_sphere), rows
 
 
-def chosen_layout(scene, model, loops, push, *, polydisperse, members=False):
+def choose_layout(scene, model, loops, push, *, polydisperse, members=False):
     """The Layout of the numbers that a scene needs; members: see grains.members."""
     return store.Layout(
         width=loops.width,
@@ -172,7 +178,7 @@ def chosen_layout(scene, model, loops, push, *, polydisperse, members=False):
         stress=scene.output.stress,
         forced=push.forced,
         carried=push.carried,
-        stored=stored(model, scene.softened) if polydisperse else (),
+        stored=list_stored_numbers(model, scene.softened) if polydisperse else (),
         precision=scene.numerics.precision,
         sphere=scene.sphere is not None,
         tube=scene.boundary.kind == "tube",
@@ -201,13 +207,13 @@ def has_few_wall_contacts(box, cell, grains, smallest):
     return bool(1.2 * full <= store.wall_contacts(grains, few=True))
 
 
-def chosen_kernels(scene, layout, running):
+def choose_kernels(scene, layout, running):
     """The Compiled of a scene; running: kind of the loops, number of grains and threads."""
-    kind, grains, threads = running
+    execution, grains, threads = running
     walls, room = bool(scene.boundary.walls), capacity_for(grains)
     materials = len(scene.all_materials)
     started = ("grains", scene.numerics.backend, scene.numerics.debug, threads)
-    key = (*started, room, layout, walls, materials, kind)
+    key = (*started, room, layout, walls, materials, execution)
     return STRUCTURES.get(key, scene, threads, lambda key: compiled_for(key, scene, layout, room))
 
 

@@ -6,14 +6,14 @@ from functools import cached_property
 import numpy as np
 
 from dusttaichi.domain.walls import wall_strengths
-from dusttaichi.grains.grain_properties import grain_properties, scaled
+from dusttaichi.grains.grain_properties import grain_properties, scale_materials
 from dusttaichi.physics.contact import constants
 from dusttaichi.scene.sphere import SMOOTH
 
 FLOOR = (None, None, None, None, 1.0, None)  # strengths of a wall below alone
 
 
-def glued(wall, boundary):
+def glue_wall(wall, boundary):
     """Constants of a wall contact [SI] with the normal force of glued plates."""
     return replace(wall, glue=boundary.glue if boundary.kind == "plates" else 1.0)
 
@@ -31,12 +31,12 @@ class ContactTable:
 
     Grains are given as (number of the material, radius [m]).
 
-    scene: as it is computed (grain_properties.scaled). properties: GrainProperties, None of equal
-    grains.
+    scene: as it is computed (grain_properties.scale_materials). properties: GrainProperties, None
+    of equal grains.
     """
 
     def __init__(self, scene, properties=None):
-        self.scene, self.properties = scaled(scene), properties
+        self.scene, self.properties = scale_materials(scene), properties
         self._computed = {}
 
     @classmethod
@@ -73,7 +73,7 @@ class ContactTable:
         scene = self.scene
         material = scene.all_materials[number]
         wall = constants.wall_constants(material, scene.interaction, radius, scene.material)
-        return glued(wall, scene.boundary)
+        return glue_wall(wall, scene.boundary)
 
     def _make_sphere(self, grain):
         number, radius = grain

@@ -124,15 +124,19 @@ class GrainEngine(SimpleEngine):
         """ActingForces of OutsideForces; None without."""
         if forces is None:
             return None
-        parts = {"state": self.grain_state, "bodies": self.bodies, "environment": self.environment}
-        return ActingForces(forces, self.kernels, tables, **parts)
+        arguments = {
+            "state": self.grain_state,
+            "bodies": self.bodies,
+            "environment": self.environment,
+        }
+        return ActingForces(forces, self.kernels, tables, **arguments)
 
     def _make_members(self, bodies):
         """Members with these numbers of grains in both bodies of each, (M, 2); None without."""
         if bodies is None:
             return None
-        parts = self.kernels, self.kernel_sums, self.motion, self.search, self.ledger
-        return Members(*parts, bodies=bodies)
+        arguments = self.kernels, self.kernel_sums, self.motion, self.search, self.ledger
+        return Members(*arguments, bodies=bodies)
 
     def _make_recorder(self):
         scene, radius = self.scene, self.bodies.radius
@@ -244,7 +248,7 @@ class GrainEngine(SimpleEngine):
             "step": self.step,
             "search": self.search.numbers(),
             "sphere": None if sphere is None else plain(sphere.speed),
-            "push": self.push.numbers() if self.push.kinds else None,
+            "push": self.push.numbers() if self.push.stage_kinds else None,
             "ledger_sums": plain(self.ledger.sums),
             "box": plain(domain.box),
             "cell": plain(domain.cell),
@@ -260,7 +264,9 @@ class GrainEngine(SimpleEngine):
         self.search.restore(numbers["search"])
         self.ledger.sums = from_plain(LedgerSums, numbers["ledger_sums"])
         moving = {"box": Box, "cell": Cell, "servo": Servo}
-        moving = {name: from_plain(kind, numbers[name]) for name, kind in moving.items()}
+        moving = {
+            name: from_plain(value_type, numbers[name]) for name, value_type in moving.items()
+        }
         self.environment.domain = replace(self.domain, **moving)
         if self.sphere is not None:
             self.sphere.speed = from_plain(np.ndarray, numbers["sphere"])

@@ -85,8 +85,12 @@ class Ledger:
             loads = kernel_sums.read_loads()
             out["wall_work"] = self.wall_work(loads.wall_force(), loads.impulses())
         on_sphere = kernel_sums.read_sphere()
-        kinds = (("", "", pairs), ("wall_", "_wall", walls), ("sphere_", "_sphere", on_sphere))
-        for number, (prefix, suffix, sums) in enumerate(kinds):
+        contact_sums = (
+            ("", "", pairs),
+            ("wall_", "_wall", walls),
+            ("sphere_", "_sphere", on_sphere),
+        )
+        for number, (prefix, suffix, sums) in enumerate(contact_sums):
             out[f"{prefix}contacts"] = int(round(sums[:, columns.contacts].sum()))
             out[f"potential{suffix}"] = sums[:, columns.potential].sum(axis=0)
             out[f"loss{suffix}"] = self._losses(number, sums[:, columns.pending])
@@ -111,22 +115,22 @@ class Ledger:
         """Its `contact_kicks`, in a tuple of arguments; none without it."""
         return () if self._sphere is None else (self._sphere.contact_kicks(),)
 
-    def _losses(self, kind, pending):
+    def _losses(self, contact_kind, pending):
         """Losses by channel up to now in contacts of a kind: 0 pairs, 1 walls, 2 the sphere.
 
         pending: those of this step that belong to the time before it, (tiles, channels).
         """
         state, sphere, layout = self._state, self._sphere, self._state.layout
-        if kind == 1:
+        if contact_kind == 1:
             table = state["wall_loss"] if self._environment.box else None
         else:
             table = state["loss"]
-        if table is None or (kind == 2 and sphere is None):
+        if table is None or (contact_kind == 2 and sphere is None):
             return np.zeros(len(layout.channels))
-        if kind != 1 and sphere is not None:
+        if contact_kind != 1 and sphere is not None:
             first = int(state["counts"][FIRST_SPHERE]) // layout.tile
-            table = table[first:] if kind == 2 else table[:first]
-        return table.sum(axis=0) + pending.sum(axis=0) - np.array(self.sums.pending[kind])
+            table = table[first:] if contact_kind == 2 else table[:first]
+        return table.sum(axis=0) + pending.sum(axis=0) - np.array(self.sums.pending[contact_kind])
 
     def _binding_energy(self, m):
         """Binding energy of the current contacts [fJ]: at rest (JKR), or current if they differ."""

@@ -6,7 +6,7 @@ from dusttaichi.grains.state import GrainProperties
 from dusttaichi.physics.contact import constants
 
 
-def scaled(scene):
+def scale_materials(scene):
     """The scene with its materials as they are computed.
 
     numerics.mass_scaling is in their densities, stiffness_scaling in their moduli. A scene that
@@ -25,7 +25,7 @@ def grain_properties(scene, sample):
     """GrainProperties of a sample whose grains differ; None where they are equal."""
     if sample.radii is None and sample.materials is None:
         return None
-    scene = scaled(scene)
+    scene = scale_materials(scene)
     materials = scene.all_materials
     number = np.zeros(len(sample), np.int32) if sample.materials is None else sample.materials
     radius = sample.radii

@@ -37,8 +37,8 @@ def compiled_rows(scene, engine):
         sphere = "moves by forces" if engine.sphere.speed is None else "driven"
     pushes = [
         name
-        for name, there in (("force", layout.forced), ("carried grains", layout.carried))
-        if there
+        for name, has_push in (("force", layout.forced), ("carried grains", layout.carried))
+        if has_push
     ]
     polydisperse = "their own radius and material" if layout.polydisperse else "equal"
     return [
@@ -50,8 +50,8 @@ def compiled_rows(scene, engine):
         ("pushes", ", ".join(pushes) or "none"),
         ("rigid sphere", sphere),
         ("forces from outside", _name_forces(layout)),
-        ("summed in every step", ", ".join(_summed(engine))),
-        ("written", ", ".join(_written(scene))),
+        ("summed in every step", ", ".join(_list_sums(engine))),
+        ("written", ", ".join(_list_outputs(scene))),
         ("contacts an iteration (lanes)", f"{layout.width}"),
         ("history of a contact", f"{layout.state_rows} numbers: {_history(layout)}"),
         ("kernels", ", ".join(vars(engine.kernels))),
@@ -68,7 +68,7 @@ def _name_forces(layout):
     return ", ".join(name.rpartition(".")[2] for name in names) or "none"
 
 
-def _summed(engine):
+def _list_sums(engine):
     out = [f"losses ({', '.join(engine.layout.channels)})"]
     out += ["forces on the walls"] if engine.domain.box is not None else []
     out += ["force and torque on the sphere"] if engine.sphere is not None else []
@@ -76,14 +76,14 @@ def _summed(engine):
     return out + (["virial stress"] if engine.layout.stress else [])
 
 
-def _written(scene):
+def _list_outputs(scene):
     plans = scene.stage_plans
     requested = {
         "time series": any(plan.series is not None for plan in plans),
         "profiles": any(plan.profiles is not None for plan in plans),
         "snapshots": any(plan.snapshots is not None for plan in plans),
     }
-    out = [name for name, there in requested.items() if there]
+    out = [name for name, is_requested in requested.items() if is_requested]
     out += [] if requested["snapshots"] else ["first and last snapshot"]
     return out + (["contacts of snapshots"] if scene.output.contacts else [])
 
@@ -99,10 +99,10 @@ def field_rows(engine):
     """
     room = capacity_for(engine.size)
     sizes = {name: field.nbytes for name, field in tables(engine).items()}
-    whole = sum(sizes.values())
+    total_size = sum(sizes.values())
     rows, small = [], []
     for name, size in sorted(sizes.items(), key=lambda item: -item[1]):
-        if size < 0.01 * whole:
+        if size < 0.01 * total_size:
             small.append(name)
             continue
         shape = " x ".join(str(n) for n in tables(engine)[name].field.shape)
@@ -114,8 +114,8 @@ def field_rows(engine):
                 f"{_amount(sum(sizes[n] for n in small))}: {', '.join(sorted(small))}",
             )
         )
-    each = f"{whole / room:.0f} bytes a grain, capacity {room:,}"
-    return [*rows, ("all", f"{_amount(whole)}, {each}")]
+    size_per_grain = f"{total_size / room:.0f} bytes a grain, capacity {room:,}"
+    return [*rows, ("all", f"{_amount(total_size)}, {size_per_grain}")]
 
 
 def _amount(size):
@@ -127,15 +127,17 @@ def preset_rows(scene):
     numerics = scene.numerics
     rows = [("accuracy", f"{numerics.accuracy}; it sets")]
     for key, value in numerics.preset.items():
-        now = getattr(numerics, key)
-        text = f"{value}" if now == value else f"{now}, given (the preset has {value})"
+        current = getattr(numerics, key)
+        text = f"{value}" if current == value else f"{current}, given (the preset has {value})"
         if key == "step_fraction" and numerics.time_step != "auto":
             text = f"{value}, not used: time_step is given"
         rows.append((f"  {key}", text))
-    rest = [
+    keys_beside = [
         key for key in type(numerics).fields_in_order() if key not in {*numerics.preset, "accuracy"}
     ]
-    rows.append(("not set by it", ", ".join(f"{key} {_value(numerics, key)}" for key in rest)))
+    rows.append(
+        ("not set by it", ", ".join(f"{key} {_value(numerics, key)}" for key in keys_beside))
+    )
     return rows
 
 
@@ -153,30 +155,30 @@ def forces(scene):
     Its sample is made and built, no step is made.
     """
     engine = build(scene, samples.make(scene))
-    now, (force, _) = engine.ledger.measure_energies(), engine.stepper.evaluate()
-    rows = [*_contact_rows(engine, now), *_grain_rows(force)]
+    energies, (force, _) = engine.ledger.measure_energies(), engine.stepper.evaluate()
+    rows = [*_contact_rows(engine, energies), *_grain_rows(force)]
     if engine.domain.box is not None:
         rows += _wall_rows(engine)
     if engine.sphere is not None:
-        rows.append(("force on the sphere", _vector(now["sphere_load"][0])))
-    return [("Forces of the contacts at the start", [*rows, *_energy_rows(engine, now)])]
+        rows.append(("force on the sphere", _vector(energies["sphere_load"][0])))
+    return [("Forces of the contacts at the start", [*rows, *_energy_rows(engine, energies)])]
 
 
-def _contact_rows(engine, now):
-    rows = [("contacts between grains", f"{now['contacts']:,}")]
+def _contact_rows(engine, energies):
+    rows = [("contacts between grains", f"{energies['contacts']:,}")]
     if engine.domain.box is not None:
-        rows.append(("contacts with walls", f"{now['wall_contacts']:,}"))
+        rows.append(("contacts with walls", f"{energies['wall_contacts']:,}"))
     if engine.sphere is not None:
-        rows.append(("contacts with the sphere", f"{now['sphere_contacts']:,}"))
-    return [*rows, ("coordination number", f"{2.0 * now['contacts'] / engine.size:.4g}")]
+        rows.append(("contacts with the sphere", f"{energies['sphere_contacts']:,}"))
+    return [*rows, ("coordination number", f"{2.0 * energies['contacts'] / engine.size:.4g}")]
 
 
 def _grain_rows(force):
     """force [nN] on every grain, (N, 3)."""
     size = np.linalg.norm(force, axis=1)
-    most = int(size.argmax())
+    most_loaded = int(size.argmax())
     return [
-        ("largest force on a grain", f"{_force(size[most])}, grain {most}"),
+        ("largest force on a grain", f"{_force(size[most_loaded])}, grain {most_loaded}"),
         ("mean force on a grain", _force(size.mean())),
     ]
 
@@ -201,10 +203,10 @@ def _sense(along):
     return "pulled inwards" if along > 0.0 else "pushed outwards"
 
 
-def _energy_rows(engine, now):
+def _energy_rows(engine, energies):
     """Potential energy by effect, of all kinds of contact together."""
     names = engine.layout.model.potentials
-    stored = now["potential"] + now["potential_wall"] + now["potential_sphere"]
+    stored = energies["potential"] + energies["potential_wall"] + energies["potential_sphere"]
     rows = [
         (f"potential energy, {name}", _energy(u)) for name, u in zip(names, stored, strict=True)
     ]

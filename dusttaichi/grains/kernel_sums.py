@@ -62,11 +62,11 @@ class KernelSums:
 
     def read_loads(self):
         """The LoadSums now."""
-        parts = self._state, self._environment.box, self._bodies.unit_mass
+        arguments = self._state, self._environment.box, self._bodies.unit_mass
         if not hasattr(self._kernels, "load_sums"):
-            return LoadSums(*parts)
+            return LoadSums(*arguments)
         self._kernels.load_sums()
-        return DeviceLoadSums(*parts, sums=self.tables["load_sums"].to_numpy())
+        return DeviceLoadSums(*arguments, sums=self.tables["load_sums"].to_numpy())
 
     def grain_losses(self):
         """Energy lost in the contacts of each grain since the start [fJ], (N, channels).

@@ -35,8 +35,8 @@ class LoadSums:
         lanes, load = self._read_walls()
         force = np.moveaxis(load, 1, 2).reshape(-1, 3).astype(float)
         normal = normals_at(self.box, lanes.wall, self.state["x"][lanes.grain])
-        around = normal[:, 0] * force[:, 1] - normal[:, 1] * force[:, 0]
-        turned = np.stack([np.sum(force * normal, axis=1), around, force[:, 2]], axis=1)
+        tangential = normal[:, 0] * force[:, 1] - normal[:, 1] * force[:, 0]
+        turned = np.stack([np.sum(force * normal, axis=1), tangential, force[:, 2]], axis=1)
         return turned[lanes.wall == TUBE].sum(axis=0)
 
     def _read_walls(self):
@@ -92,8 +92,8 @@ class LoadSums:
 class DeviceLoadSums(LoadSums):
     """LoadSums formed by a device and read by the host in one transfer, `sums`."""
 
-    def __init__(self, *parts, sums):
-        super().__init__(*parts)
+    def __init__(self, *arguments, sums):
+        super().__init__(*arguments)
         self.sums, self.on_walls = sums, sums[ON_WALLS].reshape(-1, 6)
 
     def wall_force(self):

@@ -77,10 +77,10 @@ class Members:
         if end > begin:
             blocks = state.blocks_of(np.array([begin, end - 1]))
             lanes = slice(begin - blocks.start * layout.width, end - blocks.start * layout.width)
-            for part in ("history", "load"):
-                rows = state.rows(part, blocks)
+            for row_type in ("history", "load"):
+                rows = state.rows(row_type, blocks)
                 rows[lanes] = 0.0
-                state.put_rows(part, rows, blocks)
+                state.put_rows(row_type, rows, blocks)
         self._search.ask()
 
     # -- measuring -------------------------------------------------------------------------------
@@ -92,9 +92,9 @@ class Members:
         velocity [um/us], (2, 3) each.
         """
         count, particles = len(self), self._motion.bodies
-        due = np.zeros(count, int)
-        due[members] = 1
-        self._state.fields["due"].from_numpy(due)
+        is_due = np.zeros(count, int)
+        is_due[members] = 1
+        self._state.fields["due"].from_numpy(is_due)
         half, mass, inertia = (
             0.5 * self._environment.dt,
             particles.unit_mass,
@@ -104,9 +104,9 @@ class Members:
         self._kernels.measure_members(count, *self._environment.moment)
         bodies = self._tables["body_sum"].to_numpy(2 * count).reshape(count, 2, BODY_COLUMNS)
         contacts, lost = (self._tables[n].to_numpy(count) for n in ("member_sum", "member_loss"))
-        return [self._of(m, bodies[m], contacts[m], lost[m]) for m in members]
+        return [self._make_measurement(m, bodies[m], contacts[m], lost[m]) for m in members]
 
-    def _of(self, member, bodies, contacts, lost):
+    def _make_measurement(self, member, bodies, contacts, lost):
         """The Measurement of a member from its sums."""
         columns = Columns(self._state.layout)
         motion = {
@@ -137,9 +137,9 @@ class Members:
     def surrounded(self):
         """True where more than contacts acts on the grains, which only a single member allows."""
         environment, layout = self._environment, self._state.layout
-        around = environment.box, environment.cell, self._motion.outside
+        acting = environment.box, environment.cell, self._motion.outside
         is_pushed = layout.sphere or self._motion.push.works
-        return is_pushed or any(thing is not None for thing in around)
+        return is_pushed or any(effect is not None for effect in acting)
 
     def begin(self):
         """Begin the ledgers of all members, at step 0."""
@@ -215,11 +215,13 @@ class Members:
             if n in state.fields
         }
         contacts, i, j = self.touching(member)
-        history, loads = (state.rows(part, slice(0, 0)) for part in ("history", "load"))
+        history, loads = (state.rows(row_type, slice(0, 0)) for row_type in ("history", "load"))
         if len(contacts):
             blocks = state.blocks_of(contacts)
             rows = contacts - blocks.start * self._state.layout.width
-            history, loads = (state.rows(part, blocks)[rows] for part in ("history", "load"))
+            history, loads = (
+                state.rows(row_type, blocks)[rows] for row_type in ("history", "load")
+            )
         return MemberState(grains, i - span.start, j - span.start, history, loads)
 
     def put(self, states, forming):
@@ -241,8 +243,8 @@ class Members:
         )
         rows = np.searchsorted(key, i.astype(np.int64) * self._motion.bodies.count + j)
         blocks = state.used_blocks()[0]
-        for part, name in (("history", "history"), ("load", "loads")):
+        for row_type, name in (("history", "history"), ("load", "loads")):
             values = np.concatenate([getattr(carried, name) for carried in states])
-            full = np.zeros_like(state.rows(part, blocks))
+            full = np.zeros_like(state.rows(row_type, blocks))
             full[rows] = values
-            state.put_rows(part, full, blocks)
+            state.put_rows(row_type, full, blocks)

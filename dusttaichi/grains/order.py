@@ -20,7 +20,7 @@ def grain_order(positions, cell):
     grains wide, along whose curve the grains of a part stand.
     """
     key = morton_key(positions, cell)
-    groups, at_cut = bisected(positions, 0.5 * cell)
+    groups, at_cut = bisect_grains(positions, 0.5 * cell)
     return np.concatenate([group[np.lexsort((key[group], at_cut[group]))] for group in groups])
 
 
@@ -32,14 +32,14 @@ def order_by_members(positions, radii, members):
     if members is None:
         return grain_order(positions, 4.0 * float(np.median(radii)))
     radii, ends = np.broadcast_to(radii, len(positions)), np.cumsum(np.sum(members, axis=1))
-    parts = []
+    orders_of_members = []
     for first, end in zip([0, *ends[:-1]], ends, strict=True):
         cell = 4.0 * float(np.median(radii[first:end]))
-        parts.append(first + grain_order(positions[first:end], cell))
-    return np.concatenate(parts)
+        orders_of_members.append(first + grain_order(positions[first:end], cell))
+    return np.concatenate(orders_of_members)
 
 
-def bisected(positions, reach):
+def bisect_grains(positions, reach):
     """Order of the grains by bisection, and the cuts that each grain is near.
 
     (indices of the grains, in parts; (N,) which of the first cuts each is within `reach` of, a bit

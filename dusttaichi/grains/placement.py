@@ -38,12 +38,12 @@ def place_environment(table, sample):
         size = np.where(periodic, _period(sample, positions, radius, contact), size)
         if boundary.size == "cube":
             size = np.where(periodic, size[list(axes)].max(), size)
-    if (wanted := _wanted(boundary)) is not None:
-        wanted = np.where(np.isnan(wanted), size, wanted)
-        _check_size(boundary, wanted, size, axes)
-        size = wanted
+    if (prescribed := _find_prescribed_lengths(boundary)) is not None:
+        prescribed = np.where(np.isnan(prescribed), size, prescribed)
+        _check_size(boundary, prescribed, size, axes)
+        size = prescribed
     if (room := sample.info.get("room")) is not None:
-        room_low, room_high = _kept(np.array(room) / units.LENGTH, room_low, room_high, axes)
+        room_low, room_high = _reuse_ends(np.array(room) / units.LENGTH, room_low, room_high, axes)
         low, high, size = room_low, room_high, room_high - room_low
     _put_planes(boundary, room_low, room_high, size)
     box = make_box(boundary, room_low, room_high, size) if boundary.walls else None
@@ -75,14 +75,16 @@ def _place_tube(boundary, positions, reach):
     centre = 0.5 * (positions[:, :2].min(axis=0) + positions[:, :2].max(axis=0))
     if boundary.axis is not None:
         centre = np.array(boundary.axis) / units.LENGTH
-    needed = float(np.max(np.linalg.norm(positions[:, :2] - centre, axis=1) + np.ravel(reach)))
+    smallest_radius = float(
+        np.max(np.linalg.norm(positions[:, :2] - centre, axis=1) + np.ravel(reach))
+    )
     if boundary.radius == "fit":
-        return np.array([needed, *centre, boundary.side_walls])
+        return np.array([smallest_radius, *centre, boundary.side_walls])
     radius = boundary.radius / units.LENGTH
-    if radius < needed * (1.0 - 1e-9):
+    if radius < smallest_radius * (1.0 - 1e-9):
         raise DustError(
-            f"boundary.radius: the sample does not fit: it needs {needed:.4g} µm, there are "
-            f"{radius:.4g} µm; enlarge it or use radius: fit"
+            f"boundary.radius: the sample does not fit: it needs {smallest_radius:.4g} µm, there "
+            f"are {radius:.4g} µm; enlarge it or use radius: fit"
         )
     return np.array([radius, *centre, boundary.side_walls])
 
@@ -104,8 +106,8 @@ def _period(sample, positions, radius, contact):
         return positions.max(axis=0) - positions.min(axis=0) + contact
     # grains at the faces overlap at most as much as the deepest contact in equilibrium
     surface = radius[:, None]
-    needed = (positions + surface).max(axis=0) - (positions - surface).min(axis=0)
-    return needed - np.min(2.0 * radius - contact)
+    extent = (positions + surface).max(axis=0) - (positions - surface).min(axis=0)
+    return extent - np.min(2.0 * radius - contact)
 
 
 def _put_planes(boundary, low, high, size):
@@ -127,7 +129,7 @@ def _put_planes(boundary, low, high, size):
         low[n], high[n], size[n] = first, last, last - first
 
 
-def _kept(room, low, high, axes):
+def _reuse_ends(room, low, high, axes):
     """Lower and upper ends (3,) of the walls and faces in `room`; others at `low` and `high`."""
     open_ = [AXES[n] for n in axes if np.isnan(room[2 * n : 2 * n + 2]).any()]
     if open_:
@@ -140,7 +142,7 @@ def _kept(room, low, high, axes):
     return low, high
 
 
-def _wanted(boundary):
+def _find_prescribed_lengths(boundary):
     """Prescribed lengths [um], NaN where there is none; None if there are none at all."""
     if boundary.kind in ("plates", "tube"):
         gap = boundary.gap

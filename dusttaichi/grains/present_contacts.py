@@ -112,8 +112,8 @@ class Contacts:
         distance = np.sum(x * normal, axis=1) - offset
         contacts = {"grain": state.order[grain], "wall": wall, "pointer": pointer}
         contacts |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + displacement}
-        parts = wall_parts(normal, (contacts["force"], contacts["torque"]), radius)
-        contacts |= {"overlap": radius - distance} | parts
+        wall_components = wall_parts(normal, (contacts["force"], contacts["torque"]), radius)
+        contacts |= {"overlap": radius - distance} | wall_components
         return contacts | name_history(layout, history)
 
     def measure_sphere(self, radius):

@@ -6,7 +6,7 @@ from dusttaichi import samples
 from dusttaichi.compute.memory import TYPES, capacity_for
 from dusttaichi.grains import contact_network
 from dusttaichi.grains.advice import advice
-from dusttaichi.grains.build import build, prepared
+from dusttaichi.grains.build import build, prepare
 from dusttaichi.grains.impacts import softened_remarks, softened_rows
 from dusttaichi.grains.inventory import compiled_rows, field_rows, preset_rows
 from dusttaichi.grains.kernels.declare import declare
@@ -23,7 +23,7 @@ from dusttaichi.scene.material import DEFAULT
 def preview(scene):
     """The Preview of a scene (dusttaichi.method): its sample is made, nothing is compiled."""
     sample = samples.make(scene)
-    preparation = prepared(scene, sample)
+    preparation = prepare(scene, sample)
     scene, step, domain = preparation.scene, preparation.step, preparation.domain
     domain.driven(scene.stage_plans[0].drive, 0).check_start()
     sections = [("Sample", _sample(scene, preparation)), *_contacts(preparation.contact_table)]
@@ -114,13 +114,13 @@ def _forces(scene):
     """Sections of the forces from outside: the constants of their laws."""
     sections = []
     for block in list_forces(scene):
-        law, kind = find_law(block), getattr(block, "kind", "gravity")
+        law, law_name = find_law(block), getattr(block, "kind", "gravity")
         values = law.numbers(block)
         rows = [
             (name, _vector(np.ravel(values[name]), number.unit))
             for name, number in law.NUMBERS.items()
         ]
-        sections.append((f"Force: {kind}", rows))
+        sections.append((f"Force: {law_name}", rows))
     return sections
 
 

@@ -25,7 +25,7 @@ class Force:
     """
 
     grains: np.ndarray
-    each: np.ndarray
+    force_per_grain: np.ndarray
     end: int
     start: np.ndarray | None = None
 
@@ -37,8 +37,8 @@ class Push:
     the pushes of stages.
     """
 
-    def __init__(self, grains, forces=(), speeds=None, kinds=()):
-        self.grains, self.forces, self.kinds = grains, tuple(forces), frozenset(kinds)
+    def __init__(self, grains, forces=(), speeds=None, stage_kinds=()):
+        self.grains, self.forces, self.stage_kinds = grains, tuple(forces), frozenset(stage_kinds)
         self.own_speeds = speeds or {}
         self._carry(self.own_speeds)
 
@@ -49,22 +49,22 @@ class Push:
     @property
     def forced(self):
         """True where forces act in this run."""
-        return bool(self.forces) or "force" in self.kinds
+        return bool(self.forces) or "force" in self.stage_kinds
 
     @property
     def carried(self):
         """True where grains are carried in this run."""
-        return len(self.carried_grains) > 0 or "speed" in self.kinds
+        return len(self.carried_grains) > 0 or "speed" in self.stage_kinds
 
     @property
     def of_stage(self):
         """True where some of it ends with the stage."""
-        own = set(self.carried_grains.tolist()) != set(self.own_speeds)
-        return own or any(force.start is not None for force in self.forces)
+        differs = set(self.carried_grains.tolist()) != set(self.own_speeds)
+        return differs or any(force.start is not None for force in self.forces)
 
     @property
     def works(self):
-        return self.forced or self.carried or bool(self.kinds)
+        return self.forced or self.carried or bool(self.stage_kinds)
 
     # -- stages ----------------------------------------------------------------------------------
 
@@ -104,7 +104,7 @@ class Push:
         out = np.zeros((self.grains, 3))
         for force in self.forces:
             if step < force.end:
-                out[force.grains] += force.each
+                out[force.grains] += force.force_per_grain
         return out
 
     def place(self, fields, step=0):
@@ -134,7 +134,7 @@ class Push:
 
     def _work(self, force, x):
         start = self.start[force.grains] if force.start is None else force.start
-        return float(np.sum((x[force.grains] - start) @ force.each))
+        return float(np.sum((x[force.grains] - start) @ force.force_per_grain))
 
     def work(self, x, impulse, force, step, dt):
         """Work since the start [fJ] of the forces that still act, and of the carriers of grains.
@@ -145,8 +145,8 @@ class Push:
         work = sum(self._work(f, x) for f in self.forces if step < f.end)
         if self.carried:
             # the force of a step acts half before and half after it
-            own = self.carried_grains
-            absorbed = impulse[own] + 0.5 * dt * (force[own] - self.first)
+            carried = self.carried_grains
+            absorbed = impulse[carried] + 0.5 * dt * (force[carried] - self.first)
             work -= float(np.sum(absorbed * self.velocity))
         return work
 
@@ -159,7 +159,7 @@ class Push:
         over = [f for f in self.forces if f.end == step]
         kick = np.zeros((self.grains, 3))
         for force in over:
-            kick[force.grains] += force.each
+            kick[force.grains] += force.force_per_grain
         return sum(self._work(f, x) for f in over), kick
 
 
@@ -171,23 +171,25 @@ def forces_and_speeds(entries, groups, dt, first=0):
     forces, speeds = [], {}
     for entry, grains in zip(entries, groups, strict=True):
         if entry.force is not None:
-            each = np.array(entry.force) / units.FORCE / len(grains)
+            force_per_grain = np.array(entry.force) / units.FORCE / len(grains)
             duration = entry.duration
             steps = NEVER if duration is None else max(1, round(duration / units.TIME / dt))
-            forces.append(Force(grains, each, NEVER if steps == NEVER else first + steps))
+            forces.append(
+                Force(grains, force_per_grain, NEVER if steps == NEVER else first + steps)
+            )
         elif entry.speed is not None:
             speeds |= {int(g): np.array(entry.speed) / units.SPEED for g in grains}
     return forces, speeds
 
 
-def make_push(entries, info, order, dt, kinds=()):
+def make_push(entries, info, order, dt, stage_kinds=()):
     """Push for the `push` block of a scene, a sample's info (samples.apply_pushes), order, dt [us].
 
     kinds: of the pushes of stages.
     """
-    rank, found = rank_of(order), info.get("push", ()) if entries else ()
-    groups = [rank[np.array(group["grains"])] for group in found]
-    return Push(len(order), *forces_and_speeds(entries, groups, dt), kinds=kinds)
+    rank, sample_pushes = rank_of(order), info.get("push", ()) if entries else ()
+    groups = [rank[np.array(group["grains"])] for group in sample_pushes]
+    return Push(len(order), *forces_and_speeds(entries, groups, dt), stage_kinds=stage_kinds)
 
 
 def begin_pushes(entries, motion):

@@ -46,13 +46,13 @@ def plates_of(boundary, sample, radius):
     return Plates(centre, reach * (1.0 + 1e-9), round_, inner)
 
 
-def stress(before, after, span):
+def stress(previous, current, span):
     """Virial stress, (3, 3), positive in tension (T19 eq 23): the mean over `span`.
 
     before, after: sums (lengths, flux) at the ends of the span.
     """
-    volume = 0.5 * (np.prod(before["lengths"]) + np.prod(after["lengths"]))
-    return -(after["flux"] - before["flux"]) / (volume * span)
+    volume = 0.5 * (np.prod(previous["lengths"]) + np.prod(current["lengths"]))
+    return -(current["flux"] - previous["flux"]) / (volume * span)
 
 
 def slab_volumes(z, radius, edges):

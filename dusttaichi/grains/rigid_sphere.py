@@ -29,7 +29,7 @@ class RigidSphere:
     speed: np.ndarray | None
 
 
-def placed_sphere(scene, sample, own, box):
+def place_sphere(scene, sample, properties, box):
     """RigidSphere of a scene with a sample; None without one.
 
     own: GrainProperties, or None of equal grains; box: a Box, or None. Raises DustError where the
@@ -38,16 +38,16 @@ def placed_sphere(scene, sample, own, box):
     block = scene.sphere
     if block is None:
         return None
-    radii = scene.material.radius if own is None else own.radius
+    radii = scene.material.radius if properties is None else properties.radius
     mass = constants.sphere_mass(block.radius, surface_of(scene)[0].density)
-    place = _place(block, sample.positions, radii)
-    _check_free(block, place, sample.positions, radii)
+    position = _place(block, sample.positions, radii)
+    _check_free(block, position, sample.positions, radii)
     _check_cell(scene, sample, np.max(radii))
-    _check_inside(block, place, box)
+    _check_inside(block, position, box)
     speed = None if block.speed is None else np.array(block.speed)
     velocity, spin = np.array(block.velocity) if speed is None else speed, np.array(block.spin)
     inertia = 0.4 * mass * block.radius**2
-    return RigidSphere(block.radius, mass, inertia, place, velocity, spin, speed)
+    return RigidSphere(block.radius, mass, inertia, position, velocity, spin, speed)
 
 
 def _place(block, positions, radii):
@@ -67,8 +67,8 @@ def _place(block, positions, radii):
     return np.array([x, y, float(np.max((positions[:, 2] + np.sqrt(height2 * under))[under]))])
 
 
-def _check_free(block, place, positions, radii):
-    gap = np.linalg.norm(positions - place, axis=1) - block.radius - radii
+def _check_free(block, position, positions, radii):
+    gap = np.linalg.norm(positions - position, axis=1) - block.radius - radii
     n = int(np.argmin(gap))
     if gap[n] < -0.01 * np.min(radii):
         raise DustError(
@@ -83,7 +83,7 @@ def _check_cell(scene, sample, radius):
     size = getattr(scene.boundary, "size", "fit")
     edges = np.ptp(sample.positions, axis=0) + 2.0 * radius
     if not isinstance(size, str):
-        edges = [own if isinstance(e, str) else e for e, own in zip(size, edges, strict=True)]
+        edges = [fitted if isinstance(e, str) else e for e, fitted in zip(size, edges, strict=True)]
     need = 2.2 * (scene.sphere.radius + radius)
     short = [n for n in axes if edges[n] < need]
     if short:
@@ -94,10 +94,10 @@ def _check_cell(scene, sample, radius):
         )
 
 
-def _check_inside(block, place, box):
+def _check_inside(block, position, box):
     """The sphere must not overlap with a wall of a Box, or of None."""
-    place, radius = place / units.LENGTH, block.radius / units.LENGTH
-    if box is not None and (passed := _passed(box, place, radius, 0.0)):
+    position, radius = position / units.LENGTH, block.radius / units.LENGTH
+    if box is not None and (passed := _find_crossed_walls(box, position, radius, 0.0)):
         raise DustError(
             f"sphere: it reaches through the wall {passed[0]} at the start, and contacts of sphere "
             f"and walls are not computed; leave the wall out (boundary: {{kind: box, omit: "
@@ -105,11 +105,11 @@ def _check_inside(block, place, box):
         )
 
 
-def _passed(box, place, radius, time):
+def _find_crossed_walls(box, position, radius, time):
     """Names of the walls of a Box that a sphere at a place (3,) [um] reaches through."""
-    distance = box.normal @ place - box.offsets(time)
-    there = (distance < radius) & (box.present == 1)
-    return [name for name, past in zip(WALLS, there, strict=True) if past]
+    distance = box.normal @ position - box.offsets(time)
+    is_crossed = (distance < radius) & (box.present == 1)
+    return [name for name, past in zip(WALLS, is_crossed, strict=True) if past]
 
 
 class MovingSphere:
@@ -236,4 +236,6 @@ class MovingSphere:
         box = self._environment.box
         if box is None:
             return []
-        return _passed(box, self._state.row("x", self.row), self.radius, self._environment.time)
+        return _find_crossed_walls(
+            box, self._state.row("x", self.row), self.radius, self._environment.time
+        )

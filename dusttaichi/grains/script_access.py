@@ -28,21 +28,21 @@ def set_velocities(motion, ledger, velocity, spin):
         scales = units.SPEED, units.SPIN
         for values, target, unit in zip(state, (velocity, spin), scales, strict=True):
             if target is not None:
-                before = values[carried].copy()
+                previous = values[carried].copy()
                 values[:] = target[motion.state.order] / unit
                 if unit == units.SPEED and cell is not None:
                     x = motion.state.of_grains("x")
                     values += cell.speeds_across(cell.outside(x, time), time)
-                values[carried] = before
+                values[carried] = previous
         motion.set_back(*state)
 
 
 @contextmanager
 def _book_as_work(ledger):
     """Context in which a change of the state is work from outside: the Ledger continues."""
-    before = _measure_balance(ledger)
+    previous = _measure_balance(ledger)
     yield
-    ledger.sums.script_work += _measure_balance(ledger) - before
+    ledger.sums.script_work += _measure_balance(ledger) - previous
 
 
 def _measure_balance(ledger):

@@ -37,7 +37,7 @@ class Search:
         self._numbers, self._sphere, self._members = numbers, sphere, members
         self.fixed_skin, self.skin = fixed_skin, fixed_skin or 0.0
         self.searched_at, self.wall_due, self.count = 0, NEVER, 0
-        self.requested, self.around = False, nullcontext()
+        self.requested, self.stopwatch = False, nullcontext()
 
     def ask(self):
         """Have the next step search for neighbours, whether it is due or not."""
@@ -155,14 +155,14 @@ class Search:
                 "earlier stop."
             )
         shortest = edges[list(cell.axes)].min()
-        most = 0.5 * shortest - touch
-        if most < SKIN[0] * self._bodies.smallest:
+        largest_skin = 0.5 * shortest - touch
+        if largest_skin < SKIN[0] * self._bodies.smallest:
             raise GuardStop(
                 f"At {environment.time:.6g} µs the periodic cell has shrunk to {shortest:.4g} "
                 "µm, four radii: a grain would touch another twice, across both faces. Stop "
                 "earlier, or take a larger sample."
             )
-        self.skin = min(self.skin, most)
+        self.skin = min(self.skin, largest_skin)
         # v stands half a step back
         speeds = cell.speeds(time - 0.5 * environment.dt)
         self._kernels.wrap(
@@ -187,12 +187,12 @@ class Search:
         calls.
         """
         of_grains, of_faces = self._skin_shares()
-        closing_speed, due = self._environment.closing_speed(), NEVER
+        closing_speed, due_step = self._environment.closing_speed(), NEVER
         for speed, fraction in ((walls, 1.0 - of_grains), (closing_speed, of_faces)):
             if speed > 0.0:
                 steps = max(1, int(fraction * self.skin / (speed * self._environment.dt)))
-                due = min(due, self.searched_at + steps)
-        return due
+                due_step = min(due_step, self.searched_at + steps)
+        return due_step
 
     def _best_skin(self, speed):
         """Skin [um] that costs least where grains come together at twice this speed [um/us].
@@ -242,8 +242,8 @@ class Search:
 
     def _stop_not_a_number(self):
         x = self._state.of_grains("x")
-        bad = int(np.flatnonzero(~np.all(np.abs(x) < FARTHEST, axis=1))[0])
-        number = self._state.order[bad]
+        grain = int(np.flatnonzero(~np.all(np.abs(x) < FARTHEST, axis=1))[0])
+        number = self._state.order[grain]
         raise GuardStop(
             f"At {self._environment.time:.6g} µs the position of grain {number} is not a "
             "number any more: the step is too long for what happens. Try a smaller "

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dusttaichi.compute.memory import FieldState
-from dusttaichi.grains.kernels.contact_numbers import declared
+from dusttaichi.grains.kernels.contact_numbers import list_numbers
 from dusttaichi.grains.kernels.declare import SUMS
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
@@ -204,7 +204,7 @@ class GrainState(FieldState):
 
     def put_numbers(self, pair, wall, on_sphere):
         """Numbers of the kinds of contacts (kernels.contact_numbers); on_sphere: or None."""
-        contact_types, names = (pair, wall, on_sphere or pair), declared(self.layout.model)
+        contact_types, names = (pair, wall, on_sphere or pair), list_numbers(self.layout.model)
         self["numbers"] = np.array(
             [[getattr(constants, name) for name in names] for constants in contact_types]
         )
@@ -288,13 +288,13 @@ class GrainState(FieldState):
         for name, values in zip(("xi", "zeta", "touched"), springs, strict=True):
             first, width = layout.rows[name]
             history[rows, first : first + width] = values
-        for name, own in layout.model.history.items():
-            if own.result in contacts:
+        for name, variable in layout.model.history.items():
+            if variable.result in contacts:
                 first, width = layout.rows[name]
-                values = contacts[own.result].reshape(len(rows), -1)
+                values = contacts[variable.result].reshape(len(rows), -1)
                 if values.shape[1] == width:  # another effect may have used the name otherwise
-                    values = own.sign * values / GRAINS(own.unit) * (order if own.odd else 1.0)
-                    history[rows, first : first + width] = values
+                    values = variable.sign * values / GRAINS(variable.unit)
+                    history[rows, first : first + width] = values * (order if variable.odd else 1.0)
         self.put_rows("history", history, blocks)
 
     # -- checkpoint ------------------------------------------------------------------------------

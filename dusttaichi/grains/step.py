@@ -12,7 +12,7 @@ from functools import lru_cache
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import DUE, Steps
 from dusttaichi.compute.scan import CHUNK, count_blocks, first_item
-from dusttaichi.grains.kernels.contact_numbers import ON_BALL, PAIR
+from dusttaichi.grains.kernels.contact_numbers import PAIR, RIGID_SPHERE
 from dusttaichi.grains.kernels.contact_pass import ContactPass
 from dusttaichi.grains.kernels.gather import PairGatherer, TubeGatherer, WallGatherer, Walls
 from dusttaichi.grains.kernels.grain_pass import make_flux, make_grain_pass
@@ -84,13 +84,13 @@ class Phases:
         self.part_size = CHUNK if layout.stress else 1
         common = Mechanics(layout.model, layout.law), make_numbers(fields, layout)
 
-        def of(Gatherer, *kind):
-            gatherer = Gatherer(fields, layout, *common, *kind)
+        def make_pass(Gatherer, *contact_kind):
+            gatherer = Gatherer(fields, layout, *common, *contact_kind)
             return Pass(fields, layout, common[0], gatherer)
 
-        self.pairs = of(PairGatherer, PAIR)
-        self.on_sphere = of(PairGatherer, ON_BALL) if layout.sphere else None
-        self.walls = of(TubeGatherer if layout.tube else WallGatherer) if walls else None
+        self.pairs = make_pass(PairGatherer, PAIR)
+        self.on_sphere = make_pass(PairGatherer, RIGID_SPHERE) if layout.sphere else None
+        self.walls = make_pass(TubeGatherer if layout.tube else WallGatherer) if walls else None
         every = self.pairs, self.on_sphere, self.walls
         self.contacts = [contacts for contacts in every if contacts is not None]
         self.has_sphere, self.sphere = layout.sphere, make_sphere(fields, layout)
@@ -164,6 +164,6 @@ def make_evaluate(phases):
         for contacts in ti.static(phases.contacts):
             for k in range(contacts.blocks()):
                 block = contacts.first() + k
-                contacts.evaluate(block, contacts.gatherer.now(block, step, dt, box))
+                contacts.evaluate(block, contacts.gatherer.place_at_step(block, step, dt, box))
 
     return evaluate

@@ -34,15 +34,15 @@ class Stepper:
             until, servo = self._push.next_end(environment.step, end), environment.servo
             if servo is not None:
                 until = min(until, servo.next_change)
-            done, is_due = self._call(until - environment.step, pending, environment.dt)
-            environment.step += done
+            steps_done, is_due = self._call(until - environment.step, pending, environment.dt)
+            environment.step += steps_done
             pending = 0
             if environment.step == until and until < NEVER:
                 self._end_pushes()
                 if servo is not None and until == servo.next_change:
                     self._steer()
             if is_due:
-                with self._search.around:
+                with self._search.stopwatch:
                     self._search.update(environment.step + 1)
                 pending = 1
 
@@ -52,7 +52,7 @@ class Stepper:
         state.fields["sync"].access.check()  # before anything moves
         masses = bodies.unit_mass, bodies.unit_inertia
         numbers = step_numbers(dt, masses, search.wall_due, search.reach2)
-        done = self._kernels.advance(
+        steps_done = self._kernels.advance(
             steps,
             self._environment.step,
             pending,
@@ -61,8 +61,8 @@ class Stepper:
             self._environment.walls_argument,
         )
         # workers write it to `sync`
-        done = int(state["sync"][DONE]) if done is None else done[0]
-        return done, done < steps
+        steps_done = int(state["sync"][DONE]) if steps_done is None else steps_done[0]
+        return steps_done, steps_done < steps
 
     def load_contacts(self):
         """Form history and loads of the contacts of a start.

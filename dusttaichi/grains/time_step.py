@@ -160,17 +160,17 @@ def fastest(scene, sample, radii):
     face = max(_face_speed(scene, plan.drive, sample, radii) for plan in scene.stage_plans)
     later = [p.velocity or p.speed or (0.0,) * 3 for p in list_stage_pushes(scene)]
     later = max((float(np.linalg.norm(speed)) for speed in later), default=0.0)
-    own = float(np.max(np.linalg.norm(v, axis=1), initial=0.0)) + later
+    initial_speed = float(np.max(np.linalg.norm(v, axis=1), initial=0.0)) + later
     loose = sample.info.get("coordination", 2.0 * LOOSE) < LOOSE
     sphere = _sphere_speed(scene)
     # a sphere throws grains at twice its speed at most, as a wall does
     thrown = apart + later + 2.0 * sphere + (2.0 * wall if scene.boundary.walls else 0.0)
     return Motion(
         grains=thrown + surface + face,
-        walls=own + surface + wall,
+        walls=initial_speed + surface + wall,
         spin=spin,
         alone=len(sample) < FEW or loose,
-        sphere=own + surface + wall + sphere,
+        sphere=initial_speed + surface + wall + sphere,
         thrown=thrown,
     )
 
@@ -182,8 +182,8 @@ def _sphere_speed(scene):
     block, norm = scene.sphere, np.linalg.norm
     driven = [block.speed or (0.0,) * 3]
     driven += [plan.drive.sphere_speed or (0.0,) * 3 for plan in scene.stage_plans]
-    own = float(norm(block.velocity) + norm(block.spin) * block.radius)
-    return max(own, *(float(norm(speed)) for speed in driven))
+    initial_speed = float(norm(block.velocity) + norm(block.spin) * block.radius)
+    return max(initial_speed, *(float(norm(speed)) for speed in driven))
 
 
 def _wall_speed(drive):

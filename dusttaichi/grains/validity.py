@@ -39,8 +39,12 @@ def _start(run):
 
 def _find_culprit(motion, grains):
     x, v, _ = motion.measure()[:, grains]
-    bad = np.flatnonzero(~np.isfinite(x).all(axis=1) | ~np.isfinite(v).all(axis=1))
-    return f" (grain {bad[0]} first of {len(bad)})" if len(bad) else ""
+    invalid_grains = np.flatnonzero(~np.isfinite(x).all(axis=1) | ~np.isfinite(v).all(axis=1))
+    return (
+        f" (grain {invalid_grains[0]} first of {len(invalid_grains)})"
+        if len(invalid_grains)
+        else ""
+    )
 
 
 def _find_deepest(contacts, grains):

@@ -11,7 +11,7 @@ from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.outcome import classify_outcome
 from dusttaichi.grains import validity
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.grain_properties import scaled
+from dusttaichi.grains.grain_properties import scale_materials
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.geometry import are_in_same_fragment, label_components, largest_first
 from dusttaichi.running import ledger
@@ -263,7 +263,7 @@ def _chosen_step(scene, sample):
     if not scene.boundary.walls and (speed := sample.info["speed"]) > 0.0:
         v = sample.velocities - sample.velocities[0]
         sample = replace(sample, velocities=np.round(v / speed, ROUNDED) * speed)
-    scene = scaled(scene)
+    scene = scale_materials(scene)
     return chosen_step(ContactTable.for_sample(scene, sample), sample)
 
 

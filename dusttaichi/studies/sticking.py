@@ -8,7 +8,7 @@ import numpy as np
 
 from dusttaichi import samples
 from dusttaichi.errors import DustError
-from dusttaichi.grains.contact_table import ContactTable, glued
+from dusttaichi.grains.contact_table import ContactTable, glue_wall
 from dusttaichi.grains.impacts import beyond_model, hardest_impact
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.physics.contact import constants
@@ -51,7 +51,7 @@ def meeting(scene, sample):
     ]
     (a, r1), (b, r2) = ends
     if scene.boundary.walls:
-        return glued(constants.wall_constants(a, interaction, r1, kinds[0]), scene.boundary)
+        return glue_wall(constants.wall_constants(a, interaction, r1, kinds[0]), scene.boundary)
     return constants.mixed_constants(a, r1, b, r2, interaction)
 
 

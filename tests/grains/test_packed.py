@@ -12,7 +12,7 @@ from scenes import box, make_scene
 
 from dusttaichi.compute.backend import loops_of, start_taichi
 from dusttaichi.compute.engine import settings, ti
-from dusttaichi.grains.build import chosen_layout
+from dusttaichi.grains.build import choose_layout
 from dusttaichi.grains.kernels.contact_pass import ContactPass
 from dusttaichi.grains.kernels.declare import declare, place
 from dusttaichi.grains.kernels.gather import Walls
@@ -46,7 +46,7 @@ def operations(scene, walls, folder, monkeypatch):
     monkeypatch.setattr(ContactPass, "change_block", nothing)
     model = chosen_model(scene.interaction, scene.numerics.newton_steps)
     push = make_push(scene.push, {}, [], 1.0)
-    layout = chosen_layout(scene, model, loops_of(scene.numerics), push, polydisperse=False)
+    layout = choose_layout(scene, model, loops_of(scene.numerics), push, polydisperse=False)
     start_taichi(scene, 1)
     settings().print_kernel_llvm_ir_optimized = True
     settings().offline_cache = False  # what comes from the cache is not printed

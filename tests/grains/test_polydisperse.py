@@ -16,7 +16,7 @@ from scenes import (
 from test_pair import compare
 
 from dusttaichi.grains.kernels.contact_numbers import internal_numbers
-from dusttaichi.grains.kernels.polydisperse import stored
+from dusttaichi.grains.kernels.polydisperse import list_stored_numbers
 from dusttaichi.physics.contact import constants
 from dusttaichi.physics.contact.effect_registry import chosen_model
 from dusttaichi.physics.contact.material_interface import MIXING
@@ -79,7 +79,7 @@ def test_lanes_hold_the_constants(damping):
     scene = two_materials(damping=damping, boundary=box("bottom"), dt="1 ps")
     probe = Probe(scene, polydisperse(x, radii, materials))
     model, first = chosen_model(scene.interaction), probe.sim.layout.constants
-    names, table = stored(model), probe.sim.grain_state.lanes("contact")[:, first:]
+    names, table = list_stored_numbers(model), probe.sim.grain_state.lanes("contact")[:, first:]
     i, j = probe.sim.grain_state.pairs()
     seen = set()
 

@@ -7,9 +7,9 @@ from scenes import CONFIGS, FAR, Probe, box, make_scene, polydisperse, sample_of
 
 from dusttaichi.errors import DustError
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.grain_properties import scaled
+from dusttaichi.grains.grain_properties import scale_materials
 from dusttaichi.grains.kernels.contact_numbers import internal_numbers
-from dusttaichi.grains.kernels.polydisperse import stored
+from dusttaichi.grains.kernels.polydisperse import list_stored_numbers
 from dusttaichi.grains.preview import preview
 from dusttaichi.grains.time_step import time_step
 from dusttaichi.physics.contact import constants
@@ -82,13 +82,13 @@ def test_scaling_is_applied_once():
     """Of mass and stiffness alike; a scene without has the materials that it was given."""
     factors = {"mass_scaling": 4, "stiffness_scaling": S}
     scene = make_scene(boundary=box(wall_speed=0.01), numerics=factors)
-    once = scaled(scene)
-    assert scaled(once).material == once.material
+    once = scale_materials(scene)
+    assert scale_materials(once).material == once.material
     assert once.material.density == 4 * scene.material.density
     assert once.material.young_modulus == S * scene.material.young_modulus
     assert once.material.stiffness_scaling == pytest.approx(S, rel=1e-15)
     plain = make_scene()
-    assert scaled(plain) is plain
+    assert scale_materials(plain) is plain
 
 
 def test_contacts_of_unlike_grains_have_the_same_numbers():
@@ -96,8 +96,8 @@ def test_contacts_of_unlike_grains_have_the_same_numbers():
     scene = softer(two_materials(damping="viscoelastic"))
     radii, materials = [0.6e-6, 0.2e-6], [0, 1]
     probe = Probe(scene, polydisperse([[0, 0, 0], [0.8e-6, 0, 0]], radii, materials))
-    scaled_scene, model = scaled(scene), chosen_model(scene.interaction)
-    names, first = stored(model, softened=True), probe.sim.layout.constants
+    scaled_scene, model = scale_materials(scene), chosen_model(scene.interaction)
+    names, first = list_stored_numbers(model, softened=True), probe.sim.layout.constants
     one, second = scaled_scene.all_materials
     pair = constants.mixed_constants(one, radii[0], second, radii[1], scene.interaction)
     expected = internal_numbers(pair, model)

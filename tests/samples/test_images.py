@@ -6,7 +6,7 @@ from bodies import D, R, periodic_distances
 from scenes import make_scene
 
 from dusttaichi import samples
-from dusttaichi.grains.build import build, prepared
+from dusttaichi.grains.build import build, prepare
 from dusttaichi.grains.preview import preview
 from dusttaichi.physics.geometry import label_components, nearest_image
 from dusttaichi.physics.unwrap import crossings, unwrap_fragments
@@ -19,7 +19,7 @@ WIDE = {"kind": "periodic", "size": ["10 um"] * 3}
 def place_sample(boundary, **sample):
     """The Prepared of a scene and its rows in `dust check`."""
     scene = make_scene(sample=sample, boundary=boundary)
-    return prepared(scene, samples.make(scene)), dict(preview(scene).sections[0][1])
+    return prepare(scene, samples.make(scene)), dict(preview(scene).sections[0][1])
 
 
 def place_at(*rows):

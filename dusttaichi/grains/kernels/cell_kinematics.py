@@ -59,13 +59,13 @@ def make_frame(fields, layout):
     def frame(step, dt):
         """Rows: the edges at `step`, their speeds half a step before (where v is), and now."""
         out = ti.Matrix.zero(ti.f64, 3, 3 + tilted)
-        for a in ti.static(axes):
-            start, rate, growth = cell[START, a], cell[RATE, a], cell[GROWTH, a]
+        for axis in ti.static(axes):
+            start, rate, growth = cell[START, axis], cell[RATE, axis], cell[GROWTH, axis]
             edges_now = start * ti.exp(growth * (dt * step))
             edges_before = start * ti.exp(growth * (dt * (ti.cast(step, ti.f64) - 0.5)))
-            out[0, a] = edges_now + rate * (dt * step)
-            out[1, a] = growth * edges_before + rate
-            out[2, a] = growth * edges_now + rate
+            out[0, axis] = edges_now + rate * (dt * step)
+            out[1, axis] = growth * edges_before + rate
+            out[2, axis] = growth * edges_now + rate
         if ti.static(tilted):
             lean_rate = cell[TILT, 1]
             out[0, 3] = cell[TILT, 0] + lean_rate * (dt * step)
@@ -91,28 +91,28 @@ def make_wrap(fields, layout):
     axes = sorted(layout.periodic, reverse=layout.tilted)
 
     @ti.func
-    def wrap_grain(g, low, edges, speeds, tilt):
+    def wrap_grain(grain, low, edges, speeds, tilt):
         """Moves the grain; returns the change of v^2 (of m v^2 where masses differ)."""
-        position, velocity, count = x[g], v[g], wraps[g]
+        position, velocity, count = x[grain], v[grain], wraps[grain]
         square_before, crossed = velocity.dot(velocity), 0.0
-        for a in ti.static(axes):
-            face = low[a]
-            if ti.static(layout.tilted and a == 0):
+        for axis in ti.static(axes):
+            face = low[axis]
+            if ti.static(layout.tilted and axis == 0):
                 face += tilt[0] * ((position[2] - low[2]) / edges[2] - 0.5)
-            n = ti.floor((position[a] - face) / edges[a])
+            n = ti.floor((position[axis] - face) / edges[axis])
             crossed += ti.abs(n)
-            position[a] -= n * edges[a]
-            velocity[a] -= n * speeds[a]
-            if ti.static(layout.tilted and a == 2):
+            position[axis] -= n * edges[axis]
+            velocity[axis] -= n * speeds[axis]
+            if ti.static(layout.tilted and axis == 2):
                 position[0] -= ti.cast(n * tilt[0], layout.geometry)
                 velocity[0] -= ti.cast(n * tilt[1], layout.geometry)
-            count[a] += ti.cast(n, ti.i32)
-        x[g], v[g], wraps[g] = position, velocity, count
+            count[axis] += ti.cast(n, ti.i32)
+        x[grain], v[grain], wraps[grain] = position, velocity, count
         change = 0.0 * square_before
         if crossed > 0.0:  # the two squares may be rounded differently
             change = velocity.dot(velocity) - square_before
         if ti.static(layout.polydisperse):
-            change *= masses[g]
+            change *= masses[grain]
         return change
 
     wrap_by_threads = make_wrap_by_threads(fields, wrap_grain)
@@ -149,14 +149,14 @@ def make_wrap_by_threads(fields, wrap_grain):
         mass: ti.template(),
     ):
         ti.loop_config(block_dim=CHUNK)
-        for g in range(threads):
-            thread = g % CHUNK
-            if g - thread < counts[GRAINS]:  # the same for all threads of a block
-                own = ti.Vector.zero(ti.f64, 1)
-                if g < counts[GRAINS]:
-                    own[0] = wrap_grain(g, low, edges, speeds, tilt)
-                total = sums.total(own, thread)
+        for grain in range(threads):
+            thread = grain % CHUNK
+            if grain - thread < counts[GRAINS]:  # the same for all threads of a block
+                crossing_energy = ti.Vector.zero(ti.f64, 1)
+                if grain < counts[GRAINS]:
+                    crossing_energy[0] = wrap_grain(grain, low, edges, speeds, tilt)
+                total = sums.total(crossing_energy, thread)
                 if thread == 0:
-                    wrap_work[g // CHUNK] = wrap_work[g // CHUNK] + 0.5 * mass * total
+                    wrap_work[grain // CHUNK] = wrap_work[grain // CHUNK] + 0.5 * mass * total
 
     return wrap_by_threads

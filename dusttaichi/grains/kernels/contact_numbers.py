@@ -13,7 +13,7 @@ from dusttaichi import units
 from dusttaichi.compute.engine import ti
 from dusttaichi.physics.contact.effect_numbers import Constant
 
-PAIR, WALL, ON_BALL = range(3)  # kinds of contact, rows of `numbers`
+PAIR, WALL, RIGID_SPHERE = range(3)  # kinds of contact, rows of `numbers`
 RADII = {
     "r1": Constant("m", "radius of the first grain"),
     "r2": Constant("m", "radius of the second grain, 0 for a wall"),
@@ -27,7 +27,7 @@ RADII = {
 """Numbers of every contact, whatever its laws."""
 
 
-def declared(model):
+def list_numbers(model):
     """Name -> Constant of all numbers of a contact."""
     return {**RADII, **model.numbers}
 
@@ -35,7 +35,7 @@ def declared(model):
 @cache
 def numbers_type(model, dtype):
     """The struct of these numbers in float type `dtype`."""
-    return ti.types.struct(**{name: dtype for name in declared(model)})
+    return ti.types.struct(**{name: dtype for name in list_numbers(model)})
 
 
 def internal_numbers(contact, model):
@@ -72,19 +72,19 @@ class EqualNumbers:
     def __init__(self, fields, layout):
         self.table, self.touches = fields["numbers"], fields["touches"]
         self.Numbers = numbers_type(layout.model, layout.law)
-        self.columns = range(len(declared(layout.model)))
+        self.columns = range(len(list_numbers(layout.model)))
 
     @ti.func
-    def of_kind(self, kind: ti.template()):
+    def of_kind(self, contact_kind: ti.template()):
         """Numbers of contacts of a kind, to be read beside a loop over them."""
-        return self.Numbers(*[self.table[kind, n] for n in self.columns])
+        return self.Numbers(*[self.table[contact_kind, n] for n in self.columns])
 
     @ti.func
-    def touch_of(self, kind: ti.template(), b, lane):
+    def touch_of(self, contact_kind: ti.template(), b, lane):
         """Distance of the centres at first touch, in double precision."""
-        return self.touches[kind]
+        return self.touches[contact_kind]
 
     @ti.func
-    def of_contact(self, kind: ti.template(), b, lane, p):
-        """Numbers of the contact in a lane of block b; p: those of its kind."""
+    def of_contact(self, contact_kind: ti.template(), b, lane, p):
+        """Numbers of the contact in a lane of block b; p: those of its kind of contact."""
         return p

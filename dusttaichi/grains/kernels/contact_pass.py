@@ -13,7 +13,7 @@ nine of the stress are values; there is no branch.
 
 from dusttaichi.compute.engine import ti
 from dusttaichi.compute.scan import count_blocks, first_item
-from dusttaichi.grains.kernels.contact_numbers import ON_BALL, PAIR, WALL
+from dusttaichi.grains.kernels.contact_numbers import PAIR, RIGID_SPHERE, WALL
 from dusttaichi.grains.kernels.store import (
     FIRST_SPHERE,
     FIRST_WALL,
@@ -26,7 +26,11 @@ from dusttaichi.physics.contact.kinematics import point_as_kept
 FORMING, BREAKING = range(2)  # channels of the ledger that no effect has to itself
 # places in `counts` of how many contacts of a kind there are (of walls: blocks), and of their first
 # block
-PLACES = {PAIR: (PAIRS, None), ON_BALL: (ON_SPHERE, FIRST_SPHERE), WALL: (WALL_BLOCKS, FIRST_WALL)}
+PLACES = {
+    PAIR: (PAIRS, None),
+    RIGID_SPHERE: (ON_SPHERE, FIRST_SPHERE),
+    WALL: (WALL_BLOCKS, FIRST_WALL),
+}
 
 
 def _masks(law):
@@ -39,15 +43,15 @@ class Rows:
     """Rows of the fields of contacts: history and loads."""
 
     def __init__(self, fields, layout):
-        self.table, self.load, self.real = fields["contact"], fields["load"], layout.law
+        self.table, self.load, self.dtype = fields["contact"], fields["load"], layout.law
         self.vec3 = ti.types.vector(3, layout.law)
         named = [(name, *layout.rows[name]) for name in layout.model.history]
         self.scalars = tuple((name, first) for name, first, width in named if width == 1)
         self.vectors = tuple((name, first) for name, first, width in named if width == 3)
         masked = [*layout.model.radial, *(n for n in layout.model.springs if _masks(n))]
         names = {name for law in masked for name in law.HISTORY}
-        self.own = (*names, "touched")  # not masked: their effects do that
-        members = dict.fromkeys((name for name, _ in self.scalars), self.real)
+        self.unmasked = (*names, "touched")  # not masked: their effects do that
+        members = dict.fromkeys((name for name, _ in self.scalars), self.dtype)
         members |= dict.fromkeys((name for name, _ in self.vectors), self.vec3)
         self.History = ti.types.struct(**members)
         self.touched = layout.rows["touched"][0]
@@ -78,18 +82,18 @@ class Rows:
         )
 
     @ti.func
-    def write(self, b, lane, h: ti.template(), touched_before):
+    def write(self, block, lane, history: ti.template(), touched_before):
         """Write the history, that of springs times `touched_before`, 1 or 0."""
         for name, first in ti.static(self.scalars):
-            value = h.__getitem__(name)
-            if ti.static(name not in self.own):
+            value = history.__getitem__(name)
+            if ti.static(name not in self.unmasked):
                 value = value * touched_before
-            self.table[b, first, lane] = value
+            self.table[block, first, lane] = value
         for name, first in ti.static(self.vectors):
-            vector = h.__getitem__(name)
-            if ti.static(name not in self.own):
+            vector = history.__getitem__(name)
+            if ti.static(name not in self.unmasked):
                 vector = vector * touched_before
-            self.put_vector(b, first, lane, vector)
+            self.put_vector(block, first, lane, vector)
 
     @ti.func
     def force(self, b, lane):
@@ -116,10 +120,14 @@ class ContactPass:
     def __init__(self, fields, layout, mechanics, gatherer):
         self.rows, self.mechanics, self.gatherer = Rows(fields, layout), mechanics, gatherer
         prefix = "wall_" if gatherer.flat else ""  # beginning of the names of its sums by tile
-        self.numbers, self.kind, self.flat = gatherer.numbers, gatherer.kind, gatherer.flat
+        self.numbers, self.contact_kind, self.flat = (
+            gatherer.numbers,
+            gatherer.contact_kind,
+            gatherer.flat,
+        )
         self.round = gatherer.flat and layout.tube
-        self.width, self.mask, self.real = layout.width, layout.mask, layout.law
-        self.counts, (self.number, self.begin) = fields["counts"], PLACES[gatherer.kind]
+        self.width, self.mask, self.dtype = layout.width, layout.mask, layout.law
+        self.counts, (self.number, self.begin) = fields["counts"], PLACES[gatherer.contact_kind]
         self.per_tile, self.per_block = layout.tile, 1 if gatherer.flat else layout.width
         self.ledger, self.stress = layout.ledger, layout.stress
         self.faces = bool(layout.periodic) and not gatherer.flat
@@ -143,7 +151,7 @@ class ContactPass:
     def first(self):
         """The first block; pairs begin with block 0."""
         out = 0
-        if ti.static(self.kind != PAIR):
+        if ti.static(self.contact_kind != PAIR):
             out = self.counts[self.begin]
         return out
 
@@ -164,7 +172,7 @@ class ContactPass:
     def span(self, tile):
         """First block of a tile and the one behind its last."""
         first, end = tile * self.per_tile, ti.min((tile + 1) * self.per_tile, self.blocks())
-        if ti.static(self.kind != PAIR):
+        if ti.static(self.contact_kind != PAIR):
             first, end = self.first() + first, self.first() + end
         return first, end
 
@@ -172,7 +180,7 @@ class ContactPass:
     def row(self, tile):
         """Row of a tile in the tables of sums, of which pairs and the sphere have the same."""
         out = tile
-        if ti.static(self.kind == ON_BALL):
+        if ti.static(self.contact_kind == RIGID_SPHERE):
             out += self.first() // self.per_tile
         return out
 
@@ -191,16 +199,18 @@ class ContactPass:
         """Update the contacts of a tile and compute their loads; outside: see the gatherers."""
         first, last = self.span(number)
         tile = self.row(number)
-        sums = [ti.Vector.zero(self.real, self.width) for _ in ti.static(range(self.CHANGES + 1))]
-        virial = ti.Vector.zero(self.real, 9)
-        p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
+        sums = [ti.Vector.zero(self.dtype, self.width) for _ in ti.static(range(self.CHANGES + 1))]
+        virial = ti.Vector.zero(self.dtype, 9)
+        constants, dt = self.numbers.of_kind(self.contact_kind), ti.cast(dt_wide, self.dtype)
         for block in range(first, last):
-            self.block(sums, virial, block, dt, p, self.gatherer.place(block, outside, time))
+            self.block(
+                sums, virial, block, dt, constants, self.gatherer.place(block, outside, time)
+            )
         totals = self.totals(sums)
         if totals[self.CHANGES] > 0.0:
             for block in range(first, last):
                 boundary = self.gatherer.place(block, outside, time)
-                self.change_block(block, tile, dt, p, boundary)
+                self.change_block(block, tile, dt, constants, boundary)
         self.add_sums(totals, virial, tile)
         if ti.static(self.flat):
             for block in range(first, last):
@@ -212,75 +222,75 @@ class ContactPass:
                     self.add_impulse(block, dt_wide)
 
     @ti.func
-    def add_turned_impulse(self, block, dt, place):
+    def add_turned_impulse(self, block, dt, boundary):
         """`add_impulse` where there is a tube, of whose forces the components there are summed."""
-        b, c = block & self.mask, self.gatherer.wall_block(block)
+        index, wall_block = block & self.mask, self.gatherer.wall_block(block)
         total = ti.Vector.zero(ti.f64, 3)
         for lane in range(self.width):
-            force = ti.cast(self.rows.force(b, lane), ti.f64)
-            total += self.gatherer.in_frame(b, lane, force, place)
+            force = ti.cast(self.rows.force(index, lane), ti.f64)
+            total += self.gatherer.in_frame(index, lane, force, boundary)
         for a in ti.static(range(3)):
-            self.impulse[c, a] = self.impulse[c, a] + dt * total[a]
+            self.impulse[wall_block, a] = self.impulse[wall_block, a] + dt * total[a]
 
     @ti.func
     def add_impulse(self, block, dt):
         """Sum the force of a wall on a block of contacts over time."""
-        b, c = block & self.mask, self.gatherer.wall_block(block)
+        index, wall_block = block & self.mask, self.gatherer.wall_block(block)
         for a in ti.static(range(3)):
             force = ti.cast(0.0, ti.f64)
             for lane in range(self.width):
-                force += ti.cast(self.rows.load[b, a, lane], ti.f64)
-            self.impulse[c, a] = self.impulse[c, a] + dt * force
+                force += ti.cast(self.rows.load[index, a, lane], ti.f64)
+            self.impulse[wall_block, a] = self.impulse[wall_block, a] + dt * force
 
     @ti.func
-    def block(self, sums: ti.template(), virial: ti.template(), block, dt, p, boundary):
+    def block(self, sums: ti.template(), virial: ti.template(), block, dt, constants, boundary):
         """Gather and compute a block of contacts."""
-        b = block & self.mask
-        g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
+        index = block & self.mask
+        gathered = ti.Vector.zero(self.dtype, ti.static(self.gatherer.columns * self.width))
         for lane in range(self.width):
-            self.gatherer.gather(g, b, lane, boundary)
+            self.gatherer.gather(gathered, index, lane, boundary)
         for lane in range(self.width):
-            self.contact(sums, virial, g, b, lane, dt, p, boundary)
+            self.contact(sums, virial, gathered, index, lane, dt, constants, boundary)
 
     @ti.func
     def contact(
         self,
         sums: ti.template(),
         virial: ti.template(),
-        g: ti.template(),
-        b,
+        gathered: ti.template(),
+        block,
         lane,
         dt,
-        numbers,
+        kind_numbers,
         boundary,
     ):
-        p = self.numbers.of_contact(self.kind, b, lane, numbers)
-        k = self.gatherer.motion(g, lane, dt, p, boundary)
-        h = self.rows.history(b, lane)
+        constants = self.numbers.of_contact(self.contact_kind, block, lane, kind_numbers)
+        motion = self.gatherer.motion(gathered, lane, dt, constants, boundary)
+        history = self.rows.history(block, lane)
         strength = self.gatherer.strength(boundary)
-        self.mechanics.touch(k, h, p)
-        lost = self.mechanics.update(k, h, p, dt, self.flat)
-        load, _ = self.mechanics.evaluate(k, h, p, strength)
+        self.mechanics.touch(motion, history, constants)
+        lost = self.mechanics.update(motion, history, constants, dt, self.flat)
+        load, _ = self.mechanics.evaluate(motion, history, constants, strength)
         # 2 where it has formed, -1 where it has broken: see `change`
-        stays = k.now * k.was
-        formed, broken = k.now - stays, k.was - stays
-        h.touched = k.now + formed - broken
-        h.zeta = h.zeta + k.normal * k.zeta_along
+        stays = motion.now * motion.was
+        formed, broken = motion.now - stays, motion.was - stays
+        history.touched = motion.now + formed - broken
+        history.zeta = history.zeta + motion.normal * motion.zeta_along
         # pointers begin on the line of centres; those of a contact that breaks are needed still
-        self.rows.write(b, lane, h, k.was)
-        self.rows.put_loads(b, lane, load)
-        self.book(sums, b, lane, lost, strength)
+        self.rows.write(block, lane, history, motion.was)
+        self.rows.put_loads(block, lane, load)
+        self.book(sums, block, lane, lost, strength)
         if ti.static(self.stress):
             # from the second body to the first; what was gathered is not read again after a store
-            branch = k.normal * ((p.touch - k.overlap) * dt)
+            branch = motion.normal * ((constants.touch - motion.overlap) * dt)
             self.add_virial(virial, branch, load.force)
         if ti.static(self.faces):
-            work = dt * self.gatherer.power_of_faces(g, lane, load.force, boundary)
+            work = dt * self.gatherer.power_of_faces(gathered, lane, load.force, boundary)
             self.add(sums, self.FACES, lane, work)
         self.add(sums, self.CHANGES, lane, formed + broken)
 
     @ti.func
-    def book(self, sums: ti.template(), b, lane, lost, strength):
+    def book(self, sums: ti.template(), block, lane, lost, strength):
         """Add the losses of a contact to the sums, and to its own where they are followed."""
         for n, channel in ti.static(self.channels):
             value = lost[n]
@@ -288,12 +298,12 @@ class ContactPass:
                 value = value * strength
             if ti.static(self.ledger):
                 self.add(sums, n, lane, value)
-            self.follow(b, lane, channel, value)
+            self.follow(block, lane, channel, value)
 
     @ti.func
-    def follow(self, b, lane, channel: ti.template(), value):
+    def follow(self, block, lane, channel: ti.template(), value):
         for first in ti.static(self.followed):
-            self.rows.add(b, first + channel, lane, value)
+            self.rows.add(block, first + channel, lane, value)
 
     @ti.func
     def add(self, sums: ti.template(), column: ti.template(), lane, value):
@@ -309,7 +319,7 @@ class ContactPass:
     @ti.func
     def totals(self, sums: ti.template()):
         """Sums over the lanes, by column."""
-        out = ti.Vector.zero(self.real, ti.static(self.CHANGES + 1))
+        out = ti.Vector.zero(self.dtype, ti.static(self.CHANGES + 1))
         for lane in range(self.width):
             for n in ti.static(range(self.CHANGES + 1)):
                 out[n] += sums[n][lane]
@@ -339,107 +349,129 @@ class ContactPass:
     # -- forming and breaking --------------------------------------------------------------------
 
     @ti.func
-    def change_block(self, block, tile: ti.template(), dt, p, boundary):
+    def change_block(self, block, tile: ti.template(), dt, kind_numbers, boundary):
         """Change the contacts of a block that have formed or broken.
 
         Few steps have any: so this is no part of the loop over all contacts, and gathers everything
         again.
         """
-        b = block & self.mask
-        g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
+        index = block & self.mask
+        gathered = ti.Vector.zero(self.dtype, ti.static(self.gatherer.columns * self.width))
         for lane in range(self.width):
-            state = self.rows.table[b, self.rows.touched, lane]
+            state = self.rows.table[index, self.rows.touched, lane]
             if state > 1.5 or state < -0.5:
-                self.gatherer.gather(g, b, lane, boundary)
-                self.change(g, b, lane, tile, dt, p, boundary, state)
+                self.gatherer.gather(gathered, index, lane, boundary)
+                self.change(gathered, index, lane, tile, dt, kind_numbers, boundary, state)
 
     @ti.func
     def change(
-        self, g: ti.template(), b, lane, tile: ti.template(), dt, kind_numbers, boundary, state
+        self,
+        gathered: ti.template(),
+        block,
+        lane,
+        tile: ti.template(),
+        dt,
+        kind_numbers,
+        boundary,
+        state,
     ):
         """Losses of a contact that has formed (state 2) or broken (-1).
 
         Its potential, less the work of the half kick of the step. A breaking contact is evaluated
         at its position of the previous step, and its history is cleared.
         """
-        p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
-        k = self.gatherer.motion(g, lane, dt, p, boundary)
-        h = self.rows.history(b, lane)
-        k.was, k.now = ti.cast(0.0, self.real), ti.cast(1.0, self.real)
+        constants = self.numbers.of_contact(self.contact_kind, block, lane, kind_numbers)
+        motion = self.gatherer.motion(gathered, lane, dt, constants, boundary)
+        history = self.rows.history(block, lane)
+        motion.was, motion.now = ti.cast(0.0, self.dtype), ti.cast(1.0, self.dtype)
         if state < 0.0:
-            k.overlap += k.speed * dt
-            k.was, k.now = 1.0, 0.0
-        elastic = self.mechanics.respond(k, p)
-        half_kick = 0.5 * dt * k.speed * elastic.force
+            motion.overlap += motion.speed * dt
+            motion.was, motion.now = 1.0, 0.0
+        elastic = self.mechanics.respond(motion, constants)
+        half_kick = 0.5 * dt * motion.speed * elastic.force
         if state > 0.0:
-            self.lose(tile, b, lane, FORMING, -(elastic.energy + half_kick))
+            self.lose(tile, block, lane, FORMING, -(elastic.energy + half_kick))
             if dt > 0.0:  # contacts that a start has have touched before
-                self.form(b, lane, k, h, p, dt)
-            self.rows.table[b, self.rows.touched, lane] = 1.0
+                self.form(block, lane, motion, history, constants, dt)
+            self.rows.table[block, self.rows.touched, lane] = 1.0
         else:
-            self.lose(tile, b, lane, BREAKING, elastic.energy - half_kick)
-            self.release(tile, b, lane, k, h, p, dt, boundary)
+            self.lose(tile, block, lane, BREAKING, elastic.energy - half_kick)
+            self.release(tile, block, lane, motion, history, constants, dt, boundary)
             for row in ti.static(range(self.rows.history_rows)):
-                self.rows.table[b, row, lane] = 0.0
+                self.rows.table[block, row, lane] = 0.0
 
     @ti.func
-    def form(self, b, lane, k: ti.template(), h: ti.template(), p, dt):
+    def form(self, block, lane, motion: ti.template(), history: ti.template(), constants, dt):
         """Impulses of a first touch: forces along n_c during this step."""
         for law in ti.static(self.forming):
-            force_before = self.rows.force(b, lane)
-            force = force_before + k.normal * law.form(k, h, p, dt, force_before.dot(k.normal))
+            force_before = self.rows.force(block, lane)
+            force = force_before + motion.normal * law.form(
+                motion, history, constants, dt, force_before.dot(motion.normal)
+            )
             for c in ti.static(range(3)):
-                self.rows.load[b, c, lane] = force[c]
-            self.rows.write(b, lane, h, 0.0)
+                self.rows.load[block, c, lane] = force[c]
+            self.rows.write(block, lane, history, 0.0)
 
     @ti.func
     def release(
-        self, tile: ti.template(), b, lane, k: ti.template(), h: ti.template(), p, dt, boundary
+        self,
+        tile: ti.template(),
+        block,
+        lane,
+        motion: ti.template(),
+        history: ti.template(),
+        constants,
+        dt,
+        boundary,
     ):
         """Energy stored in the springs of a breaking contact.
 
         A spring that breaks has worked for half a step less than its displacement says.
         """
         strength = self.gatherer.strength(boundary)
-        point_as_kept(k, h, p, self.flat)
-        load, stored = self.mechanics.springs_of(k, h, p, strength)
-        spun = load.torque_1.dot(k.rotation_1) + load.torque_2.dot(k.rotation_2)
-        work = dt * load.force.dot(k.velocity) + spun
-        self.lose(tile, b, lane, BREAKING, stored.sum() + 0.5 * work)
+        point_as_kept(motion, history, constants, self.flat)
+        load, stored = self.mechanics.springs_of(motion, history, constants, strength)
+        spun = load.torque_1.dot(motion.rotation_1) + load.torque_2.dot(motion.rotation_2)
+        work = dt * load.force.dot(motion.velocity) + spun
+        self.lose(tile, block, lane, BREAKING, stored.sum() + 0.5 * work)
 
     @ti.func
-    def lose(self, tile: ti.template(), b, lane, channel: ti.template(), value):
+    def lose(self, tile: ti.template(), block, lane, channel: ti.template(), value):
         if ti.static(self.ledger):
             self.add_loss(tile, channel, value)
-        self.follow(b, lane, channel, value)
+        self.follow(block, lane, channel, value)
 
     # -- without a step --------------------------------------------------------------------------
 
     @ti.func
-    def configured(self, g: ti.template(), b, lane, kind_numbers, boundary):
-        """(Motion, history, numbers) of a contact as it is, without a step; g: gathered."""
-        p = self.numbers.of_contact(self.kind, b, lane, kind_numbers)
-        k = self.gatherer.motion(g, lane, ti.cast(0.0, self.real), p, boundary)
-        h = self.rows.history(b, lane)
-        self.mechanics.touch(k, h, p)
-        self.mechanics.press(k, p)
-        point_as_kept(k, h, p, self.flat)
-        return k, h, p
+    def read_configuration(self, gathered: ti.template(), block, lane, kind_numbers, boundary):
+        """(Motion, history, numbers) of a contact as it is, without a step."""
+        constants = self.numbers.of_contact(self.contact_kind, block, lane, kind_numbers)
+        motion = self.gatherer.motion(gathered, lane, ti.cast(0.0, self.dtype), constants, boundary)
+        history = self.rows.history(block, lane)
+        self.mechanics.touch(motion, history, constants)
+        self.mechanics.press(motion, constants)
+        point_as_kept(motion, history, constants, self.flat)
+        return motion, history, constants
 
     @ti.func
-    def gathered(self, b, boundary):
+    def gather_block(self, block, boundary):
         """The motion of a block of contacts."""
-        g = ti.Vector.zero(self.real, ti.static(self.gatherer.columns * self.width))
+        gathered = ti.Vector.zero(self.dtype, ti.static(self.gatherer.columns * self.width))
         for lane in range(self.width):
-            self.gatherer.gather(g, b, lane, boundary)
-        return g
+            self.gatherer.gather(gathered, block, lane, boundary)
+        return gathered
 
     @ti.func
     def evaluate(self, block, boundary):
         """Loads of a block of contacts in the present configuration; their history stays."""
-        b, kind_numbers = block & self.mask, self.numbers.of_kind(self.kind)
-        g = self.gathered(b, boundary)
+        index, kind_numbers = block & self.mask, self.numbers.of_kind(self.contact_kind)
+        gathered = self.gather_block(index, boundary)
         for lane in range(self.width):
-            k, h, p = self.configured(g, b, lane, kind_numbers, boundary)
-            load, _ = self.mechanics.evaluate(k, h, p, self.gatherer.strength(boundary))
-            self.rows.put_loads(b, lane, load)
+            motion, history, constants = self.read_configuration(
+                gathered, index, lane, kind_numbers, boundary
+            )
+            load, _ = self.mechanics.evaluate(
+                motion, history, constants, self.gatherer.strength(boundary)
+            )
+            self.rows.put_loads(index, lane, load)

@@ -7,7 +7,7 @@ from dusttaichi.compute.engine import ti
 from dusttaichi.compute.loops import SYNC
 from dusttaichi.compute.scan import CHUNK
 from dusttaichi.compute.state_variable import StateVariable
-from dusttaichi.grains.kernels.contact_numbers import declared
+from dusttaichi.grains.kernels.contact_numbers import list_numbers
 from dusttaichi.grains.kernels.outside_kick import LAWS
 from dusttaichi.grains.kernels.store import COUNTS, SPHERE, capacity, sphere_capacity
 
@@ -51,7 +51,7 @@ class Sizes(NamedTuple):
     walls: int
     width: int
     law: tuple
-    own: str
+    geometry: str
 
 
 def declare(grains, layout, walls):
@@ -78,16 +78,16 @@ def declare(grains, layout, walls):
 def _grains(n):
     moving = (n.moving,)
     return [
-        ("x", "positions", "um", (n.own, 3), moving),
-        ("v", "velocities half a step back", "um/us", (n.own, 3), moving),
-        ("w", "spins half a step back", "rad/us", (n.own, 3), moving),
-        ("x_search", "positions at the last search", "um", (n.own, 3), moving),
+        ("x", "positions", "um", (n.geometry, 3), moving),
+        ("v", "velocities half a step back", "um/us", (n.geometry, 3), moving),
+        ("w", "spins half a step back", "rad/us", (n.geometry, 3), moving),
+        ("x_search", "positions at the last search", "um", (n.geometry, 3), moving),
     ]
 
 
 def _orientation(n):
     meaning = "rotation since the start, a quaternion w x y z"
-    return [("orientation", meaning, "1", (n.own, 4), (n.grains,))]
+    return [("orientation", meaning, "1", (n.geometry, 4), (n.grains,))]
 
 
 def _grain_loss(n, layout):
@@ -109,7 +109,7 @@ def _contacts(n, layout):
     blocks, tiles = n.pairs + n.walls, n.pairs // layout.tile
     entries = (n.pairs + n.walls) * layout.width + 2 * n.grains
     numbers = ("constants of a contact of two grains, with a wall, with the sphere",
-               "um, nN, fJ", n.law, (3, len(declared(layout.model))))
+               "um, nN, fJ", n.law, (3, len(list_numbers(layout.model))))
     return [
         ("contact", "history and own constants of a contact: rows of the layout",
          "um, nN, fJ", n.law, (blocks, layout.row_count, n.width)),

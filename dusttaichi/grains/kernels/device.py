@@ -39,10 +39,10 @@ class ContactThreads(ContactPass):
     @ti.func
     def thread(self, books: ti.template(), block, dt_wide, boundary):
         """The contact of a block, which has one; its sums are added to `books`."""
-        sums = [ti.Vector.zero(self.real, self.width) for _ in ti.static(range(self.CHANGES + 1))]
-        virial = ti.Vector.zero(self.real, 9)
-        p, dt = self.numbers.of_kind(self.kind), ti.cast(dt_wide, self.real)
-        self.block(sums, virial, block, dt, p, boundary)
+        sums = [ti.Vector.zero(self.dtype, self.width) for _ in ti.static(range(self.CHANGES + 1))]
+        virial = ti.Vector.zero(self.dtype, 9)
+        constants, dt = self.numbers.of_kind(self.contact_kind), ti.cast(dt_wide, self.dtype)
+        self.block(sums, virial, block, dt, constants, boundary)
         totals = self.totals(sums)
         if ti.static(self.ledger):
             for n, channel in ti.static(self.channels):
@@ -53,7 +53,7 @@ class ContactThreads(ContactPass):
         if ti.static(self.faces):
             books[self.WORK] = ti.cast(totals[self.FACES], ti.f64)
         if totals[self.CHANGES] > 0.0:
-            self.change_block(block, books, dt, p, boundary)
+            self.change_block(block, books, dt, constants, boundary)
         if ti.static(self.round):
             self.add_turned_impulse(block, dt_wide, boundary)
         elif ti.static(self.flat):
@@ -94,21 +94,21 @@ class Threads:
         self._contact_sums = BlockSums(self.sums) if self.sums else None
 
     @ti.func
-    def grain(self, g, row, step, numbers):
-        """Kick and drift grain g from a step to the next; 1 if a search is due. row: of `rates`."""
-        is_due, thread = 0, g % self.grain_block
-        if g - thread < self.counts[GRAINS]:  # the same for all threads of a block
+    def grain(self, grain, row, step, numbers):
+        """Kick and drift a grain from a step to the next; 1 if a search is due. row: of `rates`."""
+        is_due, thread = 0, grain % self.grain_block
+        if grain - thread < self.counts[GRAINS]:  # the same for all threads of a block
             flux = ti.Vector.zero(ti.f64, 6)
-            if g < self.counts[GRAINS]:
+            if grain < self.counts[GRAINS]:
                 n = numbers
                 is_due, position, velocity = self.phases.move(
-                    g, n.kick, n.turn, n.dt, n.reach2, step
+                    grain, n.kick, n.turn, n.dt, n.reach2, step
                 )
                 if ti.static(self.stress):
                     rate = ti.Vector([self.rates[row, k] for k in ti.static(range(4))])
-                    flux = self.phases.flux.of_grain(g, position, velocity, n.dt, rate)
+                    flux = self.phases.flux.of_grain(grain, position, velocity, n.dt, rate)
             if ti.static(self.stress):
-                total, at = self._grain_sums.total(flux, thread), g // CHUNK
+                total, at = self._grain_sums.total(flux, thread), grain // CHUNK
                 if thread < 6:
                     self._flux_table[at, thread] = self._flux_table[at, thread] + numbers.dt * total
         return is_due
@@ -124,27 +124,30 @@ class Threads:
         return out
 
     @ti.func
-    def contact(self, b, row, step, dt):
-        """The contact of block b, of any kind, each of which begins with a whole tile."""
-        thread, kind = b % THREADS, -1
-        first = b - thread
+    def contact(self, block, row, step, dt):
+        """The contact of a block, of any kind, each of which begins with a whole tile."""
+        thread, pass_number = block % THREADS, -1
+        first = block - thread
         books = ti.Vector.zero(ti.f64, ti.static(max(1, self.sums)))
         for n, contact_pass in ti.static(self.contacts):
             end = contact_pass.first() + contact_pass.blocks()
             if first >= contact_pass.first() and first < end:
-                kind = n
-                if b < end:
+                pass_number = n
+                if block < end:
                     if ti.static(contact_pass.flat):
                         contact_pass.thread(
-                            books, b, dt, contact_pass.gatherer.place(b, self.planes, dt * step)
+                            books,
+                            block,
+                            dt,
+                            contact_pass.gatherer.place(block, self.planes, dt * step),
                         )
                     else:
-                        contact_pass.thread(books, b, dt, self.frame(row))
+                        contact_pass.thread(books, block, dt, self.frame(row))
         if ti.static(self.sums > 0):
-            if kind >= 0:  # the same for all threads of a block
+            if pass_number >= 0:  # the same for all threads of a block
                 total = self._contact_sums.total(books, thread)
                 for n, contact_pass in ti.static(self.contacts):
-                    if kind == n:
+                    if pass_number == n:
                         contact_pass.put(
                             contact_pass.row((first - contact_pass.first()) // THREADS),
                             thread,
@@ -203,13 +206,13 @@ def make_prepare(arguments, threads):
             )
             if ti.static(len(layout.periodic) > 0):
                 frame = phases.pairs.gatherer.frame(step, dt)
-                for m in ti.static(range(3)):
+                for row_of_frame in ti.static(range(3)):
                     for n in ti.static(range(3 + layout.tilted)):
-                        frames[row, m, n] = frame[m, n]
+                        frames[row, row_of_frame, n] = frame[row_of_frame, n]
             if ti.static(layout.stress):
-                found = phases.flux.rates(step, dt)
+                cell_rates = phases.flux.rates(step, dt)
                 for n in ti.static(range(4)):
-                    rates[row, n] = found[n]
+                    rates[row, n] = cell_rates[n]
 
     return prepare
 
@@ -239,17 +242,17 @@ def make_kick(arguments, threads):
     @ti.kernel
     def kick_and_drift():
         ti.loop_config(block_dim=block)
-        for g in range(grain_threads + sphere_threads):
-            if g == 0:  # 0: no step has begun
+        for thread in range(grain_threads + sphere_threads):
+            if thread == 0:  # 0: no step has begun
                 sync[BEGUN] = ti.select(sync[STOP] == 0, sync[DONE] + 1, 0)
             if sync[STOP] == 0:
-                if g < grain_threads:
+                if thread < grain_threads:
                     step = arguments.first[None] + sync[DONE]
-                    if threads.grain(g, (sync[DONE] + 1) % LOOK, step, numbers[None]) == 1:
+                    if threads.grain(thread, (sync[DONE] + 1) % LOOK, step, numbers[None]) == 1:
                         sync[DUE] = 1
                 if ti.static(phases.has_sphere):
-                    if g >= grain_threads:
-                        move_sphere(g - grain_threads)
+                    if thread >= grain_threads:
+                        move_sphere(thread - grain_threads)
 
     return kick_and_drift
 
@@ -267,13 +270,13 @@ def make_touch(arguments, threads):
     @ti.kernel
     def touch():
         ti.loop_config(block_dim=THREADS)
-        for b in range(contact_threads):
+        for block in range(contact_threads):
             has_begun = sync[BEGUN]
             step = first[None] + has_begun
             go_on = has_begun > 0 and not is_due(step, numbers[None])
             if go_on:
-                threads.contact(b, has_begun % LOOK, step, numbers[None].dt)
-            if b == 0:
+                threads.contact(block, has_begun % LOOK, step, numbers[None].dt)
+            if block == 0:
                 if go_on:
                     sync[DONE] = has_begun
                     conclude(sync)

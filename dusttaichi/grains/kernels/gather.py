@@ -30,20 +30,24 @@ class Gatherer:
     flat = False  # the second body is a wall
 
     def __init__(self, fields, layout, mechanics, numbers):
-        self.width, self.real = layout.width, layout.law
+        self.width, self.dtype = layout.width, layout.law
         self.x, self.v, self.w = fields["x"], fields["v"], fields["w"]
         self.Motion, self.numbers = mechanics.Motion, numbers
         self.vec3 = ti.types.vector(3, layout.law)
 
     @ti.func
-    def put(self, g: ti.template(), first: ti.template(), lane, a):
+    def put(self, gathered: ti.template(), first: ti.template(), lane, vector):
         for c in ti.static(range(3)):
-            g[(first + c) * self.width + lane] = ti.cast(a[c], self.real)
+            gathered[(first + c) * self.width + lane] = ti.cast(vector[c], self.dtype)
 
     @ti.func
-    def get(self, g: ti.template(), first: ti.template(), lane):
-        W = ti.static(self.width)
-        return self.vec3(g[first * W + lane], g[(first + 1) * W + lane], g[(first + 2) * W + lane])
+    def get(self, gathered: ti.template(), first: ti.template(), lane):
+        width = ti.static(self.width)
+        return self.vec3(
+            gathered[first * width + lane],
+            gathered[(first + 1) * width + lane],
+            gathered[(first + 2) * width + lane],
+        )
 
 
 @ti.data_oriented
@@ -53,9 +57,13 @@ class PairGatherer(Gatherer):
     place: the frame of a periodic cell (kernels.cell_kinematics); anything in a scene without.
     """
 
-    def __init__(self, fields, layout, mechanics, numbers, kind):
+    def __init__(self, fields, layout, mechanics, numbers, contact_kind):
         super().__init__(fields, layout, mechanics, numbers)
-        self.kind, self.pair_i, self.pair_j = kind, fields["pair_i"], fields["pair_j"]
+        self.contact_kind, self.pair_i, self.pair_j = (
+            contact_kind,
+            fields["pair_i"],
+            fields["pair_j"],
+        )
         self.axes = layout.periodic
         self.shift = fields.get("shift")
         self.frame, self.across_faces, self.power = make_cell(fields, layout)
@@ -72,53 +80,57 @@ class PairGatherer(Gatherer):
         return frame
 
     @ti.func
-    def now(self, block, step, dt, box: ti.template()):
+    def place_at_step(self, block, step, dt, box: ti.template()):
         """`place` at a step, for loops of a device: what they copy from `box` is misaligned."""
         return self.frame(step, dt)
 
     @ti.func
-    def gather(self, g: ti.template(), b, lane, boundary):
-        i, j = self.pair_i[b, lane], self.pair_j[b, lane]
-        d, dv = self.x[i] - self.x[j], self.v[i] - self.v[j]
+    def gather(self, gathered: ti.template(), block, lane, boundary):
+        i, j = self.pair_i[block, lane], self.pair_j[block, lane]
+        separation, velocity = self.x[i] - self.x[j], self.v[i] - self.v[j]
         if ti.static(len(self.axes) > 0):
-            d = self.across_faces(b, lane, d, 0, boundary)
-            dv = self.across_faces(b, lane, dv, 1, boundary)
+            separation = self.across_faces(block, lane, separation, 0, boundary)
+            velocity = self.across_faces(block, lane, velocity, 1, boundary)
             for n in ti.static(range(len(self.axes))):
-                g[(13 + n) * self.width + lane] = ti.cast(self.shift[b, n, lane], self.real)
-        touch = self.numbers.touch_of(self.kind, b, lane)
+                gathered[(13 + n) * self.width + lane] = ti.cast(
+                    self.shift[block, n, lane], self.dtype
+                )
+        touch = self.numbers.touch_of(self.contact_kind, block, lane)
         # both terms are some 1e4 times the gap of grains that touch
-        g[3 * self.width + lane] = ti.cast(touch * touch - d.dot(d), self.real)
-        self.put(g, 0, lane, d)
-        self.put(g, 4, lane, dv)
-        self.put(g, 7, lane, self.w[i])
-        self.put(g, 10, lane, self.w[j])
+        gathered[3 * self.width + lane] = ti.cast(
+            touch * touch - separation.dot(separation), self.dtype
+        )
+        self.put(gathered, 0, lane, separation)
+        self.put(gathered, 4, lane, velocity)
+        self.put(gathered, 7, lane, self.w[i])
+        self.put(gathered, 10, lane, self.w[j])
 
     @ti.func
-    def motion(self, g: ti.template(), lane, dt, p, boundary):
-        gap = g[3 * self.width + lane]
-        d, dv = self.get(g, 0, lane), self.get(g, 4, lane)
-        w1, w2 = self.get(g, 7, lane), self.get(g, 10, lane)
-        return pair_motion(self.Motion, d, gap, dv, w1, w2, dt, p)
+    def motion(self, gathered: ti.template(), lane, dt, constants, boundary):
+        gap = gathered[3 * self.width + lane]
+        separation, velocity = self.get(gathered, 0, lane), self.get(gathered, 4, lane)
+        spin_i, spin_j = self.get(gathered, 7, lane), self.get(gathered, 10, lane)
+        return pair_motion(self.Motion, separation, gap, velocity, spin_i, spin_j, dt, constants)
 
     @ti.func
-    def power_of_faces(self, g: ti.template(), lane, force, boundary):
+    def power_of_faces(self, gathered: ti.template(), lane, force, boundary):
         """Power of the moving faces of the cell on a contact between images."""
         out = 0.0 * force[0]
         if ti.static(len(self.axes) > 0):
             for n in ti.static(range(len(self.axes))):
-                out += self.power(n, g[(13 + n) * self.width + lane], force, boundary)
+                out += self.power(n, gathered[(13 + n) * self.width + lane], force, boundary)
         return out
 
     @ti.func
     def strength(self, boundary):
-        return ti.cast(1.0, self.real)
+        return ti.cast(1.0, self.dtype)
 
 
 @ti.data_oriented
 class WallGatherer(Gatherer):
     """Relative motion of a grain and a wall. place: of a block, see `place`."""
 
-    flat, kind, columns = True, WALL, 10
+    flat, contact_kind, columns = True, WALL, 10
 
     def __init__(self, fields, layout, mechanics, numbers):
         super().__init__(fields, layout, mechanics, numbers)
@@ -148,33 +160,37 @@ class WallGatherer(Gatherer):
         velocity[0] += ti.cast(box.along[k], self.geometry)
         return ti.Struct(
             normal=normal, offset=box.offset[k] + box.speed[k] * time, velocity=velocity,
-            strength=ti.cast(box.strength[k], self.real),
+            strength=ti.cast(box.strength[k], self.dtype),
         )  # fmt: skip
 
     @ti.func
-    def now(self, block, step, dt, box: ti.template()):
+    def place_at_step(self, block, step, dt, box: ti.template()):
         """`place` at a step, without a copy of `box`."""
         return self.place(block, box, dt * step)
 
     @ti.func
-    def gather(self, g: ti.template(), b, lane, boundary):
-        c = self.wall_block(b)
-        i = self.grain[c, lane]
-        distance = plane.distance(self.x[i], boundary) + self.gap[c, lane]
-        touch = self.numbers.touch_of(self.kind, b, lane)
-        g[lane] = ti.cast(touch - distance, self.real)
-        self.put(g, 1, lane, self.v[i] - boundary.velocity)
-        self.put(g, 4, lane, self.w[i])
+    def gather(self, gathered: ti.template(), block, lane, boundary):
+        wall_block = self.wall_block(block)
+        i = self.grain[wall_block, lane]
+        distance = plane.distance(self.x[i], boundary) + self.gap[wall_block, lane]
+        touch = self.numbers.touch_of(self.contact_kind, block, lane)
+        gathered[lane] = ti.cast(touch - distance, self.dtype)
+        self.put(gathered, 1, lane, self.v[i] - boundary.velocity)
+        self.put(gathered, 4, lane, self.w[i])
         # the same for all lanes: a shorter loop would be unrolled, and its array not seen through
-        self.put(g, 7, lane, boundary.normal)
+        self.put(gathered, 7, lane, boundary.normal)
 
     @ti.func
-    def motion(self, g: ti.template(), lane, dt, p, boundary):
-        dv, w1, normal = self.get(g, 1, lane), self.get(g, 4, lane), self.get(g, 7, lane)
-        return wall_motion(self.Motion, g[lane], normal, dv, w1, dt)
+    def motion(self, gathered: ti.template(), lane, dt, constants, boundary):
+        velocity, spin, normal = (
+            self.get(gathered, 1, lane),
+            self.get(gathered, 4, lane),
+            self.get(gathered, 7, lane),
+        )
+        return wall_motion(self.Motion, gathered[lane], normal, velocity, spin, dt)
 
     @ti.func
-    def power_of_faces(self, g: ti.template(), lane, force, boundary):
+    def power_of_faces(self, gathered: ti.template(), lane, force, boundary):
         return 0.0 * force[0]
 
     @ti.func
@@ -199,7 +215,7 @@ class TubeGatherer(WallGatherer):
         return ti.Struct(
             normal=normal, offset=box.offset[k] + box.speed[k] * time,
             velocity=ti.select(tube, 0.0 * velocity, velocity),
-            strength=ti.cast(ti.select(tube, box.tube[3], box.strength[k]), self.real),
+            strength=ti.cast(ti.select(tube, box.tube[3], box.strength[k]), self.dtype),
             radius=box.tube[0], x=box.tube[1], y=box.tube[2],
             is_tube=ti.select(tube, 1.0, 0.0),
         )  # fmt: skip
@@ -212,30 +228,37 @@ class TubeGatherer(WallGatherer):
         return curved * self.place3(n0, n1, n2) + (1.0 - curved) * boundary.normal
 
     @ti.func
-    def gather(self, g: ti.template(), b, lane, boundary):
-        c = self.wall_block(b)
-        i = self.grain[c, lane]
+    def gather(self, gathered: ti.template(), block, lane, boundary):
+        wall_block = self.wall_block(block)
+        i = self.grain[wall_block, lane]
         x, curved = self.x[i], boundary.is_tube
         flat = plane.distance(x, boundary)
-        distance = ti.select(curved > 0.5, cylinder.distance(x, boundary), flat) + self.gap[c, lane]
-        touch = self.numbers.touch_of(self.kind, b, lane)
-        g[lane] = ti.cast(touch - distance, self.real)
-        self.put(g, 1, lane, self.v[i] - boundary.velocity)
-        self.put(g, 4, lane, self.w[i])
-        self.put(g, 7, lane, self.normal_at(x, boundary))
-        g[10 * self.width + lane] = ti.cast(curved * cylinder.bend(x, boundary), self.real)
+        distance = (
+            ti.select(curved > 0.5, cylinder.distance(x, boundary), flat)
+            + self.gap[wall_block, lane]
+        )
+        touch = self.numbers.touch_of(self.contact_kind, block, lane)
+        gathered[lane] = ti.cast(touch - distance, self.dtype)
+        self.put(gathered, 1, lane, self.v[i] - boundary.velocity)
+        self.put(gathered, 4, lane, self.w[i])
+        self.put(gathered, 7, lane, self.normal_at(x, boundary))
+        gathered[10 * self.width + lane] = ti.cast(curved * cylinder.bend(x, boundary), self.dtype)
 
     @ti.func
-    def motion(self, g: ti.template(), lane, dt, p, boundary):
-        dv, w1, normal = self.get(g, 1, lane), self.get(g, 4, lane), self.get(g, 7, lane)
-        across = self.vec3(dv[0], dv[1], 0.0)
-        bend = g[10 * self.width + lane]
-        return surface_motion(self.Motion, g[lane], normal, dv, across, bend, w1, dt)
+    def motion(self, gathered: ti.template(), lane, dt, constants, boundary):
+        velocity, spin, normal = (
+            self.get(gathered, 1, lane),
+            self.get(gathered, 4, lane),
+            self.get(gathered, 7, lane),
+        )
+        across = self.vec3(velocity[0], velocity[1], 0.0)
+        bend = gathered[10 * self.width + lane]
+        return surface_motion(self.Motion, gathered[lane], normal, velocity, across, bend, spin, dt)
 
     @ti.func
     def in_frame(self, b, lane, force, boundary):
         """Force of a wall on a grain: of the tube along its normal, around and along its axis."""
         normal = self.normal_at(self.x[self.grain[self.wall_block(b), lane]], boundary)
-        around = normal[0] * force[1] - normal[1] * force[0]
-        turned = ti.Vector([force.dot(normal), around, force[2]])
+        tangential = normal[0] * force[1] - normal[1] * force[0]
+        turned = ti.Vector([force.dot(normal), tangential, force[2]])
         return ti.select(boundary.is_tube > 0.5, turned, force)

@@ -59,11 +59,14 @@ def place_search(grains, layout, walls):
 
 def make_bounds(fields, scratch):
     """Kernel `find_bounds()` of all grains, and of their speeds (particles.cells.Bounds)."""
-    x, how = fields["x"], {"capacity": scratch["in_cell"].shape[0], "v": fields["v"]}
+    x, bound_options = (
+        fields["x"],
+        {"capacity": scratch["in_cell"].shape[0], "v": fields["v"]},
+    )
     if "apart" in scratch:
         x = scratch["apart"]
-        how["preparations"] = (make_stand_apart(fields, scratch),)
-    bounds = Bounds(x, scratch["bounds"], counter(fields), FARTHEST, **how)
+        bound_options["preparations"] = (make_stand_apart(fields, scratch),)
+    bounds = Bounds(x, scratch["bounds"], counter(fields), FARTHEST, **bound_options)
 
     @ti.kernel
     def find_bounds():
@@ -94,7 +97,7 @@ class Neighbours:
     def __init__(self, fields, scratch, layout, cells):
         self.cells, self.polydisperse = cells, layout.polydisperse
         self.x, self.counts, self.numbers = fields["x"], fields["counts"], scratch["grid"]
-        self.most = scratch["near"].shape[0] if layout.polydisperse else NEIGHBOURS
+        self.max_neighbours = scratch["near"].shape[0] if layout.polydisperse else NEIGHBOURS
         self.first, self.member = scratch["cell_first"], scratch["in_cell"]
         self.near, self.near_count = scratch["near"], scratch["near_count"]
         self.own_count, self.capacity = scratch["own_count"], scratch["in_cell"].shape[0]
@@ -104,10 +107,10 @@ class Neighbours:
         self.members = layout.members
 
     @ti.func
-    def insert(self, g, neighbour, first, counts: ti.template()):
-        """Insert a neighbour of g into its sorted list, which begins at `first`.
+    def insert(self, grain, neighbour, first, counts: ti.template()):
+        """Insert a neighbour of a grain into its sorted list, which begins at `first`.
 
-        found: number of its neighbours, and of those with higher numbers.
+        counts: number of its neighbours, and of those with higher numbers.
         """
         slot = first + counts[0]
         while slot > first and self.near[ti.max(slot - 1, 0)] > neighbour:
@@ -115,17 +118,17 @@ class Neighbours:
             slot -= 1
         self.near[slot] = neighbour
         counts[0] += 1
-        counts[1] += ti.cast(neighbour > g, ti.i32)
+        counts[1] += ti.cast(neighbour > grain, ti.i32)
 
     @ti.func
-    def add(self, g, neighbour, counts: ti.template(), counting: ti.template()):
-        """Add a neighbour of g, or only count it."""
+    def add(self, grain, neighbour, counts: ti.template(), counting: ti.template()):
+        """Add a neighbour of a grain, or only count it."""
         if ti.static(counting):
             counts[0] += 1
         elif ti.static(self.polydisperse):
-            self.insert(g, neighbour, self.near_start[g], counts)
+            self.insert(grain, neighbour, self.near_start[grain], counts)
         elif counts[0] < NEIGHBOURS:
-            self.insert(g, neighbour, g * NEIGHBOURS, counts)
+            self.insert(grain, neighbour, grain * NEIGHBOURS, counts)
         else:
             self.counts[OVERFLOW] = 1
             counts[0] += 1
@@ -140,29 +143,38 @@ class Neighbours:
         return out
 
     @ti.func
-    def meets(self, g, other):
+    def meets(self, g, neighbour):
         """True if a grain may touch another one."""
-        out = other != g
+        out = neighbour != g
         if ti.static(self.members):
-            out = out and self.body[g] >> 1 == self.body[other] >> 1
+            out = out and self.body[g] >> 1 == self.body[neighbour] >> 1
         return out
 
     @ti.func
-    def visit(self, g, grid, reach, counting: ti.template()):
-        """Counts or lists the neighbours of g: what is near in the cells around its own."""
-        position, counts, side = self.x[g], ti.Vector([0, 0]), ti.cast(self.numbers[AROUND], ti.i32)
-        begin, box_size = self.cells.find_cell(self.seen[g], grid) - 1, ti.Vector([side, side, 3])
+    def visit(self, grain, grid, reach, counting: ti.template()):
+        """Count or list the neighbours of a grain: what is near in the cells around its own."""
+        position, counts, side = (
+            self.x[grain],
+            ti.Vector([0, 0]),
+            ti.cast(self.numbers[AROUND], ti.i32),
+        )
+        begin, box_size = (
+            self.cells.find_cell(self.seen[grain], grid) - 1,
+            ti.Vector([side, side, 3]),
+        )
         for cut in range(box_size[0]):
             for run in range(self.cells.runs(box_size)):
                 first_cell, behind, image = self.cells.run(begin, box_size, cut, run, grid)
-                k, end = self.first[first_cell], self.first[behind]
-                while k < end and counts[0] <= self.most:
-                    neighbour = self.member[k]
-                    d = self.x[neighbour] + image - position
-                    if d.dot(d) < self.reach2(g, neighbour, reach) and self.meets(g, neighbour):
-                        self.add(g, neighbour, counts, counting)
-                    k += 1
-        self.near_count[g], self.own_count[g] = counts[0], counts[1]
+                entry, end = self.first[first_cell], self.first[behind]
+                while entry < end and counts[0] <= self.max_neighbours:
+                    neighbour = self.member[entry]
+                    separation = self.x[neighbour] + image - position
+                    if separation.dot(separation) < self.reach2(
+                        grain, neighbour, reach
+                    ) and self.meets(grain, neighbour):
+                        self.add(grain, neighbour, counts, counting)
+                    entry += 1
+        self.near_count[grain], self.own_count[grain] = counts[0], counts[1]
 
     @ti.func
     def visit_all(self, grid: ti.template(), reach: ti.template(), counting: ti.template()):
@@ -206,10 +218,10 @@ def make_find(fields, scratch, layout, cells):
         reach = numbers[REACH]
         sort.sort(grid)
         ti.loop_config(serialize=light)
-        for g in range(loop_length(counts[GRAINS] + 1, room + 1)):
-            old_start[g] = pair_start[g]
-            if g < counts[GRAINS]:
-                x_search[g] = x[g]
+        for grain in range(loop_length(counts[GRAINS] + 1, room + 1)):
+            old_start[grain] = pair_start[grain]
+            if grain < counts[GRAINS]:
+                x_search[grain] = x[grain]
         if ti.static(layout.polydisperse):
             neighbours.visit_all(grid, reach, True)
             scan.exclusive(near_count, near_start, loop_length(counts[GRAINS] + 1, room + 1))

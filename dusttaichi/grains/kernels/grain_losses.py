@@ -11,7 +11,7 @@ def make_add_grain_losses(fields, layout):
     To be called before a search replaces the lists. Every grain sums its own contacts in the order
     of its list.
     """
-    W, channels = layout.width, len(layout.channels)
+    width, channels = layout.width, len(layout.channels)
     first, contact, counts = layout.rows["recent"][0], fields["contact"], fields["counts"]
     entry_start, entry, grain_loss = fields["entry_start"], fields["entry"], fields["grain_loss"]
     pair_start = fields["pair_start"]
@@ -19,31 +19,31 @@ def make_add_grain_losses(fields, layout):
     @ti.func
     def add(g, c, fraction):
         for n in ti.static(range(channels)):
-            lost = ti.cast(contact[c // W, first + n, c % W], ti.f64)
+            lost = ti.cast(contact[c // width, first + n, c % width], ti.f64)
             grain_loss[g, n] = grain_loss[g, n] + fraction * lost
 
     @ti.func
     def clear(c):
         for n in ti.static(range(channels)):
-            contact[c // W, first + n, c % W] = 0.0
+            contact[c // width, first + n, c % width] = 0.0
 
     @ti.kernel
     def add_grain_losses():
-        for g in range(counts[GRAINS]):  # in the order of kernels.grain_pass.make_gather
-            for e in range(entry_start[g], entry_start[g + 1]):
-                if entry[e] >= 0 and entry[e] < counts[FIRST_SPHERE] * W:
-                    add(g, entry[e], 0.5)
-            for c in range(pair_start[g], pair_start[g + 1]):
-                add(g, c, 0.5)
-            for e in range(entry_start[g], entry_start[g + 1]):
-                if entry[e] >= counts[FIRST_SPHERE] * W:
-                    add(g, entry[e], 1.0)
-        for g in range(counts[GRAINS]):
+        for grain in range(counts[GRAINS]):  # in the order of kernels.grain_pass.make_gather
+            for entry_number in range(entry_start[grain], entry_start[grain + 1]):
+                if entry[entry_number] >= 0 and entry[entry_number] < counts[FIRST_SPHERE] * width:
+                    add(grain, entry[entry_number], 0.5)
+            for contact in range(pair_start[grain], pair_start[grain + 1]):
+                add(grain, contact, 0.5)
+            for entry_number in range(entry_start[grain], entry_start[grain + 1]):
+                if entry[entry_number] >= counts[FIRST_SPHERE] * width:
+                    add(grain, entry[entry_number], 1.0)
+        for grain in range(counts[GRAINS]):
             # once for each contact: by its first body
-            for c in range(pair_start[g], pair_start[g + 1]):
-                clear(c)
-            for e in range(entry_start[g], entry_start[g + 1]):
-                if entry[e] >= counts[FIRST_SPHERE] * W:
-                    clear(entry[e])
+            for contact in range(pair_start[grain], pair_start[grain + 1]):
+                clear(contact)
+            for entry_number in range(entry_start[grain], entry_start[grain + 1]):
+                if entry[entry_number] >= counts[FIRST_SPHERE] * width:
+                    clear(entry[entry_number])
 
     return add_grain_losses

@@ -19,30 +19,44 @@ class Orientations:
     """Rotations of the grains since the start, as unit quaternions w, x, y, z."""
 
     def __init__(self, fields, layout):
-        self.q, self.real = fields["orientation"], layout.geometry
+        self.q, self.dtype = fields["orientation"], layout.geometry
 
     @ti.func
-    def carry_on(self, g, spin, dt):
-        """Turn grain g about its spin of the half step for a step.
+    def carry_on(self, grain, spin, dt):
+        """Turn a grain about its spin of the half step for a step.
 
         A steady spin is exact to rounding, up to a tenth of a radian a step. Sine and cosine of
         half the angle are summed up: those of a library would take as long as all else that a step
         does with a grain.
         """
-        half = (0.5 * ti.cast(dt, self.real)) * spin
+        half = (0.5 * ti.cast(dt, self.dtype)) * spin
         h2 = half.dot(half)
-        a = 1.0 + h2 * (COS[0] + h2 * (COS[1] + h2 * (COS[2] + h2 * COS[3])))
-        b = half * (1.0 + h2 * (SIN[0] + h2 * (SIN[1] + h2 * (SIN[2] + h2 * SIN[3]))))
-        previous = self.q[g]
-        c, d = previous[0], ti.Vector([previous[1], previous[2], previous[3]])
-        turned = a * d + c * b + b.cross(d)
-        current = ti.Vector([a * c - b.dot(d), turned[0], turned[1], turned[2]])
+        cosine = 1.0 + h2 * (COS[0] + h2 * (COS[1] + h2 * (COS[2] + h2 * COS[3])))
+        axis_sine = half * (1.0 + h2 * (SIN[0] + h2 * (SIN[1] + h2 * (SIN[2] + h2 * SIN[3]))))
+        previous = self.q[grain]
+        previous_scalar, previous_vector = (
+            previous[0],
+            ti.Vector([previous[1], previous[2], previous[3]]),
+        )
+        turned = (
+            cosine * previous_vector
+            + previous_scalar * axis_sine
+            + axis_sine.cross(previous_vector)
+        )
+        current = ti.Vector(
+            [
+                cosine * previous_scalar - axis_sine.dot(previous_vector),
+                turned[0],
+                turned[1],
+                turned[2],
+            ]
+        )
         # of a length that rounding alone takes from 1
-        self.q[g] = current * (1.5 - 0.5 * current.dot(current))
+        self.q[grain] = current * (1.5 - 0.5 * current.dot(current))
 
 
 def make_gather(fields, layout):
-    """Returns `total(g)`: force and torque on grain g, summed in a fixed order.
+    """Returns `total(grain)`: force and torque on a grain, summed in a fixed order.
 
     First come the contacts whose second body it is, from its list, then its own pairs, which are
     side by side, then contacts with walls and sphere, from the second part of its list. Each loop
@@ -50,64 +64,64 @@ def make_gather(fields, layout):
     over a known number of them, unrolled and vectorised, takes a third longer. All six sums of a
     loop are of one sign, so that they are vectors.
     """
-    W = layout.width  # a power of two
-    shift = W.bit_length() - 1
+    width = layout.width  # a power of two
+    shift = width.bit_length() - 1
     entry_start, entry = fields["entry_start"], fields["entry"]
     pair_start, pair_i = fields["pair_start"], fields["pair_i"]
     load, outside = fields["load"], "wall_slot" in fields or layout.sphere
 
     @ti.func
-    def add(sums: ti.template(), c, torque: ti.template()):
-        b, k = (c >> shift) & layout.mask, c & (W - 1)
-        for m in ti.static(range(3)):
-            sums[m] += ti.cast(load[b, m, k], layout.geometry)
-            sums[3 + m] += ti.cast(load[b, torque + m, k], layout.geometry)
+    def add(sums: ti.template(), contact, torque: ti.template()):
+        block, lane = (contact >> shift) & layout.mask, contact & (width - 1)
+        for component in ti.static(range(3)):
+            sums[component] += ti.cast(load[block, component, lane], layout.geometry)
+            sums[3 + component] += ti.cast(load[block, torque + component, lane], layout.geometry)
 
     @ti.func
-    def total(g):
+    def total(grain):
         sums = ti.Vector.zero(layout.geometry, 6)
-        e = entry_start[g]
-        c = entry[e]
-        while c >= 0:
-            add(sums, c, 6)
-            e += 1
-            c = entry[e]
-        for m in ti.static(range(3)):
-            sums[m] = -sums[m]
-        c = pair_start[g]
-        while pair_i[c >> shift, c & (W - 1)] == g:
-            add(sums, c, 3)
-            c += 1
+        list_entry = entry_start[grain]
+        contact = entry[list_entry]
+        while contact >= 0:
+            add(sums, contact, 6)
+            list_entry += 1
+            contact = entry[list_entry]
+        for component in ti.static(range(3)):
+            sums[component] = -sums[component]
+        contact = pair_start[grain]
+        while pair_i[contact >> shift, contact & (width - 1)] == grain:
+            add(sums, contact, 3)
+            contact += 1
         if ti.static(outside):
-            e += 1
-            c = entry[e]
-            while c >= 0:
-                add(sums, c, 3)
-                e += 1
-                c = entry[e]
+            list_entry += 1
+            contact = entry[list_entry]
+            while contact >= 0:
+                add(sums, contact, 3)
+                list_entry += 1
+                contact = entry[list_entry]
         return ti.Vector([sums[0], sums[1], sums[2]]), ti.Vector([sums[3], sums[4], sums[5]])
 
     return total
 
 
 def make_push(fields, layout):
-    """Returns `pushed(g, force, torque)`: with the push from outside; none on a carried grain."""
+    """Returns `add_push(grain, force, torque)`: with the push from outside, none if carried."""
     push_force, free = fields.get("push_force"), fields.get("free")
 
     @ti.func
-    def pushed(g, force, torque):
-        f, t = force, torque
+    def add_push(grain, force, torque):
+        pushed_force, pushed_torque = force, torque
         if ti.static(layout.forced):
-            f += push_force[g]
+            pushed_force += push_force[grain]
         if ti.static(layout.carried):
-            f, t = free[g] * f, free[g] * t
-        return f, t
+            pushed_force, pushed_torque = free[grain] * pushed_force, free[grain] * pushed_torque
+        return pushed_force, pushed_torque
 
-    return pushed
+    return add_push
 
 
 def make_grain_pass(fields, layout):
-    """Returns `move(g, dt/m, dt/I, dt, reach2, step)`: kick and drift from that step to the next.
+    """Returns `move(grain, dt/m, dt/I, dt, reach2, step)`: kick and drift from a step to the next.
 
     It returns (1 if a new search is due, position, velocity). Who needs these takes them from here:
     to read what has just been written, in another width, makes a core wait, a third of a step.
@@ -117,37 +131,37 @@ def make_grain_pass(fields, layout):
     one (reach2 its square), or is no longer a number.
     """
     x, v, w, x_search = fields["x"], fields["v"], fields["w"], fields["x_search"]
-    total, pushed = make_gather(fields, layout), make_push(fields, layout)
+    total, add_push = make_gather(fields, layout), make_push(fields, layout)
     free, impulse = fields.get("free"), fields.get("carried_impulse")
     mass, inertia = fields.get("mass"), fields.get("inertia")
     dtype, forces = layout.geometry, make_forces(fields, layout)
     turned = Orientations(fields, layout) if layout.orientation else None
 
     @ti.func
-    def move(g, kick, turn, dt, reach2, step):
-        force, torque = total(g)
+    def move(grain, kick, turn, dt, reach2, step):
+        force, torque = total(grain)
         if ti.static(layout.carried):
-            impulse[g] = impulse[g] + (dt * (1.0 - free[g])) * force
-        force, torque = pushed(g, force, torque)
+            impulse[grain] = impulse[grain] + (dt * (1.0 - free[grain])) * force
+        force, torque = add_push(grain, force, torque)
         own_kick, own_turn = ti.cast(kick, dtype), ti.cast(turn, dtype)
         if ti.static(layout.polydisperse):
-            own_kick = ti.cast(kick / mass[g], dtype)
-            own_turn = ti.cast(turn / inertia[g], dtype)
+            own_kick = ti.cast(kick / mass[grain], dtype)
+            own_turn = ti.cast(turn / inertia[grain], dtype)
         # no += on fields: it is atomic in Taichi, and slow
-        velocity, spin = v[g] + own_kick * force, w[g] + own_turn * torque
+        velocity, spin = v[grain] + own_kick * force, w[grain] + own_turn * torque
         if ti.static(bool(layout.forces)):
-            at, weight = forces.of_grain(g, step), forces.weight_of(g)
+            at, weight = forces.of_grain(grain, step), forces.weight_of(grain)
             half_kick = ti.cast(0.5 * own_kick * force, ti.f64)
             half_turn = ti.cast(0.5 * own_turn * torque, ti.f64)
             velocity, spin = forces.accelerate(
-                g, at, weight, velocity, spin, half_kick, half_turn, dt
+                grain, at, weight, velocity, spin, half_kick, half_turn, dt
             )
-        position = x[g] + ti.cast(dt, dtype) * velocity
-        v[g], w[g] = velocity, spin
+        position = x[grain] + ti.cast(dt, dtype) * velocity
+        v[grain], w[grain] = velocity, spin
         if ti.static(layout.orientation):
-            turned.carry_on(g, spin, dt)
-        x[g] = position
-        way = position - x_search[g]
+            turned.carry_on(grain, spin, dt)
+        x[grain] = position
+        way = position - x_search[grain]
         return ti.select(way.dot(way) <= reach2, 0, 1), position, velocity
 
     return move
@@ -192,7 +206,7 @@ def make_flux(fields, layout):
     """Functions for the kinetic part of the stress: `add`, `of_grain` and `rates`.
 
     `add(chunk, move, step, numbers)` moves the grains of a chunk and sums v v dt, 1 if a search is
-    due; `of_grain(g, place, velocity, dt, rate)` is v v of a grain whose step ends at `place`; for
+    due; `of_grain(grain, position, velocity, dt, rate)` is v v of a grain after its step; for
     `rates` see make_rates.
 
     Velocities are those of the half step. Where grains have masses of their own
@@ -204,25 +218,25 @@ def make_flux(fields, layout):
     counts, cell = fields["counts"], fields.get("cell")
 
     @ti.func
-    def of_grain(g, position, velocity, dt, rate):
+    def of_grain(grain, position, velocity, dt, rate):
         u, middle = velocity, position - 0.5 * dt * velocity
         for a in ti.static(layout.periodic):
             u[a] -= ti.cast(rate[a] * (middle[a] - cell[CENTRE, a]), layout.geometry)
             if ti.static(layout.tilted and a == 2):
                 u[0] -= ti.cast(rate[3] * (middle[2] - cell[CENTRE, 2]), layout.geometry)
         if ti.static(layout.polydisperse):
-            u *= ti.sqrt(mass[g])
+            u *= ti.sqrt(mass[grain])
         return ti.Vector([u.x * u.x, u.x * u.y, u.x * u.z, u.y * u.y, u.y * u.z, u.z * u.z])
 
     @ti.func
     def add(chunk, move: ti.template(), step, numbers):
         is_due, rate = 0, rates(step, numbers.dt)
         sums = ti.Vector.zero(ti.f64, 6)
-        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
+        for grain in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
             n = numbers
-            far, position, u = move(g, n.kick, n.turn, n.dt, n.reach2, step - 1)
+            far, position, u = move(grain, n.kick, n.turn, n.dt, n.reach2, step - 1)
             is_due = ti.max(is_due, far)
-            sums += of_grain(g, position, u, numbers.dt, rate)
+            sums += of_grain(grain, position, u, numbers.dt, rate)
         for k in ti.static(range(6)):
             flux[chunk, k] = flux[chunk, k] + numbers.dt * sums[k]
         return is_due

@@ -44,7 +44,9 @@ def make_load_sums(fields, sums, layout, walls):
     """Launch `load_sums()`, which fills that field."""
     out, every, single_sum = sums["load_sums"], fields | sums, BlockSums(1)
     tables = [
-        (every[name], part.start, part.stop) for name, part in COLUMNS.items() if name in every
+        (every[name], columns_of_table.start, columns_of_table.stop)
+        for name, columns_of_table in COLUMNS.items()
+        if name in every
     ]
     columns = max((end for _, _, end in tables), default=0)
     across, of_tile = sums.get("across"), BlockSums(FACES)
@@ -66,24 +68,27 @@ def make_load_sums(fields, sums, layout, walls):
     def load_sums():
         if ti.static(pairs > 0):
             ti.loop_config(block_dim=THREADS)
-            for b in range(pairs):
-                of_all = of_tile.total(across_faces(b), b % THREADS)
-                if b % THREADS < FACES:
-                    across[b // THREADS, b % THREADS] = of_all
+            for pair in range(pairs):
+                sum_of_tile = of_tile.total(across_faces(pair), pair % THREADS)
+                if pair % THREADS < FACES:
+                    across[pair // THREADS, pair % THREADS] = sum_of_tile
         if ti.static(columns > 0):
             ti.loop_config(block_dim=THREADS)
-            for t in range(columns * THREADS):
-                of_all = single_sum.total(column_sum(t // THREADS, t % THREADS), t % THREADS)
-                if t % THREADS == 0:
-                    out[t // THREADS] = of_all
+            for thread_number in range(columns * THREADS):
+                sum_of_column = single_sum.total(
+                    column_sum(thread_number // THREADS, thread_number % THREADS),
+                    thread_number % THREADS,
+                )
+                if thread_number % THREADS == 0:
+                    out[thread_number // THREADS] = sum_of_column
         if ti.static(walls):
             ti.loop_config(block_dim=THREADS)
-            for t in range(ti.static(impulse_total.shape[0]) * THREADS):
-                wall, thread = t // THREADS, t % THREADS
+            for thread_number in range(ti.static(impulse_total.shape[0]) * THREADS):
+                wall, thread = thread_number // THREADS, thread_number % THREADS
                 total = wall_sums.of_wall(wall, thread)
-                for a in ti.static(range(3)):
-                    if thread == 3 + a:
-                        total += impulse_total[wall][a]
+                for component in ti.static(range(3)):
+                    if thread == 3 + component:
+                        total += impulse_total[wall][component]
                 if thread < 6:
                     out[ON_WALLS.start + 6 * wall + thread] = total
 

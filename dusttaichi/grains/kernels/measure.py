@@ -62,7 +62,7 @@ class ContactSums:
     """Energies, counts and extremes of the contacts of one ContactPass, by tiles of a table."""
 
     def __init__(self, contacts, layout, table):
-        self.own, self.table, self.columns = contacts, table, Columns(layout)
+        self.contacts, self.table, self.columns = contacts, table, Columns(layout)
         self.width, self.faces = layout.width, contacts.faces
         self.potentials = len(layout.model.potentials)
         self.first_pending = self.columns.pending.start
@@ -89,28 +89,38 @@ class ContactSums:
         self.add_lanes(tile, block, dt_wide, boundary, 0, self.width)
 
     @ti.func
-    def add_lanes(self, tile, block, dt_wide, place, begin, end):
+    def add_lanes(self, tile, block, dt_wide, boundary, begin, end):
         """Add the lanes of a block from `begin` to before `end`, as far as it has them."""
-        b, kind_numbers = block & self.own.mask, self.own.numbers.of_kind(self.own.kind)
-        dt, g = ti.cast(dt_wide, self.own.real), self.own.gathered(b, place)
+        index, kind_numbers = (
+            block & self.contacts.mask,
+            self.contacts.numbers.of_kind(self.contacts.contact_kind),
+        )
+        dt, gathered = (
+            ti.cast(dt_wide, self.contacts.dtype),
+            self.contacts.gather_block(index, boundary),
+        )
         for lane in range(ti.max(0, begin), ti.min(self.width, end)):
-            k, h, p = self.own.configured(g, b, lane, kind_numbers, place)
-            _, stored = self.own.mechanics.evaluate(k, h, p, self.own.gatherer.strength(place))
+            motion, history, constants = self.contacts.read_configuration(
+                gathered, index, lane, kind_numbers, boundary
+            )
+            _, stored = self.contacts.mechanics.evaluate(
+                motion, history, constants, self.contacts.gatherer.strength(boundary)
+            )
             for n in ti.static(range(self.potentials)):
                 self.add(tile, n, stored[n])
-            force = self.own.rows.force(b, lane)
+            force = self.contacts.rows.force(index, lane)
             for channel, law in ti.static(self.pending):
-                value = law.pending(k, h, p, dt, force.dot(k.normal))
+                value = law.pending(motion, history, constants, dt, force.dot(motion.normal))
                 self.add(tile, self.first_pending + channel, value)
-            self.add(tile, self.columns.contacts, k.now)
+            self.add(tile, self.columns.contacts, motion.now)
             # of the surfaces, which softened contacts do not wait for
-            overlap = k.overlap - (p.touch - p.r1 - p.r2)
-            self.most(tile, self.columns.deepest, k.now * overlap)
+            overlap = motion.overlap - (constants.touch - constants.r1 - constants.r2)
+            self.most(tile, self.columns.deepest, motion.now * overlap)
             # the smaller radius; on a wall inv_r2 is 0
-            strain = k.now * overlap * ti.max(p.inv_r1, p.inv_r2)
+            strain = motion.now * overlap * ti.max(constants.inv_r1, constants.inv_r2)
             self.most(tile, self.columns.strain, strain)
             if ti.static(self.faces):
-                power = self.own.gatherer.power_of_faces(g, lane, force, place)
+                power = self.contacts.gatherer.power_of_faces(gathered, lane, force, boundary)
                 self.add(tile, self.columns.faces, power)
 
 
@@ -138,16 +148,16 @@ def make_measure(fields, sums, layout, phases):
 def make_measure_grains(fields, sums, layout):
     """Kernel of the sums over grains."""
     v, w, counts, grain_sum = fields["v"], fields["w"], fields["counts"], sums["grain_sum"]
-    total, pushed = make_gather(fields, layout), make_push(fields, layout)
+    total, add_push = make_gather(fields, layout), make_push(fields, layout)
     masses, inertias = fields.get("mass"), fields.get("inertia")
     forces = make_forces(fields, layout)
 
     @ti.func
-    def own(table: ti.template(), g):
+    def own(table: ti.template(), grain):
         """Mass or moment of inertia of a grain in units of the kernel's."""
         out = ti.cast(1.0, ti.f64)
         if ti.static(layout.polydisperse):
-            out = table[g]
+            out = table[grain]
         return out
 
     @ti.kernel
@@ -159,22 +169,22 @@ def make_measure_grains(fields, sums, layout):
             zero = ti.cast(0.0, ti.f64)
             linear, angular, fastest, spin = zero, zero, zero, zero
             kicked, turned = zero, zero
-            for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
-                m, i = own(masses, g), own(inertias, g)
-                force, torque = total(g)
-                force, torque = pushed(g, force, torque)
-                kick, turn = half_kick * (force / m), half_turn * (torque / i)
+            for grain in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, grains)):
+                unit_mass, unit_inertia = own(masses, grain), own(inertias, grain)
+                force, torque = total(grain)
+                force, torque = add_push(grain, force, torque)
+                kick, turn = half_kick * (force / unit_mass), half_turn * (torque / unit_inertia)
                 if ti.static(bool(layout.forces)):
-                    at, weight = forces.of_grain(g, step), forces.weight_of(g)
+                    at, weight = forces.of_grain(grain, step), forces.weight_of(grain)
                     half = half_kick * mass
                     outside, turning_outside = forces.solve(at, weight, kick, turn, half)
                     kick += half * outside
                     turn += half * turning_outside
-                v_now, turning = v[g] + kick, w[g] + turn
-                linear += m * v_now.dot(v_now)
-                angular += i * turning.dot(turning)
-                kicked += m * kick.dot(kick)
-                turned += i * turn.dot(turn)
+                v_now, turning = v[grain] + kick, w[grain] + turn
+                linear += unit_mass * v_now.dot(v_now)
+                angular += unit_inertia * turning.dot(turning)
+                kicked += unit_mass * kick.dot(kick)
+                turned += unit_inertia * turn.dot(turn)
                 fastest = ti.max(fastest, v_now.dot(v_now))
                 spin = ti.max(spin, turning.dot(turning))
             grain_sum[chunk, LINEAR] = 0.5 * mass * linear
@@ -194,38 +204,41 @@ def make_evaluate_forces(fields, sums, layout):
     contacts.
     """
     out, forces = sums["force_now"], make_forces(fields, layout)
-    total, pushed = make_gather(fields, layout), make_push(fields, layout)
+    total, add_push = make_gather(fields, layout), make_push(fields, layout)
     counts, model, laws = fields["counts"], layout.forces, forces.laws
     v, w = fields["v"], fields["w"]
     vector = ti.types.vector(3, ti.f64)
     first_power = ENERGIES + len(model.potentials)
 
     @ti.func
-    def write(g, at: ti.template(), weight, kick, turn, half):
+    def write(body, at: ti.template(), weight, kick, turn, half):
         linear, angular = forces.solve(at, weight, kick, turn, half)
-        for k in ti.static(range(3)):
-            out[g, ACCELERATION + k], out[g, TURNING + k] = linear[k], angular[k]
-        for k in ti.static(range(len(model.potentials))):
-            out[g, ENERGIES + k] = weight * laws.potential(k, at)
-        for k in ti.static(range(len(model.powers))):
-            back, turned = ti.cast(v[g], ti.f64), ti.cast(w[g], ti.f64)
-            out[g, first_power + k] = half * weight * laws.power(k, at, back, turned)
+        for number in ti.static(range(3)):
+            out[body, ACCELERATION + number], out[body, TURNING + number] = (
+                linear[number],
+                angular[number],
+            )
+        for number in ti.static(range(len(model.potentials))):
+            out[body, ENERGIES + number] = weight * laws.potential(number, at)
+        for number in ti.static(range(len(model.powers))):
+            back, turned = ti.cast(v[body], ti.f64), ti.cast(w[body], ti.f64)
+            out[body, first_power + number] = half * weight * laws.power(number, at, back, turned)
 
     @ti.kernel
     def evaluate_forces(step: ti.i64, half: ti.f64, present: ti.i32, kick: vector, turn: vector):
-        for g in range(counts[GRAINS]):
-            at = forces.of_grain(g, step)
-            force, torque = total(g)
-            force, torque = pushed(g, force, torque)
-            share = ti.select(present == 1, 0.0, half)
-            linear = ti.cast(share / at.mass * force, ti.f64)
-            angular = ti.cast(share / at.inertia * torque, ti.f64)
-            write(g, at, forces.weight_of(g), linear, angular, share)
+        for grain in range(counts[GRAINS]):
+            at = forces.of_grain(grain, step)
+            force, torque = total(grain)
+            force, torque = add_push(grain, force, torque)
+            half_step = ti.select(present == 1, 0.0, half)
+            linear = ti.cast(half_step / at.mass * force, ti.f64)
+            angular = ti.cast(half_step / at.inertia * torque, ti.f64)
+            write(grain, at, forces.weight_of(grain), linear, angular, half_step)
         if ti.static(layout.sphere):
             for _ in range(1):
-                share = ti.select(present == 1, 0.0, half)
+                half_step = ti.select(present == 1, 0.0, half)
                 at, weight = forces.of_sphere(step), forces.weight_of_sphere()
-                write(counts[GRAINS] + SPHERE, at, weight, kick, turn, share)
+                write(counts[GRAINS] + SPHERE, at, weight, kick, turn, half_step)
 
     return evaluate_forces
 
@@ -241,7 +254,7 @@ def make_measure_contacts(contacts, layout, table, loads=None):
             sums.clear(tile)
             first, last = contacts.span(tile)
             for block in range(first, last):
-                sums.add_block(tile, block, dt, gatherer.now(block, step, dt, box))
+                sums.add_block(tile, block, dt, gatherer.place_at_step(block, step, dt, box))
         if ti.static(has_loads):
             loads()
 
@@ -256,10 +269,10 @@ def make_sphere_load(sphere, sums):
     def write_load():
         if ti.static(on_device()):
             ti.loop_config(block_dim=THREADS)
-            for t in range(THREADS):
-                total = block_sums.total(sphere.share(t, THREADS), t)
-                if t < 6:
-                    sphere_load[t] = total
+            for thread in range(THREADS):
+                total = block_sums.total(sphere.share(thread, THREADS), thread)
+                if thread < 6:
+                    sphere_load[thread] = total
         else:
             for _ in range(1):
                 force, torque = sphere.loads()

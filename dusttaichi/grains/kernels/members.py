@@ -51,9 +51,9 @@ def make_measure_members(fields, sums, layout, contacts):
     measure_members(members, step, dt, box): of their contacts, a ContactPass.
     """
     v, w, x, body = fields["v"], fields["w"], fields["x"], fields["body"]
-    first, due, total = fields["member_first"], fields["due"], make_gather(fields, layout)
+    first, is_due, total = fields["member_first"], fields["due"], make_gather(fields, layout)
     masses, inertias = fields.get("mass"), fields.get("inertia")
-    pair_start, W, table = fields["pair_start"], layout.width, sums["body_sum"]
+    pair_start, width, table = fields["pair_start"], layout.width, sums["body_sum"]
     of_contacts = ContactSums(contacts, layout, sums["member_sum"])
     gatherer, loss, grain_loss = contacts.gatherer, sums["member_loss"], fields["grain_loss"]
     contact, recent = fields["contact"], layout.rows["recent"][0]
@@ -68,56 +68,58 @@ def make_measure_members(fields, sums, layout, contacts):
         table[row, column] = ti.max(table[row, column], ti.cast(value, ti.f64))
 
     @ti.func
-    def add_grain(g, row, mass, inertia, half_kick, half_turn):
-        m, i = mass, inertia
-        force, torque = total(g)
+    def add_grain(grain, row, mass, inertia, half_kick, half_turn):
+        grain_mass, grain_inertia = mass, inertia
+        force, torque = total(grain)
         kick, turn = half_kick * force, half_turn * torque
         if ti.static(layout.polydisperse):
-            m, i = mass * masses[g], inertia * inertias[g]
-            kick, turn = kick / masses[g], turn / inertias[g]
-        now, spin = v[g] + kick, w[g] + turn
-        add(row, LINEAR, 0.5 * m * now.dot(now))
-        add(row, ANGULAR, 0.5 * i * spin.dot(spin))
-        most(row, FASTEST, now.norm())
+            grain_mass, grain_inertia = mass * masses[grain], inertia * inertias[grain]
+            kick, turn = kick / masses[grain], turn / inertias[grain]
+        velocity, spin = v[grain] + kick, w[grain] + turn
+        add(row, LINEAR, 0.5 * grain_mass * velocity.dot(velocity))
+        add(row, ANGULAR, 0.5 * grain_inertia * spin.dot(spin))
+        most(row, FASTEST, velocity.norm())
         most(row, FASTEST_SPIN, spin.norm())
-        add(row, KICK, 0.5 * (m * kick.dot(kick) + i * turn.dot(turn)))
-        add(row, MASS, m)
-        for a in ti.static(range(3)):
-            add(row, PLACE + a, m * x[g][a])
-            add(row, VELOCITY + a, m * now[a])
+        add(row, KICK, 0.5 * (grain_mass * kick.dot(kick) + grain_inertia * turn.dot(turn)))
+        add(row, MASS, grain_mass)
+        for axis in ti.static(range(3)):
+            add(row, PLACE + axis, grain_mass * x[grain][axis])
+            add(row, VELOCITY + axis, grain_mass * velocity[axis])
 
     @ti.func
-    def sum_losses(m, begin, end):
+    def sum_losses(member, begin, end):
         """Sum the losses of a member: those up to the last search and those since."""
-        for n in range(channels):
+        for channel in range(channels):
             lost = ti.cast(0.0, ti.f64)
-            for g in range(first[m], first[m + 1]):
-                lost += grain_loss[g, n]
-            for c in range(begin, end):
-                lost += ti.cast(contact[c // W, recent + n, c % W], ti.f64)
-            loss[m, n] = lost
+            for grain in range(first[member], first[member + 1]):
+                lost += grain_loss[grain, channel]
+            for pair in range(begin, end):
+                lost += ti.cast(contact[pair // width, recent + channel, pair % width], ti.f64)
+            loss[member, channel] = lost
 
     @ti.kernel
     def measure_bodies(
         members: ti.i32, mass: ti.f64, inertia: ti.f64, half_kick: ti.f64, half_turn: ti.f64
     ):
-        for m in range(members):
-            if due[m] == 1:
+        for member in range(members):
+            if is_due[member] == 1:
                 for n in range(2 * BODY_COLUMNS):
-                    table[2 * m + n // BODY_COLUMNS, n % BODY_COLUMNS] = 0.0
-                for g in range(first[m], first[m + 1]):
-                    row = 2 * m + (body[g] & 1)
-                    add_grain(g, row, mass, inertia, half_kick, half_turn)
+                    table[2 * member + n // BODY_COLUMNS, n % BODY_COLUMNS] = 0.0
+                for grain in range(first[member], first[member + 1]):
+                    row = 2 * member + (body[grain] & 1)
+                    add_grain(grain, row, mass, inertia, half_kick, half_turn)
 
     @ti.kernel
     def measure_members(members: ti.i32, step: ti.i64, dt: ti.f64, box: Walls):
-        for m in range(members):
-            if due[m] == 1:
-                of_contacts.clear(m)
-                begin, end = pair_start[first[m]], pair_start[first[m + 1]]
-                sum_losses(m, begin, end)
-                for block in range(begin // W, count_blocks(end, W)):
-                    place = gatherer.now(block, step, dt, box)
-                    of_contacts.add_lanes(m, block, dt, place, begin - block * W, end - block * W)
+        for member in range(members):
+            if is_due[member] == 1:
+                of_contacts.clear(member)
+                begin, end = pair_start[first[member]], pair_start[first[member + 1]]
+                sum_losses(member, begin, end)
+                for block in range(begin // width, count_blocks(end, width)):
+                    boundary = gatherer.place_at_step(block, step, dt, box)
+                    of_contacts.add_lanes(
+                        member, block, dt, boundary, begin - block * width, end - block * width
+                    )
 
     return {"measure_bodies": measure_bodies, "measure_members": measure_members}

@@ -49,16 +49,16 @@ def make_forces(fields, layout):
     free, body, forces = fields.get("free"), fields.get("sphere_body"), Forces(model, table, LAWS)
 
     @ti.func
-    def struct_of(g, step, mass, inertia, radius):
+    def struct_of(body, step, mass, inertia, radius):
         charge, script = ti.cast(0.0, ti.f64), ti.Vector.zero(ti.f64, 3)
         if ti.static(model.charged):
-            charge = charges[g]
+            charge = charges[body]
         if ti.static(model.scripted):
-            script = scripted[g]
+            script = scripted[body]
         return ti.Struct(
-            position=ti.cast(x[g], ti.f64),
-            velocity=ti.cast(v[g], ti.f64),
-            spin=ti.cast(w[g], ti.f64),
+            position=ti.cast(x[body], ti.f64),
+            velocity=ti.cast(v[body], ti.f64),
+            spin=ti.cast(w[body], ti.f64),
             mass=mass,
             inertia=inertia,
             radius=radius,
@@ -66,7 +66,7 @@ def make_forces(fields, layout):
             script_force=script,
             time=table[START] + table[STEP] * ti.cast(step, ti.f64),
             dt=table[STEP],
-            number=g,
+            number=body,
             step=step,
         )
 

@@ -34,7 +34,7 @@ FACE = [(name, column) for column, name in enumerate([*INTERFACE, "glue"])]
 """(name, column) of what the rows of the table say of two materials."""
 
 
-def stored(model, softened=False):
+def list_stored_numbers(model, softened=False):
     """Names of the numbers that each contact has: rows from Layout.constants on."""
     return ("r1", "r2", "mass", *(["gap"] if softened else []), *model.numbers)
 
@@ -87,17 +87,19 @@ def interface_table(scene, model, glue=1.0, sphere=None):
     them, is that of the walls. glue: factor on the normal force of the walls.
     """
     materials, interaction = scene.all_materials, scene.interaction
-    interfaces = [(a, b, 1.0, 1.0) for a, b in product(materials, repeat=2)]
-    interfaces += [(a, materials[0], glue, 1.0) for a in materials]
-    interfaces += [] if sphere is None else [(a, sphere[0], 1.0, sphere[1]) for a in materials]
-    own = [value for keys in _own(model, interaction).values() for value in keys.values()]
+    interfaces = [(first, second, 1.0, 1.0) for first, second in product(materials, repeat=2)]
+    interfaces += [(first, materials[0], glue, 1.0) for first in materials]
+    interfaces += (
+        [] if sphere is None else [(first, sphere[0], 1.0, sphere[1]) for first in materials]
+    )
+    law_values = [value for keys in _own(model, interaction).values() for value in keys.values()]
     rows = []
-    for a, b, factor, adhesion in interfaces:
-        face = constants.interface(a, b, interaction)
+    for first, second, factor, adhesion in interfaces:
+        face = constants.interface(first, second, interaction)
         face = replace(face, gamma=adhesion * face.gamma)
         values = [getattr(face, name) / units.GRAINS(unit) for name, unit in INTERFACE.items()]
         values += [factor, *_internal_properties(face, interaction)]
-        rows.append([*values, *own])
+        rows.append([*values, *law_values])
     return np.array(rows)
 
 
@@ -128,22 +130,22 @@ class OwnNumbers(EqualNumbers):
         self.of_laws = tuple(column[name] for name in layout.model.numbers)
 
     @ti.func
-    def touch_of(self, kind: ti.template(), b, lane):
+    def touch_of(self, contact_kind: ti.template(), b, lane):
         return self.touch[b, lane]
 
     @ti.func
-    def of_contact(self, kind: ti.template(), b, lane, p):
-        r1, r2 = self.contact[b, self.r1, lane], self.contact[b, self.r2, lane]
+    def of_contact(self, contact_kind: ti.template(), block, lane, kind_numbers):
+        r1, r2 = self.contact[block, self.r1, lane], self.contact[block, self.r2, lane]
         inv_r1, inv_sum = 1.0 / r1, 1.0 / (r1 + r2)
-        inv_r2, R = 1.0 / r2, r1 * r2 * inv_sum
-        if ti.static(kind == WALL):
-            r2, inv_r2, inv_sum, R = 0.0 * r1, 0.0 * r1, 0.0 * r1, r1
+        inv_r2, reduced = 1.0 / r2, r1 * r2 * inv_sum
+        if ti.static(contact_kind == WALL):
+            r2, inv_r2, inv_sum, reduced = 0.0 * r1, 0.0 * r1, 0.0 * r1, r1
         touch = r1 + r2
         if ti.static(self.softened):
-            touch += self.contact[b, self.gap, lane]
-        mass = self.contact[b, self.mass, lane]
-        radii = [r1, r2, inv_r1, inv_r2, R, touch, inv_sum, mass]  # in the order of RADII
-        return self.Numbers(*radii, *[self.contact[b, row, lane] for row in self.of_laws])
+            touch += self.contact[block, self.gap, lane]
+        mass = self.contact[block, self.mass, lane]
+        radii = [r1, r2, inv_r1, inv_r2, reduced, touch, inv_sum, mass]  # in the order of RADII
+        return self.Numbers(*radii, *[self.contact[block, row, lane] for row in self.of_laws])
 
 
 def make_write_constants(fields, interfaces, scene, layout):
@@ -212,21 +214,21 @@ def make_write(fields, interfaces, scene, layout):
         return ti.Struct({**face, **two, "a0": a0, "a0_pair": a0_pair, "F_jkr": F_jkr})
 
     @ti.func
-    def write(b, k, row, two: ti.template()):
-        c = contact(row, two)
-        touch[b, k] = c.r1 + c.r2
+    def write(index, lane, row, two: ti.template()):
+        values = contact(row, two)
+        touch[index, lane] = values.r1 + values.r2
         if ti.static(softened):
-            gap = first_touch(equilibrium_overlap(c.a0, c.R), c.stiffness_scaling)
-            touch[b, k] += gap
-            table[b, column["gap"], k] = gap
-        table[b, column["r1"], k] = c.r1
-        table[b, column["r2"], k] = c.r2
-        table[b, column["mass"], k] = c.mass
+            gap = first_touch(equilibrium_overlap(values.a0, values.R), values.stiffness_scaling)
+            touch[index, lane] += gap
+            table[index, column["gap"], lane] = gap
+        table[index, column["r1"], lane] = values.r1
+        table[index, column["r2"], lane] = values.r2
+        table[index, column["mass"], lane] = values.mass
         for law, keys in ti.static(of_laws):
             # a struct needs a member: the row, for a law without keys
             block = ti.Struct({"row": row, **{name: interfaces[row, n] for name, n in keys}})
-            values = law.numbers(c, block)
+            numbers = law.numbers(values, block)
             for name in ti.static(tuple(law.NUMBERS)):
-                table[b, column[name], k] = values[name]
+                table[index, column[name], lane] = numbers[name]
 
     return write

@@ -20,30 +20,30 @@ class HistoryRows:
 
     def __init__(self, fields, layout):
         self.table, self.load, self.rows = fields["contact"], fields["load"], layout.state_rows
-        self.width, self.real, self.mask = layout.width, layout.law, layout.mask
+        self.width, self.dtype, self.mask = layout.width, layout.law, layout.mask
 
     @ti.func
     def put_aside(self, block):
         """The history of a block to where the new lists find it."""
-        b = block & self.mask
+        index = block & self.mask
         for n in range(self.rows):
-            for k in range(self.width):
-                self.load[b, n, k] = self.table[b, n, k]
+            for lane in range(self.width):
+                self.load[index, n, lane] = self.table[index, n, lane]
 
     @ti.func
-    def carry(self, block, k, previous):
-        """History of lane k of a block: that of contact `previous`, nothing where that is -1."""
-        b, slot = block & self.mask, ti.max(previous, 0)
-        there, lane = (slot // self.width) & self.mask, slot % self.width
+    def carry(self, block, lane, previous):
+        """Give a lane the history of contact `previous`, none where that is -1."""
+        index, slot = block & self.mask, ti.max(previous, 0)
+        source_block, source_lane = (slot // self.width) & self.mask, slot % self.width
         for n in range(self.rows):
-            value = self.load[there, n, lane]
-            self.table[b, n, k] = ti.select(previous >= 0, value, ti.cast(0.0, self.real))
+            value = self.load[source_block, n, source_lane]
+            self.table[index, n, lane] = ti.select(previous >= 0, value, ti.cast(0.0, self.dtype))
 
     @ti.func
-    def clear(self, block, k):
-        b = block & self.mask
+    def clear(self, block, lane):
+        index = block & self.mask
         for n in range(self.rows):
-            self.table[b, n, k] = 0.0
+            self.table[index, n, lane] = 0.0
 
 
 @ti.data_oriented
@@ -62,33 +62,36 @@ class PairLanes:
         self.write_constants, self.write_empty = write_constants, write_empty
 
     @ti.func
-    def write(self, b, k, g, j, grid: ti.template()):
-        """Lane k of block b is that of grain g and body j from now on."""
-        self.pair_i[b, k], self.pair_j[b, k] = g, j
+    def write(self, block, lane, grain, j, grid: ti.template()):
+        """Give a lane to the contact of a grain and body j."""
+        self.pair_i[block, lane], self.pair_j[block, lane] = grain, j
         if ti.static(self.polydisperse):
-            self.write_constants(b, k, g, j)
+            self.write_constants(block, lane, grain, j)
         shifted = ti.cast(0.0, ti.f64)
-        for m in ti.static(range(len(self.axes))):
+        for passed in ti.static(range(len(self.axes))):
             # from the last axis to the first: what a face across z adds along x is known then
-            n = ti.static(len(self.axes) - 1 - m)
-            a = ti.static(self.axes[n])
-            way = self.x[g][a] - self.x[j][a]
-            if ti.static(self.tilted and a == 0):
+            column = ti.static(len(self.axes) - 1 - passed)
+            axis = ti.static(self.axes[column])
+            way = self.x[grain][axis] - self.x[j][axis]
+            if ti.static(self.tilted and axis == 0):
                 way -= shifted
-            turns = ti.floor(way / grid.edges[a] + 0.5)
-            self.shift[b, n, k] = turns
-            if ti.static(self.tilted and a == 2):
+            turns = ti.floor(way / grid.edges[axis] + 0.5)
+            self.shift[block, column, lane] = turns
+            if ti.static(self.tilted and axis == 2):
                 shifted = turns * grid.tilt
 
     @ti.func
-    def clear(self, b, k):
+    def clear(self, block, lane):
         """An empty lane: two grains that are far away."""
-        self.pair_i[b, k], self.pair_j[b, k] = self.counts[GRAINS], self.counts[GRAINS] + 1
+        self.pair_i[block, lane], self.pair_j[block, lane] = (
+            self.counts[GRAINS],
+            self.counts[GRAINS] + 1,
+        )
         if ti.static(self.polydisperse):
-            self.write_empty(b, k)
-        self.history.clear(b, k)
+            self.write_empty(block, lane)
+        self.history.clear(block, lane)
         for n in ti.static(range(len(self.axes))):
-            self.shift[b, n, k] = 0.0
+            self.shift[block, n, lane] = 0.0
 
 
 @ti.data_oriented
@@ -100,7 +103,7 @@ class PairLists:
     """
 
     def __init__(self, fields, scratch, layout, write_constants, further_lists):
-        self.width, self.polydisperse, self.others = (
+        self.width, self.polydisperse, self.further_lists = (
             layout.width,
             layout.polydisperse,
             further_lists,
@@ -114,45 +117,45 @@ class PairLists:
         self.near_count, self.old_start = scratch["near_count"], scratch["old_start"]
 
     @ti.func
-    def neighbour(self, g, k):
-        """Number k of the neighbours of g."""
+    def neighbour(self, grain, k):
+        """Neighbour number k of a grain."""
         out = 0
         if ti.static(self.polydisperse):
-            out = self.near[self.near_start[g] + k]
+            out = self.near[self.near_start[grain] + k]
         else:
-            out = self.near[g * NEIGHBOURS + k]
+            out = self.near[grain * NEIGHBOURS + k]
         return out
 
     @ti.func
     def keep_old(self, block):
         """Entries are listed again after this: their places hold the old partners meanwhile."""
-        b = block & self.history.mask
-        self.history.put_aside(b)
-        for k in range(self.width):
-            self.entry[b * self.width + k] = self.pair_j[b, k]
+        index = block & self.history.mask
+        self.history.put_aside(index)
+        for lane in range(self.width):
+            self.entry[index * self.width + lane] = self.pair_j[index, lane]
 
     @ti.func
-    def write_pairs(self, g, grid: ti.template()):
-        c = self.pair_start[g]
-        for n in range(self.near_count[g]):
-            j = self.neighbour(g, n)
-            if j > g:
-                b, k = c // self.width, c % self.width
-                self.lanes.write(b, k, g, j, grid)
-                previous, end = self.old_start[g], self.old_start[g + 1]
+    def write_pairs(self, grain, grid: ti.template()):
+        contact = self.pair_start[grain]
+        for n in range(self.near_count[grain]):
+            j = self.neighbour(grain, n)
+            if j > grain:
+                block, lane = contact // self.width, contact % self.width
+                self.lanes.write(block, lane, grain, j, grid)
+                previous, end = self.old_start[grain], self.old_start[grain + 1]
                 while previous < end and self.entry[previous] != j:
                     previous += 1
-                self.history.carry(b, k, ti.select(previous < end, previous, -1))
-                c += 1
+                self.history.carry(block, lane, ti.select(previous < end, previous, -1))
+                contact += 1
 
     @ti.func
-    def contact_of(self, g, j):
-        """Number of the pair g < j."""
-        c, k = self.pair_start[g], 0
-        while k < self.near_count[g] and self.neighbour(g, k) != j:
-            c += ti.cast(self.neighbour(g, k) > g, ti.i32)
+    def contact_of(self, grain, j):
+        """Number of the pair of a grain and j, which is larger."""
+        contact, k = self.pair_start[grain], 0
+        while k < self.near_count[grain] and self.neighbour(grain, k) != j:
+            contact += ti.cast(self.neighbour(grain, k) > grain, ti.i32)
             k += 1
-        return ti.select(k < self.near_count[g], c, -1)
+        return ti.select(k < self.near_count[grain], contact, -1)
 
     @ti.func
     def count(self):
@@ -160,33 +163,33 @@ class PairLists:
         return self.counts[GRAINS]
 
     @ti.func
-    def entries(self, g, listing: ti.template()):
+    def entries(self, grain, listing: ti.template()):
         """Length of the list of a grain's contacts, with the numbers that end its parts.
 
         It is written if `listing` (particles.lists).
         """
         n = 0
-        for k in range(self.near_count[g] * ti.cast(self.counts[OVERFLOW] == 0, ti.i32)):
-            j = self.neighbour(g, k)
-            if j < g:
+        for k in range(self.near_count[grain] * ti.cast(self.counts[OVERFLOW] == 0, ti.i32)):
+            j = self.neighbour(grain, k)
+            if j < grain:
                 if ti.static(listing):
-                    self.entry[self.first[g] + n] = self.contact_of(j, g)
+                    self.entry[self.first[grain] + n] = self.contact_of(j, grain)
                 n += 1
-        n += self.put(g, n, -1, listing)
-        for lists in ti.static(self.others):
+        n += self.put(grain, n, -1, listing)
+        for lists in ti.static(self.further_lists):
             for k in range(lists.bodies):
-                slot = lists.slot(g, k)
+                slot = lists.slot(grain, k)
                 if slot >= 0:
-                    n += self.put(g, n, self.counts[lists.begin] * self.width + slot, listing)
-        if ti.static(len(self.others) > 0):
-            n += self.put(g, n, -1, listing)
+                    n += self.put(grain, n, self.counts[lists.begin] * self.width + slot, listing)
+        if ti.static(len(self.further_lists) > 0):
+            n += self.put(grain, n, -1, listing)
         return n
 
     @ti.func
-    def put(self, g, n, value, listing: ti.template()):
+    def put(self, grain, n, value, listing: ti.template()):
         """Write number n of the list of a grain if `listing`; returns 1."""
         if ti.static(listing):
-            self.entry[self.first[g] + n] = value
+            self.entry[self.first[grain] + n] = value
         return 1
 
 
@@ -195,7 +198,7 @@ def make_relist(fields, scratch, layout, write_constants=None, further_lists=())
 
     To be called outside of the loops of a kernel. write_constants, further_lists: see PairLists.
     """
-    W, counts = layout.width, fields["counts"]
+    width, counts = layout.width, fields["counts"]
     old_start, pair_start = scratch["old_start"], fields["pair_start"]
     lists = PairLists(fields, scratch, layout, write_constants, further_lists)
     entries = Lists(lists, scratch["own_count"], scratch["chunk_sum"])
@@ -204,29 +207,29 @@ def make_relist(fields, scratch, layout, write_constants=None, further_lists=())
 
     @ti.func
     def old_blocks():
-        return count_blocks(old_start[counts[GRAINS]], W)
+        return count_blocks(old_start[counts[GRAINS]], width)
 
     @ti.func
     def relist(grid: ti.template()):
         ti.loop_config(serialize=light)
-        for b in range(loop_length(old_blocks(), blocks)):
-            if is_idle(b, old_blocks()) or counts[OVERFLOW] > 0:
+        for block in range(loop_length(old_blocks(), blocks)):
+            if is_idle(block, old_blocks()) or counts[OVERFLOW] > 0:
                 continue
-            lists.keep_old(b)
+            lists.keep_old(block)
         ti.loop_config(serialize=light)
-        for g in range(loop_length(counts[GRAINS], room)):
-            if is_idle(g, counts[GRAINS]) or counts[OVERFLOW] > 0:
+        for grain in range(loop_length(counts[GRAINS], room)):
+            if is_idle(grain, counts[GRAINS]) or counts[OVERFLOW] > 0:
                 continue
-            lists.write_pairs(g, grid)
+            lists.write_pairs(grain, grid)
         ti.loop_config(serialize=in_order)
-        for k in range(W * layout.tile):
+        for k in range(width * layout.tile):
             if counts[OVERFLOW] == 0:
-                pairs, full = pair_start[counts[GRAINS]], W * layout.tile
+                pairs, full = pair_start[counts[GRAINS]], width * layout.tile
                 if k == 0:
                     counts[PAIRS] = pairs
                 # one at least: a grain's pairs end where those of another begin
                 if k == 0 or pairs + k < count_blocks(pairs, full) * full:
-                    lists.lanes.clear((pairs + k) // W, (pairs + k) % W)
+                    lists.lanes.clear((pairs + k) // width, (pairs + k) % width)
 
     return relist, entries.fill
 
@@ -237,11 +240,11 @@ def make_body_relist(fields, scratch, layout, lists):
     To be called outside of the loops of a kernel. lists: WallLists or SphereLists. It has the
     number of its `bodies`, the place of its first block in `counts` (`begin`), the first contact of
     each body and chunk of grains (`chunk_first`), and the functions blocks(): of the lists before;
-    body(n, box, grid): where a body is; is_near(g, body); lay_out(): from numbers of contacts to
-    the first ones; write(b, k, g, n, grid): the lane of a contact; slot(g, n) and put_slot(g, n,
-    c): number of a contact, -1 of none.
+    body(n, box, grid): where a body is; is_near(grain, body); lay_out(): from numbers of contacts
+    to the first ones; write(block, lane, grain, n, grid): the lane of a contact; slot(grain, n) and
+    put_slot(grain, n, contact): number of a contact, -1 of none.
     """
-    W, counts, history = layout.width, fields["counts"], HistoryRows(fields, layout)
+    width, counts, history = layout.width, fields["counts"], HistoryRows(fields, layout)
     light, chunk_first, begin = is_short(fields["x"].shape[0]), lists.chunk_first, lists.begin
     chunk_room, blocks = -(-scratch["in_cell"].shape[0] // CHUNK), fields["contact"].shape[0]
 
@@ -250,44 +253,48 @@ def make_body_relist(fields, scratch, layout, lists):
         return loop_length(count_blocks(counts[GRAINS], CHUNK), chunk_room)
 
     @ti.func
-    def carry(g, n, c, grid: ti.template()):
-        b, k, previous = counts[begin] + c // W, c % W, lists.slot(g, n)
-        lists.write(b, k, g, n, grid)
+    def carry(grain, n, contact, grid: ti.template()):
+        block, lane, previous = (
+            counts[begin] + contact // width,
+            contact % width,
+            lists.slot(grain, n),
+        )
+        lists.write(block, lane, grain, n, grid)
         if previous >= 0:
-            previous += counts[begin] * W
-        history.carry(b, k, previous)
+            previous += counts[begin] * width
+        history.carry(block, lane, previous)
 
     @ti.func
-    def near_body(q, box: ti.template(), grid: ti.template(), write: ti.template()):
-        """Counts or writes the contacts of a chunk of grains with a body, number q of both."""
-        n, chunk, c = q // chunks(), q % chunks(), 0
+    def near_body(item, box: ti.template(), grid: ti.template(), write: ti.template()):
+        """Count or write the contacts of a chunk of grains with a body; item: number of both."""
+        n, chunk, contact = item // chunks(), item % chunks(), 0
         entry, body = n * chunk_room + chunk, lists.body(n, box, grid)
         if ti.static(write):
-            c = chunk_first[entry]
-        for g in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
-            near = lists.is_near(g, body)
+            contact = chunk_first[entry]
+        for grain in range(chunk * CHUNK, ti.min((chunk + 1) * CHUNK, counts[GRAINS])):
+            near = lists.is_near(grain, body)
             if ti.static(write):
                 near = near and counts[OVERFLOW] == 0
                 if near:
-                    carry(g, n, c, grid)
-                lists.put_slot(g, n, ti.select(near, c, -1))
-            c += ti.cast(near, ti.i32)
+                    carry(grain, n, contact, grid)
+                lists.put_slot(grain, n, ti.select(near, contact, -1))
+            contact += ti.cast(near, ti.i32)
         if ti.static(not write):
-            chunk_first[entry] = c
+            chunk_first[entry] = contact
 
     @ti.func
     def relist(box: ti.template(), grid: ti.template()):
         ti.loop_config(serialize=light)
-        for b in range(loop_length(lists.blocks(), blocks)):
-            if is_idle(b, lists.blocks()):
+        for block in range(loop_length(lists.blocks(), blocks)):
+            if is_idle(block, lists.blocks()):
                 continue
-            history.put_aside(counts[begin] + b)
+            history.put_aside(counts[begin] + block)
         ti.loop_config(serialize=light)
-        for q in range(lists.bodies * chunks()):
-            near_body(q, box, grid, False)
+        for item in range(lists.bodies * chunks()):
+            near_body(item, box, grid, False)
         lists.lay_out()
         ti.loop_config(serialize=light)
-        for q in range(lists.bodies * chunks()):
-            near_body(q, box, grid, True)
+        for item in range(lists.bodies * chunks()):
+            near_body(item, box, grid, True)
 
     return relist

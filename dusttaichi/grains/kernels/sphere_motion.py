@@ -18,20 +18,20 @@ from dusttaichi.grains.kernels.store import FIRST_SPHERE, GRAINS, ON_SPHERE, SPH
 
 def make_loads(fields, layout):
     """Functions `loads()` and `share(thread, threads)` of make_sphere."""
-    W, counts, load = layout.width, fields["counts"], fields["load"]
+    width, counts, load = layout.width, fields["counts"], fields["load"]
 
     @ti.func
     def along(first, blocks, row: ti.template()):
         """Sum over all contacts of a row of their loads."""
         total = ti.cast(0.0, ti.f64)
         for b in range(first, first + blocks):
-            for k in range(W):
+            for k in range(width):
                 total += ti.cast(load[b, row, k], ti.f64)
         return total
 
     @ti.func
     def loads():
-        first, n = counts[FIRST_SPHERE], count_blocks(counts[ON_SPHERE], W)
+        first, n = counts[FIRST_SPHERE], count_blocks(counts[ON_SPHERE], width)
         force = ti.Vector([along(first, n, 0), along(first, n, 1), along(first, n, 2)])
         torque = ti.Vector([along(first, n, 6), along(first, n, 7), along(first, n, 8)])
         return -force, torque
@@ -42,7 +42,7 @@ def make_loads(fields, layout):
         for n in range(count_blocks(contacts, threads)):
             c = n * threads + thread
             if c < contacts:
-                b, lane = counts[FIRST_SPHERE] + c // W, c % W
+                b, lane = counts[FIRST_SPHERE] + c // width, c % width
                 for k in ti.static(range(3)):
                     out[k] -= ti.cast(load[b, k, lane], ti.f64)
                     out[3 + k] += ti.cast(load[b, 6 + k, lane], ti.f64)
@@ -76,28 +76,28 @@ def make_sphere(fields, layout):
     @ti.func
     def move_by_load(dt, reach2, step):
         force = ti.Vector([load[0], load[1], load[2]])
-        return moved(dt, reach2, step, force, ti.Vector([load[3], load[4], load[5]]))
+        return kick_and_drift(dt, reach2, step, force, ti.Vector([load[3], load[4], load[5]]))
 
     @ti.func
     def move(dt, reach2, step):
         force, torque = loads()
-        return moved(dt, reach2, step, force, torque)
+        return kick_and_drift(dt, reach2, step, force, torque)
 
     @ti.func
-    def moved(dt, reach2, step, force, torque):
-        s = counts[GRAINS] + SPHERE
-        for k in ti.static(range(3)):
-            impulse[k] = impulse[k] + dt * force[k]
-            impulse[3 + k] = impulse[3 + k] + dt * torque[k]
-        velocity = v[s] + ti.cast(dt * body[0] * force, dtype)
-        spin = w[s] + ti.cast(dt * body[1] * torque, dtype)
+    def kick_and_drift(dt, reach2, step, force, torque):
+        sphere = counts[GRAINS] + SPHERE
+        for component in ti.static(range(3)):
+            impulse[component] = impulse[component] + dt * force[component]
+            impulse[3 + component] = impulse[3 + component] + dt * torque[component]
+        velocity = v[sphere] + ti.cast(dt * body[0] * force, dtype)
+        spin = w[sphere] + ti.cast(dt * body[1] * torque, dtype)
         if ti.static(bool(layout.forces)):
             at, weight, half = forces.of_sphere(step), forces.weight_of_sphere(), 0.5 * dt
             kick, turn = half * body[0] * force, half * body[1] * torque
-            velocity, spin = forces.accelerate(s, at, weight, velocity, spin, kick, turn, dt)
-        position = x[s] + ti.cast(dt, dtype) * velocity
-        v[s], x[s], w[s] = velocity, position, spin
-        way = position - x_search[s]
+            velocity, spin = forces.accelerate(sphere, at, weight, velocity, spin, kick, turn, dt)
+        position = x[sphere] + ti.cast(dt, dtype) * velocity
+        v[sphere], x[sphere], w[sphere] = velocity, position, spin
+        way = position - x_search[sphere]
         return ti.select(way.dot(way) <= reach2, 0, 1)
 
     of_block = {"share": share_load, "put_load": put_load, "move_by_load": move_by_load}
@@ -172,8 +172,8 @@ class SphereLists:
         for k in range(self.full):
             contacts = self.chunk_first[count_blocks(self.counts[GRAINS], CHUNK)]
             if k == 0:
-                s = self.counts[GRAINS] + SPHERE
-                self.x_search[s], self.counts[ON_SPHERE] = self.x[s], contacts
+                section = self.counts[GRAINS] + SPHERE
+                self.x_search[section], self.counts[ON_SPHERE] = self.x[section], contacts
             if contacts + k < count_blocks(contacts, self.full) * self.full:
-                c = self.counts[FIRST_SPHERE] * self.width + contacts + k
-                self.lanes.clear(c // self.width, c % self.width)
+                contact = self.counts[FIRST_SPHERE] * self.width + contacts + k
+                self.lanes.clear(contact // self.width, contact % self.width)

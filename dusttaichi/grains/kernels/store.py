@@ -96,7 +96,7 @@ class Layout:
         `lost`: its losses since it formed, one a channel, where they are followed; `recent`: those
         since the last search, which breaking leaves as they are, where grains are followed.
         """
-        widths = {name: h.components for name, h in self.model.history.items()}
+        widths = {name: history.components for name, history in self.model.history.items()}
         if self.contact_loss:
             widths["lost"] = len(self.channels)
         if self.grain_loss:

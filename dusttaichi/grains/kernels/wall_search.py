@@ -116,17 +116,17 @@ class WallLists:
             for n in range(self.bodies):
                 lanes = 0
                 for chunk in range(first, end):
-                    here = self.chunk_first[n * self.chunk_room + chunk]
+                    lanes_of_chunk = self.chunk_first[n * self.chunk_room + chunk]
                     self.chunk_first[n * self.chunk_room + chunk] = block * self.width + lanes
-                    lanes += here
+                    lanes += lanes_of_chunk
                 blocks = count_blocks(lanes, self.width)
                 if block + blocks > self.counts[WALL_ROOM]:
                     self.counts[OVERFLOW] = 2
                     blocks, lanes = 0, 0
-                for c in range(block, block + blocks):
-                    self.begin_block(c, n)
-                for c in range(block * self.width + lanes, (block + blocks) * self.width):
-                    self.clear_lane(c)
+                for number in range(block, block + blocks):
+                    self.begin_block(number, n)
+                for number in range(block * self.width + lanes, (block + blocks) * self.width):
+                    self.clear_lane(number)
                 block += blocks
         self.counts[WALL_BLOCKS] = block
 
@@ -196,16 +196,16 @@ def make_fold(fields):
     def fold():
         if ti.static(on_device()):
             ti.loop_config(block_dim=THREADS)
-            for t in range(ti.static(impulse_total.shape[0]) * THREADS):
-                total = sums.of_wall(t // THREADS, t % THREADS)
-                for a in ti.static(range(3)):
-                    if t % THREADS == 3 + a:
-                        add(t // THREADS, a, total)
+            for thread in range(ti.static(impulse_total.shape[0]) * THREADS):
+                total = sums.of_wall(thread // THREADS, thread % THREADS)
+                for component in ti.static(range(3)):
+                    if thread % THREADS == 3 + component:
+                        add(thread // THREADS, component, total)
         else:
             ti.loop_config(serialize=True)
             for _ in range(1):
-                for c in range(counts[WALL_BLOCKS]):
-                    for a in ti.static(range(3)):
-                        add(wall_of[c], a, impulse[c, a])
+                for contact in range(counts[WALL_BLOCKS]):
+                    for component in ti.static(range(3)):
+                        add(wall_of[contact], component, impulse[contact, component])
 
     return fold
