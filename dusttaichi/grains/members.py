@@ -4,25 +4,15 @@ A member has the bits that it has alone: its positions are about an origin of it
 are in the order in which they would be alone, and loads are summed in that order.
 """
 
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from dusttaichi.grains.kernels.measure import ANGULAR, KICK, LINEAR, Columns
 from dusttaichi.grains.kernels.members import BODY_COLUMNS, MASS, PLACE, VELOCITY
-from dusttaichi.method import Measurement
+from dusttaichi.method import Measurement, State
 
 CARRIED = ("x", "v", "w", "grain_loss", "orientation")  # of each grain, as far as they exist
-
-
-class MemberState(NamedTuple):
-    """State of a member: fields of its grains by name; its contacts by numbers of its grains."""
-
-    grains: dict[str, np.ndarray]
-    i: np.ndarray
-    j: np.ndarray
-    history: np.ndarray
-    loads: np.ndarray
 
 
 class Members:
@@ -85,7 +75,7 @@ class Members:
 
     # -- measuring -------------------------------------------------------------------------------
 
-    def measure(self, members):
+    def measure(self, members: Sequence[int]) -> list[Measurement]:
         """The Measurement of each of these members now.
 
         In `parts` are also contacts, loss, largest_strain, and of both bodies centre [um] and
@@ -201,50 +191,58 @@ class Members:
 
     # -- from one simulation to another ----------------------------------------------------------
 
-    def states(self, members):
-        """The MemberState of each of these members."""
+    def states(self, members: Sequence[int]) -> list[State]:
+        """The State of each of these members: fields of its grains, its contacts, `forming`.
+
+        i, j: numbers of its grains in memory, from 0; history, loads: of its contacts.
+        """
         if members:
             self._kernels.add_grain_losses()
         return [self._copy_state(member) for member in members]
 
     def _copy_state(self, member):
-        state, span = self._state, self.grains(member)
-        grains = {
-            n: state.fields[n].copy_rows(span.start, span.stop)
-            for n in CARRIED
-            if n in state.fields
+        state, grains = self._state, self.grains(member)
+        arrays = {
+            name: state.fields[name].copy_rows(grains.start, grains.stop)
+            for name in CARRIED
+            if name in state.fields
         }
         contacts, i, j = self.touching(member)
-        history, loads = (state.rows(row_type, slice(0, 0)) for row_type in ("history", "load"))
+        history, loads = (state.rows(rows, slice(0, 0)) for rows in ("history", "load"))
         if len(contacts):
             blocks = state.blocks_of(contacts)
-            rows = contacts - blocks.start * self._state.layout.width
-            history, loads = (
-                state.rows(row_type, blocks)[rows] for row_type in ("history", "load")
-            )
-        return MemberState(grains, i - span.start, j - span.start, history, loads)
+            rows = contacts - blocks.start * state.layout.width
+            history, loads = (state.rows(name, blocks)[rows] for name in ("history", "load"))
+        arrays |= {"i": i - grains.start, "j": j - grains.start}
+        arrays |= {"history": history, "loads": loads, "forming": self.forming[member]}
+        return State(arrays, {})
 
-    def put(self, states, forming):
-        """Continue the MemberState of each member, of which some come from other simulations.
+    def put(self, states: Mapping[int, State]) -> None:
+        """Continue the States of members of other simulations; the other members stay as they are.
 
-        forming: see Members. Neighbours are searched; contacts keep history and loads exactly.
+        Neighbours are searched; contacts keep history and loads exactly.
         """
-        state, self.forming = self._state, forming
-        for member, carried in enumerate(states):
-            for name, values in carried.grains.items():
-                state.fields[name].from_numpy(values, int(self.first[member]))
+        state = self._state
+        others = [member for member in range(len(self)) if member not in states]
+        of_members = dict(zip(others, self.states(others), strict=True)) | dict(states)
+        every = [of_members[member].arrays for member in range(len(self))]
+        for arrays, first in zip(every, self.first[:-1], strict=True):
+            for name in CARRIED:
+                if name in arrays:
+                    state.fields[name].from_numpy(arrays[name], int(first))
+        self.forming = np.array([arrays["forming"] for arrays in every])
         self._search.update(self._environment.step)
-        i, j = state.pairs()
-        key = i.astype(np.int64) * self._motion.bodies.count + j
-        shifts = list(zip(states, self.first[:-1], strict=True))
         i, j = (
-            np.concatenate([getattr(carried, n) + first for carried, first in shifts])
-            for n in ("i", "j")
+            np.concatenate([a[name] + f for a, f in zip(every, self.first[:-1], strict=True)])
+            for name in ("i", "j")
         )
-        rows = np.searchsorted(key, i.astype(np.int64) * self._motion.bodies.count + j)
+        rows = np.searchsorted(self._number_pairs(*state.pairs()), self._number_pairs(i, j))
         blocks = state.used_blocks()[0]
-        for row_type, name in (("history", "history"), ("load", "loads")):
-            values = np.concatenate([getattr(carried, name) for carried in states])
-            full = np.zeros_like(state.rows(row_type, blocks))
-            full[rows] = values
-            state.put_rows(row_type, full, blocks)
+        for rows_name, name in (("history", "history"), ("load", "loads")):
+            values = np.zeros_like(state.rows(rows_name, blocks))
+            values[rows] = np.concatenate([arrays[name] for arrays in every])
+            state.put_rows(rows_name, values, blocks)
+
+    def _number_pairs(self, i, j):
+        """Number of each pair of grains, increasing as pairs are listed."""
+        return i.astype(np.int64) * self._motion.bodies.count + j

@@ -1,6 +1,9 @@
 """The course of a collision: when it is examined, when it is over, and its row of numbers."""
 
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,13 +14,17 @@ from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.outcome import classify_outcome
 from dusttaichi.grains import validity
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.grain_properties import scale_materials
+from dusttaichi.grains.engine import GrainEngine
+from dusttaichi.grains.grain_properties import scaled
 from dusttaichi.grains.time_step import chosen_step
+from dusttaichi.method import Measurement, State
 from dusttaichi.physics.geometry import are_in_same_fragment, label_components, largest_first
+from dusttaichi.results.plain import from_plain, plain
 from dusttaichi.running import ledger
 from dusttaichi.samples.materials import Materials
 from dusttaichi.samples.touching import deep_overlaps
 from dusttaichi.studies.bodies import Encounter
+from dusttaichi.studies.collide_files import decode_arrays, encode_arrays
 
 LOOKS = 8  # looks at the bodies while they fly the sum of their outer radii
 SAME = 16  # looks over which the fragments must not change, for the collision to be over
@@ -26,57 +33,82 @@ DIGITS = 12  # of a growth efficiency: sums of masses round
 LEAST = 50  # steps between two looks, at least
 SHORT = 25  # steps between two looks at compression and stretching: a third of a grain's contact
 ROUNDED = 13  # digits of a speed that decides about a time step: centres of mass round
+# attributes of a collision under way that a checkpoint has, values of JSON
+PROGRESS = ("first", "facts", "before", "normal", "_nearest", "touch", "end", "flight", "due")
+PROGRESS += ("next_look", "looks", "unchanged", "fragment_sizes", "lost", "lost_before")
+PROGRESS += ("phase_ends", "_records", "_positions")
 
 
 class Collision(Encounter):
     """A collision, a member of a simulation (grains.members) while it is under way.
 
     label; scene, sample: Sample; phases: whether the losses of compression and of stretching are
-    measured, every SHORT steps; files: whether its row has its `course`. chosen: its TimeStep.
-    masses [kg], radii [m]: of the grains (N,). bodies: grains of each. now, first: Measurement now
-    and of the start. due: own step of the next look. ends: energy dissipated [J] from the first
-    touch to the ends of compression and of stretching, as far as they are over; lost, lost_before:
-    from the start to the last look at them and to the touch. Raises DustError for speeds that its
-    contacts are not for.
+    measured, every SHORT steps; files: whether its row has its `course`; checkpoint: what
+    `save` returned, from which it continues. chosen: its TimeStep. masses [kg], radii [m]: of the
+    grains (N,). bodies: grains of each. now, first: Measurement now and of the start. due: step of
+    the next look. phase_ends: energy dissipated [J] from the first touch to the ends of compression
+    and of stretching, as far as they are over; lost, lost_before: from the start to the last look
+    at them and to the touch. Raises DustError for speeds that its contacts are not for.
     """
 
     step_key = "numerics.time_step"
 
-    def __init__(self, label, scene, sample, phases=False, files=False):
+    def __init__(self, label, scene, sample, *, phases=False, files=False, checkpoint=None):
         self.label, self.scene, self.sample, self.phases = label, scene, sample, phases
-        self.files = files
+        self.files, self.checkpoint = files, checkpoint
         materials, count = Materials(scene), len(sample)
         self.masses = np.broadcast_to(materials.masses(sample), count)
         self.radii = np.broadcast_to(materials.radii_of(sample), count)
         self.bodies = np.split(np.arange(count), [sample.info["target_grains"]])
         self.chosen = _chosen_step(scene, sample)
 
-    def enter(self, run, member, first):
-        """Begin as a member of a GrainEngine at its first step; first: the Measurement."""
-        self.move(run, member, 0)
-        self.now, self.first, self.ends = first, first, []
-        self.dt, self.channels = run.dt * run.units("s"), run.channels
-        self.start()
-        self._course, self._records, self._positions = self._follow(), [], [self._position()]
+    # -- from one simulation to another ----------------------------------------------------------
 
-    def move(self, run, member, step):
-        """Continue in a GrainEngine; step: its own step where that is at its first one."""
+    def load(self) -> State | None:
+        """The State of the checkpoint in which it begins, at `passed` steps; None without one."""
+        self.passed, state = 0, None
+        if self.checkpoint is not None:
+            saved = self.checkpoint
+            vars(self).update(saved["progress"], passed=saved["step"])
+            self.first = from_plain(Measurement, self.first)
+            self.before, self.normal = (
+                from_plain(np.ndarray, a) for a in (self.before, self.normal)
+            )
+            state = State(decode_arrays(saved["arrays"]), saved["numbers"])
+        return state
+
+    def save(self, state: State) -> dict[str, Any]:
+        """Its checkpoint, values of JSON; state: that of its member now."""
+        progress = {name: plain(getattr(self, name)) for name in PROGRESS}
+        saved = {"step": self.step, "progress": progress, "numbers": plain(state.numbers)}
+        return saved | {"arrays": encode_arrays(state.arrays)}
+
+    def enter(self, run: GrainEngine, member: int) -> None:
+        """Continue as a member of a GrainEngine, after `passed` steps."""
         self.run, self.member, self.units = run, member, run.units
-        self._before = step - run.step
+        self._before = self.passed - run.step
+        self.dt, self.channels = run.dt * run.units("s"), run.channels
 
-    def resume(self, now):
-        """Continue with the Measurement of the present step: the row at the end, else None.
+    def leave(self) -> None:
+        """End as a member of its GrainEngine."""
+        self.passed = self.step
 
-        Raises GuardStop.
-        """
-        self.now = now
-        if self.files:
-            self._record()
-        try:
-            self.due = next(self._course)
-        except StopIteration as end:
-            return end.value | ({"course": self._recorded()} if self.files else {})
-        return None
+    def begin(self, first: Measurement) -> None:
+        """Begin at its first step; first: the Measurement."""
+        self.now = self.first = first
+        self.start()
+        info, dt, self.normal = self.sample.info, self.dt, None
+        self.flight = self.touch = 0
+        if info["hit"]:
+            distance = info["target_outer_radius"] + info["projectile_outer_radius"]
+            self.flight = max(LEAST, round(distance / info["speed"] / LOOKS / dt))
+            self.touch = int(info["time_to_touch"] / dt)
+        self.end = self.touch + round(self.scene.stop.time / dt)
+        self.due = self.next_look = min(self.touch, self.end)
+        self.looks = self.unchanged = 0
+        self.fragment_sizes = self.lost = self.lost_before = None
+        self.phase_ends, self._records, self._positions = [], [], [self._position().tolist()]
+        self.facts = self._facts()
 
     # -- as the guards see it --------------------------------------------------------------------
 
@@ -96,8 +128,8 @@ class Collision(Encounter):
     def validate(self, measurement):
         run = self.run
         grains = run.members.grains(self.member)
-        parts = run.motion, run.contacts, run.sphere
-        validity.validate(measurement, self, *parts, grains=grains)
+        checked = run.motion, run.contacts, run.sphere
+        validity.validate(measurement, self, *checked, grains=grains)
 
     # -- motion ----------------------------------------------------------------------------------
 
@@ -108,27 +140,37 @@ class Collision(Encounter):
 
     def is_one(self):
         """True while one fragment has more than half of the mass of both."""
-        return are_in_same_fragment(self.labels(), self.masses, self.bodies)
+        return are_in_same_fragment(self.label_grains(), self.masses, self.bodies)
 
-    def labels(self):
+    def label_grains(self):
         """Fragment of each grain (N,), 0 the heaviest."""
         pairs = self.run.members.pairs(self.member)
         return largest_first(label_components(pairs, len(self.masses))[1], self.masses)
 
-    def fragments(self):
+    def find_fragments(self):
         """The Fragments now, with velocities half a step back."""
         members = self.run.members
         pairs = members.pairs(self.member).T
         names = ("grain_i", "grain_j")
-        contacts = xr.Dataset({n: ("contact", own) for n, own in zip(names, pairs, strict=True)})
+        contacts = xr.Dataset({name: ("contact", i) for name, i in zip(names, pairs, strict=True)})
         scales = (self.units(unit) for unit in ("m", "m/s", "rad/s"))
         state = (a * scale for a, scale in zip(members.motion(self.member), scales, strict=True))
         cell, open_space = np.full((3, 2), np.nan), np.zeros(3, bool)
         frame = Frame(0, 0.0, 0, *state, self.radii, cell, open_space, contacts)
         return find_frame_fragments(frame, self.masses)
 
-    def _follow(self):
-        """Generator of the steps at which it is examined, until it is over; returns its row.
+    def _position(self):
+        """Positions of its grains [m], (n, 3)."""
+        return self.run.members.motion(self.member)[0] * self.units("m")
+
+    def dissipated(self):
+        """Energy dissipated since the start [J]."""
+        return float((self.now.losses - self.first.losses).sum() * self.units("J"))
+
+    # -- the course ------------------------------------------------------------------------------
+
+    def resume(self, now: Measurement) -> dict[str, Any] | None:
+        """Continue with the Measurement of the present step, that of `due`: the row at the end.
 
         outcome ("miss" without a touch); settled: the fragments no longer change; time [s] after
         the first touch; fragments, masses: grains and shares of the total mass of all of them,
@@ -138,17 +180,68 @@ class Collision(Encounter):
         of mass first stop approaching each other, and then until the bodies are apart or stop
         receding, None where the collision ends before or without `phases`; collision_loss [J]: from
         the touch to the end; residual of the ledger over the impact energy; filling_factor: of the
-        target and the projectile (within the characteristic radius); mass_ratio, grains.
+        target and the projectile (within the characteristic radius); mass_ratio, grains. None
+        before the end. Raises GuardStop.
         """
-        row = self._facts()
+        self.now = now
+        if self.files:
+            self._record()
         if not self.sample.info["hit"]:
-            return row | {"outcome": "miss"}
-        yield from self._fly()
-        return row | self._found()
+            row = self.facts | {"outcome": "miss"}
+        elif self._follow():
+            return None
+        else:
+            row = self.facts | self._measure_end()
+        return row | ({"course": self._list_course()} if self.files else {})
 
-    def _position(self):
-        """Positions of its grains [m], (n, 3)."""
-        return self.run.members.motion(self.member)[0] * self.units("m")
+    def _follow(self):
+        """Look at the bodies; True, and the step of the next look, as long as it is not over.
+
+        It is over where the fragments have not changed for a while, or stop.time after the touch.
+        """
+        if self.step < self.due:
+            return True
+        if self.lost_before is None:
+            self.lost = self.lost_before = self.dissipated()
+        else:
+            if self.phases and len(self.phase_ends) < 2:
+                self._look_at_phases()
+            if self.step == self.next_look:
+                self._look_at_fragments()
+        if self.step >= self.end or self.unchanged >= SAME:
+            return False
+        if self.step == self.next_look:
+            self.next_look = min(self.step + self.flight, self.end)
+        is_short = self.phases and len(self.phase_ends) < 2
+        self.due = min(self.step + SHORT, self.next_look) if is_short else self.next_look
+        return True
+
+    def _look_at_fragments(self):
+        """Check the ledger and count the looks without a change of the fragments."""
+        self.look()
+        self.looks += 1
+        if self.looks % EVERY:
+            return
+        start = method.Start.from_measurement(self.first)
+        ledger.check(self, self.now, start, self.scene.numerics.ledger_tolerance)
+        sizes = np.bincount(self.label_grains()).tolist()
+        # before anything sticks or breaks there are two bodies as well
+        is_unchanged = sizes == self.fragment_sizes and self.looks > LOOKS
+        self.unchanged = self.unchanged + EVERY if is_unchanged else 0
+        self.fragment_sizes = sizes
+
+    def _look_at_phases(self):
+        """Note the losses of compression and of stretching where these end."""
+        line, velocity = self.relative()
+        lost, before = self.dissipated(), self.lost
+        self.lost = lost
+        # the direction changes between the last two times: the mean of both
+        if (line @ velocity > 0.0) != bool(self.phase_ends):
+            self.phase_ends.append(0.5 * (before + lost) - self.lost_before)
+        elif self.phase_ends and not self.is_one():
+            self.phase_ends.append(lost - self.lost_before)
+
+    # -- the row ---------------------------------------------------------------------------------
 
     def _record(self):
         """Note the energies [J] and the distance of the bodies [m] now."""
@@ -158,97 +251,51 @@ class Collision(Encounter):
         change = float((m.potential - self.first.potential) * J)
         self._records.append((self.step * self.dt, distance, float(m.kinetic * J), change, losses))
 
-    def _recorded(self):
+    def _list_course(self):
         """Its `course`, values of JSON: the series, and its grains at start and end."""
         *columns, losses = zip(*self._records, strict=True)
         series = dict(zip(("time", "distance", "kinetic", "potential"), columns, strict=True))
         series["loss"] = dict(zip(self.channels, zip(*losses, strict=True), strict=True))
         body = np.repeat([0, 1], [len(grains) for grains in self.bodies])
-        grains = {"radius": self.radii, "body": body, "fragment": self.labels()}
+        grains = {"radius": self.radii, "body": body, "fragment": self.label_grains()}
         grains["position"] = np.array([*self._positions, self._position()])
-        return {"series": series, "grains": {name: a.tolist() for name, a in grains.items()}}
+        return {"series": series, "grains": plain(grains)}
 
     def _facts(self):
         """Columns known before the collision."""
-        one, other = (self.masses[body].sum() for body in self.bodies)
-        info, parts = self.sample.info, self.fragments()
-        self.energy = 0.5 * one * other / (one + other) * info["speed"] ** 2
-        filling = parts.filling_factor[:2] if len(parts) == 2 else [np.nan] * 2
+        target, projectile = (self.masses[body].sum() for body in self.bodies)
+        info, fragments = self.sample.info, self.find_fragments()
+        energy = 0.5 * target * projectile / (target + projectile) * info["speed"] ** 2
+        filling = fragments.filling_factor[:2] if len(fragments) == 2 else [np.nan] * 2
         return {
             "grains": len(self.sample),
-            "mass_ratio": float(max(one, other) / min(one, other)),
-            "filling_factor": [_number(value) for value in filling],
-            "impact_energy": float(self.energy),
+            "mass_ratio": float(max(target, projectile) / min(target, projectile)),
+            "filling_factor": [float(phi) if np.isfinite(phi) else None for phi in filling],
+            "impact_energy": float(energy),
             "outer_radii": float(info["target_outer_radius"] + info["projectile_outer_radius"]),
         }
 
-    def _fly(self):
-        """Until the fragments have not changed for a while, or stop.time after the touch."""
-        info, dt = self.sample.info, self.dt
-        ways = info["target_outer_radius"] + info["projectile_outer_radius"]
-        look = max(LEAST, round(ways / info["speed"] / LOOKS / dt))
-        touch = int(info["time_to_touch"] / dt)
-        end = touch + round(self.scene.stop.time / dt)
-        self.touch = touch
-        yield min(touch, end)
-        self.lost = self.lost_before = self.dissipated()
-        start = method.Start.from_measurement(self.first)
-        same, last, looks = 0, None, 0
-        while self.step < end and same < SAME:
-            yield from self._advance(min(look, end - self.step))
-            self.look()
-            looks += 1
-            if looks % EVERY:
-                continue
-            ledger.check(self, self.now, start, self.scene.numerics.ledger_tolerance)
-            now = np.bincount(self.labels()).tolist()
-            # before anything sticks or breaks there are two bodies as well
-            same = same + EVERY if now == last and looks > LOOKS else 0
-            last = now
-        self.settled = same >= SAME
-
-    def _advance(self, steps):
-        """Steps until that many are made; notes the losses of compression and of stretching."""
-        end = self.step + steps
-        while self.phases and len(self.ends) < 2 and self.step < end:
-            yield min(self.step + SHORT, end)
-            line, velocity = self.relative()
-            lost, before = self.dissipated(), self.lost
-            self.lost = lost
-            # the direction changes between the last two times: the mean of both
-            if (line @ velocity > 0.0) != bool(self.ends):
-                self.ends.append(0.5 * (before + lost) - self.lost_before)
-            elif self.ends and not self.is_one():
-                self.ends.append(lost - self.lost_before)
-        if self.step < end:
-            yield end
-
-    def dissipated(self):
-        """Energy dissipated since the start [J]."""
-        return float((self.now.losses - self.first.losses).sum() * self.units("J"))
-
-    def _found(self):
+    def _measure_end(self):
         """Columns known at the end."""
-        parts, m, J = self.fragments(), self.now, self.units("J")
-        outcome = classify_outcome(parts, self.masses, self.bodies)
+        fragments, m, J = self.find_fragments(), self.now, self.units("J")
+        outcome, ends = classify_outcome(fragments, self.masses, self.bodies), self.phase_ends
         residual = ledger.ledger(m, method.Start.from_measurement(self.first))[0] * J
+        growth = compute_growth_efficiency(fragments, self.masses, self.bodies)
         return {
             "outcome": outcome,
-            "settled": self.settled,
+            "settled": self.unchanged >= SAME,
             "time": (self.step - self.touch) * self.dt,
-            "fragments": parts.grains.tolist(),
-            "masses": (parts.mass / parts.mass.sum()).tolist(),
-            "growth_efficiency": round(
-                compute_growth_efficiency(parts, self.masses, self.bodies), DIGITS
-            ),
+            "fragments": fragments.grains.tolist(),
+            "masses": (fragments.mass / fragments.mass.sum()).tolist(),
+            "growth_efficiency": round(growth, DIGITS),
             "restitution": self.restitution_of(outcome),
             "loss": dict(zip(self.channels, (m.losses * J).tolist(), strict=True)),
-            "compression_loss": self.ends[0] if self.ends else None,
-            "stretching_loss": self.ends[1] - self.ends[0] if len(self.ends) > 1 else None,
+            "compression_loss": ends[0] if ends else None,
+            "stretching_loss": ends[1] - ends[0] if len(ends) > 1 else None,
             "collision_loss": self.dissipated() - self.lost_before,
             "kinetic": float(m.kinetic * J),
             "potential": float((m.potential - self.first.potential) * J),
-            "residual": float(residual / self.energy),
+            "residual": float(residual / self.facts["impact_energy"]),
         }
 
     def restitution_of(self, outcome):
@@ -265,7 +312,3 @@ def _chosen_step(scene, sample):
         sample = replace(sample, velocities=np.round(v / speed, ROUNDED) * speed)
     scene = scale_materials(scene)
     return chosen_step(ContactTable.for_sample(scene, sample), sample)
-
-
-def _number(value):
-    return float(value) if np.isfinite(value) else None

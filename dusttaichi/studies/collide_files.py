@@ -1,6 +1,13 @@
-"""Files of single collisions of a study, where `collisions.files` requests them."""
+"""Files of single collisions of a study, and arrays of a checkpoint as values of JSON."""
 
+from __future__ import annotations
+
+import base64
 import itertools
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,10 +19,10 @@ FOLDER = "collisions"
 LENGTH = 12  # characters of the key of a collision in the name of its file
 
 
-def write_collision_files(study, point_results):
+def write_collision_files(study: Any, point_results: Mapping[str, Any]) -> list[Path]:
     """Write the file of each collision whose row has a `course`; returns their paths.
 
-    study: Collisions; point_results: label -> Found. Raises DustError.
+    study: Collisions; point_results: label -> PointResult. Raises DustError.
     """
     paths, points = [], itertools.product(*study.axes.values())
     for request, values in zip(study.requests(), points, strict=True):
@@ -30,7 +37,7 @@ def write_collision_files(study, point_results):
     return paths
 
 
-def build_course_dataset(course):
+def build_course_dataset(course: Mapping[str, Any]) -> xr.Dataset:
     """Dataset (SI) of the course of a collision (collide_course.Collision)."""
     columns, units = course["series"], {"time": "s", "distance": "m"}
     losses = columns["loss"]
@@ -48,3 +55,23 @@ def build_course_dataset(course):
             data[name].attrs["units"] = units.get(name, "J")
     data.attrs = {"moment": "start and end"}
     return data
+
+
+def encode_arrays(arrays: Mapping[str, np.ndarray]) -> dict[str, list]:
+    """Arrays by name as values of JSON, bitwise: type, shape and compressed bytes of each."""
+    return {
+        name: [
+            array.dtype.str,
+            list(array.shape),
+            base64.b64encode(zlib.compress(np.ascontiguousarray(array).tobytes(), 1)).decode(),
+        ]
+        for name, array in arrays.items()
+    }
+
+
+def decode_arrays(encoded: Mapping[str, list]) -> dict[str, np.ndarray]:
+    """The arrays of `encode_arrays`."""
+    return {
+        name: np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype).reshape(shape).copy()
+        for name, (dtype, shape, text) in encoded.items()
+    }

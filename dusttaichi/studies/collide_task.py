@@ -1,20 +1,27 @@
 """Task of a worker process of a study of collisions: some of them, side by side."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
 from functools import lru_cache
+from typing import Any
 
 from dusttaichi import samples
 from dusttaichi.errors import DustError, StartError
-from dusttaichi.scene import from_yaml
+from dusttaichi.running.interrupts import handled_by
+from dusttaichi.scene import Scene, from_yaml
 from dusttaichi.studies.collide_batch import make_collisions
 from dusttaichi.studies.collide_course import Collision
 
 
-def run(parent, *, calls, abreast, room):
+def run(parent: Any, *, calls: list[dict[str, Any]], abreast: int, room: int) -> None:
     """Make collisions, at most `abreast` at a time and as many as have `room` grains together.
 
-    calls: of each the `label`, `scene` (text of its YAML), block `sample` and whether `phases` are
-    measured and `files` are wanted. Each is answered as soon as it is over.
+    calls: of each the `label`, `scene` (text of its YAML), block `sample`, whether `phases` are
+    measured and `files` are wanted, and the `checkpoint` from which it continues. Each is answered
+    as soon as it is over. Raises KeyboardInterrupt after a signal, with those under way answered.
     """
+    signals: list[int] = []
 
     def answer(label, row, error=None):
         code = 0 if error is None else error.exit_code
@@ -22,17 +29,21 @@ def run(parent, *, calls, abreast, room):
             answered={"label": label, "code": code, "text": str(error or ""), "found": row}
         )
 
-    make_collisions(_prepared(calls, answer), abreast, room, answer)
+    with handled_by(lambda number, _: signals.append(number)):
+        collisions = _prepare_collisions(calls, answer)
+        make_collisions(collisions, answer, abreast=abreast, room=room, signals=signals)
+    if signals:
+        raise KeyboardInterrupt
 
 
-def make_collision(scene, phases=False):
+def make_collision(scene: Scene, phases: bool = False) -> dict[str, Any]:
     """The row of one collision of a scene (collide_course.Collision).
 
     Raises GuardStop where the numbers can no longer be trusted, and DustError.
     """
-    answers = []
-    one = iter([Collision("", scene, samples.make(scene), phases)])
-    make_collisions(one, 1, 0, lambda *answer: answers.append(answer))
+    answers: list[tuple] = []
+    collision = Collision("", scene, samples.make(scene), phases=phases)
+    make_collisions([collision], lambda *answer: answers.append(answer))
     [(_, row, *error)] = answers
     if error:
         raise error[0]
@@ -42,13 +53,15 @@ def make_collision(scene, phases=False):
 _base = lru_cache(1)(from_yaml)  # the same for all collisions of a study
 
 
-def _prepared(calls, answer):
+def _prepare_collisions(
+    calls: list[dict[str, Any]], answer: Callable[..., None]
+) -> Iterator[Collision]:
     """The Collisions of calls; those that cannot be made are answered."""
     for call in calls:
+        options = {name: call.get(name) for name in ("phases", "files", "checkpoint")}
         try:
             scene = _base(call["scene"]).with_value("sample", call["sample"])
-            how = {name: call.get(name, False) for name in ("phases", "files")}
-            collision = Collision(call["label"], scene, samples.make(scene), **how)
+            collision = Collision(call["label"], scene, samples.make(scene), **options)
         except StartError:
             raise
         except DustError as error:

@@ -19,7 +19,9 @@ from dusttaichi.results.provenance import __version__
 from dusttaichi.studies.jobs import Task
 from dusttaichi.studies.workers import INTERRUPTED, Answer
 
+UNFINISHED = ".unfinished"  # suffix of the file of checkpoints beside that of the rows
 WHOLE = 1, 1  # the part that is all of a study
+CHECKPOINT = "checkpoint"  # of an interrupted task: in its answer, and an argument of the next one
 START = 2.0  # s of processor time that the start of a process takes
 
 
@@ -78,9 +80,11 @@ class Request:
             most = min(most, max(1, math.ceil(count * self.expected / START)))
         return min(count, most), None
 
-    def to_task(self, *_, **__):
-        """The Task."""
-        return Task(self.label, self.task, self.arguments, self.seconds, together=self.together)
+    def to_task(self, _, shelf, **__):
+        """The Task, which continues the `checkpoint` of an interruption where there is one."""
+        checkpoint = shelf.rows(self.file).unfinished.get(self.label)
+        arguments = self.arguments | ({} if checkpoint is None else {CHECKPOINT: checkpoint})
+        return Task(self.label, self.task, arguments, self.seconds, together=self.together)
 
     def measure_answer(self, study, answer):
         """(what it has found, None for its cost)."""
@@ -103,12 +107,13 @@ class Rows:
 
     path: None where they are not stored. Each part (k, n) of a study, which may run at the same
     time as others, has a file of its own beside it. known: key -> row of all these files, without
-    those of failed requests, which are made again. Raises DustError where the file exists and
-    neither force nor resume is wanted, or cannot be written.
+    those of failed requests, which are made again. unfinished: key -> checkpoint of requests that
+    an interruption cut short; these are in files that end with UNFINISHED. Raises DustError where
+    the file exists and neither force nor resume is wanted, or cannot be written.
     """
 
     def __init__(self, path, *, force, resume, part=WHOLE):
-        self.path, self.known = path, {}
+        self.path, self.known, self.unfinished = path, {}, {}
         if path is None:
             return
         parts = sorted(path.parent.glob(f"{path.stem}.*-of-*{path.suffix}"))
@@ -126,6 +131,17 @@ class Rows:
         self._write("".join(_line(key, row) for key, row in rows.items()))
         for other in parts if force and part == WHOLE else ():
             files.remove(other)
+        for other in {path, *parts, self.path} if resume and not force else ():
+            for key, row in _read(other.with_suffix(UNFINISHED)).items():
+                self.unfinished |= {} if key in self.known else {key: row[CHECKPOINT]}
+        ended = {path, *parts} if part == WHOLE else {self.path}
+        self._checkpoint_files = [file.with_suffix(UNFINISHED) for file in ended]
+        self._remove_checkpoints()
+
+    def _remove_checkpoints(self):
+        """Remove the files of the checkpoints once nothing is unfinished."""
+        for file in () if self.unfinished else self._checkpoint_files:
+            files.remove(file)
 
     def _write(self, text):
         try:
@@ -138,12 +154,25 @@ class Rows:
         return DustError(f"Cannot write {self.path}: {files.explain(error, self.path)}.")
 
     def add(self, key, answer):
-        """Add the line of an Answer, whole on the disk when this returns. Raises DustError."""
-        if self.path is None or answer.code == INTERRUPTED:
+        """Add the line of an Answer, whole on the disk when this returns. Raises DustError.
+
+        One that was interrupted has a line among the unfinished ones where it has a checkpoint.
+        """
+        if self.path is None:
+            return
+        if answer.code == INTERRUPTED:
+            if CHECKPOINT in answer.found:
+                row = {CHECKPOINT: answer.found[CHECKPOINT]}
+                self._append(self.path.with_suffix(UNFINISHED), key, row)
             return
         row = {"error": answer.text, "code": answer.code} if answer.code else answer.found
+        self._append(self.path, key, row)
+        if self.unfinished.pop(key, None) is not None:
+            self._remove_checkpoints()
+
+    def _append(self, path, key, row):
         try:
-            with self.path.open("a", encoding="utf-8") as file:
+            with path.open("a", encoding="utf-8") as file:
                 file.write(_line(key, row))
                 file.flush()
                 os.fsync(file.fileno())

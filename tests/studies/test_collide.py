@@ -1,6 +1,9 @@
 """Studies of collisions: what is made, what is known of it afterwards, how a study goes on."""
 
 import csv
+import json
+import os
+import signal
 from concurrent.futures import Future
 from types import SimpleNamespace
 
@@ -22,6 +25,7 @@ from dusttaichi.studies import collide_task as task
 from dusttaichi.studies import engine, pool
 from dusttaichi.studies.collide import Collisions
 from dusttaichi.studies.engine import PointResult
+from dusttaichi.studies.workers import Answer
 
 BODY = {"kind": "pca", "grains": 12}
 COLLISION = {
@@ -308,6 +312,46 @@ def test_parts_of_a_study_make_the_whole(finished_study, capsys):
     assert "4 of 4 are already finished" in capsys.readouterr().err
     dust(*words, "--resume", "--part", "2/3")  # other parts later: nothing is computed again
     assert (folder / "parts/collisions.2-of-3.jsonl").read_text() == ""
+
+
+def test_an_interrupted_study_continues_its_checkpoints(finished_study, tmp_path):
+    """A signal when a pair is over: it is stored, and those under way continue."""
+    folder, _ = finished_study
+    study, answers = Collisions(load(folder / "study.yaml"), tmp_path), []
+    points = {point.label: point for point in study.requests()}
+
+    def make(shelf):
+        """Make the missing ones as a worker does."""
+        tasks = [p.to_task(1, shelf) for p in points.values() if p.find_answer(shelf) is None]
+        calls = [{"label": call.label, **call.arguments} for call in tasks]
+        task.run(SimpleNamespace(report=take), calls=calls, **study.side_by_side)
+
+    def take(answered):
+        answers.append(Answer(**{name: v for name, v in answered.items() if name != "label"}))
+        points[answered["label"]].store(answers[-1], shelf)
+        if len(answers) == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    shelf = engine.Shelf(force=False, resume=False, timed=False)
+    with pytest.raises(KeyboardInterrupt):
+        make(shelf)
+    assert [answer.code for answer in answers] == [0, 0, 130, 130]  # both misses are over at once
+    assert (tmp_path / "collisions.unfinished").exists()
+    shelf = engine.Shelf(force=False, resume=True, timed=False)
+    assert len(shelf.rows(study.file.with_suffix(".jsonl")).unfinished) == 2
+    make(shelf)
+    assert {file.name for file in tmp_path.iterdir()} == {"collisions.jsonl"}
+    rows = [collision_rows(path) for path in (folder / "out", tmp_path)]
+    assert rows[0].keys() == rows[1].keys()
+    for key, row in rows[0].items():
+        for name in ("outcome", "time", "masses", "restitution", "kinetic"):
+            assert row.get(name) == rows[1][key].get(name)
+
+
+def collision_rows(folder):
+    """Row of each collision of a study by its key."""
+    lines = (folder / "collisions.jsonl").read_text().splitlines()
+    return {row["key"]: row for row in map(json.loads, lines)}
 
 
 @pytest.mark.long  # runs of an ensemble go there in every suite

@@ -23,7 +23,7 @@ LEDGER = ("loss", "compression_loss", "stretching_loss", "collision_loss", "resi
 ROUNDING = 1e-6  # of the impact energy
 
 
-def collision_of(number, phases=False, **keys):
+def collision_of(number, phases=False, scene_keys=(), **keys):
     body = {"kind": "pca", "grains": 8 + number % 4}
     sample = {
         "kind": "collision",
@@ -34,19 +34,18 @@ def collision_of(number, phases=False, **keys):
         "seed": number,
         "gap": "5 nm",
     }
-    how = {"damping": "viscous", "dt": "0.2 ns", "sample": sample | keys}
-    scene = make_scene(**how).with_values({"stop": {"time": "500 ns"}})
-    return Collision(number, scene, samples.make(scene), phases)
+    settings = {"damping": "viscous", "dt": "0.2 ns", "sample": sample | keys}
+    scene = make_scene(**settings | dict(scene_keys)).with_values({"stop": {"time": "500 ns"}})
+    return Collision(number, scene, samples.make(scene), phases=phases)
 
 
-def made(collisions, abreast, room=10**9):
+def made(collisions, abreast, room=10**9, signals=()):
     """label -> row, or the error, of Collisions at most that many side by side."""
     answers = {}
     make_collisions(
-        iter(collisions),
-        abreast,
-        room,
-        lambda label, row, error=None: answers.setdefault(label, error or row),
+        collisions,
+        lambda label, row, error=None: answers.setdefault(label, row or error),
+        **{"abreast": abreast, "room": room, "signals": signals},
     )
     return answers
 
@@ -55,7 +54,13 @@ def assert_same(row, alone):
     """The bits of the collision alone; sums over contacts to rounding."""
     assert isinstance(row, dict), row
     for name, value in alone.items():
-        if name not in LEDGER:
+        if name == "course":
+            (series, others), (expected, _) = row[name].values(), value.values()
+            assert others == value["grains"]
+            losses = [list(losses["loss"].values()) for losses in (series, expected)]
+            np.testing.assert_allclose(*losses, rtol=0.0, atol=ROUNDING * alone["impact_energy"])
+            assert {**series, "loss": 0} == {**expected, "loss": 0}
+        elif name not in LEDGER:
             assert row[name] == value, name
         elif value is not None:
             scale = 1.0 if name == "residual" else alone["impact_energy"]
@@ -98,6 +103,61 @@ def test_a_guard_ends_its_own_pair_alone(monkeypatch):
     assert str(together[1]) == "too deep" and str(together[3]) == "not a number"
     for label in (0, 2, 4, 5):
         assert_same(together[label], alone[label])
+
+
+def interrupt_after(monkeypatch, count):
+    """Signals that get one once an engine has advanced `count` times."""
+    signals, advance, calls = [], GrainEngine.advance, []
+
+    def note(self, steps):
+        calls.append(steps)
+        signals.extend([2] * (len(calls) == count))
+        advance(self, steps)
+
+    monkeypatch.setattr(GrainEngine, "advance", note)
+    return signals
+
+
+def check_continued(monkeypatch, make, count, pauses):
+    """Interrupted after each of these pauses, `count` collisions have the rows of those alone."""
+    alone = made([make(n) for n in range(count)], 1)
+    rows, waiting = {}, {n: make(n) for n in range(count)}
+    for pause in [*pauses, 10**9]:
+        with monkeypatch.context() as patch:
+            signals = interrupt_after(patch, pause)
+            answers = made(waiting.values(), 4, signals=signals)
+        checkpoints = {n: answer.pop("checkpoint", None) for n, answer in answers.items()}
+        rows |= {n: answers[n] for n, checkpoint in checkpoints.items() if checkpoint is None}
+        waiting = {n: make(n) for n in waiting if n not in rows}
+        assert waiting or pause == 10**9
+        for n in waiting.keys() & checkpoints:
+            waiting[n] = make(n, json.loads(json.dumps(checkpoints[n])))
+    assert sorted(rows) == list(range(count))
+    for n in range(count):
+        assert_same(rows[n], alone[n])
+
+
+def test_interrupted_collisions_continue_their_checkpoints(monkeypatch):
+    """With the bits of those without an interruption, beside others than before."""
+
+    def make(number, checkpoint=None):
+        collision = collision_of(number, phases=number % 2 == 0)
+        collision.files, collision.checkpoint = number == 2, checkpoint
+        return collision
+
+    check_continued(monkeypatch, make, 8, (2, 60, 90))
+
+
+def test_an_interrupted_collision_between_walls_continues(monkeypatch):
+    """It has the state of its simulation."""
+
+    def make(number, checkpoint=None):
+        walls = {"boundary": box(size=(2e-5, 2e-5, 2e-5))}
+        collision = collision_of(2, scene_keys=walls.items(), impact_parameter=0.1)
+        collision.label, collision.checkpoint = number, checkpoint
+        return collision
+
+    check_continued(monkeypatch, make, 1, (3, 40))
 
 
 def test_each_has_a_file_on_request():
