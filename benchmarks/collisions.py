@@ -1,13 +1,12 @@
 """Collisions a second against the number side by side (`python -m benchmarks collisions`).
 
 One process, and two at the same time as `dust collide` has on two cores, make the same collisions,
-whose samples are made before the clock starts. Processor time, which other programs affect less
-than wall time.
+whose samples are made before the clock starts; in turn with them each advances one large collision
+of as many grains. Processor time, which other programs affect less than wall time.
 """
 
 from __future__ import annotations
 
-import statistics
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 
@@ -26,25 +25,28 @@ sample:
   projectile: {{kind: pca, grains: {grains}, seed: 1001}}
   speed: 30 m/s
 boundary: {{kind: open}}
-stop: {{time: 0.2 us}}
+stop: {{time: 0.1 us}}
 numerics: {{threads: 1}}
 """
 SIZES = (16, 64, 250)  # grains of a body
 QUICK = (16,)
 PROCESSES = (1, 2)
-ABREAST = (1, 2, 4, 8, 16, 32, 64)
-MOST = 4000  # grains side by side
-LEAST = 8  # collisions that are timed
+ABREAST = (1, 10, 100)
+LEAST = 5  # collisions that are timed
+LARGE = 0.3  # s of steps of a large collision, at least
 FRONT = (Column("grains", "grains of both"), Column("processes", "processes"))
 NUMBERS = (
     Column("abreast", "side by side"),
-    Column("rate", "collisions a second of processor time", "1/s", 2),
+    Column("rate", "collisions a second of processor time", "1/s", 1),
     Column("gain", "over one by one", "1", 2),
-    Column("spread", "spread, %", "%", 0),
+    Column("step", "step of a grain", "ns", 0),
+    Column("large", "in one large collision", "ns", 0),
+    Column("efficiency", "efficiency", "1", 2),
 )
 NOTE = (
     "Of collisions that touch head-on, without their samples; of two processes the sum of both. "
-    "Medians of the repetitions and their spread."
+    "Least time of the repetitions. The large collision has as many grains as those side by side; "
+    "the efficiency is its time for the step of a grain over theirs."
 )
 
 
@@ -53,49 +55,62 @@ def main(*, out=None, quick=False, repetitions=3, log=print) -> Table:
     check_file(out)
     rows, table = [], None
     for grains in QUICK if quick else SIZES:
-        numbers = [n for n in ABREAST if 2 * grains * n <= MOST]
         for processes in PROCESSES:
-            rates = _rates(grains, numbers, processes, repetitions, log)
-            for abreast, values in rates.items():
-                rate = statistics.median(values)
+            one_by_one = None
+            for abreast, least in _measure(grains, processes, repetitions, log).items():
+                rate = sum(count / seconds for count, seconds, _, _ in least)
+                one_by_one = one_by_one or rate
+                step, large = (sum(n[k] for n in least) / processes * 1e9 for k in (2, 3))
                 row = {"grains": 2 * grains, "processes": processes, "abreast": abreast}
-                row |= {"rate": rate, "gain": rate / statistics.median(rates[1])}
-                row["spread"] = 100.0 * (max(values) - min(values)) / rate
-                rows.append(row)
+                row |= {"rate": rate, "gain": rate / one_by_one, "step": step, "large": large}
+                rows.append(row | {"efficiency": large / step})
             table = Table(machine(), rows, [("Collisions side by side", FRONT, NUMBERS)], (NOTE,))
             if out is not None:
                 table.to_csv(out)
     return table
 
 
-def _rates(grains, numbers, processes, repetitions, log):
-    """Number side by side -> collisions a second of each repetition, all in turn."""
-    rates = {number: [] for number in numbers}
-    count = max(LEAST, numbers[-1])
+def _measure(grains, processes, repetitions, log):
+    """Number side by side -> of each process (collisions, seconds, and of the step of a grain).
+
+    The latter [s] side by side and in a large collision; the least of the repetitions.
+    """
+    times = {number: [] for number in ABREAST}
     with ExitStack() as stack:
         timed = [stack.enter_context(Timed(TASK)) for _ in range(processes)]
         pool = stack.enter_context(ThreadPoolExecutor(processes))
 
-        def ask(do, **how):
-            return list(pool.map(lambda process: process.ask(do, **how), timed))
+        def ask(do, **arguments):
+            return list(pool.map(lambda process: process.ask(do, **arguments), timed))
 
-        ask("prepare", grains=grains, count=count)
-        for number in numbers:  # kernels
+        ask("prepare", grains=grains, count=max(LEAST, *ABREAST))
+        for number in ABREAST:  # kernels
             ask("make", abreast=number, count=number)
         for _ in range(repetitions):
-            for number in numbers:
-                seconds = [answer["seconds"] for answer in ask("make", abreast=number, count=count)]
-                rates[number].append(sum(count / s for s in seconds))
-                log(f"{2 * grains} grains, {number} side by side: {seconds} s")
-    return rates
+            for number in ABREAST:
+                count = max(LEAST, number)
+                made = ask("make", abreast=number, count=count)
+                large = ask("advance", grains=grains * number)
+                times[number].append(
+                    [(a["seconds"], a["step"], b["step"]) for a, b in zip(made, large, strict=True)]
+                )
+                log(f"{2 * grains} grains, {number} side by side: {times[number][-1]}")
+    return {
+        number: [
+            (max(LEAST, number), *(min(values) for values in zip(*process, strict=True)))
+            for process in zip(*rounds, strict=True)
+        ]
+        for number, rounds in times.items()
+    }
 
 
 PREPARED: list = []
+LARGE_SAMPLES: dict = {}  # grains of a body -> scene, sample
 
 
 def answer(parent, *, do, **arguments):
-    """Task of the process: `prepare` collisions, or `make` some of them."""
-    return {"prepare": _prepare, "make": _make}[do](**arguments)
+    """Task of the process: `prepare` collisions, `make` some, or `advance` a large one."""
+    return {"prepare": _prepare, "make": _make, "advance": _advance}[do](**arguments)
 
 
 def _prepare(grains, count):
@@ -115,10 +130,34 @@ def _make(abreast, count):
 
     from dusttaichi.studies.collide_batch import make_collisions
 
-    errors, began = [], time.process_time()
-    make_collisions(
-        iter(PREPARED[:count]), abreast, 10**9, lambda label, row, *error: errors.extend(error)
-    )
+    errors, grain_steps, began = [], [], time.process_time()
+
+    def answer(label, row, *error):
+        errors.extend(error)
+        grain_steps.append(PREPARED[label].step * row.get("grains", 0))
+
+    make_collisions(PREPARED[:count], answer, abreast=abreast, room=10**9)
+    seconds = time.process_time() - began
     if errors:
         raise DustError(str(errors[0]))
-    return {"seconds": time.process_time() - began}
+    return {"seconds": seconds, "step": seconds / sum(grain_steps)}
+
+
+def _advance(grains):
+    import time
+
+    from dusttaichi import samples
+    from dusttaichi.grains.build import make
+    from dusttaichi.scene import from_yaml
+
+    if grains not in LARGE_SAMPLES:
+        # bodies of rbd, as many contacts a grain, are made in no time
+        scene = from_yaml(SCENE.format(grains=grains).replace("pca", "rbd"))
+        LARGE_SAMPLES[grains] = scene, samples.make(scene)
+    engine = make(*LARGE_SAMPLES[grains])
+    engine.advance(20)
+    first, began, seconds = engine.step, time.process_time(), 0.0
+    while seconds < LARGE:
+        engine.advance(50)
+        seconds = time.process_time() - began
+    return {"step": seconds / (engine.step - first) / engine.size}

@@ -7,7 +7,7 @@ from typing import Any
 
 from dusttaichi.errors import DustError, GuardStop, Interrupted, StartError
 from dusttaichi.grains.build import make
-from dusttaichi.grains.engine import GrainEngine
+from dusttaichi.grains.grain_engine import GrainEngine
 from dusttaichi.samples.side_by_side import join_members
 from dusttaichi.studies.collide_course import Collision
 from dusttaichi.studies.requests import CHECKPOINT
@@ -39,7 +39,7 @@ class Waiting:
 
 
 class Batch:
-    """Collisions of one time step side by side; those that are over are replaced by the next.
+    """Collisions of one `batch_key` side by side; those that are over are replaced by the next.
 
     waiting: Waiting. abreast: members at most; room: grains at most, where there are several.
     answer, signals: see make_collisions. live: those under way. run: the GrainEngine that they are
@@ -52,7 +52,7 @@ class Batch:
         self.run: GrainEngine | None = None
 
     def make(self) -> None:
-        """All collisions that wait and have the time step of the first, until a signal comes.
+        """All collisions that wait and have the key of the first, until a signal comes.
 
         Raises GuardStop and DustError where nothing says which of `live` is the reason.
         """
@@ -93,7 +93,7 @@ class Batch:
         if not inside:
             return True
         grains = sum(len(other.sample) for other in (*inside, collision))
-        same = collision.chosen.dt == inside[0].chosen.dt
+        same = collision.batch_key == inside[0].batch_key
         return same and len(inside) < self.abreast and grains <= self.room
 
     def _compose(self, entering):
@@ -150,7 +150,7 @@ def make_collisions(
     room: int = 0,
     signals: Sequence[int] = (),
 ) -> None:
-    """Make Collisions, those of the same time step side by side.
+    """Make Collisions, those of the same `batch_key` side by side.
 
     abreast, room: see Batch. answer: called with label, row and, of one that failed, the GuardStop
     or DustError. signals: those received; once there is one, the collisions under way are answered

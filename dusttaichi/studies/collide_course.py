@@ -14,8 +14,8 @@ from dusttaichi.analysis.frame import Frame
 from dusttaichi.analysis.outcome import classify_outcome
 from dusttaichi.grains import validity
 from dusttaichi.grains.contact_table import ContactTable
-from dusttaichi.grains.engine import GrainEngine
-from dusttaichi.grains.grain_properties import scaled
+from dusttaichi.grains.grain_engine import GrainEngine
+from dusttaichi.grains.grain_properties import scale_materials
 from dusttaichi.grains.time_step import chosen_step
 from dusttaichi.method import Measurement, State
 from dusttaichi.physics.geometry import are_in_same_fragment, label_components, largest_first
@@ -61,6 +61,12 @@ class Collision(Encounter):
         self.radii = np.broadcast_to(materials.radii_of(sample), count)
         self.bodies = np.split(np.arange(count), [sample.info["target_grains"]])
         self.chosen = _chosen_step(scene, sample)
+
+    @property
+    def batch_key(self):
+        """The same for all that may be side by side: time step, whether its grains are equal."""
+        sample = self.sample
+        return self.chosen.dt, sample.radii is None and sample.materials is None
 
     # -- from one simulation to another ----------------------------------------------------------
 

@@ -8,7 +8,9 @@ import sys
 import pytest
 import typer
 from scenes import ROOT
+from snapshots import collision_row
 
+from dusttaichi.analysis.collisions import AXES, build_collisions_dataset
 from dusttaichi.commands.app import app
 
 DOCS = ROOT / "docs"
@@ -164,3 +166,27 @@ def test_the_command_of_a_row_is_understood(command):
     if words[0] == "dust":
         group = typer.main.get_command(app)
         group.commands[words[1]].make_context(words[1], words[2:]).close()
+
+
+def test_the_table_of_a_map_of_collisions(monkeypatch):
+    """Means over pairs that touched: by filling factor, and by impact parameter."""
+    monkeypatch.syspath_prepend(str(DOCS))
+    import collide_map
+
+    axes = dict.fromkeys(AXES, (1.0,)) | {"body": ("phi_0.1", "phi_0.3"), "speed": (5.0, 10.04)}
+    axes |= {"impact_parameter": (0.25, 0.75), "seed": (0, 1)}
+    growths = [1.0, 0.5, 0.2, 0.1, -1.0, -0.5, 0.0, 0.0, 1.0, 1.0, 0.4, None, 0.5, 0.5, 0.0, 0.0]
+    rows = [
+        {"outcome": "miss"} if g is None else collision_row(growth_efficiency=g) for g in growths
+    ]
+    table = list(collide_map.tabulate_growth(build_collisions_dataset(rows, axes)))
+    assert table == [
+        {"speed (m/s)": "5", "φ 0.1": "0.45", "φ 0.3": "0.80", "b 0.25": "0.88", "b 0.75": "0.23"},
+        {
+            "speed (m/s)": "10",
+            "φ 0.1": "-0.38",
+            "φ 0.3": "0.25",
+            "b 0.25": "-0.12",
+            "b 0.75": "0.00",
+        },
+    ]

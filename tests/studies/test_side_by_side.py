@@ -9,10 +9,10 @@ from scenes import box, make_scene
 from dusttaichi import samples
 from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.grains.build import build
-from dusttaichi.grains.grain_engine import GrainEngine
+from dusttaichi.grains.grain_engine import BODIES, GrainEngine
 from dusttaichi.samples.side_by_side import join_members
 from dusttaichi.studies.collide import Collisions, side_by_side
-from dusttaichi.studies.collide_batch import make_collisions
+from dusttaichi.studies.collide_batch import Batch, make_collisions
 from dusttaichi.studies.collide_course import Collision
 from dusttaichi.studies.collide_files import build_course_dataset
 
@@ -77,6 +77,47 @@ def test_fifty_pairs_have_the_bits_of_each_alone():
     together = made((collision_of(n, phases=n % 2 == 0) for n in range(PAIRS)), 12)
     assert sorted(together) == list(range(PAIRS))
     for label, row in together.items():
+        assert_same(row, alone[label])
+
+
+@pytest.mark.parametrize("precision", ["mixed", "f32"])
+def test_other_precisions_have_the_bits_of_each_alone(precision):
+    numerics = {"numerics": {"precision": precision}}.items()
+    alone = made([collision_of(n, scene_keys=numerics) for n in range(8)], 1)
+    together = made([collision_of(n, scene_keys=numerics) for n in range(8)], 5)
+    for label, row in together.items():
+        assert_same(row, alone[label])
+
+
+SIZES = {"kind": "power", "exponent": -2.5, "smallest": "0.4 um", "largest": "0.9 um"}
+
+
+def polydisperse_collision(number):
+    """Of grains of many sizes, and of two materials, where the number is even."""
+    materials = {"materials": {"ice": "ice_t19"}, "dt": "0.1 ns"}
+    keys = {}
+    if number % 2 == 0:
+        body = {"kind": "rbd", "grains": 9, "sizes": SIZES, "shares": {"default": 2, "ice": 1}}
+        keys = {name: body | {"seed": number + k} for k, name in enumerate(BODIES)}
+    return collision_of(number, phases=number % 3 == 0, scene_keys=materials.items(), **keys)
+
+
+def test_grains_of_many_sizes_have_the_bits_of_each_alone(monkeypatch):
+    """Pairs of equal grains are no neighbours of those with sizes: their kernels are others."""
+    alone = made([polydisperse_collision(n) for n in range(10)], 1)
+    assert len({row["outcome"] for row in alone.values()}) >= 3
+    sizes, compose = [], Batch._compose
+
+    def note(self, entering):
+        compose(self, entering)
+        sizes.append(len(self.live))
+
+    monkeypatch.setattr(Batch, "_compose", note)
+    order = [0, 2, 4, 6, 8, 1, 3, 5, 7, 9]
+    together = made([polydisperse_collision(n) for n in order], 4)
+    assert max(sizes) >= 3
+    mixed = made([polydisperse_collision(n) for n in range(10)], 4)
+    for label, row in [*together.items(), *mixed.items()]:
         assert_same(row, alone[label])
 
 
@@ -153,11 +194,11 @@ def test_an_interrupted_collision_between_walls_continues(monkeypatch):
 
     def make(number, checkpoint=None):
         walls = {"boundary": box(size=(2e-5, 2e-5, 2e-5))}
-        collision = collision_of(2, scene_keys=walls.items(), impact_parameter=0.1)
+        collision = collision_of(1, scene_keys=walls.items())
         collision.label, collision.checkpoint = number, checkpoint
         return collision
 
-    check_continued(monkeypatch, make, 1, (3, 40))
+    check_continued(monkeypatch, make, 1, (2, 3))
 
 
 def test_each_has_a_file_on_request():
