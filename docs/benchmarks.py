@@ -123,12 +123,12 @@ def single_point(run):
 
     def mean_stress_near(phi_wanted, inside):
         near = inside & (np.abs(phi - phi_wanted) < 0.006)
-        return strength.confined(phi[near], m).mean(), axial[near].mean()
+        return strength.compute_confined(phi[near], m).mean(), axial[near].mean()
 
     start, end = (float(phi[inside][-1]) for inside in (slowly, slowly_on))
     form = closed_forms.unload_confined(start, m)
     # over the elastic part, from four fifths to a fifth of the stress at its start
-    top = strength.confined(start, m)
+    top = strength.compute_confined(start, m)
     slope = released & (axial < 0.8 * top) & (axial > 0.2 * top)
     modulus = np.polyfit(np.log(phi[slope]), axial[slope], 1)[0]
     zero = np.interp(0.0, -axial[released], phi[released])
@@ -142,9 +142,9 @@ def single_point(run):
         Row("largest tension when pulled", "Pa", closed_forms.unload_confined(end, m).tension,
             -axial[pulled].min()),
     ]  # fmt: skip
-    point = [MaterialPoint.at(m)]
+    point = [MaterialPoint.make_unstressed(m)]
     for previous_phi, next_phi in zip(phi, phi[1:], strict=False):
-        point.append(point[-1].strained((0.0, 0.0, np.log(previous_phi / next_phi))))
+        point.append(point[-1].apply_strain((0.0, 0.0, np.log(previous_phi / next_phi))))
     exact = phi, np.array([-float(state.stress[2]) for state in point])
     return rows, Curves((phi, axial), exact, "filling factor", "axial stress (Pa)")
 
@@ -301,7 +301,9 @@ BENCHMARKS = {
 
 def numbers_of(run):
     """MaterialNumbers of the material of a Run."""
-    return MaterialNumbers.of(ContinuumMaterial.model_validate(dict(run.scene["material"])))
+    return MaterialNumbers.from_material(
+        ContinuumMaterial.model_validate(dict(run.scene["material"]))
+    )
 
 
 def scene_of(name, resolution):

@@ -24,7 +24,7 @@ def riemann(m, speed, states=4000):
     that is pressed along one axis; where it is concave a wave spreads, where it is convex there is
     a shock, whose chord takes the place of the path: so the waves are the upper concave hull.
     """
-    at_rest = MaterialPoint.at(m)
+    at_rest = MaterialPoint.make_unstressed(m)
     path = [at_rest, *at_rest.to_density(1.01 * m.rho_i, states)]  # dust yields at strains of 1e-4
     path += path[-1].to_density(0.99 * m.phi_cap * m.rho_s, states)
     volume = np.array([1.0 / float(state.density) for state in path])

@@ -212,7 +212,7 @@ def dust_grains():
             ["seed", "quantity", "filling factor", "grains show [Pa]"]
         ].itertuples(index=False)
     ]
-    numbers_of = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_grains"))
+    numbers_of = MaterialNumbers.from_material(ContinuumMaterial.model_validate("dust_grains"))
     return continuum_fit(SimpleNamespace(numbers=numbers_of, rows=seen))
 
 

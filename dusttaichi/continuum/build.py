@@ -29,9 +29,9 @@ def build(scene, sample, *, loops=None):
     loops: backend.Loops other than those of the backend, to compare them.
     Raises DustError for more rigid bodies than BODIES.
     """
-    parts = prepared(scene, sample, loops=loops)
-    compiled = chosen_kernels(parts)
-    return DustEngine(scene, parts, compiled, STRUCTURES.tables(compiled, {}))
+    preparation = prepare(scene, sample, loops=loops)
+    compiled = choose_kernels(preparation)
+    return DustEngine(scene, preparation, compiled, STRUCTURES.tables(compiled, {}))
 
 
 def make(scene, sample):
@@ -50,7 +50,7 @@ def reopen(scene, state):
     return engine
 
 
-def prepared(scene, sample, *, loops=None):
+def prepare(scene, sample, *, loops=None):
     """Prepared of a scene with its Particles; nothing is compiled. Arguments, errors as `build`."""
     bodies = sum(body.rigid for body in sample.bodies)
     if bodies > BODIES:
@@ -101,15 +101,23 @@ def layout_of(scene, execution="workers"):
     )
 
 
-def chosen_kernels(parts):
+def choose_kernels(preparation):
     """The Compiled of a Prepared."""
-    scene, layout, numerics = parts.scene, parts.layout, parts.scene.numerics
-    room = capacity_for(len(parts.sample))
+    scene, layout, numerics = preparation.scene, preparation.layout, preparation.scene.numerics
+    room = capacity_for(len(preparation.sample))
     crowd = (numerics.h_over_spacing / 1.3) ** scene.dimension
     entries = int(room * LONGEST_LIST[scene.dimension] * max(1.0, crowd))
-    ghosts = capacity_for(ghost_count(scene, parts.sample)) if layout.ghosts else 0
-    capacity, threads = (room, entries, ghosts), parts.threads
-    key = "continuum", numerics.backend, numerics.debug, layout, capacity, threads, parts.execution
+    ghosts = capacity_for(ghost_count(scene, preparation.sample)) if layout.ghosts else 0
+    capacity, threads = (room, entries, ghosts), preparation.threads
+    key = (
+        "continuum",
+        numerics.backend,
+        numerics.debug,
+        layout,
+        capacity,
+        threads,
+        preparation.execution,
+    )
     return STRUCTURES.get(key, scene, threads, lambda key: compiled_for(key, layout, capacity))
 
 

@@ -99,8 +99,8 @@ class DustEngine(SimpleEngine):
         if self.layout.heat:
             heat = DustHeat(self.dust_state, scene.all_materials, sample)
         elastic_bodies = ElasticBodies(self.motion, sample)
-        parts = self.motion, self.environment, elastic_bodies, heat
-        return DustRecorder(*parts, pressed=pressed_walls(scene, sample))
+        arguments = self.motion, self.environment, elastic_bodies, heat
+        return DustRecorder(*arguments, pressed=pressed_walls(scene, sample))
 
     # -- the run ---------------------------------------------------------------------------------
 

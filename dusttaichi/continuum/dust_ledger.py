@@ -41,8 +41,10 @@ class DustLedger:
         losses = np.append(m["loss"] - self.loss_at_start, list(lost.values()))
         potential = m["gravity_energy"] + m["elastic_energy"]
         work = m["work"] + m["force_work"]
-        parts = m | {"loss": losses}
-        return Measurement.from_energies(m["kinetic"], potential, losses, work=work, parts=parts)
+        components = m | {"loss": losses}
+        return Measurement.from_energies(
+            m["kinetic"], potential, losses, work=work, parts=components
+        )
 
     def measure_energies(self):
         """Energies [J], losses by channel, extremes: a dict of numbers and arrays."""
@@ -84,7 +86,7 @@ class DustLedger:
     def _angular_momentum(self, mass, masses, free, v, speed):
         state = self._state
         return (
-            mass[free] @ np.cross(state.raised(state.of_particles("x"))[free], v[free])
+            mass[free] @ np.cross(state.raise_to_space(state.of_particles("x"))[free], v[free])
             + masses @ np.cross(state.of_bodies("centre")[FACES:], speed[FACES:])
             + self._motion.angular_momenta()[FACES:].sum(axis=0)
         )
@@ -99,8 +101,8 @@ class DustLedger:
         state = self._state
         if "taken" not in state:
             return 0.0
-        half, mean = state.half_step, 0.5 * (state.raised(state.of_particles("v")) + v)
-        last = half * np.sum(state.raised(state.of_particles("pushing")) * mean)
+        half, mean = state.half_step, 0.5 * (state.raise_to_space(state.of_particles("v")) + v)
+        last = half * np.sum(state.raise_to_space(state.of_particles("pushing")) * mean)
         return float(state.of_particles("taken").sum() - last)
 
     def _viscous_work(self, v, speed, spin):
@@ -109,13 +111,13 @@ class DustLedger:
         v: present velocities; speed, spin: of faces and rigid bodies.
         """
         state, half = self._state, self._state.half_step
-        mean = 0.5 * (state.raised(state.of_particles("v")) + v)
+        mean = 0.5 * (state.raise_to_space(state.of_particles("v")) + v)
         speed = 0.5 * (state.of_bodies("speed") + speed)
         spin, drags = 0.5 * (state.of_bodies("spin") + spin), state.of_bodies("drags")
         by_pairs = np.array([0.0, half * state.of_particles("noise_power").sum()])
         return -by_pairs + np.array(
             [
-                half * np.sum(state.raised(state.of_particles(name)) * mean)
+                half * np.sum(state.raise_to_space(state.of_particles(name)) * mean)
                 + half * np.sum(drags[:, column : column + 3] * speed)
                 + half * np.sum(drags[:, column + 3 : column + 6] * spin)
                 for name, column in (("viscous", 0), ("grid_force", 6))

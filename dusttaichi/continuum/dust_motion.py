@@ -25,12 +25,14 @@ class DustMotion:
         kick = half / state.of_particles("mass")[:, None] * state.of_particles("force")
         if self.outside is not None:
             kick += half * self.outside.accelerations()[:, state.axes]
-        out = state.raised(np.where((group == FREE)[:, None], v + kick, v))
+        out = state.raise_to_space(np.where((group == FREE)[:, None], v + kick, v))
         speed, spin = self.body_speeds()
         on = group >= FACES
         if on.any():
             rows = group[on]
-            arm = state.raised(state.of_particles("x")[on]) - state.of_bodies("centre")[rows]
+            arm = (
+                state.raise_to_space(state.of_particles("x")[on]) - state.of_bodies("centre")[rows]
+            )
             out[on] = speed[rows] + np.cross(spin[rows], arm)
         return out
 

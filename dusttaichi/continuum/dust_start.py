@@ -73,7 +73,7 @@ def put_particles(sample, state, rows):
     volume = sample.mass / sample.density
     dust = state.material
     if state.layout.materials:
-        dust = state.materials.taken(sample.material)
+        dust = state.materials.take(sample.material)
     values = {
         "x": sample.position[:, axes],
         "v": sample.velocity[:, axes],

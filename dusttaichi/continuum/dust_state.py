@@ -17,7 +17,7 @@ class DustState(FieldState):
     def __init__(self, fields, layout, *, count, bodies, materials):
         super().__init__(fields, layout)
         self.count, self.bodies = count, bodies
-        self.materials, self.material = materials, materials.taken(0)
+        self.materials, self.material = materials, materials.take(0)
         self.dimension = layout.dimension
         self.axes = [0, 2] if self.dimension == 2 else [0, 1, 2]
         self.names = [variable.name for variable in declare(layout)]
@@ -30,7 +30,7 @@ class DustState(FieldState):
         """MaterialNumbers of particles in internal order, of one where there is one alone."""
         if not self.layout.materials:
             return self.material
-        return self.materials.taken(self.of_particles("material")[which])
+        return self.materials.take(self.of_particles("material")[which])
 
     def of_bodies(self, name):
         """A Column of the faces and rigid bodies by its name, (FACES + bodies, width)."""
@@ -64,7 +64,7 @@ class DustState(FieldState):
         out[self.of_particles("number")] = values
         return out
 
-    def raised(self, values):
+    def raise_to_space(self, values):
         """Vectors of the kernels (n, dimension) as (n, 3)."""
         out = np.zeros((len(values), 3))
         out[:, self.axes] = values

@@ -22,8 +22,8 @@ def _without_surfaces(scene):
     return "nothing is rigid or fixed" if scene.boundary.kind == "open" else ""
 
 
-def _key(name, kind, key, *values, obstacle=lambda scene: ""):
-    return Parameter(name, kind, f"numerics.{key}", values, obstacle)
+def _key(name, value_type, key, *values, obstacle=lambda scene: ""):
+    return Parameter(name, value_type, f"numerics.{key}", values, obstacle)
 
 
 PARAMETERS_OF_DUST = (

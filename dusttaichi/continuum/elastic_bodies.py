@@ -35,7 +35,7 @@ class ElasticBodies:
         values = np.zeros((3, len(members), 3))
         if not members:
             return tuple(values)
-        x, v = state.raised(state.of_particles("x")), self._motion.velocities()
+        x, v = state.raise_to_space(state.of_particles("x")), self._motion.velocities()
         mass = state.of_particles("mass")
         for row, number in enumerate(members):
             m = mass[number]

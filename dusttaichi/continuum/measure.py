@@ -37,7 +37,7 @@ def elastic_of_particles(state, gives=slice(None)):
     squares = np.sum(S * S, axis=1) + trace * trace
     of_pressure, undamaged_fraction = (
         volume * path_energy(density, reference, K),
-        undamaged(state)[gives],
+        compute_intact_fraction(state)[gives],
     )
     return np.stack(
         [
@@ -49,7 +49,7 @@ def elastic_of_particles(state, gives=slice(None)):
     )
 
 
-def undamaged(state):
+def compute_intact_fraction(state):
     """Share of each particle that carries tension and deviator, (n,)."""
     if not state.layout.damage:
         return np.ones(state.count)

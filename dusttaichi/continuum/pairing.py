@@ -8,7 +8,7 @@ has broken it, by hourglass modes or the tensile instability, and not its materi
 import numpy as np
 import scipy
 
-from dusttaichi.continuum.measure import elastic_of_particles, undamaged
+from dusttaichi.continuum.measure import compute_intact_fraction, elastic_of_particles
 from dusttaichi.continuum.physics import strength
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
@@ -40,8 +40,8 @@ class Pairing:
         self.elastic, self.volume = sample.role == ELASTIC, sample.mass / sample.density
         self.reference = state.in_order(state.of_particles("reference"))
         self.apart = np.full(len(sample), np.inf)
-        for own in self.bodies:
-            self.apart[own] = _nearest(sample.position[own])
+        for rows_of_body in self.bodies:
+            self.apart[rows_of_body] = _nearest(sample.position[rows_of_body])
 
     def check(self):
         """Raise GuardStop if a body has broken by pairing; looks now and then."""
@@ -49,7 +49,7 @@ class Pairing:
         if step < APART * self.looked or step == self.looked:
             return
         self.looked = step
-        cracked = self._state.in_order(undamaged(self._state)) < 1.0
+        cracked = self._state.in_order(compute_intact_fraction(self._state)) < 1.0
         for name, body in zip(self.names, self.bodies, strict=True):
             if cracked[body].any():
                 continue  # its material has broken it, and parts of it meet again

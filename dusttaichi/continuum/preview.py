@@ -24,7 +24,7 @@ def preview(scene):
     dust = sample.is_dust
     m = numbers_of(scene, sample)
     if scene.materials:
-        m = m.taken(dust)
+        m = m.take(dust)
     sound = elasticity.sound_speed(sample.density[dust], sample.reference[dust], m)
     elastic = sample.role == ELASTIC
     stiff = sample.modulus[elastic] * (1.0 + 4.0 / 3.0 * sample.shear_ratio[elastic])
@@ -106,13 +106,13 @@ def _dust(sample, dust, sound, m):
 
 def _laws(scene):
     """Row of the laws of the dust that are not the default ones; none where all are."""
-    chosen = dict.fromkeys(
-        f"{kind} {name}"
+    law_names = dict.fromkeys(
+        f"{law_kind} {name}"
         for material in scene.all_materials
-        for kind, default in dust_laws.DEFAULT.items()
-        if (name := dust_laws.law_name(material, kind)) != default
+        for law_kind, default in dust_laws.DEFAULT.items()
+        if (name := dust_laws.law_name(material, law_kind)) != default
     )
-    return [("laws", ", ".join(chosen))] if chosen else []
+    return [("laws", ", ".join(law_names))] if law_names else []
 
 
 def _particles(scene):

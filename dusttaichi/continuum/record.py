@@ -3,7 +3,7 @@
 import numpy as np
 
 from dusttaichi.continuum.kernels.store import FACES
-from dusttaichi.continuum.measure import undamaged
+from dusttaichi.continuum.measure import compute_intact_fraction
 from dusttaichi.continuum.physics.damage import carried_pressure
 from dusttaichi.physics.geometry import WALLS
 from dusttaichi.results.roles import DUST
@@ -87,7 +87,7 @@ class DustRecorder:
         state = self._state
         dust = state.of_particles("role") == DUST
         mass, density = state.of_particles("mass")[dust], state.of_particles("density")[dust]
-        undamaged_fraction = undamaged(state)[dust]
+        undamaged_fraction = compute_intact_fraction(state)[dust]
         p = carried_pressure(state.of_particles("pressure")[dust], undamaged_fraction)
         volume = mass / density
         volume_fraction = volume / volume.sum() if len(volume) else volume
@@ -106,9 +106,9 @@ class DustRecorder:
     def make_snapshot(self):
         """The present particles, in the order of the sample."""
         state = self._state
-        undamaged_fraction = undamaged(state)
+        undamaged_fraction = compute_intact_fraction(state)
         current = {
-            "position": state.raised(state.of_particles("x")),
+            "position": state.raise_to_space(state.of_particles("x")),
             "velocity": self._motion.velocities(),
             "density": state.of_particles("density"),
             "reference_density": state.of_particles("reference"),

@@ -125,7 +125,7 @@ def stir_particles(engine):
 def momenta(engine):
     """Momentum (3,) and angular momentum about y of all dust."""
     state, v = engine.dust_state, engine.motion.velocities()
-    x, m = state.raised(state.of_particles("x")), state.of_particles("mass")
+    x, m = state.raise_to_space(state.of_particles("x")), state.of_particles("mass")
     return m @ v, float(m @ np.cross(x, v)[:, 1])
 
 

@@ -42,7 +42,7 @@ def benchmarks():
 def test_the_waves_ahead_of_a_piston_obey_the_jump_conditions(closed_forms):
     """In stiff dust: an elastic precursor at the longitudinal speed of sound, and a front as the
     jump conditions over one wave have it."""
-    m = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_g09"))
+    m = MaterialNumbers.from_material(ContinuumMaterial.model_validate("dust_g09"))
     flux, stress, density = closed_forms.riemann(m, 2.0)
     assert (np.diff(flux) < 0.0).all()  # the fastest first
     sound = elasticity.sound_speed(m.rho_i, m.rho_i, m)
@@ -51,7 +51,9 @@ def test_the_waves_ahead_of_a_piston_obey_the_jump_conditions(closed_forms):
     # states are apart by a thousandth of the density; Sigma + 2 Y/3 holds once the dust has yielded
     assert stress[-1] == pytest.approx(pressure, rel=0.01)
     assert density[-1] == pytest.approx(behind, rel=0.005)
-    assert stress[-1] == pytest.approx(strength.confined(density[-1] / m.rho_s, m), rel=1e-3)
+    assert stress[-1] == pytest.approx(
+        strength.compute_confined(density[-1] / m.rho_s, m), rel=1e-3
+    )
     # momentum: the stress of the piston is what all waves together carry
     moved = np.sum(np.diff(np.append(0.0, stress)) / flux)
     assert moved == pytest.approx(2.0, rel=2e-3)
@@ -59,19 +61,19 @@ def test_the_waves_ahead_of_a_piston_obey_the_jump_conditions(closed_forms):
 
 def test_a_point_that_is_unloaded_and_pulled_is_that_of_the_closed_form(closed_forms):
     """The material point, an independent path of small strains, has the Turning of closed_forms."""
-    m = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_g09"))
-    at = MaterialPoint.at(m).to_density(0.3 * m.rho_s, 4000)[-1]
+    m = MaterialNumbers.from_material(ContinuumMaterial.model_validate("dust_g09"))
+    at = MaterialPoint.make_unstressed(m).to_density(0.3 * m.rho_s, 4000)[-1]
     form = closed_forms.unload_confined(0.3, m)
     # straight down to no axial stress: strains of 2e-4 change the density, and rho_0' was reached
     # in steps
     strain = np.log(0.3 / form.released)
-    released = at.strained((0.0, 0.0, 0.5 * strain)).strained((0.0, 0.0, 0.5 * strain))
-    top = strength.confined(0.3, m)
+    released = at.apply_strain((0.0, 0.0, 0.5 * strain)).apply_strain((0.0, 0.0, 0.5 * strain))
+    top = strength.compute_confined(0.3, m)
     assert abs(float(released.stress[2])) < 2e-3 * top
     assert -float(released.stress[0]) == pytest.approx(form.lateral, rel=5e-3)
     pulled = at
     for _ in range(200):
-        pulled = pulled.strained((0.0, 0.0, 5e-6))
+        pulled = pulled.apply_strain((0.0, 0.0, 5e-6))
     assert float(pulled.stress[2]) == pytest.approx(form.tension, rel=5e-3)
 
 

@@ -9,7 +9,7 @@ from scipy.special import j1, jn, y1, yn
 
 from dusttaichi.continuum.kernels.store import FACES
 from dusttaichi.continuum.physics import strength
-from dusttaichi.continuum.samples.particle_arrays import Body, Particles, joined
+from dusttaichi.continuum.samples.particle_arrays import Body, Particles, join_bodies
 from dusttaichi.results.roles import RIGID
 
 ROW, K, MU = dust.ROW, dust.K, dust.MU
@@ -49,7 +49,9 @@ def test_the_force_on_a_plate_follows_from_its_height(face):
             / 0.4e-3
         )
         heights = high - speed * engine.dt * np.arange(begin, engine.step + 1)
-        expected = strength.confined(0.15 * high / heights, engine.dust_state.material).mean()
+        expected = strength.compute_confined(
+            0.15 * high / heights, engine.dust_state.material
+        ).mean()
         # the dust's momentum sloshes between the plates: what one feels more the other feels less
         assert force.mean() == pytest.approx(expected, rel=0.02)
         filling_factor = engine.series(engine.measure(), None)["filling_factor_mean"]
@@ -101,7 +103,7 @@ def test_a_mass_swings_on_a_layer_of_dust():
     )  # fmt: skip
     own = Body("dust", False, layer.mass.sum(), still, still, still, np.eye(3), high)
     layer.bodies = (own,)
-    both = joined([layer, alone(body)])
+    both = join_bodies([layer, alone(body)])
     both.room = layer.room
     scene = scene.with_value("sample", BEAD)
     engine = dust.moving(scene, both)
@@ -148,7 +150,7 @@ def on_a_plane(face, material, numerics):
             "anvil", True, mass, centre, still, still, mass * np.eye(3), width, "cylinder", False,
             width, half,
         )  # fmt: skip
-        scene, layer = scene.with_value("sample", BEAD), joined([layer, alone(body)])
+        scene, layer = scene.with_value("sample", BEAD), join_bodies([layer, alone(body)])
         layer.room = room
     return dust.moving(scene, layer)
 
@@ -204,7 +206,7 @@ def twist(spacing_ratio):
     )  # fmt: skip
     ring.bodies = (Body("ring", False, ring.mass.sum(), still, still, still, np.eye(3), 2 * outer),)
     scene = dust.scene(time_step="1 us", **QUIET).with_value("sample", BEAD)
-    engine = dust.moving(scene, joined([ring, alone(body)]))
+    engine = dust.moving(scene, join_bodies([ring, alone(body)]))
     exact = 2.0 * np.pi / (k * TRANSVERSE)
     _, momentum_before = dust.momenta(engine)
     period = dust.period(

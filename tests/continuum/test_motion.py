@@ -196,7 +196,7 @@ def test_pressed_dust_has_its_strengths():
             record = engine.series(engine.measure(), None)
             mean = record["filling_factor_mean"]
             mean_pressures.append(record["pressure_mean"] / strength.compressive(mean, m))
-            axial.append(-record["stress_mean"][2] / strength.confined(mean, m))
+            axial.append(-record["stress_mean"][2] / strength.compute_confined(mean, m))
         assert np.mean(mean_pressures) == pytest.approx(1.0, abs=0.02)
         assert np.mean(axial) == pytest.approx(1.0, abs=0.02)
     measurement = engine.measure()

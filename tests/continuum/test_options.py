@@ -162,7 +162,7 @@ def test_pressed_dust_is_as_warm_as_the_work_makes_it():
     # by the closed form, of the filling factor that the height says
     m = engine.dust_state.material
     phi = np.linspace(0.15, 0.15 * 12 * ROW / (12 * ROW - 0.15 * engine.step * engine.dt), 2000)
-    pressing = strength.confined(phi, m) / (m.rho_s * phi**2)
+    pressing = strength.compute_confined(phi, m) / (m.rho_s * phi**2)
     work = float(np.sum(0.5 * (pressing[1:] + pressing[:-1]) * np.diff(phi)))
     stored = record["elastic_energy"] / mass
     viscous = (measurement.losses - start.losses)[3:5].sum() / mass
@@ -243,7 +243,7 @@ def test_strength_grows_with_the_rate_of_strain():
         for step in range(steps):
             e = rate * (step + 0.5) * dt
             active = damage.active_flaws(e, weakest, m, count)
-            root = damage.grown(root, active, count, crack * dt)
+            root = damage.grow_cracks(root, active, count, crack * dt)
             stress.append(rate * (step + 1.0) * dt * (1.0 - root**3))
         strengths.append(max(stress))
         assert strengths[-1] == pytest.approx(end * (1.0 - D), rel=1e-3)
@@ -261,14 +261,14 @@ def test_two_dusts_carry_the_same_stress():
     sample.material = lower.astype(np.int8)
     engine = dust.moving(scene, sample)
     start = engine.measure()
-    soft, hard = (MaterialNumbers.of(material) for material in scene.all_materials)
+    soft, hard = (MaterialNumbers.from_material(material) for material in scene.all_materials)
     end, stresses = 16 * ROW * (1.0 - 0.15 / 0.2) / 0.1, []
     for near in np.linspace(0.98, 1.02, 9):  # sound runs up and down between the plates
         engine.advance(int(near * end / engine.dt) - engine.step)
         phi = engine.dust_state.in_order(engine.dust_state.of_particles("density")) / 2000.0
         axial = -engine.series(engine.measure(), None)["stress_mean"][2]
-        stresses.append([strength.confined(phi[~lower].mean(), soft) / axial,
-                      strength.confined(phi[lower].mean(), hard) / axial])  # fmt: skip
+        stresses.append([strength.compute_confined(phi[~lower].mean(), soft) / axial,
+                      strength.compute_confined(phi[lower].mean(), hard) / axial])  # fmt: skip
     np.testing.assert_allclose(np.mean(stresses, axis=0), 1.0, atol=0.03)
     assert phi[~lower].mean() > phi[lower].mean() + 0.02
     assert abs(dust.ledger(engine, start, engine.measure().work)) < 1e-3

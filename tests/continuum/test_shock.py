@@ -25,7 +25,7 @@ def jump(speed, m):
     momentum are kept over the front, whose axial stress is Sigma + 2 Y/3.
     """
     rho_0 = m.rho_i
-    limit = strength.confined(rho_0 / m.rho_s, m)
+    limit = strength.compute_confined(rho_0 / m.rho_s, m)
     ahead = limit / (rho_0 * elasticity.sound_speed(rho_0, rho_0, m))
 
     def front(rho):
@@ -33,10 +33,10 @@ def jump(speed, m):
 
     def off(rho):
         gained = rho_0 * (front(rho) - ahead) * (speed - ahead)
-        return strength.confined(rho / m.rho_s, m) - limit - gained
+        return strength.compute_confined(rho / m.rho_s, m) - limit - gained
 
     rho = brentq(off, 1.05 * rho_0, 0.999 * m.phi_cap * m.rho_s)
-    return front(rho), strength.confined(rho / m.rho_s, m), rho
+    return front(rho), strength.compute_confined(rho / m.rho_s, m), rho
 
 
 def front(scene, speed, rho):
@@ -79,7 +79,7 @@ def compare_front(piston, viscosity, spacing):
     }
     for key, value in values.items():
         scene = scene.with_value(key, value)
-    expected = jump(piston, MaterialNumbers.of(scene.material))
+    expected = jump(piston, MaterialNumbers.from_material(scene.material))
     return np.array(front(scene, expected[0], expected[2])) / expected
 
 

@@ -38,7 +38,7 @@ def test_confined_pressing_is_not_the_compressive_strength(p_m):
     """Sigma + 2 Y/3 over Sigma at 0.15, 0.23 and 0.30, to the digit given."""
     m = replace(G09, p_m=p_m)
     phi = np.array([0.15, 0.23, 0.30])
-    ratio = strength.confined(phi, m) / strength.compressive(phi, m)
+    ratio = strength.compute_confined(phi, m) / strength.compressive(phi, m)
     want = {1300.0: [4.6, 2.5, 2.0], 13e3: [2.1, 1.5, 1.3]}[p_m]
     assert np.abs(ratio - want).max() < 0.06
 
@@ -115,7 +115,7 @@ def test_rotation_carries_the_stress_along(sizes):
     L[0, 1], L[1, 0] = -1.0, 1.0
     steps = 100
     for _ in range(steps):
-        S = deviator.rotated(S, L, np.pi / 4 / steps)
+        S = deviator.rotate(S, L, np.pi / 4 / steps)
     assert abs(S[0, 1] - 100.0) < 0.01 and abs(S[0, 0]) < 0.02
     assert abs(deviator.second_invariant(S) / J2 - 1) < 1e-4
 
@@ -124,7 +124,7 @@ def test_plane_strain_is_the_solid_cut():
     L2 = np.array([[-300.0, 40.0], [10.0, 20.0]])
     L3 = np.zeros((3, 3))
     L3[:2, :2] = L2
-    two, three = (deviator.stretched(L, 1e-6, 1.5e5) for L in (L2, L3))
+    two, three = (deviator.compute_increment(L, 1e-6, 1.5e5) for L in (L2, L3))
     assert np.allclose(two, three[:2, :2], rtol=1e-14)
     J2 = deviator.second_invariant(three)
     assert np.isclose(deviator.second_invariant(two), J2, rtol=1e-14)
@@ -145,8 +145,8 @@ def test_kernels_compute_what_the_host_computes():
             phi = rho[k] / m.rho_s
             p, reference = LAWS.pressure(rho[k], 0.999 * rho[k], m)
             L = ti.Matrix([[0.1, -0.4 * phi], [0.7, phi]])
-            S = LAWS.stretched(L, 1.0, 100.0)
-            S = LAWS.rotated(S, L, 0.1)
+            S = LAWS.compute_increment(L, 1.0, 100.0)
+            S = LAWS.rotate(S, L, 0.1)
             J2 = LAWS.second_invariant(S)
             row = ti.Vector([
                 LAWS.compressive(phi, m), LAWS.tensile(phi, m), LAWS.shear(phi, m), p, reference,
@@ -164,7 +164,7 @@ def test_kernels_compute_what_the_host_computes():
     tensors = []
     for filling_factor in phi:
         L = np.array([[0.1, -0.4 * filling_factor], [0.7, filling_factor]])
-        S = deviator.rotated(deviator.stretched(L, 1.0, 100.0), L, 0.1)
+        S = deviator.rotate(deviator.compute_increment(L, 1.0, 100.0), L, 0.1)
         J2 = deviator.second_invariant(S)
         tensors.append([J2, deviator.radial(J2, 70.0), deviator.benz(J2, 70.0)])
     host = [
@@ -175,7 +175,7 @@ def test_kernels_compute_what_the_host_computes():
     assert np.allclose(out, np.transpose(host), rtol=1e-12)
 
 
-DUST = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_g09"))
+DUST = MaterialNumbers.from_material(ContinuumMaterial.model_validate("dust_g09"))
 
 
 def sigma(point):
@@ -191,7 +191,7 @@ def from_all_sides(point, density, steps):
     states = [point]
     for _ in range(steps):
         strain = np.log(point.density / density) / (3 * steps)
-        states.append(states[-1].strained((strain, strain, strain)))
+        states.append(states[-1].apply_strain((strain, strain, strain)))
     return states[1:]
 
 
@@ -199,7 +199,7 @@ def with_free_sides(point, axial):
     """A point after a natural strain along z, without stress on x and y."""
 
     def strained(side):
-        return point.strained((side, side, axial))
+        return point.apply_strain((side, side, axial))
 
     width = 4.0 * abs(axial)  # more than any sides swell
     return strained(brentq(lambda side: strained(side).stress[0], -width, width, xtol=1e-16))
@@ -207,7 +207,7 @@ def with_free_sides(point, axial):
 
 def test_press_let_go_press_pull_and_press_again():
     """From all sides, 0.15 to 0.25 and on: p is Sigma or T to 1e-10 wherever the dust flows."""
-    start = MaterialPoint.at(DUST)
+    start = MaterialPoint.make_unstressed(DUST)
     pressed = from_all_sides(start, 500.0, 400)
     # the first step of 400, a strain of 1e-3, is past the elastic limit of 1e-4 already
     assert max(relative(point.p, sigma(point)) for point in pressed) < 1e-10
@@ -234,7 +234,7 @@ def test_dust_at_the_end_of_its_curve_is_elastic():
     """Sigma is without bound at phi_2 = 0.33: up to the end of the curve p is Sigma, from there on
     that of an elastic path, which is gone back on and costs nothing."""
     m = replace(DUST, phi_1=0.15, phi_2=0.33, phi_floor=0.155, phi_cap=0.329, p_m=560.0, power=0.76)
-    start = from_all_sides(MaterialPoint.at(m), m.phi_cap * m.rho_s, 2000)[-1]
+    start = from_all_sides(MaterialPoint.make_unstressed(m), m.phi_cap * m.rho_s, 2000)[-1]
     assert relative(start.p, sigma(start)) < 1e-6
     on = from_all_sides(start, 0.3315 * m.rho_s, 50)
     slope = elasticity.bulk_modulus(start.reference, m) / start.reference
@@ -251,7 +251,7 @@ def test_soft_dust_is_elastic_beyond_the_end_of_its_curve():
     its modulus up to 0.9, far beyond phi_2; the way back costs nothing, and stores no more than
     has been done."""
     m = replace(DUST, K_0=4.5e3, p_m=260.0)
-    start = from_all_sides(MaterialPoint.at(m), 0.579 * m.rho_s, 4000)[-1]
+    start = from_all_sides(MaterialPoint.make_unstressed(m), 0.579 * m.rho_s, 4000)[-1]
     assert start.reference < 0.56 * m.rho_s and start.p < 0.1 * sigma(start)
     on = from_all_sides(start, 0.9 * m.rho_s, 1000)
     K = elasticity.bulk_modulus(start.reference, m)
@@ -269,7 +269,7 @@ def test_soft_dust_is_elastic_beyond_the_end_of_its_curve():
 def test_loss_of_compaction_is_the_integral_of_the_strength(p_m):
     """Work on the way = integral of Sigma drho/rho^2; what is stored is booked apart."""
     m = replace(DUST, p_m=p_m)
-    end = from_all_sides(MaterialPoint.at(m), 500.0, 4000)[-1]
+    end = from_all_sides(MaterialPoint.make_unstressed(m), 500.0, 4000)[-1]
     plastic, _ = quad(lambda r: strength.compressive(r / m.rho_s, m) / r**2, 300.0, 500.0)
     # the elastic start, until p meets Sigma, costs Sigma(0.15) times a strain of 1e-4 less
     missing = strength.compressive(0.15, m) ** 2 / m.K_0 / 300.0
@@ -278,9 +278,9 @@ def test_loss_of_compaction_is_the_integral_of_the_strength(p_m):
 
 
 def test_confined_pressing_is_sigma_and_two_thirds_of_y():
-    for point in MaterialPoint.at(DUST).to_density(800.0, 300)[5:]:
+    for point in MaterialPoint.make_unstressed(DUST).to_density(800.0, 300)[5:]:
         axial, side = -point.stress[..., 2], -point.stress[..., 0]
-        assert relative(axial, strength.confined(point.phi, DUST)) < 1e-10
+        assert relative(axial, strength.compute_confined(point.phi, DUST)) < 1e-10
         assert relative(axial - side, strength.shear(point.phi, DUST)) < 1e-10
         spent = point.compaction + point.tension + point.shear
         stored = point.volume_energy + point.shear_energy
@@ -289,7 +289,7 @@ def test_confined_pressing_is_sigma_and_two_thirds_of_y():
 
 def test_free_sides():
     """A column pressed along z alone swells with Poisson's ratio, and yields at Y."""
-    point = with_free_sides(MaterialPoint.at(DUST, 500.0), -1e-5)
+    point = with_free_sides(MaterialPoint.make_unstressed(DUST, 500.0), -1e-5)
     K = elasticity.bulk_modulus(500.0, DUST)
     nu = 2.0 / 7.0
     assert relative(-point.stress[2], 3 * K * (1 - 2 * nu) * 1e-5) < 1e-4
@@ -301,9 +301,9 @@ def test_free_sides():
 
 def test_many_materials_at_once():
     p_m = np.array([1300.0, 3900.0, 13e3])
-    stresses = MaterialPoint.at(replace(DUST, p_m=p_m)).to_density(500.0, 20)[-1]
+    stresses = MaterialPoint.make_unstressed(replace(DUST, p_m=p_m)).to_density(500.0, 20)[-1]
     for n, p in enumerate(p_m):
-        alone = MaterialPoint.at(replace(DUST, p_m=p)).to_density(500.0, 20)[-1]
+        alone = MaterialPoint.make_unstressed(replace(DUST, p_m=p)).to_density(500.0, 20)[-1]
         assert np.allclose(stresses.stress[n], alone.stress, rtol=1e-13)
 
 
@@ -318,12 +318,12 @@ def test_restitution_of_a_point_falls_with_its_modulus(K_0, want, point_gives):
     """sqrt of Sigma^2/2K + Y^2/6mu over that and the integral of (Sigma + 2Y/3) dV, and the point,
     whose yield is late by its elastic strain: much at 4.5 kPa, where that is a hundredth."""
     m = replace(DUST, K_0=K_0)
-    point = MaterialPoint.at(m)
+    point = MaterialPoint.make_unstressed(m)
     for phi, digits, computed in zip([0.17, 0.19, 0.22], want, point_gives, strict=True):
         K = elasticity.bulk_modulus(phi * m.rho_s, m)
         Y = strength.shear(phi, m)
         stored = strength.compressive(phi, m) ** 2 / (2 * K) + Y**2 / (6 * m.mu_over_K * K)
-        lost = phi * quad(lambda x: strength.confined(x, m) / x**2, 0.15, phi)[0]
+        lost = phi * quad(lambda x: strength.compute_confined(x, m) / x**2, 0.15, phi)[0]
         assert relative(np.sqrt(stored / (stored + lost)), digits) < 0.03  # two digits are given
         point = point.to_density(phi * m.rho_s, 200)[-1]
         assert relative(restitution(point), computed) < 0.005

@@ -39,7 +39,7 @@ def sigma(phi):
 
 
 def numbers(data):
-    return MaterialNumbers.of(ContinuumMaterial.model_validate(data))
+    return MaterialNumbers.from_material(ContinuumMaterial.model_validate(data))
 
 
 def close(a, b, rtol=1e-12):
@@ -50,9 +50,9 @@ def test_quasi_static_compaction_follows_the_law():
     """From all sides p is the strength of the law, wherever the dust flows."""
     m = numbers(ROLLING)
     close(strength.compressive(PHI, m), sigma(PHI))
-    point = MaterialPoint.at(m)
+    point = MaterialPoint.make_unstressed(m)
     for _ in range(300):
-        point = point.strained((-1e-3,) * 3)
+        point = point.apply_strain((-1e-3,) * 3)
         close(point.p, sigma(point.phi), 1e-10)
     assert point.phi > 0.36
 
@@ -122,7 +122,7 @@ def test_materials_of_a_scene_may_have_several_laws():
     plain = SimpleNamespace(pressure=path.pressure, **vars(strength))
     expected = [np.transpose(formulas(plain, rho, m)) for m in alone]
     for number, rows in enumerate(expected):
-        taken = both.taken(np.full(len(rho), number))
+        taken = both.take(np.full(len(rho), number))
         close(np.transpose(formulas(plain, rho, taken)), rows)
 
     ti.init(arch=ti.cpu, default_fp=ti.f64, fast_math=False, log_level=ti.ERROR)
@@ -141,7 +141,7 @@ def test_materials_of_a_scene_may_have_several_laws():
 
     for number, rows in enumerate(expected):
         out = np.empty((len(rho), 4))
-        evaluate(rho, out, Material(*both.taken(number).values()))
+        evaluate(rho, out, Material(*both.take(number).values()))
         close(out, rows)
 
 

@@ -195,7 +195,7 @@ def test_layers_and_scatter_of_the_filling_factor():
         make_body(2, kind="block", size=SIZE[2], filling_factor={"sigma": 0.1})
 
 
-G09 = MaterialNumbers.of(ContinuumMaterial.model_validate("dust_g09"))
+G09 = MaterialNumbers.from_material(ContinuumMaterial.model_validate("dust_g09"))
 
 
 def test_a_bed_carries_its_weight():

@@ -20,7 +20,7 @@ def test_named_materials_and_some_numbers_changed():
         "dust_g09", 1300.0, 13e3,
     )  # fmt: skip
     assert dust.filling_factor == 0.15 and abs(dust.poisson_ratio - 2 / 7) < 1e-15
-    m = MaterialNumbers.of(dust)
+    m = MaterialNumbers.from_material(dust)
     assert (m.phi_floor, m.C, m.a, m.K_0) == (0.125, 1.0, 0.5, 300e3)
     dust = read({"base": "dust_g09", "compressive": {"p_m": "3.9 kPa"}, "shear": "tensile"})
     assert dust.name == "dust_g09, changed"

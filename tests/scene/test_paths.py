@@ -46,7 +46,7 @@ def test_keys_of_the_yaml(home):
 
 def test_the_dust_of_a_continuum_from_a_file(home):
     (home / "dust.yaml").write_text("exponent: 4\n")
-    assert dusts.known("~/dust.yaml", "elsewhere") == {"exponent": 4}
+    assert dusts.read_dust("~/dust.yaml", "elsewhere") == {"exponent": 4}
 
 
 def test_the_command_line(home):

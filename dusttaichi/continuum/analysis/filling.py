@@ -140,12 +140,12 @@ def section(frame, values, extent=None, pixels=400):
         half = frame.spacing / 2.0
         low, high = points.min(axis=0) - half, points.max(axis=0) + half
         extent = (low[0], high[0], low[2], high[2])
-    left, right, bottom, top = extent
-    pitch = max(right - left, top - bottom) / pixels
-    columns, rows = (max(1, round(d / pitch)) for d in (right - left, top - bottom))
+    x_begin, x_end, bottom, top = extent
+    pitch = max(x_end - x_begin, top - bottom) / pixels
+    columns, rows = (max(1, round(d / pitch)) for d in (x_end - x_begin, top - bottom))
     grid = np.stack(
         np.meshgrid(
-            left + (np.arange(columns) + 0.5) * (right - left) / columns,
+            x_begin + (np.arange(columns) + 0.5) * (x_end - x_begin) / columns,
             bottom + (np.arange(rows) + 0.5) * (top - bottom) / rows,
         ),
         axis=-1,
@@ -154,7 +154,7 @@ def section(frame, values, extent=None, pixels=400):
     space = np.insert(grid, 1, middle, axis=1)
     distance, nearest = scipy.spatial.cKDTree(points).query(space)
     shown = np.where(distance < MARGIN * size[nearest], values[nearest], np.nan)
-    return Map(shown.reshape(rows, columns), (left, right, bottom, top))
+    return Map(shown.reshape(rows, columns), (x_begin, x_end, bottom, top))
 
 
 def measure_compacted_mass(frame, start):

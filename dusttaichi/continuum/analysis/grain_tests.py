@@ -62,7 +62,7 @@ class GrainTest:
     phi: float
     segments: tuple[Segment, ...]
 
-    def of(self, segment_kind):
+    def select_segments(self, segment_kind):
         """The segments of a kind."""
         return [segment for segment in self.segments if segment.kind == segment_kind]
 

@@ -57,7 +57,7 @@ def numbers_of(values, solid_density, density, phi_2):
     """MaterialNumbers of values (..., parameters) in the order of PARAMETERS, each an array."""
     v = dict(zip(PARAMETERS, np.moveaxis(np.asarray(values, dtype=float), -1, 0), strict=True))
     squeeze = {name: v[f"compressive.{name}"] for name in ("p_m", "delta", "phi_1")}
-    return MaterialNumbers.of(
+    return MaterialNumbers.from_material(
         SimpleNamespace(
             solid_density=solid_density,
             density=density,
@@ -77,12 +77,12 @@ def stresses(test, m):
     A list of arrays (records, materials, 3) by segment of the GrainTest, means over the intervals.
     """
     density = np.broadcast_to(test.phi * test.solid_density, np.shape(m.p_m))
-    point = MaterialPoint.at(m, density)
+    point = MaterialPoint.make_unstressed(m, density)
     out = []
     for segment in test.segments:
         rows = [-point.stress]
         for step in np.diff(segment.strain, axis=0):
-            point = point.strained(step) if step.any() else point
+            point = point.apply_strain(step) if step.any() else point
             rows.append(-point.stress)
         rows = np.stack(rows)
         out.append(0.5 * (rows[1:] + rows[:-1]))

@@ -78,7 +78,7 @@ class Images:
         return self.f.v[i] - self.rigid.motion(row, self.rigid.arm(row, self.f.x[i], numbers))
 
     @ti.func
-    def strained(self, i, e, touch: ti.template(), numbers: ti.template()):
+    def sum_rate_terms(self, i, e, touch: ti.template(), numbers: ti.template()):
         """Terms of A and G of the first pass (rates) from images behind the surface of touch e."""
         self.clear(e)
         n = ti.static(self.n)
@@ -90,7 +90,7 @@ class Images:
         for m in range(begin, end + 1):
             k, fraction, between, _, near = self.image(i, m, row, arm, touch, numbers)
             if near:
-                arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
+                arm_k = arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[k])
                 weight = fraction * self.f.volume[k]
                 weight *= self.slope(between.norm_sqr(), numbers.inv_h, numbers.scale)
                 u = w_i + self.f.v[k] - self.rigid.motion(row, arm_k)
@@ -122,7 +122,7 @@ class Images:
                 near = k != i and far < 4.0 * numbers.h * numbers.h
         fraction, between, normal = 0.0, ti.Vector.zero(ti.f64, 3), ti.Vector.zero(ti.f64, 3)
         if near:
-            arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
+            arm_k = arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[k])
             touch_k = self.rigid.surface(row, arm_k, numbers.h)
             between, normal, near = self.apart(arm, arm_k, touch, touch_k, numbers)
             if near:
@@ -165,7 +165,7 @@ class Images:
         the normal of the mirror, (3,) both. The load on the surface is added to that of touch e.
         """
         row = self.lists.touch_row[e]
-        arm_k = arm - self.rigid.raised(self.f.x[i] - self.f.x[k])
+        arm_k = arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[k])
         stress, power = ti.Vector.zero(ti.f64, self.n), 0.0
         viscous, grid = stress, stress
         r2 = between.norm_sqr()
@@ -177,10 +177,10 @@ class Images:
         d, d_k = self.rigid.flat(between), self.rigid.flat(mirrored)
         u = w + self.rigid.flat(spin.cross(between))
         u_k = w + self.rigid.flat(spin.cross(mirrored))
-        weight_i, weight_k = weight * self.closed(i, row), weight * self.closed(k, row)
+        weight_i, weight_k = weight * self.is_closed(i, row), weight * self.is_closed(k, row)
         closing = numbers.inv_h / (r2 * numbers.inv_h * numbers.inv_h + CLOSE)
         mu, mu_k = ti.min(u.dot(d), 0.0) * closing, ti.min(u_k.dot(d_k), 0.0) * closing
-        middle = 2.0 * arm - self.rigid.raised(self.f.x[i] - self.f.x[k]) - between
+        middle = 2.0 * arm - self.rigid.raise_to_space(self.f.x[i] - self.f.x[k]) - between
         stress += weight_i * (tensors.matrix(self.f.flux[i], self.n) @ d)
         viscous += weight_i * self.resistance(i, k, mu) * d
         grid += weight_i * self.noise(i, u, d, numbers)
@@ -188,7 +188,7 @@ class Images:
             power += (viscous + grid).dot(u)
         # twice on the body, at the place of k and at that of its image: the mean of both arms
         for component, force in ti.static(enumerate((stress, viscous, grid))):
-            self.note(e, component, self.rigid.raised(force), middle)
+            self.note(e, component, self.rigid.raise_to_space(force), middle)
         stress += weight_k * (tensors.matrix(self.f.flux[k], self.n) @ d_k)
         of_pairs = weight_k * self.resistance(i, k, mu_k) * d_k
         of_noise = weight_k * self.noise(k, u_k, d_k, numbers)
@@ -199,7 +199,7 @@ class Images:
         return stress, viscous, grid, power
 
     @ti.func
-    def closed(self, i, row):
+    def is_closed(self, i, row):
         """1 where the contact of particle i with a surface is closed; dust never leaves a layer."""
         out = 1.0
         if ti.static(self.layout.separate):

@@ -63,7 +63,7 @@ class Motion:
             new_velocity = self.rigid.flat(self.rigid.vector(group, COLUMN.speed))
             x += dt * new_velocity
         else:
-            arm = self.rigid.rotated(group, self.rigid.raised(self.f.arm[i]), 1.0)
+            arm = self.rigid.rotate(group, self.rigid.raise_to_space(self.f.arm[i]), 1.0)
             x = self.rigid.flat(self.rigid.vector(group, COLUMN.centre) + arm)
             new_velocity = self.rigid.motion(group, arm)
         mean = (0.5 * half) * (v + new_velocity)
@@ -170,11 +170,11 @@ class Motion:
     @ti.func
     def spin(self, b, momentum):
         """R I^-1 R^T L of body b, with the inverse of its inertia in its own frame."""
-        body_momentum = self.rigid.rotated(b, momentum, -1.0)
+        body_momentum = self.rigid.rotate(b, momentum, -1.0)
         out = ti.Vector.zero(ti.f64, 3)
         for a, c in ti.static(ti.ndrange(3, 3)):
             out[a] += self.f.rigid[b, COLUMN.inertia + 3 * a + c] * body_momentum[c]
-        return self.rigid.rotated(b, out, 1.0)
+        return self.rigid.rotate(b, out, 1.0)
 
     @ti.func
     def turn(self, b, angle):
@@ -218,7 +218,7 @@ class Motion:
             self.f.rigid[row, c] = 0.0
         if row >= FACES:
             weight = self.f.rigid[row, COLUMN.mass] * numbers.gravity
-            self.rigid.put(row, COLUMN.force, self.rigid.raised(weight))
+            self.rigid.put(row, COLUMN.force, self.rigid.raise_to_space(weight))
 
     @ti.func
     def share_of_load(self, row, thread, threads, numbers: ti.template()):

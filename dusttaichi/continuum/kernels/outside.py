@@ -34,8 +34,8 @@ class Outside:
             charge = self.f.charge[i]
         kick = 0.5 * (self.f.clock[OLD] + self.f.clock[DT])
         return ti.Struct(
-            position=self.rigid.raised(self.f.x[i]),
-            velocity=self.rigid.raised(self.f.v[i]),
+            position=self.rigid.raise_to_space(self.f.x[i]),
+            velocity=self.rigid.raise_to_space(self.f.v[i]),
             spin=ti.Vector.zero(ti.f64, 3),
             mass=mass,
             inertia=0.4 * mass * radius**2,
@@ -52,9 +52,9 @@ class Outside:
     def kick(self, i, change, duration):
         """Change of velocity of particle i in a kick, beside that by everything else; sums work."""
         at, zero = self.particle(i), ti.Vector.zero(ti.f64, 3)
-        before, by_others = at.velocity, self.rigid.raised(change)
+        velocity_before, by_others = at.velocity, self.rigid.raise_to_space(change)
         linear, _ = self.laws.solve(at, 0.5 * by_others, zero, 0.5 * duration)
-        mean = before + 0.5 * (by_others + duration * linear)
+        mean = velocity_before + 0.5 * (by_others + duration * linear)
         for k in ti.static(range(len(self.model.powers))):
             power = self.laws.power(k, at, mean, zero)
             self.f.force_work[i][k] = self.f.force_work[i][k] + duration * power
@@ -69,9 +69,12 @@ class Outside:
         if role == DUST or role == ELASTIC:
             half, zero = 0.5 * self.f.clock[OLD], ti.Vector.zero(ti.f64, 3)
             at = self.particle(i)
-            before, change = at.velocity, half / at.mass * self.rigid.raised(self.f.force[i])
+            velocity_before, change = (
+                at.velocity,
+                half / at.mass * self.rigid.raise_to_space(self.f.force[i]),
+            )
             linear, _ = self.laws.solve(at, change, zero, half)
-            mean = before + 0.5 * (change + half * linear)
+            mean = velocity_before + 0.5 * (change + half * linear)
             for k in ti.static(range(3)):
                 self.lists.force_now[i, k] = linear[k]
             for k in ti.static(range(len(self.model.potentials))):

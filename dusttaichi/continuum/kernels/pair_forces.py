@@ -79,7 +79,7 @@ class Forces:
     def add_pairs(self, block, sums: ti.template(), numbers: ti.template()):
         """Add up the forces of all neighbours of a block over scale and own volume."""
         n, lanes = ti.static(self.n, self.lanes)
-        own = self.blocks.place_lanes(block, numbers)
+        block_lanes = self.blocks.place_lanes(block, numbers)
         first, inv_h = block * lanes, numbers.inv_h  # loaded once, not for each lane
         for k in range(self.blocks.begin(first), self.blocks.end(first)):
             j = self.lists.near[k]
@@ -87,15 +87,15 @@ class Forces:
             load, damping = self.f.load[j], self.f.damping[j]
             side_j, open_j = 0, 0.0
             if ti.static(self.layout.separate):
-                side_j, open_j = self.f.side[j], self.blocks.opened(j)
+                side_j, open_j = self.f.side[j], self.blocks.is_open(j)
             for lane in range(self.blocks.width(numbers)):
-                d, u = self.blocks.apart(lane, own.motion, x, v)
+                d, u = self.blocks.apart(lane, block_lanes.motion, x, v)
                 weight = volume * self.slope(d.norm_sqr(), inv_h, 1.0)
                 # those of what i does to both, and j, whose contacts open each by itself
                 mine, weight_other = weight, weight
                 if ti.static(self.layout.separate):
-                    foreign = ti.select(side_j != own.side[lane], weight, 0.0)
-                    mine -= own.opened[lane] * foreign
+                    foreign = ti.select(side_j != block_lanes.side[lane], weight, 0.0)
+                    mine -= block_lanes.opened[lane] * foreign
                     weight_other -= open_j * foreign
                 wd, wu = weight_other * d, weight_other * u
                 for a in ti.static(range(n)):
@@ -108,7 +108,7 @@ class Forces:
                     sums[(FORCE * n + a) * lanes + lane] += force
                 if ti.static(self.layout.viscous):
                     pair = ti.Struct(d=d, u=u, weight=ti.max(mine, weight_other))
-                    self.resist(j, lane, own.resisting, pair, sums, numbers)
+                    self.resist(j, lane, block_lanes.resisting, pair, sums, numbers)
                 if ti.static(self.layout.artificial_stress):
                     i = self.blocks.particle(block, lane, numbers)
                     self.pull(i, j, lane, ti.max(mine, weight_other), d, sums, numbers)
@@ -121,10 +121,10 @@ class Forces:
         neighbour (`its`; see images). Adds to FORCE, VISCOUS, NOISE and POWER of `out`.
         """
         n, lanes = ti.static(self.n, self.lanes)
-        own, first = self.blocks.place_lanes(block, numbers), block * lanes
+        block_lanes, first = self.blocks.place_lanes(block, numbers), block * lanes
         for row in range(FACES):
             plane = self.planes.plane(row, numbers)
-            nearest = self.planes.place_lanes(block, plane, own, numbers)
+            nearest = self.planes.place_lanes(block, plane, block_lanes, numbers)
             sums = ti.Struct(
                 mine=ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes)),
                 its=ti.Vector.zero(ti.f64, ti.static((POWER * n + 1) * lanes)),
@@ -134,7 +134,7 @@ class Forces:
                     j = self.lists.near[k]
                     image = self.planes.image(j, plane, numbers)
                     if nearest + image.distance < 2.0 * numbers.h:
-                        self.add_image(block, j, image, plane, own, sums, numbers)
+                        self.add_image(block, j, image, plane, block_lanes, sums, numbers)
             for lane in range(lanes):
                 i = block * lanes + lane
                 if i < numbers.count:
@@ -147,7 +147,7 @@ class Forces:
         j,
         image,
         plane,
-        own: ti.template(),
+        block_lanes: ti.template(),
         sums: ti.template(),
         numbers: ti.template(),
     ):
@@ -155,12 +155,12 @@ class Forces:
         n, lanes = ti.static(self.n, self.lanes)
         volume, noise = self.f.volume[j], numbers.grid * numbers.h
         flux, drag = self.f.flux[j], noise * self.f.drag[j]
-        impedance, closed_j = noise * self.f.impedance[j], self.images.closed(j, plane.row)
+        impedance, closed_j = noise * self.f.impedance[j], self.images.is_closed(j, plane.row)
         for lane in range(lanes):
-            d, u = self.blocks.apart(lane, own.motion, image.x, image.v)
+            d, u = self.blocks.apart(lane, block_lanes.motion, image.x, image.v)
             weight = volume * self.slope(d.norm_sqr(), numbers.inv_h, 1.0)
-            weight *= self.planes.in_reach(lane, d, image, plane.normal, own.face, numbers)
-            of_i, of_j = weight * own.face[lane], weight * closed_j
+            weight *= self.planes.in_reach(lane, d, image, plane.normal, block_lanes.face, numbers)
+            of_i, of_j = weight * block_lanes.face[lane], weight * closed_j
             mirrored = 2.0 * plane.normal.dot(d) * plane.normal - d
             for a in ti.static(range(n)):
                 # sums of what depends on i by a factor only
@@ -176,9 +176,9 @@ class Forces:
                     sums.its[POWER * n * lanes + lane] += 2.0 * of_j * shear * u[a]
             if ti.static(self.layout.viscous):
                 pair = ti.Struct(d=d, u=u, weight=of_i)
-                self.resist(j, lane, own.resisting, pair, sums.mine, numbers)
+                self.resist(j, lane, block_lanes.resisting, pair, sums.mine, numbers)
                 pair = ti.Struct(d=mirrored, u=u, weight=of_j)
-                self.resist(j, lane, own.resisting, pair, sums.its, numbers)
+                self.resist(j, lane, block_lanes.resisting, pair, sums.its, numbers)
             if ti.static(self.layout.heat):
                 i = self.blocks.particle(block, lane, numbers)
                 shear = self.f.impedance[i] * u - tensors.matrix(self.f.drag[i], n) @ d
@@ -213,15 +213,21 @@ class Forces:
 
     @ti.func
     def resist(
-        self, j, lane, own: ti.template(), pair, sums: ti.template(), numbers: ti.template()
+        self,
+        j,
+        lane,
+        coefficients: ti.template(),
+        pair,
+        sums: ti.template(),
+        numbers: ti.template(),
     ):
-        """Add the viscosity of a pair; own: alpha, beta, impedance and density of each lane."""
+        """Add the viscosity of a pair; coefficients: alpha, beta, impedance, density by lane."""
         n, lanes = ti.static(self.n, self.lanes)
         mu = self.approach(pair.d, pair.u, numbers.inv_h)
-        linear = 0.5 * ti.max(own[lane], self.f.alpha[j])
-        linear *= own[2 * lanes + lane] + self.f.impedance[j]
-        square = 0.5 * ti.max(own[lanes + lane], self.f.beta[j])
-        square *= own[3 * lanes + lane] + self.f.density[j]
+        linear = 0.5 * ti.max(coefficients[lane], self.f.alpha[j])
+        linear *= coefficients[2 * lanes + lane] + self.f.impedance[j]
+        square = 0.5 * ti.max(coefficients[lanes + lane], self.f.beta[j])
+        square *= coefficients[3 * lanes + lane] + self.f.density[j]
         resisting = pair.weight * (linear - square * mu) * mu
         for a in ti.static(range(n)):
             sums[(VISCOUS * n + a) * lanes + lane] += resisting * pair.d[a]

@@ -41,7 +41,7 @@ class Blocks:
         )
 
     @ti.func
-    def opened(self, i):
+    def is_open(self, i):
         """1 where the contact of particle i is open."""
         out = 0.0
         if ti.static(self.layout.separate):
@@ -56,7 +56,7 @@ class Blocks:
         opened: 1 of open contacts; face: see planes.place_lanes.
         """
         n, lanes = ti.static(self.n, self.lanes)
-        own = ti.Struct(
+        block_lanes = ti.Struct(
             motion=ti.Vector.zero(ti.f64, ti.static(2 * n * lanes)),
             resisting=ti.Vector.zero(ti.f64, ti.static(4 * lanes)),
             side=ti.Vector.zero(ti.i32, lanes),
@@ -66,14 +66,14 @@ class Blocks:
         for lane in range(lanes):
             i = self.particle(block, lane, numbers)
             for a in ti.static(range(n)):
-                own.motion[a * lanes + lane] = self.f.x[i][a]
-                own.motion[(n + a) * lanes + lane] = self.f.v[i][a]
+                block_lanes.motion[a * lanes + lane] = self.f.x[i][a]
+                block_lanes.motion[(n + a) * lanes + lane] = self.f.v[i][a]
             if ti.static(self.layout.viscous):
                 for c, values in ti.static(enumerate(self.resisting)):
-                    own.resisting[c * lanes + lane] = values[i]
+                    block_lanes.resisting[c * lanes + lane] = values[i]
             if ti.static(self.layout.separate or self.layout.viscous):
-                own.side[lane], own.opened[lane] = self.f.side[i], self.opened(i)
-        return own
+                block_lanes.side[lane], block_lanes.opened[lane] = self.f.side[i], self.is_open(i)
+        return block_lanes
 
     @ti.func
     def apart(self, lane, motion: ti.template(), x, v):

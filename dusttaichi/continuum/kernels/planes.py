@@ -19,7 +19,7 @@ class Planes:
 
     def __init__(self, fields, lists, blocks, images):
         self.f, self.lists, self.blocks = fields, lists, blocks
-        self.rigid, self.closed, self.clear = images.rigid, images.closed, images.clear
+        self.rigid, self.is_closed, self.clear = images.rigid, images.is_closed, images.clear
         self.n, self.lanes = blocks.n, blocks.lanes
 
     @ti.func
@@ -47,7 +47,7 @@ class Planes:
         return ti.Struct(row=row, place=point, normal=normal, speed=speed)
 
     @ti.func
-    def place_lanes(self, block, plane, own: ti.template(), numbers: ti.template()):
+    def place_lanes(self, block, plane, block_lanes: ti.template(), numbers: ti.template()):
         """Write places and velocities of a block to `own.motion`, and to `own.face` two rows.
 
         These are 1 of closed contacts, and heights above the face. No place is nearer to the face
@@ -63,11 +63,14 @@ class Planes:
             if self.touch(i, plane.row) >= 0:
                 distance = ti.max(height, LEAST * numbers.h)
             nearest = ti.min(nearest, distance)
-            own.face[lane], own.face[lanes + lane] = self.closed(i, plane.row), height
+            block_lanes.face[lane], block_lanes.face[lanes + lane] = (
+                self.is_closed(i, plane.row),
+                height,
+            )
             for a in ti.static(range(n)):
                 nearer = self.f.x[i][a] + (distance - height) * plane.normal[a]
-                own.motion[a * lanes + lane] = nearer
-                own.motion[(n + a) * lanes + lane] = self.f.v[i][a]
+                block_lanes.motion[a * lanes + lane] = nearer
+                block_lanes.motion[(n + a) * lanes + lane] = self.f.v[i][a]
         return nearest
 
     @ti.func
@@ -94,6 +97,6 @@ class Planes:
         """Write what touch e does to its face: twice the reaction to each part of the force."""
         self.clear(e)
         for component, force in ti.static(enumerate((stress, viscous, grid))):
-            raised = self.rigid.raised(force)
+            raised = self.rigid.raise_to_space(force)
             for a in ti.static(range(3)):
                 self.lists.touch[e, 6 * component + a] = -2.0 * raised[a]

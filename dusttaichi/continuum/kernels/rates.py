@@ -145,7 +145,7 @@ class Rates:
 
         They are its own; of_pairs: G without images.
         """
-        opened, near = self.blocks.opened(i), sums.foreign
+        opened, near = self.blocks.is_open(i), sums.foreign
         if ti.static(self.layout.rigid):
             for e in range(self.lists.touch_first[i], self.lists.touch_first[i + 1]):
                 row = self.lists.touch_row[e]
@@ -153,8 +153,8 @@ class Rates:
                 if touch[0] < 2.0 * numbers.h:
                     near -= 1.0 - self.f.rigid[row, COLUMN.layer]
                     if ti.static(self.layout.bodies):
-                        if row >= FACES and self.images.closed(i, row) == 1.0:
-                            more_A, more_G = self.images.strained(i, e, touch, numbers)
+                        if row >= FACES and self.images.is_closed(i, row) == 1.0:
+                            more_A, more_G = self.images.sum_rate_terms(i, e, touch, numbers)
                             sums.A += more_A
                             sums.G += more_G
         C = ti.Matrix.identity(ti.f64, self.n)
@@ -174,7 +174,7 @@ class Rates:
         if ti.static(self.layout.hourglass):
             self.hourglass.follow(i, L, numbers)
         if ti.static(self.layout.artificial_stress):
-            self.f.tension[i] = tensors.rows(tensors.pulled(stress, -numbers.tension))
+            self.f.tension[i] = tensors.rows(tensors.scale_tension(stress, -numbers.tension))
         if ti.static(self.layout.separate):
             self.contact.follow(i, stress, numbers)
         D = 0.5 * (L + L.transpose())

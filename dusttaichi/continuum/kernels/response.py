@@ -23,11 +23,11 @@ class Response:
     @ti.func
     def material(self, i, first: ti.template()):
         """The numbers of the material of particle i; first: those of the scene's `material`."""
-        own = first
+        material = first
         if ti.static(self.layout.materials):
             row = self.f.material[i]
-            own = self.Material(*[self.lists.materials[row, n] for n in self.columns])
-        return own
+            material = self.Material(*[self.lists.materials[row, n] for n in self.columns])
+        return material
 
     @ti.func
     def respond(self, i, end: ti.template(), dt, numbers: ti.template(), m: ti.template()):
@@ -52,7 +52,7 @@ class Response:
                 reference = self.laws.reference_density(density, p, m)
                 K = self.laws.bulk_modulus(reference, m)
         mu = self.f.shear_ratio[i] * K
-        trial = tensors.turned(S, dt * W) + (2.0 * mu * dt) * (
+        trial = tensors.rotate(S, dt * W) + (2.0 * mu * dt) * (
             D - numbers.share * growth * identity
         )
         over = 1.0
@@ -94,4 +94,4 @@ class Response:
         active = self.laws.active_flaws(strain, weakest, exponent, count)
         sound = self.f.impedance[i] / self.f.density[i]
         step = m.crack_speed * sound * dt * self.f.flaws[i][3]
-        self.f.damage[i] = self.laws.grown(self.f.damage[i], active, count, step)
+        self.f.damage[i] = self.laws.grow_cracks(self.f.damage[i], active, count, step)

@@ -29,7 +29,7 @@ class Rigid:
             self.f.rigid[row, begin + a] = values[a]
 
     @ti.func
-    def raised(self, r):
+    def raise_to_space(self, r):
         """A vector of the kernels in three dimensions: (x, z) is (x, 0, z)."""
         out = ti.Vector.zero(ti.f64, 3)
         if ti.static(self.n == 2):
@@ -40,14 +40,14 @@ class Rigid:
 
     @ti.func
     def flat(self, r):
-        """The reverse of `raised`."""
+        """The reverse of `raise_to_space`."""
         out = ti.Vector.zero(ti.f64, self.n)
         for a in ti.static(range(self.n)):
             out[a] = r[2 if a == self.n - 1 else a]
         return out
 
     @ti.func
-    def rotated(self, b, r, sense):
+    def rotate(self, b, r, sense):
         """A vector of the frame of body b in that of the scene; sense: 1, or -1 for the reverse."""
         w, u = self.f.rigid[b, COLUMN.turn], sense * self.vector(b, COLUMN.turn + 1)
         t = 2.0 * u.cross(r)
@@ -59,7 +59,7 @@ class Rigid:
         r = x - self.flat(self.vector(row, COLUMN.centre))
         for a in ti.static(range(self.n)):
             r[a] -= numbers.period[a] * ti.round(r[a] * numbers.inv_period[a])
-        return self.raised(r)
+        return self.raise_to_space(r)
 
     @ti.func
     def motion(self, row, arm):
@@ -81,8 +81,8 @@ class Rigid:
                 length = arm.norm() + TINY
                 distance, normal = length - self.f.rigid[row, COLUMN.radius], arm / length
             else:
-                distance, local_normal = self.cylinder(row, self.rotated(row, arm, -1.0))
-                normal = self.rotated(row, local_normal, 1.0)
+                distance, local_normal = self.cylinder(row, self.rotate(row, arm, -1.0))
+                normal = self.rotate(row, local_normal, 1.0)
         return ti.Vector([ti.max(distance, LEAST * h), normal[0], normal[1], normal[2]])
 
     @ti.func

@@ -46,8 +46,8 @@ def place_search(fields, layout, room):
         for dtype in ("f64", "i32"):
             columns = sum(max(1, v.element[1]) for v in declare(layout) if v.element[0] == dtype)
             shapes[f"spare_{dtype}"] = getattr(ti, dtype), (columns, room)
-    own = {name: ti.field(dtype, shape=shape) for name, (dtype, shape) in shapes.items()}
-    return own | place_cells(n, seen, MOST_CELLS * seen + FURTHER_CELLS, method_numbers=1)
+    search_fields = {name: ti.field(dtype, shape=shape) for name, (dtype, shape) in shapes.items()}
+    return search_fields | place_cells(n, seen, MOST_CELLS * seen + FURTHER_CELLS, method_numbers=1)
 
 
 def make_search(motion, near):
@@ -64,8 +64,8 @@ def make_search(motion, near):
     cells, last = Cells(lists.grid, n), lists.grid.shape[0] - 1
     ghosts = Ghosts(motion, near) if layout.ghosts else None
     touches = Touches(motion.rigid, near) if layout.rigid else None
-    marked = [things for things in (ghosts, touches) if things is not None]
-    listings = [Lists(things, lists.tally, lists.chunk_sum) for things in marked]
+    marked = [marked_lists for marked_lists in (ghosts, touches) if marked_lists is not None]
+    listings = [Lists(marked_lists, lists.tally, lists.chunk_sum) for marked_lists in marked]
     blocks = Lists(near, lists.tally, lists.chunk_sum)
 
     @ti.func

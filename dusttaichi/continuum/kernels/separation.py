@@ -64,11 +64,11 @@ class Separation:
         length = normal.norm()
         if total > 0.0 and length > 0.0:
             normal /= length
-            now, rate = separation.dot(normal) / total, motion.dot(normal) / total
+            strain, rate = separation.dot(normal) / total, motion.dot(normal) / total
             pull = normal.dot(stress @ normal)
             if gap < 0.0 and pull > 0.0 and rate > 0.0:
-                gap = now
-            elif gap >= 0.0 and now < gap:
+                gap = strain
+            elif gap >= 0.0 and strain < gap:
                 gap = CLOSED
         else:
             # out of reach: what comes back touches where it has touched first

@@ -31,7 +31,7 @@ def double_dot(a: ti.template(), b: ti.template()):
 
 
 @ti.func
-def pulled(S: ti.template(), factor):
+def scale_tension(S: ti.template(), factor):
     """The part of a symmetric tensor with positive principal values, times a factor.
 
     The plane uses S = m + r (n n - t t); in space one that has hardly a deviator, whose principal
@@ -57,7 +57,7 @@ def pulled(S: ti.template(), factor):
 
 
 @ti.func
-def turned(S: ti.template(), W: ti.template()):
+def rotate(S: ti.template(), W: ti.template()):
     """R S R^T with the rotation R = (1 - W/2)^-1 (1 + W/2) of a spin W over a step.
 
     After Hughes & Winget 1980: to second order the part W S - S W of Jaumann's rate, and no length

@@ -33,7 +33,7 @@ def active_flaws(strain, weakest, exponent, count):
     return where(strain >= weakest, reached, 0.0)
 
 
-def grown(root, active, count, step):
+def grow_cracks(root, active, count, step):
     """D^(1/3) after a time step; step: c_g dt/R_s, growth of a crack over the radius."""
     largest = exp(log(maximum(active, LEAST) / maximum(count, 1.0)) / 3.0)
     return where(active > 0.0, maximum(root, minimum(largest, root + active * step)), root)

@@ -15,13 +15,13 @@ TINY = 1e-30
 """Pa^2: keeps a division by an invariant that is 0 finite."""
 
 
-def stretched(L, dt, mu):
+def compute_increment(L, dt, mu):
     """Increment of S by the strain of a step [Pa]: 2 mu (D - tr D/3) dt, in plane strain too."""
     D = 0.5 * (L + L.transpose())
     return 2.0 * mu * dt * (D - D.trace() / 3.0 * unit(D))
 
 
-def rotated(S, L, dt):
+def rotate(S, L, dt):
     """S [Pa] after the rotation of a step: two stages, so that invariants change by (W dt)^4."""
     W = 0.5 * dt * (L - L.transpose())
     half = S + 0.5 * (W @ S - S @ W)

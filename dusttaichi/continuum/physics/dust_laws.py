@@ -68,7 +68,7 @@ class DustLaws(NamedTuple):
         return [law for laws in self for law in laws]
 
 
-def register(kind, name, law, block):
+def register(law_kind, name, law, block):
     """Add a law of dust under a name that the YAML may give: `material: {KIND: {law: NAME}}`.
 
     law: module or object as described above. block: a class derived from
@@ -77,18 +77,20 @@ def register(kind, name, law, block):
     ones cannot be replaced. Raises ValueError for a kind that there is not, a built-in name, or a
     law that lacks a part or has one that cannot be compiled.
     """
-    if kind not in KINDS:
-        raise ValueError(f"kind = {kind!r}: one of {', '.join(KINDS)} is needed")
-    if (kind, name) in BUILT_IN:
-        raise ValueError(f"name = {name!r}: {kind} has a built-in law of that name")
-    needed = ("NUMBERS", "numbers", *KINDS[kind])
-    if missing := [part for part in needed if not hasattr(law, part)]:
-        raise ValueError(f"the law {name!r} of {kind} lacks {', '.join(missing)}")
-    for part in COMPILED:
-        if hasattr(law, part):
-            _refuse_uncompilable(f"{part} of the law {name!r} of {kind}", getattr(law, part))
-    LAWS.replace((kind, name), law)
-    BLOCKS.replace((kind, name), block)
+    if law_kind not in KINDS:
+        raise ValueError(f"kind = {law_kind!r}: one of {', '.join(KINDS)} is needed")
+    if (law_kind, name) in BUILT_IN:
+        raise ValueError(f"name = {name!r}: {law_kind} has a built-in law of that name")
+    attributes = ("NUMBERS", "numbers", *KINDS[law_kind])
+    if missing := [attribute for attribute in attributes if not hasattr(law, attribute)]:
+        raise ValueError(f"the law {name!r} of {law_kind} lacks {', '.join(missing)}")
+    for attribute in COMPILED:
+        if hasattr(law, attribute):
+            _refuse_uncompilable(
+                f"{attribute} of the law {name!r} of {law_kind}", getattr(law, attribute)
+            )
+    LAWS.replace((law_kind, name), law)
+    BLOCKS.replace((law_kind, name), block)
 
 
 def _refuse_uncompilable(title, function):
@@ -104,30 +106,30 @@ def _refuse_uncompilable(title, function):
             )
         if isfunction(value) and value.__module__ == function.__module__:
             _refuse_uncompilable(title, value)
-        elif callable(value) and value not in [getattr(np, known) for known in FUNCTIONS]:
+        elif callable(value) and value not in [getattr(np, operation) for operation in FUNCTIONS]:
             raise ValueError(f"{title} calls {name}; of NumPy it may call {', '.join(FUNCTIONS)}")
 
 
-def names(kind):
+def names(law_kind):
     """Names of the laws of a kind."""
-    return tuple(name for registered_kind, name in LAWS if registered_kind == kind)
+    return tuple(name for registered_kind, name in LAWS if registered_kind == law_kind)
 
 
-def block_of(kind, name):
+def block_of(law_kind, name):
     """Class of the YAML block of a registered law; None for a built-in one."""
-    return BLOCKS.get((kind, name))
+    return BLOCKS.get((law_kind, name))
 
 
-def law_name(material, kind):
+def law_name(material, law_kind):
     """Name of the law of a kind that a material block has."""
-    return getattr(getattr(material, kind, None), "law", DEFAULT[kind])
+    return getattr(getattr(material, law_kind, None), "law", DEFAULT[law_kind])
 
 
 def laws_of(materials):
     """DustLaws of material blocks."""
     by_kind = (
-        dict.fromkeys(LAWS[kind, law_name(material, kind)] for material in materials)
-        for kind in KINDS
+        dict.fromkeys(LAWS[law_kind, law_name(material, law_kind)] for material in materials)
+        for law_kind in KINDS
     )
     return DustLaws(*map(tuple, by_kind))
 
@@ -135,7 +137,7 @@ def laws_of(materials):
 def describe_conflict(laws, common):
     """Fault of DustLaws of which two have a number of one name, or a common number; or None."""
     owners = dict.fromkeys(common, "every material")
-    titles = {id(law): f"the law {name} of {kind}" for (kind, name), law in LAWS.items()}
+    titles = {id(law): f"the law {name} of {law_kind}" for (law_kind, name), law in LAWS.items()}
     for law in laws.all:
         for name in law.NUMBERS:
             if name in owners:

@@ -3,7 +3,7 @@
 A formula of this subpackage is written with NumPy's `maximum`, `minimum`, `where`, `sqrt` and `exp`
 by their bare names, and with other formulas of the subpackage. Here each is compiled with Taichi's
 functions under these names, so that nothing is written twice. m: a struct of `material_type`, whose
-values in order are `numbers.MaterialNumbers.of(material).values()`.
+values in order are `numbers.MaterialNumbers.from_material(material).values()`.
 """
 
 from functools import cache
@@ -52,7 +52,7 @@ _NAMES = {
 _NUMPY = {id(getattr(np, name)): _NAMES[name] for name in FUNCTIONS}
 
 
-def _compiled(plain, names):
+def _compile(plain, names):
     """Taichi function of a plain one; names: Taichi functions by name, known to it beside."""
     compiled = dict(plain.__globals__)
     copy = FunctionType(plain.__code__, compiled, plain.__name__)
@@ -64,7 +64,7 @@ def _compiled(plain, names):
         elif name in names:
             compiled[name] = names[name]
         elif isfunction(value):
-            compiled[name] = _compiled(value, names)
+            compiled[name] = _compile(value, names)
     return ti.func(copy)
 
 
@@ -77,12 +77,12 @@ def laws_of(laws):
     names = {"unit": _unit}
     for name, function in vars(chosen.functions_of(laws)).items():
         # modulus and exponent come before the solution that uses them
-        names[f"{name}_law"] = _compiled(getattr(function, "plain", function), names)
+        names[f"{name}_law"] = _compile(getattr(function, "plain", function), names)
     formulas = {}
     for module in (strength, elasticity, path, deviator, attraction, damage):
         for name, plain in getmembers(module, isfunction):
             if plain.__module__ == module.__name__:
-                formulas[name] = _compiled(plain, names)
+                formulas[name] = _compile(plain, names)
     return SimpleNamespace(**formulas)
 
 

@@ -65,20 +65,22 @@ class CommonNumbers:
         return tuple(field.name for field in fields(cls))
 
     @staticmethod
-    def of(material, laws=None):
+    def from_material(material, laws=None):
         """Numbers of a material block (continuum.scene.ContinuumMaterial).
 
         laws: DustLaws of its scene; without them, the laws of the material alone.
         """
         damage = getattr(material, "damage", None)
         laws = laws or laws_of([material])
-        chosen = {kind: LAWS[kind, law_name(material, kind)] for kind in KINDS}
-        phi_1, phi_2 = chosen["compressive"].limits(material.compressive)
+        laws_by_kind = {
+            law_kind: LAWS[law_kind, law_name(material, law_kind)] for law_kind in KINDS
+        }
+        phi_1, phi_2 = laws_by_kind["compressive"].limits(material.compressive)
         # numbers of laws that it has not chosen are never used
         values = dict.fromkeys((name for law in laws.all for name in law.NUMBERS), 1.0)
-        for number, (kind, law) in enumerate(chosen.items()):
-            values |= law.numbers(material, getattr(material, kind, None))
-            values[f"{kind}_choice"] = float(laws[number].index(law))
+        for number, (law_kind, law) in enumerate(laws_by_kind.items()):
+            values |= law.numbers(material, getattr(material, law_kind, None))
+            values[f"{law_kind}_choice"] = float(laws[number].index(law))
         m = numbers_class(laws)(
             rho_s=material.solid_density,
             rho_i=material.density,
@@ -98,12 +100,12 @@ class CommonNumbers:
     def together(cls, materials):
         """Numbers of several materials, arrays (materials,) each."""
         laws = laws_of(materials)
-        rows = (cls.of(material, laws).values() for material in materials)
+        rows = (cls.from_material(material, laws).values() for material in materials)
         columns = map(np.array, zip(*rows, strict=True))
-        own = numbers_class(laws)
-        return own(**dict(zip(own.names(), columns, strict=True)))
+        numbers_type = numbers_class(laws)
+        return numbers_type(**dict(zip(numbers_type.names(), columns, strict=True)))
 
-    def taken(self, index):
+    def take(self, index):
         """The numbers at an index of their arrays, such as the material of each particle (n,)."""
         return type(self)(**{name: getattr(self, name)[index] for name in self.names()})
 

@@ -33,7 +33,7 @@ class MaterialPoint:
     shear: np.ndarray
 
     @classmethod
-    def at(cls, m, density=None):
+    def make_unstressed(cls, m, density=None):
         """Dust without stress at `density` [kg/m^3] (default: rho_i of the material)."""
         start = m.rho_i if density is None else density
         shape = np.broadcast_shapes(*(np.shape(value) for value in (*m.values(), start)))
@@ -62,7 +62,7 @@ class MaterialPoint:
         J2 = 0.5 * (self.S**2).sum(axis=-1)
         return elasticity.shear_energy(J2, self.reference, self.m) / self.density
 
-    def strained(self, increments):
+    def apply_strain(self, increments):
         """The point after natural strains `increments` along x, y and z, (3,) or (shape, 3).
 
         Where the dust flows in one direction a step may be of any size: the pressure depends on
@@ -95,7 +95,7 @@ class MaterialPoint:
         step = np.log(self.density / density)[..., None] * np.array((0.0, 0.0, 1.0)) / steps
         states = [self]
         for _ in range(steps):
-            states.append(states[-1].strained(step))
+            states.append(states[-1].apply_strain(step))
         return states[1:]
 
 

@@ -35,6 +35,6 @@ def shear(phi, m):
     return shear_law(phi, compressive(phi, m), -tensile(phi, m), m)
 
 
-def confined(phi, m):
+def compute_confined(phi, m):
     """Axial stress [Pa] of flow in uniaxial compression, Sigma + 2 Y/3."""
     return compressive(phi, m) + 2.0 / 3.0 * shear(phi, m)

@@ -37,9 +37,9 @@ def values_of(frame, color):
 
 def limits_of(frames, color):
     """Ends of the colours that suit all frames: 0.3 % of the dust may be beyond the upper one."""
-    found = [values_of(frame, color) for frame in frames]
-    low = min(np.nanmin(values) for values in found)
-    high = max(np.nanpercentile(values, 99.7) for values in found)
+    frame_values = [values_of(frame, color) for frame in frames]
+    low = min(np.nanmin(values) for values in frame_values)
+    high = max(np.nanpercentile(values, 99.7) for values in frame_values)
     return (low, high) if high > low else (low - 1e-3, high + 1e-3)
 
 
@@ -91,8 +91,8 @@ def dust(run, snapshot=-1, color=None, *, limits=None, dpi=200):
 @style.apply_style
 def draw(run, frame, color, limits, extent, *, note=None, dpi=200):
     """One ParticleFrame as a Figure. extent: left, right, bottom, top [m]. note: text above."""
-    left, right, bottom, top = extent
-    height = min((WIDTH - 1.4) * (top - bottom) / (right - left) + 0.7, TALLEST)
+    x_begin, x_end, bottom, top = extent
+    height = min((WIDTH - 1.4) * (top - bottom) / (x_end - x_begin) + 0.7, TALLEST)
     figure = style.create_canvas(WIDTH, max(height, 2.4), dpi=dpi, layout="constrained")
     axes = figure.subplots()
     image = paint(axes, run, frame, color, limits, extent=extent)

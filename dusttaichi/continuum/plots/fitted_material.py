@@ -41,7 +41,7 @@ def continuum_fit(fit):
 
     points(axes[0], "p", style.BLUE, "pressure")
     line(axes[0], strength.compressive(phi, m), style.BLUE, "Σ of the material")
-    line(axes[0], strength.confined(phi, m), style.RED, "axial stress of it, Σ + 2Y/3")
+    line(axes[0], strength.compute_confined(phi, m), style.RED, "axial stress of it, Σ + 2Y/3")
     law = G09_OMNIDIRECTIONAL.pressure(phi)
     line(axes[0], law, style.BLACK, "G09, 13 kPa (laboratory, axial)", "--")
     line(axes[0], law * CALIBRATED / G09_OMNIDIRECTIONAL.p_m, style.GREY, "G09, 1.3 kPa (Σ)", ":")

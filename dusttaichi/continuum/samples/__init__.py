@@ -42,20 +42,20 @@ def matter_of(scene) -> Matter:
             spacing=scene.numerics.spacing,
             solid=material.solid_density,
             filling_factor=material.filling_factor,
-            most=MaterialNumbers.of(material).phi_2,
+            most=MaterialNumbers.from_material(material).phi_2,
             support=scene.numerics.support,
             number=number,
         )
         for number, material in enumerate(scene.all_materials)
     )
-    return replace(first, others=dict(zip(scene.materials, further, strict=True)))
+    return replace(first, named_matter=dict(zip(scene.materials, further, strict=True)))
 
 
 def numbers_of(scene, particles) -> MaterialNumbers:
     """MaterialNumbers of each particle, arrays (n,), or those of the only material of a scene."""
     if not scene.materials:
-        return MaterialNumbers.of(scene.material)
-    return MaterialNumbers.together(scene.all_materials).taken(particles.material)
+        return MaterialNumbers.from_material(scene.material)
+    return MaterialNumbers.together(scene.all_materials).take(particles.material)
 
 
 def make(scene) -> Particles:

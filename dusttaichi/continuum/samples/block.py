@@ -40,7 +40,7 @@ def make(spec: BlockSample, matter: body_registry.Matter) -> Particles:
     Its mass is exact: every particle has the same volume. Raises DustError for too many particles
     for the memory, or a block smaller than one.
     """
-    matter = matter.of(spec.material)
+    matter = matter.select(spec.material)
     size = np.array(spec.size)
     volume = float(np.prod(size))
     lattice.check_count(volume, matter.spacing, matter.dimension, "sample.size")
@@ -50,4 +50,4 @@ def make(spec: BlockSample, matter: body_registry.Matter) -> Particles:
     particles.fill_room(size)
     particles.room[2] = (-size[-1], 0.0)
     particles.info["size"] = size.tolist()
-    return spec.placed(particles)
+    return spec.place_particles(particles)

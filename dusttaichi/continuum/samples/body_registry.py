@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Discriminator, Field, Tag
 
-from dusttaichi.continuum.samples.particle_arrays import Particles, moved
+from dusttaichi.continuum.samples.particle_arrays import Particles, displace
 from dusttaichi.samples.values import Position, Seed, Spin, Velocity
 from dusttaichi.scene.fields import PLAIN_OR_BLOCK, Block, Faults, Number
 from dusttaichi.scene.kinds import AnyOf, KindBlock, Kinds
@@ -61,7 +61,7 @@ def in_space(vector) -> np.ndarray:
     return np.array([vector[0], 0.0, vector[1]] if len(vector) == 2 else vector, dtype=np.float64)
 
 
-def lifted(points: np.ndarray) -> np.ndarray:
+def lift_to_space(points: np.ndarray) -> np.ndarray:
     """Points (N, 2) of the plane x-z, or (N, 3), as (N, 3)."""
     if points.shape[1] == 3:
         return points
@@ -75,7 +75,7 @@ class Matter:
     dimension: 2 or 3. spacing [m] of nearest particles. solid [kg/m^3]: density of the solid;
     filling_factor: initial one of the dust. least, most: allowed filling factors of the material.
     support [m]: reach of the kernel.
-    number: of the material in the scene; others: the Matter of its `materials`, by name.
+    number: of the material in the scene; named_matter: the Matter of its `materials`, by name.
     """
 
     dimension: int
@@ -86,11 +86,11 @@ class Matter:
     most: float = 1.0
     support: float = np.inf
     number: int = 0
-    others: dict[str, "Matter"] = field(default_factory=dict)
+    named_matter: dict[str, "Matter"] = field(default_factory=dict)
 
-    def of(self, name: str | None) -> "Matter":
+    def select(self, name: str | None) -> "Matter":
         """The Matter of the material of that name, or this one for None."""
-        return self if name is None else self.others[name]
+        return self if name is None else self.named_matter[name]
 
 
 class BodyBlock(KindBlock):
@@ -147,14 +147,14 @@ class FreeBody(BodyBlock):
         "positive from x to z",
     )
 
-    def placed(self, particles: Particles) -> Particles:
+    def place_particles(self, particles: Particles) -> Particles:
         """The body at the position of this block, with its motion."""
         spin = self.spin
         if spin is None or isinstance(spin, tuple):
             spin = in_space(spin)
         else:
             spin = np.array([0.0, -spin, 0.0])  # right-handed about -y: x turns towards z
-        return moved(particles, in_space(self.position), in_space(self.velocity), spin)
+        return displace(particles, in_space(self.position), in_space(self.velocity), spin)
 
 
 MATERIAL = "its material, the name of one of the scene's `materials`; default: its `material`"

@@ -4,7 +4,7 @@ import numpy as np
 import scipy
 
 from dusttaichi.continuum.samples import lattice
-from dusttaichi.continuum.samples.body_registry import Matter, Variation, lifted
+from dusttaichi.continuum.samples.body_registry import Matter, Variation, lift_to_space
 from dusttaichi.continuum.samples.particle_arrays import Body, Particles
 from dusttaichi.errors import DustError
 from dusttaichi.scene.making import Cost
@@ -19,7 +19,7 @@ def dust(points: np.ndarray, volume: float, matter: Matter, filling, name: str) 
     volume: of the body, exact [m^2, or m^3]. filling: a filling factor, a Variation or None for
     that of the material. Raises DustError for a filling factor that the material does not allow.
     """
-    position = lifted(points)
+    position = lift_to_space(points)
     phi = filling_factors(position, matter, filling, name)
     density = matter.solid * phi
     mass = density * volume / len(points)

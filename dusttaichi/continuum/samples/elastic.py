@@ -7,7 +7,13 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dusttaichi.continuum.samples import lattice
-from dusttaichi.continuum.samples.body_registry import Edges, FreeBody, Matter, lifted, register
+from dusttaichi.continuum.samples.body_registry import (
+    Edges,
+    FreeBody,
+    Matter,
+    lift_to_space,
+    register,
+)
 from dusttaichi.continuum.samples.dust import whole
 from dusttaichi.continuum.samples.particle_arrays import Particles
 from dusttaichi.results.roles import ELASTIC
@@ -92,7 +98,7 @@ def make(spec: ElasticSample, matter: Matter) -> Particles:
         points, volume = lattice.hollow_sphere(
             spec, matter, "elastic body: diameter, hole", spec.lattice
         )
-    position, count = lifted(points - points.mean(axis=0)), len(points)
+    position, count = lift_to_space(points - points.mean(axis=0)), len(points)
     mass = np.full(count, spec.density * volume / count)
     name = "block" if spec.size else "ring" if spec.hole else "bead"
     shape = "block" if spec.size else "sphere"
@@ -118,4 +124,4 @@ def make(spec: ElasticSample, matter: Matter) -> Particles:
         | ({"height": spec.size[-1]} if spec.size else {}),
     )
     particles.fill_room(spec.size or [spec.diameter] * matter.dimension)
-    return spec.placed(particles)
+    return spec.place_particles(particles)

@@ -63,7 +63,7 @@ def make(spec: ExplicitParticles, matter: Matter) -> Particles:
     masses, densities and distances that dust on this spacing cannot have, or another number of
     dimensions than the scene's.
     """
-    matter = matter.of(spec.material)
+    matter = matter.select(spec.material)
     path = f"sample.file = '{spec.file}'"
     contents = CONTENTS[matter.dimension]
     source = Source(path, [], spec.units, columns=spec.columns, contents=contents)
@@ -92,7 +92,7 @@ def make(spec: ExplicitParticles, matter: Matter) -> Particles:
             )
         middle = 0.5 * (x.min() + x.max())
         particles.room[axis] = (middle - edge / 2, middle + edge / 2)
-    return spec.placed(particles)
+    return spec.place_particles(particles)
 
 
 def _dust_of(state: dict, matter: Matter, source: Source) -> dict:

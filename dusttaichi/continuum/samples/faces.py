@@ -38,7 +38,7 @@ def with_faces(particles: Particles, boundary, reach: float = 0.0) -> Particles:
                     f"{particles.spacing * 1e6:g} µm."
                 )
             role[beyond], face[beyond] = FIXED, WALLS.index(wall)
-            room[axis, side] = _between(x[beyond], x[role == DUST], side, room[axis, side])
+            room[axis, side] = _find_layer_end(x[beyond], x[role == DUST], side, room[axis, side])
     if not (role == DUST).any() and (particles.role == DUST).any():
         raise DustError("boundary: the layers contain all of the dust; use thinner ones.")
     info = particles.info | {"fixed": int((role == FIXED).sum())}
@@ -57,7 +57,7 @@ def _check_periods(boundary, room, reach) -> None:
             )
 
 
-def _between(fixed, free, side, plane) -> float:
+def _find_layer_end(fixed, free, side, plane) -> float:
     """End of a layer [m]: half way between its last row and the first free one.
 
     It is at `plane` if no particle is free.

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.continuum.samples import body_registry
-from dusttaichi.continuum.samples.particle_arrays import Particles, joined, moved
+from dusttaichi.continuum.samples.particle_arrays import Particles, displace, join_bodies
 from dusttaichi.errors import DustError
 from dusttaichi.scene.quantities import Quantity
 
@@ -57,9 +57,9 @@ def make(spec: ImpactSample, matter: body_registry.Matter) -> Particles:
     top, bottom = target.room[2, 1], lower_end(projectile)
     shift = np.array([0.0, 0.0, top + gap - bottom]) + body_registry.in_space(spec.offset)
     velocity = body_registry.in_space(spec.velocity) - [0.0, 0.0, spec.speed]
-    projectile = moved(projectile, shift, velocity)
+    projectile = displace(projectile, shift, velocity)
     check_free([target, projectile], "sample.offset")
-    together = joined([target, projectile])
+    together = join_bodies([target, projectile])
     together.room[:] = target.room
     together.info.update(
         kind="impact",

@@ -31,7 +31,7 @@ class Body:
     radius: float = 0.0
     half_height: float = 0.0
 
-    def at(self, shift, velocity, spin) -> "Body":
+    def displace(self, shift, velocity, spin) -> "Body":
         """The displaced body, with velocity and spin added to its own (each (3,))."""
         return replace(
             self,
@@ -121,26 +121,27 @@ ARRAYS = (
 )  # fmt: skip
 
 
-def joined(bodies: list[Particles]) -> Particles:
+def join_bodies(bodies: list[Particles]) -> Particles:
     """Several bodies as one sample, numbered consecutively."""
     first = bodies[0]
     together = {name: np.concatenate([getattr(p, name) for p in bodies]) for name in ARRAYS}
     numbers, count = [], 0
-    for part in bodies:
-        numbers.append(np.where(part.body < 0, -1, part.body + count))
-        count += len(part.bodies)
-    remarks = [text for part in bodies for text in part.info.pop("remarks", ())]
+    for particles in bodies:
+        numbers.append(np.where(particles.body < 0, -1, particles.body + count))
+        count += len(particles.bodies)
+    remarks = [text for particles in bodies for text in particles.info.pop("remarks", ())]
     return Particles(
         **together,
         body=np.concatenate(numbers).astype(np.int32),
         spacing=first.spacing,
         dimension=first.dimension,
-        bodies=tuple(body for part in bodies for body in part.bodies),
-        info={"bodies": [part.info for part in bodies]} | ({"remarks": remarks} if remarks else {}),
+        bodies=tuple(body for particles in bodies for body in particles.bodies),
+        info={"bodies": [particles.info for particles in bodies]}
+        | ({"remarks": remarks} if remarks else {}),
     )
 
 
-def moved(particles: Particles, shift=0.0, velocity=0.0, spin=0.0) -> Particles:
+def displace(particles: Particles, shift=0.0, velocity=0.0, spin=0.0) -> Particles:
     """The displaced sample, with motion and rotation about its centre of mass.
 
     shift [m], velocity [m/s], spin [rad/s]: (3,) each, added to its own.
@@ -149,7 +150,7 @@ def moved(particles: Particles, shift=0.0, velocity=0.0, spin=0.0) -> Particles:
     centre = np.average(particles.position, axis=0, weights=particles.mass)
     turning = np.cross(spin, particles.position - centre)
     moved_bodies = [
-        body.at(shift, velocity + np.cross(spin, body.centre - centre), spin)
+        body.displace(shift, velocity + np.cross(spin, body.centre - centre), spin)
         for body in particles.bodies
     ]
     return replace(

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from dusttaichi.continuum.samples import lattice
-from dusttaichi.continuum.samples.body_registry import FreeBody, Matter, lifted, register
+from dusttaichi.continuum.samples.body_registry import FreeBody, Matter, lift_to_space, register
 from dusttaichi.continuum.samples.particle_arrays import Body, Particles
 from dusttaichi.results.roles import RIGID
 from dusttaichi.scene.fields import Faults
@@ -66,7 +66,7 @@ def make(spec: RigidSample, matter: Matter) -> Particles:
     points = points - points.mean(axis=0)
     count = len(points)
     particles = Particles(
-        position=lifted(points),
+        position=lift_to_space(points),
         mass=np.full(count, mass / count),
         density=np.full(count, float(spec.density)),
         role=np.full(count, RIGID, np.int8),
@@ -82,7 +82,7 @@ def make(spec: RigidSample, matter: Matter) -> Particles:
         }
         | ({"height": spec.height} if spec.height else {}),
     )
-    return spec.placed(particles)
+    return spec.place_particles(particles)
 
 
 def _gyration(spec: RigidSample, dimension: int) -> np.ndarray:

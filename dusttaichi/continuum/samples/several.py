@@ -7,7 +7,7 @@ from pydantic import Field
 
 from dusttaichi.continuum.samples import body_registry
 from dusttaichi.continuum.samples.impact import check_free
-from dusttaichi.continuum.samples.particle_arrays import Particles, joined
+from dusttaichi.continuum.samples.particle_arrays import Particles, join_bodies
 from dusttaichi.scene.fields import Faults
 
 
@@ -39,10 +39,10 @@ def make(spec: SeveralBodies, matter: body_registry.Matter) -> Particles:
     """
     bodies = [body_registry.make_particles(body, matter) for body in spec.bodies]
     check_free(bodies, "sample.bodies")
-    together = joined(bodies)
+    together = join_bodies(bodies)
     half = matter.spacing / 2
     for axis in together.axes:
-        ends = [part.room[axis] for part in bodies]
+        ends = [particles.room[axis] for particles in bodies]
         ends.append(
             [together.position[:, axis].min() - half, together.position[:, axis].max() + half]
         )

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from dusttaichi.continuum.samples import body_registry, lattice
 from dusttaichi.continuum.samples.dust import cost_of_scatter, dust, whole
-from dusttaichi.continuum.samples.particle_arrays import Particles, joined
+from dusttaichi.continuum.samples.particle_arrays import Particles, join_bodies
 from dusttaichi.errors import DustError
 from dusttaichi.samples.values import Seed
 from dusttaichi.scene.fields import Block, Faults
@@ -88,7 +88,7 @@ def make(spec: SphereSample, matter: body_registry.Matter) -> Particles:
         particles.velocity += spec.radial_velocity * hole_fraction * particles.position / away
     particles.fill_room([spec.diameter] * matter.dimension)
     particles.info["diameter"] = spec.diameter
-    return spec.placed(particles)
+    return spec.place_particles(particles)
 
 
 def _dust(spec: SphereSample, points, volume: float, matter: body_registry.Matter) -> Particles:
@@ -96,7 +96,7 @@ def _dust(spec: SphereSample, points, volume: float, matter: body_registry.Matte
 
     Raises DustError for a core without a particle.
     """
-    dust_matter = matter.of(spec.material)
+    dust_matter = matter.select(spec.material)
     if spec.core is None:
         return dust(points, volume, dust_matter, spec.filling_factor, "sphere")
     inside = np.linalg.norm(points, axis=1) < spec.core.diameter / 2
@@ -108,10 +108,10 @@ def _dust(spec: SphereSample, points, volume: float, matter: body_registry.Matte
         )
     of_core = float(lattice.sphere_volume(spec.core.diameter, matter.dimension))
     core = dust(
-        points[inside], of_core, matter.of(spec.core.material), spec.core.filling_factor, "core"
+        points[inside], of_core, matter.select(spec.core.material), spec.core.filling_factor, "core"
     )
     mantle = dust(points[~inside], volume - of_core, dust_matter, spec.filling_factor, "mantle")
-    both = joined([mantle, core])
+    both = join_bodies([mantle, core])
     both.body[:] = 0
     body = whole("sphere", both.position, both.mass, rigid=False)
     info = {

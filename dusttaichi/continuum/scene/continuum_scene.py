@@ -92,14 +92,14 @@ class ContinuumScene(MaterialsScene):
         blocks = {"sample": self.sample.conflicts(self)}
         if isinstance(self.boundary, FacesBoundary):
             blocks["boundary"] = [*self.boundary.conflicts(self.dimension), *self._mirrors()]
-        found = [
+        conflicts = [
             (f"{block}.{key}".rstrip("."), text)
             for block, faults in blocks.items()
             for key, text in faults
         ]
-        found += [*check_forces(self), *self._charge()]
-        found += [*check_gravity(self), *self._plane_gravity(), *self._heat(), *self._laws()]
-        return [*super().faults(), *found]
+        conflicts += [*check_forces(self), *self._charge()]
+        conflicts += [*check_gravity(self), *self._plane_gravity(), *self._heat(), *self._laws()]
+        return [*super().faults(), *conflicts]
 
     def _charge(self) -> Faults:
         """Particles are no grains, and rigid bodies are not acted upon."""

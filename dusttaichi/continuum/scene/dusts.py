@@ -39,7 +39,7 @@ _UNITS = {"bulk_modulus": " Pa", "compressive.p_m": " Pa"}  # of fitted numbers,
 SCALES = frozenset({"bulk_modulus", "shear_ratio", "compressive.p_m", "shear.factor"})
 
 
-def known(name: Any, folder: str | Path = "", key: str = "") -> dict[str, Any]:
+def read_dust(name: Any, folder: str | Path = "", key: str = "") -> dict[str, Any]:
     """Plain data of a named dust, or of a file whose path is relative to the folder.
 
     Raises pydantic's ValidationError, at the key, for anything else.
@@ -47,7 +47,7 @@ def known(name: Any, folder: str | Path = "", key: str = "") -> dict[str, Any]:
     if isinstance(name, str) and name in _NUMBERS:
         return {**_NUMBERS[name]}
     if name == _FITTED:
-        return {**_fitted()}
+        return {**_read_fitted()}
     if not isinstance(name, str) or Path(name).suffix not in (".yaml", ".yml"):
         words = f"one of {', '.join(NAMES)} or the path of a file such as dust.yaml is needed"
         raise build_faults_error([(key, words if key else NEEDED)])
@@ -55,7 +55,7 @@ def known(name: Any, folder: str | Path = "", key: str = "") -> dict[str, Any]:
 
 
 @cache
-def _fitted():
+def _read_fitted():
     return _read(Path(__file__).with_name(f"{_FITTED}.yaml"), "")
 
 
@@ -77,7 +77,7 @@ def _read(path, key):
     return data
 
 
-def drawn(data, draw, possible):
+def draw_numbers(data, draw, possible):
     """Plain data with the fitted numbers drawn from their covariance over the seeds.
 
     Numbers, or logarithms of SCALES, are normally distributed. draw: an integer of at least 1, the

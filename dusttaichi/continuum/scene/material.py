@@ -182,22 +182,22 @@ class ContinuumMaterial(Block):
         if isinstance(data, ContinuumMaterial):
             return data
         if isinstance(data, str):
-            return with_moduli(cls._known(data, info))
+            return with_moduli(cls._read_named(data, info))
         if not isinstance(data, dict):
             raise build_value_error(cls.requirement)
         if "base" not in data:
             if "draw" in data:
                 raise build_faults_error([("draw", "it needs a `base` that has a covariance")])
             return with_moduli(data)
-        expanded = {**cls._known(data["base"], info, "base"), "name": Path(data["base"]).stem}
+        expanded = {**cls._read_named(data["base"], info, "base"), "name": Path(data["base"]).stem}
         changed = {key: value for key, value in data.items() if key not in ("base", "draw")}
         if "draw" in data:
-            expanded = continuum_dusts.drawn(expanded, data["draw"], cls._possible)
+            expanded = continuum_dusts.draw_numbers(expanded, data["draw"], cls._possible)
             expanded["name"] += f", draw {data['draw']}"
         if changed:
             expanded["name"] += ", changed"
         for key, value in changed.items():
-            expanded[key] = cls._changed(key, expanded.get(key), value)
+            expanded[key] = cls._change_key(key, expanded.get(key), value)
         if "poisson_ratio" in changed and "shear_ratio" not in changed:
             expanded.pop("shear_ratio", None)
         if "young_modulus" in changed and "bulk_modulus" not in changed:
@@ -205,7 +205,7 @@ class ContinuumMaterial(Block):
         return with_moduli(expanded)
 
     @staticmethod
-    def _changed(key: str, former: Any, value: Any) -> Any:
+    def _change_key(key: str, former: Any, value: Any) -> Any:
         """Plain data of a key with changes; another law keeps none of the former numbers."""
         if not (isinstance(value, dict) and isinstance(former, dict)):
             return value
@@ -218,9 +218,9 @@ class ContinuumMaterial(Block):
         return validate_law(dust_laws, info.field_name, value) or handler(value)
 
     @staticmethod
-    def _known(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
+    def _read_named(name: Any, info: ValidationInfo, key: str = "") -> dict[str, Any]:
         """Plain data of a named dust or of a file; its default name is that of the file."""
-        expanded = continuum_dusts.known(name, (info.context or {}).get("folder") or "", key)
+        expanded = continuum_dusts.read_dust(name, (info.context or {}).get("folder") or "", key)
         return {"name": Path(name).stem, **expanded}
 
     @classmethod
@@ -236,7 +236,7 @@ class ContinuumMaterial(Block):
         conflict = dust_laws.describe_conflict(dust_laws.laws_of([self]), CommonNumbers.names())
         if conflict is not None:
             return [("", conflict)]
-        return conditions.impossible(MaterialNumbers.of(self))
+        return conditions.impossible(MaterialNumbers.from_material(self))
 
     @property
     def filling_factor(self) -> float:

@@ -15,12 +15,12 @@ NUMBERS = {
 }
 
 
-def numbers(material, own):
-    return {"p_m": own.p_m, "power": own.delta * ln(10.0)}
+def numbers(material, law_block):
+    return {"p_m": law_block.p_m, "power": law_block.delta * ln(10.0)}
 
 
-def limits(own):
-    return own.phi_1, own.phi_2
+def limits(law_block):
+    return law_block.phi_1, law_block.phi_2
 
 
 def strength(phi, m):

@@ -10,7 +10,7 @@ NUMBERS = {
 }
 
 
-def numbers(material, own):
+def numbers(material, law_block):
     return {"K_0": material.bulk_modulus, "gamma": material.exponent}
 
 

@@ -13,8 +13,8 @@ NUMBERS = {
 }
 
 
-def numbers(material, own):
-    return {"C": own.factor, "a": own.exponent}
+def numbers(material, law_block):
+    return {"C": law_block.factor, "a": law_block.exponent}
 
 
 def strength(phi, compressive, tensile, m):

@@ -12,8 +12,8 @@ NUMBERS = {
 }
 
 
-def numbers(material, own):
-    return {"T_0": 10.0**own.a, "T_rate": own.b * ln(10.0)}
+def numbers(material, law_block):
+    return {"T_0": 10.0**law_block.a, "T_rate": law_block.b * ln(10.0)}
 
 
 def strength(phi, m):
