@@ -66,7 +66,7 @@ def test_pressed_dust_of_a_run_follows_the_law():
     shares = []
     for near in np.linspace(-0.003, 0.003, 7):
         end = count * dust.ROW * (1.0 - 0.15 / (0.19 + near)) / speed
-        motion.advance(int(end / motion.sim.output_step) - motion.sim.step)
+        motion.advance(int(end / motion.dt) - motion.step)
         record = motion.series(motion.measure(), None)
         shares.append(record["pressure_mean"] / sigma(record["filling_factor_mean"]))
     assert np.mean(shares) == pytest.approx(1.0, abs=0.02)
@@ -111,7 +111,7 @@ def test_materials_of_a_scene_may_have_several_laws():
         ContinuumMaterial.model_validate(data)
         for data in ("dust_g09", ROLLING | {"elasticity": {"law": "stiffening"}})
     ]
-    alone, both = list(map(MaterialNumbers.of, pair)), MaterialNumbers.together(pair)
+    alone, both = list(map(MaterialNumbers.from_material, pair)), MaterialNumbers.together(pair)
     rho = 2e3 * PHI
 
     def formulas(laws, rho, m):
