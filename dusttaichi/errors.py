@@ -32,7 +32,7 @@ class Interrupted(DustError):
 
     exit_code = 130
 
-    def __init__(self, text="interrupted", resumable=True):
+    def __init__(self, text: str = "interrupted", resumable: bool = True) -> None:
         super().__init__(text)
         self.resumable = resumable
 

@@ -4,6 +4,11 @@ The constants are the SI values of one unit of grains (micrometre, microsecond, 
 of theirs times the constant is SI, an SI number divided by it is theirs.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
 LENGTH = 1e-6  # m
 TIME = 1e-6  # s
 MASS = 1e-15  # kg
@@ -27,23 +32,24 @@ class Units:
     KeyError for a symbol that is not among them.
     """
 
-    def __init__(self, symbols=None):
-        self.symbols, self._factors = symbols, {}
+    def __init__(self, symbols: Mapping[str, float] | None = None) -> None:
+        self.symbols, self._factors = symbols or {}, dict[str, float]()
 
-    def __call__(self, unit):
+    def __call__(self, unit: str) -> float:
         if unit not in self._factors:
             self._factors[unit] = self._value(unit)
         return self._factors[unit]
 
-    def _value(self, unit):
+    def _value(self, unit: str) -> float:
         value = 1.0
         for n, factors in enumerate(unit.split("/") if self.symbols else ()):
             for factor in factors.split():
                 symbol, _, power = factor.partition("^")
-                value *= self.symbols[symbol] ** ((-1.0 if n else 1.0) * float(power or 1.0))
+                exponent = (-1.0 if n else 1.0) * float(power or 1.0)
+                value *= float(self.symbols[symbol] ** exponent)
         return value
 
-    def si(self, number, unit):
+    def si(self, number: Any, unit: str) -> Any:
         """A number or array of this system in the SI unit `unit`; whole numbers stay whole."""
         factor = self(unit)
         return number if factor == 1.0 else number * factor

@@ -5,6 +5,8 @@ function and its arguments, whose arrays follow it as bytes; the answer is that 
 None.
 """
 
+from __future__ import annotations
+
 import os
 import pickle
 import struct
@@ -12,7 +14,9 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterable
 from contextlib import suppress
+from typing import Any
 
 from dusttaichi.compute.processes import python_command
 from dusttaichi.errors import DustError
@@ -26,17 +30,19 @@ class Background:
     returned; seconds: that it took.
     """
 
-    def __init__(self, descriptors=()):
+    def __init__(self, descriptors: Iterable[int] = ()) -> None:
         self._descriptors = list(descriptors)
-        self._process = self._thread = None
-        self._error, self.seconds, self.done = None, 0.0, 0
+        self._process: subprocess.Popen[bytes] | None = None
+        self._thread: threading.Thread | None = None
+        self._error: BaseException | None = None
+        self.seconds, self.done = 0.0, 0
 
     @property
-    def busy(self):
+    def busy(self) -> bool:
         """True while it works."""
         return self._thread is not None and self._thread.is_alive()
 
-    def start(self, *calls):
+    def start(self, *calls: tuple[Any, ...]) -> None:
         """Begin to call functions one after another, up to the first error.
 
         calls: tuples (function, arguments, ...), which must not change until `wait`.
@@ -46,7 +52,7 @@ class Background:
         self._thread = threading.Thread(target=self._call, args=(calls,))
         self._thread.start()
 
-    def wait(self):
+    def wait(self) -> BaseException | None:
         """Wait until it is idle; returns the error of the last `start`, once, or None."""
         if self._thread is None:
             return None
@@ -54,7 +60,7 @@ class Background:
         self._thread = None
         return self._error
 
-    def close(self):
+    def close(self) -> BaseException | None:
         """Wait, and end the process."""
         error = self.wait()
         if self._process is not None:
@@ -63,7 +69,7 @@ class Background:
             self._end()
         return error
 
-    def _call(self, calls):
+    def _call(self, calls) -> None:
         began = time.perf_counter()
         for function, *arguments in calls:
             self._error = self._exchange(function, arguments)
@@ -85,7 +91,7 @@ class Background:
                 self._end()
             return RuntimeError(f"the process that writes files has ended ({error})")
 
-    def _end(self):
+    def _end(self) -> None:
         """Wait for the end of the process, which is to end or was killed."""
         for pipe in (self._process.stdin, self._process.stdout):
             with suppress(OSError):
@@ -105,7 +111,7 @@ class Background:
         )
 
 
-def _send(pipe, value):
+def _send(pipe, value) -> None:
     """Write a value into a pipe. Raises OSError where the other end is gone."""
     buffers = []
     head = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
@@ -144,7 +150,7 @@ def _call(function, arguments):
     return None
 
 
-def main():
+def main() -> None:
     """Entry point of the process: answers requests until its input ends."""
     # output of libraries must not come between the answers
     source, answers = open(0, "rb", buffering=0), open(os.dup(1), "wb", buffering=0)

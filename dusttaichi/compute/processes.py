@@ -1,8 +1,11 @@
 """Processes of Python that this program starts; they import nothing from the current directory."""
 
+from __future__ import annotations
+
 import json
 import os
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 # Where every file is this program's, HDF5 needs no locks, which some disks do not have
@@ -27,7 +30,7 @@ runpy.run_module(module, run_name="__main__", alter_sys=True)
 """
 
 
-def python_command(module, *arguments, also=()):
+def python_command(module: str, *arguments: object, also: Iterable[str] = ()) -> list[str]:
     """The command that runs a module of this program as `python -m` does, with these arguments.
 
     also: names of modules that the process imports later; where their packages are known in this
@@ -38,12 +41,12 @@ def python_command(module, *arguments, also=()):
     return [sys.executable, "-c", _START, json.dumps(packages), module, *map(str, arguments)]
 
 
-def start_again():
+def start_again() -> None:
     """Replace this process by one with the same command line."""
     os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
 
 
-def _file_of_package(name):
+def _file_of_package(name) -> str | None:
     package = sys.modules.get(name)
     file = getattr(package, "__file__", None)
     return str(Path(file).resolve()) if file and hasattr(package, "__path__") else None

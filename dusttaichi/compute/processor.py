@@ -76,7 +76,7 @@ def _windows_features():
     return frozenset(name for name, number in numbers.items() if is_there(number))
 
 
-def model():
+def model() -> str:
     """Name of the processor, as the system gives it."""
     return _describe_processor()[0]
 
@@ -91,7 +91,7 @@ def own_bits():
 # -- the folder of its kernels ---------------------------------------------------------------------
 
 
-def kernel_key():
+def kernel_key() -> str:
     """One word for processor, features and compiler: kernels of one key serve each other."""
     name, features = _describe_processor()
     digest = hashlib.sha256("\n".join([name, platform.machine(), *sorted(features)]).encode())
@@ -99,7 +99,7 @@ def kernel_key():
     return f"{slug}-{digest.hexdigest()[:8]}-{compiler.name()}-{compiler.version()}"
 
 
-def kernel_folder():
+def kernel_folder() -> str:
     """Folder of kernels of this processor and compiler.
 
     Home directories are shared, and code for one processor may not run on another, or run more
@@ -123,7 +123,7 @@ def use_kernel_folder():
     return folder
 
 
-def remove_old_locks(folder):
+def remove_old_locks(folder) -> None:
     """Remove locks of processes that were killed.
 
     With such a lock the compiler would neither read nor write kernels on disk any more.
@@ -134,7 +134,7 @@ def remove_old_locks(folder):
                 lock.unlink()
 
 
-def _remove_unused(root):
+def _remove_unused(root) -> None:
     """Remove folders of kernels that have not been used for long."""
     oldest_use = time.time() - UNUSED
     for folder in (path for path in root.iterdir() if path.is_dir()):

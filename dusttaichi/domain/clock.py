@@ -1,10 +1,18 @@
 """Lengths of the box during a stage, as functions of the step."""
 
+from __future__ import annotations
+
 from bisect import bisect_left
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import exp, floor, inf, isnan, nan
+from typing import TYPE_CHECKING
 
 from dusttaichi.units import SI, Units
+
+if TYPE_CHECKING:
+    from dusttaichi.domain.drives import Stop
+
 
 NEVER = 2**62  # a step that no run reaches
 FARTHEST = 2**52  # steps beyond this are never reached
@@ -23,16 +31,16 @@ class Clock:
 
     dt: float
     volume: float = 0.0
-    start: tuple = (nan, nan, nan)
-    rate: tuple = (0.0, 0.0, 0.0)
-    growth: tuple = (0.0, 0.0, 0.0)
-    least: tuple = (0.0, 0.0, 0.0)
+    start: tuple[float, ...] = (nan, nan, nan)
+    rate: tuple[float, ...] = (0.0, 0.0, 0.0)
+    growth: tuple[float, ...] = (0.0, 0.0, 0.0)
+    least: tuple[float, ...] = (0.0, 0.0, 0.0)
     first: int = 0
-    controlled: tuple = ()
+    controlled: tuple[int, ...] = ()
     shear: float = 0.0
     units: Units = SI
 
-    def lengths(self, step):
+    def lengths(self, step: int) -> list[float]:
         """Lengths of the box, a list of three."""
         t = self.dt * step
         return [
@@ -40,30 +48,30 @@ class Clock:
             for a, c, g in zip(self.start, self.rate, self.growth, strict=True)
         ]
 
-    def height_at(self, step):
+    def height_at(self, step: int) -> float:
         return self.lengths(step)[2]
 
-    def area_at(self, step):
+    def area_at(self, step: int) -> float:
         """Horizontal area of the box."""
         x, y, _ = self.lengths(step)
         return x * y
 
     @property
-    def moves(self):
+    def moves(self) -> bool:
         """True where some length changes, or a shear."""
         return any((*self.rate, *self.growth, self.shear))
 
     @property
-    def bounded(self):
+    def bounded(self) -> bool:
         """True where the box is finite along all axes."""
         return not any(map(isnan, self.start))
 
-    def filling_factor_at(self, step):
+    def filling_factor_at(self, step: int) -> float:
         """Filling factor of the box after `step` steps (S12 eq 28)."""
         x, y, z = self.lengths(step)
         return self.volume / (x * y * z) if x > 0.0 and y > 0.0 and z > 0.0 else inf
 
-    def strain_at(self, step):
+    def strain_at(self, step: int) -> float:
         """Largest relative change of a length since the start of the stage, or shear since then.
 
         Lengths that follow a load are left out.
@@ -73,7 +81,7 @@ class Clock:
         changes = [abs(lengths[n] / first_lengths[n] - 1.0) for n in axes]
         return max([abs(self.shear) * self.dt * (step - self.first), *changes])
 
-    def step_of_filling_factor(self, phi):
+    def step_of_filling_factor(self, phi: float) -> int:
         """First step of the stage at which the filling factor has reached phi, from either side."""
         if self.filling_factor_at(self.first) >= phi and not self.fills(-1):
             return self.first
@@ -81,31 +89,31 @@ class Clock:
             return self._first(lambda step: self.filling_factor_at(step) <= phi)
         return self._first(lambda step: self.filling_factor_at(step) >= phi)
 
-    def fills(self, sign):
+    def fills(self, sign: int) -> bool:
         """True where the filling factor grows (sign 1) or falls (-1) from the first step on."""
         speeds = [sign * self._find_speed(axis) for axis in range(3)]
         return any(v < 0.0 for v in speeds) and not any(v > 0.0 for v in speeds)
 
-    def step_of_strain(self, strain):
+    def step_of_strain(self, strain: float) -> int:
         """First step of the stage at which the strain is at least `strain`."""
         return self._first(lambda step: self.strain_at(step) >= strain)
 
-    def step_of_length(self, length, axis):
+    def step_of_length(self, length: float, axis: int) -> int:
         """First step of the stage at which that length is no more than `length`, or NEVER."""
         if not self.narrows(axis):
             return NEVER
         return self._first(lambda step: self.lengths(step)[axis] <= length)
 
-    def narrows(self, axis):
+    def narrows(self, axis: int) -> bool:
         """True where a length shrinks."""
         return self._find_speed(axis) < 0.0
 
-    def _find_speed(self, axis):
+    def _find_speed(self, axis: int) -> float:
         """Speed at which a length grows at the start of the stage; its sign does not change."""
         a, c, g = self.start[axis], self.rate[axis], self.growth[axis]
         return c + g * a * exp(min(g * self.dt * self.first, LARGEST))
 
-    def _first(self, reached):
+    def _first(self, reached: Callable[[int], bool]) -> int:
         """First step of the stage at which a condition is met that, once met, stays so."""
         if reached(self.first):
             return self.first
@@ -116,15 +124,15 @@ class Clock:
                 return NEVER
         return bisect_left(range(NEVER), True, lo=low + 1, hi=low + ahead, key=reached)
 
-    def steps(self, time):
+    def steps(self, time: float) -> float:
         """Number of steps in a time [s], with the fraction of the last."""
         return time / self.units("s") / self.dt
 
-    def steps_in(self, time):
+    def steps_in(self, time: float) -> int:
         """Number of whole steps in a time [s], at least one."""
         return max(1, floor(self.steps(time) + 0.5))
 
-    def last_step(self, stop):
+    def last_step(self, stop: Stop) -> tuple[int, str]:
         """Latest step at which a Stop ends the stage, and the reason.
 
         NEVER if only a measured quantity can end it. Times and steps count from the start of the

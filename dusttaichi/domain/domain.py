@@ -4,10 +4,15 @@ Walls and cell are placed around the sample (layout.py) and moved by the drive o
 count from the start of the run: a change of drive does not change positions.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.domain.cell import Cell
 from dusttaichi.domain.clock import NEVER, Clock
@@ -17,8 +22,11 @@ from dusttaichi.errors import DustError, GuardStop
 from dusttaichi.physics.geometry import AXES
 from dusttaichi.units import SI, Units
 
+if TYPE_CHECKING:
+    from dusttaichi.domain.drives import Drive
 
-def lengths(box, cell, time):
+
+def lengths(box: Box | None, cell: Cell | None, time: float) -> NDArray[np.float64]:
     """Lengths, (3,), between the walls of a Box and of the edges of a Cell at a time.
 
     Either may be None; NaN along open axes.
@@ -52,7 +60,12 @@ class Domain:
     servo: Servo | None = None
     units: Units = SI
 
-    def driven(self, drive, step, integral=None):
+    def driven(
+        self,
+        drive: Drive,
+        step: int,
+        integral: Callable[[Servo], NDArray[np.float64]] | None = None,
+    ) -> Domain:
         """The domain with the motion of `drive` (scene.Drive) from that step on.
 
         integral: see servo.make_servo; needed where a load is controlled.
@@ -69,11 +82,12 @@ class Domain:
             cell = cell.driven(time, **self._face_motion(drive, servo))
         return replace(self, servo=servo, box=box, cell=cell)
 
-    def steer(self, integral):
+    def steer(self, integral: NDArray[np.float64]) -> Domain:
         """The domain after the change of speeds by the servo that is due at this step.
 
         integral: see Servo.load_integral. Raises GuardStop where the box has its smallest length.
         """
+        assert self.servo is not None, "no load is controlled"
         servo, step = self.servo, self.servo.next_change
         load = (
             (integral - servo.load_integral) / (servo.every * self.dt) / self._measured_over(step)
@@ -81,9 +95,11 @@ class Domain:
         servo = servo.update(load, integral, self.dt)
         time, domain = self.dt * step, replace(self, servo=servo)
         if servo.mode == WALL:
+            assert self.box is not None
             box = self.box.driven(servo.speed[0], self.box.along[TOP, 0], time)
             domain = replace(domain, box=box)
         else:
+            assert self.cell is not None
             growth, controlled = self.cell.growth.copy(), np.isin(np.arange(3), servo.axes)
             growth[controlled] = -servo.speed
             moved = self.cell.driven(time, growth=growth, shear=self.cell.shear_rate)
@@ -93,13 +109,14 @@ class Domain:
         domain._check_narrow(step)
         return domain
 
-    def _measured_over(self, step):
+    def _measured_over(self, step: int) -> np.floating:
         """Area or volume over which the load is averaged."""
-        if self.servo.mode == WALL:
-            return self.wall_areas(step)[TOP]
+        if self.servo is not None and self.servo.mode == WALL:
+            area: np.float64 = self.wall_areas(step)[TOP]
+            return area
         return np.prod(self.lengths(step))
 
-    def _check_narrow(self, step):
+    def _check_narrow(self, step: int) -> None:
         clock, lengths, um = self.clock(step), self.lengths(step), self.units("m") * 1e6
         for axis in range(3):
             if clock.narrows(axis) and lengths[axis] <= clock.least[axis]:
@@ -113,16 +130,16 @@ class Domain:
     # -- positions -------------------------------------------------------------------------------
 
     @property
-    def there(self):
+    def there(self) -> bool:
         """True where there is a wall or a cell."""
         return self.box is not None or self.cell is not None
 
     @property
-    def has_top(self):
+    def has_top(self) -> bool:
         """True where there is a top wall, on which the pressure is measured."""
         return self.box is not None and bool(self.box.present[TOP])
 
-    def room(self, step):
+    def room(self, step: int) -> NDArray[np.float64]:
         """Coordinates of walls and faces, (6,); NaN where there is neither."""
         time = self.dt * step
         planes = np.full(6, np.nan)
@@ -134,34 +151,35 @@ class Domain:
                 planes[2 * n : 2 * n + 2] = low[n], low[n] + self.cell.edges(time)[n]
         return planes
 
-    def lengths(self, step):
+    def lengths(self, step: int) -> NDArray[np.float64]:
         """Lengths of the box, (3,); NaN where it is open."""
         return lengths(self.box, self.cell, self.dt * step)
 
     @property
-    def bounded(self):
+    def bounded(self) -> bool:
         """True where the box is finite along all axes."""
         return not np.isnan(self.lengths(0)).any()
 
-    def wall_areas(self, step):
+    def wall_areas(self, step: int) -> NDArray[np.float64]:
         """Area of each wall, (6,): of the box, or of the sample where it is open."""
+        assert self.box is not None, "there are no walls"
         planes, lengths = self.box.planes(self.dt * step), self.lengths(step)
         a, b, c = np.where(np.isnan(lengths), planes[1::2] - planes[0::2], lengths)
         return np.array([b * c, b * c, a * c, a * c, a * b, a * b])
 
-    def nearest(self, d, step):
+    def nearest(self, d: NDArray[np.float64], step: int) -> NDArray[np.float64]:
         """Distance vectors, (n, 3), to the nearest periodic image."""
         return d if self.cell is None else self.cell.nearest(d, self.dt * step)
 
     # -- motion ----------------------------------------------------------------------------------
 
     @property
-    def wall_speed(self):
+    def wall_speed(self) -> float:
         """Speed of the top wall downwards, 0 without one."""
-        return float(self.box.speed[TOP]) if self.has_top else 0.0
+        return float(self.box.speed[TOP]) if self.box is not None and self.has_top else 0.0
 
     @property
-    def fastest_wall(self):
+    def fastest_wall(self) -> float:
         """Largest normal speed of a wall, now or allowed by its servo."""
         if self.box is None:
             return 0.0
@@ -170,7 +188,7 @@ class Domain:
             return max(fastest, float(self.servo.largest[0]))
         return fastest
 
-    def closing_speed(self, step):
+    def closing_speed(self, step: int) -> float:
         """Speed at which faces may bring particles together, now or allowed by a servo."""
         if self.cell is None:
             return 0.0
@@ -181,7 +199,7 @@ class Domain:
             speeds[axes] = self.servo.largest * self.cell.edges(time)[axes]
         return float(speeds.sum()) + abs(self.cell.tilt_rate)
 
-    def shear_strain(self, step):
+    def shear_strain(self, step: int) -> float:
         """Shear strain since the start; 0 where nothing is sheared.
 
         It is that of the cell, or the displacement of the top wall along x over the current height.
@@ -190,15 +208,15 @@ class Domain:
         if self.cell is not None and self.cell.tilted:
             return self.cell.compute_shear_strain(time)
         height = self.lengths(step)[2]
-        if not self.has_top:
+        if self.box is None or not self.has_top:
             return 0.0
         return float(self.box.tangential_displacements(time)[TOP, 0] / height)
 
-    def tilt(self, step):
+    def tilt(self, step: int) -> float:
         """Shift of the image above the cell along x."""
         return 0.0 if self.cell is None else self.cell.offset(self.dt * step)
 
-    def check_start(self):
+    def check_start(self) -> None:
         """Raise DustError where walls or faces have their smallest distance at the start."""
         clock, um = self.clock(), self.units("m") * 1e6
         for axis, word in enumerate(("wide", "deep", "high")):
@@ -209,7 +227,7 @@ class Domain:
                     "use a larger sample or box, or leave it at rest"
                 )
 
-    def clock(self, first=0):
+    def clock(self, first: int = 0) -> Clock:
         """The Clock of the stage that begins at step `first`, at which the drive has been set.
 
         The smallest distance of faces is slightly more than two particles, so that no particle
@@ -249,7 +267,7 @@ class Domain:
             units=self.units,
         )
 
-    def plan_stages(self, scene):
+    def plan_stages(self, scene: Any) -> list[tuple[str, float, str]]:
         """(name, largest number of steps, reason) of every stage, before anything is computed.
 
         Steps are infinite where only a measured quantity ends the stage; there the list ends.
@@ -264,7 +282,7 @@ class Domain:
             first = end
         return out
 
-    def _face_motion(self, drive, servo):
+    def _face_motion(self, drive: Drive, servo: Servo | None) -> dict[str, Any]:
         """Motion of the edges of a cell, arguments of Cell.driven."""
         growth, rate, time = np.zeros(3), np.zeros(3), self.units("s")
         if drive.compression_rate is not None:
@@ -277,14 +295,16 @@ class Domain:
             growth[list(servo.axes)] = -servo.speed
         return {"rate": rate, "growth": growth, "shear": (drive.shear_rate or 0.0) * time}
 
-    def _controlled_axes(self):
+    def _controlled_axes(self) -> tuple[int, ...]:
         """Numbers of the axes along which a servo moves walls or faces."""
         if self.servo is None:
             return ()
         return (2,) if self.servo.mode == WALL else self.servo.axes
 
-    def _shear_rate(self, height):
+    def _shear_rate(self, height: float) -> float:
         """Rate of shear, between walls relative to the height at the start."""
         if self.cell is not None and self.cell.tilted:
             return self.cell.shear_rate
-        return float(self.box.along[TOP, 0] / height) if self.has_top and height == height else 0.0
+        if self.box is None or not self.has_top or np.isnan(height):
+            return 0.0
+        return float(self.box.along[TOP, 0] / height)

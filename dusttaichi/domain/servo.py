@@ -27,9 +27,21 @@ about it, or that of the last stage if this controlled a load by the same walls 
 larger. Walls and faces that were at rest start at rest.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from dusttaichi.domain.cell import Cell
+    from dusttaichi.domain.drives import Drive
+    from dusttaichi.domain.walls import Box
+    from dusttaichi.units import Units
+
 
 EVERY, MEMORY = 25, 80
 DAMPED, LIMIT, LOADED, RELIEF, SCATTER = 1.0, 0.5, 2.0, 5.0, 0.3
@@ -58,40 +70,40 @@ class Servo:
     """
 
     mode: str
-    axes: tuple
-    load: np.ndarray
+    axes: tuple[int, ...]
+    load: NDArray[np.float64]
     scale: float
     gain: float
-    largest: np.ndarray
-    length: np.ndarray
-    speed: np.ndarray
-    steady: np.ndarray
-    missing: np.ndarray
-    squared_changes: np.ndarray
-    squared_strains: np.ndarray
-    products: np.ndarray
+    largest: NDArray[np.float64]
+    length: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    steady: NDArray[np.float64]
+    missing: NDArray[np.float64]
+    squared_changes: NDArray[np.float64]
+    squared_strains: NDArray[np.float64]
+    products: NDArray[np.float64]
     next_change: int
     every: int
-    load_integral: np.ndarray
+    load_integral: NDArray[np.float64]
     averaged_intervals: int
-    mean_error: np.ndarray
+    mean_error: NDArray[np.float64]
     late_gain: float
-    entry: np.ndarray
+    entry: NDArray[np.float64]
 
     @property
-    def presses(self):
+    def presses(self) -> bool:
         """True where the load is a pressure, False where it is a tension."""
         return bool(self.load.sum() >= 0.0)
 
     @property
-    def stiffness(self):
+    def stiffness(self) -> NDArray[np.float64]:
         """Measured stiffness: change of the relative load per strain, (n,)."""
         squares = np.maximum(self.squared_strains, TINY)
         slope = self.products / squares
         scatter = np.maximum(self.squared_changes / squares - slope**2, 0.0)
         return np.maximum(np.sqrt(slope**2 + SCATTER**2 * scatter), SOFT)
 
-    def update(self, load, integral, dt):
+    def update(self, load: NDArray[np.float64], integral: NDArray[np.float64], dt: float) -> Servo:
         """The Servo after a change of speed.
 
         load: mean since the last change, (n,). integral: the next `load_integral`. dt: of a step.
@@ -120,7 +132,7 @@ class Servo:
             load_integral=np.array(integral, float),
         )
 
-    def _measure_stiffness(self, change, strain):
+    def _measure_stiffness(self, change: NDArray[np.float64], strain: NDArray[np.float64]) -> Servo:
         """The Servo with the stiffness after a change of the relative load over a strain, (n,).
 
         At the largest speed it does not fall, since constant speed tells nothing about it.
@@ -140,7 +152,31 @@ class Servo:
         )
 
 
-def make_servo(drive, domain, step, integral):
+class Surroundings(Protocol):
+    """Walls and cell of a domain.Domain."""
+
+    @property
+    def dt(self) -> float: ...
+    @property
+    def units(self) -> Units: ...
+    @property
+    def box(self) -> Box | None: ...
+    @property
+    def cell(self) -> Cell | None: ...
+    @property
+    def servo(self) -> Servo | None: ...
+    @property
+    def has_top(self) -> bool: ...
+    @property
+    def wall_speed(self) -> float: ...
+
+
+def make_servo(
+    drive: Drive,
+    domain: Surroundings,
+    step: int,
+    integral: Callable[[Servo], NDArray[np.float64]] | None,
+) -> Servo | None:
     """The Servo of a Drive from that step on, None where no load is controlled.
 
     integral(servo): time integral of its measured load (Servo.load_integral); zero if None.
@@ -154,7 +190,7 @@ def make_servo(drive, domain, step, integral):
         mode = WALL if domain.has_top else EVEN
         axes = () if mode == WALL else (0, 1, 2)
         load = np.array([drive.pressure]) / domain.units("Pa")
-    n, wall = len(load), mode == WALL
+    n, box = len(load), domain.box
     first = Servo(
         mode=mode,
         axes=tuple(axes),
@@ -163,7 +199,9 @@ def make_servo(drive, domain, step, integral):
         gain=drive.gain or AT_REST,
         largest=_find_largest_speed(drive, mode, axes, domain.units),
         # the height below the top wall, whether it has a bottom or not
-        length=np.diff(domain.box.planes(domain.dt * step)[4:]) if wall else np.ones(n),
+        length=np.ones(n)
+        if mode != WALL or box is None
+        else np.diff(box.planes(domain.dt * step)[4:]),
         speed=np.zeros(n),
         steady=np.zeros(n),
         missing=np.full(n, np.nan),
@@ -185,16 +223,21 @@ def make_servo(drive, domain, step, integral):
     return _continue_motion(first, drive, domain, speed) if speed.any() else first
 
 
-def _measure_approach(domain, mode, axes, step):
+def _measure_approach(
+    domain: Surroundings, mode: str, axes: tuple[int, ...], step: int
+) -> NDArray[np.float64]:
     """Speed or rates (n,) at which walls or faces approach each other at a step."""
     if mode == WALL:
         return np.array([domain.wall_speed])
-    time = domain.dt * step
-    rates = -domain.cell.speeds(time) / domain.cell.edges(time)
+    time, cell = domain.dt * step, domain.cell
+    assert cell is not None
+    rates = -cell.speeds(time) / cell.edges(time)
     return np.array([rates.mean()]) if mode == EVEN else rates[list(axes)]
 
 
-def _continue_motion(first, drive, domain, speed):
+def _continue_motion(
+    first: Servo, drive: Drive, domain: Surroundings, speed: NDArray[np.float64]
+) -> Servo:
     """The Servo `first` of a stage that continues a motion at that speed or rates (n,)."""
     largest, last = first.largest, domain.servo
     if (drive.wall_speed if first.mode == WALL else drive.strain_rate) is None:
@@ -209,7 +252,8 @@ def _continue_motion(first, drive, domain, speed):
         averaged_intervals=SMOOTH,
         entry=np.abs(speed),
     )
-    stiffness, strains = FIRM, (speed * servo.every * domain.dt / servo.length) ** 2
+    stiffness: float | NDArray[np.float64] = FIRM
+    strains = (speed * servo.every * domain.dt / servo.length) ** 2
     if last is not None and (last.mode, last.axes) == (servo.mode, servo.axes):
         missing = (servo.load - last.load + last.missing * last.scale) / servo.scale
         stiffness = np.maximum(FIRM, last.stiffness * last.scale / servo.scale)
@@ -219,7 +263,9 @@ def _continue_motion(first, drive, domain, speed):
     return replace(servo, squared_changes=changes, squared_strains=strains, products=products)
 
 
-def _find_largest_speed(drive, mode, axes, units):
+def _find_largest_speed(
+    drive: Drive, mode: str, axes: tuple[int, ...], units: Units
+) -> NDArray[np.float64]:
     """Largest speed or rates of the motion by a Servo of that mode, (n,)."""
     if mode == WALL:
         return np.array([drive.largest_wall_speed]) / units("m/s")

@@ -1,10 +1,18 @@
 """Walls: up to six planes around the particles, of which the top one may be driven."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.physics.geometry import WALLS
+
+if TYPE_CHECKING:
+    from dusttaichi.domain.drives import Boundary
+
 
 NORMALS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
 TOP, TUBE = WALLS.index("top"), len(WALLS)
@@ -19,43 +27,44 @@ class Box:
     axis, factor on its springs; its radius is 0 where there is none. It is wall TUBE.
     """
 
-    normal: np.ndarray
-    offset: np.ndarray
-    speed: np.ndarray
-    strength: np.ndarray
-    present: np.ndarray
-    slid: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
-    along: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
-    tube: np.ndarray = field(default_factory=lambda: np.zeros(4))
+    normal: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    strength: NDArray[np.float64]
+    present: NDArray[np.int32]
+    slid: NDArray[np.float64] = field(default_factory=lambda: np.zeros((6, 3)))
+    along: NDArray[np.float64] = field(default_factory=lambda: np.zeros((6, 3)))
+    tube: NDArray[np.float64] = field(default_factory=lambda: np.zeros(4))
 
     @property
-    def is_round(self):
+    def is_round(self) -> bool:
         """True where there is a tube."""
         return bool(self.tube[0] > 0.0)
 
     @property
-    def square(self):
+    def square(self) -> float:
         """Edge of a square with the area of the tube."""
         return float(np.sqrt(np.pi) * self.tube[0])
 
     @property
-    def velocity(self):
+    def velocity(self) -> NDArray[np.float64]:
         """Velocities of the walls, (6, 3)."""
         return self.speed[:, None] * self.normal + self.along
 
-    def tangential_displacements(self, time):
+    def tangential_displacements(self, time: float) -> NDArray[np.float64]:
         """Displacement of each wall along itself at a time, (6, 3)."""
         return self.slid + self.along * time
 
-    def offsets(self, time):
+    def offsets(self, time: float) -> NDArray[np.float64]:
         """x.normal on the six walls at a time."""
         return self.offset + self.speed * time
 
-    def planes(self, time):
+    def planes(self, time: float) -> NDArray[np.float64]:
         """Coordinates of the six walls at a time."""
-        return self.offsets(time) * self.normal.sum(axis=1)
+        signs: NDArray[np.float64] = self.normal.sum(axis=1)
+        return self.offsets(time) * signs
 
-    def driven(self, speed, along, time):
+    def driven(self, speed: float, along: float, time: float) -> Box:
         """These walls with new velocities of the top one from `time` on.
 
         `speed` is downwards and `along` along x.
@@ -69,7 +78,7 @@ class Box:
         return replace(self, offset=offset, speed=speeds, slid=slid, along=tangential)
 
 
-def wall_strengths(boundary):
+def wall_strengths(boundary: Boundary) -> tuple[float | None, ...] | None:
     """Factor on the springs of each wall, None for one left out; None for a scene without walls."""
     if not boundary.walls:
         return None
@@ -79,12 +88,17 @@ def wall_strengths(boundary):
     return tuple(factor if name in names else None for name, factor in factors)
 
 
-def make_box(boundary, low, high, size):
+def make_box(
+    boundary: Boundary,
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    size: NDArray[np.float64],
+) -> Box:
     """Walls around a sample of ends low and high, centred between the side walls, on the bottom."""
     slack = size - (high - low)
     low = low - np.array([0.5, 0.5, 0.0]) * slack
     high = low + size
     present = np.array([name in boundary.walls for name in WALLS], dtype=np.int32)
-    strength = np.array([factor or 0.0 for factor in wall_strengths(boundary)])
+    strength = np.array([factor or 0.0 for factor in wall_strengths(boundary) or ()])
     offset = np.array([low[0], -high[0], low[1], -high[1], low[2], -high[2]])
     return Box(NORMALS, offset, np.zeros(6), strength, present)

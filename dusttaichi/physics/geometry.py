@@ -7,6 +7,7 @@ from typing import Literal, get_args
 
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike, NDArray
 
 AxisName = Literal["x", "y", "z"]
 WallName = Literal["x_min", "x_max", "y_min", "y_max", "bottom", "top"]
@@ -16,20 +17,20 @@ SURFACES = (*WALLS, "tube")  # what wall contacts number
 LYING = "lying cylinder"  # shape of a sample between two plates
 
 
-def nearest_image(d, period, tilt=0.0):
+def nearest_image(d: ArrayLike, period: ArrayLike, tilt: float = 0.0) -> NDArray[np.float64]:
     """Distance vectors (..., 3) to the nearest image.
 
     period: edges of the cell (3,), inf along axes that are not periodic. tilt: shift of the image
     above along x.
     """
-    d = np.array(d, float)
+    vectors, edges = np.array(d, float), np.asarray(period)
     for n in (2, 1, 0):
-        if np.isfinite(period[n]):
-            count = np.round(d[..., n] / period[n])
-            d[..., n] -= period[n] * count
+        if np.isfinite(edges[n]):
+            count = np.round(vectors[..., n] / edges[n])
+            vectors[..., n] -= edges[n] * count
             if n == 2 and tilt:
-                d[..., 0] -= tilt * count
-    return d
+                vectors[..., 0] -= tilt * count
+    return vectors
 
 
 def pairs_within(positions, radii, factor=1.0, period=None):

@@ -1,10 +1,13 @@
 """Files that are complete at any time: atomic replacement, disk space, meaning of errors."""
 
+from __future__ import annotations
+
 import errno
 import os
 import shutil
 import tempfile
 import time
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -19,12 +22,12 @@ HDF5_ERROR = -101  # number of the errors of HDF5 in those of NetCDF, also of a 
 RESULT, CHECKPOINT = "result.nc", "checkpoint.bin"  # the files of a run directory
 
 
-def parts_folder(result):
+def parts_folder(result: str | Path) -> Path:
     """Folder of the files that continue a result during its run (results/pieces.py)."""
     return Path(result).with_suffix(".parts")
 
 
-def run_files(directory):
+def run_files(directory: str | Path) -> list[str]:
     """Relative paths of the existing files from which a run continues."""
     directory = Path(directory)
     part_paths = sorted(parts_folder(directory / RESULT).glob("[0-9]*.nc"))
@@ -36,7 +39,7 @@ def run_files(directory):
     return [name for name in names if (directory / name).exists()]
 
 
-def explain(error, path):
+def explain(error: BaseException, path: str | Path) -> str:
     """Meaning of an `error` of the operating system (or HDF5) on `path`, as a clause."""
     code = getattr(error, "errno", None)
     folder = Path(path).parent
@@ -59,7 +62,7 @@ def explain(error, path):
     return str(error)
 
 
-def no_folder(path):
+def no_folder(path: Path) -> str:
     """Clause that says why there is no folder at a path, or why there can be none."""
     for ancestor in (path, *path.parents):
         if os.path.isdir(ancestor):
@@ -72,7 +75,7 @@ def no_folder(path):
     return f"the folder {path} does not exist (any more)"
 
 
-def _fault_of_folder(folder):
+def _fault_of_folder(folder: str | Path) -> str:
     """Reason why a new file cannot be written in a folder, and locked there; "" if it can.
 
     HDF5 reports a refused lock as a missing permission.
@@ -87,7 +90,7 @@ def _fault_of_folder(folder):
     return locks.lockless(folder) if lockless else ""
 
 
-def replace_atomically(temporary, path):
+def replace_atomically(temporary: str | Path, path: str | Path) -> None:
     """Move `temporary` to `path` such that `path` is complete at any time, also after a power cut.
 
     Raises OSError.
@@ -101,7 +104,7 @@ def replace_atomically(temporary, path):
     _sync_folder(Path(path).parent)
 
 
-def _sync_folder(folder):
+def _sync_folder(folder: str | Path) -> None:
     if os.name != "posix":
         return
     descriptor = os.open(folder, os.O_RDONLY)
@@ -114,13 +117,13 @@ def _sync_folder(folder):
         os.close(descriptor)
 
 
-def remove(path):
+def remove(path: str | Path) -> None:
     """Remove a file if possible, which it is not on a disk that became read-only."""
     with suppress(OSError):
         Path(path).unlink()
 
 
-def write_whole(path, data):
+def write_whole(path: str | Path, data: bytes | Iterable[bytes | memoryview]) -> None:
     """Replace the file at `path` by these bytes, such that it is complete at any time.
 
     data: bytes, or an iterable of blocks. Raises OSError; the file is then unchanged.
@@ -139,7 +142,7 @@ def write_whole(path, data):
         raise
 
 
-class WorkFile(AbstractContextManager):
+class WorkFile(AbstractContextManager["WorkFile"]):
     """A temporary file for a library that does not recover from failed writes (HDF5).
 
     It is in memory (MEMORY) if there is enough, otherwise on disk, beside the file at
@@ -147,7 +150,7 @@ class WorkFile(AbstractContextManager):
     the file. Raises OSError if there is not enough space.
     """
 
-    def __init__(self, result_path, size):
+    def __init__(self, result_path: str | Path, size: int) -> None:
         self._hidden = False
         if _free(MEMORY) > 2 * size:
             _remove_forgotten()
@@ -163,13 +166,13 @@ class WorkFile(AbstractContextManager):
                 self.__exit__()
                 raise
 
-    def hide(self):
+    def hide(self) -> None:
         """Remove the name of the file, which the library has opened, so that it cannot remain."""
         if os.name == "posix":
             self.path.unlink()
             self._hidden = True
 
-    def blocks(self):
+    def blocks(self) -> Iterator[memoryview]:
         """Blocks of bytes of the file after the library has closed it; each overwrites the last."""
         buffer = memoryview(bytearray(BLOCK))
         with open(self._descriptor, "rb", buffering=0, closefd=False) as file:
@@ -177,14 +180,14 @@ class WorkFile(AbstractContextManager):
             while count := file.readinto(buffer):
                 yield buffer[:count]
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         os.close(self._descriptor)
         if not self._hidden:
             remove(self.path)
 
 
 @lru_cache(maxsize=1)
-def _remove_forgotten():
+def _remove_forgotten() -> None:
     """Remove work files of processes that were killed before `hide`."""
     for path in MEMORY.glob(f"{WORK}*"):
         with suppress(OSError):
@@ -193,14 +196,14 @@ def _remove_forgotten():
                 path.unlink()
 
 
-def _free(folder):
+def _free(folder: str | Path) -> int:
     """Free bytes on the disk of a folder; 0 if it is not writable."""
     if not os.access(folder, os.W_OK):
         return 0
     return shutil.disk_usage(folder).free
 
 
-def clone(source, target):
+def clone(source: str | Path, target: str | Path) -> None:
     """Copy a file, sharing its blocks where the file system can. Raises OSError."""
     if hasattr(os, "copy_file_range"):
         try:
@@ -219,7 +222,7 @@ def clone(source, target):
     shutil.copyfile(source, target)
 
 
-def reserve(path, size):
+def reserve(path: str | Path, size: int) -> None:
     """Reserve `size` bytes after the end of the file. Raises OSError if the disk is full.
 
     HDF5 does not recover from failed writes.

@@ -5,16 +5,20 @@ its index has lost is read as FILL, which no run writes. An attribute has the SH
 checksum: the texts, and the names of the variables.
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
 import os
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import netCDF4
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import locks
@@ -38,15 +42,19 @@ class DamagedFile(DustError):
 class Header(NamedTuple):
     """Global attributes of a result file, and the number of records of its groups that grow."""
 
-    attributes: dict
-    records: dict
+    attributes: dict[str, Any]
+    records: dict[str, int]
 
 
-_checked = {}  # path -> identity of the verified file, its Header
+_checked: dict[
+    str, tuple[tuple[int, ...], Header]
+] = {}  # path -> identity of the verified file, its Header
 
 
-def _fill(bits, dtype):
-    return np.array(bits, dtype.replace("f", "u")).view(dtype)[()]
+def _fill(bits: int, dtype: str) -> np.floating:
+    unsigned = np.array([bits], dtype.replace("f", "u"))
+    value: np.floating = unsigned.view(dtype)[0]
+    return value
 
 
 FILL = {  # value of unwritten records: a NaN that no computation returns
@@ -55,7 +63,7 @@ FILL = {  # value of unwritten records: a NaN that no computation returns
 }
 
 
-def check(path):
+def check(path: str | Path) -> Header:
     """The Header of a file, which is verified once in a process and again after a change.
 
     It is not opened a second time, since HDF5 may crash where two handles of a file have texts
@@ -63,25 +71,25 @@ def check(path):
     programs, are not verified. Raises as `open_netcdf`.
     """
     real_path, identity = _identity(path)
-    if _checked.get(real_path, (None,))[0] != identity:
+    if real_path not in _checked or _checked[real_path][0] != identity:
         with open_result(path):
             pass
     return _checked[real_path][1]
 
 
 @contextmanager
-def open_result(path):
+def open_result(path: str | Path) -> Iterator[Any]:
     """A verified result file that is open for reading. Raises as `open_netcdf`."""
     real_path, identity = _identity(path)
     with open_netcdf(path) as file:
-        if _checked.get(real_path, (None,))[0] != identity:
+        if real_path not in _checked or _checked[real_path][0] != identity:
             with translate_errors(path):
                 _checked[real_path] = identity, _verify(file, path)
         yield file
 
 
 @contextmanager
-def numbers_unread():
+def numbers_unread() -> Iterator[None]:
     """Context in which files are opened without reading all their numbers first.
 
     For who reads every number anyway, by `read_block`.
@@ -94,7 +102,7 @@ def numbers_unread():
 
 
 @contextmanager
-def open_netcdf(path, engine=netCDF4.Dataset):
+def open_netcdf(path: str | Path, engine: Callable[[Any], Any] = netCDF4.Dataset) -> Iterator[Any]:
     """A NetCDF file of any program, open for reading with a shared lock, which ends with it.
 
     engine: function of the path that opens it. Raises OSError, as for a missing file; DustError
@@ -107,7 +115,7 @@ def open_netcdf(path, engine=netCDF4.Dataset):
         yield file
 
 
-def _identity(path):
+def _identity(path: str | Path) -> tuple[str, tuple[int, ...]]:
     """(path, identity of the file and of its content), keys of `_checked`. Raises OSError."""
     status = os.stat(path)
     return os.path.realpath(path), (
@@ -118,14 +126,14 @@ def _identity(path):
     )
 
 
-def _is_marked(head):
+def _is_marked(head: bytes) -> bool:
     """True for the first bytes of a file that HDF5 has marked as being written."""
     is_superblock = head.startswith(b"\x89HDF") and len(head) == _SUPERBLOCK
     return is_superblock and head[8] == 3 and bool(head[11] & 5)
 
 
 @contextmanager
-def translate_errors(path):
+def translate_errors(path: str | Path) -> Iterator[None]:
     """Context in which a file is opened or read; its errors are those of `open_netcdf`."""
     try:
         yield
@@ -136,7 +144,7 @@ def translate_errors(path):
         raise reason from error
 
 
-def refusal(error, path):
+def refusal(error: BaseException, path: str | Path) -> DustError | None:
     """The DustError of a file that could not be opened or read; None for an unrelated error.
 
     HDF5 has the same error for damage, a refused lock and a fault of the disk.
@@ -162,7 +170,7 @@ def refusal(error, path):
     return build_damage_error(path)
 
 
-def _verify(file, path):
+def _verify(file: Any, path: str | Path) -> Header:
     """The Header of an open file. Raises DustError, or an error of `translate_errors`."""
     header = Header({n: file.getncattr(n) for n in file.ncattrs()}, record_counts(file))
     digest = header.attributes.get(DIGEST)
@@ -174,7 +182,7 @@ def _verify(file, path):
     return header
 
 
-def digest_of(file):
+def digest_of(file: Any) -> str:
     """Value of DIGEST for an open file."""
     groups = (file, *file.groups.values())
     texts = [[n, v] for n in file.ncattrs() if n != DIGEST and _is_text(v := file.getncattr(n))]
@@ -187,14 +195,14 @@ def digest_of(file):
     return _PREFIX + hashlib.sha256(json.dumps(sorted(texts)).encode()).hexdigest()
 
 
-def record_counts(file):
+def record_counts(file: Any) -> dict[str, int]:
     """Group of an open file -> number of its records, of groups that grow."""
     groups = {"series": file, **file.groups}
     dimensions = {g: folder.dimensions.get(record_dimension(g)) for g, folder in groups.items()}
     return {g: len(dimension) for g, dimension in dimensions.items() if dimension is not None}
 
 
-def build_damage_error(path):
+def build_damage_error(path: str | Path) -> DamagedFile:
     """The DamagedFile for a path."""
     path, advice = Path(path), "Take it from a backup, or compute it again (--force)"
     if path.parent.suffix == ".parts":
@@ -202,7 +210,7 @@ def build_damage_error(path):
     return DamagedFile(f"{path} is damaged: its content is not that which was written. {advice}.")
 
 
-def _build_change_error(path):
+def _build_change_error(path: str | Path) -> DamagedFile:
     return DamagedFile(
         f"{path} is damaged, or another program has changed it: its texts are not those that were "
         f"written. If you have changed it yourself, remove its attribute {DIGEST}, too; otherwise "
@@ -210,11 +218,11 @@ def _build_change_error(path):
     )
 
 
-def _is_text(value):
+def _is_text(value: Any) -> bool:
     return isinstance(value, str)
 
 
-def _read_through(file, path):
+def _read_through(file: Any, path: str | Path) -> None:
     """Read all numbers of an open file. Raises RuntimeError, DamagedFile."""
     file.set_auto_maskandscale(False)
     for group in (file, *file.groups.values()):
@@ -229,28 +237,30 @@ def _read_through(file, path):
                 read_block(variable, start, start + rows, path)
 
 
-def rows_of_block(variable):
+def rows_of_block(variable: Any) -> int:
     """Records of a variable with chunks that are read at a time, a multiple of those of a chunk."""
-    row = variable.dtype.itemsize * variable.size // len(variable)
-    rows = variable.chunking()[0]
+    row = int(variable.dtype.itemsize * variable.size // len(variable))
+    rows = int(variable.chunking()[0])
     return max(_BLOCK // row // rows, 1) * rows
 
 
-def read_block(variable, start, end, path):
+def read_block(variable: Any, start: int, end: int, path: str | Path) -> NDArray[Any]:
     """Records `start` to before `end` of a variable with chunks; `start` is the first of a chunk.
 
     path: of its file. Raises RuntimeError, DamagedFile.
     """
-    values = variable[start:end]
+    values: NDArray[Any] = variable[start:end]
     corners = tuple(slice(None, None, chunk) for chunk in variable.chunking())
     if _is_fill(values[corners], variable.dtype).any():
         raise build_damage_error(path)
     return values
 
 
-def _is_fill(values, dtype):
+def _is_fill(values: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[np.bool_]:
     """Mask of the unwritten records of a type."""
     if (fill := FILL.get(dtype.str[1:])) is not None:
         bits = f"u{dtype.itemsize}"
-        return np.ascontiguousarray(values).view(bits) == fill.view(bits)
-    return values == netCDF4.default_fillvals[dtype.str[1:]]
+        is_fill = np.ascontiguousarray(values).view(bits) == fill.view(bits)
+    else:
+        is_fill = values == netCDF4.default_fillvals[dtype.str[1:]]
+    return cast("NDArray[np.bool_]", is_fill)

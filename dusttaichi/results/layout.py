@@ -1,10 +1,16 @@
 """The NetCDF file of a table of variables: its definition, its records, copies."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import netCDF4
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import WorkFile
@@ -19,22 +25,40 @@ from dusttaichi.results.integrity import (
 )
 from dusttaichi.results.variables import Variable, record_dimension
 
+Layout = Mapping[str, Variable]  # by key
+Rows = dict[str, dict[str, NDArray[Any]]]  # group -> name -> array, records
+
+
+class Contents(NamedTuple):
+    """Contents of a file beside its records.
+
+    layout: key -> Variable. sizes: name -> length of a dimension, or the names of its entries.
+    static: key -> values that do not grow. attributes: the global ones. records: group -> number.
+    """
+
+    layout: dict[str, Variable]
+    sizes: dict[str, Any]
+    static: dict[str, Any]
+    attributes: dict[str, Any]
+    records: dict[str, int]
+
+
 SOURCE = "Definition: "
 CHUNK = 8192  # largest number of entries of a chunk along an axis
 OVERHEAD = 20_000_000  # bytes of a file beside its records: tables, partly filled chunks
 
 
-def folder_of(file, group):
+def folder_of(file: Any, group: str) -> Any:
     return file if group == "series" else file[group]
 
 
-def ragged_groups(layout):
+def ragged_groups(layout: Layout) -> dict[str, Variable]:
     """Ragged groups -> the Variable with the number of rows of each record."""
     dimension = {record_dimension(v.group): v.group for v in layout.values()}
     return {dimension[v.counts]: v for v in layout.values() if v.counts}
 
 
-def _chunks(variable, sizes, ragged):
+def _chunks(variable: Variable, sizes: Mapping[str, Any], ragged: bool) -> tuple[int, ...]:
     """Shape of a chunk of some 64 kB, so that few are touched by an append and little is empty.
 
     At most CHUNK entries along an axis.
@@ -46,7 +70,9 @@ def _chunks(variable, sizes, ragged):
     return min(max(65536 // row, 1), 512) if row else 512, *shape
 
 
-def define(file, layout, dimensions, static):
+def define(
+    file: Any, layout: Layout, dimensions: Mapping[str, Any], static: Mapping[str, Any]
+) -> None:
     """Define dimensions, variables with attributes, and static values in an empty file.
 
     dimensions: name -> length, or the names of the entries.
@@ -71,8 +97,13 @@ def define(file, layout, dimensions, static):
         file[key][:] = values
 
 
-def _define_variable(folder, variable, sizes, ragged):
-    options = {"fletcher32": True, "fill_value": FILL.get(variable.dtype)}  # integrity.py
+def _define_variable(
+    folder: Any, variable: Variable, sizes: Mapping[str, Any], ragged: bool
+) -> None:
+    options: dict[str, Any] = {
+        "fletcher32": True,
+        "fill_value": FILL.get(variable.dtype),
+    }  # integrity.py
     if variable.grows:
         options["chunksizes"] = _chunks(variable, sizes, ragged)
     netcdf_variable = folder.createVariable(variable.name, variable.dtype, variable.dims, **options)
@@ -91,7 +122,15 @@ def _define_variable(folder, variable, sizes, ragged):
         netcdf_variable.sample_dimension = variable.counts
 
 
-def yield_file_blocks(layout, dimensions, static, rows, attributes, *, result_path):
+def yield_file_blocks(
+    layout: Layout,
+    dimensions: Mapping[str, Any],
+    static: Mapping[str, Any],
+    rows: Rows,
+    attributes: Mapping[str, Any],
+    *,
+    result_path: str | Path,
+) -> Iterator[memoryview]:
     """Yield the bytes of a file, made in memory, in blocks.
 
     rows: group -> name -> array, the records. layout, dimensions, static: as in `define`.
@@ -112,12 +151,12 @@ def yield_file_blocks(layout, dimensions, static, rows, attributes, *, result_pa
         yield from work.blocks()
 
 
-def read_records(path, layout, counts):
+def read_records(path: str | Path, layout: Layout, counts: Mapping[str, int]) -> Rows:
     """The first `counts` records of each group of a file: group -> name -> array.
 
     Raises DustError where it cannot be read.
     """
-    records = {}
+    records: Rows = {}
     with readable(path), open_result(path) as file:
         file.set_auto_maskandscale(False)
         for variable in (v for v in layout.values() if v.grows and counts.get(v.group)):
@@ -126,7 +165,7 @@ def read_records(path, layout, counts):
     return records
 
 
-def describe(path):
+def describe(path: str | Path) -> Contents:
     """Layout, dimensions, static values, attributes and records of the file at `path`.
 
     Raises DustError where it cannot be read.
@@ -145,11 +184,11 @@ def describe(path):
         static = {k: file[k][:] for k, v in layout.items() if not v.grows}
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         records = record_counts(file)
-    return layout, sizes, static, attributes, records
+    return Contents(layout, sizes, static, attributes, records)
 
 
 @contextmanager
-def readable(path):
+def readable(path: str | Path) -> Iterator[None]:
     """Context in which a result is read; DustError where that fails."""
     try:
         yield
@@ -159,7 +198,7 @@ def readable(path):
         ) from error
 
 
-def write_attributes(file, attributes):
+def write_attributes(file: Any, attributes: Mapping[str, Any]) -> None:
     """Set the global attributes of an open file, and its digest."""
     for name, value in attributes.items():
         if isinstance(value, str):  # setncattr would limit them to 64 kB
@@ -169,7 +208,7 @@ def write_attributes(file, attributes):
     file.setncattr_string(DIGEST, digest_of(file))
 
 
-def _variables(group, folder):
+def _variables(group: str, folder: Any) -> Iterator[Variable]:
     for name, variable in folder.variables.items():
         yield Variable(
             group,
@@ -183,7 +222,13 @@ def _variables(group, folder):
         )
 
 
-def copy_records(source_file, target_file, layout, records, starts=()):
+def copy_records(
+    source_file: Any,
+    target_file: Any,
+    layout: Layout,
+    records: Mapping[str, int],
+    starts: Mapping[str, int] | None = None,
+) -> None:
     """The first `records` of each group from one open file to another.
 
     starts: group -> number of their first record in the new file, 0 by default. Raises
@@ -197,7 +242,7 @@ def copy_records(source_file, target_file, layout, records, starts=()):
             continue  # the old file may not even have the group
         source = folder_of(source_file, variable.group)[variable.name]
         target = folder_of(target_file, variable.group)[variable.name]
-        begin, rows = dict(starts).get(variable.group, 0), rows_of_block(source)
+        begin, rows = (starts or {}).get(variable.group, 0), rows_of_block(source)
         for start in range(0, count, rows):
             end = min(start + rows, count)
             target[begin + start : begin + end] = read_block(source, start, end, path)

@@ -5,9 +5,13 @@ a missing permission. Result files are replaced as a whole and never written in 
 nothing is lost without its locks: a file is locked here while it is read, as far as the disk can.
 """
 
+from __future__ import annotations
+
 import errno
 import os
+from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from dusttaichi.compute.processes import HDF5_LOCKS
 from dusttaichi.errors import DustError
@@ -15,13 +19,13 @@ from dusttaichi.errors import DustError
 try:
     import fcntl
 except ImportError:  # not a POSIX system: there are no such locks
-    fcntl = None
+    fcntl = None  # type: ignore[assignment]  # a module elsewhere
 
 _LOCKED = errno.EAGAIN, errno.EACCES
 _LOCKLESS = errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS
 
 
-def take(descriptor, *, shared=False):
+def take(descriptor: int, *, shared: bool = False) -> bool | None:
     """Lock an open file or folder without waiting.
 
     Returns True, False where another process has a lock, or None where the disk has none. Raises
@@ -41,7 +45,7 @@ def take(descriptor, *, shared=False):
 
 
 @contextmanager
-def reading(path):
+def reading(path: str | Path) -> Iterator[None]:
     """Context with a shared lock of a file, as far as its disk has locks.
 
     Raises OSError where it cannot be opened; DustError where another program writes it.
@@ -61,14 +65,14 @@ def reading(path):
         os.close(descriptor)
 
 
-def are_missed(descriptor):
+def are_missed(descriptor: int) -> bool:
     """True where HDF5 refuses an open file because its disk has no locks. Raises OSError."""
     if fcntl is None or os.environ.get(HDF5_LOCKS, "").upper() in ("FALSE", "0"):
         return False
     return take(descriptor, shared=True) is None
 
 
-def lockless(folder):
+def lockless(folder: str | Path) -> str:
     """The clause that a disk has no locks, and what helps."""
     return (
         f"the disk of {folder} has no file locks. Set the environment variable {HDF5_LOCKS}=FALSE "

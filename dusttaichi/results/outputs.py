@@ -4,23 +4,31 @@ A file counts as written by this program if it contains the mark of its format, 
 or table replaces the former one.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import explain, remove, replace_atomically, write_whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 MARK = "written by dusttaichi"  # in the metadata of figures and films
 NETCDF = "dusttaichi"  # in the attribute `source` of data sets
 SEARCHED = 1 << 20  # bytes at the start and at the end of a file that are searched for the mark
 
 _force = ContextVar("force", default=False)
-_inputs = ContextVar("inputs", default=())
+_inputs: ContextVar[tuple[Path, ...]] = ContextVar("inputs", default=())
 
 
 @contextmanager
-def writing(*, force=False, inputs=()):
+def writing(*, force: bool = False, inputs: Iterable[str | Path] = ()) -> Iterator[None]:
     """Context in which `force` allows to overwrite foreign files, but never these inputs.
 
     inputs: paths of files, or of run directories for their results.
@@ -34,7 +42,7 @@ def writing(*, force=False, inputs=()):
         _inputs.reset(tokens[1])
 
 
-def check(path, mark=MARK):
+def check(path: str | Path, mark: str = MARK) -> Path:
     """`path`, if it may be written. Raises DustError for an input or a foreign file.
 
     mark: text in such files of this program.
@@ -52,7 +60,7 @@ def check(path, mark=MARK):
     return path
 
 
-def write(path, text, mark):
+def write(path: str | Path, text: str, mark: str) -> Path:
     """Write a text file, complete or not at all; returns its path.
 
     mark: as of `check`; "" where any file may be replaced. Raises DustError, also where the file
@@ -67,7 +75,7 @@ def write(path, text, mark):
     return path
 
 
-def write_dataset(path, data, mark, *, packed=False):
+def write_dataset(path: str | Path, data: xr.Dataset, mark: str, *, packed: bool = False) -> Path:
     """Write an xr.Dataset as NetCDF, complete or not at all; returns its path.
 
     mark: as of `check`. packed: its variables are compressed. Raises DustError, also where the file
@@ -86,7 +94,7 @@ def write_dataset(path, data, mark, *, packed=False):
     return path
 
 
-def refuse_inputs(path, inputs):
+def refuse_inputs(path: Path, inputs: Iterable[Path]) -> None:
     """Raises DustError where `path` is one of the files that are read."""
     for input_path in inputs:
         if input_path.exists() and path.exists() and path.samefile(input_path):
@@ -96,7 +104,7 @@ def refuse_inputs(path, inputs):
             )
 
 
-def is_ours(path, mark=MARK):
+def is_ours(path: Path, mark: str = MARK) -> bool:
     """True for a regular file with the mark near its start or its end."""
     if not path.is_file():
         return False

@@ -7,15 +7,18 @@ number of its first record in each group; its records replace such records of ea
 end a run joins all files into result.nc.
 """
 
+from __future__ import annotations
+
 import json
 import os
 import shutil
 import subprocess
 import sys
 import uuid
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import netCDF4
 import numpy as np
@@ -40,13 +43,19 @@ from dusttaichi.results.integrity import (
     open_result,
 )
 from dusttaichi.results.layout import (
+    Contents,
     copy_records,
     define,
     describe,
+    readable,
     write_attributes,
     yield_file_blocks,
 )
 from dusttaichi.results.run_lock import RunLock
+
+if TYPE_CHECKING:
+    from dusttaichi.results.layout import Rows
+
 
 IDENTITY = "id"  # global attribute of result.nc, by which its parts know it
 CONTINUES, STARTS = "continues", "starts"  # of a part: that identity; first records, as JSON
@@ -57,21 +66,26 @@ class Piece(NamedTuple):
     """A file of a result, with the records of each group from `starts` up to `ends`."""
 
     path: Path
-    starts: dict
-    ends: dict
+    starts: dict[str, int]
+    ends: dict[str, int]
+
+    @property
+    def number(self) -> int:
+        """Its number; 0 is the result itself."""
+        return int(self.path.stem) if self.path.parent.suffix == ".parts" else 0
 
 
-def identity_of(path):
+def identity_of(path: str | Path) -> str:
     """Identity of a result file; "" of a file of an older version."""
     return str(check(path).attributes.get(IDENTITY, ""))
 
 
-def new_identity():
+def new_identity() -> str:
     """A new identity of a file."""
     return uuid.uuid4().hex
 
 
-def place(identity, starts=None):
+def place(identity: str, starts: Mapping[str, int] | None = None) -> dict[str, str]:
     """Attributes of result.nc, or of a part that begins with the records `starts`.
 
     identity: of result.nc. starts: group -> number.
@@ -81,7 +95,7 @@ def place(identity, starts=None):
     return {CONTINUES: identity, STARTS: json.dumps(starts)}
 
 
-def pieces_of(path):
+def pieces_of(path: str | Path) -> list[Piece]:
     """The Pieces of the result at `path`, in order, beginning with that file.
 
     Raises as `integrity.open_netcdf`; DamagedFile also where a part is missing.
@@ -109,24 +123,45 @@ def pieces_of(path):
     return pieces
 
 
-def _parts(path):
+def describe_until(path: Path, counts: Mapping[str, int]) -> tuple[Contents, Piece]:
+    """Contents of a result up to these records of each group, and its last Piece there.
+
+    Raises DustError where it has fewer, or is damaged.
+    """
+    with readable(path):  # damage is reported now, not at the end of the run
+        files = pieces_of(path)
+    short = [group for group, n in counts.items() if files[-1].ends.get(group, 0) < n]
+    if short:
+        raise DustError(
+            f"{path} has fewer records of {', '.join(short)} than the checkpoint: they are not "
+            "of the same run. Start again with --force."
+        )
+    while len(files) > 1 and all(n >= counts.get(g, 0) for g, n in files[-1].starts.items()):
+        files.pop()  # it is later than the checkpoint
+    contents = describe(files[-1].path)
+    attributes = {k: v for k, v in contents.attributes.items() if k not in OWN}
+    records = {group: int(counts.get(group, 0)) for group in files[-1].ends}
+    return contents._replace(attributes=attributes, records=records), files[-1]
+
+
+def _parts(path: str | Path) -> list[Path]:
     return sorted(parts_folder(path).glob("[0-9]*.nc"))
 
 
-def remove_parts(path, last_number=0):
+def remove_parts(path: str | Path, last_number: int = 0) -> None:
     """Remove the parts of the result at `path` behind number `after`. Raises OSError."""
     for part_path in reversed(_parts(path)):
         if int(part_path.stem) > last_number:
             part_path.unlink(missing_ok=True)
 
 
-def remove_other_parts(path):
+def remove_other_parts(path: str | Path) -> None:
     """Remove the parts of an earlier result at `path`; remaining ones are ignored."""
     shutil.rmtree(parts_folder(path), ignore_errors=True)
 
 
 @contextmanager
-def acquire_lock(path, lock):
+def acquire_lock(path: Path, lock: RunLock | None) -> Iterator[RunLock]:
     """The lock of the directory of a result; a new one is released after an error."""
     acquired = RunLock(path.parent) if lock is None else lock
     try:
@@ -137,7 +172,7 @@ def acquire_lock(path, lock):
         raise
 
 
-def append_blocks(rows, blocks):
+def append_blocks(rows: Rows, blocks: Rows) -> Rows:
     """Two sets of arrays one after the other, each group -> name -> array."""
     joined = {
         group: {
@@ -150,7 +185,7 @@ def append_blocks(rows, blocks):
     return rows | blocks | joined
 
 
-def make_exists_error(path, remainder="it"):
+def make_exists_error(path: str | Path, remainder: str = "it") -> DustError:
     """Error for an existing result; remainder: such as "with the missing runs"."""
     return DustError(
         f"{path} exists already. Use --force to overwrite it, --resume to continue {remainder}, or "
@@ -158,15 +193,26 @@ def make_exists_error(path, remainder="it"):
     )
 
 
-def write_piece(path, contents, attributes, result_path):
+def write_piece(
+    path: str | Path,
+    contents: tuple[Any, ...],
+    attributes: Mapping[str, Any],
+    result_path: str | Path,
+) -> None:
     """Write one file of a result, whole. Raises OSError, RuntimeError.
 
     contents: layout, dimensions, static values and rows, as `yield_file_blocks` takes them.
     """
-    write_whole(path, yield_file_blocks(*contents, attributes, result_path=result_path))
+    layout, dimensions, static, rows = contents
+    blocks = yield_file_blocks(
+        layout, dimensions, static, rows, attributes, result_path=result_path
+    )
+    write_whole(path, blocks)
 
 
-def build_write_error(path, error, waiting, last_time):
+def build_write_error(
+    path: Path, error: BaseException, waiting: int, last_time: float | None
+) -> DustError:
     """The DustError of a file of the result at `path` that could not be written.
 
     waiting: number of records that are in memory. last_time: of the last record on disk [s], or
@@ -183,7 +229,7 @@ def build_write_error(path, error, waiting, last_time):
     )
 
 
-def join(path, lock=None):
+def join(path: Path, lock: RunLock | None = None) -> str:
     """Join the pieces of the result at `path` into one file; returns its identity.
 
     In a separate process, since HDF5 does not recover from a failed write. lock: the RunLock of the
@@ -213,7 +259,7 @@ def join(path, lock=None):
     return identity
 
 
-def _put_together(path, identity):
+def _put_together(path: Path, identity: str) -> None:
     """Replace the file at `path` by the joined one of that identity. Raises OSError, DustError.
 
     A run calls it in `numbers_unread`: it has written the files or verified those that it
@@ -247,11 +293,11 @@ def _put_together(path, identity):
     remove_other_parts(path)
 
 
-def _temporary(path):
+def _temporary(path: Path) -> Path:
     return path.with_name(f".{path.name}.tmp")
 
 
-def main(arguments):
+def main(arguments: list[str]) -> None:
     """Entry point of the joining process: path of the result, identity of the joined one."""
     path, identity = Path(arguments[0]), arguments[1]
     try:

@@ -3,7 +3,7 @@
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import UnionType
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -31,10 +31,8 @@ def from_plain(value_type: Any, value: Any) -> Any:
     if isinstance(value_type, UnionType):  # with None
         value_type = get_args(value_type)[0]
     if is_dataclass(value_type):
-        field_types = get_type_hints(value_type)
-        return value_type(
-            **{name: from_plain(field_types[name], item) for name, item in value.items()}
-        )
+        field_types, make = get_type_hints(value_type), cast(Any, value_type)
+        return make(**{name: from_plain(field_types[name], item) for name, item in value.items()})
     if get_origin(value_type) is dict:
         return {name: from_plain(get_args(value_type)[1], item) for name, item in value.items()}
     container = get_origin(value_type) or value_type

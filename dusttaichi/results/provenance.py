@@ -1,11 +1,14 @@
 """Provenance of a result: scene, versions and machine, as global attributes."""
 
+from __future__ import annotations
+
 import os
 import platform
 import subprocess
 from functools import cache
 from importlib import metadata
 from pathlib import Path
+from typing import Any, Protocol
 
 import yaml
 
@@ -14,8 +17,18 @@ from dusttaichi.compute.version import __version__
 from dusttaichi.results.plain import plain
 
 
+class SceneTexts(Protocol):
+    """A scene with its name and its texts."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def source(self) -> str: ...
+    def to_yaml(self) -> str: ...
+
+
 @cache
-def git_commit():
+def git_commit() -> str | None:
     """Commit of the source tree this package runs from, `-dirty` if changed; None outside one.
 
     As it is at the first call of a process, whose code is that of its imports.
@@ -31,7 +44,7 @@ def git_commit():
     return answer.stdout.strip() or None
 
 
-def provenance(scene_given, scene_resolved, **numbers) -> dict:
+def provenance(scene_given: str, scene_resolved: str, **numbers: Any) -> dict[str, Any]:
     """Global attributes of a run: both YAML texts, versions, machine, and `numbers`.
 
     Those that are None are left out.
@@ -63,7 +76,9 @@ def provenance(scene_given, scene_resolved, **numbers) -> dict:
     return {name: value for name, value in attributes.items() if value is not None}
 
 
-def describe_study(scene, resolved=None, **numbers) -> dict:
+def describe_study(
+    scene: SceneTexts, resolved: SceneTexts | None = None, **numbers: Any
+) -> dict[str, Any]:
     """Global attributes of the dataset of a study of a scene; see `provenance`.
 
     resolved: the scene that was used, if other than `scene`.
@@ -76,6 +91,6 @@ def describe_study(scene, resolved=None, **numbers) -> dict:
     }
 
 
-def yaml_text(value):
+def yaml_text(value: Any) -> str:
     """A value as YAML; see `plain`."""
-    return yaml.safe_dump(plain(value), sort_keys=False)
+    return str(yaml.safe_dump(plain(value), sort_keys=False))

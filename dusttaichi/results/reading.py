@@ -1,11 +1,16 @@
 """A result as one xr.DataTree, also of a running run with several files."""
 
+from __future__ import annotations
+
 import bisect
 import math
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from xarray.backends import BackendArray, NetCDF4DataStore
 from xarray.core import indexing
 
@@ -15,35 +20,42 @@ from dusttaichi.results.layout import folder_of
 from dusttaichi.results.pieces import OWN, pieces_of
 from dusttaichi.results.variables import record_dimension
 
+if TYPE_CHECKING:
+    from dusttaichi.results.pieces import Piece
+
+
 ATTEMPTS = 3  # while a run joins its parts
 SMALL = 64  # largest number of entries of a record for which a variable is read at once
 
 
-def open_tree(path):
+def open_tree(path: str | Path) -> xr.DataTree:
     """The result at `path`, whose large variables are read when used.
 
     Raises as `integrity.open_netcdf`; RuntimeError, ValueError or KeyError for other contents.
     """
-    return _retry_reading(_open, path)
+    tree: xr.DataTree = _retry_reading(_open, path)
+    return tree
 
 
-def load_groups(path, *names):
+def load_groups(path: str | Path, *names: str) -> dict[str, xr.Dataset]:
     """The groups of the result at `path` that it has, by name ("series" is the root), in memory.
 
     Raises as `open_tree`.
     """
-    return _retry_reading(_load, path, names)
+    groups: dict[str, xr.Dataset] = _retry_reading(_load, path, names)
+    return groups
 
 
-def load_variable(path, group, name):
+def load_variable(path: str | Path, group: str, name: str) -> NDArray[Any]:
     """Values of a variable of a group that grows, of all its records; empty without the group.
 
     Raises as `open_tree`.
     """
-    return _retry_reading(_load_variable, path, group, name)
+    values: NDArray[Any] = _retry_reading(_load_variable, path, group, name)
+    return values
 
 
-def _retry_reading(read, path, *arguments):
+def _retry_reading(read: Callable[..., Any], path: str | Path, *arguments: Any) -> Any:
     """Read a result by a function, also where its parts are just being joined."""
     for _ in range(ATTEMPTS):
         try:
@@ -54,7 +66,7 @@ def _retry_reading(read, path, *arguments):
     return read(path, *arguments)
 
 
-def _load(path, names):
+def _load(path: str | Path, names: Iterable[str]) -> dict[str, xr.Dataset]:
     """Groups of a result; FileNotFoundError where its parts have just been joined."""
     with open_result(path) as file:
         if len(pieces_of(path)) == 1:
@@ -65,7 +77,7 @@ def _load(path, names):
         return {n: nodes[n].to_dataset(inherit=False).load() for n in names if n in nodes}
 
 
-def _load_variable(path, group, name):
+def _load_variable(path: str | Path, group: str, name: str) -> NDArray[Any]:
     blocks = [np.zeros(0)]
     for piece in pieces_of(path):
         count = piece.ends.get(group, 0) - piece.starts.get(group, 0)
@@ -76,14 +88,14 @@ def _load_variable(path, group, name):
     return np.concatenate(blocks[1:] or blocks)
 
 
-def _load_group(folder):
+def _load_group(folder: Any) -> xr.Dataset:
     """The Dataset of an open group, in memory."""
     if datasets.is_plain(folder):
         return datasets.read_group(folder)
-    return xr.open_dataset(NetCDF4DataStore(folder)).load()  # of another program
+    return xr.open_dataset(cast(Any, NetCDF4DataStore)(folder)).load()  # of another program
 
 
-def _open(path):
+def _open(path: str | Path) -> xr.DataTree:
     """The tree of a result; FileNotFoundError where its parts have just been joined."""
     pieces = pieces_of(path)
     if len(pieces) == 1:
@@ -95,7 +107,7 @@ def _open(path):
     return xr.DataTree.from_dict(joined_groups)
 
 
-def _open_file(path):
+def _open_file(path: str | Path) -> xr.DataTree:
     """The tree of a verified file, whose variables are read when used."""
     try:
         with locks.reading(path):
@@ -107,15 +119,15 @@ def _open_file(path):
         raise reason from error
 
 
-def _whole(path, last, pieces):
+def _whole(path: str, last: xr.Dataset, pieces: Sequence[Piece]) -> xr.Dataset:
     """The Dataset of a group of all pieces, from that of the last one."""
     group = path.strip("/") or "series"
     grown = record_dimension(group)
-    names = [name for name, v in last.variables.items() if v.dims[:1] == (grown,)]
+    names = [str(name) for name, v in last.variables.items() if v.dims[:1] == (grown,)]
     read, lazy = _small(group, names, last, pieces), {}
     for name in names:
         last_variable = last.variables[name]
-        data = read.get(name)
+        data: Any = read.get(name)
         if data is None:
             data = indexing.LazilyIndexedArray(_Joined(pieces, f"{group}/{name}", last_variable))
         lazy[name] = xr.Variable(last_variable.dims, data, last_variable.attrs)
@@ -124,10 +136,12 @@ def _whole(path, last, pieces):
     return xr.Dataset(variables, coords, last.attrs)
 
 
-def _small(group, names, last, pieces):
+def _small(
+    group: str, names: Iterable[str], last: xr.Dataset, pieces: Sequence[Piece]
+) -> dict[str, NDArray[Any]]:
     """Name -> array of the variables with small records, joined over the pieces."""
     small = [n for n in names if math.prod(last.variables[n].shape[1:]) <= SMALL]
-    arrays_by_name = {name: [] for name in small}
+    arrays_by_name: dict[str, list[NDArray[Any]]] = {name: [] for name in small}
     for piece in pieces:
         if piece.ends.get(group, 0) == piece.starts.get(group, 0):
             continue
@@ -142,7 +156,7 @@ def _small(group, names, last, pieces):
 class _Joined(BackendArray):
     """A variable of all pieces, joined along its first axis; read when indexed."""
 
-    def __init__(self, pieces, key, last):
+    def __init__(self, pieces: Sequence[Piece], key: str, last: Any) -> None:
         group, name = key.rsplit("/", 1)
         self.group, self.name, self.joined = group, name, pieces[0].path
         self.pieces = [p for p in pieces if p.ends.get(group, 0) > p.starts.get(group, 0)]
@@ -150,18 +164,22 @@ class _Joined(BackendArray):
         self.shape = (self.pieces[-1].ends[group] if self.pieces else 0, *last.shape[1:])
         self.dtype = last.dtype
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: Any) -> NDArray[Any]:
         basic = indexing.IndexingSupport.BASIC
-        return indexing.explicit_indexing_adapter(key, self.shape, basic, self._read)
+        values: NDArray[Any] = indexing.explicit_indexing_adapter(
+            key, self.shape, basic, self._read
+        )
+        return values
 
-    def _read(self, key):
+    def _read(self, key: tuple[Any, ...]) -> NDArray[Any]:
         first, *entries = key
         if not isinstance(first, slice):
-            return self._rows([int(first)], entries)[0]
+            row: NDArray[Any] = self._rows([int(first)], entries)[0]
+            return row
         rows = range(*first.indices(self.shape[0]))
         return self._rows(rows, entries)
 
-    def _rows(self, rows, entries):
+    def _rows(self, rows: Sequence[int], entries: Sequence[Any]) -> NDArray[Any]:
         """These rows, in rising or falling order, of the entries `rest`."""
         blocks, at = [], [bisect.bisect_right(self.starts, row) - 1 for row in rows]
         for number in dict.fromkeys(at):
@@ -175,7 +193,7 @@ class _Joined(BackendArray):
             return np.concatenate(blocks)
         return np.empty((0, *np.empty(self.shape[1:])[tuple(entries)].shape), self.dtype)
 
-    def _block(self, number, low, high, entries):
+    def _block(self, number: int, low: int, high: int, entries: Sequence[Any]) -> NDArray[Any]:
         """Rows of a piece; of the joined file if the parts have been joined since."""
         path = self.pieces[number].path
         if not path.exists():
@@ -183,4 +201,6 @@ class _Joined(BackendArray):
             low, high = low + first, high + first
         with open_result(path) as file:
             file.set_auto_maskandscale(False)
-            return folder_of(file, self.group)[self.name][(slice(low, high), *entries)]
+            variable = folder_of(file, self.group)[self.name]
+            values: NDArray[Any] = variable[(slice(low, high), *entries)]
+            return values

@@ -10,7 +10,7 @@ from dusttaichi.results import locks
 from dusttaichi.results.files import explain, remove
 
 
-class RunLock(AbstractContextManager):
+class RunLock(AbstractContextManager["RunLock"]):
     """Lock of a run directory against a second process; the system releases it with its process.
 
     `RunLock(directory)` takes it at once, makes the directory if it is missing, and raises
@@ -19,13 +19,14 @@ class RunLock(AbstractContextManager):
     empties the file), and fails on network file systems without locks.
     """
 
-    def __init__(self, directory):
+    def __init__(self, directory: str | Path) -> None:
         self.path = Path(directory) / ".lock"
-        self._descriptor = self._folder = None
+        self._descriptor: int | None = None
+        self._folder: int | None = None
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._descriptor = self._take()
-            self._folder = self._take_folder()
+            self._folder = self._take_folder(self._descriptor)
             os.ftruncate(self._descriptor, 0)
             os.pwrite(self._descriptor, f"{os.getpid()} on {socket.gethostname()}\n".encode(), 0)
         except OSError as error:
@@ -34,7 +35,7 @@ class RunLock(AbstractContextManager):
                 f"Cannot write in {self.path.parent}: {explain(error, self.path)}."
             ) from error
 
-    def _take_folder(self):
+    def _take_folder(self, descriptor: int) -> int | None:
         """Lock the folder as well, in case that the lock file is deleted; None if impossible."""
         if os.name != "posix":
             return None
@@ -46,12 +47,12 @@ class RunLock(AbstractContextManager):
         os.close(folder)
         if is_locked is None:  # network file systems lock no folders
             return None
-        refusal = self._refusal(self._descriptor)
+        refusal = self._refusal(descriptor)
         remove(self.path)  # it is this one's: the owner's was deleted
-        os.close(self._descriptor)
+        os.close(descriptor)
         raise refusal
 
-    def _take(self):
+    def _take(self) -> int:
         while True:
             descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
             try:
@@ -66,14 +67,14 @@ class RunLock(AbstractContextManager):
                 return descriptor
             os.close(descriptor)  # its owner removed the file in between: take the new one
 
-    def _lock(self, descriptor):
+    def _lock(self, descriptor: int) -> None:
         is_locked = locks.take(descriptor)
         # a network file system may have no locks
         lockless = is_locked is None and os.name == "posix"
         if is_locked is False or (lockless and self._owner_lives(descriptor)):
             raise self._refusal(descriptor)
 
-    def _refusal(self, descriptor):
+    def _refusal(self, descriptor: int) -> DustError:
         owner = os.pread(descriptor, 200, 0).decode(errors="replace").strip()
         return DustError(
             f"Another run is writing into {self.path.parent} (process {owner or 'unknown'}). "
@@ -81,7 +82,7 @@ class RunLock(AbstractContextManager):
         )
 
     @staticmethod
-    def _owner_lives(descriptor):
+    def _owner_lives(descriptor: int) -> bool:
         number, _, host = os.pread(descriptor, 200, 0).decode(errors="replace").partition(" on ")
         if not number.isdigit():
             return False
@@ -96,11 +97,11 @@ class RunLock(AbstractContextManager):
         return int(number) != os.getpid()
 
     @property
-    def descriptors(self):
+    def descriptors(self) -> list[int]:
         """The open lock file and folder, for a process that inherits the lock."""
         return [n for n in (self._descriptor, self._folder) if n is not None]
 
-    def release(self):
+    def release(self) -> None:
         """Release the lock and remove its file. May be called again."""
         if self._descriptor is None:
             return
@@ -109,5 +110,5 @@ class RunLock(AbstractContextManager):
             os.close(descriptor)
         self._descriptor = self._folder = None
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.release()

@@ -4,10 +4,14 @@ Filled by `register` of `dusttaichi.analysis.numbers`, `analysis.thresholds`, `a
 and `plots`.
 """
 
+from __future__ import annotations
+
+from typing import Any
+
 from dusttaichi.physics.registry import Registry
 
-NUMBERS = Registry("family of numbers")
-FIGURES = Registry("figure")
-STATISTICS = Registry("statistics")
-THRESHOLDS = Registry("threshold")
-PRESSURES = Registry("law of the pressure")
+NUMBERS: Registry[str, Any] = Registry("family of numbers")
+FIGURES: Registry[str, Any] = Registry("figure")
+STATISTICS: Registry[str, Any] = Registry("statistics")
+THRESHOLDS: Registry[str, Any] = Registry("threshold")
+PRESSURES: Registry[str, Any] = Registry("law of the pressure")

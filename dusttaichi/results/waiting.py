@@ -1,10 +1,19 @@
 """Records of a result that wait in memory until they are written."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.results.layout import ragged_groups
+
+if TYPE_CHECKING:
+    from dusttaichi.results.layout import Rows
+    from dusttaichi.results.variables import Variable
 
 
 class Batch(NamedTuple):
@@ -15,20 +24,21 @@ class Batch(NamedTuple):
     """
 
     number: int
-    starts: dict
-    blocks: dict
-    records: dict
-    arguments: tuple
+    starts: dict[str, int]
+    blocks: Rows
+    records: dict[str, int]
+    arguments: tuple[Path, tuple[Any, ...], dict[str, Any], Path]
 
     @property
-    def file(self):
+    def file(self) -> Path:
         """Path of the piece."""
         return self.arguments[0]
 
     @property
-    def rows(self):
+    def rows(self) -> Rows:
         """Group -> name -> array: all records of the piece."""
-        return self.arguments[1][-1]
+        rows: Rows = self.arguments[1][-1]
+        return rows
 
 
 class WaitingRecords:
@@ -37,13 +47,16 @@ class WaitingRecords:
     layout: key -> Variable, which `declare` extends. sizes: name -> length of the dimensions.
     """
 
-    def __init__(self, layout, sizes):
+    def __init__(self, layout: dict[str, Variable], sizes: Mapping[str, int]) -> None:
         self._layout = layout
-        self._blocks = {v.group: [] for v in layout.values()}
-        self._entries = {}  # group -> name -> (type, shape of an entry)
+        self._blocks: dict[str, list[dict[str, NDArray[Any]]]] = {
+            v.group: [] for v in layout.values()
+        }
+        # group -> name -> (type, shape of an entry)
+        self._entries: dict[str, dict[str, tuple[str, tuple[int, ...]]]] = {}
         self.declare(layout.values(), sizes)
 
-    def declare(self, variables, sizes):
+    def declare(self, variables: Iterable[Variable], sizes: Mapping[str, int]) -> None:
         """Add groups of variables, of which those that grow have records."""
         for v in variables:
             self._layout[v.key] = v
@@ -52,7 +65,7 @@ class WaitingRecords:
                 entry = v.dtype, tuple(sizes[d] for d in v.dims[1:])
                 self._entries.setdefault(v.group, {})[v.name] = entry
 
-    def append(self, group, record):
+    def append(self, group: str, record: Mapping[str, Any]) -> None:
         """Store one record, or a block of them, as `Writer.append` does. Raises ValueError."""
         expected = self._entries.get(group, {})
         if record.keys() != expected.keys():
@@ -69,12 +82,12 @@ class WaitingRecords:
             raise ValueError(f"the arrays of {group} differ in their number of rows: {lengths}")
         self._blocks[group].append(block)
 
-    def rows(self, group):
+    def rows(self, group: str) -> int:
         """Number of records of a group."""
         return sum(len(next(iter(block.values()))) for block in self._blocks[group])
 
     @property
-    def nbytes(self):
+    def nbytes(self) -> int:
         """Bytes of all records."""
         return sum(
             values.nbytes
@@ -83,7 +96,7 @@ class WaitingRecords:
             for values in block.values()
         )
 
-    def take(self):
+    def take(self) -> Rows:
         """Remove all records: group -> name -> array. Raises ValueError for wrong ragged rows."""
         taken = {
             group: {name: _concatenate([b[name] for b in blocks]) for name in blocks[0]}
@@ -91,8 +104,8 @@ class WaitingRecords:
             if blocks
         }
         for group, count in ragged_groups(self._layout).items():
-            expected, rows = taken.get(count.group, {}).get(count.name), self.rows(group)
-            expected = 0 if expected is None else expected.sum()
+            counted, rows = taken.get(count.group, {}).get(count.name), self.rows(group)
+            expected = 0 if counted is None else counted.sum()
             if expected != rows:
                 raise ValueError(
                     f"{group} has {rows} rows since the last flush, {count.name} {expected}"
@@ -100,12 +113,12 @@ class WaitingRecords:
         self._blocks = {group: [] for group in self._blocks}
         return taken
 
-    def put_back(self, taken):
+    def put_back(self, taken: Rows) -> None:
         """Records that `take` removed, before those that have come since."""
         for group, block in taken.items():
             self._blocks[group].insert(0, block)
 
 
-def _concatenate(blocks):
+def _concatenate(blocks: list[NDArray[Any]]) -> NDArray[Any]:
     """The arrays one after another; a single array is not copied."""
     return blocks[0] if len(blocks) == 1 else np.concatenate(blocks)

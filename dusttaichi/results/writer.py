@@ -1,26 +1,34 @@
 """The writer of the result file, which a kill or a full disk cannot harm."""
 
+from __future__ import annotations
+
 import time as clock
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dusttaichi.errors import DustError
 from dusttaichi.results import pieces
 from dusttaichi.results.files import parts_folder
-from dusttaichi.results.layout import describe, read_records, readable
-from dusttaichi.results.variables import LABELS
+from dusttaichi.results.layout import Contents, Rows, read_records
+from dusttaichi.results.variables import LABELS, Variable
 from dusttaichi.results.waiting import Batch, WaitingRecords
+
+if TYPE_CHECKING:
+    from dusttaichi.compute.background import Background
+    from dusttaichi.results.run_lock import RunLock
 
 PIECE = 8_000_000  # bytes from which a file is complete, and a new part begins
 
 
-def _format_time():
+def _format_time() -> str:
     return clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime())
 
 
-class Writer(AbstractContextManager):
+class Writer(AbstractContextManager["Writer"]):
     """Appends records to one result; the files on disk are valid at any moment.
 
     `append` stores records in memory. `flush` creates the file again in memory (HDF5 does not
@@ -32,24 +40,34 @@ class Writer(AbstractContextManager):
     context manager.
     """
 
-    def __init__(self, path, lock, *, layout, sizes, static, attributes, records):
-        self.path = Path(path)
-        self._lock, self._owns_lock = lock, False
-        self._layout, self._dimensions, self._static = layout, sizes, static
-        self._sizes = {d: n if isinstance(n, int) else len(n) for d, n in sizes.items()}
-        self._attributes, self._records = attributes, records
-        self._waiting = WaitingRecords(layout, self._sizes)
+    def __init__(self, path: Path, lock: RunLock, contents: Contents) -> None:
+        self.path, self._lock, self._owns_lock = path, lock, False
+        self._layout, self._dimensions, self._static, self._attributes, self._records = contents
+        lengths = self._dimensions.items()
+        self._sizes = {d: n if isinstance(n, int) else len(n) for d, n in lengths}
+        self._waiting = WaitingRecords(self._layout, self._sizes)
         # the current piece: its number (0 is the result itself), its first records
-        self._number, self._starts, self._identity = 0, dict.fromkeys(records, 0), ""
+        self._number, self._starts, self._identity = 0, dict.fromkeys(self._records, 0), ""
         self._size = 0  # of that piece [bytes]
-        self._written = {}  # its records that are on disk, group -> name -> array
+        self._written: Rows = {}  # its records that are on disk, group -> name -> array
         self._alone = False  # there are no later parts, of a run that had progressed further
         self._changed = False
         self._last_time = None
-        self._pending = None  # the Batch that a Background writes, and that
+        # the Batch that a Background writes, and that
+        self._pending: tuple[Batch | None, Background] | None = None
 
     @classmethod
-    def create(cls, path, variables, sizes, coords, attrs, *, force=False, lock=None) -> "Writer":
+    def create(
+        cls,
+        path: str | Path,
+        variables: Iterable[Variable],
+        sizes: Mapping[str, Any],
+        coords: Mapping[str, Any],
+        attrs: Mapping[str, Any],
+        *,
+        force: bool = False,
+        lock: RunLock | None = None,
+    ) -> Writer:
         """A new result file with the given variables, on disk at once.
 
         Parameters
@@ -81,10 +99,8 @@ class Writer(AbstractContextManager):
             attributes = {"status": "running", "history": f"{_format_time()} started", **attrs}
             static = {k: np.asarray(coords[k]) for k, v in layout.items() if not v.grows}
             records = dict.fromkeys((v.group for v in layout.values()), 0)
-            sizes = {**LABELS, **sizes}
-            contents = {"layout": layout, "sizes": sizes, "static": static}
-            contents |= {"attributes": attributes, "records": records}
-            writer = cls(path, lock_of_run, **contents)
+            contents = Contents(layout, {**LABELS, **sizes}, static, attributes, records)
+            writer = cls(path, lock_of_run, contents)
             writer._owns_lock, writer._identity = lock is None, pieces.new_identity()
             writer._changed = True
             writer.flush()
@@ -92,7 +108,9 @@ class Writer(AbstractContextManager):
         return writer
 
     @classmethod
-    def resume(cls, path, counts, *, lock=None) -> "Writer":
+    def resume(
+        cls, path: str | Path, counts: Mapping[str, int], *, lock: RunLock | None = None
+    ) -> Writer:
         """Continue the file at `path`; further records are dropped with the first flush.
 
         Parameters
@@ -112,34 +130,15 @@ class Writer(AbstractContextManager):
         if not path.exists():
             raise DustError(f"There is no result to continue at {path}.")
         with pieces.acquire_lock(path, lock) as lock_of_run:
-            writer = cls._from_pieces(path, lock_of_run, counts)
+            contents, last = pieces.describe_until(path, counts)
+            history = f"{contents.attributes.get('history', '')}\n{_format_time()} resumed"
+            writer = cls(path, lock_of_run, contents)
+            writer._continue_from(last.number, last.starts)
+            writer.set_attributes({"history": history, "status": "running"})
             writer._owns_lock = lock is None
         return writer
 
-    @classmethod
-    def _from_pieces(cls, path, lock, counts):
-        """A Writer that continues the pieces of a result from `counts`."""
-        with readable(path):  # damage is reported now, not at the end of the run
-            files = pieces.pieces_of(path)
-        short = [group for group, n in counts.items() if files[-1].ends.get(group, 0) < n]
-        if short:
-            raise DustError(
-                f"{path} has fewer records of {', '.join(short)} than the checkpoint: they are not "
-                "of the same run. Start again with --force."
-            )
-        while len(files) > 1 and all(n >= counts.get(g, 0) for g, n in files[-1].starts.items()):
-            files.pop()  # it is later than the checkpoint
-        layout, sizes, static, attributes, _ = describe(files[-1].path)
-        attributes["history"] = f"{attributes.get('history', '')}\n{_format_time()} resumed"
-        attributes = {k: v for k, v in attributes.items() if k not in pieces.OWN}
-        records = {group: int(counts.get(group, 0)) for group in files[-1].ends}
-        contents = {"layout": layout, "sizes": sizes, "static": static, "attributes": attributes}
-        writer = cls(path, lock, **contents, records=records)
-        writer._continue_from(len(files) - 1, files[-1].starts)
-        writer.set_status("running")
-        return writer
-
-    def append(self, group, record):
+    def append(self, group: str, record: Mapping[str, Any]) -> None:
         """Store one record of a group in memory.
 
         Parameters
@@ -160,11 +159,11 @@ class Writer(AbstractContextManager):
         self._changed = True
 
     @property
-    def groups(self):
+    def groups(self) -> tuple[str, ...]:
         """Names of the groups of the file."""
         return tuple(self._records)
 
-    def add(self, variables, sizes=()):
+    def add(self, variables: Sequence[Variable], sizes: Mapping[str, int] | None = None) -> None:
         """Add groups of growing variables; in the file from the next flush.
 
         Parameters
@@ -174,37 +173,37 @@ class Writer(AbstractContextManager):
             As in `create`.
         """
         self.flush()
-        self._dimensions |= dict(sizes)
-        self._sizes |= dict(sizes)
+        self._dimensions |= sizes or {}
+        self._sizes |= sizes or {}
         self._waiting.declare(variables, self._sizes)
         for group in dict.fromkeys(v.group for v in variables):
             self._records[group], self._starts[group] = 0, 0
         self._changed = True
 
-    def set_status(self, status):
+    def set_status(self, status: str) -> None:
         """State of the run, published by the next flush: "running", "finished: ..." etc."""
         self.set_attributes({"status": status})
 
-    def set_attributes(self, attributes):
+    def set_attributes(self, attributes: Mapping[str, Any]) -> None:
         """Change global attributes, published by the next flush."""
         self._attributes |= attributes
         self._changed = True
 
     @property
-    def attributes(self):
+    def attributes(self) -> dict[str, Any]:
         """The global attributes of the next flush."""
         return dict(self._attributes)
 
-    def counts(self):
+    def counts(self) -> dict[str, int]:
         """Records of each group, with those in memory, for a checkpoint."""
         return {g: n + self._waiting.rows(g) for g, n in self._records.items()}
 
     @property
-    def bytes_waiting(self):
+    def bytes_waiting(self) -> int:
         """Bytes of the records in memory that no one writes yet."""
         return self._waiting.nbytes
 
-    def flush(self):
+    def flush(self) -> float:
         """Write everything to disk.
 
         Returns
@@ -230,7 +229,7 @@ class Writer(AbstractContextManager):
         self._commit(batch)
         return clock.perf_counter() - began
 
-    def begin_flush(self, background, *calls):
+    def begin_flush(self, background: Background, *calls: tuple[Any, ...]) -> None:
         """Begin to write everything by a Background, which `settle` and every `flush` wait for.
 
         Parameters
@@ -245,8 +244,7 @@ class Writer(AbstractContextManager):
             The file before cannot be written; its records are in memory again.
         """
         self.settle()
-        batch = self._take() if self._changed else None
-        if batch is not None:
+        if (batch := self._take() if self._changed else None) is not None:
             try:
                 self._prepare(batch)
             except OSError as error:
@@ -255,7 +253,7 @@ class Writer(AbstractContextManager):
         self._pending = batch, background
         background.start(*calls)
 
-    def settle(self):
+    def settle(self) -> float:
         """Wait for the file that a Background writes, if any; returns the seconds that it took.
 
         Raises
@@ -276,7 +274,7 @@ class Writer(AbstractContextManager):
             raise error if isinstance(error, DustError) else DustError(f"{self.path}: {error}")
         return background.seconds
 
-    def join(self):
+    def join(self) -> None:
         """Join all files on disk into one.
 
         Raises
@@ -289,7 +287,7 @@ class Writer(AbstractContextManager):
             identity = pieces.join(self.path, self._lock)
             self._continue_from(0, dict.fromkeys(self._records, 0), identity)
 
-    def close(self):
+    def close(self) -> None:
         """Flush and release the lock (also where the flush fails)."""
         try:
             self.flush()
@@ -297,13 +295,15 @@ class Writer(AbstractContextManager):
             if self._owns_lock:
                 self._lock.release()
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _file(self, number):
+    def _file(self, number: int) -> Path:
         return parts_folder(self.path) / f"{number:06}.nc" if number else self.path
 
-    def _continue_from(self, number, starts, identity=None):
+    def _continue_from(
+        self, number: int, starts: Mapping[str, int], identity: str | None = None
+    ) -> None:
         """Make the piece of that number on disk the current one; identity: of the result."""
         file = self._file(number)
         self._number, self._starts, self._size = number, dict(starts), file.stat().st_size
@@ -311,7 +311,7 @@ class Writer(AbstractContextManager):
         counting = {group: n - self._starts[group] for group, n in self._records.items()}
         self._written = read_records(file, self._layout, counting) if self._size < PIECE else {}
 
-    def _take(self):
+    def _take(self) -> Batch:
         """The records in memory as a Batch to be written; they are counted as written."""
         counts, blocks = self.counts(), self._waiting.take()
         number, starts, rows = self._number, self._starts, self._written
@@ -326,14 +326,14 @@ class Writer(AbstractContextManager):
         self._records, self._changed = counts, False
         return batch
 
-    def _prepare(self, batch):
+    def _prepare(self, batch: Batch) -> None:
         """Prepare the folder for the file of a Batch. Raises OSError."""
         if not self._alone:
             pieces.remove_parts(self.path, batch.number)
         if batch.number:
             batch.file.parent.mkdir(exist_ok=True)
 
-    def _commit(self, batch):
+    def _commit(self, batch: Batch) -> None:
         """Note that a Batch is on disk."""
         self._number, self._starts = batch.number, batch.starts
         self._size = batch.file.stat().st_size
@@ -342,7 +342,7 @@ class Writer(AbstractContextManager):
         if "series" in batch.blocks:
             self._last_time = batch.blocks["series"]["time"][-1]
 
-    def _put_back(self, batch, error):
+    def _put_back(self, batch: Batch, error: BaseException) -> DustError:
         """Take the records of a Batch that could not be written into memory; the DustError."""
         self._records, self._changed = batch.records, True
         self._waiting.put_back(batch.blocks)

@@ -4,7 +4,11 @@ opening.py creates a Run (new or resumed); loop.py advances it; activities.py ar
 its scheduled actions; persistence.py are its files.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi.results.run_lock import RunLock
 from dusttaichi.running.interrupts import Interrupts, before_the_first_step
@@ -12,10 +16,16 @@ from dusttaichi.running.opening import Opening
 from dusttaichi.running.state import Report
 from dusttaichi.scene.paths import user_path
 
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from dusttaichi.scene.scene import Scene
+
+
 __all__ = ["Report", "execute", "run_directory", "study_directory"]
 
 
-def run_directory(scene, output=None) -> Path:
+def run_directory(scene: Scene, output: str | Path | None = None) -> Path:
     """Output directory of the results of a scene.
 
     Parameters
@@ -27,7 +37,7 @@ def run_directory(scene, output=None) -> Path:
     return Path(output) if output is not None else Path(scene.output.directory)
 
 
-def study_directory(scene, word, output=None) -> Path:
+def study_directory(scene: Scene, word: str, output: str | Path | None = None) -> Path:
     """Directory of a study of a scene: beside that of its run, with a word.
 
     Parameters
@@ -44,17 +54,17 @@ def study_directory(scene, word, output=None) -> Path:
 
 
 def execute(
-    scene,
-    directory,
+    scene: Scene,
+    directory: str | Path,
     *,
-    force=False,
-    resume=False,
-    report=lambda report: None,
-    log=lambda text: None,
-    sampled=lambda sample: None,
-    ready=lambda simulation: None,
-    advancing=None,
-):
+    force: bool = False,
+    resume: bool = False,
+    report: Callable[[Report], None] = lambda report: None,
+    log: Callable[[str], object] = lambda text: None,
+    sampled: Callable[[Any], object] = lambda sample: None,
+    ready: Callable[[Any], object] = lambda simulation: None,
+    advancing: AbstractContextManager[Any] | None = None,
+) -> Path:
     """Run a scene into a directory.
 
     Parameters

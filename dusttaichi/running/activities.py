@@ -4,9 +4,14 @@ The next scheduled step of an activity is a pure function of the step. Activitie
 act in the order in which the run lists them.
 """
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.domain.clock import FARTHEST, NEVER
 from dusttaichi.errors import DustError
@@ -15,11 +20,18 @@ from dusttaichi.running.ledger import turnover
 from dusttaichi.running.schedule import bytes_of, next_record, next_step, steps_apart
 from dusttaichi.running.stop import LEAST_STEPS, TESTS
 
+if TYPE_CHECKING:
+    from dusttaichi.domain.clock import Clock
+    from dusttaichi.method import Measurement, Simulation, Window
+    from dusttaichi.running.run_protocol import Records, Run
+    from dusttaichi.running.state import RunState
+    from dusttaichi.scene.output import Interval
+
 
 class Activity(ABC):
     """Base class of the actions of a run at scheduled steps."""
 
-    def __init__(self, run) -> None:
+    def __init__(self, run: Run) -> None:
         self.run = run
 
     @abstractmethod
@@ -40,19 +52,20 @@ class Activity(ABC):
 class Series(Activity):
     """Records of the time series: at their interval, and at the end of every stage."""
 
-    record, measurement = {}, None
+    record: dict[str, Any]
+    measurement: Measurement
 
-    def next(self, step):
+    def next(self, step: int) -> int:
         run = self.run
         return min(next_record(run.plan.series, run.clock, step, run.state.first), run.end.step)
 
-    def begin(self):
+    def begin(self) -> None:
         self._write(None)
 
-    def act(self):
+    def act(self) -> None:
         self._write(self.run.state.close_window(self.run.sim))
 
-    def _write(self, window):
+    def _write(self, window: Window | None) -> None:
         run, sim = self.run, self.run.sim
         m = sim.measure()
         run.guard(m)
@@ -62,7 +75,9 @@ class Series(Activity):
         run.writer.append("series", self.record)
 
 
-def series_record(sim, clock, state, m, window):
+def series_record(
+    sim: Simulation, clock: Clock, state: RunState, m: Measurement, window: Window | None
+) -> dict[str, Any]:
     """A record of the time series [SI]: name -> number or array.
 
     m: the current Measurement; window: the Window of its averages, or None.
@@ -70,7 +85,7 @@ def series_record(sim, clock, state, m, window):
     return in_si(sim, "series", _common_record(sim, clock, state, m) | sim.series(m, window))
 
 
-def take_records(sim, group_name):
+def take_records(sim: Simulation, group_name: str) -> Records:
     """Records [SI] of "profiles" or "snapshots" now, (group, record) pairs."""
     records, converted = list(sim.records(group_name)), []
     while records:  # a group is freed before the next one is converted
@@ -79,7 +94,7 @@ def take_records(sim, group_name):
     return converted
 
 
-def in_si(sim, group, record):
+def in_si(sim: Simulation, group: str, record: Mapping[str, Any]) -> dict[str, Any]:
     """The variables of a record that its simulation declares, in SI: the one place where they are.
 
     record: in the units of the simulation, maybe with more than these.
@@ -88,7 +103,9 @@ def in_si(sim, group, record):
     return {v.name: sim.units.si(record[v.name], v.units) for v in declared}
 
 
-def _common_record(sim, clock, state, m):
+def _common_record(
+    sim: Simulation, clock: Clock, state: RunState, m: Measurement
+) -> dict[str, Any]:
     """Variables of any method in the series (results.variables.COMMON), as `sim` counts."""
     residual, through = turnover(m, state.start)
     lengths = sim.domain.lengths(sim.step)
@@ -110,35 +127,35 @@ def _common_record(sim, clock, state, m):
 class Averages(Activity):
     """Starts of the averages of records, if output.window is shorter than their interval."""
 
-    def __init__(self, run, series):
+    def __init__(self, run: Run, series: Series) -> None:
         super().__init__(run)
         self.series, self.steps = series, run.scene.output.window
 
-    def next(self, step):
+    def next(self, step: int) -> int:
         if self.steps == "interval":
             return NEVER
         begin = self.series.next(step) - self.steps
         return begin if begin > step else NEVER
 
-    def act(self):
+    def act(self) -> None:
         self.run.state.open_window(self.run.sim)
 
 
 class EndCheck(Activity):
     """Checks of the stop conditions of a stage at every record."""
 
-    def __init__(self, run, series):
+    def __init__(self, run: Run, series: Series) -> None:
         super().__init__(run)
         self.series = series
 
-    def next(self, step):
+    def next(self, step: int) -> int:
         return self.series.next(step)
 
-    def act(self):
+    def act(self) -> None:
         state, sim = self.run.state, self.run.sim
         self.check(bounds=sim.step - state.last_steps(sim) > state.first)
 
-    def check(self, *, bounds=True):
+    def check(self, *, bounds: bool = True) -> None:
         """Check the record of this step; bounds: see End.check."""
         measurement = self.series.measurement
         self.run.end.check(self.series.record, self.run.sim, measurement, bounds=bounds)
@@ -151,11 +168,11 @@ class StopTests(Activity):
     motion and the other records keep their bits.
     """
 
-    def __init__(self, run, series, end_check):
+    def __init__(self, run: Run, series: Series, end_check: EndCheck) -> None:
         super().__init__(run)
         self.series, self.end_check = series, end_check
 
-    def next(self, step):
+    def next(self, step: int) -> int:
         run = self.run
         if not run.end.tested:
             return NEVER
@@ -164,7 +181,7 @@ class StopTests(Activity):
         following = opened + ((step - opened) // every + 1) * every
         return following if following < next_series else NEVER
 
-    def act(self):
+    def act(self) -> None:
         run, sim = self.run, self.run.sim
         window = run.state.window(sim)
         loads = getattr(sim, "mean_loads", lambda window: sim.series(sim.measure(), window))
@@ -179,10 +196,10 @@ class StopTests(Activity):
 class Profiles(Activity):
     """Profiles at their interval, if the result has them."""
 
-    def next(self, step):
+    def next(self, step: int) -> int:
         return next_step(self.run.plan.profiles, self.run.clock, step)
 
-    def act(self):
+    def act(self) -> None:
         if "profiles" in self.run.writer.groups:
             self.run.record("profiles")
 
@@ -192,23 +209,23 @@ class Profiles(Activity):
 class Snapshots(Activity):
     """Frames at their interval; the run adds those at the ends of stages."""
 
-    def next(self, step):
+    def next(self, step: int) -> int:
         run = self.run
         if run.plan.snapshots == "auto":
             apart = run.state.apart
             return (step // apart + 1) * apart if apart else NEVER
         return next_step(run.plan.snapshots, run.clock, step)
 
-    def begin(self):
+    def begin(self) -> None:
         self.act()
         self.begin_stage()
 
-    def begin_stage(self):
+    def begin_stage(self) -> None:
         """Set the distance of automatic snapshots."""
         run, plans = self.run, self.run.scene.stage_plans
         run.state.apart = steps_apart(plans, run.clock, run.plan, run.state.frame_bytes)
 
-    def act(self):
+    def act(self) -> None:
         """Write the current frame, unless it was written."""
         run = self.run
         if run.state.last_snapshot != run.sim.step and "snapshots" in run.writer.groups:
@@ -223,15 +240,22 @@ class OwnRecords(Activity):
     dict of these by name, always the same ones. units: name -> unit, for the result.
     """
 
-    def __init__(self, run, interval, group, function, units=()):
+    def __init__(
+        self,
+        run: Run,
+        interval: Interval,
+        group: str,
+        function: Callable[[], Any],
+        units: Mapping[str, str] | None = None,
+    ) -> None:
         super().__init__(run)
         self.interval, self.group = interval, group
-        self.function, self.units = function, dict(units)
+        self.function, self.units = function, dict(units or {})
 
-    def next(self, step):
+    def next(self, step: int) -> int:
         return next_step(self.interval, self.run.clock, step)
 
-    def act(self):
+    def act(self) -> None:
         result = self.function()
         if result is None:
             return
@@ -243,12 +267,13 @@ class OwnRecords(Activity):
         when = {"record_time": sim.time * sim.units("s"), "step": sim.step}
         self.run.writer.append(self.group, when | values)
 
-    def _declare(self, values):
+    def _declare(self, values: Mapping[str, NDArray[Any]]) -> None:
         rows = [
             ("record_time", "record", "s", "simulated time", "", ""),
             ("step", "record", "1", "time steps done", "", ""),
         ]
-        sizes, dtypes = {}, {"step": "i8"}
+        sizes: dict[str, int] = {}
+        dtypes = {"step": "i8"}
         for name, value in values.items():
             if value.dtype.kind not in "fiub":
                 raise DustError(

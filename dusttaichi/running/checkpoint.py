@@ -7,13 +7,17 @@ the places and values of the others.
 (safetensors has neither a checksum nor metadata other than texts.)
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError
 from dusttaichi.results.files import explain, remove, replace_atomically
@@ -29,22 +33,22 @@ PROBES = 1024  # numbers of an array that are compared first
 class Checkpoint(NamedTuple):
     """Result of `load`: the arrays, the metadata, their file, and a note or None."""
 
-    arrays: dict
-    meta: dict
+    arrays: dict[str, NDArray[Any]]
+    meta: dict[str, Any]
     source: Path
     note: str | None
 
 
-def _append_suffix(path, suffix):
+def _append_suffix(path: str | Path, suffix: str) -> Path:
     path = Path(path)
     return path.with_name(path.name + suffix)
 
 
-def _refuse(value):
+def _refuse(value: Any) -> None:
     raise TypeError(f"a checkpoint's meta data cannot hold a {type(value).__name__}")
 
 
-def save(path, arrays, meta):
+def save(path: str | Path, arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]) -> None:
     """Write `arrays` (name -> array, any shape and plain dtype) and `meta` (for JSON), bitwise.
 
     The former checkpoint at `path` becomes PATH.previous; after a kill or on a full disk one of
@@ -61,7 +65,7 @@ def save(path, arrays, meta):
     try:
         with open(temporary, "wb") as file:
             digest = hashlib.sha256()
-            blocks = [MAGIC, len(header).to_bytes(8, "little"), header]
+            blocks: list[Any] = [MAGIC, len(header).to_bytes(8, "little"), header]
             for _, arrays_of_name in stored.values():
                 blocks += [a.view(np.uint8) for a in arrays_of_name]
             for block in blocks:
@@ -81,7 +85,7 @@ def save(path, arrays, meta):
         ) from error
 
 
-def _compact(a):
+def _compact(a: NDArray[Any]) -> tuple[int, list[NDArray[Any]]]:
     """(number of exceptions or ALL, the arrays that store the numbers (n,), bitwise).
 
     Those are `a` itself, or its most frequent number, the places of the others and these.
@@ -99,7 +103,9 @@ def _compact(a):
     return len(places), [most.view(a.dtype), places.astype(np.int64), a[places]]
 
 
-def _restore(raw, start, dtype, shape, exceptions):
+def _restore(
+    raw: bytes, start: int, dtype: str, shape: list[int], exceptions: int
+) -> tuple[NDArray[Any], int]:
     """(an array that `_compact` has stored in bytes from `start` on, the end of these)."""
     if exceptions == ALL:
         stored = np.frombuffer(raw, dtype, np.prod(shape, dtype=np.int64), start)
@@ -112,7 +118,7 @@ def _restore(raw, start, dtype, shape, exceptions):
     return array, start + values.nbytes
 
 
-def _read(path):
+def _read(path: str | Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Arrays and meta of one file. Raises ValueError if damaged, OSError if unreadable."""
     raw = Path(path).read_bytes()
     body, digest = memoryview(raw)[:-32], raw[-32:]
@@ -129,7 +135,7 @@ def _read(path):
     return arrays, header["meta"]
 
 
-def load(path):
+def load(path: str | Path) -> Checkpoint:
     """The Checkpoint at `path`, or the newest valid one beside it.
 
     Its `note` is a message for the user if `path` itself could not be used. Raises DustError
@@ -157,7 +163,7 @@ def load(path):
     raise DustError(f"No valid checkpoint in {path.parent}: {problem}. Start the run again.")
 
 
-def exists(path):
+def exists(path: str | Path) -> bool:
     """True where there is a checkpoint, valid or not; an incomplete first one does not count."""
     if any(_append_suffix(path, suffix).exists() for suffix in ("", ".previous")):
         return True
@@ -168,7 +174,7 @@ def exists(path):
     return True
 
 
-def discard(path):
+def discard(path: str | Path) -> None:
     """Remove the checkpoint and those beside it, for a new run. Raises DustError."""
     for suffix in ("", ".tmp", ".previous"):
         try:

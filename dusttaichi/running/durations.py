@@ -1,13 +1,19 @@
 """Durations and intervals as the Python interface takes them."""
 
+from __future__ import annotations
+
 import numbers
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi.errors import DustError
 from dusttaichi.scene.output import Interval
 from dusttaichi.scene.quantities import parse
 
+if TYPE_CHECKING:
+    from dusttaichi.domain.clock import Clock
 
-def steps_of(duration, clock):
+
+def steps_of(duration: int | str, clock: Clock) -> int:
     """Number of steps of a duration, a number of steps or a time. Raises DustError."""
     problem = DustError(
         f'duration = {duration!r}: a number of steps from 0 on or a time such as "1 us" is needed; '
@@ -24,7 +30,7 @@ def steps_of(duration, clock):
     return int(duration)
 
 
-def interval_of(interval):
+def interval_of(interval: int | str | dict[str, Any]) -> Interval:
     """An Interval from steps, a time, or a dict as in the YAML. Raises DustError."""
     if isinstance(interval, str):
         interval = {"time": interval}

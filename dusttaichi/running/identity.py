@@ -1,10 +1,13 @@
 """Identity of a run, its scene, code and files: that of its checkpoint, but for what may change."""
 
+from __future__ import annotations
+
 import copy
 import hashlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import yaml
 
@@ -14,6 +17,10 @@ from dusttaichi.errors import DustError
 from dusttaichi.results.files import RESULT
 from dusttaichi.scene import extensions
 from dusttaichi.scene.extensions import KEY
+
+if TYPE_CHECKING:
+    from dusttaichi.scene.scene import Scene
+
 
 # what may differ between a run and its continuation
 FREE_TO_CHANGE = (
@@ -28,23 +35,23 @@ FREE_TO_CHANGE = (
 )
 
 
-def input_files(scene):
+def input_files(scene: Scene) -> list[Path]:
     """Paths of the files and run directories that a scene reads, in order."""
     return list(_files(scene.plain))
 
 
-def without(data, keys):
+def without(data: Any, keys: Iterable[tuple[str, ...]]) -> dict[str, Any]:
     """Plain data of a scene without the keys at these paths, such as ("output", "directory")."""
-    data = copy.deepcopy(data)
+    out: dict[str, Any] = copy.deepcopy(data)
     for *blocks, key in keys:
-        block = data
+        block = out
         for name in blocks:
             block = block.get(name, {})
         block.pop(key, None)
-    return data
+    return out
 
 
-def without_paths(data):
+def without_paths(data: Any) -> Any:
     """Plain data of a scene without the paths of its files, whose contents are compared."""
     if isinstance(data, dict):
         content = {k: v for k, v in data.items() if k != KEY and (k != "file" or v is None)}
@@ -52,7 +59,7 @@ def without_paths(data):
     return [without_paths(v) for v in data] if isinstance(data, list) else data
 
 
-def _files(data):
+def _files(data: Any) -> Iterator[Path]:
     if isinstance(data, dict):
         for key, value in data.items():
             if key == "file" and value is not None:
@@ -64,7 +71,7 @@ def _files(data):
             yield from _files(value)
 
 
-def check_extensions(saved, scene):
+def check_extensions(saved: Sequence[str], scene: Scene) -> None:
     """Raise DustError for other extensions than those of the checkpoint.
 
     saved: texts "name sha256:digest".
@@ -82,13 +89,13 @@ def check_extensions(saved, scene):
     )
 
 
-def stage_stop(text, stage):
+def stage_stop(text: str, stage: int) -> Any:
     """The stop block of a stage, of the text of a resolved scene."""
     data = yaml.safe_load(text)
     return data["stages"][stage]["stop"] if data.get("stages") else data["stop"]
 
 
-def check_same(saved, scene, inputs, stage):
+def check_same(saved: Mapping[str, Any], scene: Scene, inputs: Sequence[str], stage: int) -> None:
     """Raise DustError for another scene than that of the checkpoint.
 
     saved: the metadata of the checkpoint; inputs: hashes of the files of the scene; stage: number
@@ -116,7 +123,7 @@ def check_same(saved, scene, inputs, stage):
         )
 
 
-def differences(former, current, path=""):
+def differences(former: Any, current: Any, path: str = "") -> Iterator[str]:
     """Paths of the keys in which plain data differ, such as "boundary.wall_speed", in no order."""
     if isinstance(former, dict) and isinstance(current, dict):
         for key in former.keys() | current.keys():
@@ -126,7 +133,7 @@ def differences(former, current, path=""):
 
 
 @lru_cache(maxsize=1)
-def package_hash():
+def package_hash() -> str:
     """Hash of the source of this package, and of its compiler and that one's version."""
     root, digest = Path(__file__).parents[1], hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
@@ -135,7 +142,7 @@ def package_hash():
     return digest.hexdigest()
 
 
-def code_hash(scene):
+def code_hash(scene: Scene) -> str:
     """Hash of all code that determines the numbers of a scene.
 
     The package, external code of its method, such as laws of the user, and the extensions.
@@ -163,7 +170,7 @@ class Origin(NamedTuple):
     inputs: list[str]  #: "" of a missing file.
 
     @classmethod
-    def read(cls, scene):
+    def read(cls, scene: Scene) -> Origin:
         paths = [path / RESULT if path.is_dir() else path for path in input_files(scene)]
         contents = (path.read_bytes() if path.is_file() else None for path in paths)
         hashes = ["" if c is None else hashlib.sha256(c).hexdigest() for c in contents]

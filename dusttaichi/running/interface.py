@@ -1,23 +1,30 @@
 """A run from Python, in SI: that of `dust run`, with a bitwise identical result.nc."""
 
+from __future__ import annotations
+
 import re
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
+
+from numpy.typing import NDArray
 
 from dusttaichi.errors import DustError, naming_keywords
 from dusttaichi.results import Writer, files
 from dusttaichi.results.run_lock import RunLock
-from dusttaichi.running.activities import OwnRecords, series_record, take_records
+from dusttaichi.running.activities import OwnRecords
 from dusttaichi.running.durations import interval_of, steps_of
 from dusttaichi.running.interrupts import Interrupts, before_the_first_step
 from dusttaichi.running.opening import Opening
-from dusttaichi.running.present import label_values, line_of, read_only
+from dusttaichi.running.present import line_of
 from dusttaichi.running.progress import show_progress
 from dusttaichi.running.script import ScriptControl
 from dusttaichi.scene import Scene
 from dusttaichi.scene.paths import user_path
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 def simulate(
@@ -29,7 +36,7 @@ def simulate(
     resume: bool = False,
     log: Callable[[str], object] = print,
     progress: bool | None = None,
-) -> "Simulation":
+) -> Simulation:
     """Build a scene, and return its simulation at the start, or at the end of an earlier run.
 
     Parameters
@@ -71,117 +78,51 @@ class Simulation(ScriptControl):
         Folder of its result.
     """
 
-    def __init__(self, scene, sample, directory, *, force, resume, log, progress):
+    def __init__(
+        self,
+        scene: Scene,
+        sample: Any,
+        directory: str | Path | None,
+        *,
+        force: bool,
+        resume: bool,
+        log: Callable[[str], object],
+        progress: bool | None,
+    ) -> None:
         self._temporary = tempfile.TemporaryDirectory() if directory is None else None
         self.scene, self._progress = scene, progress
-        self.directory = user_path(self._temporary.name if directory is None else directory)
-        self._lock = RunLock(self.directory)
-        # state of the result before the last frame, at the end; whether the end was passed
-        self._before_end, self._past_end = None, False
+        self.directory = user_path(self._temporary.name if self._temporary else directory or "")
+        lock = RunLock(self.directory)
+        self._lock: RunLock | None = lock
+        # counts and step of the result before the last frame, at the end
+        self._before_end: tuple[dict[str, int], int] | None = None
+        self._past_end = False
         try:
             with Interrupts() as interrupts, before_the_first_step():
                 opening = Opening(
                     scene,
                     self.directory,
-                    self._lock,
+                    lock,
                     report=lambda report: None,
                     interrupts=interrupts,
                     log=log,
                 )
                 self._run = opening.open(sample, force=force, resume=resume)
         except BaseException:
-            self._lock.release()
+            lock.release()
             raise
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return line_of(self, self._run)
 
-    @property
-    def step(self):
-        """Whole steps done."""
-        return self._run.sim.step
-
-    @property
-    def time(self):
-        """Simulated time [s]."""
-        return self._run.sim.time * self._run.sim.units("s")
-
-    @property
-    def time_step(self):
-        """The step [s]."""
-        return self._run.sim.dt * self._run.sim.units("s")
-
-    def measure(self):
-        """Present values of the time series of result.nc, in SI, by the same names.
-
-        `units` has their units. Arrays are read-only xarray.DataArray, as pressure.sel(wall="top").
-        Averages (pressure, wall_force, stress) are over the time since the last record, or, at the
-        step of a record, over its time. The state does not change.
-        """
-        run, sim = self._run, self._run.sim
-        window = run.state.window(sim)
-        return label_values(sim, series_record(sim, run.clock, run.state, sim.measure(), window))
-
-    def snapshot(self):
-        """The current frame: group of result.nc (snapshots, ...) -> name -> array [SI].
-
-        This and all other arrays of the state are read-only copies: nothing that is written into
-        them would change the simulation. A changed sample does.
-        """
-        return {
-            group: {name: read_only(values) for name, values in record.items()}
-            for group, record in take_records(self._run.sim, "snapshots")
-        }
-
-    @property
-    def positions(self):
-        """Positions of the grains [m], (grains, 3)."""
-        return self.snapshot()["snapshots"]["position"]
-
-    @property
-    def velocities(self):
-        """Velocities [m/s], (grains, 3), at the same time."""
-        return self.snapshot()["snapshots"]["velocity"]
-
-    @property
-    def spins(self):
-        """Angular velocities [rad/s], (grains, 3)."""
-        return self.snapshot()["snapshots"]["spin"]
-
-    @property
-    def contacts(self):
-        """Contacts between grains: name -> array, one row a contact, as in /contacts of result.nc.
-
-        Names are for example grain_i, grain_j, overlap [m]. Needs `output.contacts: true`, the
-        default.
-        """
-        groups = self.snapshot()
-        if "contacts" not in groups:
-            raise DustError("output.contacts = false: contacts are not recorded; allowed: true")
-        return groups["contacts"]
-
-    def forces(self):
-        """Force and torque of the contacts on every grain.
-
-        They are evaluated from the current positions, velocities and histories, without a step.
-
-        Returns
-        -------
-        force
-            [N], (grains, 3).
-        torque
-            [N m], (grains, 3).
-
-        Raises
-        ------
-        DustError
-            The method has no forces.
-        """
-        if not hasattr(self._run.sim, "forces"):
-            raise DustError("forces are known of grains; this scene is of another method")
-        return tuple(read_only(values) for values in self._run.sim.forces())
-
-    def every(self, interval, function, name=None, *, units=()):
+    def every(
+        self,
+        interval: int | str | dict[str, Any],
+        function: Callable[[Simulation], Any],
+        name: str | None = None,
+        *,
+        units: Mapping[str, str] | None = None,
+    ) -> Callable[[Simulation], Any]:
         """Call a function at an interval, and record its results in a group of result.nc.
 
         The first call is immediate, unless the run was resumed and has its records.
@@ -210,7 +151,7 @@ class Simulation(ScriptControl):
         DustError
             The interval or name is not valid.
         """
-        group = name or getattr(function, "__name__", "records")
+        group = name or str(getattr(function, "__name__", "records"))
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", group) or group == "series":
             raise DustError(f"{group!r} cannot name a group; give a name of letters and digits")
         # NetCDF has one name for a group and a variable beside it
@@ -229,7 +170,7 @@ class Simulation(ScriptControl):
             records.act()
         return function
 
-    def advance(self, duration):
+    def advance(self, duration: int | str) -> Self:
         """Advance by a number of steps or a time; also beyond the end of the scene.
 
         Records are written as specified by the scene.
@@ -267,7 +208,7 @@ class Simulation(ScriptControl):
                 run.advance_to(last)
         return self
 
-    def run(self):
+    def run(self) -> Self:
         """Advance to the end of the scene, as `dust run` does; beyond that end it ends here.
 
         Returns
@@ -285,7 +226,7 @@ class Simulation(ScriptControl):
         self._before_end = run.before_end
         return self
 
-    def _reopen(self):
+    def _reopen(self) -> None:
         """After the end: remove the last frame, which was written because of it."""
         if self._before_end is None:
             return
@@ -297,21 +238,21 @@ class Simulation(ScriptControl):
         run.state.last_snapshot, self._before_end = last, None
         self._put_off()
 
-    def _put_off(self):
+    def _put_off(self) -> None:
         self._past_end = True
         self._run.end.put_off()
 
-    def _interrupts(self):
+    def _interrupts(self) -> Interrupts:
         interrupts = self._run.interrupts = Interrupts()
         interrupts.collect()
         return interrupts
 
-    def save(self):
+    def save(self) -> None:
         """Write result and checkpoint to disk; another run may continue from here."""
         if self._before_end is None:
             self._run.files.save(self._run)
 
-    def records(self, group):
+    def records(self, group: str) -> dict[str, NDArray[Any]]:
         """Arrays [SI] of a group of result.nc ("series", "snapshots", one of `every`), by name.
 
         Raises
@@ -320,18 +261,21 @@ class Simulation(ScriptControl):
             There is no such group.
         """
         self._run.files.flush()
-        from dusttaichi.results.reading import open_tree  # slow to import
+        from xarray import DataTree  # slow to import, as the next
+
+        from dusttaichi.results.reading import open_tree
 
         with open_tree(self.directory / files.RESULT) as tree:
-            data = (tree if group == "series" else tree[group]).to_dataset(inherit=False)
-            return {name: values.values for name, values in data.variables.items()}
+            node = tree if group == "series" else cast(DataTree, tree[group])
+            data = node.to_dataset(inherit=False)
+            return {str(name): values.values for name, values in data.variables.items()}
 
-    def flush(self):
+    def flush(self) -> Path:
         """Write all records to disk, so that the result can be opened; returns its directory."""
         self._run.files.flush()
         return self.directory
 
-    def close(self):
+    def close(self) -> None:
         """Save and release the directory; a temporary one is removed."""
         if self._lock is None:
             return
@@ -346,5 +290,5 @@ class Simulation(ScriptControl):
             if self._temporary is not None:
                 self._temporary.cleanup()
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()

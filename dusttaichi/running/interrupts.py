@@ -1,18 +1,27 @@
 """Signals that end a process in an orderly way: Ctrl-C, a kill, a closed terminal."""
 
+from __future__ import annotations
+
 import signal
 import threading
 import time as real_time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi.errors import Interrupted
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
 
 PATIENCE = 15.0  # s to the next pause of a run before a further signal ends it immediately
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # those of the system that are not ignored
 
 
 @contextmanager
-def handled_by(handler):
+def handled_by(handler: Callable[[int, FrameType | None], Any]) -> Iterator[None]:
     """Context in which `handler` handles the signals, in the main thread."""
     former_handlers = {}
     if threading.current_thread() is threading.main_thread():
@@ -27,7 +36,7 @@ def handled_by(handler):
 
 
 @contextmanager
-def noted_signals():
+def noted_signals() -> Iterator[list[int]]:
     """Context that yields a list of the signals received, instead of ending the process.
 
     A second signal raises KeyboardInterrupt; the workers then write their checkpoints and end. In a
@@ -35,7 +44,7 @@ def noted_signals():
     """
     seen = []
 
-    def note(number, _):
+    def note(number: int, _: object) -> None:
         seen.append(number)
         if len(seen) > 1:
             raise KeyboardInterrupt
@@ -52,28 +61,29 @@ class Interrupts:
     pause in PATIENCE seconds is ended by the next signal.
     """
 
-    def __init__(self):
-        self._asked_at, self._seen, self._collects = None, False, False
+    def __init__(self) -> None:
+        self._asked_at: float | None = None
+        self._seen, self._collects = False, False
         self._handled = handled_by(self._take)
 
     @property
-    def requested(self):
+    def requested(self) -> bool:
         """True after a signal; the run then ends in an orderly way."""
         self._seen = self._asked_at is not None
         return self._seen
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         self._handled.__enter__()
         return self
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: Any) -> None:
         self._handled.__exit__(*error)
 
-    def collect(self):
+    def collect(self) -> None:
         """From now on a signal raises no KeyboardInterrupt."""
         self._collects = True
 
-    def _take(self, *_):
+    def _take(self, *_: object) -> None:
         received_at = real_time.monotonic()
         if self._asked_at is None:
             self._asked_at = received_at
@@ -83,7 +93,7 @@ class Interrupts:
 
 
 @contextmanager
-def before_the_first_step():
+def before_the_first_step() -> Iterator[None]:
     """Context in which an interruption raises Interrupted: nothing was computed."""
     try:
         yield
@@ -93,7 +103,7 @@ def before_the_first_step():
 
 
 @contextmanager
-def resumable(onward, progress=None):
+def resumable(onward: str, progress: str | None = None) -> Iterator[None]:
     """Context in which an interruption raises an Interrupted that says how to continue.
 
     onward: how, such as a command. progress: sentence about the finished part of a study; without

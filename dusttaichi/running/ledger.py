@@ -1,16 +1,24 @@
 """The energy ledger, and the guard that stops a run in which it does not close."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dusttaichi.errors import GuardStop
 from dusttaichi.method import moment
 from dusttaichi.results.variables import reference_energy
 
+if TYPE_CHECKING:
+    from dusttaichi.method import Measurement, Simulation, Start
+
+
 BETWEEN = 3000, 1_000_000  # steps between checks; for small samples over the number of grains
 FIRST = (10, 30, 100, 300, 1000)  # checks after the start, for instabilities
 
 
-def ledger(m, start):
+def ledger(m: Measurement, start: Start | Measurement) -> tuple[float, float]:
     """Residual of a Measurement and its share of the energy that has gone through the system.
 
     start: the Start, or another Measurement. The kinetic energy is m v(n-1/2).v(n+1/2)/2 here.
@@ -23,7 +31,7 @@ def ledger(m, start):
     return residual, residual / through if through > 0.0 else 0.0
 
 
-def turnover(m, start):
+def turnover(m: Measurement, start: Start) -> tuple[float, float]:
     """Residual of the ledger, and its reference energy.
 
     The energy that has gone through the system, with two lower bounds. The first is the largest
@@ -38,7 +46,7 @@ def turnover(m, start):
     return ledger(m, start)[0], through + max(0.0, m.bound - abs(start.potential))
 
 
-def next_check(step, first, size):
+def next_check(step: int, first: int, size: int) -> int:
     """The next step after `step` at which a stage that began at step `first` is checked.
 
     A function of the scene alone, so that a guard stops a run at the same step on any machine; a
@@ -49,7 +57,7 @@ def next_check(step, first, size):
     return min([*early[:1], first + ((step - first) // every + 1) * every])
 
 
-def check(sim, m, start, tolerance=0.01):
+def check(sim: Simulation, m: Measurement, start: Start, tolerance: float = 0.01) -> None:
     """Raise GuardStop if a Measurement shows an invalid run.
 
     After the validity checks of the method. tolerance: allowed residual, as a share of the energy
@@ -79,7 +87,7 @@ def check(sim, m, start, tolerance=0.01):
         )
 
 
-def _cause(sim, cause, *remedies):
+def _cause(sim: Simulation, cause: str, *remedies: str) -> str:
     """End of a message: the cause and what to try, or what of the start may be the cause."""
     advice = " or ".join([f"a smaller {sim.step_key}", *remedies])
     if start := getattr(sim, "suspect", ""):

@@ -4,14 +4,30 @@ All records are written at steps that the scene determines (schedule.py). Action
 real time (guards between records, flushes, checkpoints, Ctrl-C, the report) change no number.
 """
 
+from __future__ import annotations
+
 import time as real_time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.errors import GuardStop, Interrupted
 from dusttaichi.running import activities, ledger
 from dusttaichi.running.state import Report
 from dusttaichi.running.stop import End
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from dusttaichi.domain.clock import Clock
+    from dusttaichi.method import Measurement, Simulation
+    from dusttaichi.running.interrupts import Interrupts
+    from dusttaichi.running.persistence import RunFiles
+    from dusttaichi.running.run_protocol import Records
+    from dusttaichi.running.state import RunState
+    from dusttaichi.scene.scene import Scene
+
 
 BURST_SECONDS = 0.25  # of real time between two checks of the clock, the guards and Ctrl-C
 BURST_STEPS = 20  # least number of steps between checks of the guards
@@ -27,16 +43,16 @@ class Run:
 
     def __init__(
         self,
-        scene,
-        sim,
-        state,
-        files,
+        scene: Scene,
+        sim: Simulation,
+        state: RunState,
+        files: RunFiles,
         *,
-        interrupts,
-        report,
-        log,
-        advancing=None,
-    ):
+        interrupts: Interrupts,
+        report: Callable[[Report], None],
+        log: Callable[[str], object],
+        advancing: AbstractContextManager[Any] | None = None,
+    ) -> None:
         self.scene, self.sim, self.state, self.files = scene, sim, state, files
         self.writer, self.interrupts, self.report, self.log = files.writer, interrupts, report, log
         self.advancing = advancing or nullcontext()
@@ -46,7 +62,7 @@ class Run:
         self.activities = self._make_activities()
         self.plan_stage()
 
-    def _make_activities(self):
+    def _make_activities(self) -> list[activities.Activity]:
         series = activities.Series(self)
         self.snapshots = activities.Snapshots(self)
         end_check = activities.EndCheck(self, series)
@@ -54,17 +70,17 @@ class Run:
         run_activities.append(activities.StopTests(self, series, end_check))
         return [*run_activities, activities.Profiles(self), self.snapshots]
 
-    def plan_stage(self):
+    def plan_stage(self) -> None:
         """Set the plan and the end of the present stage."""
         self.plan = self.scene.stage_plans[self.state.stage]
         self.end = End(self.plan, self.clock, self.state, self.sim.step)
 
     @property
-    def clock(self):
+    def clock(self) -> Clock:
         """The Clock of the present stage, with the current motion of walls and faces."""
         return self.sim.domain.clock(self.state.first)
 
-    def begin(self):
+    def begin(self) -> None:
         """Step 0: the first records and the first state."""
         self.state.open_window(self.sim)
         for activity in self.activities:
@@ -72,7 +88,7 @@ class Run:
 
     # -- going -----------------------------------------------------------------------------------
 
-    def go(self):
+    def go(self) -> None:
         """Run to the end of the last stage; any end leaves the computed records on disk."""
         with self.record_guard_stop():
             self.advance_to(None)
@@ -81,7 +97,7 @@ class Run:
             self.finish()
 
     @contextmanager
-    def record_guard_stop(self):
+    def record_guard_stop(self) -> Iterator[None]:
         """Context in which a stop by a guard leaves a result on disk."""
         try:
             yield
@@ -90,7 +106,7 @@ class Run:
             self.writer.join()
             raise
 
-    def advance_to(self, step):
+    def advance_to(self, step: int | None) -> None:
         """Advance the present stage to that step, or to its end (None)."""
         sim = self.sim
         while sim.step < self.end.step and (step is None or sim.step < step):
@@ -102,7 +118,7 @@ class Run:
                     activity.act()
             self.files.write_if_due(self)
 
-    def _advance_in_bursts(self, last_step):
+    def _advance_in_bursts(self, last_step: int) -> None:
         """Advance to the step `due`, with pauses for guards and the user."""
         sim = self.sim
         while sim.step < last_step:
@@ -119,7 +135,7 @@ class Run:
             if sim.step < last_step:
                 self.files.write_if_due(self)
 
-    def _check(self, is_scheduled):
+    def _check(self, is_scheduled: bool) -> None:
         """Guards and report, if a check is due or after some real time."""
         current_time = real_time.perf_counter()
         self.state.wall_clock = current_time - self.began
@@ -132,18 +148,18 @@ class Run:
             end = self.end.step if self.end.step < NEVER else None
             self.report(Report(self.sim.step, end, phi, self.end.pressure, self.rate))
 
-    def guard(self, m):
+    def guard(self, m: Measurement) -> None:
         """Raise GuardStop if the Measurement is invalid."""
         ledger.check(self.sim, m, self.state.start, self.scene.numerics.ledger_tolerance)
 
-    def record(self, group_name):
+    def record(self, group_name: str) -> Records:
         """Write records of "profiles" or "snapshots" now; returns them, (group, record) pairs."""
         records = activities.take_records(self.sim, group_name)
         for group, entry in records:
             self.writer.append(group, entry)
         return records
 
-    def stop_if_interrupted(self):
+    def stop_if_interrupted(self) -> None:
         """After a signal, write result and checkpoint and raise Interrupted."""
         if self.interrupts.requested:
             self.writer.set_status("interrupted")
@@ -152,7 +168,7 @@ class Run:
 
     # -- stages ----------------------------------------------------------------------------------
 
-    def next_stage(self):
+    def next_stage(self) -> bool:
         """End the present stage, and begin the next, if any."""
         following = self.state.stage + 1
         if following >= len(self.scene.stage_plans):
@@ -169,7 +185,7 @@ class Run:
             activity.begin_stage()
         return True
 
-    def finish(self):
+    def finish(self) -> None:
         """Write the last frame, the status and the checkpoint.
 
         A continuation with a later stop lacks the last frame.
@@ -178,6 +194,6 @@ class Run:
         self.files.save(self, self._end)
         self.writer.join()
 
-    def _end(self):
+    def _end(self) -> None:
         self.snapshots.act()
         self.writer.set_status(f"finished: {self.end.reason}")

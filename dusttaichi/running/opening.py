@@ -1,5 +1,11 @@
 """Start of a run: new, or resumed."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
 from dusttaichi import method
 from dusttaichi.compute import compiler
 from dusttaichi.errors import DustError
@@ -14,6 +20,12 @@ from dusttaichi.running.loop import Run
 from dusttaichi.running.persistence import RunFiles, check_outputs, write_scene
 from dusttaichi.running.state import RunState
 
+if TYPE_CHECKING:
+    from dusttaichi.method import Simulation
+    from dusttaichi.results.run_lock import RunLock
+    from dusttaichi.running.checkpoint import Checkpoint
+    from dusttaichi.scene.scene import Scene
+
 
 class Opening:
     """Opens the run of a scene in a directory with an acquired RunLock.
@@ -21,13 +33,21 @@ class Opening:
     sampled: called with the sample of a new run. callbacks: further arguments of Run.
     """
 
-    def __init__(self, scene, directory, lock, *, sampled=lambda sample: None, **callbacks):
+    def __init__(
+        self,
+        scene: Scene,
+        directory: Path,
+        lock: RunLock | None,
+        *,
+        sampled: Callable[[Any], object] = lambda sample: None,
+        **callbacks: Any,
+    ) -> None:
         self.sampled = sampled
         self.scene, self.directory, self.lock, self.callbacks = scene, directory, lock, callbacks
         self.method = method.find_method(scene)
         self.origin = Origin.read(scene)
 
-    def open(self, sample=None, *, force=False, resume=False):
+    def open(self, sample: Any = None, *, force: bool = False, resume: bool = False) -> Run:
         """A Run: resumed if requested and possible, else new.
 
         sample: instead of that of the scene. Raises DustError, as for an existing result.
@@ -40,7 +60,7 @@ class Opening:
             check_outputs(self.scene, self.directory, force)
         return self.new(sample, force=force or resume) if run is None else run
 
-    def new(self, sample=None, force=False):
+    def new(self, sample: Any = None, force: bool = False) -> Run:
         """A Run at step 0 with its first records; sample: instead of that of the scene."""
         scene = self.scene
         sample = self.method.make_sample(scene) if sample is None else sample
@@ -67,7 +87,7 @@ class Opening:
         run.stop_if_interrupted()
         return run
 
-    def resume(self):
+    def resume(self) -> Run | None:
         """A Run at the checkpoint of an earlier one, or None without a checkpoint.
 
         Raises DustError for a checkpoint of another scene or version.
@@ -91,7 +111,7 @@ class Opening:
         log(f"continuing from step {run.sim.step:,} ({time:.6g} µs)")
         return run
 
-    def _restore(self, saved):
+    def _restore(self, saved: Checkpoint) -> Run:
         """A Run from a Checkpoint."""
         state = State(saved.arrays, saved.meta["numbers"])
         sim = self.method.reopen(self.scene, state)
@@ -106,7 +126,7 @@ class Opening:
         writer = Writer.resume(self.directory / RESULT, saved.meta["counts"], lock=self.lock)
         return self._run(sim, from_plain(RunState, saved.meta["run"]), writer)
 
-    def _check_code(self, saved):
+    def _check_code(self, saved: Checkpoint) -> None:
         if saved.meta.get("code") != self.origin.code:
             raise DustError(
                 f"{saved.source} was written by another version of dusttaichi or its compiler "
@@ -114,12 +134,12 @@ class Opening:
                 "differ. Continue with that version, or start again with --force."
             )
 
-    def _run(self, sim, state, writer):
+    def _run(self, sim: Simulation, state: RunState, writer: Writer) -> Run:
         every = self.scene.output.checkpoint
         run_files = RunFiles(self.directory, writer, every, self.origin, lock=self.lock)
         return Run(self.scene, sim, state, run_files, **self.callbacks)
 
-    def _attributes(self, sim):
+    def _attributes(self, sim: Simulation) -> dict[str, Any]:
         scene = self.scene
         common = {
             "title": scene.name,
@@ -130,7 +150,7 @@ class Opening:
         return provenance(scene.source or "", scene.to_yaml(), **(common | sim.attributes()))
 
 
-def _refuse_finished(path):
+def _refuse_finished(path: str | Path) -> None:
     """Raise DustError for a finished result without a checkpoint, and for one in use."""
     try:
         with open_result(path) as file:

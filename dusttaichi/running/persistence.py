@@ -1,9 +1,13 @@
 """Files of a run: the result and its checkpoint, and the times at which they are written."""
 
+from __future__ import annotations
+
 import time as real_time
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dusttaichi.compute.background import Background
 from dusttaichi.errors import DustError
@@ -13,6 +17,15 @@ from dusttaichi.results.plain import plain
 from dusttaichi.running import checkpoint
 from dusttaichi.running.identity import input_files
 
+if TYPE_CHECKING:
+    from dusttaichi.method import State
+    from dusttaichi.results.run_lock import RunLock
+    from dusttaichi.results.writer import Writer
+    from dusttaichi.running.identity import Origin
+    from dusttaichi.running.run_protocol import Run
+    from dusttaichi.scene.scene import Scene
+
+
 FLUSH_SHARE = 0.02  # share of the real time for writing
 LEAST = 5.0  # s between two flushes
 LARGE = 8_000_000  # bytes from which a file is written by a process of its own
@@ -21,7 +34,7 @@ SCENE = "scene.yaml"
 MADE = "# Written by dusttaichi: the scene of this run, with every default."
 
 
-class RunFiles(AbstractContextManager):
+class RunFiles(AbstractContextManager["RunFiles"]):
     """The files of a run directory, written by a Writer and by checkpoint.save.
 
     Large ones are written by a process of its own during the steps. every [s]: real time between
@@ -29,19 +42,27 @@ class RunFiles(AbstractContextManager):
     context manager, which waits for the last file.
     """
 
-    def __init__(self, directory, writer, every, origin, *, lock=None):
+    def __init__(
+        self,
+        directory: str | Path,
+        writer: Writer,
+        every: float,
+        origin: Origin,
+        *,
+        lock: RunLock | None = None,
+    ) -> None:
         self.directory, self.writer = Path(directory), writer
         self.every, self.origin = every, origin
         self.cost = 0.0
         self.saved = self.flushed = real_time.perf_counter()
         self._background = Background([] if lock is None else lock.descriptors)
 
-    def flush(self):
+    def flush(self) -> None:
         """Put all records on disk."""
         self.cost = self.writer.flush()
         self.flushed = real_time.perf_counter()
 
-    def save(self, run, last=lambda: None):
+    def save(self, run: Run, last: Callable[[], object] = lambda: None) -> None:
         """Write the result, then the checkpoint, which is never ahead of the result.
 
         last: adds records that the result has and a continuation will not.
@@ -52,7 +73,7 @@ class RunFiles(AbstractContextManager):
         checkpoint.save(self.directory / CHECKPOINT, state.arrays, meta)
         self.saved = real_time.perf_counter()
 
-    def write_if_due(self, run):
+    def write_if_due(self, run: Run) -> None:
         """Flush or write a checkpoint after some time; call it after the records of a step.
 
         Else a continued run would lack these records. Raises DustError, also that of an earlier
@@ -72,14 +93,14 @@ class RunFiles(AbstractContextManager):
         ):
             self._begin_flush()
 
-    def _begin_flush(self):
+    def _begin_flush(self) -> None:
         if self.writer.bytes_waiting < LARGE:
             self.flush()
         else:
             self.writer.begin_flush(self._background)
             self.flushed = real_time.perf_counter()
 
-    def _begin_save(self, run):
+    def _begin_save(self, run: Run) -> None:
         state, meta = self._checkpoint(run)
         path = self.directory / CHECKPOINT
         if sum(a.nbytes for a in state.arrays.values()) < LARGE:
@@ -90,7 +111,7 @@ class RunFiles(AbstractContextManager):
             self.writer.begin_flush(self._background, call)
         self.saved = self.flushed = real_time.perf_counter()
 
-    def _checkpoint(self, run):
+    def _checkpoint(self, run: Run) -> tuple[State, dict[str, Any]]:
         """State and meta data of a checkpoint."""
         state = run.sim.state()
         meta = {
@@ -104,18 +125,18 @@ class RunFiles(AbstractContextManager):
         }
         return state, meta
 
-    def close(self):
+    def close(self) -> None:
         """Wait for the last file, and end the process that writes."""
         try:
             self.writer.settle()
         finally:
             self._background.close()
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
-def check_outputs(scene, directory, force):
+def check_outputs(scene: Scene, directory: str | Path, force: bool) -> None:
     """Refuse files of a run that would replace its inputs or, without `force`, foreign files.
 
     Raises DustError.
@@ -129,7 +150,7 @@ def check_outputs(scene, directory, force):
         outputs.refuse_inputs(scene_file, [scene.path])
 
 
-def write_scene(scene, directory):
+def write_scene(scene: Scene, directory: str | Path) -> None:
     """The resolved scene beside the result; it can be run again. Raises DustError."""
     path = Path(directory) / SCENE
     # its files are found from anywhere

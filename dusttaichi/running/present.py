@@ -1,25 +1,76 @@
 """Presentation of the state of a Simulation: labelled numbers, read-only arrays, a line of text."""
 
-from types import SimpleNamespace
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.results.variables import LABELS
 from dusttaichi.scene import quantities
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-class PresentValues(SimpleNamespace):
-    """Values of the time series by name; `units` has their units by the same names."""
+    from dusttaichi.method import Simulation
+    from dusttaichi.running.run_protocol import Run
 
-    def __repr__(self):
-        values = {name: value for name, value in vars(self).items() if name != "units"}
-        width = max(map(len, values), default=0)
-        lines = (f"{name:<{width}}  {_text(v, self.units[name])}" for name, v in values.items())
+
+class PresentValues(Mapping[str, "float | xr.DataArray"]):
+    """Values of the time series by name [SI], as attributes and as items: a read-only mapping.
+
+    Single ones are numbers, others read-only xarray.DataArray with units and coordinates. Those
+    that are declared here are of every method, or of any that presses dust; a method has more.
+
+    Attributes
+    ----------
+    units
+        Name -> SI unit.
+    """
+
+    units: dict[str, str]
+    time: float
+    step: int
+    energy_residual: float
+    energy_residual_relative: float
+    wall_clock: float
+    # where the scene has them
+    stage: int
+    height: float
+    filling_factor: float
+    box_length: xr.DataArray
+    pressure: xr.DataArray
+    wall_force: xr.DataArray
+    stress: xr.DataArray
+
+    def __init__(self, values: Mapping[str, Any], units: Mapping[str, str]) -> None:
+        vars(self).update(values, units=dict(units))
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.units:
+            raise KeyError(name)
+        return vars(self)[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.units)
+
+    def __len__(self) -> int:
+        return len(self.units)
+
+    def __getattr__(self, name: str) -> Any:
+        names = ", ".join(vars(self).get("units", ()))
+        raise AttributeError(f"the time series of this scene has no {name}; it has {names}")
+
+    def __repr__(self) -> str:
+        width = max(map(len, self), default=0)
+        lines = (f"{name:<{width}}  {_text(v, self.units[name])}" for name, v in self.items())
         return "\n".join(lines)
 
 
-def _text(value, unit):
+def _text(value: Any, unit: str) -> str:
     """Numbers with the names of their entries, and their unit."""
     unit = "" if unit == "1" else f" {unit}"
     if not np.ndim(value):
@@ -31,11 +82,11 @@ def _text(value, unit):
     return ", ".join(rows) + unit
 
 
-def _numbers(row):
+def _numbers(row: Any) -> str:
     return f"{row:.6g}" if not np.ndim(row) else f"({', '.join(map(_numbers, row))})"
 
 
-def label_values(sim, record):
+def label_values(sim: Simulation, record: Mapping[str, Any]) -> PresentValues:
     """A record of the time series as PresentValues: arrays as read-only xarray.DataArray.
 
     Their dimensions and coordinates (walls, axes, channels) are those in result.nc.
@@ -44,26 +95,26 @@ def label_values(sim, record):
 
     entries = LABELS | sim.sizes()
     variables = {v.name: v for v in sim.variables if v.group == "series"}
-    values = {}
+    values: dict[str, Any] = {}
     for name, value in record.items():
         dims = variables[name].dims[1:]
         if not dims:
             values[name] = value
             continue
         about = {"units": variables[name].units, "long_name": variables[name].long_name}
-        coords = {dim: list(entries[dim]) for dim in dims if not isinstance(entries[dim], int)}
+        coords = {d: list(n) for d in dims if not isinstance(n := entries[d], int)}
         values[name] = xr.DataArray(read_only(value), coords, dims, name, about)
-    return PresentValues(**values, units={name: variables[name].units for name in record})
+    return PresentValues(values, {name: variables[name].units for name in record})
 
 
-def read_only(array):
+def read_only(array: Any) -> NDArray[Any]:
     """A view of an array that refuses to be written into: it is a copy of the state."""
     view = np.asarray(array).view()
     view.flags.writeable = False
     return view
 
 
-def line_of(simulation, run):
+def line_of(simulation: Any, run: Run) -> str:
     """A line about a Simulation with its Run: scene, size, step, time, folder."""
     sim, end = run.sim, run.end.step
     words = "grains" if "grains" in sim.attributes() else "particles"

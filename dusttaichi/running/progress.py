@@ -1,10 +1,21 @@
 """Progress of runs and studies on one line: in a notebook, on a terminal, or in a log."""
 
+from __future__ import annotations
+
 import sys
 import threading
 import time as real_time
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from html import escape
+from typing import TYPE_CHECKING, Any, cast
+
+if TYPE_CHECKING:
+    from rich.progress import ProgressColumn
+    from typing_extensions import Self
+
+    from dusttaichi.running.state import Report
+
 
 SHOWN = 4  # largest number of simultaneous tasks in the line
 ROOMY = 100  # width of a terminal from which the line contains a bar
@@ -20,7 +31,14 @@ class ProgressBar:
     is a plain line after every `every` s. console: a rich Console, by default one of the errors.
     """
 
-    def __init__(self, quiet=False, description=None, *, console=None, every=LOG_EVERY):
+    def __init__(
+        self,
+        quiet: bool = False,
+        description: str | None = None,
+        *,
+        console: Any = None,
+        every: float = LOG_EVERY,
+    ) -> None:
         from rich.console import Console  # with the progress 0.1 s, which no worker waits for
         from rich.progress import Progress
 
@@ -33,14 +51,16 @@ class ProgressBar:
             description or "", total=None, state="", visible=description is not None
         )
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         self._bar.start()
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self._bar.stop()
 
-    def show(self, description, completed, total, state=""):
+    def show(
+        self, description: str, completed: float, total: float | None, state: str = ""
+    ) -> None:
         """Show that `completed` of `total` is done; total: None where it is not known."""
         self._bar.update(
             self._task,
@@ -57,17 +77,17 @@ class ProgressBar:
             percentage = f"{completed / total:.0%}  " if total else ""
             self._bar.console.print(f"{description}  {percentage}{state}", soft_wrap=True)
 
-    def log(self, text):
+    def log(self, text: str) -> None:
         """Print a line above the bar."""
         self._bar.console.print(text, soft_wrap=True)
 
 
-def _columns(width):
+def _columns(width: int) -> list[ProgressColumn]:
     """Columns of the progress line on a terminal of this width."""
     from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
     from rich.table import Column
 
-    def text(pattern, least):
+    def text(pattern: str, least: int) -> TextColumn:
         column = Column(no_wrap=True, overflow="ellipsis", min_width=least)
         return TextColumn(pattern, markup=False, table_column=column)
 
@@ -87,32 +107,36 @@ class NotebookBar:
     The output remains when the bar ends, with the time that it took.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._began = self._drawn = real_time.monotonic()
-        self._handle, self._last, self._first_share = None, None, None
+        self._handle: Any = None
+        self._last: tuple[str, float | None, str] | None = None
+        self._first_share: float | None = None
         self._lock = threading.Lock()
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         if self._last is not None:
-            self._draw(f"{real_time.monotonic() - self._began:.1f} s")
+            self._draw(*self._last, f"{real_time.monotonic() - self._began:.1f} s")
 
-    def show(self, description, completed, total, state=""):
+    def show(
+        self, description: str, completed: float, total: float | None, state: str = ""
+    ) -> None:
         """As that of ProgressBar."""
         with self._lock:  # reports of a study come from several threads
             fraction = min(completed / total, 1.0) if total else None
             self._last, current_time = (description, fraction, state), real_time.monotonic()
             if self._handle is None or current_time - self._drawn > REDRAW:
                 self._drawn = current_time
-                self._draw(self._remaining(fraction, current_time))
+                self._draw(*self._last, self._remaining(fraction, current_time))
 
-    def log(self, text):
+    def log(self, text: str) -> None:
         """Print a line."""
         print(text)
 
-    def _remaining(self, fraction, current_time):
+    def _remaining(self, fraction: float | None, current_time: float) -> str:
         """Text of the time that remains, "" where it is not known."""
         if fraction is None:
             return ""
@@ -124,10 +148,9 @@ class NotebookBar:
         )
         return "" if seconds is None else f"{seconds // 60:.0f}:{seconds % 60:02.0f} left"
 
-    def _draw(self, timing):
+    def _draw(self, description: str, fraction: float | None, state: str, timing: str) -> None:
         from IPython.display import display
 
-        description, fraction, state = self._last
         percent = "" if fraction is None else f"{fraction:.0%}"
         text = "  ".join(filter(None, [description, percent, state, timing]))
         value = "" if fraction is None else f' value="{fraction:.4f}"'
@@ -137,32 +160,35 @@ class NotebookBar:
         )
         shown = {"text/plain": text, "text/html": html}
         if self._handle is None:
-            self._handle = display(shown, raw=True, display_id=True)
+            self._handle = cast(Any, display)(shown, raw=True, display_id=True)
         else:
             self._handle.update(shown, raw=True)
 
 
-def in_notebook():
+Bar = ProgressBar | NotebookBar
+
+
+def in_notebook() -> bool:
     """True in the kernel of a notebook."""
     get_shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)
     return hasattr(get_shell(), "kernel")
 
 
-def open_bar(quiet=False):
+def open_bar(quiet: bool = False) -> Bar:
     """The bar for this process, of a notebook or a terminal. quiet: one that shows nothing."""
     return NotebookBar() if in_notebook() and not quiet else ProgressBar(quiet)
 
 
-def shares_text(running):
+def shares_text(running: Mapping[str, float]) -> str:
     """Shares of the first few simultaneous tasks. running: label -> share that is done."""
     return "  ".join(f"{label} {fraction:.0%}" for label, fraction in list(running.items())[:SHOWN])
 
 
-def show_run(bar):
+def show_run(bar: Bar) -> Callable[[Report], None]:
     """Function that shows a Report of a run in a bar."""
     from dusttaichi.scene import quantities
 
-    def show(report):
+    def show(report: Report) -> None:
         state = []
         if report.filling_factor is not None:
             state.append(f"phi {report.filling_factor:.3f}")
@@ -176,7 +202,7 @@ def show_run(bar):
 
 
 @contextmanager
-def show_progress(run, quiet=False):
+def show_progress(run: Any, quiet: bool = False) -> Iterator[None]:
     """Context in which a bar shows the reports of a Run, and at last why it ended."""
     silent = run.report
     with open_bar(quiet) as bar:
@@ -188,10 +214,10 @@ def show_progress(run, quiet=False):
             run.report = silent
 
 
-def show_study(bar, noun="runs"):
+def show_study(bar: Bar, noun: str = "runs") -> Callable[[Any], None]:
     """Function that shows the Progress of a study in a bar; things: what its points are called."""
 
-    def show(progress):
+    def show(progress: Any) -> None:
         running = progress.running
         finished = progress.done + sum(running.values())
         heading = f"{progress.done} of {progress.total} {noun}"

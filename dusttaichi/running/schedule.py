@@ -1,15 +1,25 @@
 """Scheduled steps of a run: pure functions of the step, so that a resumed run has the same ones."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
 from math import floor
+from typing import TYPE_CHECKING, Any, cast
 
 from dusttaichi.domain.clock import NEVER
+
+if TYPE_CHECKING:
+    from dusttaichi.domain.clock import Clock
+    from dusttaichi.scene.output import Interval
+    from dusttaichi.scene.stage import StagePlan
+
 
 SNAPSHOTS = 30  # automatic snapshots of a run, enough for playback
 LARGEST = 40e6  # bytes of these before compression
 STRAIN = 1.0  # over which they are spread if the final strain of the stage is unknown
 
 
-def next_step(interval, clock, step):
+def next_step(interval: Interval | None, clock: Clock, step: int) -> int:
     """Next step of `interval` (scene.output) after `step`, or NEVER."""
     if interval is None:
         return NEVER
@@ -26,17 +36,14 @@ def next_step(interval, clock, step):
         while (next_due := clock.step_of_strain(k * interval.strain)) <= step:
             k += 1
         return next_due
-    sign = -1 if clock.fills(-1) else 1
-    k = floor(sign * clock.filling_factor_at(step) / interval.filling_factor) + 1
-    while (
-        k != 0
-        and (next_due := clock.step_of_filling_factor(sign * k * interval.filling_factor)) <= step
-    ):
+    sign, change = -1 if clock.fills(-1) else 1, cast(float, interval.filling_factor)
+    k = floor(sign * clock.filling_factor_at(step) / change) + 1
+    while k != 0 and (next_due := clock.step_of_filling_factor(sign * k * change)) <= step:
         k += 1
     return next_due if k != 0 else NEVER
 
 
-def next_record(interval, clock, step, first):
+def next_record(interval: Interval | None, clock: Clock, step: int, first: int) -> int:
     """Next step of the records of a stage after `step`, or NEVER; first: first step of the stage.
 
     The first record is at least half an interval long: an average over a few steps has the peak
@@ -47,12 +54,12 @@ def next_record(interval, clock, step, first):
     return following if following < NEVER and 2 * (due - first) < following - due else due
 
 
-def bytes_of(records):
+def bytes_of(records: Iterable[tuple[str, Mapping[str, Any]]]) -> int:
     """Bytes of (group, record) pairs of a frame."""
     return sum(getattr(value, "nbytes", 8) for _, record in records for value in record.values())
 
 
-def steps_apart(plans, clock, plan, size):
+def steps_apart(plans: Sequence[StagePlan], clock: Clock, plan: StagePlan, size: int) -> int:
     """Steps between two automatic snapshots of a stage, 0 for none.
 
     plans: all StagePlans of the scene, of which those with automatic snapshots share their number.

@@ -1,16 +1,25 @@
 """Changes of a simulation by a script between steps."""
 
-from contextlib import AbstractContextManager
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from dusttaichi.errors import DustError
+from dusttaichi.running.present_state import PresentState
+
+if TYPE_CHECKING:
+    from dusttaichi.scene.scene import Scene
 
 
-class ScriptControl(AbstractContextManager):
+class ScriptControl(PresentState):
     """Forces and velocities of a running simulation, for `Simulation` to inherit."""
 
-    def set_forces(self, forces):
+    scene: Scene
+
+    def set_forces(self, forces: ArrayLike) -> None:
         """Set the force on every grain from now on, beside all others.
 
         Its work is in `force_work`. It needs `forces: [{kind: script}]` in the scene.
@@ -27,7 +36,9 @@ class ScriptControl(AbstractContextManager):
         """
         self._change("set_forces", forces)
 
-    def set_velocities(self, velocities=None, spins=None):
+    def set_velocities(
+        self, velocities: ArrayLike | None = None, spins: ArrayLike | None = None
+    ) -> None:
         """Set velocities and angular velocities; the change of their energy is in `force_work`.
 
         It needs `forces: [{kind: script}]` in the scene.
@@ -46,7 +57,7 @@ class ScriptControl(AbstractContextManager):
         """
         self._change("set_velocities", velocities, spins)
 
-    def _change(self, name, *values):
+    def _change(self, name: str, *values: Any) -> None:
         if not any(force.kind == "script" for force in getattr(self.scene, "forces", ())):
             raise DustError(
                 f"{name}: its work needs a place in the ledger; add {{kind: script}} to `forces` "
@@ -58,7 +69,7 @@ class ScriptControl(AbstractContextManager):
         getattr(sim, name)(*(self._vectors(name, value, sim.size) for value in values))
 
     @staticmethod
-    def _vectors(name, value, size):
+    def _vectors(name: str, value: ArrayLike | None, size: int) -> NDArray[np.float64] | None:
         if value is None:
             return None
         array = np.asarray(value, float)

@@ -1,10 +1,16 @@
 """State of a run beside that of its simulation, part of every checkpoint; progress reports."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dusttaichi.method import Start, Window
+
+if TYPE_CHECKING:
+    from dusttaichi.method import Simulation
 
 
 @dataclass
@@ -14,7 +20,7 @@ class Tension:
     count: number of records so far; largest: the largest average so far.
     """
 
-    last: list = field(default_factory=list)
+    last: list[float] = field(default_factory=list)
     count: int = 0
     largest: float = 0.0
 
@@ -47,29 +53,29 @@ class RunState:
     tension: Tension = field(default_factory=Tension)
     pressures: list[float] = field(default_factory=list)
     settling: list[list[float]] = field(default_factory=list)
-    tests: list[list] = field(default_factory=list)
+    tests: list[tuple[int, list[float]]] = field(default_factory=list)
     wall_clock: float = 0.0
 
-    def begin_stage(self, stage, step):
+    def begin_stage(self, stage: int, step: int) -> None:
         """The next stage begins at this step."""
         self.stage, self.first, self.end_reason, self.tension = stage, step, "", Tension()
         self.pressures, self.settling = [], []
 
-    def open_window(self, sim):
+    def open_window(self, sim: Simulation) -> None:
         """The average of the next record begins at this step."""
         self.opened, self.sums, self.tests = sim.step, sim.sums(), []
 
-    def close_window(self, sim):
+    def close_window(self, sim: Simulation) -> Window:
         """The Window that ends at this step; the next one opens."""
         self.last_sums, self.last_span = self.sums, (sim.step - self.opened) * sim.dt
         self.open_window(sim)
         return Window(self.last_sums, self.sums, self.last_span)
 
-    def last_steps(self, sim):
+    def last_steps(self, sim: Simulation) -> int:
         """Steps over which the last record is averaged."""
         return round(self.last_span / sim.dt)
 
-    def window(self, sim):
+    def window(self, sim: Simulation) -> Window | None:
         """The Window since the last record, that of the record at its step; None before any."""
         if sim.step > self.opened:
             return Window(self.sums, sim.sums(), (sim.step - self.opened) * sim.dt)

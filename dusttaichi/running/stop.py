@@ -9,13 +9,28 @@ often than at a record. A filling factor is tested there too where a controlled 
 walls, and no step is known for it.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from dusttaichi.domain.clock import NEVER
 from dusttaichi.domain.servo import EVEN, WALL
 from dusttaichi.results.variables import LABELS
 from dusttaichi.running.ledger import turnover
 from dusttaichi.running.state import Tension
+
+if TYPE_CHECKING:
+    from dusttaichi.domain.clock import Clock
+    from dusttaichi.domain.domain import Domain
+    from dusttaichi.method import Measurement, Simulation
+    from dusttaichi.running.state import RunState
+    from dusttaichi.scene.stage import StagePlan
+    from dusttaichi.scene.stop import Bounds
+
 
 AVERAGED = 10  # records over which stop.past_maximum, plateau and creep average
 TESTS, LEAST_STEPS = 32, 200  # tests of an interval between records, and steps between two
@@ -32,13 +47,21 @@ class End:
     or None.
     """
 
-    def __init__(self, plan, clock, state, step):
-        self.plan, self.clock, self.state, self.pressure = plan, clock, state, None
+    def __init__(self, plan: StagePlan, clock: Clock, state: RunState, step: int) -> None:
+        self.plan, self.clock, self.state = plan, clock, state
+        self.pressure: float | None = None
         self.step, self.reason = clock.last_step(plan.stop)
         if state.end_reason:
             self.step, self.reason = step, state.end_reason
 
-    def check(self, record, sim, measurement, *, bounds=True):
+    def check(
+        self,
+        record: Mapping[str, Any],
+        sim: Simulation,
+        measurement: Measurement,
+        *,
+        bounds: bool = True,
+    ) -> None:
         """End the stage if its record meets a stop condition; measurement: of the record.
 
         bounds: its pressure and stress may end the stage.
@@ -55,11 +78,11 @@ class End:
         if reason := next(filter(None, reasons), ""):
             self.step, self.reason, self.state.end_reason = step, reason, reason
 
-    def put_off(self):
+    def put_off(self) -> None:
         """Let the stage continue in spite of its conditions."""
         self.step, self.reason, self.state.end_reason = NEVER, "", ""
 
-    def _check_bounds(self, record, domain):
+    def _check_bounds(self, record: Mapping[str, Any], domain: Domain) -> str:
         """Reason of the end of a stage by a pressure or stress of a record, or ""."""
         reason = ""
         for name, value, bounds in self.bounded(record, domain):
@@ -69,17 +92,18 @@ class End:
                     reason += f", exceeded by {overshoot:.0%}: {value / 1e3:.4g} kPa"
         return reason
 
-    def _check_filling_factor(self, record, domain):
+    def _check_filling_factor(self, record: Mapping[str, Any], domain: Domain) -> str:
         """Reason of the end of a stage at a filling factor that no step is known for, or ""."""
         stop, clock = self.plan.stop, self.clock
         if stop.filling_factor is None or (clock.bounded and not clock.controlled):
             return ""
-        grows = domain.servo.presses if clock.controlled else domain.wall_speed > 0.0
+        servo = domain.servo
+        grows = domain.wall_speed > 0.0 if servo is None else servo.presses
         sign = 1.0 if grows else -1.0
         reached = sign * (record["filling_factor"] - stop.filling_factor) >= 0.0
         return f"filling factor {stop.filling_factor:.4g}" if reached else ""
 
-    def _check_maximum(self, record, step):
+    def _check_maximum(self, record: Mapping[str, Any], step: int) -> str:
         """Reason of the end of a stage whose tension has passed its maximum, or ""."""
         drop, tensions = self.plan.stop.past_maximum, self.state.tension
         if drop is None:
@@ -88,23 +112,24 @@ class End:
             return ""
         return f"the tension has fallen by {drop:.0%} below its largest value"
 
-    def bounded(self, record, domain):
+    def bounded(self, record: Mapping[str, Any], domain: Domain) -> list[tuple[str, float, Bounds]]:
         """(name, value [Pa], Bounds) of the pressure and stresses of a record that may end it."""
-        stop, out = self.plan.stop, []
-        if stop.pressure is not None:
-            out.append(("pressure", pressure(record, domain), stop.pressure_bounds))
+        stop, out = self.plan.stop, list[tuple[str, float, Bounds]]()
+        bounds, measured = stop.pressure_bounds, pressure(record, domain)
+        if bounds is not None and measured is not None:
+            out.append(("pressure", measured, bounds))
         for name, bounds in stop.stress.components.items() if stop.stress is not None else ():
             out.append((f"stress {name}", component(record["stress"], name), bounds))
         return out
 
     @property
-    def tested(self):
+    def tested(self) -> bool:
         """True where a pressure, a stress or a filling factor under load may end it at a test."""
         stop, clock = self.plan.stop, self.clock
         dense = stop.filling_factor is not None and clock.bounded and bool(clock.controlled)
         return dense or stop.pressure is not None or stop.stress is not None
 
-    def reached_between(self, record, sim):
+    def reached_between(self, record: Mapping[str, Any], sim: Simulation) -> bool:
         """True if means since the last record, in `record`, or its filling factor cross a bound.
 
         A mean must be surely beyond it; a filling factor has no scatter.
@@ -113,7 +138,7 @@ class End:
             return True
         bounded = self.bounded(record, sim.domain)
         tests = self.state.tests
-        tests.append([sim.step, [value for _, value, _ in bounded]])
+        tests.append((sim.step, [value for _, value, _ in bounded]))
         if len(tests) < FEWEST or not bounded:
             return False
         steps = np.diff([self.state.opened, *(step for step, _ in tests)])[:, None]
@@ -130,7 +155,7 @@ class End:
             )
         )
 
-    def _check_rest(self, m, sim):
+    def _check_rest(self, m: Measurement, sim: Simulation) -> str:
         """Reason of the end of a stage at rest, or ""; m: Measurement of the record."""
         limit = self.plan.stop.rest
         if limit is None:
@@ -141,14 +166,16 @@ class End:
         at_rest = m.kinetic < limit * scale
         return f"at rest: kinetic energy below {limit:.3g} of {of}" if at_rest else ""
 
-    def _check_plateau(self):
+    def _check_plateau(self) -> str:
         """Reason of the end of a stage whose pressure no longer changes, or ""."""
         tolerance = self.plan.stop.plateau
-        if tolerance is None or not plateau(self.state.pressures, self.pressure, tolerance):
+        if tolerance is None or self.pressure is None:
+            return ""
+        if not plateau(self.state.pressures, self.pressure, tolerance):
             return ""
         return f"plateau: the pressure changes by less than {tolerance:.3g}"
 
-    def _check_creep(self, record, domain):
+    def _check_creep(self, record: Mapping[str, Any], domain: Domain) -> str:
         """Reason of the end of a stage whose creep under load has stopped, or ""."""
         if self.plan.stop.creep is None:
             return ""
@@ -163,9 +190,11 @@ class End:
         settled = abs(latest - first) <= self.plan.stop.creep * (end - begin)
         return f"settled: creep below {self.plan.stop.creep:.3g} s^-1" if loaded and settled else ""
 
-    def _measure_relative_load(self, record, domain):
+    def _measure_relative_load(self, record: Mapping[str, Any], domain: Domain) -> float:
         """Load of a record over the controlled one."""
         servo = domain.servo
+        assert servo is not None, "the checks refuse creep without a controlled load"
+        loads: list[Any]
         if servo.mode == WALL:
             loads = [record["pressure"][TOP]]
         elif servo.mode == EVEN:
@@ -174,7 +203,7 @@ class End:
             loads = [-record["stress"][n, n] for n in servo.axes]
         return float(np.sum(loads) / domain.units("Pa") / np.sum(servo.load))
 
-    def _measure_tension(self, record, step):
+    def _measure_tension(self, record: Mapping[str, Any], step: int) -> float:
         """Tension of a record along the axis that strains most [Pa]."""
         if "stress" not in record:
             return -float(record["pressure"][TOP])
@@ -183,20 +212,20 @@ class End:
         return float(record["stress"][axis, axis])
 
 
-def pressure(record, domain):
+def pressure(record: Mapping[str, Any], domain: Domain) -> float | None:
     """Pressure of a record [Pa]: on the top wall, else of the cell; None without either."""
     if domain.has_top and "pressure" in record:
         return float(record["pressure"][TOP])
     return -float(np.trace(record["stress"])) / 3.0 if "stress" in record else None
 
 
-def component(stress, name):
+def component(stress: NDArray[np.float64], name: str) -> float:
     """Component such as "xy" of a stress [Pa] (3, 3), of shear the mean with its mirror image."""
     a, b = ("xyz".index(axis) for axis in name)
     return 0.5 * float(stress[a, b] + stress[b, a])
 
 
-def plateau(last, pressure, tolerance):
+def plateau(last: list[float], pressure: float, tolerance: float) -> bool:
     """True if the mean pressure [Pa] changes by at most a tolerance between two sets of records.
 
     tolerance: relative. last: the pressures so far, to which the new one is added.
@@ -206,7 +235,7 @@ def plateau(last, pressure, tolerance):
     return len(last) == 2 * AVERAGED and bool(abs(later - earlier) <= tolerance * abs(earlier))
 
 
-def has_passed_maximum(tensions: Tension, tension, drop):
+def has_passed_maximum(tensions: Tension, tension: float, drop: float) -> bool:
     """True once the average tension [Pa] has fallen by a fraction `drop` below its largest."""
     tensions.last = [*tensions.last, tension][-AVERAGED:]
     tensions.count += 1
