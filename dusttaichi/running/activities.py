@@ -22,7 +22,7 @@ from dusttaichi.running.stop import LEAST_STEPS, TESTS
 
 if TYPE_CHECKING:
     from dusttaichi.domain.clock import Clock
-    from dusttaichi.method import Measurement, Simulation, Window
+    from dusttaichi.method import Engine, Measurement, Window
     from dusttaichi.running.run_protocol import Records, Run
     from dusttaichi.running.state import RunState
     from dusttaichi.scene.output import Interval
@@ -76,7 +76,7 @@ class Series(Activity):
 
 
 def series_record(
-    sim: Simulation, clock: Clock, state: RunState, m: Measurement, window: Window | None
+    sim: Engine, clock: Clock, state: RunState, m: Measurement, window: Window | None
 ) -> dict[str, Any]:
     """A record of the time series [SI]: name -> number or array.
 
@@ -85,7 +85,7 @@ def series_record(
     return in_si(sim, "series", _common_record(sim, clock, state, m) | sim.series(m, window))
 
 
-def take_records(sim: Simulation, group_name: str) -> Records:
+def take_records(sim: Engine, group_name: str) -> Records:
     """Records [SI] of "profiles" or "snapshots" now, (group, record) pairs."""
     records, converted = list(sim.records(group_name)), []
     while records:  # a group is freed before the next one is converted
@@ -94,7 +94,7 @@ def take_records(sim: Simulation, group_name: str) -> Records:
     return converted
 
 
-def in_si(sim: Simulation, group: str, record: Mapping[str, Any]) -> dict[str, Any]:
+def in_si(sim: Engine, group: str, record: Mapping[str, Any]) -> dict[str, Any]:
     """The variables of a record that its simulation declares, in SI: the one place where they are.
 
     record: in the units of the simulation, maybe with more than these.
@@ -103,9 +103,7 @@ def in_si(sim: Simulation, group: str, record: Mapping[str, Any]) -> dict[str, A
     return {v.name: sim.units.si(record[v.name], v.units) for v in declared}
 
 
-def _common_record(
-    sim: Simulation, clock: Clock, state: RunState, m: Measurement
-) -> dict[str, Any]:
+def _common_record(sim: Engine, clock: Clock, state: RunState, m: Measurement) -> dict[str, Any]:
     """Variables of any method in the series (results.variables.COMMON), as `sim` counts."""
     residual, through = turnover(m, state.start)
     lengths = sim.domain.lengths(sim.step)

@@ -11,7 +11,7 @@ from dusttaichi.method import moment
 from dusttaichi.results.variables import reference_energy
 
 if TYPE_CHECKING:
-    from dusttaichi.method import Measurement, Simulation, Start
+    from dusttaichi.method import Engine, Measurement, Start
 
 
 BETWEEN = 3000, 1_000_000  # steps between checks; for small samples over the number of grains
@@ -57,7 +57,7 @@ def next_check(step: int, first: int, size: int) -> int:
     return min([*early[:1], first + ((step - first) // every + 1) * every])
 
 
-def check(sim: Simulation, m: Measurement, start: Start, tolerance: float = 0.01) -> None:
+def check(sim: Engine, m: Measurement, start: Start, tolerance: float = 0.01) -> None:
     """Raise GuardStop if a Measurement shows an invalid run.
 
     After the validity checks of the method. tolerance: allowed residual, as a share of the energy
@@ -87,7 +87,7 @@ def check(sim: Simulation, m: Measurement, start: Start, tolerance: float = 0.01
         )
 
 
-def _cause(sim: Simulation, cause: str, *remedies: str) -> str:
+def _cause(sim: Engine, cause: str, *remedies: str) -> str:
     """End of a message: the cause and what to try, or what of the start may be the cause."""
     advice = " or ".join([f"a smaller {sim.step_key}", *remedies])
     if start := getattr(sim, "suspect", ""):

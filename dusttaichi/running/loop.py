@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from dusttaichi.domain.clock import Clock
-    from dusttaichi.method import Measurement, Simulation
+    from dusttaichi.method import Engine, Measurement
     from dusttaichi.running.interrupts import Interrupts
     from dusttaichi.running.persistence import RunFiles
     from dusttaichi.running.run_protocol import Records
@@ -44,7 +44,7 @@ class Run:
     def __init__(
         self,
         scene: Scene,
-        sim: Simulation,
+        sim: Engine,
         state: RunState,
         files: RunFiles,
         *,

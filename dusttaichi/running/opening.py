@@ -21,7 +21,7 @@ from dusttaichi.running.persistence import RunFiles, check_outputs, write_scene
 from dusttaichi.running.state import RunState
 
 if TYPE_CHECKING:
-    from dusttaichi.method import Simulation
+    from dusttaichi.method import Engine
     from dusttaichi.results.run_lock import RunLock
     from dusttaichi.running.checkpoint import Checkpoint
     from dusttaichi.scene.scene import Scene
@@ -134,12 +134,12 @@ class Opening:
                 "differ. Continue with that version, or start again with --force."
             )
 
-    def _run(self, sim: Simulation, state: RunState, writer: Writer) -> Run:
+    def _run(self, sim: Engine, state: RunState, writer: Writer) -> Run:
         every = self.scene.output.checkpoint
         run_files = RunFiles(self.directory, writer, every, self.origin, lock=self.lock)
         return Run(self.scene, sim, state, run_files, **self.callbacks)
 
-    def _attributes(self, sim: Simulation) -> dict[str, Any]:
+    def _attributes(self, sim: Engine) -> dict[str, Any]:
         scene = self.scene
         common = {
             "title": scene.name,

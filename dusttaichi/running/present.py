@@ -15,7 +15,7 @@ from dusttaichi.scene import quantities
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dusttaichi.method import Simulation
+    from dusttaichi.method import Engine
     from dusttaichi.running.run_protocol import Run
 
 
@@ -86,7 +86,7 @@ def _numbers(row: Any) -> str:
     return f"{row:.6g}" if not np.ndim(row) else f"({', '.join(map(_numbers, row))})"
 
 
-def label_values(sim: Simulation, record: Mapping[str, Any]) -> PresentValues:
+def label_values(sim: Engine, record: Mapping[str, Any]) -> PresentValues:
     """A record of the time series as PresentValues: arrays as read-only xarray.DataArray.
 
     Their dimensions and coordinates (walls, axes, channels) are those in result.nc.

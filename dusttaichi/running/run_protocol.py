@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from dusttaichi.domain.clock import Clock
-    from dusttaichi.method import Measurement, Simulation
+    from dusttaichi.method import Engine, Measurement
     from dusttaichi.results.writer import Writer
     from dusttaichi.running.state import Report, RunState
     from dusttaichi.running.stop import End
@@ -21,7 +21,7 @@ class Run(Protocol):
     """The members of loop.Run that they use."""
 
     scene: Scene
-    sim: Simulation
+    sim: Engine
     state: RunState
     writer: Writer
     plan: StagePlan

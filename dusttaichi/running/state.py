@@ -10,7 +10,7 @@ import numpy as np
 from dusttaichi.method import Start, Window
 
 if TYPE_CHECKING:
-    from dusttaichi.method import Simulation
+    from dusttaichi.method import Engine
 
 
 @dataclass
@@ -61,21 +61,21 @@ class RunState:
         self.stage, self.first, self.end_reason, self.tension = stage, step, "", Tension()
         self.pressures, self.settling = [], []
 
-    def open_window(self, sim: Simulation) -> None:
+    def open_window(self, sim: Engine) -> None:
         """The average of the next record begins at this step."""
         self.opened, self.sums, self.tests = sim.step, sim.sums(), []
 
-    def close_window(self, sim: Simulation) -> Window:
+    def close_window(self, sim: Engine) -> Window:
         """The Window that ends at this step; the next one opens."""
         self.last_sums, self.last_span = self.sums, (sim.step - self.opened) * sim.dt
         self.open_window(sim)
         return Window(self.last_sums, self.sums, self.last_span)
 
-    def last_steps(self, sim: Simulation) -> int:
+    def last_steps(self, sim: Engine) -> int:
         """Steps over which the last record is averaged."""
         return round(self.last_span / sim.dt)
 
-    def window(self, sim: Simulation) -> Window | None:
+    def window(self, sim: Engine) -> Window | None:
         """The Window since the last record, that of the record at its step; None before any."""
         if sim.step > self.opened:
             return Window(self.sums, sim.sums(), (sim.step - self.opened) * sim.dt)

@@ -26,7 +26,7 @@ from dusttaichi.running.state import Tension
 if TYPE_CHECKING:
     from dusttaichi.domain.clock import Clock
     from dusttaichi.domain.domain import Domain
-    from dusttaichi.method import Measurement, Simulation
+    from dusttaichi.method import Engine, Measurement
     from dusttaichi.running.state import RunState
     from dusttaichi.scene.stage import StagePlan
     from dusttaichi.scene.stop import Bounds
@@ -57,7 +57,7 @@ class End:
     def check(
         self,
         record: Mapping[str, Any],
-        sim: Simulation,
+        sim: Engine,
         measurement: Measurement,
         *,
         bounds: bool = True,
@@ -129,7 +129,7 @@ class End:
         dense = stop.filling_factor is not None and clock.bounded and bool(clock.controlled)
         return dense or stop.pressure is not None or stop.stress is not None
 
-    def reached_between(self, record: Mapping[str, Any], sim: Simulation) -> bool:
+    def reached_between(self, record: Mapping[str, Any], sim: Engine) -> bool:
         """True if means since the last record, in `record`, or its filling factor cross a bound.
 
         A mean must be surely beyond it; a filling factor has no scatter.
@@ -155,7 +155,7 @@ class End:
             )
         )
 
-    def _check_rest(self, m: Measurement, sim: Simulation) -> str:
+    def _check_rest(self, m: Measurement, sim: Engine) -> str:
         """Reason of the end of a stage at rest, or ""; m: Measurement of the record."""
         limit = self.plan.stop.rest
         if limit is None:

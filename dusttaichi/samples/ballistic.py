@@ -127,7 +127,7 @@ class Aggregate:
     disc.
     """
 
-    def __init__(self, first: Grains, impact_parameter=None):
+    def __init__(self, first: Grains, impact_parameter=None) -> None:
         self.positions, self.grains = np.zeros((1, 3)), first
         self.impact = impact_parameter
 

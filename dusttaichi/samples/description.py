@@ -169,5 +169,5 @@ def _find_percolation(x, pairs, label, cell):
     return out
 
 
-def _join_names(axes):
+def _join_names(axes) -> str:
     return " ".join(name for name, is_present in zip(AXES, axes, strict=True) if is_present)

@@ -176,7 +176,7 @@ MOST_TWIST = 1e3  # rad
 MOST_SPEED = 3e8  # m/s
 
 
-def check_contacts(contacts, positions, radii, nearest, origin):
+def check_contacts(contacts, positions, radii, nearest, origin) -> None:
     """Raise DustError, with the source and the row, for an impossible contact.
 
     contacts: as in samples.netcdf, name -> (C,) or (C, 3). positions (N, 3) and radii (N,) or one
@@ -200,7 +200,7 @@ def check_contacts(contacts, positions, radii, nearest, origin):
     _check_springs(contacts, ("pointer_i", "pointer_j"), origin)
 
 
-def check_wall_contacts(contacts, positions, origin):
+def check_wall_contacts(contacts, positions, origin) -> None:
     """Raise DustError for an impossible contact of a grain with a wall."""
     grain, wall, n = contacts["grain"], contacts["wall"], len(positions)
     _check_numbers(contacts, origin)
@@ -215,14 +215,14 @@ def check_wall_contacts(contacts, positions, origin):
     _check_springs(contacts, ("pointer",), origin)
 
 
-def _check_numbers(contacts, origin):
+def _check_numbers(contacts, origin) -> None:
     for name, values in contacts.items():
         not_finite = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
         text = f"contacts' {name} has not-a-number"
         _refuse(not_finite, origin, lambda k, text=text: text, "finite numbers")
 
 
-def _check_springs(contacts, pointers, origin):
+def _check_springs(contacts, pointers, origin) -> None:
     """Check that pointers are unit vectors, and the sizes of twist and approach."""
     for name in pointers:
         length = np.linalg.norm(contacts[name], axis=1)
@@ -242,7 +242,7 @@ def _check_springs(contacts, pointers, origin):
         )
 
 
-def _refuse(refused, origin, describe_row, allowed):
+def _refuse(refused, origin, describe_row, allowed) -> None:
     """Raise DustError for the first refused row; describe_row: its description, from the row."""
     rows = np.flatnonzero(refused)
     if len(rows):

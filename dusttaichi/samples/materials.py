@@ -34,7 +34,7 @@ class Materials:
         True where the cell has to be a cube around the sample.
     """
 
-    def __init__(self, scene):
+    def __init__(self, scene) -> None:
         self.all = scene.all_materials
         self.names = [DEFAULT, *scene.materials]
         self.interaction = scene.interaction

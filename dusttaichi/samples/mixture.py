@@ -176,7 +176,7 @@ class Grains:
     numbers: np.ndarray
     touch: "Touch"
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.radii)
 
     def distance(self, i, j):
@@ -229,7 +229,7 @@ class Touch:
     pair of materials.
     """
 
-    def __init__(self, materials: Materials):
+    def __init__(self, materials: Materials) -> None:
         def factor(a, b):
             face = interface(a, b, materials.interaction)
             return (9.0 * np.pi * face.gamma / face.E_star) ** (2.0 / 3.0) / 3.0
@@ -251,7 +251,7 @@ class Crowd:
     overlap: of two of the mean volume at rest [m].
     """
 
-    def __init__(self, spec, materials: Materials, rng):
+    def __init__(self, spec, materials: Materials, rng) -> None:
         self._spec, self._materials = spec, materials
         self.equal = not is_mixture(spec)
         self.radius = self.smallest = self.largest = materials.radius

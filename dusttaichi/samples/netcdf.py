@@ -69,7 +69,7 @@ ENVIRONMENT = (  # of a snapshot, not of its grains
 class _Snapshot:
     """One snapshot of the open result, or of the file with grains, `tree`."""
 
-    def __init__(self, tree, source: Source):
+    def __init__(self, tree, source: Source) -> None:
         self.source, self.origin, self.tree = source, source.name, tree
         self.groups = set(tree.children)
         self.of_run = "dusttaichi_version" in tree.attrs

@@ -96,7 +96,7 @@ class Aggregate:
     their order, earlier hits on grains of the same batch. The result is that of one shot at a time.
     """
 
-    def __init__(self, distance: float):
+    def __init__(self, distance: float) -> None:
         self.distance = distance
         self.positions = np.zeros((1, 3))
         self.reach = 0.0  # of the farthest centre from the first grain

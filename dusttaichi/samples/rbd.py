@@ -96,7 +96,7 @@ class Deposit:
     lower bound of the height at which a drop comes to rest anywhere in the cell.
     """
 
-    def __init__(self, period, crowd: Crowd):
+    def __init__(self, period, crowd: Crowd) -> None:
         self.period = np.broadcast_to(np.asarray(period, dtype=np.float64), 2).copy()
         self.crowd, self.grains = crowd, crowd.draw(0, np.random.default_rng(0))
         self.largest = crowd.largest

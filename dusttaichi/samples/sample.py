@@ -250,7 +250,7 @@ def memory() -> float:
 
 def check_grains(
     grains: float, origin: str, max_grains=np.inf, object_name="", advice="Use fewer grains."
-):
+) -> None:
     """Raise DustError for too many grains for the memory, or more than `max_grains`.
 
     origin: key or file that the grains are from.

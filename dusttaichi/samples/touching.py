@@ -89,7 +89,7 @@ def put_in_contact(sample: Sample, materials: Materials, within, unit: float | N
 class _Grains:
     """Radii, masses and equilibrium distances of the grains of a sample, and their cell."""
 
-    def __init__(self, sample, materials, cell):
+    def __init__(self, sample, materials, cell) -> None:
         self.x, self.mass = sample.positions, materials.masses(sample)
         self.velocities, self.turning = sample.velocities, np.any(sample.spins, axis=1)
         self.radii = np.broadcast_to(materials.radii_of(sample), len(sample)).astype(float)
@@ -241,7 +241,7 @@ def _describe_change(touching) -> str:
     return text
 
 
-def _format_remark(touching):
+def _format_remark(touching) -> str:
     return (
         f"sample: {touching['done']} (pairs within "
         f"{_format_length(max(touching['tolerance'], FINEST))} of touching; sample.touch_within: 0 "
@@ -257,7 +257,7 @@ def deep_overlaps(sample: Sample, materials: Materials) -> str:
     return _describe_deep_overlaps(grains, grains.x, *grains.cell.pairs(grains.x, grains.radii).T)
 
 
-def _describe_deep_overlaps(grains, x, i, j):
+def _describe_deep_overlaps(grains, x, i, j) -> str:
     if not len(i):
         return ""
     both = grains.radii[i] + grains.radii[j]

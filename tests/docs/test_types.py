@@ -30,7 +30,8 @@ dt.scene.Sceen
 """
 SCENE, DATASET = "dusttaichi.scene.scene.Scene", "xarray.core.dataset.Dataset"
 RUN, SIMULATION = "dusttaichi.analysis.run.Run", "dusttaichi.running.interface.Simulation"
-STRICT = ["method", "scene"]  # subpackages with types for every function
+# subpackages and files with types for every function
+STRICT = ["method", "scene", "domain", "results", "running", "units.py", "errors.py"]
 TYPES = [SCENE, SCENE, SCENE, RUN, DATASET, DATASET, DATASET, RUN, SIMULATION]
 
 

@@ -4,6 +4,7 @@ import re
 import runpy
 import subprocess
 import sys
+import typing
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,6 +19,7 @@ import dusttaichi as dt
 from dusttaichi.errors import GuardStop
 from dusttaichi.results.files import RESULT
 from dusttaichi.running import execute, progress
+from dusttaichi.running.present import PresentValues
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 PLAIN, STAGED = toy.plain(), toy.make_staged()
@@ -183,6 +185,22 @@ def test_a_simulation_only_goes_forwards(duration):
         with pytest.raises(dt.DustError, match="duration"):
             simulation.advance(duration)
         assert simulation.advance(0).step == 0 and simulation.advance(3.0).step == 3
+
+
+def test_measured_values_are_a_typed_mapping():
+    """Declared attributes are variables of the series; any of these is an attribute and an item."""
+    declared = typing.get_type_hints(PresentValues, localns={"xr": xr})
+    with dt.simulate(dt.load("smoke"), progress=False) as simulation:
+        values = simulation.measure()
+    assert set(values) == set(values.units) and len(values) == len(values.units)
+    assert set(declared) - {"units"} - set(values) <= {"stage", "box_length", "stress"}
+    for name, value in values.items():
+        assert value is getattr(values, name) and name in dir(values)
+        assert isinstance(value, declared.get(name, (int, float, xr.DataArray))), name
+    with pytest.raises(AttributeError, match="no presure; it has time, step"):
+        values.presure  # noqa: B018
+    with pytest.raises(KeyError):
+        values["units"]
 
 
 def test_the_state_is_labelled_and_read_only():

@@ -61,7 +61,7 @@ def by_flags(names, values, vectors):
     return " ".join(flags), list((np.column_stack(x) + np.column_stack(turns) @ vectors).T)
 
 
-def _check_ids(table, source):
+def _check_ids(table, source) -> None:
     """Raise DustError for an id that is there twice; 0 is that of atoms without ids."""
     for name, ids in zip(table.names, table.values, strict=True):
         if find_quantity(name) != ("id", None) or is_text(ids) or not ids.any():

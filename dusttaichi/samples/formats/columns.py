@@ -205,7 +205,7 @@ def _meanings(table, source):
     ]
 
 
-def _is_in_xy(keys, values):
+def _is_in_xy(keys, values) -> bool:
     """True for positions along x and y, without a z or with the same z of all."""
     columns = {key[1]: column for key, column in zip(keys, values, strict=True)
                if key and key[0] == "position"}  # fmt: skip
@@ -217,7 +217,7 @@ def _is_in_xy(keys, values):
     return not is_text(y) and not is_text(z) and np.ptp(z) == 0.0 < np.ptp(y)
 
 
-def _check_numbers(values, table, n, source):
+def _check_numbers(values, table, n, source) -> None:
     if not is_text(values):
         return
     k = next(k for k, cell in enumerate(values) if not table.cells.is_number(cell))
@@ -279,7 +279,7 @@ def _complete_deviator(components, source):
     return deviator
 
 
-def _set_radius(arrays, source):
+def _set_radius(arrays, source) -> None:
     diameter = arrays.pop("diameter", None)
     if diameter is None:
         return
@@ -293,7 +293,7 @@ def _set_radius(arrays, source):
     arrays.setdefault("radius", 0.5 * diameter)
 
 
-def _set_spin(arrays, unread):
+def _set_spin(arrays, unread) -> None:
     """Spins of homogeneous spheres from their angular momentum, 2/5 m r^2 w."""
     momentum = arrays.pop("angular_momentum", None)
     if momentum is None or "spin" in arrays:

@@ -112,7 +112,7 @@ def _scan(source, plain):
     return data
 
 
-def _header(words, data, source, n):
+def _header(words, data, source, n) -> None:
     """Read one line of the header."""
     key = " ".join(word for word in words if not word.lstrip("+-.")[:1].isdigit())
     try:

@@ -85,7 +85,7 @@ def _split_frames(source):
     return frames
 
 
-def _check_count(frame, source):
+def _check_count(frame, source) -> None:
     lines, items = source.lines, frame.items
     if "NUMBER OF ATOMS" not in items:
         raise source.fault("a snapshot has no ITEM: NUMBER OF ATOMS; allowed: a whole dump.")

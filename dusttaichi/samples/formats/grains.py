@@ -38,7 +38,7 @@ def materials_of(state: dict, materials: Materials, origin: str):
     return None if texts is None else _by_name(texts, state, materials, origin)
 
 
-def _check_types(values, name, first, materials, origin):
+def _check_types(values, name, first, materials, origin) -> None:
     """Raise DustError for a type that the scene has no material for."""
     count = len(materials.names)
     missing = np.unique(values[(values < first) | (values >= first + count)])

@@ -89,13 +89,13 @@ def _parts(source):
     return above, rows
 
 
-def _is_heading(text, source):
+def _is_heading(text, source) -> bool:
     """True for a line that names two coordinates or more."""
     meanings = [find_quantity(heading(word, source)[0]) for word in words(text)]
     return sum(("position", n) in meanings for n in range(3)) >= 2
 
 
-def _is_row(text):
+def _is_row(text) -> bool:
     """True for a line of three numbers or more, and fewer words."""
     forms = (re.split(r"[\s,;]+", text), re.split(r"[\s;]+", text))  # decimals with a comma
     for cells_of_line, cells in zip(forms, (SPACES, Cells(None, True)), strict=True):
@@ -176,7 +176,7 @@ def _is_index(values):
     )
 
 
-def _refuse_heading(n, width, cells, source):
+def _refuse_heading(n, width, cells, source) -> None:
     text = source.lines[n].strip()
     heading_cells = cells.split_line(text)
     comma = " (decimal commas need another separator than a comma)" if cells.split == "," else ""
@@ -194,7 +194,7 @@ def _refuse_heading(n, width, cells, source):
         )
 
 
-def _refuse_numbers(values, rows, source):
+def _refuse_numbers(values, rows, source) -> None:
     """Refuse numbers of columns above numbers, which pandas writes of a table without names."""
     first = source.lines[rows[0]]
     counts = [v[0] == k for k, v in enumerate(values) if not is_text(v)]
@@ -206,7 +206,7 @@ def _refuse_numbers(values, rows, source):
         )
 
 
-def _check_count(above, rows, source):
+def _check_count(above, rows, source) -> None:
     """Refuse a number of grains in front of them that is another one."""
     for n in above:
         text = source.lines[n].strip()
@@ -218,7 +218,7 @@ def _check_count(above, rows, source):
             )
 
 
-def _remark_on_titles(above, source):
+def _remark_on_titles(above, source) -> None:
     """Add a remark on lines above the grains that are no comments, names or a number of grains."""
     texts = [source.lines[n].strip() for n in above]
     texts = [t for t in texts if not t.startswith((*COMMENT, "sep=")) and not _COUNT.fullmatch(t)]

@@ -114,7 +114,7 @@ def _of_style(style, values, data, source):
     return names
 
 
-def _refuse_infinite(values, data, source):
+def _refuse_infinite(values, data, source) -> None:
     for n, numbers in enumerate(values):
         if not is_text(numbers) and not np.isfinite(numbers).all():
             k = data.sections["Atoms"][int(np.argmin(np.isfinite(numbers)))]
@@ -133,7 +133,7 @@ def _names(style, width):
     return None if flags is None else [*names, *flags]
 
 
-def _misfit(names, values, data, source, inside):
+def _misfit(names, values, data, source, inside) -> str | None:
     """Reason why values are not of these columns, or None; inside: positions are in the box."""
     column = dict(zip(names, values, strict=True))
     types = data.counts.get("atom types", np.inf)

@@ -161,7 +161,7 @@ def _array(name, column, frame, count):
     return _numbers(values, name, source)
 
 
-def _is_labelled(dim, frame):
+def _is_labelled(dim, frame) -> bool:
     """True for a dimension whose labels are names of axes."""
     labels = frame.variables.get(dim)
     if labels is None or labels.ndim != 1 or labels.size > 3 or labels.dtype.kind not in "OSU":
@@ -206,7 +206,7 @@ def _axes(name, size, frame):
     )
 
 
-def _check_length(name, variable, array, first, source):
+def _check_length(name, variable, array, first, source) -> None:
     """Raise DustError for another number of grains than that of the first variable."""
     if len(array) != len(first[1]):
         size = f", {array.shape[1]}" if array.ndim > 1 else ","

@@ -62,7 +62,7 @@ def read(source: Source) -> dict:
     return state_of_frame
 
 
-def _is_row(text, width):
+def _is_row(text, width) -> bool:
     """True for a line of as many numbers as grains have columns."""
     words = text.split()
     return len(words) == width and all(map(SPACES.is_number, words))
