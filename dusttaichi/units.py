@@ -33,7 +33,8 @@ class Units:
     """
 
     def __init__(self, symbols: Mapping[str, float] | None = None) -> None:
-        self.symbols, self._factors = symbols or {}, dict[str, float]()
+        self.symbols = symbols or {}
+        self._factors: dict[str, float] = {}
 
     def __call__(self, unit: str) -> float:
         if unit not in self._factors:

@@ -114,7 +114,8 @@ class End:
 
     def bounded(self, record: Mapping[str, Any], domain: Domain) -> list[tuple[str, float, Bounds]]:
         """(name, value [Pa], Bounds) of the pressure and stresses of a record that may end it."""
-        stop, out = self.plan.stop, list[tuple[str, float, Bounds]]()
+        stop = self.plan.stop
+        out: list[tuple[str, float, Bounds]] = []
         bounds, measured = stop.pressure_bounds, pressure(record, domain)
         if bounds is not None and measured is not None:
             out.append(("pressure", measured, bounds))
