@@ -152,7 +152,7 @@ class Servo:
         )
 
 
-class Surroundings(Protocol):
+class Environment(Protocol):
     """Walls and cell of a domain.Domain."""
 
     @property
@@ -173,7 +173,7 @@ class Surroundings(Protocol):
 
 def make_servo(
     drive: Drive,
-    domain: Surroundings,
+    domain: Environment,
     step: int,
     integral: Callable[[Servo], NDArray[np.float64]] | None,
 ) -> Servo | None:
@@ -224,7 +224,7 @@ def make_servo(
 
 
 def _measure_approach(
-    domain: Surroundings, mode: str, axes: tuple[int, ...], step: int
+    domain: Environment, mode: str, axes: tuple[int, ...], step: int
 ) -> NDArray[np.float64]:
     """Speed or rates (n,) at which walls or faces approach each other at a step."""
     if mode == WALL:
@@ -236,7 +236,7 @@ def _measure_approach(
 
 
 def _continue_motion(
-    first: Servo, drive: Drive, domain: Surroundings, speed: NDArray[np.float64]
+    first: Servo, drive: Drive, domain: Environment, speed: NDArray[np.float64]
 ) -> Servo:
     """The Servo `first` of a stage that continues a motion at that speed or rates (n,)."""
     largest, last = first.largest, domain.servo

@@ -30,7 +30,7 @@ class Run(Protocol):
 
     @property
     def clock(self) -> Clock:
-        """Of the present stage, with the current motion of walls and faces."""
+        """The Clock of the present stage, with the current motion of walls and faces."""
 
     def guard(self, m: Measurement) -> None:
         """Raise GuardStop if the Measurement is invalid."""
