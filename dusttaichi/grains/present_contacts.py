@@ -77,11 +77,6 @@ class Contacts:
             out[:, list(self._environment.cell.axes)] = shift
         return out
 
-    def touch_distance(self, i, j):
-        """Distance of the centres of grains (by the sample's numbers) at first touch [um]."""
-        radii = self._bodies.grain_radii
-        return radii[i] + radii[j]
-
     def smaller_radius(self, i, j):
         """Radius of the smaller of two grains (by the sample's numbers) [um]."""
         radii = self._bodies.grain_radii

@@ -228,9 +228,10 @@ def defer_import(reference: str) -> Callable[..., Any]:
     return lambda *arguments: attribute(reference)(*arguments)
 
 
-def rows(references: tuple[Any, ...]) -> list[Any]:
-    """`observables` or `figures` of a Method, those imported that are named."""
-    objects = [attribute(reference) for reference in references]
+def list_rows(name: str, of_method: Method | None = None) -> list[Any]:
+    """List the `observables` or `figures` (name) of a method (default: of all), imported."""
+    methods = list(METHODS.values()) if of_method is None else [of_method]
+    objects = [attribute(entry) for each in methods for entry in getattr(each, name)]
     return [row for entry in objects for row in (entry if isinstance(entry, tuple) else (entry,))]
 
 

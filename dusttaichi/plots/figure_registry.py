@@ -131,16 +131,8 @@ def register(row: Figure) -> None:
 
 def list_figures(of_method: method.Method | None = None) -> list[Figure]:
     """List the figures of runs of a method (default: of all methods) in order."""
-    methods = (
-        [of_method]
-        if of_method is not None
-        else [method.load_method(name) for name in method.METHODS]
-    )
-    method_rows = [
-        getattr(row, "row", row)
-        for each_method in methods
-        for row in method.rows(each_method.figures)
-    ]
+    rows = method.list_rows("figures", of_method)
+    method_rows = [getattr(row, "row", row) for row in rows]
     return sorted([*_find_built_in(), *FIGURES.values(), *method_rows], key=lambda row: row.order)
 
 

@@ -12,9 +12,7 @@ from dusttaichi.studies.settings import keys_of
 
 QUICK_LEVELS = 3  # of a parameter
 QUICK_SEEDS, SEEDS = 2, 4
-ALL_METHODS = [
-    method.attribute(method.load_method(name).trade_parameters) for name in method.METHODS
-]
+ALL_METHODS = [method.attribute(each.trade_parameters) for each in method.METHODS.values()]
 NAMES = tuple(row.name for parameters in ALL_METHODS if parameters for row in parameters.parameters)
 
 

@@ -50,17 +50,9 @@ def statistics() -> list[Statistics]:
 
 def families(run_method: method.Method | None = None) -> list[Family]:
     """The families of runs of a method (default: of all methods) in the order of tables."""
-    methods = (
-        [run_method]
-        if run_method is not None
-        else [method.load_method(name) for name in method.METHODS]
-    )
-    method_families = [
-        family for some_method in methods for family in method.rows(some_method.observables)
-    ]
-    return sorted(
-        [*_import_families(), *NUMBERS.values(), *method_families], key=lambda family: family.order
-    )
+    method_families = method.list_rows("observables", run_method)
+    every_family = [*_import_families(), *NUMBERS.values(), *method_families]
+    return sorted(every_family, key=lambda family: family.order)
 
 
 def list_in_table_order(run_method: method.Method | None = None) -> list[tuple[float, Observable]]:

@@ -51,10 +51,6 @@ class ContactModel:
         """Laws that dissipate, in the order of the losses that `Mechanics.update` returns."""
         return self.radial + self.springs
 
-    def has(self, effect):
-        """True where there is an effect of a kind."""
-        return any(name == effect for name, _ in self.effects)
-
     @cached_property
     def numbers(self):
         """Name -> Constant of all constants of a contact."""
