@@ -143,6 +143,7 @@ class GrainEngine(SimpleEngine):
         has_bins = has_profiles(scene, self.domain)
         return GrainRecorder(
             *(self.motion, self.contacts, self.sphere, self.kernel_sums, self.ledger),
+            variables=self.variables,
             plates=plates_of(scene.boundary, self.sample, radius),
             edges=bin_edges(self.domain.clock(), radius) if has_bins else None,
             first=count_first_body(scene, self.sample),

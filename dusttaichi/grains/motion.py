@@ -6,7 +6,7 @@ order unless said otherwise.
 
 import numpy as np
 
-from dusttaichi.grains.wall_geometry import normals_at, offsets_at
+from dusttaichi.grains.wall_geometry import distances_to
 
 
 class Motion:
@@ -26,14 +26,20 @@ class Motion:
         """Force [nN] and torque [nN um] of the contacts alone on every grain, (2, N, 3)."""
         state, count = self.state, self.bodies.count
         grain, contact, second = state.listed_contacts()
-        (block, lane), load = np.divmod(contact, state.layout.width), state.fields["load"]
+        load, change = state.fields["load"], np.count_nonzero(second)  # second bodies come first
+        blocks = int(contact.max(initial=-1)) // state.layout.width + 1
         out = np.empty((2, count, 3))
+
+        def read(column):
+            return load.to_numpy(blocks, slice(column, column + 1)).reshape(-1)
+
         # one column after another, which takes little memory
         for axis in range(3):
-            force = load.take(block, axis, lane) * (1 - 2 * second)
-            torque = load.take(block, 3 + 3 * second + axis, lane)
-            for row, column in enumerate((force, torque)):
-                out[row, :, axis] = np.bincount(grain, weights=column, minlength=count)
+            force = read(axis)
+            columns = -force[contact[:change]], force[contact[change:]]
+            out[0, :, axis] = np.bincount(grain, np.concatenate(columns), count)
+            columns = read(6 + axis)[contact[:change]], read(3 + axis)[contact[change:]]
+            out[1, :, axis] = np.bincount(grain, np.concatenate(columns), count)
         return out
 
     def sum_loads(self, present=False):
@@ -130,9 +136,7 @@ class Motion:
         box, x = self.environment.box, self.state.of_grains("x")
         nearest, time = (np.inf, -1, -1), self.environment.time
         for wall in np.flatnonzero([*box.present, box.is_round]):
-            walls = np.full(len(x), wall)
-            normal = normals_at(box, walls, x)
-            distance = np.sum(x * normal, axis=1) - offsets_at(box, walls, x, time)
+            distance = distances_to(box, wall, x, time)
             grain = int(np.argmin(distance))
             number = int(self.state.order[grain])
             nearest = min(nearest, (float(distance[grain]), number, int(wall)))

@@ -6,12 +6,12 @@ history: rows of GrainState.rows("history"); normals: unit vectors n_c, of walls
 (rows, 3), lengths in um, radii (rows, 1).
 """
 
-import numpy as np
+from dusttaichi.physics.geometry import dot_rows, measure_rows
 
 
 def unit(n):
     """The vectors (rows, 3) at unit length."""
-    return n / np.linalg.norm(n, axis=1)[:, None]
+    return n / measure_rows(n)[:, None]
 
 
 def touching(layout, history):
@@ -48,7 +48,7 @@ def wall_displacements(n1, foot, grain):
     """xi and zeta of contacts with walls with these pointers and foot points."""
     position, radius, normal = grain
     arm = position + radius * n1 - foot
-    return radius * (n1 + normal), arm - np.sum(arm * normal, axis=1)[:, None] * normal
+    return radius * (n1 + normal), arm - dot_rows(arm, normal)[:, None] * normal
 
 
 def _displacements(layout, history):

@@ -4,7 +4,8 @@ import numpy as np
 
 from dusttaichi.grains.pointers import pair_pointers, touching, wall_pointers
 from dusttaichi.grains.wall_geometry import normals_at, offsets_at
-from dusttaichi.physics.contact.parts import pair_parts, wall_parts
+from dusttaichi.physics.contact.parts import PARTS, pair_parts, wall_parts
+from dusttaichi.physics.geometry import dot_rows, measure_rows
 
 
 class Contacts:
@@ -22,16 +23,16 @@ class Contacts:
 
     # -- between grains --------------------------------------------------------------------------
 
-    def measure_pairs(self):
+    def measure_pairs(self, names=PARTS):
         """Contacts between grains now, a dict of arrays; grains by the sample's numbers.
 
-        force [nN]: on the first grain; torque_i, torque_j [nN um]: on both, and the parts of these
-        (physics.contact.parts).
+        force [nN]: on the first grain; torque_i, torque_j [nN um]: on both; and those parts of
+        these (physics.contact.parts) that are among the names.
         """
         state, (i, j) = self._state, self._state.pairs()
         radii = self._bodies.grain_radii[state.order]
         touch, history, normal, contacts = self._measure_touching(
-            np.arange(len(i)), (i, j), (radii[i], radii[j])
+            np.arange(len(i)), (i, j), (radii[i], radii[j]), names
         )
         i, j = i[touch], j[touch]
         both_radii = radii[i][:, None], radii[j][:, None]
@@ -39,24 +40,24 @@ class Contacts:
         contacts |= {"grain_i": state.order[i], "grain_j": state.order[j]}
         return contacts | {"pointer_i": first, "pointer_j": second}
 
-    def _measure_touching(self, rows, bodies, radii):
+    def _measure_touching(self, rows, bodies, radii, names):
         """(which of the pairs in these rows of `lanes` touch, their histories, normals, a dict).
 
         bodies: numbers of the first and the second body of each pair; radii [um]: of both. In the
-        dict are the overlap, the loads and their parts, and the numbers of the history that are in
-        the result.
+        dict are the overlap, the loads and their parts of these names, and the numbers of the
+        history that are in the result.
         """
         layout = self._state.layout
         history, load = (self._state.rows_of(name, rows) for name in ("history", "load"))
         touch = touching(layout, history)
         rows, history, (r1, r2) = rows[touch], history[touch], (r[touch] for r in radii)
         d = self.distances(rows, *(body[touch] for body in bodies))
-        distance = np.linalg.norm(d, axis=1)
+        distance = measure_rows(d)
         load = load[touch].astype(float)
         load, normal = (load[:, :3], load[:, 3:6], load[:, 6:9]), d / distance[:, None]
         contacts = {"overlap": r1 + r2 - distance, "force": load[0]}
         contacts |= {"torque_i": load[1], "torque_j": load[2]}
-        contacts |= pair_parts(normal, load, (r1, r2))
+        contacts |= pair_parts(normal, load, (r1, r2), names)
         return touch, history, normal, contacts | name_history(layout, history)
 
     def distances(self, rows, i, j):
@@ -84,10 +85,10 @@ class Contacts:
 
     # -- with walls and the sphere ---------------------------------------------------------------
 
-    def measure_walls(self):
+    def measure_walls(self, names=PARTS):
         """Contacts with walls now, a dict of arrays; feet and overlaps in um.
 
-        force [nN], torque [nN um]: on the grain, and the parts of these (physics.contact.parts).
+        force [nN], torque [nN um]: on the grain; names: see `measure_pairs`.
         """
         state, layout, box = self._state, self._state.layout, self._environment.box
         blocks, grain, wall = state.wall_lanes()
@@ -103,25 +104,24 @@ class Contacts:
         pointer, foot = wall_pointers(layout, history, (x - displacement, radius[:, None], normal))
         offset = offsets_at(box, wall, x, time)
         # what follows from the history has the overlap in it: the foot is a point of the plane
-        foot += (offset - np.sum(foot * normal, axis=1))[:, None] * normal
-        distance = np.sum(x * normal, axis=1) - offset
+        foot += (offset - dot_rows(foot, normal))[:, None] * normal
+        distance = dot_rows(x, normal) - offset
         contacts = {"grain": state.order[grain], "wall": wall, "pointer": pointer}
         contacts |= {"force": load[:, :3], "torque": load[:, 3:6], "foot": foot + displacement}
-        wall_components = wall_parts(normal, (contacts["force"], contacts["torque"]), radius)
-        contacts |= {"overlap": radius - distance} | wall_components
+        loads = contacts["force"], contacts["torque"]
+        contacts |= {"overlap": radius - distance} | wall_parts(normal, loads, radius, names)
         return contacts | name_history(layout, history)
 
-    def measure_sphere(self, radius):
+    def measure_sphere(self, radius, names=PARTS):
         """Grains that touch the rigid sphere of that radius [um] now, a dict of arrays.
 
         grain (C,), by the sample's numbers; overlap [um]; force [nN] and torque [nN um] on the
-        grain (C, 3), the parts of these (physics.contact.parts), and loss [fJ] by channel where it
-        is followed.
+        grain (C, 3), and loss [fJ] by channel where it is followed; names: see `measure_pairs`.
         """
         rows, grain, sphere = self._state.on_sphere()
         number, second = self._state.order[grain], np.full(len(grain), sphere)
         radii = self._bodies.grain_radii[number], np.full(len(grain), radius)
-        touch, _, _, contacts = self._measure_touching(rows, (grain, second), radii)
+        touch, _, _, contacts = self._measure_touching(rows, (grain, second), radii, names)
         return contacts | {"grain": number[touch], "torque": contacts["torque_i"]}
 
 

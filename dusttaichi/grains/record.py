@@ -7,6 +7,7 @@ import numpy as np
 from dusttaichi import units
 from dusttaichi.physics import geometry
 from dusttaichi.physics.geometry import WALLS
+from dusttaichi.results.variables import CHOSEN
 
 MAX_BINS = 4000
 
@@ -85,15 +86,21 @@ class GrainRecorder:
     """Makes the records of a series, of profiles and of snapshots.
 
     motion: Motion. contacts: Contacts. sphere: MovingSphere, or None. kernel_sums: KernelSums.
-    ledger: Ledger. plates: Plates, or None. edges: of the bins of profiles [um], or None. first:
-    number of grains of the first of two bodies, wherever they go, or None.
+    ledger: Ledger. variables: of the result, of which loads of contacts are taken apart. plates:
+    Plates, or None. edges: of the bins of profiles [um], or None. first: number of grains of the
+    first of two bodies, wherever they go, or None.
     """
 
-    def __init__(self, motion, contacts, sphere, kernel_sums, ledger, *, plates, edges, first):
+    def __init__(
+        self, motion, contacts, sphere, kernel_sums, ledger, *, variables, plates, edges, first
+    ):
         self._motion, self._contacts, self._sphere = motion, contacts, sphere
         self._kernel_sums, self._ledger = kernel_sums, ledger
         self._bodies, self._environment = motion.bodies, motion.environment
         self.plates, self.edges, self._first = plates, edges, first
+        self._names = {group: set() for group in CHOSEN}  # of the variables of frames
+        for variable in variables:
+            self._names.get(variable.group, set()).add(variable.name)
 
     # -- series ----------------------------------------------------------------------------------
 
@@ -268,8 +275,9 @@ class GrainRecorder:
 
     def _measure_contacts(self):
         """(name, contacts now) of each kind of contact that there is."""
-        yield "contact", self._contacts.measure_pairs()
+        yield "contact", self._contacts.measure_pairs(self._names["contacts"])
         if self._environment.box is not None:
-            yield "wall_contact", self._contacts.measure_walls()
+            yield "wall_contact", self._contacts.measure_walls(self._names["wall_contacts"])
         if self._sphere is not None:
-            yield "sphere_contact", self._contacts.measure_sphere(self._sphere.radius)
+            radius, names = self._sphere.radius, self._names["sphere_contacts"]
+            yield "sphere_contact", self._contacts.measure_sphere(radius, names)

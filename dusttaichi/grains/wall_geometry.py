@@ -26,6 +26,13 @@ def offsets_at(box, wall, x, time):
     return np.where(wall == TUBE, along - cylinder.distance(np.transpose(x), _cylinder(box)), flat)
 
 
+def distances_to(box, wall, x, time):
+    """Distances of points (n, 3) from one wall at a time, (n,), negative beyond it."""
+    if wall == TUBE:
+        return cylinder.distance(np.transpose(x), _cylinder(box))
+    return x @ box.normal[wall] - box.offsets(time)[wall]
+
+
 def _cylinder(box):
     radius, x, y, _ = box.tube
     return SimpleNamespace(radius=radius, x=x, y=y)

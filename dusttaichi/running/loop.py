@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 BURST_SECONDS = 0.25  # of real time between two checks of the clock, the guards and Ctrl-C
 BURST_STEPS = 20  # least number of steps between checks of the guards
+GUARDED = 0.01  # largest share of the time that checks of the guards between records take
+LONGEST_UNGUARDED = 2.5  # seconds of real time between two of these, however long they take
 
 
 class Run:
@@ -59,6 +61,7 @@ class Run:
         self.rate, self.checked = 0.0, 0.0
         self.began = real_time.perf_counter() - state.wall_clock
         self.opened_at = self.guarded_at = sim.step
+        self.guard_due = 0.0  # real time of the next check of the guards
         self.activities = self._make_activities()
         self.plan_stage()
 
@@ -141,9 +144,12 @@ class Run:
         self.state.wall_clock = current_time - self.began
         if is_scheduled or current_time - self.checked > BURST_SECONDS:
             self.checked = current_time
-            if is_scheduled or self.sim.step >= self.guarded_at + BURST_STEPS:
+            is_due = current_time >= self.guard_due
+            if is_scheduled or (is_due and self.sim.step >= self.guarded_at + BURST_STEPS):
                 self.guarded_at = self.sim.step
                 self.guard(self.sim.measure())
+                took = real_time.perf_counter() - current_time
+                self.guard_due = current_time + min(took / GUARDED, LONGEST_UNGUARDED)
             phi = self.clock.filling_factor_at(self.sim.step) if self.clock.bounded else None
             end = self.end.step if self.end.step < NEVER else None
             self.report(Report(self.sim.step, end, phi, self.end.pressure, self.rate))

@@ -6,35 +6,53 @@ n with n1 = -n2 = -n to first order, so that the sliding force falls out of r2 M
 
 import numpy as np
 
+from dusttaichi.physics.geometry import dot_rows
 
-def pair_parts(normal, load, radii):
-    """Parts of the loads of C pairs of grains, as `wall_parts` names them.
+PARTS = ("normal_force", "sliding_force", "rolling_moment", "twisting_moment")
+
+
+def pair_parts(normal, load, radii, names=PARTS):
+    """Those of PARTS with these names of C pairs of grains, as `wall_parts` has them.
 
     normal: unit vectors from the second to the first grain (C, 3). load: force on the first grain,
     torques on both, (C, 3) each. radii: of both, numbers or (C,).
     """
     force, torque_i, torque_j = load
     r1, r2 = (np.reshape(r, (-1, 1)) for r in radii)
-    return _parts(normal, force, torque_i, (r2 * torque_i - r1 * torque_j) / (r1 + r2))
+
+    def turn():
+        return (r2 * torque_i - r1 * torque_j) / (r1 + r2)
+
+    return _parts(normal, force, torque_i, turn, names)
 
 
-def wall_parts(normal, load, radius):
-    """Parts of the loads of C contacts of grains with walls.
+def wall_parts(normal, load, radius, names=PARTS):
+    """Those of PARTS with these names of C contacts of grains with walls.
 
     normal: into the room (C, 3). load: force and torque on the grain, (C, 3) each. Returns
     normal_force (C,), positive where it pushes; sliding_force (C, 3); rolling_moment (C, 3) and
     twisting_moment (C,), about the normal, on the (first) grain.
     """
     force, torque = load
-    arm = -np.reshape(radius, (-1, 1)) * normal
-    return _parts(normal, force, torque, torque - np.cross(arm, force))
+
+    def turn():
+        return torque - np.cross(-np.reshape(radius, (-1, 1)) * normal, force)
+
+    return _parts(normal, force, torque, turn, names)
 
 
-def _parts(normal, force, torque, rolling):
-    push = np.sum(force * normal, axis=1)
-    return {
-        "normal_force": push,
-        "sliding_force": force - push[:, None] * normal,
-        "rolling_moment": rolling - np.sum(rolling * normal, axis=1)[:, None] * normal,
-        "twisting_moment": np.sum(torque * normal, axis=1),
-    }
+def _parts(normal, force, torque, turn, names):
+    """turn(): the torques without those of the sliding force, (C, 3)."""
+    push = dot_rows(force, normal)
+
+    def roll():
+        rolling = turn()
+        return rolling - dot_rows(rolling, normal)[:, None] * normal
+
+    makers = (
+        lambda: push,
+        lambda: force - push[:, None] * normal,
+        roll,
+        lambda: dot_rows(torque, normal),
+    )
+    return {name: make() for name, make in zip(PARTS, makers, strict=True) if name in names}
