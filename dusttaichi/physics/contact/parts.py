@@ -12,10 +12,10 @@ PARTS = ("normal_force", "sliding_force", "rolling_moment", "twisting_moment")
 
 
 def pair_parts(normal, load, radii, names=PARTS):
-    """Those of PARTS with these names of C pairs of grains, as `wall_parts` has them.
+    """Parts of the loads of C pairs of grains, by PARTS, as `wall_parts` has them.
 
     normal: unit vectors from the second to the first grain (C, 3). load: force on the first grain,
-    torques on both, (C, 3) each. radii: of both, numbers or (C,).
+    torques on both, (C, 3) each. radii: of both, numbers or (C,). names: of PARTS that are wanted.
     """
     force, torque_i, torque_j = load
     r1, r2 = (np.reshape(r, (-1, 1)) for r in radii)
@@ -27,7 +27,7 @@ def pair_parts(normal, load, radii, names=PARTS):
 
 
 def wall_parts(normal, load, radius, names=PARTS):
-    """Those of PARTS with these names of C contacts of grains with walls.
+    """Parts of the loads of C contacts of grains with walls, by PARTS.
 
     normal: into the room (C, 3). load: force and torque on the grain, (C, 3) each. Returns
     normal_force (C,), positive where it pushes; sliding_force (C, 3); rolling_moment (C, 3) and
