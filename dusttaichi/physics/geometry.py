@@ -17,14 +17,15 @@ SURFACES = (*WALLS, "tube")  # what wall contacts number
 LYING = "lying cylinder"  # shape of a sample between two plates
 
 
-def dot_rows(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+def dot_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """Scalar products of vectors (n, 3), (n,): the bits of np.sum(a * b, axis=1), sooner."""
     return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
 
 
-def measure_rows(a: NDArray[Any]) -> NDArray[Any]:
+def measure_rows(a: NDArray[np.float64]) -> NDArray[np.float64]:
     """Lengths of vectors (n, 3), (n,): the bits of np.linalg.norm(a, axis=1), sooner."""
-    return np.sqrt(dot_rows(a, a))
+    lengths: NDArray[np.float64] = np.sqrt(dot_rows(a, a))
+    return lengths
 
 
 def nearest_image(d: ArrayLike, period: ArrayLike, tilt: float = 0.0) -> NDArray[np.float64]:
